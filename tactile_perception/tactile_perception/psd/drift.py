@@ -4,7 +4,8 @@
 
 A calm room then gives the mean over seconds, a room whose light changes the line through the last samples, and both go on while something
 touches and nothing is measured (multiple models: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking, section 11.6).
-A room whose light changes in strength moves the four outputs together, in proportion to what they are; across that direction they rest.
+A room whose light changes in strength moves the four outputs together, in a direction that is at first taken from what they are, and then
+from how they change: the dark voltages of the amplifiers do not change with the light. Across that direction they rest.
 The filters are therefore weighted for both apart.
 """
 from __future__ import annotations
@@ -20,6 +21,8 @@ _MEMORY_S = 5.0  # s in which the weights forget. Chosen: some touches
 # Standard deviation of the drift beforehand, as part of the fastest, of each filter. Chosen on such rooms: a calm one is known as calm from
 # its first second on
 _FIRST_DRIFTS = np.array([0.03, 0.3])
+_BASE_S, _LEARNT_S = 5.0, 20.0  # s: changes are those from the mean of the first, and are remembered for the second. Chosen
+_FIRST_WEIGHT = 3e-4  # V^2 s: squared changes, over their time, that tell as much as the first direction. Chosen: a tenth is as good
 
 
 class DriftFilter:
@@ -31,7 +34,8 @@ class DriftFilter:
         self._score = np.zeros((2, count))  # along the room's light, and across; the largest is 0
         self._weigh()
         self._offsets = np.tile(offset, (count, 1))
-        self._room = offset / max(float(np.linalg.norm(offset)), 1e-9)
+        self._first = self._room = _unit(offset)
+        self._base, self._changes = offset, np.zeros(4)
         self.restart(variance)
 
     def restart(self, variance: float) -> None:
@@ -71,7 +75,7 @@ class DriftFilter:
 
     def move(self, change: np.ndarray) -> None:
         """Add (4,) V."""
-        self._offsets = self._offsets + change
+        self._offsets, self._base = self._offsets + change, self._base + change
 
     def predict(self, seconds: float) -> None:
         """Let the offset drift for some seconds."""
@@ -95,3 +99,15 @@ class DriftFilter:
         self._offsets = self._offsets + gain[:, :1] * innovation
         self._drifts = self._drifts + gain[:, 1:] * innovation
         self._spread = self._spread - gain[:, :, None] * self._spread[:, :1]
+        self._learn(seconds)
+
+    def _learn(self, seconds: float) -> None:
+        """The direction in which the room's light changes, from how the offset has changed of late."""
+        change = self.offset - self._base
+        self._base = self._base + (1 - math.exp(-seconds / _BASE_S)) * change
+        self._changes = self._changes * math.exp(-seconds / _LEARNT_S) + seconds * (change @ self._room) * change
+        self._room = _unit(_FIRST_WEIGHT * self._first + self._changes)
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / max(float(np.linalg.norm(vector)), 1e-9)

@@ -50,6 +50,13 @@ def test_across_the_light_of_a_room_that_changes_it_is_averaged_over_seconds():
     assert np.sqrt(np.mean((errors @ way) ** 2)) < 1.5 * NOISE
 
 
+def test_the_way_in_which_a_room_changes_is_learnt_where_its_outputs_hold_voltages_that_do_not_change():
+    truth, way = lamp(12.0, np.array([0.12, 0.02, 0.02, 0.12]))
+    errors = np.array([followed(truth[:count], seed).offset - truth[count - 1] for seed in range(5) for count in (450, 525, 600)])
+    across = errors - (errors @ way)[:, None] * way
+    assert np.sqrt((across**2).sum(1).mean() / 3) < 0.22 * NOISE
+
+
 @pytest.mark.parametrize('swings', [False, True])
 def test_the_variances_are_those_of_the_errors(swings):
     truth, way = lamp(3.0, 0.0)
