@@ -85,6 +85,7 @@ py::object touch(const py::object& sums, const py::object& in_contact, const py:
                              within(radius, "radius", 0, LARGEST_RADIUS),
                              held.room,
                              std::hypot(within(offset_volts, "offset_volts", 0, LARGEST_VOLTAGE), shaded_volts(held)),
+                             lamp_volts(held, std::sqrt(spread.data()[4 * TOTAL + TOTAL])),
                              stuck};
     FingerTouch found;
     {

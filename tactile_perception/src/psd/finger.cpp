@@ -68,6 +68,18 @@ void add_room(std::array<double, 3>& covariance, Place place, double total, cons
     covariance[2] += y * y;
 }
 
+// Adds what the place would move by without the light that may be a lamp's.
+void add_lamp(std::array<double, 3>& covariance, Place place, const FingerSums& mean, const FingerSums& lamp) {
+    FingerSums rest;
+    for (int i = 0; i < 4; ++i) rest[i] = mean[i] - lamp[i];
+    if (!(rest[TOTAL] > 0)) return;
+    const Place without = place_of(rest.data());
+    const double x = without.x - place.x, y = without.y - place.y;
+    covariance[0] += x * x;
+    covariance[1] += x * y;
+    covariance[2] += y * y;
+}
+
 // Position, normal and covariance: that of the light's noise and of the room's light, and the deviation of the map along the surface.
 void place_touch(const TableCell& cell, const FingerSums& mean, double used, Place place, const FingerRules& finger, FingerTouch& found) {
     const double relative = relative_light(cell, mean[TOTAL]), deviation = cell.value(DEVIATION);
@@ -81,6 +93,7 @@ void place_touch(const TableCell& cell, const FingerSums& mean, double used, Pla
     std::array<double, 3> of_place = place_covariance(place.x, place.y, mean[TOTAL], finger.noise, finger.shot);
     for (double& part : of_place) part /= used;
     add_room(of_place, place, mean[TOTAL], finger);
+    add_lamp(of_place, place, mean, finger.lamp);
     found.covariance = spread(cell, 0.5 * static_cast<double>(finger.table.nodes - 1) / length, relative, found.normal, of_place);
     for (int k = 0; k < 9; ++k) {
         const double along = (k % 4 == 0) - found.normal[k / 3] * found.normal[k % 3];

@@ -74,6 +74,7 @@ struct FingerRules {
     double radius;        // m, of the cover
     FingerSums room;      // V, light of the room, whose centroid an error of it has; 0 where it is not known
     double room_volts;    // V, standard deviation of the total that is taken off as the room's light
+    FingerSums lamp;      // V, part of the contact's light that may be a lamp's
     bool stuck;           // an output has stopped changing
 };
 

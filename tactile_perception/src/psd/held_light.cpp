@@ -43,15 +43,20 @@ FingerSums difference(const FingerSums& a, const FingerSums& b) {
     return {a[X] - b[X], a[Y] - b[Y], a[TOTAL] - b[TOTAL], a[CROSS] - b[CROSS]};
 }
 
-// Whether a change of the sums is the room's light, not that of the contact.
-bool is_room(const FingerSums& change, const FingerSums& contact, const FingerSums& room, double sigma) {
+// Whether a change of the sums may be the room's light: of its centroid, and not too bright.
+bool may_be_room(const FingerSums& change, const FingerSums& contact, const FingerSums& room, double sigma) {
     const double total = change[TOTAL], most = std::max(MOST_ROOM * room[TOTAL], MOST_CONTACT * contact[TOTAL]);
     const FingerSums outputs = unmixed(change);
     double least = outputs[0] / std::copysign(1.0, total);
     for (const double output : outputs) least = std::min(least, output / std::copysign(1.0, total));
-    if (room[TOTAL] < CERTAIN * sigma || least < -sigma || std::abs(total) > most) return false;
-    const double from_room = apart(change, room), from_contact = apart(change, contact);
-    return from_room < std::min(AROUND, from_contact) && from_contact > APART + APART_SIGMA * sigma / std::abs(total);
+    return room[TOTAL] >= CERTAIN * sigma && least >= -sigma && std::abs(total) <= most && apart(change, room) < AROUND;
+}
+
+// Whether a change of the sums is the room's light, not that of the contact.
+bool is_room(const FingerSums& change, const FingerSums& contact, const FingerSums& room, double sigma) {
+    const double from_contact = apart(change, contact);
+    return may_be_room(change, contact, room, sigma) && apart(change, room) < from_contact &&
+           from_contact > APART + APART_SIGMA * sigma / std::abs(change[TOTAL]);
 }
 
 // Whether light is what has come suddenly while the object rested.
@@ -190,6 +195,11 @@ void interrupt_held(HeldState& state) {
 
 double shaded_volts(const HeldState& state) {
     return std::abs(state.room[TOTAL]) / std::sqrt(known_beforehand(state) + std::max(state.gained, 0.0));
+}
+
+FingerSums lamp_volts(const HeldState& state, double sigma) {
+    const bool certain = state.rests > 0 && std::abs(state.doubtful[TOTAL]) > CERTAIN * sigma;
+    return certain && may_be_room(state.doubtful, state.rest, state.room, sigma) ? state.doubtful : FingerSums{};
 }
 
 bool follow_held(HeldState& state, double* sums, const std::uint8_t* in_contact, const std::uint8_t* saturated, std::ptrdiff_t count,

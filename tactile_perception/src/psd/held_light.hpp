@@ -48,6 +48,9 @@ void interrupt_held(HeldState& state);
 // V, standard deviation of the room's light that the object shades.
 double shaded_volts(const HeldState& state);
 
+// V, light of the contact that has come or gone suddenly and may be a lamp's, 0 without such light. sigma: V, of a sample's total.
+FingerSums lamp_volts(const HeldState& state, double sigma);
+
 struct HeldFinger {
     PlaceTable table;     // with the channels of a finger
     const double* noise;  // (4, 4) V^2, covariance of one sample's sums

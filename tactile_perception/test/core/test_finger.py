@@ -125,6 +125,23 @@ def test_a_touch_is_that_of_the_mean_and_its_covariance_that_of_differences(seed
     assert flags == SATURATED * saturated.any() + AMBIGUOUS * (two and calibrated) + OUT_OF_RANGE * (row[4] < 0.5)
 
 
+@pytest.mark.parametrize('lamp, counts', [
+    ((0.02, 0.01, 0.25, 0.0), True), ((-0.02, -0.01, -0.25, 0.0), True), ((0.1, 0.1, 0.25, 0.0), False), ((0.4, 0.0, 0.1, 0.0), False),
+    ((0.004, 0.002, 0.05, 0.0), False)])
+def test_where_sudden_light_may_be_a_lamps_the_covariance_holds_the_place_without_it(lamp, counts):
+    values, one, none = finger(np.random.default_rng(1), 3), np.ones(1, bool), np.zeros(1, bool)
+    values[..., 3] *= 0.01
+    mean = np.array([0.3, -0.2, 2.5, 0.0])
+    state = held_begin(held_before(), np.full(4, 0.1), np.zeros(4))  # a room whose centroid is the middle
+    state[8], state[9:13] = 1.0, mean
+    base, found = (touch(mean[None], one, none, values, np.diag([1e-4] * 4), np.ones((2, 8)), state=np.r_[state[:43], light])[4]
+                   for light in (np.zeros(4), np.array(lamp)))
+    relative = np.clip(mean[2] / at(values, mean[:2] / mean[2])[9] - 1, -1, 1)
+    with_it, without = (RADIUS * contact_of(sums, values, relative)[1] for sums in (mean, mean - lamp))
+    assert np.trace(found - base) == pytest.approx(counts * ((with_it - without) ** 2).sum(), rel=0.1, abs=1e-15)
+    assert not counts or np.trace(found) > 1.02 * np.trace(base)
+
+
 def test_a_touch_without_usable_samples_or_light_is_not_known():
     values, three, none = finger(np.random.default_rng(0)), np.ones(3, bool), np.zeros(3, bool)
     known = values, np.eye(4), np.ones((2, 8))
