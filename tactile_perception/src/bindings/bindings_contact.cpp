@@ -211,14 +211,15 @@ py::array_t<double> rows_of(const std::vector<TouchingObject>& objects) {
 
 py::tuple states(const py::tuple& last, const py::tuple& now, const py::object& held, const py::object& objects, const py::object& origin,
                  int rows, int columns, double tolerance, double noise, double depth_noise, double friction) {
-    if (last.size() != 2) throw py::value_error("last: places and seen are needed");
+    if (last.size() != 3) throw py::value_error("last: places, seen and score are needed");
     if (now.size() != 5) throw py::value_error("now: places, score, seen, normals and force are needed");
     const Input<double> places(now[0], "places", {ANY, 3});
     const Grid grid = grid_of(places, "places", rows, columns);
     const Input<double> before(last[0], "last_places", {grid.size(), 3});
     const Input<bool> last_seen(last[1], "last_seen", {grid.size()}), seen(now[2], "seen", {grid.size()});
-    const Input<double> score(now[1], "score", {grid.size()}), normals(now[3], "normals", {grid.size(), 3});
-    const Input<double> force(now[4], "force", {grid.size(), 3}), known(objects, "objects", {ANY, OBJECT}), centre(origin, "origin", {3});
+    const Input<double> last_score(last[2], "last_score", {grid.size()}), score(now[1], "score", {grid.size()});
+    const Input<double> normals(now[3], "normals", {grid.size(), 3}), force(now[4], "force", {grid.size(), 3});
+    const Input<double> known(objects, "objects", {ANY, OBJECT}), centre(origin, "origin", {3});
     const Input<std::int64_t> holders(held, "held", {grid.size()});
     StickSlipMemory memory{within(tolerance, "tolerance", 1e-12, 1),
                            within(noise, "noise", 1e-12, 1),
@@ -230,7 +231,7 @@ py::tuple states(const py::tuple& last, const py::tuple& now, const py::object& 
     std::vector<std::uint8_t> found;
     {
         py::gil_scoped_release others_run;
-        found = stick_slip(grid, {before.data(), last_seen.data()},
+        found = stick_slip(grid, {before.data(), last_seen.data(), last_score.data()},
                            {places.data(), score.data(), seen.data(), normals.data(), force.data()}, centre.data(), memory);
     }
     return py::make_tuple(output(found, {grid.size()}), output(memory.held, {grid.size()}), rows_of(memory.objects), memory.depth_noise,
@@ -315,7 +316,7 @@ void bind_contact(py::module_& module) {
         "stick_slip", &states, py::arg("last"), py::arg("now"), py::arg("held"), py::arg("objects"), py::arg("origin"), py::kw_only(),
         py::arg("rows"), py::arg("columns"), py::arg("tolerance"), py::arg("noise"), py::arg("depth_noise"), py::arg("friction"),
         "States (K,) uint8 of dots, the object that holds each (K,) int64, from 1, what is known of the objects (O, 27), noise along\n"
-        "the normal and friction. last: places (K, 3), m, and seen (K,) bool of the last frame; now: places, scores (K,), seen, normals\n"
+        "the normal and friction. last: places (K, 3), m, seen (K,) bool and scores (K,) of the last frame; now: places, scores, seen, normals\n"
         "and force (K, 3); held, objects: of the last frame; see stick_slip.StickSlipTracker.");
     module.def(
         "rigid_motion", &motion, py::arg("before"), py::arg("after"), py::arg("weights"), py::kw_only(), py::arg("steps"),

@@ -22,7 +22,7 @@ NUMBERS = np.arange(42)
 HELD = np.where(np.arange(42) % 7 < 4, 1, 0)
 LOADED = {'id': NUMBERS[NUMBERS % 5 > 0], 'places': DOTS[NUMBERS % 5 > 0] * 1.01, 'rest': DOTS, 'triangles': AT_REST, 'residual': 0 * UP,
           'origin': -0.04 * UP[0]}
-LAST = {'last_places': DOTS, 'last_seen': HELD > -1}
+LAST = {'last_places': DOTS, 'last_seen': HELD > -1, 'last_score': 1.0 * HELD}
 NOW = {'places': DOTS + 1e-4, 'score': 1.0 * HELD, 'seen': HELD > -1, 'normals': UP, 'force': 0.01 * UP}
 STICKING = LAST | NOW | {'held': HELD, 'objects': np.zeros((1, 27)), 'origin': -0.04 * UP[0]}
 

@@ -20,6 +20,8 @@ _REST_AFTER_GROSS, _REST_AFTER_TURN = 3, 15
 _QUIET = 1 / 3  # of the tolerance: dots that move less in a frame are at rest; chosen
 _STARTS = 0.75  # of the tolerance: dots of an object at rest after gross slip that move less stay at rest; chosen
 _SWIFT = 50  # tolerances: an object that slides over its dots by more in a frame moves some in each; chosen
+_BRISK, _ENOUGH = 12, 20  # tolerances and dots: such an object that slides on by more in a frame takes its region along visibly; chosen
+_TAKEN = 0.3  # share of that way by which its region has to move at least; chosen
 _FADING = 0.5  # share of the liveliness that is left a frame later; chosen
 _LIVELY = 3  # tolerances: dots that moved by more just before they came to rest were stopped; chosen
 _SUDDEN = 0.5  # share of what an even fading leaves of the dots' mean motion: if less is left, the object stops; chosen
@@ -42,7 +44,7 @@ class _Object:
     it slips grossly; rests: whether it has stopped after gross slip, of which twist then is the last; still: frames for which its dots have
     been at rest; slid: frames for which it has slipped grossly; lively: m, motion of its
     dots, in the last few in which they moved; drift: (9,) m, sizes of the dots' mean motion in the last frames, the newest first; lost:
-    whether none of them was touched in the last frame.
+    whether none of them was touched in the last frame; taken: share of its expected way by which its region moved.
     """
 
     friction: float
@@ -56,6 +58,7 @@ class _Object:
     lively: float = 0.0
     drift: np.ndarray = field(default_factory=lambda: np.zeros(9))
     lost: bool = False
+    taken: float = np.nan
 
 
 class StickSlipTracker(compiled.StickSlipTracker):
@@ -63,7 +66,7 @@ class StickSlipTracker(compiled.StickSlipTracker):
 
     def reset(self):
         """Forget all frames."""
-        self._last: tuple[np.ndarray, np.ndarray] | None = None
+        self._last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
         self._objects: list[_Object] = []
         self._held = np.zeros(self.shape[0] * self.shape[1], int)
         self.friction = np.nan
@@ -79,7 +82,7 @@ class StickSlipTracker(compiled.StickSlipTracker):
         for member in self._separate(touched):
             thing, both = self._continued(member), member[known[member] & (self._held[member] > 0)]
             if len(both):
-                states[both[self._classify(thing, state, touched, both)]] = SLIPPING
+                states[both[self._classify(thing, state, score, both)]] = SLIPPING
                 states[member[self._held[member] == 0]] = SLIPPING if thing.gross else STICKING
             thing.lost = False
             objects.append(thing)
@@ -89,7 +92,7 @@ class StickSlipTracker(compiled.StickSlipTracker):
             if not thing.lost and not touched[before].any():
                 objects.append(replace(thing, lost=True))
                 held[before] = len(objects)
-        self._last, self._objects, self._held = (state.xyz, state.seen), objects, held
+        self._last, self._objects, self._held = (state.xyz, state.seen, score), objects, held
         return states
 
     def observe_free(self, xyz: np.ndarray, seen: np.ndarray) -> None:
@@ -102,7 +105,7 @@ class StickSlipTracker(compiled.StickSlipTracker):
                 self.noise += (_SMOOTHING if here < self.noise else _SMOOTHING / 4) * (here - self.noise)
         if all(thing.lost for thing in self._objects):
             self._objects, self._held = [], np.zeros(len(seen), int)
-        self._last, self._objects = (xyz, seen), [replace(thing, lost=True) for thing in self._objects]
+        self._last, self._objects = (xyz, seen, np.zeros(len(seen))), [replace(thing, lost=True) for thing in self._objects]
 
     def _separate(self, touched: np.ndarray) -> list[np.ndarray]:
         """Numbers (N,) of the dots of each separate object, largest first: dots with up to one free dot between them belong together."""
@@ -116,7 +119,7 @@ class StickSlipTracker(compiled.StickSlipTracker):
         before = np.bincount(self._held[member], minlength=len(self._objects) + 1)[1:]
         return copy.copy(self._objects[before.argmax()]) if before.any() else _Object(self.friction)
 
-    def _classify(self, thing, state, touched, both):
+    def _classify(self, thing, state, score, both):
         """(N,) bool: which of the dots both (N,), in contact and seen now and in the last frame, slip."""
         across = np.hypot(self.noise, _LAG * self.tolerance)
         motions = DotMotions(self._last[0][both], state.xyz[both], state.normal[both], self.origin, across, self.depth_noise)
@@ -124,8 +127,9 @@ class StickSlipTracker(compiled.StickSlipTracker):
         predicted = self._lowered(motions) if new else twist_about(thing.twist, thing.centre, motions.centre)
         if not new and not self._in_touch(motions, predicted):
             predicted = motions.constrained_to_normals(predicted)
-        ratio, drag = self._friction(state, touched, both, motions, None if new else predicted)
+        ratio, drag = self._friction(state, score > 0.5, both, motions, None if new else predicted)
         self._watch_rest(thing, motions)
+        thing.taken = self._taken_along(motions, predicted, drag, state.xyz, score, both)
         starts = new and self._starts_sliding(thing, motions, predicted, ratio, drag)
         twist, thing.gross, thing.rests = ((predicted, True, False) if starts else
                                            self._motion(thing, motions, None if new else predicted, ratio, drag))
@@ -222,7 +226,22 @@ class StickSlipTracker(compiled.StickSlipTracker):
         """Frames for which dots must be at rest before the object counts as at rest."""
         if not thing.gross or lengths(motions.residuals(predicted)).mean() > _SWIFT * self.tolerance:
             return 1
+        if len(drag) >= _ENOUGH and thing.taken < _TAKEN:
+            return 1
         return _REST_AFTER_TURN if self._turns(drag) and not self._stopped(thing, len(drag)) else _REST_AFTER_GROSS
+
+    def _taken_along(self, motions, predicted, drag, places, score, both):
+        """Share of the way that the object was expected to slide by which its region moves over the dots; NaN: unknown."""
+        lag = -motions.residuals(predicted).mean(axis=0)
+        if np.linalg.norm(lag) < _BRISK * self.tolerance or self._turns(drag):
+            return np.nan
+        near = np.zeros(self.shape, np.uint8)
+        near.flat[both] = 1
+        near = cv2.dilate(near, np.ones((3, 3), np.uint8)).ravel() > 0
+        if not self._last[2][near].any():
+            return np.nan
+        centres = [np.average(places[near], axis=0, weights=weight[near]) for weight in (self._last[2], score)]
+        return (centres[1] - centres[0]) @ lag / (lag @ lag)
 
     def _turns(self, drag):
         """Whether the dots are dragged as below an object that turns in place."""

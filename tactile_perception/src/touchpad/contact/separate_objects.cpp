@@ -26,4 +26,21 @@ std::vector<Dots> separate_objects(Grid grid, const std::vector<std::uint8_t>& t
     return objects;
 }
 
+std::vector<double> gathered(const double* array, const Dots& dots) {
+    std::vector<double> found(3 * dots.size());
+    for (std::size_t i = 0; i < dots.size(); ++i) store(found.data(), static_cast<std::ptrdiff_t>(i), vec3_at(array, dots[i]));
+    return found;
+}
+
+Vec3 region_centre(Grid grid, const Dots& dots, const double* score, const double* places) {
+    std::vector<std::uint8_t> near(grid.size());
+    for (const std::ptrdiff_t k : dots) around(grid, k, [&](std::ptrdiff_t j) { near[j] = 1; });
+    Vec3 sum{0, 0, 0};
+    double weight = 0;
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        if (near[k]) sum = sum + score[k] * vec3_at(places, k), weight += score[k];
+    }
+    return 1 / weight * sum;
+}
+
 }  // namespace tactile

@@ -3,8 +3,8 @@
 // Each separate object has a motion of its own. Sticking dots move with it; a dot that lags behind it slips. In gross slip no dot moves
 // with the object: all lag behind it along their drag, under the largest friction. So the object's motion is propagated from frame to
 // frame, and kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls.
-// Dots at rest under the largest friction mean that the object rests, since dots under a sliding object move as its edges pass them; only
-// below one that turns in place they may not: there it rests if their motions ended suddenly. Dots of a resting object that move on under
+// Dots at rest under the largest friction mean that the object rests, at once if its region stays as well, since dots under a sliding object
+// move as its edges pass them; only below one that turns in place they may not: there it rests if their motions ended suddenly. Dots of a resting object that move on under
 // the largest friction slip again. A new object has no motion yet: dots that lag along their drag behind one that comes down along the
 // sensor's axis slip. An object that is not found in a frame is still known in the next.
 #include "touchpad/contact/stick_slip.hpp"
@@ -34,6 +34,9 @@ constexpr int REST_AFTER_GROSS = 3, REST_AFTER_TURN = 15;
 constexpr double QUIET = 1.0 / 3;        // of the tolerance: dots that move less are at rest; chosen: a sixth of what sliding dots move
 constexpr double STARTS = 0.75;  // of the tolerance: dots of an object at rest after gross slip that move less stay at rest; chosen
 constexpr double SWIFT = 50;     // tolerances: an object that slides over its dots by more in a frame moves some in each; chosen: half a mm
+constexpr double BRISK = 12;     // tolerances: an object that slides on by more in a frame takes its region along visibly; chosen
+constexpr double TAKEN = 0.3;    // share of that way by which its region has to move at least; chosen: an edge may stay behind
+constexpr std::ptrdiff_t ENOUGH = 20;    // dots: the place of their region is known well enough for that; chosen
 constexpr double SUDDEN = 0.5;   // share of what even fading leaves of the dots' mean motion: if less is left, the object stops; chosen
 constexpr double CLEAR = 5;      // standard deviations of noise above which the dots' mean motion is clear; chosen
 constexpr double FADING = 0.5;   // share of the liveliness that is left a frame later; chosen
@@ -48,18 +51,13 @@ double median_of(std::vector<double> values) {
     return median(std::move(values));
 }
 
-std::vector<double> gathered(const double* array, const Dots& dots) {
-    std::vector<double> found(3 * dots.size());
-    for (std::size_t i = 0; i < dots.size(); ++i) store(found.data(), static_cast<std::ptrdiff_t>(i), vec3_at(array, dots[i]));
-    return found;
-}
-
 // One object in one frame: the motions of its dots, which were in contact and seen in the last frame too.
 class ObjectFrame {
  public:
     ObjectFrame(Grid grid, const FrameBefore& last, const TouchedFrame& now, const Dots& dots, const double* origin,
                 StickSlipMemory& memory)
         : grid_(grid),
+          last_(last),
           now_(now),
           dots_(dots),
           count_(static_cast<std::ptrdiff_t>(dots.size())),
@@ -150,13 +148,7 @@ class ObjectFrame {
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
             double carried = 0, slid = 0;
             Vec3 sum{0, 0, 0};
-            const std::ptrdiff_t row = dots_[i] / grid_.columns, column = dots_[i] % grid_.columns;
-            for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(row - 1, 0); r <= std::min(row + 1, grid_.rows - 1); ++r) {
-                for (std::ptrdiff_t c = std::max<std::ptrdiff_t>(column - 1, 0); c <= std::min(column + 1, grid_.columns - 1); ++c) {
-                    const std::ptrdiff_t k = r * grid_.columns + c;
-                    carried += normal[k], slid += along[k], sum = sum + pull[k];
-                }
-            }
+            around(grid_, dots_[i], [&](std::ptrdiff_t k) { carried += normal[k], slid += along[k], sum = sum + pull[k]; });
             const bool told = direction[i].x != 0 || direction[i].y != 0 || direction[i].z != 0;
             ratio_[i] = (told ? slid : length(sum)) / std::max(carried, 1e-9);
             store(drag_.data(), i, sum);
@@ -187,7 +179,18 @@ class ObjectFrame {
     // Frames for which dots must be at rest before the object counts as at rest.
     int rest_frames(const TouchingObject& thing) const {
         if (!thing.gross || mean_size(expected_) > SWIFT * memory_.tolerance) return 1;
+        if (count_ >= ENOUGH && taken_along() < TAKEN) return 1;
         return turns() && !stopped(thing) ? REST_AFTER_TURN : REST_AFTER_GROSS;
+    }
+
+    // By which share of the way that the object was expected to slide its region moves over the dots; NaN where that way is short, and below
+    // an object that turns in place.
+    double taken_along() const {
+        const Vec3 lag = -1.0 * mean_residual(expected_);
+        const double way = length(lag);
+        if (way < BRISK * memory_.tolerance || turns()) return NAN;
+        const auto centre = [&](const double* score) { return region_centre(grid_, dots_, score, now_.places); };
+        return dot(centre(now_.score) - centre(last_.score), lag) / (way * way);
     }
 
     // Whether the dots are dragged as below an object that turns in place.
@@ -351,6 +354,7 @@ class ObjectFrame {
     }
 
     Grid grid_;
+    const FrameBefore& last_;
     const TouchedFrame& now_;
     const Dots& dots_;
     std::ptrdiff_t count_;

@@ -38,10 +38,11 @@ struct StickSlipMemory {
     std::vector<std::int64_t> held;
 };
 
-// The frame before: places (K, 3) and which dots are seen (K).
+// The frame before: places (K, 3), which dots are seen (K), and scores (K).
 struct FrameBefore {
     const double* places;
     const bool* seen;
+    const double* score;
 };
 
 // A frame: places (K, 3), scores (K), above a half in contact, which dots are seen (K), normals and force (K, 3).

@@ -5,10 +5,10 @@
 Each separate object has a motion of its own. Sticking dots move with it; a dot that lags behind it slips. In gross slip no dot moves with
 the object: all lag behind it along their drag, under the largest friction. So the object's motion is propagated from frame to frame, and
 kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls. Dots at rest
-under the largest friction mean that the object rests, since dots under a sliding object move as its edges pass them; only below one that
-turns in place they may not: there it rests if their motions ended suddenly. Dots of a resting object that move on under the largest
-friction slip again. A new object has no motion yet: dots that lag along their drag behind one that comes down along the sensor's axis slip.
-An object that is not found in a frame is still known in the next.
+under the largest friction mean that the object rests, at once if its region stays as well, since dots under a sliding object move as its
+edges pass them; only below one that turns in place they may not: there it rests if their motions ended suddenly. Dots of a resting object
+that move on under the largest friction slip again. A new object has no motion yet: dots that lag along their drag behind one that comes
+down along the sensor's axis slip. An object that is not found in a frame is still known in the next.
 """
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class StickSlipTracker:
     def reset(self):
         """Forget all frames."""
         size = self.shape[0] * self.shape[1]
-        self._last = np.zeros((size, 3)), np.zeros(size, bool)  # places, seen
+        self._last = np.zeros((size, 3)), np.zeros(size, bool), np.zeros(size)  # places, seen, scores
         self._forget_objects()
         self.friction = np.nan
 
@@ -55,7 +55,7 @@ class StickSlipTracker:
             self._last, (state.xyz, score, state.seen, state.normal, state.force), self._held, self._objects, self.origin,
             rows=self.shape[0], columns=self.shape[1], tolerance=self.tolerance, noise=self.noise, depth_noise=self.depth_noise,
             friction=self.friction)
-        self._last = state.xyz, state.seen
+        self._last = state.xyz, state.seen, score
         return states
 
     def observe_free(self, xyz: np.ndarray, seen: np.ndarray) -> None:
@@ -68,7 +68,7 @@ class StickSlipTracker:
             here = np.partition(moved, len(moved) // _CALMEST)[len(moved) // _CALMEST] / 0.668
             if here > 0:
                 self.noise += (_SMOOTHING if here < self.noise else _SMOOTHING / 4) * (here - self.noise)
-        self._last = xyz, seen
+        self._last = xyz, seen, np.zeros(len(seen))
         if self._objects[:, _LOST].all():
             self._forget_objects()
         self._objects[:, _LOST] = 1

@@ -87,14 +87,17 @@ def test_gross_slip_is_told_though_the_dots_hardly_move_any_more():
     assert states.friction == pytest.approx(0.6, abs=0.1)
 
 
-def test_an_object_that_stops_after_gross_slip_rests_from_the_third_frame_on():
+@pytest.mark.parametrize('speed, moves, frames', [(100e-6, 0.0, 3), (150e-6, 0.1, 3), (150e-6, 0.0, 1), (150e-6, 0.02, 1)])
+def test_an_object_that_stops_after_gross_slip_rests_from_the_third_frame_on_or_at_once_if_its_region_stays(speed, moves, frames):
+    """moves: of the region over the dots in a frame, pitches of 1.4 mm."""
     face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
-    _drag_until_it_slips(face, states, 0.6)
-    for _ in range(2):
-        states.update(face.state([0, 0, 0], 0.6), face.score)
-    for _ in range(20):
-        found = states.update(face.state([0, 0, 0], 0.6), face.score)
-        np.testing.assert_array_equal(found[face.inside], STICKING)
+    row, column = np.divmod(np.arange(SIDE**2), SIDE)
+    assert _drag_until_it_slips(face, states, 0.6, speed)[-1] == 1
+    states.update(face.state([6e-6, 0, 0], 0.6), np.clip(2.25 - np.maximum(np.abs(row - 6), np.abs(column - 6)) / 2, 0, 1))
+    for frame in range(1, 5):
+        outwards = np.maximum(np.abs(row - 6), np.abs(column - 6 - moves * frame))
+        found = states.update(face.state([0, 0, 0], 0.6), np.clip(2.25 - outwards / 2, 0, 1))
+        np.testing.assert_array_equal(found[face.inside], STICKING if frame >= frames else SLIPPING)
 
 
 def test_an_object_that_slid_by_more_than_half_a_millimetre_a_frame_rests_from_the_first_frame_on():
