@@ -54,6 +54,32 @@ def test_a_smooth_bar_that_slides_is_told_soon_on_each_specimen():
     assert len(delays) == 10 and max(delays) <= 0.06
 
 
+def _slides(monkeypatch, device, face, smoothness, speed, depth):
+    """Score of an object with a part of the pad's friction that suddenly slides at a speed, m/s."""
+    keys = [Key(time, 0, 0, 0.3, down) for time, down in ((0.0, -1e-4), (0.5, -1e-4), (1.0, depth), (1.5, depth))]
+    monkeypatch.setitem(taxel_latency.TAXEL_SCENES, 'sudden', TaxelScript(face, (*keys, Key(1.5 + 2e-3 / speed, 2e-3, 6e-4, 0.3, depth)),
+                                                                          smoothness=smoothness))
+    specimen, ink = taxel_latency.DEVICES[device]
+    true, found = taxel_latency.play('sudden', specimen, ink, 0, taxel_latency.calibrate(specimen, ink, 0), ('mechanics',))
+    score = taxel_latency.Score()
+    score.add(true, found['mechanics'])
+    return score
+
+
+@pytest.mark.full
+def test_a_smooth_curved_face_that_slides_does_not_roll(monkeypatch):
+    for device, face, smoothness in (('A', 'sphere', 0.3), ('B', 'roller', 0.5)):
+        score = _slides(monkeypatch, device, face, smoothness, 3e-3, 5e-4)
+        assert score.confusion[1:, 0].sum() < 0.1 * score.confusion[1:].sum()
+        assert score.confusion[2, 2] > 0.6 * score.confusion[2].sum(), (device, face, score.confusion)
+
+
+@pytest.mark.full
+def test_a_bar_of_little_friction_that_slides_is_told_within_50_ms(monkeypatch):
+    for device, face, speed in (('A', 'bar', 2e-3), ('B', 'disc', 3e-3)):
+        assert _slides(monkeypatch, device, face, 0.15, speed, 3e-4).delays['gross slip'][0] <= 0.05, (device, face)
+
+
 @pytest.mark.full
 def test_a_saturated_sphere_that_slides_is_followed():
     """It looks flat where taxels are saturated: a specimen in which a breakaway of flat faces was seen by mistake."""

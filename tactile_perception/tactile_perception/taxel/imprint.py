@@ -208,10 +208,12 @@ class ImprintTracker:
             if self._pulled < _RELEASED:
                 self._watch.release()
             return False
-        found = self._watch.follow(seen.pressure, touched, seen.sigma, velocity[:2], seen.clipped)
+        found = self._watch.follow(seen.pressure, touched, seen.sigma, velocity[:2], seen.clipped, self._lead)
         smooth = self._pulled_at_rest < _LOOSE * self._pad.friction and _SMOOTHEST < self._pulled < _SMOOTH * self._pad.friction
         if self._past[-1, 0] - self._broke_s < _WINDOW_S and velocity[0] * self._broke_along[0] + velocity[1] * self._broke_along[1] < 0:
             self.shear.friction, self._broke_s = self._pad.friction, -math.inf  # it had slowed down to turn back
+        if found.sticks:
+            self.shear.friction = self._pad.friction
         breaks = smooth and not found.slides and not seen.clipped and self._breaks_away(seen.pressure, touched, velocity)
         if breaks:
             self._broke_s, self._broke_along = float(self._past[-1, 0]), velocity[:2]

@@ -28,14 +28,14 @@ def seen(rng, x, traction, face=bar):
     return (image + caused + rng.normal(0, NOISE, image.shape)).astype(np.float32)
 
 
-def followed(tractions, rested=12, direction=(1.0, 0.0), face=bar):
-    """TractionState of each frame of a face that moves by 0.04 mm a frame with tractions."""
+def followed(tractions, rested=12, direction=(1.0, 0.0), face=bar, lead=1.0):
+    """TractionState of each frame of a face that moves by 0.04 mm a frame with tractions; lead: see TractionWatch.follow."""
     rng, watch = np.random.default_rng(0), TractionWatch(ARRAY, PAD)
     for _ in range(rested):
         watch.rest(seen(rng, 0.0, 0.0, face), True)
         watch.release()
     touched = picture(face(), LEVEL) > 0.2 * LEVEL
-    return [watch.follow(seen(rng, 0.04 * (k + 1), traction, face), touched, NOISE, np.array(direction))
+    return [watch.follow(seen(rng, 0.04 * (k + 1), traction, face), touched, NOISE, np.array(direction), lead=lead)
             for k, traction in enumerate(tractions)]
 
 
@@ -72,9 +72,27 @@ def test_a_sphere_that_slides_after_it_rolled_is_told_by_its_traction():
     assert all(found[:14]) and not any(found[-3:])
 
 
-def test_a_traction_that_appears_at_once_and_stays_small_is_of_a_layer_that_lags():
-    assert all(rolling([0.03, 0.06, *[0.1] * 14])[11:])
-    assert not any(rolling([0.03, 0.06, *[0.3] * 14])[4:])
+def test_a_small_traction_that_stays_is_friction_and_less_is_what_a_layer_shows_that_lags():
+    assert not any(rolling([0.03, 0.06, *[0.1] * 30])[4:])
+    assert all(rolling([0.01, *[0.015] * 14])[4:])
+
+
+def test_a_traction_that_falls_slowly_is_told_beyond_the_way_for_which_a_picture_holds():
+    grows = [*np.linspace(0.05, 0.25, 6), *np.linspace(0.25, 0.35, 10)]
+    assert 16 < watched([*grows, *np.linspace(0.35, 0.2, 14)], face=sphere) < 30
+    assert watched([*grows, *np.linspace(0.35, 0.6, 14)], face=sphere) is None
+
+
+def test_the_traction_of_a_flat_face_that_falls_behind_one_that_sticks_is_slip():
+    stays = [0.03, 0.06, 0.09, 0.11, *[0.11] * 8]
+    assert watched(stays, lead=2.3) < watched(stays) and watched(stays, lead=2.3, face=sphere) == watched(stays, face=sphere)
+    assert watched(np.linspace(0.03, 0.36, 12), lead=2.3) is None
+
+
+def test_a_traction_that_grows_on_after_all_is_of_an_object_that_sticks():
+    found = followed([0.03, 0.06, 0.09, 0.11, *[0.11] * 5, *np.linspace(0.15, 0.35, 6)], lead=2.3)
+    assert any(state.slides for state in found[:9]) and not any(state.sticks for state in found[:9])
+    assert any(state.sticks for state in found[9:])
 
 
 def test_a_sphere_that_never_rested_and_a_bar_are_not_told_to_roll():
