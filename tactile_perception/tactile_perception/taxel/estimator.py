@@ -88,11 +88,11 @@ class TaxelResult:
 class MechanicsMethod:
     """Contact and slip by a model of the pad: pressure at the border, pressure caused by traction, friction.
 
-    known: whether pressure is in Pa.
+    response: of the taxels.
     """
 
-    def __init__(self, array: TaxelArray, pad: SoftPad, known: bool):
-        self._array, self._pad, self._known = array, pad, known
+    def __init__(self, array: TaxelArray, pad: SoftPad, response: Response):
+        self._array, self._pad, self._known, self._loop = array, pad, response.known, response.loop
         self._score = ContactScore(array, pad)
         self._imprint = ImprintTracker(array, pad)
         self._slip = TaxelSlip(array)
@@ -125,16 +125,17 @@ class MechanicsMethod:
             self.reset()
             return self._slip.none(), None
         touched = regions.touched
+        mean = max(float(surface[touched].mean()), 1e-6)
         if not self._known:
-            self._assumed = _ASSUMED_SLIDE * self._pad.thickness * self._pad.shear_stiffness / (self._pad.friction *
-                                                                                                max(float(surface[touched].mean()), 1e-6))
-        motion = self._imprint.process(surface * np.float32(self._assumed), touched, stamp_s, replace(self._seen, clipped=clipped))
+            self._assumed = _ASSUMED_SLIDE * self._pad.thickness * self._pad.shear_stiffness / (self._pad.friction * mean)
+        seen = replace(self._seen, clipped=clipped, loop=self._loop.width(mean) / mean)
+        motion = self._imprint.process(surface * np.float32(self._assumed), touched, stamp_s, seen)
         return self._slip.process(motion, touched), motion
 
 
 TAXEL_METHODS = {
     'mechanics': MechanicsMethod,
-    'paper': lambda array, pad, known: PaperMethod(array),
+    'paper': lambda array, pad, response: PaperMethod(array),
 }
 
 
@@ -145,7 +146,7 @@ class TaxelEstimator:
         if settings.method not in TAXEL_METHODS:
             raise BadArgument(f'method {settings.method!r} is unknown; choose one of {", ".join(TAXEL_METHODS)}')
         self.array, self.pad, self.settings = array, pad, settings
-        self._method = TAXEL_METHODS[settings.method](array, pad, settings.response.known)
+        self._method = TAXEL_METHODS[settings.method](array, pad, settings.response)
         self._dead = DeadTaxels(dead_mask(array.shape, settings.dead))
         self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, array.full_scale)
         self._hysteresis, self._memory = Hysteresis(settings.response.loop), Memory(settings.response.loop)

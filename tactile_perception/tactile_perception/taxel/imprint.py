@@ -52,11 +52,12 @@ _NO_PAST = np.zeros((0, 4))  # frames: s, m, m, rad: the object's motion at the 
 @dataclass(frozen=True)
 class SeenPressure:
     """pressure: (rows, columns) as the taxels see it; sigma: its noise; clipped: whether taxels are saturated, so that what is curved looks
-    flat."""
+    flat; loop: width of the layer's loop over the mean load."""
 
     pressure: np.ndarray
     sigma: float
     clipped: bool = False
+    loop: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -208,13 +209,13 @@ class ImprintTracker:
             if self._pulled < _RELEASED:
                 self._watch.release()
             return False
-        found = self._watch.follow(seen.pressure, touched, seen.sigma, velocity[:2], seen.clipped, self._lead)
+        found = self._watch.follow(seen.pressure, touched, seen.sigma, velocity[:2], seen.clipped, self._lead, seen.loop)
         smooth = self._pulled_at_rest < _LOOSE * self._pad.friction and _SMOOTHEST < self._pulled < _SMOOTH * self._pad.friction
         if self._past[-1, 0] - self._broke_s < _WINDOW_S and velocity[0] * self._broke_along[0] + velocity[1] * self._broke_along[1] < 0:
             self.shear.friction, self._broke_s = self._pad.friction, -math.inf  # it had slowed down to turn back
         if found.sticks:
             self.shear.friction = self._pad.friction
-        breaks = smooth and not found.slides and not seen.clipped and self._breaks_away(seen.pressure, touched, velocity)
+        breaks = smooth and not (found.slides or found.sticks) and not seen.clipped and self._breaks_away(seen.pressure, touched, velocity)
         if breaks:
             self._broke_s, self._broke_along = float(self._past[-1, 0]), velocity[:2]
         if breaks or smooth and found.slides:

@@ -36,6 +36,7 @@ _WENT = 0.03  # thicknesses, up to which a motion was none but noise. Chosen
 _CURVED = 0.85
 _SEEN = 0.1  # traction over pressure that must be seen at least, to tell rolling. Chosen: a sixth of the usual friction
 _ROLLED = 0.15  # taxels of motion without traction, from which a curved object rolls. Chosen: traction is seen at a third of that
+_LAGS = 0.8  # of a layer's loop over the load, traction over pressure up to which what is seen of a flat face may be its lag. Chosen
 _GOES_ON = 0.7  # part of its growth with which the traction of an object that sticks goes on at least. Chosen: its rim slips first
 
 
@@ -93,11 +94,12 @@ class TractionWatch:
         self._pulls, self._loose = False, True
 
     def follow(self, pressure: np.ndarray, touched: np.ndarray, sigma: float, direction: np.ndarray, clipped: bool = False,
-               lead: float = 1.0) -> TractionState:
+               lead: float = 1.0, loop: float = 0.0) -> TractionState:
         """What the traction of an object does that moves in a direction (2,).
 
         pressure: (rows, columns); touched: (rows, columns) bool; sigma: noise of a taxel's pressure; clipped: whether taxels are
-        saturated, so that what is curved looks flat; lead: speed of the picture over that of an object that sticks.
+        saturated, so that what is curved looks flat; lead: speed of the picture over that of an object that sticks; loop: width of the
+        layer's loop over the mean load.
         """
         if min(pressure.shape) < _SMALLEST:
             return TractionState(False, False)
@@ -120,9 +122,12 @@ class TractionWatch:
         self._went = max(self._went, way)
         noise = _SIGMAS * self._noise * sigma
         least = max(_MISSING, noise)
-        slides = self._slides(now, way, least, lead, lambda: not (clipped or is_curved(pressure, touched, np.array(along))))
-        sticks = now > self._told + least
-        self._told = math.inf if sticks else min(self._told, self._most) if slides else self._told
+        slides = self._slides(now, way, least, lead, lambda: not (
+            clipped or self._most < _LAGS * loop or is_curved(pressure, touched, np.array(along))))
+        if slides:
+            self._told, self._sticks = min(self._told, self._most), False
+        elif now > self._told + least:
+            self._told, self._sticks = math.inf, True
         towards = (shift[0] / went, shift[1] / went) if went > 0 else along
         rolls = self._roll(_dot(traction, towards), max(_PULLS, noise), went,
                            lambda: is_curved(pressure, touched, np.array(towards)), clipped)
@@ -131,7 +136,7 @@ class TractionWatch:
             self._forget()
             self.rest(pressure, True)
             self._rested, self._carried = False, (now, way)
-        return TractionState(slides, rolls, sticks)
+        return TractionState(slides, rolls, self._sticks)
 
     def _roll(self, traction: float, least: float, shift: float, curved: Callable[[], bool], clipped: bool) -> bool:
         """Whether the object rolls, or is still to show by its traction that it does not; shift: taxels; curved: tells whether the face
@@ -162,5 +167,5 @@ class TractionWatch:
         if self._rested:
             self._along, self._most, self._from, self._carried = None, -math.inf, 0.0, (0.0, 0.0)
             self._behind = False  # whether traction of a flat face fell behind that of one that sticks, in the last frame
-            self._told = math.inf  # largest traction when slides was told
+            self._told, self._sticks = math.inf, False  # largest traction when slides was told; whether it has grown on since
             self._straight = self._frames >= _FEWEST

@@ -28,14 +28,14 @@ def seen(rng, x, traction, face=bar):
     return (image + caused + rng.normal(0, NOISE, image.shape)).astype(np.float32)
 
 
-def followed(tractions, rested=12, direction=(1.0, 0.0), face=bar, lead=1.0):
-    """TractionState of each frame of a face that moves by 0.04 mm a frame with tractions; lead: see TractionWatch.follow."""
+def followed(tractions, rested=12, direction=(1.0, 0.0), face=bar, **more):
+    """TractionState of each frame of a face that moves by 0.04 mm a frame with tractions; more: of TractionWatch.follow."""
     rng, watch = np.random.default_rng(0), TractionWatch(ARRAY, PAD)
     for _ in range(rested):
         watch.rest(seen(rng, 0.0, 0.0, face), True)
         watch.release()
     touched = picture(face(), LEVEL) > 0.2 * LEVEL
-    return [watch.follow(seen(rng, 0.04 * (k + 1), traction, face), touched, NOISE, np.array(direction), lead=lead)
+    return [watch.follow(seen(rng, 0.04 * (k + 1), traction, face), touched, NOISE, np.array(direction), **more)
             for k, traction in enumerate(tractions)]
 
 
@@ -87,6 +87,7 @@ def test_the_traction_of_a_flat_face_that_falls_behind_one_that_sticks_is_slip()
     stays = [0.03, 0.06, 0.09, 0.11, *[0.11] * 8]
     assert watched(stays, lead=2.3) < watched(stays) and watched(stays, lead=2.3, face=sphere) == watched(stays, face=sphere)
     assert watched(np.linspace(0.03, 0.36, 12), lead=2.3) is None
+    assert watched(stays, lead=2.3, loop=0.25) == watched(stays)  # as a layer that lags shows
 
 
 def test_a_traction_that_grows_on_after_all_is_of_an_object_that_sticks():
