@@ -171,21 +171,22 @@ class ContactDetector:
 
     def begin(self) -> None:
         """Nothing touches."""
-        self.touching = False
+        self.touching, self._seen = False, False
         self._proximity.begin()
 
     def interrupt(self) -> None:
-        """See ProximityDetector.interrupt."""
+        """Samples are missing: a contact goes on only if the next sample shows one by itself."""
+        self._seen = False
         self._proximity.interrupt()
 
     def process(self, light: Light, sigma: float, period_s: float) -> tuple[np.ndarray, LightState]:
         """(contact (M,) bool, LightState) for samples period_s apart; sigma: V, of the untouched total."""
         state = self._proximity.process(light.total, light.lowest, light.highest, sigma, period_s)
-        contact = state.near
-        if self.touching and light.lowest >= _OFF * sigma and light.least_over >= -_HALF * sigma:  # the contact continues
+        contact, goes_on, self._seen = state.near, self.touching and self._seen, True
+        if goes_on and light.lowest >= _OFF * sigma and light.least_over >= -_HALF * sigma:  # the contact continues
             return contact, state
         if light.highest > _OFF * sigma and contact.any():
             over = light.over[:len(contact)]
-            contact = contact & hysteresis((over > _HALF * sigma) & contact, (over < -_HALF * sigma) | ~contact, self.touching)
+            contact = contact & hysteresis((over > _HALF * sigma) & contact, (over < -_HALF * sigma) | ~contact, goes_on)
         self.touching = bool(contact[-1])
         return contact, state

@@ -108,3 +108,16 @@ def test_light_that_is_there_after_missing_samples_is_an_objects():
     assert not detector.process(total[:500], total[:500].min(), total[:500].max(), SIGMA, PERIOD).near.any()
     detector.interrupt()
     assert detector.process(total[500:], total[500:].min(), total[500:].max(), SIGMA, PERIOD).near[5:].all()
+
+
+@pytest.mark.parametrize('light, goes_on', [(0.28, False), (0.4, True)])
+def test_a_contact_goes_on_after_missing_samples_only_if_the_next_one_shows_it(light, goes_on):
+    detector = ContactDetector()
+
+    def contact(total):
+        light = Light(total, total - 0.3, total.min(), total.max(), (total - 0.3).min())
+        return detector.process(light, SIGMA, PERIOD)[0]
+    contact(np.r_[np.zeros(10), np.linspace(0, 1, 20)])
+    assert contact(np.full(1, 0.28)).all(), 'without missing samples it does'
+    detector.interrupt()
+    assert detector.touching and contact(np.full(1, light)).all() == goes_on == detector.touching
