@@ -29,7 +29,7 @@ def check(found, beside, place, depth, squared):
 
 
 @pytest.mark.parametrize('friction, place, depth', [(0.2, (0.2, 0.4), (0.1, 0.2)), (0.35, (0.2, 0.4), (0.12, 0.25)),
-                                                    (1.0, (0.5, 1.5), (0.4, 0.8))])
+                                                    (1.0, (0.25, 0.7), (0.35, 0.8))])
 def test_a_drag_is_told_whatever_the_friction(tmp_path, monkeypatch, friction, place, depth):
     name = 'areal_single_drag'
     monkeypatch.setitem(SCENES, name, dataclasses.replace(SCENES[name], friction=friction))

@@ -49,15 +49,16 @@ struct TermWeights {
     double value[TERMS], slope[3][TERMS] = {};
     TermWeights(const double* press, const SheetTable& table) {
         const double e = std::clamp(press[3] / table.spread, -1.2, 1.2), x = press[4], y = press[5];
-        const double values[] = {1, e, e * e, x, y, x * x, x * y, y * y};
+        const double values[] = {1, e, e * e, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y};
         std::copy(values, values + TERMS, value);
         slope[0][1] = 1 / table.spread, slope[0][2] = 2 * e / table.spread;
-        slope[1][3] = 1, slope[1][5] = 2 * x, slope[1][6] = y;
-        slope[2][4] = 1, slope[2][6] = x, slope[2][7] = 2 * y;
+        slope[1][3] = 1, slope[1][5] = 2 * x, slope[1][6] = y, slope[1][8] = 3 * x * x, slope[1][9] = 2 * x * y, slope[1][10] = y * y;
+        slope[2][4] = 1, slope[2][6] = x, slope[2][7] = 2 * y, slope[2][9] = x * x, slope[2][10] = 2 * x * y, slope[2][11] = 3 * y * y;
     }
 };
 
-constexpr int ODD_X[TERMS] = {0, 0, 0, 1, 0, 0, 1, 0}, ODD_Y[TERMS] = {0, 0, 0, 0, 1, 0, 1, 0};  // terms that a mirror turns round
+// Terms that a mirror turns round.
+constexpr int ODD_X[TERMS] = {0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0}, ODD_Y[TERMS] = {0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1};
 
 // Four levels (4, stride) of coefficients mixed by the splines, and by their slopes: the first count of each level.
 TACTILE_WIDE void mix_levels(const float* levels, std::ptrdiff_t stride, std::ptrdiff_t count, const DepthSplines& down,

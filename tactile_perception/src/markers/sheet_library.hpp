@@ -15,8 +15,8 @@ constexpr int PRESS_SIZE = 6;
 // What is looked up: a value, then its derivatives by the numbers of a press; of a straight one the first four.
 constexpr int VARIANTS = 1 + PRESS_SIZE, STRAIGHT_SIZE = 4;
 
-// Terms of a table: three polynomials of the radius, then x, y, x^2, x y and y^2 of the drag.
-constexpr int TERMS = 8, STRAIGHT_TERMS = 3;
+// Terms of a table: three polynomials of the radius, then x, y, x^2, x y, y^2, x^3, x^2 y, x y^2 and y^3 of the drag.
+constexpr int TERMS = 12, STRAIGHT_TERMS = 3;
 
 // Log of normal force over depth; tangential over normal force, x and y; moment about the tip over normal force, m, x, y and z; centre of
 // the pressure relative to the tip, m, x, y and z.

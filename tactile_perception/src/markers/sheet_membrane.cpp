@@ -20,7 +20,7 @@ namespace {
 constexpr double STIFF = 4e7;                            // 1/m^3, penalty stiffness of contact: penetration is a few micrometres
 constexpr double STICK = 4e7;                            // 1/m^3, penalty stiffness of sticking friction. Chosen: as STIFF
 constexpr double SOFT = 10e-6;                           // m: half width of the transition into contact, which smooths the penalty. Chosen
-constexpr int SLIDING_STEPS = 14, SLIDING_HALVINGS = 1;  // of a tip that slides: where it takes more, the sheet has wrinkled. Chosen
+constexpr int SLIDING_STEPS = 14, SLIDING_HALVINGS = 3;  // of a tip that slides: where it takes more, the sheet has wrinkled. Chosen
 constexpr int STEPS = 40;                                // Newton steps at most, before the load step is halved. Chosen
 constexpr int WHOLE = 9;           // first Newton steps in full length; later ones are halved, which ends cycles of stick and slip. Chosen
 constexpr int HALVINGS = 6;        // of a load step, at most. Chosen

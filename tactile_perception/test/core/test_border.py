@@ -121,7 +121,7 @@ VALUES = {'value': np.random.default_rng(3).normal(0, 1e-4, (40, 3)), 'sigma': n
 
 
 def table(numbers=np.array([0.03, 0.03, 0.02, 0.02, 8e-3, 8e-3, 0.3, 1.5, 0.2]), sizes=np.array([1, 2, 3, 2, 1, 0, 1]),
-          coefficients=np.random.default_rng(4).normal(0, 1, 8 * 4 * 6 * 13).astype(np.float32), shapes=np.full(48, 1e-3, np.float32)):
+          coefficients=np.random.default_rng(4).normal(0, 1, 12 * 4 * 6 * 13).astype(np.float32), shapes=np.full(48, 1e-3, np.float32)):
     """Of a sheet library."""
     return numbers, sizes, coefficients, shapes
 

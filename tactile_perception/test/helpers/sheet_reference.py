@@ -19,7 +19,7 @@ def looked_up(library, press):
     whole, wrench = 0.0, np.zeros(9)
     for part, numbers in zip(library.classes, WRENCH_NUMBERS):
         mixed = 0.0
-        for term, share in enumerate((1, e, e * e, x, y, x * x, x * y, y * y)):
+        for term, share in enumerate((1, e, e * e, x, y, x * x, x * y, y * y, x**3, x * x * y, x * y * y, y**3)):
             along, across = (polynomial[axis, part.odd[axis] ^ ODD_TERMS[axis][term]::2] for axis in (0, 1))
             mixed = mixed + share * np.einsum('i,j,l,ijlm->m', along, across, spline, part.coefficients[:, :, term, first:first + 4])
         field = np.einsum('m,mabc->abc', mixed[:len(part.modes)], part.modes)

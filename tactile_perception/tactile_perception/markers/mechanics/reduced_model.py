@@ -20,11 +20,13 @@ DEPTH_POWER = 1.5      # grading of the depths: denser at first contact. Chosen
 TRUE = 2e-7            # m: modes below this RMS over the sheet are truncated. Chosen: near the tip they are several times larger, and at
                        # 1e-6 the place of a press was 0.3 mm off on a stiff sheet
 UNSOLVED = 0.1         # largest share of simulations that do not converge, as deep ones of a large tip near the clamp. Chosen
-TERMS = 8              # of the table: a parabola in the log radius, then x, y, x^2, x y, y^2 of the drag
-ODD_TERMS = (0, 0, 0, 1, 0, 0, 1, 0), (0, 0, 0, 0, 1, 0, 1, 0)  # which of them a mirror along x, along y turns round
+TERMS = 12             # of the table: a parabola in the log radius, then x, y, x^2, x y, y^2, x^3, x^2 y, x y^2, y^3 of the drag
+TYPICAL = 0.5 ** np.array([0, 0, 0, 1, 1, 2, 2, 2, 3, 3, 3, 3])  # of them, of a common drag: modes are told as exactly as these need
+QUADRATIC = 8          # of these up to the squares of the drag, which is what earlier files hold
+ODD_TERMS = (0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0), (0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1)  # those that a mirror along x, along y turns round
 CLASSES = [(0, 0), (0, 1), (1, 0), (1, 1)]  # odd along x, along y
 WRENCH_NUMBERS = [[0, 8], [2, 3, 7], [1, 4, 6], [5]]  # of _told, by class
-TRACTION, DIRECTIONS = 0.5, 6  # traction over pressure of the simulated drags; their number. Chosen: frictions of 0.2 to 1
+TRACTIONS, DIRECTIONS = (0.35, 0.7, 1.0), 6  # tractions over pressure of the simulated drags; ways of each. Chosen: frictions of 0.2 to 1
 MIRROR = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # of a displacement, along x and along y
 
 
@@ -136,20 +138,42 @@ def _pressed(plan: LibraryPlan, material: SheetMaterial, place: np.ndarray) -> t
     wrenches = np.zeros((TERMS, plan.levels, 9))
     for k, (field, wrench) in enumerate(straight):
         fields[k], wrenches[k] = field[stops].reshape(fields.shape[1:]), _told(wrench[stops], plan.depths)
-    angles = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
-    slid = [press_sheet(mesh, plan.depths, plan.radius, material, (TRACTION * np.cos(a), TRACTION * np.sin(a))) for a in angles]
+    slid = [part for n in range(len(TRACTIONS)) for part in _slid(plan, material, mesh, n)]
     more = np.array([field.reshape(fields.shape[1:]) - fields[1] for field, _ in slid])
     told = np.array([_told(wrench, plan.depths) - wrenches[1] for _, wrench in slid])
     for level in range(plan.levels):
-        x, y = told[:, level, 1], told[:, level, 2]
-        if np.isfinite(told[:, level]).all():
-            share = np.linalg.pinv(np.stack([x, y, x * x, x * y, y * y], axis=1))
-            fields[3:, level] = np.tensordot(share, more[:, level], 1)
-            wrenches[3:, level] = share @ told[:, level]
-            wrenches[3:, level, 1:3] = np.eye(5, 2)  # what a drag is
-        else:
-            fields[3:, level], wrenches[3:, level] = np.nan, np.nan
+        _by_drag(fields, more, told, level, plan.depths)
+        _by_drag(wrenches, told, told, level, plan.depths)
+        wrenches[3:, level, 1:3] = np.eye(TERMS - 3, 2)  # what a drag is
     return fields, wrenches
+
+
+def _slid(plan: LibraryPlan, material: SheetMaterial, mesh: SheetMesh, n: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Fields (levels, side * side, 3), m, and wrenches (levels, 9) of the drags of traction n, those of every other one turned by half a
+    step. NaN from the first depth at which any of them does not converge."""
+    stops, slid = plan.depths, []
+    for angle in (np.arange(DIRECTIONS) + 0.5 * (n % 2)) * 2 * np.pi / DIRECTIONS:
+        drag = TRACTIONS[n] * np.cos(angle), TRACTIONS[n] * np.sin(angle)
+        slid.append(press_sheet(mesh, stops, plan.radius, material, drag))
+        stops = stops[:np.isfinite(slid[-1][1][:, 0]).sum()]
+    beyond = plan.levels - len(stops)
+    return [tuple(np.pad(part[:len(stops)], [(0, beyond)] + [(0, 0)] * (part.ndim - 1), constant_values=np.nan) for part in one)
+            for one in slid]
+
+
+def _by_drag(terms: np.ndarray, more: np.ndarray, told: np.ndarray, level: int, depths: np.ndarray) -> None:
+    """Set the coefficients of the drag's terms (TERMS, level, ...) from what the simulated drags add, more (K, levels, ...), and their own
+    drags, told (K, levels, 9), as of _told. The coefficients are those nearest to what the levels before lead to: where a press is deep,
+    only the smaller tractions converge, and some nowhere."""
+    solved = np.isfinite(told[:, level]).all(axis=1)
+    before = [np.zeros_like(terms[3:, 0]), *np.moveaxis(terms[3:, max(level - 2, 0):level], 1, 0)][-2:]
+    likely = before[-1]
+    if level:
+        last, one = depths[level - 1], depths[level - 2] if level > 1 else 0.0
+        likely = likely + (before[-1] - before[-2]) * (depths[level] - last) / (last - one)
+    x, y = told[solved, level, 1], told[solved, level, 2]
+    ways = np.stack([x, y, x * x, x * y, y * y, x**3, x * x * y, x * y * y, y**3], axis=1)
+    terms[3:, level] = likely + np.tensordot(np.linalg.pinv(ways), more[solved, level] - np.tensordot(ways, likely, 1), 1)
 
 
 def _told(wrench: np.ndarray, depths: np.ndarray) -> np.ndarray:
@@ -176,7 +200,7 @@ def _class(solved: np.ndarray, wrench: np.ndarray, odd: tuple[int, int], plan: L
     for axis in (0, 1):
         part = (part + (-1 if odd[axis] else 1) * MIRROR[axis] * np.flip(part, 4 + axis)) / 2
     part = part[..., :quarter, :quarter, :].reshape(*solved.shape[:4], -1)
-    snapshots = part.reshape(-1, part.shape[-1])
+    snapshots = (part * TYPICAL[:, None, None]).reshape(-1, part.shape[-1])
     _, strength, modes = np.linalg.svd(snapshots, full_matrices=False)
     count = max(1, int(np.sum(strength > TRUE * np.sqrt(snapshots.size))))
     mixed = np.concatenate([part @ modes[:count].T, wrench[..., WRENCH_NUMBERS[CLASSES.index(odd)]]], axis=-1)
@@ -225,7 +249,8 @@ def library_numbers(library: SheetLibrary) -> dict:
     classes = [{'odd': list(part.odd), 'modes': len(part.modes), 'shapes': pack(part.modes),
                 'coefficients': [pack(part.coefficients[..., k]) for k in range(part.coefficients.shape[-1])]} for part in library.classes]
     plan = library.plan
-    return {'half': list(plan.half), 'places': plan.places.tolist(), **{name: getattr(plan, name) for name in _PLAN}, 'classes': classes}
+    return {'half': list(plan.half), 'places': plan.places.tolist(), 'terms': TERMS, **{name: getattr(plan, name) for name in _PLAN},
+            'classes': classes}
 
 
 def library_from_numbers(numbers: Mapping, material: SheetMaterial) -> SheetLibrary:
@@ -234,15 +259,16 @@ def library_from_numbers(numbers: Mapping, material: SheetMaterial) -> SheetLibr
         plan = LibraryPlan(tuple(numbers['half']), **{name: numbers[name] for name in _PLAN})
         if not np.allclose(numbers['places'], plan.places, rtol=1e-4):
             raise BadCalibration('the library in the calibration file was simulated at other places; run calibrate again')
-        classes = [_mode_class(part, plan) for part in numbers['classes']]
+        classes = [_mode_class(part, plan, numbers.get('terms', QUADRATIC)) for part in numbers['classes']]
     except (KeyError, TypeError, ValueError) as error:
         raise BadCalibration(f'the library in the calibration file cannot be read ({error}); run calibrate again') from None
     return SheetLibrary(plan, classes, material)
 
 
-def _mode_class(part: Mapping, plan: LibraryPlan) -> ModeClass:
+def _mode_class(part: Mapping, plan: LibraryPlan, terms: int) -> ModeClass:
     order, levels, count = plan.order, plan.levels + 3, part['modes']
-    coefficients = np.stack([unpack(packed, (order, order, TERMS, levels)) for packed in part['coefficients']], axis=-1)
+    coefficients = np.stack([unpack(packed, (order, order, terms, levels)) for packed in part['coefficients']], axis=-1)
     lacking = count + len(WRENCH_NUMBERS[CLASSES.index(tuple(part['odd']))]) - coefficients.shape[-1]
-    coefficients = np.pad(coefficients, [(0, 0)] * 4 + [(0, max(lacking, 0))])  # earlier files lack the centre of the pressure
+    more = [(0, 0), (0, 0), (0, TERMS - terms), (0, 0), (0, max(lacking, 0))]  # earlier files lack cubes and the centre of the pressure
+    coefficients = np.pad(coefficients, more)
     return ModeClass(tuple(part['odd']), coefficients, unpack(part['shapes'], (count, plan.n + 1, plan.n + 1, 3)))

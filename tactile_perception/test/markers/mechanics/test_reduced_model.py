@@ -38,7 +38,8 @@ def test_the_force_on_a_large_sheet_is_told_between_the_simulated_places_too():
         assert told[0] == pytest.approx(np.log(-wrench[2] / plan.depths[1]), abs=0.012)
 
 
-@pytest.mark.parametrize('place, depth, drag', [((0.0, 0.0), 4e-3, (0.4, 0.0)), ((0.011, -0.006), 3e-3, (-0.3, 0.2))])
+@pytest.mark.parametrize('place, depth, drag', [((0.0, 0.0), 4e-3, (0.4, 0.0)), ((0.011, -0.006), 3e-3, (-0.3, 0.2)),
+                                                ((0.0, 0.0), 4e-3, (0.9, 0.0)), ((0.004, -0.005), 3e-3, (-0.7, -0.7))])
 def test_a_drag_looked_up_is_one_worked_out(place, depth, drag):
     mesh = SheetMesh(place, PLAN.half, PLAN.scale, PLAN.n)
     way = PLAN.load_steps(np.array([depth]))
@@ -140,6 +141,18 @@ def test_the_library_survives_a_calibration_file():
     fields = [show(one, [press], GRID, EYE)[1][:, 0] for one in (library(), again)]
     assert np.abs(fields[1] - fields[0]).max() < 5e-6
     assert again.plan == library().plan
+
+
+def test_an_earlier_file_lacks_the_cubes_of_a_drag():
+    numbers, terms = library_numbers(library()), reduced_model.QUADRATIC
+    del numbers['terms']
+    for part, known in zip(numbers['classes'], library().classes):
+        part['coefficients'] = [pack(column) for column in np.moveaxis(known.coefficients[:, :, :terms], -1, 0)]
+    again = library_from_numbers(numbers, MATERIAL)
+    straight = Press(np.array([0.01, -0.004]), 5e-3, 0.1)
+    fields = [show(one, [straight], GRID, EYE)[1][:, 0] for one in (library(), again)]
+    assert np.abs(fields[1] - fields[0]).max() < 5e-6
+    assert all((part.coefficients[:, :, terms:] == 0).all() and (part.coefficients[:, :, terms - 1] != 0).any() for part in again.classes)
 
 
 @pytest.mark.parametrize('broken', [{}, {'half': [0.03, 0.02]}, {'classes': [{}]}])
