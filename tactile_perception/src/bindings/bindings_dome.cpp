@@ -15,10 +15,10 @@ class DomeArrays {
                const py::object& even_modes, const py::object& odd_modes, const py::object& points, const py::object& eyes)
         : numbers_(numbers, "numbers", {DOME_NUMBERS}),
           edges_(edges, "edges", {ANY}),
-          even_table_(even_table, "even_table", {ANY, STRAIGHT + 1, ANY, ANY, ANY}),
-          odd_table_(odd_table, "odd_table", {even_table_.length(0), even_table_.length(2), even_table_.length(3), ANY}),
+          even_table_(even_table, "even_table", {ANY, STRAIGHT + DRAGS, ANY, ANY, ANY}),
+          odd_table_(odd_table, "odd_table", {even_table_.length(0), DRAGS, even_table_.length(2), even_table_.length(3), ANY}),
           even_modes_(even_modes, "even_modes", {even_table_.length(4), edges_.length(), 3, ANY}),
-          odd_modes_(odd_modes, "odd_modes", {odd_table_.length(3), edges_.length(), 3, even_modes_.length(3)}),
+          odd_modes_(odd_modes, "odd_modes", {odd_table_.length(4), edges_.length(), 3, even_modes_.length(3)}),
           points_(points, "points", {ANY, 3}),
           eyes_(eyes, "eyes", {points_.length(), 3}) {
         within(even_table_.length(0), "even_table", 4, 1000);
@@ -37,7 +37,7 @@ class DomeArrays {
                 length(edges_, 0) - 1,
                 length(even_modes_, 3) - 1,
                 length(even_table_, 4),
-                length(odd_table_, 3),
+                length(odd_table_, 4),
                 n[0],
                 n[1],
                 n[2],

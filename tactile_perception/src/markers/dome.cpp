@@ -31,10 +31,9 @@ TACTILE_INLINE float value_of(const Span& numbers) {
 }
 
 // Sums of modes are float: their error, 1e-8 m, is far below the noise of a marker.
-// A displacement on the mesh and its slopes at a fixed place there, side by side. Even fields end with the slopes by friction and by
-// drags along the meridian, odd ones with that by drags across it.
-enum FieldNumber { VALUE, BY_SHIFT, BY_DEPTH, BY_RADIUS, BY_FRICTION, BY_ALONG, FIELDS };
-constexpr int BY_ACROSS = BY_FRICTION;
+// A displacement on the mesh and its slopes at a fixed place there, side by side. The last is that by drags: of even fields along the
+// meridian, of odd ones across it.
+enum FieldNumber { VALUE, BY_SHIFT, BY_DEPTH, BY_RADIUS, BY_FRICTION, BY_DRAG, FIELDS };
 
 // Values of a basis and their slopes.
 template <int MOST>
@@ -126,16 +125,16 @@ struct Fields {
         const Basis<MOST_TERMS> rough = powers(std::clamp(press[FRICTION], -BEYOND, BEYOND), STRAIGHT);
         const std::size_t block = static_cast<std::size_t>(library.order) * library.radii;
         std::vector<float> of_even, of_odd;  // weights (rows, STRIDE) of the rows of the tables at four levels
-        of_even.reserve(4 * (STRAIGHT + 1) * block * STRIDE), of_odd.reserve(4 * block * STRIDE);
+        of_even.reserve(4 * (STRAIGHT + DRAGS) * block * STRIDE), of_odd.reserve(4 * DRAGS * block * STRIDE);
         for (int level = 0; level < 4; ++level) {
             for (int power = 0; power < STRAIGHT; ++power)
                 add_weights(library, level, {rough.value[power], rough.slope[power], 0}, of_even);
-            add_weights(library, level, {meridian.along, 0, 1}, of_even);
-            add_weights(library, level, {meridian.across, 1, 0}, of_odd);
+            add_drags(library, level, press[FRICTION], meridian.along, of_even);
+            add_drags(library, level, press[FRICTION], meridian.across, of_odd);
         }
-        even =
-            summed(library, library.even_table + first * (STRAIGHT + 1) * block * library.even, of_even, library.even_modes, library.even);
-        odd = summed(library, library.odd_table + first * block * library.odd, of_odd, library.odd_modes, library.odd);
+        even = summed(library, library.even_table + first * (STRAIGHT + DRAGS) * block * library.even, of_even, library.even_modes,
+                      library.even);
+        odd = summed(library, library.odd_table + first * DRAGS * block * library.odd, of_odd, library.odd_modes, library.odd);
     }
 
  private:
@@ -144,8 +143,15 @@ struct Fields {
 
     // Shares of a block (order, radii) of a table in the value and its slopes, and in the last two fields.
     struct Shares {
-        double value, friction, along;
+        double value, friction, drag;
     };
+
+    // Shares of a drag by way of a tip that sticks, and of what it shows more as far as it rubs: the less friction, the more.
+    void add_drags(const DomeLibrary& library, int level, double friction, double way, std::vector<float>& weights) {
+        const double rubs = std::clamp(-friction, 0.0, 1.0), slope = friction < 0 && friction > -1 ? -1 : 0;
+        add_weights(library, level, {way, 0, 1}, weights);
+        add_weights(library, level, {way * rubs, way * slope, rubs}, weights);
+    }
 
     void add_weights(const DomeLibrary& library, int level, const Shares& by, std::vector<float>& weights) {
         for (int a = 0; a < library.order; ++a) {
@@ -157,7 +163,7 @@ struct Fields {
                                            by.value * depths_.slope[level] * shift * radius,
                                            by.value * depth * shift * radii_.slope[r],
                                            by.friction * at,
-                                           by.along * at};
+                                           by.drag * at};
                 for (int c = 0; c < STRIDE; ++c) weights.push_back(c < FIELDS ? static_cast<float>(of[c]) : 0.0f);
             }
         }
@@ -210,7 +216,7 @@ TACTILE_INLINE bool find_spot(const DomeLibrary& library, const Meridian& meridi
 template <int COUNT>
 struct AtSpot {
     double field[COUNT], by_far, by_turn;
-    double across = 0;  // COUNT FIELDS: by a drag across the meridian
+    double along = 0, across = 0;  // COUNT FIELDS: by drags along the meridian and across it
 
     TACTILE_INLINE AtSpot(const DomeLibrary& library, const Fields<COUNT>& fields, const Spot& spot, int axis) {
         using Numbers = typename Fields<COUNT>::Numbers;
@@ -239,8 +245,8 @@ struct AtSpot {
         if constexpr (COUNT == 1) {
             field[VALUE] = of[0] + of[1];
         } else {
-            for (int c = 0; c < COUNT; ++c) field[c] = of[0][c] + (c < BY_FRICTION ? of[1][c] : 0.0f);
-            across = of[1][BY_ACROSS];
+            for (int c = 0; c < COUNT; ++c) field[c] = of[0][c] + of[1][c];
+            along = of[0][int{BY_DRAG}], across = of[1][int{BY_DRAG}];
         }
     }
 };
@@ -249,14 +255,14 @@ struct AtSpot {
 TACTILE_INLINE void chain(const Meridian& meridian, const Spot& spot, const AtSpot<FIELDS>& at, double* slopes) {
     const double by_shift = at.field[BY_SHIFT] + at.by_far * spot.far_by_shift + at.by_turn * spot.turn_by_shift;
     const double by_meridian = at.by_far * spot.far_by_meridian + at.by_turn * spot.turn_by_meridian +
-                               at.field[BY_ALONG] * meridian.across - at.across * meridian.along;
+                               at.along * meridian.across - at.across * meridian.along;
     slopes[X] = by_shift * meridian.by_away * meridian.cosine - by_meridian * meridian.sine / meridian.away;
     slopes[Y] = by_shift * meridian.by_away * meridian.sine + by_meridian * meridian.cosine / meridian.away;
     slopes[DEPTH] = at.field[BY_DEPTH];
     slopes[RADIUS] = at.field[BY_RADIUS] + by_shift * meridian.by_radius;
     slopes[FRICTION] = at.field[BY_FRICTION];
-    slopes[DRAG_X] = at.field[BY_ALONG] * meridian.cosine - at.across * meridian.sine;
-    slopes[DRAG_Y] = at.field[BY_ALONG] * meridian.sine + at.across * meridian.cosine;
+    slopes[DRAG_X] = at.along * meridian.cosine - at.across * meridian.sine;
+    slopes[DRAG_Y] = at.along * meridian.sine + at.across * meridian.cosine;
 }
 
 }  // namespace

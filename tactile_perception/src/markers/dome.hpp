@@ -8,11 +8,12 @@
 
 namespace tactile {
 
-// Numbers of a press: x, y of the tip before a drag; log depth; logs of radius and of friction over the library's middle ones, over their
-// spreads; way of the drag, with the skin, over the depth along x and y.
+// Numbers of a press: x, y of the tip before a drag; log depth; log of the radius over the library's middle one, over its spread; number of
+// friction, see friction_of in library.py; way of the drag, with the skin, over the depth along x and y.
 constexpr int PRESS = 7;
 enum PressNumber { X, Y, DEPTH, RADIUS, FRICTION, DRAG_X, DRAG_Y };
-constexpr int STRAIGHT = 3;  // powers of the log friction of a straight press
+constexpr int DRAGS = 2;     // of a tip that sticks, and what one that rubs shows more
+constexpr int STRAIGHT = 4;  // powers of the number of friction of a straight press
 
 // Coefficients of presses over modes, and the modes: even (mirror symmetric to the meridian plane) and odd.
 struct DomeLibrary {
@@ -20,8 +21,8 @@ struct DomeLibrary {
     double curvature, centre_z, disc_scale;             // of the dome: radius and height of the centre, m; see disc_scale in mesh.py
     double reach, depth, power, radius, radius_spread;  // largest shift of the mesh; deepest press; grading of depths; middle tip
     const double* edges;                                // (rings + 1), radii of the rings in the unit disc
-    const float* even_table;  // (levels + 3, STRAIGHT + 1, order, radii, even): straight presses, and drags along the meridian
-    const float* odd_table;   // (levels + 3, order, radii, odd): drags across the meridian
+    const float* even_table;  // (levels + 3, STRAIGHT + DRAGS, order, radii, even): straight presses, and drags along the meridian
+    const float* odd_table;   // (levels + 3, DRAGS, order, radii, odd): drags across the meridian
     const float* even_modes;  // (even, rings + 1, 3, harmonics + 1)
     const float* odd_modes;   // (odd, rings + 1, 3, harmonics + 1)
 };

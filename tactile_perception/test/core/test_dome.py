@@ -20,9 +20,10 @@ def library(seed=0):
     fall = (np.cos(np.pi * edges) + 1)[:, None, None] / 2
     level = np.arange(LEVELS + 3)[:, None, None, None, None]
     smaller = 0.3 ** (np.arange(ORDER)[:, None, None] + np.arange(RADII)[:, None])
-    even = rng.normal(0, 1, (1, 4, ORDER, RADII, EVEN)) * smaller * level * 1e-3
-    even[:, 1:3] *= 0.2
-    odd = rng.normal(0, 1, (1, ORDER, RADII, ODD)) * smaller * level[..., 0] * 1e-3
+    even = rng.normal(0, 1, (1, 6, ORDER, RADII, EVEN)) * smaller * level * 1e-3
+    even[:, [1, 2, 3, 5]] *= 0.2
+    odd = rng.normal(0, 1, (1, 2, ORDER, RADII, ODD)) * smaller * level * 1e-3
+    odd[:, 1] *= 0.2
     modes = [rng.normal(0, 1, (count, RINGS + 1, 3, WAVES)) * fall for count in (EVEN, ODD)]
     for of_modes, sine_axes in zip(modes, ([1], [0, 2])):
         of_modes[:, 0, :, 1:] = 0.0
@@ -52,9 +53,10 @@ def reference(arrays, points, press):
     by_level = BSpline.design_matrix([level], np.arange(-3, LEVELS + 4, dtype=float), 3).toarray()[0]
     by_shift = np.polynomial.chebyshev.chebvander([shift / reach], ORDER - 1)[0]
     by_radius = size ** np.arange(RADII)
-    kinds = np.array([1, friction, friction**2, along])
+    rubs = np.array([1, np.clip(-friction, 0, 1)])
+    kinds = np.array([1, friction, friction**2, friction**3, *(along * rubs)])
     even = np.einsum('dkabm,d,k,a,b->m', arrays['even_table'], by_level, kinds, by_shift, by_radius)
-    odd = across * np.einsum('dabm,d,a,b->m', arrays['odd_table'], by_level, by_shift, by_radius)
+    odd = across * np.einsum('dkabm,d,k,a,b->m', arrays['odd_table'], by_level, rubs, by_shift, by_radius)
     even, odd = np.tensordot(even, arrays['even_modes'], 1), np.tensordot(odd, arrays['odd_modes'], 1)
     moved = np.zeros((len(points), 3))
     for k, point in enumerate(points):

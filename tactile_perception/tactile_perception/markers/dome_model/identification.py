@@ -141,7 +141,7 @@ def _residuals(case: tuple[_Place, np.ndarray], points: np.ndarray, eyes: np.nda
     place, numbers = case[0], DomeNumbers.from_logs(case[1])
     mesh = DomeMesh(shift_of(place.across, numbers.radius, cap), cap, MeshPlan())
     steps = load_steps(place.depths)
-    pressed = press_dome(mesh, steps, numbers.radius, numbers.material, drags=False).straight[np.searchsorted(steps, place.depths)]
+    pressed = press_dome(mesh, steps, numbers.radius, numbers.material, drags=0).straight[np.searchsorted(steps, place.depths)]
     cos, sin = np.cos(place.turn), np.sin(place.turn)
     turned = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
     known = np.isfinite(points).all(axis=1)

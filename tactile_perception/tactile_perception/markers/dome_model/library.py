@@ -21,8 +21,9 @@ from .mesh import DomeMesh, MeshPlan, disc_scale, evaluate, shift_of
 from .outlines import STRETCH, appear_at, outlines
 
 RADIUS_SPREAD = np.log(2.2)    # simulated log tip radii, to either side of the middle one. Chosen
-FRICTION_SPREAD = np.log(2.5)  # simulated log friction, to either side of the middle one. Chosen
-RADII, FRICTIONS = 4, 3        # simulated tips and frictions. Chosen
+RADII = 4                      # simulated tips. Chosen
+FRICTIONS = np.array([-1.0, -0.5, 0.0, 1.0])  # simulated numbers of friction, 0 for the middle one: see friction_of. Chosen
+ROUGHER = 2.5                  # largest simulated friction over the middle one; the least is none, as of a tip in gross slip. Chosen
 DEPTH_POWER = 1.5              # grading of the depths: denser at first contact. Chosen
 TRUE = 1.5e-6                  # m: modes below this RMS are left out. Chosen: below the noise of a marker
 UNSOLVED = 0.2                 # largest share of presses that do not converge, as deep ones of a large tip near the rim. Chosen
@@ -74,9 +75,10 @@ class DomePlan:
 class DomeLibrary:
     """Displacement of a dome's markers under presses within plan.
 
-    even_table: (levels + 3, 4, 2 order, RADII, even): coefficients of straight presses by powers of friction, and of drags along the
-    meridian as far as the tip is deep, over even_modes (even, rings + 1, 3, harmonics + 1); odd_table (levels + 3, 2 order, RADII, odd)
-    and odd_modes: of drags across it. The displacement is what a marker shows: see AsSeen. pushes: the forces of the tips over the shear
+    even_table: (levels + 3, 6, 2 order, RADII, even): coefficients of straight presses by powers of the number of friction; of drags along
+    the meridian by a tip that sticks, over the way over the depth that it carries the skin; and of what a tip that rubs shows more; over
+    even_modes (even, rings + 1, 3, harmonics + 1). odd_table (levels + 3, 2, 2 order, RADII, odd) and odd_modes: of drags across it. The
+    displacement is what a marker shows: see AsSeen. pushes: the forces of the tips over the shear
     modulus and thickness, as displacements that are the same all over the dome.
     """
 
@@ -104,9 +106,9 @@ class DomeLibrary:
 def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshPlan()) -> DomeLibrary:
     """Simulate the presses of plan on a dome of that material. Raises BadCalibration where too many do not converge."""
     cases = [(shift, radius, friction) for shift, radius, friction in
-             product(plan.shifts[:plan.order], np.linspace(-1, 1, RADII), np.linspace(-1, 1, FRICTIONS))]
+             product(plan.shifts[:plan.order], np.linspace(-1, 1, RADII), FRICTIONS)]
     pressed = in_parallel(partial(_pressed, plan, material, mesh), cases, 'presses simulated for the library')
-    shape = plan.order, RADII, FRICTIONS, plan.levels
+    shape = plan.order, RADII, len(FRICTIONS), plan.levels
     fields = [np.reshape([getattr(one, name) for one in pressed], (*shape, mesh.rings + 1, 3, mesh.harmonics + 1))
               for name in ('straight', 'along', 'across')]
     if np.isnan(fields[0][..., 0, 0, 0]).mean() > UNSOLVED:
@@ -116,22 +118,33 @@ def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshP
     return _assembled(plan, mesh, fields, _assembled(plan, UNIFORM, pushes))
 
 
+def friction_of(number: float) -> float:
+    """Friction over the middle one of a number from -1, none, over 0 to 1, the largest simulated."""
+    return (1 + number)**np.log2(ROUGHER)
+
+
 def _assembled(plan: DomePlan, mesh: MeshPlan, fields: list[np.ndarray], pushes: DomeLibrary | None = None) -> DomeLibrary:
-    """The library of straight presses, drags along and drags across, (order, RADII, FRICTIONS, levels, rings + 1, 3, harmonics + 1)
+    """The library of straight presses, drags along and drags across, (order, RADII, frictions, levels, rings + 1, 3, harmonics + 1)
     each."""
-    straight, along, across = fields
-    middle = FRICTIONS // 2
-    kinds = [_filled(part, plan) for part in (*np.moveaxis(straight, 2, 0), along[:, :, middle], across[:, :, middle])]
-    return DomeLibrary(plan, mesh, _reduced([_mirrored(part, odd=False, turned=k == FRICTIONS) for k, part in enumerate(kinds[:-1])], plan),
-                       _reduced([_mirrored(kinds[-1], odd=True, turned=False)], plan), pushes)
+    straight, *drags = fields
+    sticks, rubs = (int(np.flatnonzero(FRICTIONS == number)[0]) for number in (0, -1))
+    kinds = [_filled(part, plan) for part in np.moveaxis(straight, 2, 0)]
+    even = [_mirrored(part, odd=False, turned=False) for part in kinds]
+    both = []
+    for part, odd in zip(drags, (False, True)):
+        stuck, rubbed = (_filled(part[:, :, k], plan) for k in (sticks, rubs))
+        both.append([_mirrored(kind, odd=odd, turned=not odd) for kind in (stuck, rubbed - stuck)])
+    return DomeLibrary(plan, mesh, _reduced(even + both[0], plan), _reduced(both[1], plan), pushes)
 
 
 def _pressed(plan: DomePlan, material: DomeMaterial, mesh_plan: MeshPlan, case: tuple[float, float, float]) -> PressedDome:
-    """Fields at the levels of one press, as markers show them; case: shift of the mesh, log radius and log friction over the spreads."""
+    """Fields at the levels of one press, as markers show them; case: shift of the mesh, log radius over the spread and number of
+    friction."""
     shift, radius, friction = case
     mesh = DomeMesh(shift, plan.cap, mesh_plan)
-    rough = DomeMaterial(material.squeeze, material.gas, plan.friction * np.exp(FRICTION_SPREAD * friction))
-    found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(RADIUS_SPREAD * radius), rough, drags=friction == 0)
+    rough = DomeMaterial(material.squeeze, material.gas, plan.friction * friction_of(friction))
+    found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(RADIUS_SPREAD * radius), rough,
+                       drags=plan.substeps if friction in (0, -1) else 0)
     level = slice(plan.substeps - 1, None, plan.substeps)
     shown = AsSeen(mesh, plan.marker, plan.eye).fields(found.straight[level], found.along[level], found.across[level])
     return PressedDome(*shown, found.push[level], found.push_along[level], found.push_across[level])
@@ -210,14 +223,13 @@ def _reduced(kinds: list[np.ndarray], plan: DomePlan) -> tuple[np.ndarray, np.nd
     _, strength, modes = np.linalg.svd(snapshots, full_matrices=False)
     modes = modes[:max(1, int(np.sum(strength > TRUE * np.sqrt(snapshots.size))))]
     mixed = np.reshape(snapshots @ modes.T, (len(kinds), *shape[:3], len(modes)))
-    if len(kinds) > 1:  # straight presses by powers of friction
-        powers = np.linalg.inv(np.vander(np.linspace(-1, 1, FRICTIONS), increasing=True))
-        mixed[:FRICTIONS] = np.einsum('pf,fabcm->pabcm', powers, mixed[:FRICTIONS])
+    if len(kinds) > len(FRICTIONS):  # straight presses by powers of the number of friction
+        powers = np.linalg.inv(np.vander(FRICTIONS, increasing=True))
+        mixed[:len(FRICTIONS)] = np.einsum('pf,fabcm->pabcm', powers, mixed[:len(FRICTIONS)])
     angle = (2 * np.arange(2 * plan.order) + 1) * np.pi / (4 * plan.order)
     over_shift = np.linalg.inv(np.cos(np.outer(angle, np.arange(2 * plan.order))))
     over_radius = np.linalg.inv(np.vander(np.linspace(-1, 1, RADII), increasing=True))
     table = np.einsum('ai,cj,dl,kijlm->dkacm', over_shift, over_radius, _spline_fit(plan.levels), mixed, optimize=True)
-    table = table if len(kinds) > 1 else table[:, 0]
     return np.ascontiguousarray(table), np.ascontiguousarray(modes.reshape(len(modes), *shape[3:]))
 
 
@@ -243,7 +255,7 @@ def library_from_numbers(numbers: Mapping) -> DomeLibrary:
     try:
         plan, mesh = DomePlan(**numbers['plan']), MeshPlan(**numbers['mesh'])
         levels, sides = plan.levels + 3, (2 * plan.order, RADII)
-        shapes = {'even': (levels, FRICTIONS + 1, *sides), 'odd': (levels, *sides)}
+        shapes = {'even': (levels, len(FRICTIONS) + 2, *sides), 'odd': (levels, 2, *sides)}
         found = []
         for name, shape in shapes.items():
             table = np.stack([unpack(packed, shape) for packed in numbers[f'{name}_parts']], axis=-1)

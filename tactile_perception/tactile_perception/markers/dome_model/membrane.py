@@ -53,9 +53,9 @@ class _Touch:
 
 @dataclass(frozen=True)
 class PressedDome:
-    """Fields of one tip at D depths: straight (D, size): displacement; along, across (D, size), even and odd: by a tip that sticks and
-    goes as far aside as it is deep, along the meridian and across it; push, push_along, push_across (D, 3): forces of the tip, over G,
-    that belong to them. NaN from the first depth without convergence."""
+    """Fields of one tip at D depths: straight (D, size): displacement; along, across (D, size), even and odd: by a tip that carries
+    the skin as far aside as it is deep, along the meridian and across it; push, push_along, push_across (D, 3): forces of the tip, over G,
+    that belong to them. NaN from the first depth without convergence, and where not wanted."""
 
     straight: np.ndarray
     along: np.ndarray
@@ -65,9 +65,9 @@ class PressedDome:
     push_across: np.ndarray
 
 
-def press_dome(mesh: DomeMesh, depths: np.ndarray, radius: float, material: DomeMaterial, drags: bool = True) -> PressedDome:
-    """Press a tip of radius, m, straight down at the mesh's centre to rising depths (D,), m; friction depends on the path. drags: whether
-    along and across are wanted."""
+def press_dome(mesh: DomeMesh, depths: np.ndarray, radius: float, material: DomeMaterial, drags: int = 1) -> PressedDome:
+    """Press a tip of radius, m, straight down at the mesh's centre to rising depths (D,), m; friction depends on the path. drags:
+    every so many depths along and across are wanted, 0 for never."""
     return _Press(mesh, radius, material).path(np.asarray(depths, float), drags)
 
 
@@ -88,7 +88,7 @@ class _Press:
         self._first = at + np.array([np.sin(angle), 0.0, np.cos(angle)]) * (cap.curvature_radius + radius)
         self._settled = np.zeros(mesh.weight.shape, bool), np.zeros(mesh.rest.shape), self._first, self._places() - self._first
 
-    def path(self, depths: np.ndarray, drags: bool) -> PressedDome:
+    def path(self, depths: np.ndarray, drags: int) -> PressedDome:
         """See press_dome."""
         found = PressedDome(*(np.full((len(depths), size), np.nan) for size in (*[self._mesh.plan.size] * 3, 3, 3, 3)))
         last, before, at = self._u, 0.0, 0.0
@@ -100,7 +100,7 @@ class _Press:
                 break
             last, before, at = start, at, depth
             found.straight[k], found.push[k] = self._u, self._push()
-            if drags:
+            if drags and (k + 1) % drags == 0:
                 found.along[k], found.push_along[k] = self._dragged(0, depth)
                 found.across[k], found.push_across[k] = self._dragged(1, depth)
         return found
@@ -208,21 +208,34 @@ class _Press:
         return found[:, 0] + found[:, 1] * (self._softer * (push @ found[:, 0]) / (1 - self._softer * (push @ found[:, 1])))
 
     def _dragged(self, axis: int, way: float) -> tuple[np.ndarray, np.ndarray]:
-        """(size,) displacement where the tip goes by way, m, along x or y and the skin sticks to it; and the change (3,) of the force of
-        the tip.
+        """(size,) displacement where the tip goes by way, m, along x or y and carries the skin as far; and the change (3,) of the force of
+        the tip. The skin sticks to it; without friction, traction in proportion to the pressure carries it, as of a tip in gross slip.
 
         Linear, and yet near for a long way: the part of the skin in contact moves as one, and an ideal balloon answers linearly.
         """
-        touch, odd = self._touching, axis == 1
+        odd, aside = axis == 1, np.eye(3)[axis] * way
         value, slopes = (self._value, self._slopes) if not odd else self._mesh.basis(odd=True)
-        area, aside = (self._mesh.weight * self._mesh.scale**2)[..., None], np.eye(3)[axis] * way
-        held = touch.stuck * area[..., None]
-        free = self._mesh.free(odd)
-        right = self._gathered(value, held @ aside) * free
-        push = np.zeros_like(right) if odd else self._swelling  # mirror symmetry keeps the gas out of the odd field
-        moved = self._with_gas((*self._tangents[:2], held), right, push, value, slopes, free)
-        left = aside - np.matmul(value, moved[self._mesh.of][..., None]).reshape(self._mesh.rest.shape)
-        force = np.sum(np.matmul(held, left[..., None])[..., 0], axis=(0, 1))
+        area, free = (self._mesh.weight * self._mesh.scale**2)[..., None], self._mesh.free(odd)
+        push = np.zeros_like(self._u) if odd else self._swelling  # mirror symmetry keeps the gas out of the odd field
+        rubs = self._material.friction == 0
+        held = (self._touching.tangent if rubs else self._touching.stuck) * area[..., None]
+
+        def answer(load):
+            return self._with_gas((*self._tangents[:2], held), self._gathered(value, load) * free, push, value, slopes, free)
+
+        def at_points(field):
+            return np.matmul(value, field[self._mesh.of][..., None]).reshape(self._mesh.rest.shape)
+
+        moved, traction = answer(held @ aside), 0.0
+        if rubs:
+            normal = self._touching.force * area  # of the skin on the tip, outwards from it
+            size = np.linalg.norm(normal, axis=-1, keepdims=True)
+            along = size * aside - normal * (normal @ aside)[..., None] / np.maximum(size, 1e-30)
+            more = answer(along)
+            weight = size / size.sum()
+            lacks, gives = (np.sum(weight * (part @ aside)[..., None]) for part in (aside - at_points(moved), at_points(more)))
+            moved, traction = moved + more * (lacks / gives), along * (lacks / gives)
+        force = np.sum(np.matmul(held, (aside - at_points(moved))[..., None])[..., 0] + traction, axis=(0, 1))
         return moved, 2 * force * ([0.0, 1.0, 0.0] if odd else [1.0, 0.0, 1.0])
 
     def _push(self) -> np.ndarray:

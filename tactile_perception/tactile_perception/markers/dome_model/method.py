@@ -10,7 +10,7 @@ import numpy as np
 
 from .calibration import DomeCalibration, calibrate_dome
 from .library import RADIUS_SPREAD
-from .solver import DEPTH, DRAG, DRAGGED, PRESS, RADIUS, X, Y, DomeFound, DomeInverse, PressPrior
+from .solver import DEPTH, DRAG, DRAGGED, FRICTION, OF_TWO, PRESS, RADIUS, X, Y, DomeFound, DomeInverse, PressPrior
 from ...common.vectors import cross
 from ...errors import BadArgument
 from ..touches.presses import Presses
@@ -32,7 +32,8 @@ BETTER = 0.5         # largest misfit of two presses over that of one
 APART = 2.0          # least distance of two tips, of the smaller radius
 SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
 DRAGS = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])  # way over depth of the starts of drags
-NOT_LINEAR = 0.12, 0.2  # error of place, and of depth, over the way of a drag, which is linearised
+RUBS = -0.8          # number of friction of the starts of drags by a tip that rubs
+NOT_LINEAR = 0.1, 0.15  # error of place, and of depth, over the way of a drag, which is linearised
 SCALED = 0.5         # error of a scale over the correction that the calibrated tip needs: another tip may need another
 SAME_TIP = 0.05      # standard deviation of the log radius, over the library's spread, that the model's error adds to a tip known before
 UNEXPLAINED = 12.0   # misfit from which an estimate is ambiguous
@@ -113,7 +114,7 @@ class DomeModelMethod:
             self._dragged = self._of_tip(straight)
             return straight
         if last is not None and len(last.presses) == 2:
-            two = self.solver.solve(field, last.presses, DRAGGED)
+            two = self.solver.solve(field, last.presses, OF_TWO)
             if two.misfit < WRONG and self._are_two(straight, two):
                 return two
         one = self._drag(field, [straight.presses, *self._drags(straight)] + ([last.presses] if known else []))
@@ -137,11 +138,10 @@ class DomeModelMethod:
         return min(told, self._dragged, key=lambda prior: prior.tip_sigma)
 
     def _drags(self, one: DomeFound) -> list[np.ndarray]:
-        """(1, 7) starts of drags, where a straight press would be."""
-        starts = np.repeat(one.presses, len(DRAGS), axis=0)
-        starts[:, RADIUS:] = 0.0
+        """(1, 7) starts of drags, where a straight press would be: of a tip that sticks, and of one that rubs."""
+        starts = np.repeat(one.presses, 2 * len(DRAGS), axis=0)
         starts[:, RADIUS] = self._dragged.tip
-        starts[:, DRAG] = DRAGS
+        starts[:, FRICTION], starts[:, DRAG] = np.repeat([0.0, RUBS], len(DRAGS)), np.tile(DRAGS, (2, 1))
         return list(starts[:, None])
 
     def _two(self, field: MarkerField, match: np.ndarray, one: DomeFound) -> DomeFound:
@@ -150,7 +150,7 @@ class DomeModelMethod:
         left = replace(field, shift=field.shift - self.solver.appear(one.presses))
         starts = self.solver.start_of_two(match), np.concatenate([one.presses, self.solver.start(self.solver.match(left))])
         straight = min((self.solver.solve(field, start) for start in starts), key=lambda both: both.misfit)
-        return min(straight, self.solver.solve(field, straight.presses, DRAGGED), key=lambda both: both.misfit)
+        return min(straight, self.solver.solve(field, straight.presses, OF_TWO), key=lambda both: both.misfit)
 
     def _are_two(self, one: DomeFound, two: DomeFound) -> bool:
         """Whether two presses explain the field much better and are distinct."""

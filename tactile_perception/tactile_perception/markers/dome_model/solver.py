@@ -33,8 +33,8 @@ class FieldNoise:
 
 @dataclass(frozen=True)
 class PressPrior:
-    """What is known of a press beforehand: drag: standard deviation of the way of the drag over the depth; friction: of log friction over
-    the library's spread; tip, tip_sigma: mean and standard deviation of the log radius over the library's spread."""
+    """What is known of a press beforehand: drag: standard deviation of the way of the drag over the depth; friction: of its number (see
+    friction_of in library.py); tip, tip_sigma: mean and standard deviation of the log radius over the library's spread."""
 
     drag: float
     friction: float
@@ -42,8 +42,11 @@ class PressPrior:
     tip_sigma: float = 0.35
 
 
-#: Of a press that goes straight in, and of one that is dragged, which turns the friction of the press along the drag. Chosen
-STRAIGHT, DRAGGED = PressPrior(0.005, 0.25), PressPrior(0.4, 0.35)
+#: Of a press that goes straight in, and of one that is dragged, which turns the friction of the press along the drag, so that nothing of
+#: it is left once the tip slips. Chosen
+STRAIGHT, DRAGGED = PressPrior(0.005, 0.1), PressPrior(0.4, 1.0)
+#: Of two presses, which markers tell less well. Chosen
+OF_TWO = PressPrior(0.4, 0.35)
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+from itertools import product
+
 import numpy as np
 import pytest
 from dome_library import EYES, MATERIAL, MESH, PLAN, POINTS, press, small_library
@@ -21,7 +23,7 @@ def moved(*numbers):
 def test_presses_between_the_simulated_ones_are_interpolated():
     step, across, turn, radius = PLAN.load_steps[9], 0.037, 0.6, 0.3
     mesh = DomeMesh(shift_of(across, PLAN.radius * np.exp(RADIUS_SPREAD * radius), PLAN.cap), PLAN.cap, MESH)
-    direct = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius * np.exp(RADIUS_SPREAD * radius), MATERIAL, drags=False).straight[-1]
+    direct = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius * np.exp(RADIUS_SPREAD * radius), MATERIAL, drags=0).straight[-1]
     turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
     shown = AsSeen(mesh, PLAN.marker, PLAN.eye).fields(*(direct[None] for _ in range(3)))[0][0]
     expected = evaluate(shown, mesh, POINTS[KNOWN] @ turned.T) @ turned
@@ -29,16 +31,25 @@ def test_presses_between_the_simulated_ones_are_interpolated():
     assert np.sqrt(np.mean((found - expected)**2)) < 0.02 * np.abs(expected).max()
 
 
-def test_the_force_of_the_tip_is_that_of_the_simulated_presses():
+def test_the_force_of_a_tip_that_sticks_or_rubs_is_that_of_the_simulated_presses():
     step, across, turn = PLAN.load_steps[9], 0.037, 0.6
     mesh = DomeMesh(shift_of(across, PLAN.radius, PLAN.cap), PLAN.cap, MESH)
-    direct = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius, MATERIAL)
+    stuck = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius, MATERIAL)
+    rubs = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius, DomeMaterial(MATERIAL.squeeze, MATERIAL.gas, 0.0))
     turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
     place, library = (across * np.cos(turn), across * np.sin(turn)), small_library()
-    for drag in ((0.0, 0.0), (0.3, 0.0), (0.0, 0.3)):
+    for drag, (direct, friction) in product(((0.0, 0.0), (0.3, 0.0), (0.0, 0.3)), ((stuck, 0.0), (rubs, -1.0))):
         expected = (direct.push[-1] + drag[0] * direct.push_along[-1] + drag[1] * direct.push_across[-1]) @ turned
-        found = library.push(press(*place, step, drag=np.array(drag) @ turned[:2, :2]))
+        found = library.push(press(*place, step, friction=friction, drag=np.array(drag) @ turned[:2, :2]))
         assert expected[2] < 0 and np.linalg.norm(found - expected) < 0.03 * np.linalg.norm(expected)
+
+
+def test_a_tip_that_rubs_moves_the_middle_of_its_touch_farther_than_one_that_sticks():
+    top = np.array([[0.0, 0.0, PLAN.height]])
+    for way in np.array([[0.3, 0.0], [0.0, 0.3]]):
+        presses = [press(1e-6, 0.0, 0.03, 0.0, friction, way) for friction in (0.0, -0.5, -1.0)]
+        stuck, half, rubs = (small_library().moved(top, EYES[:1], one[None])[0, :2] @ way / 0.3 for one in presses)
+        assert stuck == pytest.approx(0.3 * 0.03, rel=0.02) and 1.03 * stuck < rubs < 1.2 * stuck and stuck < half < rubs
 
 
 def test_the_library_has_the_domes_symmetry():

@@ -47,6 +47,22 @@ def test_a_drag_pulls_the_skin_along_and_is_alike_in_all_directions_on_top():
     assert np.allclose(along[[0, 1, 2]][:, [0, 1]], across[[0, 2, 1]][:, [1, 0]], rtol=1e-3, atol=1e-6)
 
 
+def test_a_tip_that_rubs_carries_the_skin_by_traction_in_proportion_to_its_pressure():
+    """As far in the mean as one that sticks, its middle farther; far away they hardly differ."""
+    points = np.array([[0.0, 0.0, CAP.height], [0.1, 0.0, np.nan]])
+    points[1:, 2] = CAP.heights(points[1:, :2])
+    shown = []
+    for friction in (0.5, 0.0):
+        mesh, found = pressed(0.0, np.linspace(0.002, 0.02, 10), DomeMaterial(0.8, 60.0, friction))
+        along, across = (evaluate(field[-1], mesh, at, odd) for field, at, odd in
+                         ((found.along, points, False), (found.across, points[:, [1, 0, 2]], True)))
+        assert np.allclose(along[:, 0], across[:, 1], rtol=1e-2)
+        shown.append(along[:, 0] / 0.02)
+    stuck, rubs = shown
+    assert stuck[0] == pytest.approx(1.0, rel=0.01) and 1.03 < rubs[0] < 1.2
+    assert rubs[1] == pytest.approx(stuck[1], rel=0.1)
+
+
 def test_friction_holds_the_skin_on_the_slope():
     slid = [pressed(0.05, np.linspace(0.001, 0.02, 12), DomeMaterial(0.8, 60.0, friction))[1].push[-1] for friction in (0.1, 0.4, 0.8)]
     lean = [one[0] / -one[2] for one in slid]  # the tip is pushed uphill by less than friction and slope allow
@@ -82,7 +98,7 @@ def test_rings_of_half_the_width_move_the_markers_by_less_than_they_show():
     moved = []
     for plan in (MeshPlan(), MeshPlan(even=24, rings=56, width=0.00625)):
         mesh = DomeMesh(shift_of(0.03, 0.03, CAP), CAP, plan)
-        found = press_dome(mesh, 0.036 * (np.arange(1, 37) / 36)**1.3, 0.03, DomeMaterial(0.0, 73.0, 0.35), drags=False)
+        found = press_dome(mesh, 0.036 * (np.arange(1, 37) / 36)**1.3, 0.03, DomeMaterial(0.0, 73.0, 0.35), drags=0)
         moved.append(evaluate(found.straight[-1], mesh, points))
     assert np.linalg.norm(moved[1], axis=1).max() > 0.03
     assert np.linalg.norm(moved[0] - moved[1], axis=1).max() < 0.25e-3
