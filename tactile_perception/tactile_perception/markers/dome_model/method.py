@@ -84,12 +84,17 @@ class DomeModelMethod:
         if len(field) != len(self.solver.points):
             raise BadArgument(f'calibrated for {len(self.solver.points)} markers, got a field of {len(field)}')
         match = self.solver.match(field)
-        score = self.solver.score(field, match) if field.seen.sum() >= SEEN else 0.0
+        score = self.solver.score(field, match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
         if not score > self._threshold:
             self._last, self._dragged = None, DRAGGED
             return None
         self._last = self._explained(field, match, self._last)
         return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, self._last)
+
+    def _spread(self, field: MarkerField) -> bool:
+        """Whether the seen markers are now in a plane, not on a line or at one place."""
+        now = (field.rest + field.shift)[field.seen]
+        return bool(np.linalg.eigvalsh(np.cov(now.T))[0] > max(self.sensor.pitch)**2)
 
     def _faint(self, field: MarkerField, found: DomeFound) -> DomeFound:
         """The press with the places in its covariance that explain the frame as well."""
