@@ -19,8 +19,8 @@ from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_senso
 from tactile_perception.touchpad.sensor import camera_pose
 
 RATE, NOISE, WAY = 5.0, 0.02, (-0.021, 0.021)  # Hz, px, m
-LARGEST = 2e-3, 4e-3, 1.5e-3  # m, mean and greatest error of place, mean error of depth of a drag. Chosen
-OF_TWO = 3e-3                  # m, mean error of place of two tips. Chosen
+LARGEST = 1.2e-3, 2e-3, 1.1e-3  # m, mean and greatest error of place, mean error of depth of a drag. Chosen
+OF_TWO = 3e-3                    # m, mean error of place of two tips. Chosen
 
 
 def played(act, friction):
@@ -56,11 +56,10 @@ def test_a_dragged_tip_is_told_as_one_where_it_is(friction):
     assert place.mean() < LARGEST[0] and place.max() < LARGEST[1] and depth.mean() < LARGEST[2]
 
 
-def test_two_tips_of_half_the_calibrated_radius_are_told_as_two_where_they_are_or_not_at_all():
+def test_two_tips_of_half_the_calibrated_radius_are_told_as_two_where_they_are():
     """Five radii apart; drags alone would end with hardly any depth and a long way."""
     frames = played(partial(press, 'fists_70mm', 0.0, 0.01, 0.010, 0.018, 0.026, move=0.4), 0.35)
     deep = [(truth, told) for truth, told in frames if len(truth) == 2 and truth[0].depth > 9.9e-3]  # not the retreat
-    assert len(deep) > 5 and all(len(told) in (0, 2) for _, told in deep) and np.mean([len(told) == 2 for _, told in deep]) > 0.7
-    deep = [(truth, told) for truth, told in deep if told]
+    assert len(deep) > 5 and all(len(told) == 2 for _, told in deep)
     off = [min(np.hypot(*(touch.position - tip.position)[:2]) for touch in told) for truth, told in deep for tip in truth]
     assert np.mean(off) < OF_TWO

@@ -21,11 +21,12 @@ DEPTH_POWER = 1.3       # grading of the load steps. Chosen
 PLACES = 4              # simulated at most, evenly over their distances from the axis. Chosen
 DEPTHS = 4              # of a place at most. Chosen
 TENSIONS = 1.0, 0.5, 0.25, 0.12  # over shear modulus and thickness: starts. Chosen
+ROUGHER = 0.4, 0.63, 1.6         # friction over the likely one: further starts, at the best tension. Chosen
 ITERATIONS = 3          # of Gauss and Newton, at most. Chosen
 SHARES = 1.0, 0.4       # of a step that are tried. Chosen
 GAINED = 0.03           # of the cost: an iteration that gains less is the last. Chosen
 SHALLOW = 0.2           # of the deepest press: above it, model errors are in proportion to depth. Chosen
-STEPS = np.array([0.1, 0.15, 0.2, 0.05])   # of the finite differences of the logs. Chosen
+STEPS = np.array([0.1, 0.15, -0.2, 0.05])  # of the finite differences of the logs. Chosen: more friction than sticks changes nothing
 LIMIT = np.array([0.7, 1.0, 0.6, 0.3])     # of one step. Chosen
 SIGMA = np.array([1.5, 1.0, 0.7, 0.03])    # prior standard deviations of the logs. Chosen: wide, but of the radius, which heights tell
 TRUST = 0.002           # relative error of the model against which that prior is weighed. Chosen
@@ -78,6 +79,9 @@ def identify(presses: Presses, points: np.ndarray, eyes: np.ndarray, cap: Cap, p
     count = np.isfinite(left).sum(axis=1)
     if count.max() < 0.5 * sum(np.isfinite(place.shifts).sum() for place in places):
         raise BadCalibration(f'presses simulated with {DomeNumbers.from_logs(starts[0])} do not converge; check dome and depths')
+    best = int(np.argmin([_cost(one, logs, start.logs) for one, logs in zip(left, starts)]))
+    starts = [starts[best], *(starts[best] + [0, 0, np.log(rougher), 0] for rougher in ROUGHER)]
+    left = [left[best], *explain(starts[1:])]
     costs = [_cost(one, logs, start.logs) for one, logs in zip(left, starts)]
     logs, left, cost = (part[int(np.argmin(costs))] for part in (starts, left, costs))
     for _ in range(ITERATIONS):

@@ -10,7 +10,7 @@ import numpy as np
 
 from .calibration import DomeCalibration, calibrate_dome
 from .library import RADIUS_SPREAD
-from .solver import DEPTH, DRAG, DRAGGED, FRICTION, OF_TWO, PRESS, RADIUS, X, Y, DomeFound, DomeInverse, PressPrior
+from .solver import DEPTH, DRAG, DRAGGED, FRICTION, OF_TWO, PRESS, RADIUS, X, Y, DomeFound, DomeInverse
 from ...common.vectors import cross
 from ...errors import BadArgument
 from ..touches.presses import Presses
@@ -33,9 +33,10 @@ APART = 2.0          # least distance of two tips, of the smaller radius
 SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
 DRAGS = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])  # way over depth of the starts of drags
 RUBS = -0.8          # number of friction of the starts of drags by a tip that rubs
-NOT_LINEAR = 0.1, 0.15  # error of place, and of depth, over the way of a drag, which is linearised
+NOT_LINEAR = 0.07, 0.1  # error of place, and of depth, over the way of a drag, which is linearised
 SCALED = 0.5         # error of a scale over the correction that the calibrated tip needs: another tip may need another
-SAME_TIP = 0.05      # standard deviation of the log radius, over the library's spread, that the model's error adds to a tip known before
+SAME_TIP = 0.02      # standard deviation of the log radius, over the library's spread, by which a dragged tip may differ from that of the
+                     # touch's straight presses
 UNEXPLAINED = 12.0   # misfit from which an estimate is ambiguous
 BEYOND = 1.02        # times the calibrated depth: deeper is out of range
 EDGE = 0.98          # of the library's reach, from which a touch is at the edge
@@ -50,6 +51,7 @@ class DomeModelMethod:
                                   max(sensor.pitch))
         self._threshold = max(STANDS_OUT, QUIETER * calibration.quiet)
         self._last: DomeFound | None = None
+        self._straight = np.zeros(2)  # of the touch's straight presses: sums of the tips' weights, and of their weighted log radii
         self._dragged = DRAGGED
 
     @classmethod
@@ -86,7 +88,7 @@ class DomeModelMethod:
         match = self.solver.match(field)
         score = self.solver.score(field, match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
         if not score > self._threshold:
-            self._last, self._dragged = None, DRAGGED
+            self._last, self._straight, self._dragged = None, np.zeros(2), DRAGGED
             return None
         self._last = self._explained(field, match, self._last)
         return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, self._last)
@@ -116,8 +118,7 @@ class DomeModelMethod:
                 return one
         straight = self.solver.solve(field, self.solver.start(match))
         if straight.misfit < AMISS and not _is_dragged(straight):
-            self._dragged = self._of_tip(straight)
-            return straight
+            return self._learnt(straight)
         if last is not None and len(last.presses) == 2:
             two = self.solver.solve(field, last.presses, OF_TWO)
             if two.misfit < WRONG and self._are_two(straight, two):
@@ -125,7 +126,7 @@ class DomeModelMethod:
         one = self._drag(field, [straight.presses, *self._drags(straight)] + ([last.presses] if known else []))
         one = one if one.misfit < DRAG_BETTER * straight.misfit else straight
         if one.misfit < WRONG:
-            return one
+            return one if _is_dragged(one) else self._learnt(one)
         two = self._two(field, match, one)
         return two if self._are_two(one, two) else one
 
@@ -136,11 +137,14 @@ class DomeModelMethod:
             return one
         return min([one, *(self.solver.solve(field, start, self._dragged) for start in starts[1:])], key=lambda solution: solution.misfit)
 
-    def _of_tip(self, straight: DomeFound) -> PressPrior:
-        """The prior of a drag by the tip of a straight press, or as before where that told the tip better: a drag hardly tells it."""
-        sigma = float(np.sqrt(straight.covariance[RADIUS, RADIUS] * max(1.0, straight.misfit))) + SAME_TIP
-        told = replace(DRAGGED, tip=float(straight.presses[0, RADIUS]), tip_sigma=sigma)
-        return min(told, self._dragged, key=lambda prior: prior.tip_sigma)
+    def _learnt(self, straight: DomeFound) -> DomeFound:
+        """The straight press. A drag will be by the tip of the touch's straight presses so far, the mean by their variances: what the model
+        lacks in a drag would else pass for another tip."""
+        weight = 1 / (straight.covariance[RADIUS, RADIUS] * max(1.0, straight.misfit))
+        wider = float(np.log(self.calibration.radius_scale(np.exp(straight.presses[0, DEPTH])))) / RADIUS_SPREAD
+        self._straight = self._straight + weight * np.array([1.0, straight.presses[0, RADIUS] - wider])
+        self._dragged = replace(DRAGGED, tip=float(self._straight[1] / self._straight[0]) + wider, tip_sigma=SAME_TIP)
+        return straight
 
     def _drags(self, one: DomeFound) -> list[np.ndarray]:
         """(1, 7) starts of drags, where a straight press would be: of a tip that sticks, and of one that rubs."""

@@ -43,10 +43,10 @@ class PressPrior:
 
 
 #: Of a press that goes straight in, and of one that is dragged, which turns the friction of the press along the drag, so that nothing of
-#: it is left once the tip slips. Chosen
-STRAIGHT, DRAGGED = PressPrior(0.005, 0.1), PressPrior(0.4, 1.0)
+#: it is left once the tip slips; a tip that sticks carries the skin farther than it is deep. Chosen
+STRAIGHT, DRAGGED = PressPrior(0.005, 0.05), PressPrior(1.0, 1.0)
 #: Of two presses, which markers tell less well. Chosen
-OF_TWO = PressPrior(0.4, 0.35)
+OF_TWO = PressPrior(0.1, 0.05)
 
 
 @dataclass(frozen=True)

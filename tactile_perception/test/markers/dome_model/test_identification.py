@@ -30,9 +30,11 @@ def test_a_ray_meets_the_viewing_plane():
 
 
 @pytest.mark.full  # simulates presses
-def test_tension_and_friction_are_told_from_simulated_presses(monkeypatch):
+@pytest.mark.parametrize('tension, friction, across', [(0.3, 0.4, 0.05), (1.0, 0.2, 0.07)])
+def test_tension_and_friction_are_told_from_simulated_presses(monkeypatch, tension, friction, across):
+    """Also where the skin would stick all over at the friction of the start, so that a little more or less would change nothing."""
     monkeypatch.setattr(identification, 'LOAD_STEPS', 10)
-    presses, true = dome_presses([(0.0, 0.0), (0.05, 0.0)], (0.012, 0.025), still=0), np.log([0.3, 70.0, 0.4, 0.025])
+    presses, true = dome_presses([(0.0, 0.0), (across, 0.0)], (0.012, 0.025), still=0), np.log([tension, 70.0, friction, 0.025])
     known = dict(points=POINTS, eyes=np.nan_to_num(EYES), cap=CAP, plane_z=DOME.plane_z, marker=0.004)
     for place in identification._places(presses):  # what the true dome would have shown
         left = identification._residuals((place, true), **known).reshape(place.shifts.shape) / place.weights[:, None, None]

@@ -36,11 +36,26 @@ def method(calibration):
 def test_straight_and_dragged_presses_of_any_tip_are_told_as_one(method):
     for k, one in enumerate((press(0.02, 0.01, 0.02), press(-0.03, 0.02, 0.012, 0.5, 0.2), press(0.0, 0.0, 0.03, -0.4),
                              press(0.03, -0.03, 0.025, drag=(0.5, 0.1)), press(-0.02, 0.0, 0.02, 0.3, drag=(0.0, -0.6)))):
+        assert method.estimate(library_field(seed=k)) == []  # the touch before is over
         touch, = method.estimate(library_field(one, seed=k))
         place, height = one[:2] + np.exp(one[2]) * one[5:], touch_height(one) - np.exp(one[2])
         assert np.hypot(*(touch.position[:2] - place)) < 2e-3 and touch.position[2] == pytest.approx(height, abs=1.5e-3)
         assert touch.depth == pytest.approx(first_touch_height(touch.position[:2], touch.radius, DOME)[0] - touch.position[2], abs=1e-9)
         assert touch.position[2] < DOME.height and 0.01 < touch.radius < 0.06 and not touch.flags
+
+
+def test_a_dragged_tip_keeps_the_radius_of_its_straight_presses(method):
+    """What the model lacks in a drag may look like another tip, and that like another depth."""
+    straight, drag = press(0.02, 0.0, 0.02, 0.4), press(0.02, 0.0, 0.02, 0.4, drag=(0.3, 0.2))
+    seen_drag, other = library_field(drag, seed=1), library_field(press(0.02, 0.0, 0.02, 1.0, drag=(0.3, 0.2)), seed=1)
+    field = dataclasses.replace(seen_drag, shift=(seen_drag.shift + other.shift) / 2)
+    for k in range(3):
+        before, = method.estimate(library_field(straight, seed=2 + k))
+    touch, = method.estimate(field)
+    assert touch.radius == pytest.approx(before.radius, rel=0.05)
+    assert method.estimate(library_field()) == []
+    forgotten, = method.estimate(field)
+    assert forgotten.radius > 1.1 * before.radius
 
 
 def test_the_force_of_one_press_acts_where_the_tip_is(method):

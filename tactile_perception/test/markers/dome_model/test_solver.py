@@ -20,8 +20,8 @@ def test_a_press_is_found_with_an_honest_covariance():
     assert 0.1 < np.mean(squares) < 2, 'the press lies well within the prior'
 
 
-@pytest.mark.parametrize('depth', [2e-4, 8e-4])
-def test_a_faint_press_may_be_elsewhere_and_the_spread_says_so(depth):
+@pytest.mark.parametrize('depth, near_is_enough', [(2e-4, False), (8e-4, True)])
+def test_a_faint_press_may_be_elsewhere_and_the_spread_says_so(depth, near_is_enough):
     faint, squares = press(0.022, -0.031, depth), []
     for seed in range(20):
         field = library_field(faint, seed=seed)
@@ -29,7 +29,7 @@ def test_a_faint_press_may_be_elsewhere_and_the_spread_says_so(depth):
         off, near, far = found.presses[0, :2] - faint[:2], found.covariance[:2, :2], inverse().elsewhere(field, found.presses[0])
         squares.append([off @ np.linalg.solve(covariance, off) / 2 for covariance in (near, near + far[:2, :2])])
     alone, spread = np.mean(squares, axis=0)
-    assert alone > 10 and 0.2 < spread < 2
+    assert (alone < 2 if near_is_enough else alone > 10) and 0.2 < spread < 2
 
 
 def test_a_deep_press_is_nowhere_else():
