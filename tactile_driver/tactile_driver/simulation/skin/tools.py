@@ -95,7 +95,7 @@ def _balls(name: str, radius: float, *places: tuple) -> Tool:
 
 def _pair(name: str, radius: float, apart: float) -> Tool:
     """Two balls of radius, m, with centres apart, m, along x."""
-    return _balls(name, radius, (-apart / 2, 0.0, 0.0), (apart / 2, 0.0, 0.0))
+    return replace(_balls(name, radius, (-apart / 2, 0.0, 0.0), (apart / 2, 0.0, 0.0)), central=True)
 
 
 def _fingers(name: str, radii: tuple[float, float], apart: float) -> Tool:
@@ -112,7 +112,7 @@ TOOLS = {tool.name: tool for tool in (
     Tool('prism', (edge,)),
     _balls('two_spheres', 0.0045, (-0.0065, 0.0, 0.0), (0.0065, 0.0, 0.0004)),
     *(_balls(f'ball_{mm}mm', mm * 1e-3) for mm in (5, 6, 7.5, 8, 10, 15, 22, 30, 42, 60)),
-    *(replace(_pair(f'fingertips_{mm}mm', 0.0050, mm * 1e-3), central=True) for mm in (11, 14, 18, 23, 28, 33, 37, 46)),
+    *(_pair(f'fingertips_{mm}mm', 0.0050, mm * 1e-3) for mm in (11, 14, 18, 23, 28, 33, 37, 46)),
     *(_fingers(f'fingers_4_and_9mm_{mm}mm', (0.004, 0.009), mm * 1e-3) for mm in (20, 26)),
     *(_fingers(f'fingers_6_and_12mm_{mm}mm', (0.006, 0.012), mm * 1e-3) for mm in (30, 42)),
     *(_pair(f'fists_{mm}mm', 0.0150, mm * 1e-3) for mm in (42, 56, 70)),

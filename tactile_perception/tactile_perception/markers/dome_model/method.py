@@ -34,12 +34,16 @@ SLIGHT = 0.1         # least depth of the shallower of two presses over the deep
 DRAGS = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])  # way over depth of the starts of drags
 RUBS = -0.8          # number of friction of the starts of drags by a tip that rubs
 NOT_LINEAR = 0.07, 0.1  # error of place, and of depth, over the way of a drag, which is linearised
+ADDED = 0.25         # error of the depth of each of two presses, whose fields are added: 0.1 to 0.5 were simulated
 SCALED = 0.5         # error of a scale over the correction that the calibrated tip needs: another tip may need another
 SAME_TIP = 0.02      # standard deviation of the log radius, over the library's spread, by which a dragged tip may differ from that of the
                      # touch's straight presses
 UNEXPLAINED = 12.0   # misfit from which an estimate is ambiguous
 BEYOND = 1.02        # times the calibrated depth: deeper is out of range
 EDGE = 0.98          # of the library's reach, from which a touch is at the edge
+NEAR = 0.05          # gap between skin and tip over the tip's radius, beyond the least one, up to which the skin counts as touching
+ACROSS = 15          # points across a tip at which the skin is looked at for its contact
+OFF_CENTRE = 0.15    # error of a contact's centre over its distance from the lowest point
 
 
 class DomeModelMethod:
@@ -78,8 +82,9 @@ class DomeModelMethod:
             return []
         touches = [self._touch(found, k) for k in range(len(found.presses))]
         radius = self.calibration.library.plan.radius
-        return [touch for touch in touches if touch.depth > SURE * touch.depth_sigma
+        sure = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma
                 and np.sqrt(np.linalg.eigvalsh(touch.covariance[:2, :2])[-1]) * SURE < radius]
+        return sure if len(found.presses) == 1 else [_added(touch) for touch in sure]
 
     def find(self, field: MarkerField) -> DomeFound | None:
         """The presses of one frame; None without contact. Raises BadArgument for another pattern."""
@@ -91,17 +96,22 @@ class DomeModelMethod:
             self._last, self._straight, self._dragged = None, np.zeros(2), DRAGGED
             return None
         self._last = self._explained(field, match, self._last)
-        return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, self._last)
+        return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, match, self._last)
 
     def _spread(self, field: MarkerField) -> bool:
         """Whether the seen markers are now in a plane, not on a line or at one place."""
         now = (field.rest + field.shift)[field.seen]
         return bool(np.linalg.eigvalsh(np.cov(now.T))[0] > max(self.sensor.pitch)**2)
 
-    def _faint(self, field: MarkerField, found: DomeFound) -> DomeFound:
-        """The press with the places in its covariance that explain the frame as well."""
+    def _faint(self, field: MarkerField, match: np.ndarray, found: DomeFound) -> DomeFound:
+        """The press with the places in its covariance that explain the frame as well, and those of two presses that explain it better:
+        by more than two units of squared residual for each number of the second (Akaike 1974)."""
         covariance = found.covariance.copy()
         covariance[:3, :3] += self.solver.elsewhere(field, found.presses[0])
+        two = self.solver.solve(field, self.solver.start_of_two(match))
+        if 2 * field.seen.sum() * (found.misfit / two.misfit - 1) > 2 * PRESS and self._are_distinct(two):
+            off = two.presses[:, :3] - found.presses[0, :3]
+            covariance[:3, :3] += off.T @ off / 2
         return replace(found, covariance=covariance)
 
     def raised(self, field: MarkerField) -> tuple[np.ndarray, None] | None:
@@ -163,10 +173,13 @@ class DomeModelMethod:
 
     def _are_two(self, one: DomeFound, two: DomeFound) -> bool:
         """Whether two presses explain the field much better and are distinct."""
+        return two.misfit < BETTER * one.misfit and self._are_distinct(two)
+
+    def _are_distinct(self, two: DomeFound) -> bool:
         depth = np.exp(two.presses[:, DEPTH])
         radius = self.calibration.library.plan.radius * np.exp(RADIUS_SPREAD * two.presses[:, RADIUS]).min()
         apart = np.hypot(*(two.presses[0, :2] - two.presses[1, :2]))
-        return bool(two.misfit < BETTER * one.misfit and apart > APART * radius and depth.min() > SLIGHT * depth.max())
+        return bool(apart > APART * radius and depth.min() > SLIGHT * depth.max())
 
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
         press, calibration = found.presses[number], self.calibration
@@ -190,9 +203,30 @@ class DomeModelMethod:
         at_edge = np.hypot(*press[[X, Y]]) > EDGE * reach or np.hypot(*first) > calibration.farthest
         flags = OUT_OF_RANGE * (depth > BEYOND * calibration.deepest) | AT_EDGE * bool(at_edge)
         flags |= AMBIGUOUS * (found.misfit > UNEXPLAINED)
-        position = np.append(place, low)
-        wrench = self._wrench(press, position, radius) if len(found.presses) == 1 else np.full(6, np.nan)
-        return TouchEstimate(position, depth, covariance, float(np.sqrt(covariance[2, 2])), radius, int(flags), wrench=wrench)
+        lowest = np.append(place, low)
+        if len(found.presses) > 1:
+            position, wrench = lowest + self._centre(press, fitted) * radius / fitted, np.full(6, np.nan)
+        else:
+            position, wrench = lowest, self._wrench(press, lowest, radius)
+        sigma = float(np.sqrt(covariance[2, 2]))
+        return TouchEstimate(position, depth, covariance, sigma, radius, int(flags), wrench=wrench, lowest=lowest)
+
+    def _centre(self, press: np.ndarray, radius: float) -> np.ndarray:
+        """(3,) m, from the lowest point of a press's tip of that radius, m, to the centre of its contact, on the tip: the mean of the skin
+        that its own press brings next to the tip."""
+        library, cap = self.calibration.library, self.calibration.library.plan.cap
+        steps = np.linspace(-radius, radius, ACROSS)
+        round_it = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+        skin = press[[X, Y]] * cap.curvature_radius / (cap.curvature_radius + radius) + round_it[np.hypot(*round_it.T) <= radius]
+        skin = skin[np.hypot(*skin.T) < EDGE * self.sensor.rim_radius]
+        skin = np.column_stack([skin, cap.heights(skin)])
+        tip = np.append(press[[X, Y]] + np.exp(press[DEPTH]) * press[DRAG],
+                        first_touch_height(press[[X, Y]], radius, self.sensor)[0] - np.exp(press[DEPTH]) + radius)
+        from_tip = skin + library.moved(skin, np.zeros_like(skin), press[None]) - tip
+        gap = np.linalg.norm(from_tip, axis=1)
+        touching = np.clip(2 - 2 * (gap - gap.min()) / (NEAR * radius), 0, 1) * cap.curvature_radius / (skin[:, 2] - cap.centre_z)
+        centre = touching @ from_tip
+        return radius * centre / np.linalg.norm(centre) + [0.0, 0.0, radius]
 
     def _inside(self, place: np.ndarray) -> np.ndarray:
         """(2,) m, the place (2,), not beyond the rim."""
@@ -230,3 +264,10 @@ class DomeModelMethod:
 
 def _is_dragged(found: DomeFound) -> bool:
     return bool(np.hypot(*found.presses[0, DRAG]) > ASIDE)
+
+
+def _added(touch: TouchEstimate) -> TouchEstimate:
+    """One of two touches, with what a sum of two fields lacks in its errors."""
+    aside, deeper = OFF_CENTRE * float(np.linalg.norm(touch.position - touch.lowest)), ADDED * touch.depth
+    covariance = touch.covariance + np.diag(np.square([aside, aside, deeper]))
+    return replace(touch, covariance=covariance, depth_sigma=float(np.hypot(touch.depth_sigma, deeper)))

@@ -18,7 +18,8 @@ def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSe
     The outlines are the circles where the skin leaves the tips, perpendicular to the untouched surface's normal there. A marker under a
     tip is sticking; slip is not estimated.
     """
-    tips = np.array([[*touch.position, touch.depth, touch.radius if np.isfinite(touch.radius) else tip_radius] for touch in touches])
+    tips = np.array([[*(touch.position if touch.lowest is None else touch.lowest), touch.depth,
+                      touch.radius if np.isfinite(touch.radius) else tip_radius] for touch in touches])
     known, state, discs, outlines = _core.touch_region(tips.reshape(-1, 5), field.rest, field.shift, field.eye, size=sensor.size,
                                                        rim_radius=sensor.rim_radius, height=sensor.height, plane=sensor.plane_z)
     estimate = ContactRegionEstimate(known, state)

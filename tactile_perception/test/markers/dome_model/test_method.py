@@ -75,6 +75,18 @@ def test_two_presses_are_told_as_two_and_followed(method):
         assert np.isnan([touch.wrench for touch in touches]).all()
         assert sorted(np.sign(touch.position[0]) for touch in touches) == [-1, 1]
         assert all(abs(touch.depth - depth) < 3e-3 for touch in touches)
+        assert all(touch.depth_sigma > touch.depth / 4 for touch in touches)
+        for touch in touches:
+            assert np.linalg.norm(touch.lowest + [0, 0, touch.radius] - touch.position) == pytest.approx(touch.radius), 'on the tip'
+            aside, steep = (touch.lowest - touch.position)[:2], DOME.normal(touch.position[:2])[:2]
+            assert aside @ steep == pytest.approx(touch.radius * steep @ steep, rel=0.4), 'where the dome inclines to it'
+
+
+def test_two_faint_presses_are_not_told_as_one_between_them(method):
+    for seed in range(10):
+        faint = [method.estimate(library_field(press(0.045, 0.02, depth), press(-0.04, -0.015, depth), seed=seed))
+                 for depth in (2e-4, 4e-4, 6e-4)]
+        assert not [touch for touches in faint for touch in touches if np.hypot(*touch.position[:2]) < 0.02]
 
 
 def test_what_moves_the_markers_too_little_is_not_told(method):
