@@ -168,7 +168,7 @@ def call_camera_rays(**arrays):
 
 
 DOME_ARRAYS = {'numbers': np.array([0.15, -0.04, 0.9, 0.3, 0.04, 1.5, 0.02, 0.8]), 'edges': np.linspace(0, 1, 4),
-               'even_table': np.full((6, 4, 2, 2, 2), 1e-3, np.float32), 'odd_table': np.full((6, 2, 2, 2), 1e-3, np.float32),
+               'even_table': np.full((6, 6, 2, 2, 2), 1e-3, np.float32), 'odd_table': np.full((6, 2, 2, 2, 2), 1e-3, np.float32),
                'even_modes': np.full((2, 4, 3, 3), 1e-3, np.float32), 'odd_modes': np.full((2, 4, 3, 3), 1e-3, np.float32),
                'points': np.full((5, 3), 0.01), 'eyes': np.zeros((5, 3))}
 DOME_PRIOR = np.array([np.zeros(7), np.ones(7), np.full(7, -3.0), np.full(7, 3.0), np.full(7, 0.1)])
