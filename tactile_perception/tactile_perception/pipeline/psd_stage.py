@@ -100,7 +100,8 @@ class PsdStage:
             touch.normal = np.array(found) / math.hypot(*found)
             touch.position = self._radius * touch.normal
             away *= self._sure
-        touch.covariance += away * away * (_UNIT - touch.normal[:, None] * touch.normal)
+        along = _UNIT - touch.normal[:, None] * touch.normal  # the covariance stays along the surface where the normal has moved
+        touch.covariance = along @ touch.covariance @ along + away * away * along
         return touch
 
     def _smoothed(self, touch: Touch, at_s: float) -> Touch:

@@ -92,8 +92,8 @@ def test_invalid_periods_are_refused(taps, period, count):
 
 
 def circling(model, values=VALUES, seed=2):
-    """Errors (N,), degrees, of the normal of a contact that circles twice at 45 degrees, 900 degrees a second, and their squares over the
-    covariance."""
+    """Of a contact that circles twice at 45 degrees, 900 degrees a second: errors (N,), degrees, of the normal; their squares over the
+    covariance; and the part of the covariance that does not lie along the surface."""
     way = Act(0.4, 1.4, (0.0, np.radians(45)), (4 * np.pi, np.radians(45)), 3.2e-4, 0.02)
     scene, stage = PsdScene(PsdScript([way], 1.5), 5000.0, seed), PsdStage(model, values)
     counts, truth = scene.play(0, scene.samples)
@@ -102,8 +102,9 @@ def circling(model, values=VALUES, seed=2):
         for k, touches in stage.process(counts[first:first + 25] * (5 / 4096), first / 5000, 1 / 5000):
             if touches and 2200 < first + k < 6800:
                 off = touches[0].position - 0.016 * truth.normal[int(first + k)]
-                found.append((np.degrees(np.linalg.norm(off) / 0.016),
-                              off @ np.linalg.pinv(touches[0].covariance, rcond=1e-5) @ off / 2))
+                normal, spread = touches[0].normal, touches[0].covariance
+                found.append((np.degrees(np.linalg.norm(off) / 0.016), off @ np.linalg.pinv(spread, rcond=1e-5) @ off / 2,
+                              np.linalg.norm(spread @ normal) / np.trace(spread)))
     return np.array(found).T
 
 
@@ -120,6 +121,12 @@ def test_the_creep_of_the_cover_is_taken_off_a_contact_that_slides(calibrated):
     assert without[0].mean() > 0.5 and with_creep[0].mean() < 0.3
     assert 0.2 < with_creep[1].mean() < 2, 'normalised squared error'
     assert 0.1 < without[1].mean() < 2, 'the covariance holds the creep of a typical cover'
+
+
+def test_the_covariance_of_single_samples_in_motion_is_honest_and_lies_along_the_surface(calibrated):
+    creeps = replace(calibrated, creep=replace(calibrated.creep, share=0.06))  # takes some 2 degrees off
+    assert 0.5 < circling(calibrated, VALUES | {'results': 'sample'})[1].mean() < 2, 'normalised squared error'
+    assert circling(creeps, VALUES | {'results': 'sample'})[2].max() < 1e-9
 
 
 def test_the_papers_method_takes_no_creep_off(calibrated):
