@@ -106,6 +106,11 @@ class Recording:
         )
 
     @property
+    def untouched(self) -> int:
+        """Number of frames before the first contact."""
+        return int(np.argmax(np.append(self._truth['contact_area'] > 0, True)))
+
+    @property
     def _ids(self) -> np.ndarray:
         row, column = (self._truth['dot_rc'] - self._truth['dot_rc'].min(axis=0)).T
         return row * (int(column.max()) + 1) + column

@@ -25,8 +25,13 @@ from .camera import Recording
 from ...common.progress import Progress
 from ...nodes.messages.conversions import camera_info_message
 from ...nodes.messages.description import camera_pose, description_messages, static_transform
+from ...parameters.touchpad import DOT_PARAMETERS
 from .psd import PsdRecording
 from .taxel import TaxelRecording
+
+
+#: Frames averaged for the reference: the parameter's default.
+_USUAL_FRAMES = next(one.default for one in DOT_PARAMETERS if one.name == 'reference.frames')
 
 
 def open_recording(path: Path) -> Recording | PsdRecording | TaxelRecording:
@@ -51,8 +56,12 @@ def convert(recording: Recording | PsdRecording | TaxelRecording, target: Path, 
 
 
 def parameters(recording: Recording | PsdRecording | TaxelRecording) -> dict[str, object]:
-    """Name -> value of the sensor's parameters that the recording contains."""
-    return sensor_parameters(recording.sensor) if isinstance(recording, Recording) else recording.parameters()
+    """Name -> value of the sensor's parameters that the recording contains; of cameras also the number of frames that make the reference:
+    those before the first contact, the usual number at most.
+    """
+    if not isinstance(recording, Recording):
+        return recording.parameters()
+    return sensor_parameters(recording.sensor) | {'reference.frames': int(np.clip(recording.untouched, 1, _USUAL_FRAMES))}
 
 
 def sensor_frames(recording: Recording | PsdRecording | TaxelRecording, frame_id: str) -> list:

@@ -75,6 +75,13 @@ def test_the_parameters_are_the_sensors(recording_folder, converted, tmp_path):
     assert values['membrane.shear_stiffness'] == 90.0 and values['camera.translation'] == [0.0, 0.0, 0.04]
 
 
+@pytest.mark.parametrize(('touched', 'frames'), [([0, 0, 1], 2), ([1, 0, 1], 1), ([0] * 12, 10)])
+def test_frames_before_the_first_contact_make_the_reference(recording_folder, touched, frames, monkeypatch):
+    recording = Recording(recording_folder)
+    monkeypatch.setitem(recording._truth, 'contact_area', np.array(touched, float))
+    assert module.parameters(recording)['reference.frames'] == frames
+
+
 def test_what_cannot_be_converted_is_said_in_one_line(recording_folder, tmp_path, capsys):
     (tmp_path / 'there').mkdir()
     for arguments in ([str(tmp_path / 'none'), str(tmp_path / 'a')], [str(recording_folder), str(tmp_path / 'there')]):
