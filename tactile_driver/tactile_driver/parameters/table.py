@@ -106,11 +106,3 @@ def to_yaml(table: Sequence[Parameter], node: str) -> str:
     for p in table:
         lines += [f'    # {p.text} ({p.allowed})', f'    {p.name}: {_yaml(p.default)}']
     return '\n'.join(lines) + '\n'
-
-
-def to_markdown(table: Sequence[Parameter]) -> str:
-    """The table for a README, in Markdown."""
-    rows = ['| parameter | default | allowed | meaning |', '|---|---|---|---|']
-    for p in table:
-        rows.append(f'| `{p.name}` | `{_yaml(p.default)}` | {p.allowed}{"; fixed at start" if p.read_only else ""} | {p.text} |')
-    return '\n'.join(rows) + '\n'

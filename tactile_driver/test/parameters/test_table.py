@@ -7,7 +7,7 @@ import yaml
 
 from tactile_driver.errors import BadArgument
 from tactile_driver.parameters.camera import CAMERA_PARAMETERS
-from tactile_driver.parameters.table import Parameter, defaults, to_markdown, to_yaml
+from tactile_driver.parameters.table import Parameter, defaults, to_yaml
 
 RATE = Parameter('rate', float, 30.0, 'Hz', 'frames a second', 0.0, 100.0)
 MODE = Parameter('mode', str, 'fast', '', 'how', choices=('fast', 'exact'))
@@ -65,10 +65,3 @@ def test_the_yaml_file_holds_the_defaults():
 def test_the_cameras_yaml_file_is_read_back_as_its_defaults():
     read = yaml.safe_load(to_yaml(CAMERA_PARAMETERS, '/**/camera_node'))['/**/camera_node']['ros__parameters']
     assert read == defaults(CAMERA_PARAMETERS)
-
-
-def test_the_page_names_every_parameter_once():
-    page = to_markdown(CAMERA_PARAMETERS)
-    for parameter in CAMERA_PARAMETERS:
-        assert page.count(f'| `{parameter.name}` |') == 1
-    assert 'fixed at start' in page
