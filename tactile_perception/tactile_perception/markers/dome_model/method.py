@@ -55,6 +55,7 @@ class DomeModelMethod:
                                   max(sensor.pitch))
         self._threshold = max(STANDS_OUT, QUIETER * calibration.quiet)
         self._last: DomeFound | None = None
+        self._searched = 1.0          # misfit of the touch where last all starts were tried
         self._straight = np.zeros(2)  # of the touch's straight presses: sums of the tips' weights, and of their weighted log radii
         self._dragged = DRAGGED
 
@@ -93,7 +94,7 @@ class DomeModelMethod:
         match = self.solver.match(field)
         score = self.solver.score(field, match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
         if not score > self._threshold:
-            self._last, self._straight, self._dragged = None, np.zeros(2), DRAGGED
+            self._last, self._searched, self._straight, self._dragged = None, 1.0, np.zeros(2), DRAGGED
             return None
         self._last = self._explained(field, match, self._last)
         return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, match, self._last)
@@ -120,20 +121,28 @@ class DomeModelMethod:
         return None if found is None else (self.solver.moved(found.presses)[:, 2], None)
 
     def _explained(self, field: MarkerField, match: np.ndarray, last: DomeFound | None) -> DomeFound:
-        """One straight press, one that is dragged where that explains the frame better, or two where they explain it much better."""
+        """One straight press, one that is dragged where that explains the frame better, or two where they explain it much better. The
+        last frame's drag or pair goes on while it explains the frames about as well as where all starts were tried."""
         known = last is not None and len(last.presses) == 1
         if known and _is_dragged(last):
             one = self.solver.solve(field, last.presses, self._dragged)
-            if one.misfit < AMISS:
+            if one.misfit < AMISS * self._searched:
                 return one
         straight = self.solver.solve(field, self.solver.start(match))
         if straight.misfit < AMISS and not _is_dragged(straight):
+            self._searched = 1.0
             return self._learnt(straight)
         if last is not None and len(last.presses) == 2:
             two = self.solver.solve(field, last.presses, OF_TWO)
-            if two.misfit < WRONG and self._are_two(straight, two):
+            if two.misfit < max(WRONG, AMISS * self._searched) and self._are_two(straight, two):
                 return two
-        one = self._drag(field, [straight.presses, *self._drags(straight)] + ([last.presses] if known else []))
+        found = self._best(field, match, straight, [last.presses] if known else [])
+        self._searched = max(1.0, found.misfit)
+        return found
+
+    def _best(self, field: MarkerField, match: np.ndarray, straight: DomeFound, known: list[np.ndarray]) -> DomeFound:
+        """The explanation from all starts, and from known presses (1, 7)."""
+        one = self._drag(field, [straight.presses, *self._drags(straight), *known])
         one = one if one.misfit < DRAG_BETTER * straight.misfit else straight
         if one.misfit < WRONG:
             return one if _is_dragged(one) else self._learnt(one)
