@@ -3,8 +3,8 @@
 """The untouched state: offset and noise of the outputs, measured and tracked."""
 from __future__ import annotations
 
+import copy
 import math
-from collections import deque
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from .geometry import MIX, TOTAL, X, Y
 
 _SLOW_S = 0.1  # s of the fastest drift that are no object. Chosen: 10 mV of 0.1 V/s
 _UNSEEN_S = 0.5  # s, longest time for which drift goes on under a contact. Chosen: a lasting one tells nothing of it
-_BEFORE = 3  # updates before a contact that may hold the object's shade. Chosen: 60 ms, in which it comes near
-_SHADE = 0.15  # part of the light that an object shades at most. Chosen
-_EVIDENT = 3.0  # standard deviations of the offsets' sum, from which it has become darker. Chosen
 _FAST_S = 0.02  # s, time constant of falling light, which no contact causes. Chosen: one update
 _NOISE_S = 5.0  # s, time constant of the noise. Chosen
 _STEP_S = 0.02  # s, between updates. Chosen: two periods of lamps on 50 Hz mains
@@ -46,6 +43,7 @@ class Reference:
         self._taken: list[np.ndarray] = []
         self._ahead_s, self._have_s, self._flat_s, self._flat_at, self._unseen_s = 0.0, 0.0, 0.0, 0.0, 0.0
         self._sums, self._squares, self._count = np.zeros(4), np.zeros((4, 4)), 0
+        self._leaves = False
         self.ready = False
 
     def _use(self, drift: DriftFilter) -> None:
@@ -74,20 +72,25 @@ class Reference:
         self._take_noise(sums.T @ sums / max(len(sums) - 1, 1) + _MIN_SIGMA**2 * np.eye(4))
         self._taken, self.ready = [], True
         self._use(DriftFilter(offset, self.sigma**2 / (4 * len(sums)), self._fastest / 4))
-        self._earlier: deque[tuple] = deque([(0.0, self._drift.state)], _BEFORE)
+        self._before = self._drift  # without the last update; the same in contact
 
     def follow(self, sums: np.ndarray, period_s: float) -> None:
         """Track with untouched samples: sums (N, 4) relative to the present offset."""
-        self._sums += sums.sum(0)
-        self._squares += sums.T @ sums
-        self._count += len(sums)
-        if self._count * period_s >= _STEP_S:
-            mean, square, count = self._sums / self._count, self._squares / self._count, self._count
-            self._sums, self._squares, self._count = np.zeros(4), np.zeros((4, 4)), 0
-            self._update(mean, square, count, count * period_s)
+        whole, at = math.ceil(_STEP_S / period_s - 1e-9), self.offset
+        while len(sums):
+            part, sums = sums[:whole - self._count], sums[whole - self._count:]
+            part = part + (at - self.offset) @ MIX
+            self._sums += part.sum(0)
+            self._squares += part.T @ part
+            self._count += len(part)
+            if self._count >= whole:
+                mean, square, count = self._sums / self._count, self._squares / self._count, self._count
+                self._sums, self._squares, self._count = np.zeros(4), np.zeros((4, 4)), 0
+                self._update(mean, square, count, count * period_s)
 
     def hold(self, seconds: float) -> None:
         """Something touches for so many seconds: the offset stays, and may have drifted when it is seen again."""
+        self._leaves = True
         if self._unseen_s < _UNSEEN_S:
             self._unseen_s, self._ahead_s = self._unseen_s + seconds, self._ahead_s + seconds
             if self._ahead_s >= _STEP_S:
@@ -96,49 +99,56 @@ class Reference:
                 self._use(self._drift)
 
     def recall(self) -> None:
-        """A contact begins: return to the offset before the object came near, if it has shaded an evident part of the ambient light since.
-        Else the latest offset is the best known."""
+        """A contact begins: return to the offset before the last update, which may hold light of the object that comes near."""
         self._sums, self._squares, self._count = np.zeros(4), np.zeros((4, 4)), 0
-        before, now = self._earlier[0][1], self.offset
-        was = self._drift.offset_in(before[0]).sum()
-        if was * (1 - _SHADE) < now.sum() < was - _EVIDENT * self.uncertainty:
-            self._drift.recall(before, sum(seconds for seconds, _ in list(self._earlier)[1:]))
-            self._use(self._drift)
+        self._use(self._before)
 
     def _update(self, mean: np.ndarray, square: np.ndarray, count: int, seconds: float) -> None:
-        scatter = self.sigma / math.sqrt(count)
-        change, slack = MIX @ mean / 4, self._fastest * (_SLOW_S + self._unseen_s)
+        scatter, change = self.sigma / math.sqrt(count), MIX @ mean / 4
+        leaves, self._leaves = self._leaves, False
+        self._before = copy.copy(self._drift)
+        self._before.predict(seconds)
         if mean[TOTAL] < -_QUIET * scatter - self._fastest * seconds:
-            self._drift.move(change * (1 - math.exp(-seconds / _FAST_S)))
-            self._drift.restart(scatter**2 / 4)
-        elif mean[TOTAL] > _QUIET * scatter + slack:
-            self._update_brighter(change, mean[TOTAL], scatter, seconds)
+            self._step(change * (1 - math.exp(-seconds / _FAST_S)), scatter)
+        elif leaves:  # the object that touched may still be near
+            self._drift.predict(seconds)
+        elif mean[TOTAL] > _QUIET * scatter + self._fastest * (_SLOW_S + self._unseen_s):
+            if self._stays(mean[TOTAL], scatter, seconds):
+                self._step(change, scatter)
+            else:
+                self._drift.move(change * min(self._fastest * seconds / mean[TOTAL], 1.0))
         else:
-            self._flat_s = 0.0
-            self._drift.correct(change, (self.noise[X, X] + self.noise[Y, Y]) / (8 * count), seconds)
-            self._unseen_s = 0.0
-            part = 1 - math.exp(-seconds / _NOISE_S)
-            self._take_noise((1 - part) * self.noise + part * (square + _MIN_SIGMA**2 * np.eye(4)))
+            self._correct(change, square, count, seconds)
         self._use(self._drift)
-        self._earlier.append((seconds, self._drift.state))
 
-    def _update_brighter(self, change: np.ndarray, total: float, scatter: float, seconds: float) -> None:
-        """Brighter than untouched without contact: an approaching object, or ambient light if it stays constant. Until that is decided the
-        offset follows at the fastest drift."""
+    def _correct(self, change: np.ndarray, square: np.ndarray, count: int, seconds: float) -> None:
+        """Untouched samples by change (4,) V above the offset, with mean square (4, 4) V^2 of their sums."""
+        self._flat_s = self._unseen_s = 0.0
+        self._drift.correct(change, (self.noise[X, X] + self.noise[Y, Y]) / (8 * count), seconds)
+        part = 1 - math.exp(-seconds / _NOISE_S)
+        self._take_noise((1 - part) * self.noise + part * (square + _MIN_SIGMA**2 * np.eye(4)))
+
+    def _step(self, change: np.ndarray, scatter: float) -> None:
+        """Light of the room that has changed, by change (4,) V, as no object does it."""
+        self._drift.move(change)
+        self._drift.restart(scatter**2 / 4)
+        self._before = self._drift
+
+    def _stays(self, total: float, scatter: float, seconds: float) -> bool:
+        """Whether light, V, without contact has been constant for so long that it is the room's; until then it may be an approaching
+        object's, and the offset follows at the fastest drift."""
         if abs(total - self._flat_at) > _QUIET * scatter + 2 * self._fastest * self._flat_s:
             self._flat_s, self._flat_at = 0.0, total
         self._flat_s += seconds
-        part = 1.0 if self._flat_s >= _FLAT_S else min(self._fastest * seconds / total, 1.0)
-        self._flat_s *= self._flat_s < _FLAT_S
-        self._drift.move(part * change)
-        if part == 1:
-            self._drift.restart(scatter**2 / 4)
+        stays = self._flat_s >= _FLAT_S
+        self._flat_s *= not stays
+        return stays
 
     def shift(self, change: np.ndarray) -> None:
         """Apply a step of ambient light: change (4,) V."""
-        self._drift.move(change)
+        for drift in {self._drift, self._before}:
+            drift.move(change)
         self._use(self._drift)
-        self._earlier = deque([(seconds, (state[0] + change, state[1])) for seconds, state in self._earlier], _BEFORE)
 
 
 def _difference_noise(total: np.ndarray) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 
 # 1/sqrt(s): changes of the drift within a second, as parts of the fastest. Chosen on simulated rooms that are calm, and that drift by 0.1 V
 # within seconds: more filters between them tell no better
-_ACCELERATIONS = np.array([0.01, 0.3])
+_ACCELERATIONS = np.array([0.01, 0.6])
 _MEMORY_S = 5.0  # s in which the weights forget. Chosen: some touches
 # Standard deviation of the drift beforehand, as part of the fastest, of each filter. Chosen on such rooms: a calm one is known as calm from
 # its first second on
@@ -26,7 +26,7 @@ _FIRST_WEIGHT = 3e-4  # V^2 s: squared changes, over their time, that tell as mu
 
 
 class DriftFilter:
-    """offset: (4,) V, of variance, V^2, each; fastest: V/s, fastest drift of an output."""
+    """offset: (4,) V, of variance, V^2, each; fastest: V/s, fastest drift of an output. A copy goes on by itself."""
 
     def __init__(self, offset: np.ndarray, variance: float, fastest: float):
         count = len(_ACCELERATIONS)
@@ -49,29 +49,16 @@ class DriftFilter:
         self._weights = part / part.sum(axis=1, keepdims=True)
         self._more_along = self._weights[0] - self._weights[1]
 
-    def offset_in(self, offsets: np.ndarray) -> np.ndarray:
-        """(4,) V of the offsets (filters, 4) in a state."""
-        return self._weights[1] @ offsets + (self._more_along @ (offsets @ self._room)) * self._room
-
     @property
     def offset(self) -> np.ndarray:
         """(4,) V at the present time."""
-        return self.offset_in(self._offsets)
+        return self._weights[1] @ self._offsets + (self._more_along @ (self._offsets @ self._room)) * self._room
 
     @property
     def variances(self) -> tuple[float, float]:
         """V^2, of the offset along the room's light, and of each output's across."""
         along, across = (self._weights @ self._spread[:, 0, 0]).tolist()
         return along, across
-
-    @property
-    def state(self) -> tuple[np.ndarray, np.ndarray]:
-        """Offsets and drifts by each filter, for recall."""
-        return self._offsets, self._drifts
-
-    def recall(self, state: tuple[np.ndarray, np.ndarray], seconds: float) -> None:
-        """Return to a state of some seconds ago, and let it drift on."""
-        self._offsets, self._drifts = state[0] + seconds * state[1], state[1]
 
     def move(self, change: np.ndarray) -> None:
         """Add (4,) V."""

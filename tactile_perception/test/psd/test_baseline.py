@@ -71,18 +71,43 @@ def test_falling_light_is_tracked_at_once_and_constant_light_after_a_while():
     assert reference.offset.sum() == pytest.approx(OFFSET.sum() + 0.3, abs=0.03)
 
 
-def test_a_contact_begins_from_the_light_before_an_evident_shade_and_else_from_the_latest():
-    rng = np.random.default_rng(2)
-    for seed in range(5):
+def test_an_object_that_comes_near_and_goes_leaves_the_offset_of_a_calm_room_alone():
+    errors, told = [], []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
         reference = taken(rng)
-        follow(reference, rest(1000, rng))
-        latest = reference.offset.copy()
-        reference.recall()
-        assert (reference.offset == latest).all()
-        follow(reference, rest(40, rng, np.full(40, -0.06)))  # an object shades an eighth
-        shaded = reference.offset.sum()
-        reference.recall()
-        assert shaded < OFFSET.sum() - 0.03 and reference.offset.sum() == pytest.approx(OFFSET.sum(), abs=6e-3)
+        for _ in range(8):  # presses: it is near for 15 ms before and after, up to 0.3 V
+            near = 0.3 * np.linspace(0, 1, 15) ** 2.6
+            follow(reference, np.concatenate([rest(rng.integers(150, 190), rng), rest(15, rng, near)]))
+            reference.recall()
+            errors.append(reference.offset.sum() - OFFSET.sum())
+            told.append(reference.uncertainty)
+            for _ in range(30):
+                reference.hold(0.01)
+            follow(reference, rest(15, rng, near[::-1]))
+    assert np.abs(np.mean(errors)) < 6e-4 and np.sqrt(np.mean(np.square(errors))) < 2e-3
+    assert 0.5 < np.mean(np.square(errors)) / np.mean(np.square(told)) < 2
+
+
+def test_flicker_of_lamps_is_averaged_over_whole_periods():
+    reference, errors = Reference(0.2, 0.1), []
+    volts = OFFSET + 0.025 * np.sin(200 * np.pi * np.arange(3000) / 1000)[:, None]
+    reference.take(volts[:200], 1e-3)
+    for k in range(200, 2900, 7):
+        follow(reference, volts[k:k + 7])
+        errors.append(reference.offset.sum() - OFFSET.sum())
+    assert np.abs(errors).max() < 1e-4
+
+
+def test_a_step_of_the_room_counts_where_a_contact_begins():
+    rng = np.random.default_rng(2)
+    reference = taken(rng)
+    follow(reference, rest(200, rng))
+    reference.shift(np.full(4, 0.1))
+    reference.recall()
+    assert reference.offset.sum() == pytest.approx(OFFSET.sum() + 0.4, abs=0.01)
+    reference.shift(np.full(4, 0.1))
+    assert reference.offset.sum() == pytest.approx(OFFSET.sum() + 0.8, abs=0.01)
 
 
 def test_noise_is_tracked():
