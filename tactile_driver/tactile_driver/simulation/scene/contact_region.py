@@ -47,7 +47,7 @@ def fullness_of(skin: Skin, state: SkinState, tool: Tool) -> np.ndarray:
     """
     areas = skin.area_vectors(state.shape)[skin.inner][state.touching]
     pressed = -np.einsum('ij,ij->i', state.force, areas) / np.maximum(np.einsum('ij,ij->i', areas, areas), 1e-30)
-    usual = state.pressure if tool.tip_radius is None or not len(pressed) else max(np.median(pressed), state.pressure)
+    usual = state.pressure if tool.tip_radius is None or not len(pressed) else max(np.median(pressed), state.pressure, 1e-30)
     inner = np.zeros(skin.inner.sum())
     inner[state.touching] = np.clip(pressed / usual, 0, 1)
     return np.pad(inner.reshape(skin.nodes - 2, -1), 1)

@@ -66,7 +66,6 @@ class FrictionalContact:
             self.reset()
             return self.state
         self._choose_near(gap)
-        self._slack = self.skin.slack_at(self.state.shape)
         sticks, on_tool = self._met(tool, before.to_tool(inner_shape[self._near]), now.to_tool(inner_shape[self._near]))
         self._rubbing, anchor = sticks * self.friction, now.to_sensor(on_tool)
         places = inner_shape + self._moved
@@ -106,20 +105,21 @@ class FrictionalContact:
         self._answer = np.tril(lower) + np.tril(lower, -1).T
 
     def _solve_linearised(self, tool: Tool, pose: Pose, places: np.ndarray, anchor: np.ndarray) -> tuple[np.ndarray, float]:
-        """Linearise fluid and tool surface at places (m, 3), m, and solve the contact. Returns new places (m, 3), m, and the pressure, Pa.
+        """Linearise skin, fluid and tool surface at places (m, 3), m, and solve the contact. Returns new places (m, 3), m, and the pressure, Pa.
 
         The pressure is a function of the contact forces, which conserves the enclosed volume to first order.
         """
-        skin, near = self.skin, self._near
-        push, lift, rise, free_pressure = skin.fluid(skin.with_rim(places))
+        skin, near, shape = self.skin, self._near, self.skin.with_rim(places)
+        slack = skin.slack_at(shape)
+        push, lift, rise, free_pressure = skin.fluid(shape)
         gap, normal = tool.distance_and_normal(pose.to_tool(places[near]))
         normal = normal @ pose.turn.T
         offset = gap - np.einsum('ij,ij->i', normal, places[near])
-        self._alternate(self._slack[near] + free_pressure * lift[near], lift[near], rise, normal, offset, anchor)
+        self._alternate(slack[near] + free_pressure * lift[near], lift[near], rise, normal, offset, anchor)
         force = np.zeros_like(push)
         force[near] = -self._coupling * self._held
         pressure = free_pressure - float((lift * force).sum()) / rise
-        return self._slack + skin.give(pressure * push + force), pressure
+        return slack + skin.give(pressure * push + force), pressure
 
     def _alternate(self, free, lift, rise, normal, offset, anchor):
         """ADMM iterations for the scaled multipliers held (k, 3), m; the contact force is -coupling * held.

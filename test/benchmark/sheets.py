@@ -1,0 +1,267 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Marker sheets of several specimens, each calibrated by straight presses of one tip: errors in presses, drags, of two tips and of cameras
+that run free.
+
+    python3 test/benchmark/sheets.py [--sensor areal_single] [--specimens 3] [--seed 0] [--rows press drag_1.0]
+
+Specimens differ in stiffness, prestretch, thickness, print, cameras' poses, friction of the calibration and its tip; tips are 0.6 to 2
+times as large. Images are rendered, and processed as recordings are; the simulation shares nothing with the estimator.
+"""
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import shutil
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from tactile_bringup.installed import share
+from tactile_bringup.simulate.camera import write_scene
+from tactile_driver.simulation.optics.rendering import Renderer
+from tactile_driver.simulation.scene.shutters import Shutters
+from tactile_driver.simulation.scene.specimen import Act, Script, Specimen, act, drag, one_after_the_other, one_of_two, press
+from tactile_driver.simulation.sensors import areal_dual, areal_single
+from tactile_driver.simulation.sensors.marker_sheet import markers
+from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, SCENES
+from tactile_driver.simulation.skin.sheet import Sheet
+from tactile_driver.simulation.skin.tools import TOOLS, Tool, sphere
+from tactile_perception.bags.judged_bag import JudgedBag
+from tactile_perception.tools.calibrate.markers import calibrate_markers
+
+RATE, SLOW = 30.0, 3.0  # Hz: of scenes, of calibrations
+LEAST = 0.3e-3          # m: shallower touches are not judged
+APART = 2.9             # radii of the larger tip: nearer pairs are not judged
+TIPS = 0.6, 2.0         # radii over the calibrated one
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A sensor: module; stiffness of thickness one, N/m; bending, N m; nodes; print; radius, m, of a usual tip; places, m, and depths, m,
+    of the calibration; distance, m, within which scenes stay from the centre; range of depths, m; way of drags, m; rate of calibrations."""
+
+    module: object
+    tension: float
+    bending: float
+    nodes: int
+    printed: tuple
+    radius: float
+    places: tuple
+    depths: tuple
+    within: tuple
+    deep: tuple
+    way: float
+
+
+KINDS = {
+    'areal_single': Kind(areal_single, 48.0, 1.5e-4, 65, (9, 13, (0.0045, 0.0045), 0.0012), 0.006, (0.018, 0.011),
+                         (0.003, 0.006, 0.009, 0.012), (0.017, 0.011), (0.003, 0.010), 0.016),
+    'areal_dual': Kind(areal_dual, 70.0, 3.5e-4, 97, (11, 14, (0.0094, 0.0082), 0.0021), 0.008, (0.042, 0.026),
+                       (0.001, 0.003, 0.005), (0.045, 0.028), (0.0015, 0.0045), 0.040)}
+
+
+class AnySheet:
+    """A specimen by its seed. radius: m, of the tip that calibrates it; friction: of its calibration."""
+
+    def __init__(self, kind: str, seed: int):
+        self.name, self.kind, self.seed = kind, KINDS[kind], seed
+        rng = np.random.default_rng([seed, 31])
+        self.radius, self.friction = self.kind.radius * float(np.exp(rng.uniform(-0.25, 0.25))), rng.uniform(0.3, 0.7)
+        self._thick, self._stiff, self._stretch = np.exp(rng.uniform(-0.35, 0.35)), np.exp(rng.uniform(-0.4, 0.4)), rng.uniform(1.2, 1.45)
+
+    def build(self, _seed: int = 0, _width: int = 0) -> Specimen:
+        """The sensor that ships, with another sheet and print and moved cameras."""
+        kind, rng, usual = self.kind, np.random.default_rng([self.seed, 32]), getattr(self.kind.module, self.name)(self.seed)
+        lamps = kind.module._LAMPS
+        half, tension = kind.module._HALF, kind.tension * self._thick * self._stiff
+        sheet = Sheet(2 * half[0], 2 * half[1], tension, self._stretch, kind.bending * self._stiff * self._thick**3, kind.nodes)
+        cameras = tuple(replace(one, translation=one.translation + rng.normal(0, (5e-4, 5e-4, 1e-3))) for one in usual.cameras)
+        renderers = tuple(Renderer(sheet, camera, lamps, old.imaging, 2 * self.seed + side)
+                          for side, (camera, old) in enumerate(zip(cameras, usual.renderers)))
+        return replace(usual, skin=sheet, pattern=markers(sheet, *kind.printed, rng), cameras=cameras, renderers=renderers)
+
+    def calibration(self) -> Script:
+        """Straight presses at nine places, as few as a small calibration has."""
+        ball, (x, y) = _ball(self.radius), self.kind.places
+        places = [(a, b) for b in (-y, 0.0, y) for a in (-x, 0.0, x)]
+        acts = one_after_the_other([partial(_stairs, ball, self.kind.depths, *place) for place in places], pause=0.3)
+        return Script(self.build, acts, self.friction)
+
+    def scene(self, row: str, seed: int) -> tuple[Script, Shutters | None]:
+        """The script of a row of the table, and when the right camera exposes; seed: of places, depths, ways and tips."""
+        what, _, number = row.partition('_')
+        rng = np.random.default_rng([self.seed, seed, *row.encode()])
+        number = float(number or self.friction)
+        if what == 'shutter':
+            return Script(self.build, self._fast(rng), self.friction), Shutters(1e-3 * number, jitter=2e-4)
+        return Script(self.build, getattr(self, f'_{what}')(rng), number), None
+
+    def _tip(self, rng: np.random.Generator) -> float:
+        """A radius, m; every second one is the calibrated one."""
+        return self.radius * (float(np.exp(rng.uniform(*np.log(TIPS)))) if rng.random() < 0.5 else 1.0)
+
+    def _place(self, rng: np.random.Generator) -> list[float]:
+        return list(rng.uniform(-1, 1, 2) * self.kind.within)
+
+    def _press(self, rng: np.random.Generator) -> tuple[Act, ...]:
+        return one_after_the_other([partial(press, _ball(self._tip(rng)), *self._place(rng), *np.sort(rng.uniform(*self.kind.deep, 2)))
+                                    for _ in range(6)], pause=0.3)
+
+    def _drag(self, rng: np.random.Generator) -> tuple[Act, ...]:
+        acts = []
+        while len(acts) < 5:
+            start, angle = np.array(self._place(rng)), rng.uniform(0, 2 * np.pi)
+            way = self.kind.way * rng.uniform(0.5, 1.5) * np.array([np.cos(angle), np.sin(angle)])
+            if (np.abs(start + way) < self.kind.within).all():
+                speed = rng.uniform(0.01, 0.1)  # m/s
+                acts.append(partial(drag, _ball(self._tip(rng)), *start, rng.uniform(*self.kind.deep), *way,
+                                    duration=max(float(np.hypot(*way)) / speed, 0.2)))
+        return one_after_the_other(acts, pause=0.3)
+
+    def _two(self, rng: np.random.Generator) -> tuple[Act, ...]:
+        acts = []
+        for _ in range(4):
+            radii = [self.radius * float(np.exp(rng.uniform(np.log(TIPS[0]), np.log(1.6)))) for _ in range(2)]
+            apart, yaw, depth = max(radii) * rng.uniform(3.2, 4.5), rng.uniform(0, np.pi), self.kind.deep[0] + rng.uniform(0, 0.002)
+            acts.append(partial(one_of_two, _pair(radii, apart), *rng.uniform(-0.003, 0.003, 2), depth, yaw, rng.uniform(-0.001, 0.001),
+                                rng.uniform(0.0, 0.005)))
+        return one_after_the_other(acts, pause=0.3)
+
+    def _fast(self, rng: np.random.Generator) -> tuple[Act, ...]:
+        deepest = self.kind.depths[-1]
+        acts = [partial(press, _ball(self._tip(rng)), *self._place(rng), depth, move=depth / speed)
+                for speed in (0.065, 0.1) for depth in rng.uniform(0.6 * deepest, deepest, 4)]
+        return one_after_the_other(acts, pause=0.2)
+
+
+def _ball(radius: float) -> str:
+    """Name of a ball of radius, m."""
+    name = f'ball_{1e6 * radius:.0f}um'
+    TOOLS[name] = Tool(name, (partial(sphere, radius=radius),), tip_radius=radius)
+    return name
+
+
+def _stairs(tool: str, depths: tuple, x: float, y: float, *, start: float) -> Act:
+    """A tool that is pressed in at x, y, m, stops at each of the depths, m, and is lifted at once."""
+    stops = [({'t': (2 * k + 1) / SLOW, 'press': depth}, {'t': (2 * k + 2) / SLOW}) for k, depth in enumerate(depths)]
+    return act(tool, start, *[key for stop in stops for key in stop], {'t': 2 * len(depths) / SLOW + 0.03, 'press': 0.0}, x=x, y=y)
+
+
+def _pair(radii: list[float], apart: float) -> str:
+    """Name of two balls of radii, m, whose lowest points are apart, m."""
+    name = f'balls_{1e6 * radii[0]:.0f}_{1e6 * radii[1]:.0f}um_{1e6 * apart:.0f}um'
+    places = tuple((x, 0.0, radius) for x, radius in zip((-apart / 2, apart / 2), radii))
+    TOOLS[name] = Tool(name, tuple(partial(sphere, radius=radius) for radius in radii), places, min(radii), central=True)
+    return name
+
+
+def write(sheet: AnySheet, folder: Path, name: str, script: Script, rate: float, shutters: Shutters | None = None) -> Path:
+    """The bag of a script, which becomes a scene of the sheet's sensor."""
+    known = AREAL_DUAL_SCENES if sheet.name == 'areal_dual' else {}
+    name = f'{sheet.name}_{name}'
+    SCENES[name] = known[name] = script
+    bag = folder / name
+    write_scene(bag, name, rate, sheet.seed, shutters=shutters)
+    return bag
+
+
+def calibrate(sheet: AnySheet, folder: Path) -> Path:
+    """Calibration file of the sheet, by small straight presses."""
+    bag, output = write(sheet, folder, 'small', sheet.calibration(), SLOW), folder / 'calibration.yaml'
+    with contextlib.redirect_stderr(io.StringIO()):
+        calibrate_markers([bag], Path(share('params', f'{sheet.name}_sim.yaml')), output)
+    return output
+
+
+@dataclass
+class Errors:
+    """Of touches: place and depth, mm, normalised squared error; of single touches relative errors of force and moment; and shares."""
+
+    touches: list
+    wrenches: list
+    told: list
+    beside: int = 0
+
+    def line(self, name: str) -> str:
+        """A line of the table."""
+        place, depth, squares = np.array(self.touches).reshape(-1, 3).T
+        force, moment = np.median(self.wrenches, axis=0) if self.wrenches else (np.nan, np.nan)
+        spreads = ' | '.join(f'{part.mean():.3f} / {np.percentile(part, 95):.3f}' for part in (place, depth))
+        return (f'| {name} | {spreads} | {squares.mean():.2f} | {100 * force:.1f} | {100 * moment:.1f} | {100 * np.mean(self.told):.0f} | '
+                f'{self.beside} |')
+
+
+def judge(instants: Iterator[tuple], radius: float) -> Errors:
+    """Errors of the results against the truth; radius: m, of the larger of two tips, for pairs."""
+    errors = Errors([], [], [])
+    for _, told, true in instants:
+        touches, tips = told.contacts or [], true.contacts or []
+        if not tips:
+            errors.beside += any(touch.depth > LEAST for touch in touches)
+            continue
+        if min(tip.depth for tip in tips) < LEAST:
+            continue
+        if len(tips) == 2 and np.hypot(*(tips[0].position - tips[1].position)[:2]) < APART * radius:
+            continue
+        errors.told.append(len(touches) == len(tips))
+        if errors.told[-1]:
+            errors.touches += [_error(*pair) for pair in _matched(touches, tips)]
+            if len(tips) == 1 and told.wrench is not None and true.wrench is not None:
+                parts = [(told.wrench[part] - true.wrench[part], true.wrench[part]) for part in (slice(3), slice(3, 6))]
+                errors.wrenches.append([np.linalg.norm(off) / np.linalg.norm(size) for off, size in parts])
+    return errors
+
+
+def _matched(touches: list, tips: list) -> Iterator[tuple]:
+    """Pairs of touches and tips, the nearest first."""
+    away = [np.hypot(*(touch.position - tips[0].position)[:2]) for touch in touches]
+    return zip(sorted(touches, key=lambda touch: away[touches.index(touch)]), tips)
+
+
+def _error(touch, tip) -> tuple[float, float, float]:
+    """Place, depth, mm, and normalised squared error of the place."""
+    off = touch.position - tip.position
+    return 1e3 * np.hypot(*off[:2]), 1e3 * abs(touch.depth - tip.depth), off @ np.linalg.solve(touch.position_covariance, off) / 3
+
+
+ROWS = {'areal_single': ('press', *(f'drag_{friction}' for friction in (0.2, 0.35, 0.6, 1.0)), 'two_0.2', 'two_1.0')}
+ROWS['areal_dual'] = (*ROWS['areal_single'], *(f'shutter_{ms}' for ms in (-16.0, -11.5, -5.0, 0.0, 5.0, 11.5, 16.0)))
+
+
+def run(kind: str, specimens: range, rows: tuple[str, ...], seed: int) -> Iterator[tuple[int, str, Errors]]:
+    """Specimen, row and errors."""
+    for number in specimens:
+        sheet = AnySheet(kind, number)
+        with tempfile.TemporaryDirectory() as place:
+            folder = Path(place)
+            calibration = calibrate(sheet, folder)
+            for row in rows:
+                script, shutters = sheet.scene(row, seed)
+                bag = write(sheet, folder, row, script, RATE, shutters)
+                with contextlib.redirect_stderr(io.StringIO()):
+                    judged = JudgedBag(bag, params=Path(share('params', f'{kind}_sim.yaml')), calibration=calibration)
+                    yield number, row, judge(judged.instants(), 1.6 * sheet.radius)
+                shutil.rmtree(bag)
+
+
+def main() -> None:
+    """Print a table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--sensor', choices=list(KINDS), default='areal_single')
+    parser.add_argument('--specimens', type=int, default=3)
+    parser.add_argument('--seed', type=int, default=0, help='of the scenes, and the first specimen')
+    parser.add_argument('--rows', nargs='+', default=None)
+    wanted = parser.parse_args()
+    print('| specimen, row | place, mm, mean / 95 % | depth | squared | force, % | moment, % | told, % | beside |\n' + '|---' * 8 + '|')
+    rows = tuple(wanted.rows or ROWS[wanted.sensor])
+    for number, row, errors in run(wanted.sensor, range(wanted.seed, wanted.seed + wanted.specimens), rows, wanted.seed):
+        print(errors.line(f'{number}, {row}'), flush=True)
+
+
+if __name__ == '__main__':
+    main()
