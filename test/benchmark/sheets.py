@@ -219,8 +219,7 @@ def judge(instants: Iterator[tuple], radius: float) -> Errors:
 
 def _matched(touches: list, tips: list) -> Iterator[tuple]:
     """Pairs of touches and tips, the nearest first."""
-    away = [np.hypot(*(touch.position - tips[0].position)[:2]) for touch in touches]
-    return zip(sorted(touches, key=lambda touch: away[touches.index(touch)]), tips)
+    return zip(sorted(touches, key=lambda touch: np.hypot(*(touch.position - tips[0].position)[:2])), tips)
 
 
 def _error(touch, tip) -> tuple[float, float, float]:
