@@ -105,7 +105,7 @@ class FrictionalContact:
         self._answer = np.tril(lower) + np.tril(lower, -1).T
 
     def _solve_linearised(self, tool: Tool, pose: Pose, places: np.ndarray, anchor: np.ndarray) -> tuple[np.ndarray, float]:
-        """Linearise skin, fluid and tool surface at places (m, 3), m, and solve the contact. Returns new places (m, 3), m, and pressure, Pa.
+        """Linearise skin, fluid and tool surface at places (m, 3), m, and solve the contact. Returns places (m, 3), m, and pressure, Pa.
 
         The pressure is a function of the contact forces, which conserves the enclosed volume to first order.
         """
