@@ -39,7 +39,7 @@ def calibrate(folder: Path, array: TaxelArray) -> Response:
     """The response by the even loads of the calibration recordings."""
     zero = read(folder / CALIBRATION[0])[1]['frames'].mean(axis=0, dtype=float)
     known = read(folder / CALIBRATION[1])[1]
-    loaded = np.flatnonzero(known['applied_kPa'] > 0)
+    loaded = np.arange(np.flatnonzero(known['applied_kPa'])[0], len(known['t']))  # and what is left after the loads
     changes = (known['frames'][loaded] - zero).astype(np.float32)
     forces = 1e3 * known['applied_kPa'][loaded] * array.taxel_area * array.rows * array.columns
     loads = Loads(changes, forces, zero, [], [''] * len(loaded), known['t'][loaded], np.zeros(len(loaded), int), np.arange(len(loaded)))

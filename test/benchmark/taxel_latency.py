@@ -66,10 +66,10 @@ def calibrate(specimen: PadSpecimen, ink: InkSpecimen, seed: int) -> Response:
     scene = TaxelScene(TAXEL_SCENES['plate'], 20.0, seed, specimen, ink)
     frames = [scene.render(k / 20.0) for k in range(scene.frames)]
     values, forces = np.array([f for f, _ in frames], float), np.array([-truth.wrench[2] for _, truth in frames])
-    zero, loaded = values[:9].mean(axis=0), forces > 1
-    changes = (values - zero)[loaded]
+    zero, begin = values[:9].mean(axis=0), np.flatnonzero(forces > 1)[0]
+    changes, forces = (values - zero)[begin:], np.where(forces > 1, forces, 0)[begin:]  # and what is left after the loads
     count = len(changes)
-    loads = Loads(changes, forces[loaded], zero, [], [''] * count, np.flatnonzero(loaded) / 20.0, np.zeros(count, int), np.arange(count))
+    loads = Loads(changes, forces, zero, [], [''] * count, np.arange(count) / 20.0, np.zeros(count, int), np.arange(count))
     array, gain = TaxelArray(specimen.rows, specimen.columns, specimen.pitch), fit_gains(changes)
     return calibrated_response(loads, array, gain, *find_loop(loads, array, gain))
 

@@ -180,11 +180,12 @@ class TaxelEstimator:
         sigma, response = self.baseline.sigma, self.settings.response
         change = self.baseline.change(frame)
         repaired = self._dead.repaired(change, sigma)
-        pressure = self._hysteresis.undone(response.pressure(repaired), interval)
+        shown = response.pressure(repaired)
+        pressure = self._hysteresis.undone(shown, interval)
         noise = sigma * response.slope(_NOISE_AT * sigma) * response.loop.noise_gain
         regions, surface = self._method.regions(pressure, noise)
         self.baseline.follow(change, regions.touched if regions.all else None, interval)
-        self._memory.follow(pressure, interval)
+        self._memory.follow(pressure, shown)
         regions = without(regions, [region.label for region in regions.all if self._memory.explains(
             region.box, regions.labels[region.box] == region.label, LEVEL * NOISE * noise)])
         full = frame >= _FULL * self.array.full_scale

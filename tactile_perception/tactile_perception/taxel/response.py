@@ -77,7 +77,7 @@ def fit_gains(changes: np.ndarray) -> np.ndarray | None:
 
 def force_terms(changes: np.ndarray, taxel_area: float, gain: np.ndarray | None = None) -> tuple[np.ndarray, float]:
     """What scale multiplies in the forces (N,) of changes (N, rows, columns), (N, 3), and the curve's knee; see fit_response."""
-    value = np.maximum(changes if gain is None else changes / gain, 0).reshape(len(changes), -1).astype(float)
+    value = (changes if gain is None else changes / gain).reshape(len(changes), -1).astype(float)
     knee = _KNEE * float(value.max(initial=0))
     return taxel_area * curve_terms(value, max(knee, 1e-12)).sum(axis=2).T, knee
 

@@ -243,7 +243,7 @@ def test_the_moment_of_a_heavy_grasp(thickness):
 
 @pytest.mark.parametrize('method', TAXEL_METHODS)
 def test_a_memory_of_the_layer_is_no_contact_and_a_light_touch_on_it_is(method):
-    """The layer goes on to show 6 % of a load of 80 kPa, which the loop does not undo."""
+    """The layer goes on to show 6 % of a load of 80 kPa, of which the loop undoes a part."""
     response = Response((500.0, 0.0, 0.0), known=True, loop=Loop(0.12, 3e4, 0.0, 0.5))
     shape, light = picture(bar(), 160.0), picture(disc(), 20.0)
     left = [0.06 * np.exp(-k / 50) * shape for k in range(1, 30)]

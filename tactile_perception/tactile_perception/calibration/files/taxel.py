@@ -17,14 +17,14 @@ from ...taxel.response import Response
 
 SENSOR = 'taxel_array'
 UNITS = {'scale': 'Pa of the value, of its square, of its knee', 'gain': '1', 'zero, knee': 'values', 'residuals': '1', 'force': 'N',
-         'loop': 'share 1, reach Pa, relative 1, relaxation s'}
+         'loop': 'share 1, reach Pa, relative 1, relaxation s, late 1, late_s s'}
 
 
 def write_taxels(path: str | Path, response: Response, residuals: dict, span: dict, left_out: list[str],
                  specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
     """Write a response; left_out, outliers: one line each. Raises BadCalibration or OSError as write_calibration does."""
     fitted = {'scale': [float(value) for value in response.scale], 'knee': float(response.knee),
-              'loop': {name: float(value) for name, value in asdict(response.loop).items()}}
+              'loop': {name: np.asarray(value, float).tolist() for name, value in asdict(response.loop).items()}}
     for name in ('gain', 'zero'):
         if getattr(response, name) is not None:
             fitted[name] = np.asarray(getattr(response, name), float).tolist()
@@ -45,7 +45,8 @@ def read_taxels(path: str | Path, array: TaxelArray, values: Mapping | None = No
         if 'gain' in maps and not (maps['gain'] > 0).all():
             raise ValueError('gain must be positive')
         return Response(tuple(float(value) for value in fitted['scale']), float(fitted['knee']), known=True, **maps,
-                        loop=Loop(**{name: float(value) for name, value in fitted['loop'].items()}))
+                        loop=Loop(**{name: tuple(map(float, value)) if isinstance(value, list) else float(value)
+                                     for name, value in fitted['loop'].items()}))
     except (AttributeError, KeyError, TypeError, ValueError, BadArgument) as error:
         if isinstance(error, BadCalibration):
             raise

@@ -30,15 +30,16 @@ _LONGEST_S = 0.1  # chosen: equal loads that last longer are several, since what
 _PARTS = 3  # chosen: folds of the cross-validation
 _LIGHT = 0.3  # chosen: of the largest force, added to each in the weights of the loop's fit, as in fit_response
 _ZERO = 1e-3  # N, chosen: smaller forces count as untouched
+_AFTER_S = 30.0  # s after a load, in which what is left of it is fitted, too. Chosen: later it no longer changes
 
 
 @dataclass
 class Loads:
-    """Mean frame under each load, in their order.
+    """Mean frame under each load, and after it, in their order.
 
-    changes: (N, rows, columns), less the untouched frame; forces: (N,) N; zero: untouched frame (rows, columns) or None; left_out: one line
-    per unusable frame; when: recording and time of each load; times: (N,) s; bags: (N,) number of the recording; levels: (N,) number of the
-    stretch of equal loads that it belongs to.
+    changes: (N, rows, columns), less the untouched frame; forces: (N,) N, 0 after a load; zero: untouched frame (rows, columns) or None;
+    left_out: one line per unusable frame; when: recording and time of each load; times: (N,) s; bags: (N,) number of the recording;
+    levels: (N,) number of the stretch of equal loads that it belongs to.
     """
 
     changes: np.ndarray
@@ -55,27 +56,26 @@ def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace:
     """The loads in bags. Raises TactileError for bags without images or wrenches."""
     stretches, untouched, left_out, level = [], [], [], -1
     for number, bag in enumerate(bags):
-        last = before = None
+        last = loaded = None
         for stamp, values, force in _frames(bag, array, namespace, left_out):
             if not np.isfinite(force):
                 last = None
-            elif force < _ZERO:
-                if before is None:  # after a load the sensor may still show some of it
-                    untouched.append(values)
-                last = None
-            else:
-                before = force
-                if last is None or abs(force - last) >= _SAME * last:
-                    last, level = force, level + 1
-                    begin = None
+            elif force < _ZERO and loaded is None:
+                untouched.append(values)
+            elif force >= _ZERO or stamp - loaded < _AFTER_S:  # after a load the sensor may still show some of it
+                force, loaded = (force, stamp) if force >= _ZERO else (0.0, loaded)
+                if last is None or abs(force - last) > _SAME * last:
+                    last, level, begin = force, level + 1, None
                 if begin is None or stamp - begin > _LONGEST_S:
                     begin = stamp
                     stretches.append(([], [], last, f'{bag.name} at {stamp:.3f} s', number, level))
                 stretches[-1][0].append(values)
                 stretches[-1][1].append(stamp)
-    if not stretches:
+    if not any(one[2] for one in stretches):
         raise BadCalibration('no frame with a normal load in the recordings; ground_truth/wrench must contain it (force.z < 0)')
     zero = np.mean(untouched, axis=0, dtype=float) if untouched else None
+    if zero is None:  # what is left of a load is unknown
+        stretches = [one for one in stretches if one[2]]
     values, stamps, forces, when, numbers, levels = zip(*stretches)
     pictures = np.array([np.mean(one, axis=0, dtype=float) for one in values]) - (0 if zero is None else zero)
     pictures = np.array([fill(picture.astype(np.float32), dead) for picture in pictures])
@@ -106,21 +106,23 @@ def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
                 waiting = None
 
 
-def loaded_areas(changes: np.ndarray, taxel_area: float) -> np.ndarray:
-    """m^2 under each load: that of even pressure with the same sum and sum of squares of changes (N, rows, columns)."""
-    flat = np.maximum(changes, 0).reshape(len(changes), -1)
-    return taxel_area * flat.sum(axis=1)**2 / np.maximum((flat**2).sum(axis=1), 1e-12)
+def loaded_areas(loads: Loads, taxel_area: float) -> np.ndarray:
+    """(N,) m^2 under each load: that of even pressure with the same sum and sum of squares of changes; after a load, as under it."""
+    flat = np.maximum(loads.changes, 0).reshape(len(loads.changes), -1)
+    areas = taxel_area * flat.sum(axis=1)**2 / np.maximum((flat**2).sum(axis=1), 1e-12)
+    return areas[np.maximum.accumulate(np.where(loads.forces == 0, 0, np.arange(len(areas))))]
 
 
 def find_loop(loads: Loads, array: TaxelArray, gain: np.ndarray | None) -> tuple[Loop, np.ndarray]:
-    """The loop between rising and falling loads, and (N,) N, what of each load the sensor shows. Times between recordings count as rest."""
-    known = np.isfinite(loads.forces) & (loads.forces > 0)
-    areas = loaded_areas(loads.changes, array.taxel_area)
+    """The loop between rising and falling loads, and (N,) N, what of each load the sensor shows, NaN after it. Times between
+    recordings count as rest."""
+    areas = loaded_areas(loads, array.taxel_area)
     terms = force_terms(loads.changes, array.taxel_area, gain)[0] / areas[:, None]
-    weights = np.where(known, areas / (loads.forces + _LIGHT * loads.forces.max()), 0)
+    weights = areas / (loads.forces + _LIGHT * loads.forces.max())
     times = _rested(loads)
     loop = fit_loop(times, loads.forces / areas, terms, weights)
-    return loop, loop.shown(loads.forces / areas, np.diff(times, prepend=times[0] - 1e6)) * areas
+    shown = loop.shown(loads.forces / areas, np.diff(times, prepend=times[0] - 1e6)) * areas
+    return loop, np.where(loads.forces > 0, shown, np.nan)
 
 
 def _rested(loads: Loads) -> np.ndarray:
@@ -129,26 +131,28 @@ def _rested(loads: Loads) -> np.ndarray:
 
 
 def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None, loop: Loop, shown: np.ndarray) -> np.ndarray:
-    """Cross-validation errors (N,) of the forces, relative, with the loop undone; NaN where other folds do not determine the response.
+    """Cross-validation errors (N,) of the forces, relative, with the loop undone; NaN after loads, and where other folds do not
+    determine the response.
 
     loop, shown: see find_loop.
     """
     seen, held_out = np.full(len(loads.forces), np.nan), loads.levels % _PARTS
-    areas, times = loaded_areas(loads.changes, array.taxel_area), _rested(loads)
+    areas, times = loaded_areas(loads, array.taxel_area), _rested(loads)
     for part in range(_PARTS):
         out = held_out == part
         try:
             response, _ = fit_response(loads.changes[~out], shown[~out], array.taxel_area, gain)
         except BadCalibration:
             continue
-        seen[out] = [response.pressure(np.maximum(change, 0)).sum() * array.taxel_area for change in loads.changes[out]]
-    if not loop.share or np.isnan(seen).any():
-        return seen / loads.forces - 1
+        seen[out] = [response.pressure(change).sum() * array.taxel_area for change in loads.changes[out]]
+    forces = np.where(loads.forces > 0, loads.forces, np.nan)
+    if loop == Loop() or np.isnan(seen).any():
+        return seen / forces - 1
     undo, found = Hysteresis(loop), []
     undo.undone(np.zeros((1, 1), np.float32), 0.0)
     for pressure, interval in zip(seen / areas, np.diff(times, prepend=times[0])):
         found.append(float(undo.undone(np.full((1, 1), pressure, np.float32), float(interval))[0, 0]))
-    return np.array(found) * areas / loads.forces - 1
+    return np.array(found) * areas / forces - 1
 
 
 def calibrated_response(loads: Loads, array: TaxelArray, gain: np.ndarray | None, loop: Loop, shown: np.ndarray) -> Response:
@@ -171,8 +175,9 @@ def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: st
     errors = held_out_errors(loads, array, gain, loop, shown)
     residuals = {'held_out_force_mean': float(np.nanmean(np.abs(errors))) if np.isfinite(errors).any() else float('nan'),
                  'held_out_force_largest': float(np.nanmax(np.abs(errors))) if np.isfinite(errors).any() else float('nan')}
-    span = {'force': [float(loads.forces.min()), float(loads.forces.max())]}
-    most = float(np.max(loads.forces / loaded_areas(loads.changes, array.taxel_area)))
+    pressed = loads.forces[loads.forces > 0]
+    span = {'force': [float(pressed.min()), float(pressed.max())]}
+    most = float(np.max(loads.forces / loaded_areas(loads, array.taxel_area)))
     held_out = held_out_residuals(loads, array, errors)
     standing_out = outliers(held_out[:1])
     write_taxels(output, response, residuals, span, loads.left_out, Specimen(serial, values), standing_out)
@@ -185,13 +190,14 @@ def held_out_residuals(loads: Loads, array: TaxelArray, errors: np.ndarray) -> l
 
     errors: (N,) relative.
     """
-    percent = 100 * errors
-    found = [Residuals('force', '%', percent, np.stack([loads.forces, percent], axis=1), ('force (N)', 'error (% of it)'), loads.when)]
-    weight = np.maximum(loads.changes, 0).reshape(len(loads.forces), -1)
+    pressed = np.flatnonzero(loads.forces)
+    percent, when = 100 * errors[pressed], [loads.when[k] for k in pressed]
+    found = [Residuals('force', '%', percent, np.stack([loads.forces[pressed], percent], axis=1), ('force (N)', 'error (% of it)'), when)]
+    weight = np.maximum(loads.changes[pressed], 0).reshape(len(pressed), -1)
     x, y = (1e3 * grid.ravel() for grid in np.meshgrid(array.x, array.y))
     middle = np.stack([weight @ x, weight @ y], axis=1) / np.maximum(weight.sum(axis=1), 1e-12)[:, None]
     if np.ptp(middle, axis=0).max() > 1e3 * array.pitch:
-        found.append(Residuals('force at its place', '%', percent, middle, ('x (mm)', 'y (mm)'), loads.when))
+        found.append(Residuals('force at its place', '%', percent, middle, ('x (mm)', 'y (mm)'), when))
     return found
 
 
@@ -205,12 +211,15 @@ def _gains(response: Response, array: TaxelArray) -> list[Residuals]:
 
 def report(loads: Loads, response: Response, residuals: dict, output: Path, most: float) -> str:
     """The report of the fit; most: Pa, largest load."""
-    lines = [f'{len(np.unique(loads.levels))} loads, {loads.forces.min():.3g} to {loads.forces.max():.3g} N',
+    pressed, loop = loads.forces > 0, response.loop
+    lines = [f'{len(np.unique(loads.levels[pressed]))} loads, {loads.forces[pressed].min():.3g} to {loads.forces.max():.3g} N',
              'gain of each taxel: ' + ('from loads that cover all of them' if response.gain is not None else 'unknown, no load covered all '
                                        'of them evenly; taken as equal'),
              'untouched values: ' + ('known' if loads.zero is not None else 'not recorded; taken from the first frames at start'),
-             'loop between rising and falling loads: ' + (f'up to {response.loop.width(most):.0f} Pa wide, forgotten within '
-                                                          f'{response.loop.relaxation:.2g} s' if response.loop.share else 'none seen'),
+             'loop between rising and falling loads: ' + (f'up to {loop.width(most):.0f} Pa wide, forgotten within '
+                                                          f'{loop.relaxation:.2g} s' if loop.share else 'none seen'),
+             'shown late: ' + (', '.join(f'{part:.1%} of a load after {time:.2g} s' for part, time in zip(loop.late, loop.late_s)) or
+                               'nothing'),
              f'normal force of held-out loads: error {residuals["held_out_force_mean"]:.1%} mean, '
              f'{residuals["held_out_force_largest"]:.1%} largest']
     return '\n'.join([*lines, *[f'left out: {line}' for line in loads.left_out[:10]], f'written: {output}'])

@@ -10,7 +10,7 @@ from tactile_perception.taxel.response import Response
 
 ARRAY = TaxelArray(3, 4, 1e-3)
 RESPONSE = Response((400.0, 0.3, 150.0), 12.5, np.linspace(0.9, 1.1, 12).reshape(3, 4), True, np.arange(12.0).reshape(3, 4),
-                    Loop(0.25, 1750.0, 0.04, 0.4))
+                    Loop(0.25, 1750.0, 0.04, 0.4, (0.02, 0.01), (0.1, 1.6)))
 
 
 @pytest.fixture
