@@ -12,6 +12,7 @@ constexpr double BIN = 0.01;       // s, over which light is averaged. Derived: 
 constexpr double AGREE = 4;        // standard deviations by which bins may differ at rest. Chosen: as much as five of them do by noise
 constexpr double FORGOTTEN = 0.2;  // s without rest, after which the last rest says nothing. Chosen: lamps are switched faster
 constexpr double CERTAIN = 6;      // standard deviations of light that is judged. Chosen
+constexpr double SEEN = 3;         // standard deviations of light that may be a lamp's before it is judged. Chosen
 constexpr double AROUND = 0.2;     // half widths between centroids of the room's light and of the offset, which holds the dark voltages
                                    // too. Chosen
 constexpr double APART = 0.05, APART_SIGMA = 4;      // half widths, and standard deviations, between the centroids of a lamp and of the
@@ -19,6 +20,7 @@ constexpr double APART = 0.05, APART_SIGMA = 4;      // half widths, and standar
 constexpr double MOST_ROOM = 3, MOST_CONTACT = 0.5;  // parts of the room's light, and of the contact's; brighter changes are a second
                                                      // object. Chosen
 constexpr double ALIKE = 0.05;                       // part of a lamp's light by which it may change until the object goes. Chosen
+constexpr double GROWN = 0.015;  // part of an object's light that it grows by as the cover creeps, from rest to rest. Chosen
 constexpr double LEFT = 0.7;                         // part of an object's light that is left at most after it is gone. Chosen
 // Part of the room's light that an object shades, and its standard deviation, before it is measured: of what the room has beyond that of
 // the calibration. Chosen: it hides a tenth at most.
@@ -59,9 +61,9 @@ bool is_room(const FingerSums& change, const FingerSums& contact, const FingerSu
            from_contact > APART + APART_SIGMA * sigma / std::abs(change[TOTAL]);
 }
 
-// Whether light is what has come suddenly while the object rested.
-bool is_doubtful(const FingerSums& light, const FingerSums& doubtful, double sigma) {
-    const double most = ALIKE * doubtful[TOTAL] + AGREE * sigma;
+// Whether light is what has come suddenly while the object rested, with the light rest in the end.
+bool is_doubtful(const FingerSums& light, const FingerSums& doubtful, const FingerSums& rest, double sigma) {
+    const double most = ALIKE * doubtful[TOTAL] + GROWN * rest[TOTAL] + AGREE * sigma;
     const FingerSums apart = difference(light, doubtful);
     return doubtful[TOTAL] > CERTAIN * sigma && std::all_of(apart.begin(), apart.end(), [most](double d) { return std::abs(d) < most; });
 }
@@ -115,7 +117,7 @@ bool judge(HeldState& state, const FingerSums& light, double sigma, FingerSums& 
             state.bins = 0;
             return true;
         }
-        const bool of_room = is_room(light, before, state.room, sigma) || is_doubtful(light, state.doubtful, sigma);
+        const bool of_room = is_room(light, before, state.room, sigma) || is_doubtful(light, state.doubtful, before, sigma);
         if (light[TOTAL] < LEFT * before[TOTAL] && of_room) {  // the object is gone
             interrupt_held(state);
             shift = light;
@@ -166,13 +168,16 @@ bool end_bin(HeldState& state, const HeldFinger& finger, FingerSums& shift) {
 }
 
 // What is to be added to the sums whose mean of count samples is known. lasting: as follow_held returns it.
-FingerSums correction(const HeldState& state, const FingerSums& mean, double count, const HeldFinger& finger, const FingerSums* lasting) {
+FingerSums correction(HeldState& state, const FingerSums& mean, double count, const HeldFinger& finger, const FingerSums* lasting) {
     const FingerSums added = shaded(state, state.shade);
+    state.undecided.fill(0);
     if (lasting != nullptr) return difference(added, *lasting);
     const double sigma = total_sigma(finger, count);
     const FingerSums change = difference(mean, state.rest);
-    if (state.rests > 0 && std::abs(change[TOTAL]) > CERTAIN * sigma && is_room(change, state.rest, state.room, sigma))
-        return difference(added, change);
+    if (state.rests == 0 || std::abs(change[TOTAL]) < SEEN * sigma) return added;
+    if (std::abs(change[TOTAL]) > CERTAIN * sigma && is_room(change, state.rest, state.room, sigma)) return difference(added, change);
+    const double total = std::abs(change[TOTAL]);
+    if (total < MOST_ROOM * state.room[TOTAL] && apart(change, state.room) < AROUND + APART_SIGMA * sigma / total) state.undecided = change;
     return added;
 }
 
@@ -185,6 +190,7 @@ void begin_held(HeldState& state, const double* offset, const double* calibrated
     mix(beyond.data(), state.beyond.data());
     state.since = 0;
     state.doubtful.fill(0);
+    state.undecided.fill(0);
     interrupt_held(state);
 }
 
@@ -199,7 +205,10 @@ double shaded_volts(const HeldState& state) {
 
 FingerSums lamp_volts(const HeldState& state, double sigma) {
     const bool certain = state.rests > 0 && std::abs(state.doubtful[TOTAL]) > CERTAIN * sigma;
-    return certain && may_be_room(state.doubtful, state.rest, state.room, sigma) ? state.doubtful : FingerSums{};
+    FingerSums light = state.undecided;
+    if (!certain || !may_be_room(state.doubtful, state.rest, state.room, sigma)) return light;
+    for (int i = 0; i < 4; ++i) light[i] += state.doubtful[i];
+    return light;
 }
 
 bool follow_held(HeldState& state, double* sums, const std::uint8_t* in_contact, const std::uint8_t* saturated, std::ptrdiff_t count,

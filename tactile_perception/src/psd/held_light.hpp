@@ -36,6 +36,7 @@ struct HeldState {
     std::array<FingerSums, RESTS> finished;  // their mean light
     FingerSums beyond;                       // of the room's light, what the room of the calibration had not
     FingerSums doubtful;                     // sudden changes of the contact's light, which may be a lamp's
+    FingerSums undecided;                    // what the last samples have beyond the last rest, which may be a lamp's, too
 };
 constexpr std::ptrdiff_t HELD_NUMBERS = sizeof(HeldState) / sizeof(double);
 
@@ -48,7 +49,8 @@ void interrupt_held(HeldState& state);
 // V, standard deviation of the room's light that the object shades.
 double shaded_volts(const HeldState& state);
 
-// V, light of the contact that has come or gone suddenly and may be a lamp's, 0 without such light. sigma: V, of a sample's total.
+// V, light of the contact that has come or gone suddenly, or just now, and may be a lamp's; 0 without such light. sigma: V, of a sample's
+// total.
 FingerSums lamp_volts(const HeldState& state, double sigma);
 
 struct HeldFinger {

@@ -17,7 +17,7 @@ _UNSEEN_S = 0.5  # s, longest time for which drift goes on under a contact. Chos
 _FAST_S = 0.02  # s, time constant of falling light, which no contact causes. Chosen: one update
 _NOISE_S = 5.0  # s, time constant of the noise. Chosen
 _STEP_S = 0.02  # s, between updates. Chosen: two periods of lamps on 50 Hz mains
-_FLAT_S = 0.5  # s: light that is constant for so long, without contact, is ambient. Chosen
+_FLAT_S = 0.2  # s: light that is constant for so long, without contact, is ambient. Chosen: twice _SLOW_S
 _QUIET = 3.0  # standard deviations of the total within which nothing is near. Chosen
 _MIN_SIGMA = 1e-4  # V, floor of the total's standard deviation: keeps thresholds positive for noiseless input
 
@@ -110,13 +110,13 @@ class Reference:
         self._before.predict(seconds)
         if mean[TOTAL] < -_QUIET * scatter - self._fastest * seconds:
             self._step(change * (1 - math.exp(-seconds / _FAST_S)), scatter)
-        elif leaves:  # the object that touched may still be near
-            self._drift.predict(seconds)
         elif mean[TOTAL] > _QUIET * scatter + self._fastest * (_SLOW_S + self._unseen_s):
             if self._stays(mean[TOTAL], scatter, seconds):
                 self._step(change, scatter)
-            else:
+            elif not leaves:
                 self._drift.move(change * min(self._fastest * seconds / mean[TOTAL], 1.0))
+        elif leaves:  # the object that touched may still be near
+            self._drift.predict(seconds)
         else:
             self._correct(change, square, count, seconds)
         self._use(self._drift)

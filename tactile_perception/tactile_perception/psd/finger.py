@@ -22,6 +22,7 @@ _LIT = 3.0  # standard deviations of the total, from which a position is compute
 _LEAST = 4.0  # standard deviations of the total, lowest threshold of contact. Chosen
 _STUCK = 50  # equal samples in a row that mark an output as stuck. Chosen: noise of one count makes 50 in a row very unlikely
 _GAP_S = 0.003  # s without samples, beyond which neighbours are not compared. Chosen: an object moves little in it
+_APART_S = 0.02  # s without contact, after which it is a new one for the light that it holds. Chosen: less is noise about the threshold
 _LOST_S = 0.1  # s without samples, after which a contact is a new one. Chosen: shorter than two touches of a finger
 
 
@@ -92,7 +93,7 @@ class PsdFinger:
         self.model, self.settings = model, settings
         self.reference = Reference(settings.reference_seconds, settings.fastest_drift)
         self._touch, self._id = detector or ContactDetector(), 0
-        self._held = held_before()  # light of the contact, see src/psd/held_light.hpp
+        self._held, self._apart_s = held_before(), math.inf  # light of the contact, see src/psd/held_light.hpp; s since it ended
         self._last, self._same = np.full(4, np.nan), np.zeros(4)
 
     def set_reference(self) -> None:
@@ -105,7 +106,7 @@ class PsdFinger:
         if seconds > _GAP_S:
             self._touch.interrupt()
             self._last, self._same = np.full(4, np.nan), np.zeros(4)
-            self._held = held_interrupt(self._held)
+            self._held, self._apart_s = held_interrupt(self._held), math.inf
         if seconds > _LOST_S:
             self._touch.begin()
 
@@ -147,6 +148,7 @@ class PsdFinger:
             place[~contact] = np.nan
         if inside and self.holds_light:
             sums = self._hold(sums, contact, saturated, was_touching, period_s)
+        self._apart_s = 0.0 if inside else self._apart_s + used * period_s
         one_run = inside == 0 or (inside == used and was_touching)
         ids = filled(used, np.int64, self._id if inside else 0) if one_run else self._contact_ids(contact, was_touching)
         return Samples(contact if inside == used else filled(used, bool, True), contact, ids, sums, place, saturated, one_run)
@@ -173,7 +175,7 @@ class PsdFinger:
         """Sums (N, 4) corrected in contact for ambient light that changes during it; the offset follows what is certain."""
         reference = self.reference
         reference.hold(len(contact) * period_s)
-        if not (was_touching and contact[0]):
+        if not (was_touching and contact[0]) and self._apart_s > _APART_S:
             before = reference.offset
             reference.recall()
             sums += (before - reference.offset) @ MIX

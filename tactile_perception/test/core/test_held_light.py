@@ -105,10 +105,12 @@ def test_room_light_that_stays_after_the_object_ends_the_contact():
     assert shifts == pytest.approx(0.5 * ROOM, abs=0.02)
 
 
-def test_a_lamp_at_the_contacts_own_place_is_told_when_the_object_goes():
+@pytest.mark.parametrize('creep', [0.0, 0.03])
+def test_a_lamp_at_the_contacts_own_place_is_told_when_the_object_goes(creep):
     beside = (ROOM[1] + ROOM[2] - ROOM[0] - ROOM[3]) / ROOM.sum(), (ROOM[2] + ROOM[3] - ROOM[0] - ROOM[1]) / ROOM.sum()
     room = lamp(1000, 300, 10, 0.6)
-    sums, shifts = followed(spot(*beside, 2.5) * (np.arange(1000) < 700)[:, None] + room)
+    grows = 1 - creep * np.exp(-np.maximum(np.arange(1000) - 250, 0) / 80)
+    sums, shifts = followed(spot(*beside, 2.5) * (grows * (np.arange(1000) < 700))[:, None] + room)
     assert shifts == pytest.approx(0.6 * ROOM / ROOM.sum(), abs=0.02) and np.abs(sums[-100:].mean(0)).max() < 0.02
 
 

@@ -21,6 +21,7 @@ _CERTAIN = 6.0  # standard deviations of light that is judged. Chosen
 _AROUND = 0.2  # half widths between centroids of the room's light and of the offset, which holds the dark voltages too. Chosen
 _APART, _APART_SIGMA = 0.05, 4.0  # half widths, and standard deviations, between the centroids of a lamp and of the contact. Chosen
 _MOST_ROOM, _MOST_CONTACT = 3.0, 0.5  # parts of the room's light, and of the contact's; brighter changes are a second object. Chosen
+_GROWN = 0.015  # part of an object's light that it grows by as the cover creeps, from rest to rest. Chosen
 _LEFT = 0.7  # part of an object's light that is left at most after it is gone. Chosen
 # Part of the room's light that an object shades, and its standard deviation, before it is measured. Chosen: it hides a tenth at most.
 _SHADE_EXPECTED, _SHADE = 0.05, 0.05
@@ -98,7 +99,7 @@ class HeldLight:
             if self._is_room(light - before, before, sigma):
                 self._bins.clear()
                 return light - before
-            if light[TOTAL] < _LEFT * before[TOTAL] and (self._is_room(light, before, sigma) or self._is_doubtful(light, sigma)):
+            if light[TOTAL] < _LEFT * before[TOTAL] and (self._is_room(light, before, sigma) or self._is_doubtful(light, before, sigma)):
                 self.interrupt()
                 return light
             self._doubtful = self._doubtful + light - before
@@ -117,10 +118,10 @@ class HeldLight:
         from_contact = math.dist(where, contact[:2] / contact[TOTAL])
         return from_room < min(_AROUND, from_contact) and from_contact > _APART + _APART_SIGMA * sigma / abs(total)
 
-    def _is_doubtful(self, light: np.ndarray, sigma: float) -> bool:
-        """Whether light (4,) is what has come suddenly while the object rested."""
-        total = self._doubtful[TOTAL]
-        return total > _CERTAIN * sigma and np.abs(light - self._doubtful).max() < _ALIKE * total + _AGREE * sigma
+    def _is_doubtful(self, light: np.ndarray, rest: np.ndarray, sigma: float) -> bool:
+        """Whether light (4,) is what has come suddenly while the object rested, with the light rest (4,) in the end."""
+        total, most = self._doubtful[TOTAL], _ALIKE * self._doubtful[TOTAL] + _GROWN * rest[TOTAL] + _AGREE * sigma
+        return total > _CERTAIN * sigma and np.abs(light - self._doubtful).max() < most
 
     def _measure_shade(self, light: np.ndarray, count: int, noise: np.ndarray, seconds: float) -> None:
         """Update the shaded part by the cross term of light (4,), the mean sums of count samples: least squares with a known variance."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tactile_driver.parameters.table import defaults
-from tactile_driver.simulation.psd.scene import Act, PsdScene, PsdScript, open_psd_scene
+from tactile_driver.simulation.psd.scene import Act, Ambient, PsdScene, PsdScript, open_psd_scene
 
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.parameters.psd import PSD_PARAMETERS
@@ -127,6 +127,33 @@ def test_the_covariance_of_single_samples_in_motion_is_honest_and_lies_along_the
     creeps = replace(calibrated, creep=replace(calibrated.creep, share=0.06))  # takes some 2 degrees off
     assert 0.5 < circling(calibrated, VALUES | {'results': 'sample'})[1].mean() < 2, 'normalised squared error'
     assert circling(creeps, VALUES | {'results': 'sample'})[2].max() < 1e-9
+
+
+def lamps(seed):
+    """A scene in which a lamp is switched while each of ten objects rests."""
+    rng, acts, steps = np.random.default_rng(seed), [], []
+    for k in range(10):
+        place, size = (rng.uniform(0, 2 * np.pi), np.radians(rng.uniform(5, 60))), rng.uniform(0.2, 0.9)
+        acts.append(Act(1 + 1.3 * k, 1.9 + 1.3 * k, place, place, rng.uniform(2.3e-4, 3.4e-4), 0.02))
+        steps.append((acts[-1].start + rng.uniform(0.3, 0.5), -steps[-1][1] if k % 2 else size))
+    return PsdScene(PsdScript(acts, 14.0, Ambient(0.4, steps=tuple(steps), rise=0.02, shade=0.04)), 1000.0, 2)
+
+
+@pytest.mark.parametrize('seed', [0, 1, 2])
+def test_places_under_a_lamp_that_is_switched_are_right_or_uncertain_and_contacts_end(calibrated, seed):
+    scene = lamps(seed)
+    counts, truth = scene.play(0, scene.samples)
+    ended = np.flatnonzero(np.diff((truth.touching > 0).astype(int)) < 0)
+    errors, stated, late = [], [], []
+    for at, touches in run(PsdStage(calibrated, VALUES), counts * (5 / 4096), 5):
+        if touches and not truth.touching[int(at)]:
+            late.append((at - ended).clip(0).min())
+        elif touches and np.abs(at - ended).min() > 10:
+            errors.append(np.linalg.norm(touches[0].position / 0.016 - truth.normal[int(at)]))
+            stated.append(np.sqrt(np.trace(touches[0].covariance)) / 0.016)
+    errors, stated = np.array(errors), np.array(stated)
+    assert np.mean(errors > np.maximum(3 * stated, np.radians(1))) < 0.003
+    assert 0.3 < np.mean((errors / stated) ** 2) < 2 and max(late, default=0) < 300
 
 
 def test_the_papers_method_takes_no_creep_off(calibrated):

@@ -65,9 +65,9 @@ def test_falling_light_is_tracked_at_once_and_constant_light_after_a_while():
     follow(reference, rest(150, rng, -0.3))
     assert reference.offset.sum() == pytest.approx(OFFSET.sum() - 0.3, abs=0.02)
     reference = taken(rng)
-    follow(reference, rest(300, rng, 0.3))
-    assert reference.offset.sum() < OFFSET.sum() + 0.1
-    follow(reference, rest(1000, rng, 0.3))
+    follow(reference, rest(150, rng, 0.3))
+    assert reference.offset.sum() < OFFSET.sum() + 0.05
+    follow(reference, rest(150, rng, 0.3))
     assert reference.offset.sum() == pytest.approx(OFFSET.sum() + 0.3, abs=0.03)
 
 
