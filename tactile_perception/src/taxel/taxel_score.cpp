@@ -171,8 +171,8 @@ std::optional<Level> fitted(const float* pressure, std::ptrdiff_t columns, const
 // Expected pressure at the border, (rows, columns): by what is near, and on and around each patch by its level.
 class Border {
  public:
-    Border(const float* pressure, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule)
-        : pressure_(pressure), rows_(rows), columns_(columns), rule_(rule), smooth_(pressure, pressure + rows * columns) {
+    Border(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule)
+        : pressure_(pressure), full_(full), rows_(rows), columns_(columns), rule_(rule), smooth_(pressure, pressure + rows * columns) {
         blur(smooth_, rows, columns, rule.smooth, Outside::replicated);
         expected = nearby(smooth_, rows, columns, rule);
         std::vector<std::uint8_t> touched(rows * columns);
@@ -196,21 +196,23 @@ class Border {
  private:
     void fit(const std::vector<std::int32_t>& labels, std::int32_t label, const Component& patch, std::ptrdiff_t half) {
         if (patch.count < ENOUGH) return;
-        const auto inside = [&](const Values& weights) {
+        const auto inside = [&](const Values& weights, bool all) {
             return fitted(pressure_, columns_, patch.box, [&](std::ptrdiff_t r, std::ptrdiff_t c) {
                 const std::ptrdiff_t k = r * columns_ + c;
-                return labels[k] == label ? weights[k] : 0.0f;
+                return labels[k] == label && (all || !full_[k]) ? weights[k] : 0.0f;
             });
         };
-        auto level = inside(inner_);
-        if (!level) level = inside(soft_);  // a contact that is nowhere wider than what the pad rounds off
+        auto level = inside(inner_, false);  // what is saturated hides how high the level is
+        if (!level) level = inside(inner_, true);
+        if (!level) level = inside(soft_, true);  // a contact that is nowhere wider than what the pad rounds off
         if (!level) return;
         level->find_dome([&](float half_of_top) {
             std::ptrdiff_t count = 0;
             for (std::ptrdiff_t r = patch.box.top; r < patch.box.bottom; ++r) {
                 for (std::ptrdiff_t c = patch.box.left; c < patch.box.right; ++c) {
                     const std::ptrdiff_t k = r * columns_ + c;
-                    count += labels[k] == label && pressure_[k] > half_of_top;
+                    const double y = static_cast<double>(r) - level->row, x = static_cast<double>(c) - level->column;
+                    count += labels[k] == label && (full_[k] ? level->value(y, x) : pressure_[k]) > half_of_top;
                 }
             }
             return count;
@@ -237,6 +239,7 @@ class Border {
     }
 
     const float* pressure_;
+    const std::uint8_t* full_;
     const std::ptrdiff_t rows_, columns_;
     const ScoreRule rule_;
     Values smooth_, soft_, inner_;
@@ -271,7 +274,7 @@ void close(Values& score, std::ptrdiff_t rows, std::ptrdiff_t columns, float fre
 
 }  // namespace
 
-std::vector<float> taxel_score(const float* pressure, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule) {
+std::vector<float> taxel_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule) {
     Values score(rows * columns);
     std::vector<std::uint8_t> pressed(score.size());
     for (std::size_t k = 0; k < score.size(); ++k) pressed[k] = pressure[k] > rule.share * rule.least;
@@ -281,9 +284,12 @@ std::vector<float> taxel_score(const float* pressure, std::ptrdiff_t rows, std::
     const auto margin = 2 * rule.reach + 2 * static_cast<std::ptrdiff_t>(std::ceil(4 * rule.smooth)) + 2;
     const Box box = inside.grown(margin, rows, columns);
     Values near;
-    for (std::ptrdiff_t r = box.top; r < box.bottom; ++r)
+    std::vector<std::uint8_t> hidden;
+    for (std::ptrdiff_t r = box.top; r < box.bottom; ++r) {
         near.insert(near.end(), pressure + r * columns + box.left, pressure + r * columns + box.right);
-    const Border border(near.data(), box.rows(), box.columns(), rule);
+        hidden.insert(hidden.end(), full + r * columns + box.left, full + r * columns + box.right);
+    }
+    const Border border(near.data(), hidden.data(), box.rows(), box.columns(), rule);
     for (std::size_t k = 0; k < near.size(); ++k) near[k] = clipped(0.5f * near[k] / border.expected[k]);
     close(near, box.rows(), box.columns(), 0.5f * GAP / rule.share);
     for (std::ptrdiff_t r = 0; r < box.rows(); ++r)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace tactile {
@@ -16,7 +17,7 @@ struct ScoreRule {
     float ramp;            // taxels: pressure at the border of a curved face over the slope of the level there
 };
 
-// Scores (rows, columns) of pressure, 0 to 1, LEVEL at the border of a contact; 0 far from all contacts.
-std::vector<float> taxel_score(const float* pressure, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule);
+// Scores (rows, columns) of pressure, 0 to 1, LEVEL at the border of a contact; 0 far from all contacts. full: taxels that are saturated.
+std::vector<float> taxel_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule);
 
 }  // namespace tactile

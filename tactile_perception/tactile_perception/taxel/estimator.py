@@ -108,11 +108,12 @@ class MechanicsMethod:
         """(2,) N that the object exerts along the surface."""
         return self._imprint.shear.force
 
-    def regions(self, pressure: np.ndarray, sigma: float) -> tuple[Regions, np.ndarray]:
-        """Regions, and pressure (rows, columns) without the part caused by traction; sigma: noise of pressure (rows, columns)."""
+    def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray) -> tuple[Regions, np.ndarray]:
+        """Regions, and pressure (rows, columns) without the part caused by traction; sigma: noise of pressure (rows, columns); full: (rows,
+        columns) bool, taxels that are saturated."""
         traction = self._imprint.traction_pressure()
         surface = pressure if traction is None else taxel_without_traction(pressure, traction, unit=self._assumed)
-        score = self._score.compute(surface, sigma)
+        score = self._score.compute(surface, sigma, full)
         self._seen = SeenPressure(pressure, sigma)
         found = find_regions(score, surface, self._array)
         return joined(found, self._pad.thickness / self._array.pitch, _AT_ONCE * sigma), surface
@@ -183,12 +184,12 @@ class TaxelEstimator:
         shown = response.pressure(repaired)
         pressure = self._hysteresis.undone(shown, interval)
         noise = sigma * response.slope(_NOISE_AT * sigma) * response.loop.noise_gain
-        regions, surface = self._method.regions(pressure, noise)
+        full = frame >= _FULL * self.array.full_scale
+        regions, surface = self._method.regions(pressure, noise, full)
         self.baseline.follow(change, regions.touched if regions.all else None, interval)
         self._memory.follow(pressure, shown)
         regions = without(regions, [region.label for region in regions.all if self._memory.explains(
             region.box, regions.labels[region.box] == region.label, LEVEL * NOISE * noise)])
-        full = frame >= _FULL * self.array.full_scale
         saturated = [_any_in(full, region, regions) for region in regions.all] if full.any() else [False] * len(regions.all)
         slip, motion = self._method.slip(regions, surface, stamp_s, any(saturated))
         tracked = self._tracker.assign(regions, _AT_ONCE * noise)

@@ -37,8 +37,9 @@ class PaperMethod:
         """(2,) N: none is told."""
         return np.zeros(2)
 
-    def regions(self, pressure: np.ndarray, sigma: float) -> tuple[Regions, np.ndarray]:
-        """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise."""
+    def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray | None = None) -> tuple[Regions, np.ndarray]:
+        """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise; full: saturated taxels, not
+        used."""
         return find_regions((pressure > _ZERO * sigma).astype(np.float32), pressure, self._array), pressure
 
     def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float, clipped: bool = False) -> tuple[SlipEstimate, None]:

@@ -35,7 +35,9 @@ class ContactScore:
         self._rule = {'smooth': max(_SMOOTH * thickness, 0.5), 'reach': min(max(1, round(thickness)), max(array.shape)),
                       'share': BORDER_SHARE, 'ramp': BORDER_RAMP * thickness}
 
-    def compute(self, pressure: np.ndarray, sigma: float) -> np.ndarray:
-        """Scores (rows, columns) float32, 0 to 1, of pressure (rows, columns) float32; sigma: its noise, in the same unit."""
+    def compute(self, pressure: np.ndarray, sigma: float, full: np.ndarray | None = None) -> np.ndarray:
+        """Scores (rows, columns) float32, 0 to 1, of pressure (rows, columns) float32; sigma: its noise, in the same unit; full: (rows,
+        columns) bool, taxels that are saturated, None for none."""
         least = NOISE * sigma
-        return taxel_score(pressure, least=least if math.isfinite(least) else 1e30, **self._rule)
+        full = np.zeros(pressure.shape, bool) if full is None else full
+        return taxel_score(pressure, full, least=least if math.isfinite(least) else 1e30, **self._rule)

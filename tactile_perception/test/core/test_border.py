@@ -87,9 +87,9 @@ TAXELS = np.pad(np.full((9, 12), 3e4, np.float32), 6)
 EDGES = _core.taxel_edges(TAXELS, scale=1 / 3e4, steep=0.08, rim=1, most=50)
 
 
-def call_taxel_score(pressure=TAXELS):
+def call_taxel_score(pressure=TAXELS, full=TAXELS > 4e4):
     """Scores with the numbers that are in use, as a tuple."""
-    return _core.taxel_score(pressure, smooth=1.0, reach=2, least=100.0, share=0.6, ramp=0.33),
+    return _core.taxel_score(pressure, full, smooth=1.0, reach=2, least=100.0, share=0.6, ramp=0.33),
 
 
 def call_taxel_edges(pressure=TAXELS):
@@ -207,7 +207,7 @@ CALLS = {
     'water_ranges': (call_water_ranges, PAD),
     'skin_light': (call_skin_light, SKIN),
     'water_lengths': (call_water_lengths, SEEN),
-    'taxel_score': (call_taxel_score, {'pressure': TAXELS}),
+    'taxel_score': (call_taxel_score, {'pressure': TAXELS, 'full': TAXELS > 4e4}),
     'taxel_edges': (call_taxel_edges, {'pressure': TAXELS}),
     'taxel_register': (call_taxel_register, {'pressure': TAXELS, 'place': EDGES[0], 'value': EDGES[1], 'slopes': EDGES[2],
                                              'middle': EDGES[4], 'guess': np.zeros(4)}),

@@ -1,8 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from tactile_driver.simulation.taxel.pad import InkSpecimen, PadSpecimen
+from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
 from tactile_driver.simulation.taxel.scene import Key, TaxelScene, TaxelScript
 from tactile_perception.common.estimates import AMBIGUOUS, AT_EDGE, NONE, SATURATED
 from tactile_perception.errors import BadArgument, BadFrame
@@ -251,3 +253,18 @@ def test_a_memory_of_the_layer_is_no_contact_and_a_light_touch_on_it_is(method):
     found = run([whole(image) for image in images], TaxelSettings(method, response=response))
     contacts = [len(result.contacts) for result in found]
     assert contacts[:20] == 20 * [1] and contacts[20:49] == 29 * [0] and contacts[49:] == 10 * [1]
+
+
+@pytest.mark.parametrize('face', ['sphere', 'roller', 'disc'])
+def test_the_area_of_a_face_that_saturates_taxels(face):
+    """Pressed to 45 % of the pad: a third of the taxels of a curved face, most of a flat one."""
+    specimen, ink = DEVICE_B[0], replace(DEVICE_B[1], uneven=0.0)
+    depth = ((0.0, -1e-4), (0.4, -1e-4), (0.7, 9e-4), (0.9, 9e-4))
+    scene = TaxelScene(TaxelScript(face, tuple(Key(t, 6e-4, -3e-4, 0.2, down) for t, down in depth)), 40.0, 5, specimen, ink)
+    pad = SoftPad(specimen.thickness, specimen.press * specimen.thickness, specimen.pull * specimen.thickness, specimen.grip)
+    estimator = TaxelEstimator(ARRAY, pad, TaxelSettings(response=Response((420.0, 0.0, 0.0), known=True)))
+    for k in range(scene.frames):
+        values, truth = scene.render(k / scene.rate)
+        found = estimator.process(values, 1 + k / scene.rate)
+    assert (values == 255).sum() > 50 and found.contacts[0].flags & SATURATED
+    assert found.region.area == pytest.approx(truth.area, rel=0.1)
