@@ -68,6 +68,7 @@ class DomeArrays {
 
 constexpr double LARGEST_NUMBER = 1e3;  // of a press: m, and logs. Chosen: far outside any dome
 constexpr int MOST_PRESSES = 8;         // Chosen
+constexpr int MOST_SHARED = 100;        // Chosen
 
 int presses_in(const Input<double>& presses, const char* name) {
     for (py::ssize_t k = 0; k < presses.length() * PRESS; ++k) within(presses.data()[k], name, -LARGEST_NUMBER, LARGEST_NUMBER);
@@ -90,10 +91,11 @@ py::array_t<double> pressed_dome(const py::object& numbers, const py::object& ed
 
 py::tuple fitted_dome(const py::object& numbers, const py::object& edges, const py::object& even_table, const py::object& odd_table,
                       const py::object& even_modes, const py::object& odd_modes, const py::object& points, const py::object& eyes,
-                      double plane_z, const py::object& shift, const py::object& weight, const py::object& starts,
-                      const py::object& prior) {
+                      double plane_z, const py::object& shift, const py::object& weight, const py::object& shared,
+                      const py::object& starts, const py::object& prior) {
     const DomeArrays dome(numbers, edges, even_table, odd_table, even_modes, odd_modes, points, eyes);
     const Input<double> seen(shift, "shift", {dome.count(), 2}), sure(weight, "weight", {dome.count()});
+    const Input<double> alike(shared, "shared", {ANY, dome.count()});
     const Input<double> given(starts, "starts", {ANY, PRESS}), known(prior, "prior", {5, PRESS});
     const int count = presses_in(given, "starts");
     for (int k = 0; k < 5 * PRESS; ++k) within(known.data()[k], "prior", k < PRESS ? -1e15 : k < 2 * PRESS ? 0 : -1e15, 1e15);
@@ -102,11 +104,13 @@ py::tuple fitted_dome(const py::object& numbers, const py::object& edges, const 
         within(known.data()[4 * PRESS + k], "prior", 1e-12, 1e15);
     }
     within(plane_z, "plane_z", -LARGEST_NUMBER, LARGEST_NUMBER);
+    within(alike.length(), "shared", 0, MOST_SHARED);
     const double* rows = known.data();
     DomeFit fit;
     {
         py::gil_scoped_release others_run;
-        fit = fit_dome(dome.library(), dome.markers(plane_z), seen.data(), sure.data(), given.data(), count,
+        fit = fit_dome(dome.library(), dome.markers(plane_z), seen.data(),
+                       {sure.data(), alike.data(), static_cast<int>(alike.length())}, given.data(), count,
                        {rows, rows + PRESS, rows + 2 * PRESS, rows + 3 * PRESS, rows + 4 * PRESS});
     }
     return py::make_tuple(output(fit.presses, {count, PRESS}), output(fit.covariance, {count * PRESS, count * PRESS}),
@@ -125,10 +129,11 @@ void bind_dome(py::module_& module) {
     module.def(
         "fit_dome", &fitted_dome, py::kw_only(), py::arg("numbers"), py::arg("edges"), py::arg("even_table"), py::arg("odd_table"),
         py::arg("even_modes"), py::arg("odd_modes"), py::arg("points"), py::arg("eyes"), py::arg("plane_z"), py::arg("shift"),
-        py::arg("weight"), py::arg("starts"), py::arg("prior"),
+        py::arg("weight"), py::arg("shared"), py::arg("starts"), py::arg("prior"),
         "Presses (n, 7), as of press_dome, that explain apparent displacements shift (K, 2), m, in the plane at plane_z, m, seen from\n"
         "eyes (K, 3), m; their covariance (7 n, 7 n), the residuals (K, 2), m, and the sum of the weighted squared residuals.\n\n"
-        "weight: (K,), 0 for a marker that is not seen; starts: (n, 7); prior: (5, 7): mean, weight, least, most and longest step.");
+        "weight: (K,), 0 for a marker that is not seen; shared: (m, K), rows whose products are taken off the weight matrix of each axis,\n"
+        "of an error that markers share; starts: (n, 7); prior: (5, 7): mean, weight, least, most and longest step.");
 }
 
 }  // namespace tactile::border

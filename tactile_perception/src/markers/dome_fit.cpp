@@ -50,9 +50,12 @@ void appear_slopes(const DomeMarkers& markers, const Values& moved, const Values
 struct Problem {
     const DomeLibrary& library;
     const DomeMarkers& markers;
-    const double *shift, *weight;
+    const double* shift;
+    const DomeWeights& weights;
     const DomePrior& prior;
     int n, size;
+
+    double weight(std::int64_t k) const { return weights.weight[k]; }
 
     // Displacements (K, 3) under presses, their slopes (K, PRESS, 3) by each, and the residuals (K, 2) that they leave; squares: weighted
     // sum; cost: with the prior's.
@@ -63,6 +66,15 @@ struct Problem {
         double squares = 0, cost = 0;
     };
 
+    // (2 shared, columns): products of the shared rows with the axes of columns of numbers (K, 2, columns / 2).
+    Values shared_parts(const double* numbers, int columns) const {
+        Values parts(static_cast<std::size_t>(weights.shared) * columns, 0.0);
+        for (int r = 0; r < weights.shared; ++r)
+            for (std::int64_t k = 0; k < markers.count; ++k)
+                for (int c = 0; c < columns; ++c) parts[r * columns + c] += weights.rows[r * markers.count + k] * numbers[k * columns + c];
+        return parts;
+    }
+
     Guess guess(Values presses) const {
         Guess found{std::move(presses), Values(3 * markers.count, 0.0), std::vector<Values>(n, Values(3 * PRESS * markers.count)), {}};
         for (int p = 0; p < n; ++p) {
@@ -72,28 +84,37 @@ struct Problem {
         }
         found.left = appear(markers, found.moved);
         for (std::size_t i = 0; i < found.left.size(); ++i) {
-            found.left[i] = weight[i / 2] > 0 ? shift[i] - found.left[i] : 0.0;
-            if (weight[i / 2] > 0) found.squares += weight[i / 2] * found.left[i] * found.left[i];
+            found.left[i] = weight(i / 2) > 0 ? shift[i] - found.left[i] : 0.0;
+            if (weight(i / 2) > 0) found.squares += weight(i / 2) * found.left[i] * found.left[i];
         }
+        for (double part : shared_parts(found.left.data(), 2)) found.squares -= part * part;
         found.cost = found.squares;
         for (int a = 0; a < size; ++a) found.cost += prior.weight[a % PRESS] * std::pow(found.presses[a] - prior.mean[a % PRESS], 2);
         return found;
+    }
+
+    // Adds a row (size) of slopes and what is left there to the lower triangle of the normal equations and their right side.
+    void add_row(const double* row, double weight, double left, Values& normal, Values& right) const {
+        for (int a = 0; a < size; ++a) {
+            const double weighted = weight * row[a];
+            right[a] += weighted * left;
+            for (int b = 0; b <= a; ++b) normal[a * size + b] += weighted * row[b];
+        }
     }
 
     // Normal equations (size, size) and their right side (size).
     void linearise(const Guess& at, Values& normal, Values& right) const {
         normal.assign(static_cast<std::size_t>(size) * size, 0.0);
         right.assign(size, 0.0);
-        Values row(size);
+        Values rows(static_cast<std::size_t>(weights.shared ? 2 * markers.count : 1) * size, 0.0);
         for (std::int64_t i = 0; i < 2 * markers.count; ++i) {
-            if (!(weight[i / 2] > 0)) continue;
-            for (int p = 0; p < n; ++p) appear_slopes(markers, at.moved, at.slopes[p], i / 2, i % 2, &row[p * PRESS]);
-            for (int a = 0; a < size; ++a) {
-                const double weighted = weight[i / 2] * row[a];
-                right[a] += weighted * at.left[i];
-                for (int b = 0; b <= a; ++b) normal[a * size + b] += weighted * row[b];
-            }
+            if (!(weight(i / 2) > 0)) continue;
+            double* row = &rows[weights.shared ? i * size : 0];
+            for (int p = 0; p < n; ++p) appear_slopes(markers, at.moved, at.slopes[p], i / 2, i % 2, row + p * PRESS);
+            add_row(row, weight(i / 2), at.left[i], normal, right);
         }
+        const Values slopes = shared_parts(rows.data(), 2 * size), left = shared_parts(at.left.data(), 2);
+        for (int r = 0; r < 2 * weights.shared; ++r) add_row(&slopes[r * size], -1, left[r], normal, right);
         for (int a = 0; a < size; ++a) {
             for (int b = 0; b < a; ++b) normal[b * size + a] = normal[a * size + b];
             normal[a * size + a] += prior.weight[a % PRESS];
@@ -165,9 +186,9 @@ struct Problem {
 
 }  // namespace
 
-DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const double* shift, const double* weight, const double* starts,
-                 int n, const DomePrior& prior) {
-    const Problem problem{library, markers, shift, weight, prior, n, n * PRESS};
+DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const double* shift, const DomeWeights& weights,
+                 const double* starts, int n, const DomePrior& prior) {
+    const Problem problem{library, markers, shift, weights, prior, n, n * PRESS};
     Values normal, right, next(problem.size), start(starts, starts + problem.size);
     for (int a = 0; a < problem.size; ++a) start[a] = std::clamp(start[a], prior.least[a % PRESS], prior.most[a % PRESS]);
     auto best = problem.guess(start);

@@ -15,6 +15,14 @@ struct DomePrior {
     const double *mean, *weight, *least, *most, *limit;
 };
 
+// How far markers' apparent displacements are trusted: weights (K), 0 where not seen; and, of an error that markers share, rows (shared, K)
+// whose products are taken off the weight matrix of each axis.
+struct DomeWeights {
+    const double* weight;
+    const double* rows;
+    int shared;
+};
+
 struct DomeFit {
     std::vector<double> presses;     // (n, PRESS)
     std::vector<double> covariance;  // (n PRESS, n PRESS); NaN where the markers do not determine them
@@ -22,8 +30,8 @@ struct DomeFit {
     double squares = 0;              // of the weighted residuals, without the prior's
 };
 
-// The n presses, from starts (n, PRESS), that explain apparent displacements shift (K, 2), m, with weights (K), 0 where not seen.
-DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const double* shift, const double* weight, const double* starts,
-                 int n, const DomePrior& prior);
+// The n presses, from starts (n, PRESS), that explain apparent displacements shift (K, 2), m.
+DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const double* shift, const DomeWeights& weights,
+                 const double* starts, int n, const DomePrior& prior);
 
 }  // namespace tactile

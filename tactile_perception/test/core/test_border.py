@@ -181,7 +181,8 @@ def call_press_dome(**arrays):
 
 def call_fit_dome(**arrays):
     """The press of a dome, all arrays but those given as they are in use."""
-    known = {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'starts': np.zeros((1, 7)), 'prior': DOME_PRIOR}
+    known = {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'shared': np.full((2, 5), 0.1), 'starts': np.zeros((1, 7)),
+             'prior': DOME_PRIOR}
     return _core.fit_dome(**DOME_ARRAYS | known | arrays, plane_z=0.12)
 
 
@@ -220,8 +221,8 @@ CALLS = {
     'back_project': (call_back_project, CAMERA),
     'camera_rays': (call_camera_rays, {name: value for name, value in CAMERA.items() if name != 'centre'}),
     'press_dome': (call_press_dome, DOME_ARRAYS | {'presses': np.zeros((1, 7))}),
-    'fit_dome': (call_fit_dome, DOME_ARRAYS | {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'starts': np.zeros((1, 7)),
-                                               'prior': DOME_PRIOR}),
+    'fit_dome': (call_fit_dome, DOME_ARRAYS | {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'shared': np.full((2, 5), 0.1),
+                                               'starts': np.zeros((1, 7)), 'prior': DOME_PRIOR}),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 

@@ -104,6 +104,27 @@ PRIOR = np.array([np.zeros(7), [1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6], [-0.0
                   [0.09, 0.09, np.log(0.04), 1, 1, 2, 2], [0.01, 0.01, 0.5, 0.5, 0.5, 0.3, 0.3]])
 
 
+ALONE = np.zeros((0, 150))  # no error that markers share
+
+
+def test_an_error_that_markers_share_is_counted_in_fit_and_covariance():
+    """A common shift along x and y, of a standard deviation far above the noise."""
+    arrays, points, eye = library(), markers(150), np.array([0.001, -0.002, -0.04])
+    press, sigma, common, rng, errors = PRESSES[0], 2e-6, 1e-4, np.random.default_rng(0), []
+    true = seen_at(points + reference(arrays, points, press), eye) - seen_at(points, eye)
+    weight = np.where(np.isfinite(true).all(1), sigma**-2, 0.0)
+    shared = weight[None] / np.sqrt(weight.sum() + common**-2)  # Woodbury
+    for _ in range(40):
+        shift = np.nan_to_num(true) + rng.normal(0, sigma, true.shape) + rng.normal(0, common, 2)
+        found, covariance, left, squares = _core.fit_dome(
+            **arrays, points=points, eyes=np.tile(eye, (len(points), 1)), plane_z=HEIGHT, shift=shift, weight=weight, shared=shared,
+            starts=press[None] + [[2e-3, -2e-3, 0.1, 0.1, 0.1, 0.05, 0.05]], prior=PRIOR)
+        assert np.isclose(squares, np.sum(weight[:, None] * left**2) - np.sum((shared @ left)**2), rtol=1e-6)
+        off = found[0] - press
+        errors.append(off @ np.linalg.solve(covariance, off) / 7)
+    assert np.isclose(np.mean(errors), 1.0, atol=0.4)
+
+
 @pytest.mark.parametrize('press', PRESSES[:2].tolist())
 def test_a_fit_finds_the_press_and_its_covariance_that_of_the_noise(press):
     arrays, points, eye = library(), markers(150), np.array([0.001, -0.002, -0.04])
@@ -115,7 +136,7 @@ def test_a_fit_finds_the_press_and_its_covariance_that_of_the_noise(press):
         shift = np.where(seen[:, None], true + rng.normal(0, sigma, true.shape), 1.0)
         found, covariance, left, squares = _core.fit_dome(
             **arrays, points=points, eyes=np.tile(eye, (len(points), 1)), plane_z=HEIGHT, shift=shift,
-            weight=np.where(seen, sigma**-2, 0.0), starts=start, prior=PRIOR)
+            weight=np.where(seen, sigma**-2, 0.0), shared=ALONE, starts=start, prior=PRIOR)
         assert np.isclose(np.sum((left / sigma)**2), squares) and not left[~seen].any()
         off = found[0] - press
         errors.append((off @ np.linalg.solve(covariance, off) / 7, squares / (2 * seen.sum() - 7)))
@@ -131,7 +152,7 @@ def test_a_number_that_may_go_no_farther_leaves_the_others_at_their_best(number,
     prior[3, number] = bound
     start = np.minimum(press + [2e-3, -2e-3, 0.1, 0.1, 0.1, 0.05, 0.05], prior[3])
     found = _core.fit_dome(**arrays, points=points, eyes=np.tile(eye, (len(points), 1)), plane_z=HEIGHT, shift=shift, weight=weight,
-                           starts=start[None], prior=prior)
+                           shared=ALONE, starts=start[None], prior=prior)
 
     def left(numbers):
         seen = np.nan_to_num(seen_at(points + reference(arrays, points, numbers), eye) - seen_at(points, eye))
@@ -146,5 +167,5 @@ def test_what_no_marker_shows_has_no_covariance_of_its_own():
     prior = PRIOR.copy()
     prior[1] = 0.0
     unseen = _core.fit_dome(**arrays, points=points, eyes=np.zeros_like(points), plane_z=HEIGHT, shift=np.zeros((len(points), 2)),
-                            weight=np.zeros(len(points)), starts=PRESSES[:1], prior=prior)
+                            weight=np.zeros(len(points)), shared=np.zeros((0, len(points))), starts=PRESSES[:1], prior=prior)
     assert np.array_equal(unseen[0], PRESSES[:1]) and np.isnan(unseen[1]).all() and unseen[3] == 0

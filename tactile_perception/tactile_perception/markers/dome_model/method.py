@@ -34,7 +34,9 @@ SLIGHT = 0.1         # least depth of the shallower of two presses over the deep
 DRAGS = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])  # way over depth of the starts of drags
 RUBS = -0.8          # number of friction of the starts of drags by a tip that rubs
 NOT_LINEAR = 0.07, 0.1  # error of place, and of depth, over the way of a drag, which is linearised
-ADDED = 0.25         # error of the depth of each of two presses, whose fields are added: 0.1 to 0.5 were simulated
+ADDED = 0.12         # error of the depth of each of two presses, whose fields are added. Chosen on simulated pairs
+LEANS = 0.5          # share of the slope that one of two presses gives the skin, that moves the other's contact. Chosen likewise
+BESIDE = 3e-3        # m, over which that slope is taken. Chosen
 SCALED = 0.5         # error of a scale over the correction that the calibrated tip needs: another tip may need another
 SAME_TIP = 0.02      # standard deviation of the log radius, over the library's spread, by which a dragged tip may differ from that of the
                      # touch's straight presses
@@ -178,7 +180,7 @@ class DomeModelMethod:
         left = replace(field, shift=field.shift - self.solver.appear(one.presses))
         starts = self.solver.start_of_two(match), np.concatenate([one.presses, self.solver.start(self.solver.match(left))])
         straight = min((self.solver.solve(field, start) for start in starts), key=lambda both: both.misfit)
-        return min(straight, self.solver.solve(field, straight.presses, OF_TWO), key=lambda both: both.misfit)
+        return self.solver.solve(field, straight.presses, OF_TWO)
 
     def _are_two(self, one: DomeFound, two: DomeFound) -> bool:
         """Whether two presses explain the field much better and are distinct."""
@@ -195,12 +197,13 @@ class DomeModelMethod:
         part = slice(PRESS * number, PRESS * (number + 1))
         fitted, pressed = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS])), float(np.exp(press[DEPTH]))
         radius, first = fitted / calibration.radius_scale(pressed), calibration.place_of(press) / calibration.wider
-        sunk, scale = self._sunk(found, number, fitted), calibration.depth_scale(first, pressed)
+        (sunk, slopes), scale = self._by_others(found, number, fitted), calibration.depth_scale(first, pressed)
         low = first_touch_height(self._inside(first), radius, self.sensor)[0] - pressed / scale - sunk
         place = self._inside(first + pressed * press[DRAG])  # where the drag has carried it
         depth = float(first_touch_height(place, radius, self.sensor)[0] - low)
         onto = self._onto(press, radius, scale)
-        covariance = onto @ found.covariance[part, part] @ onto.T * max(1.0, found.misfit)
+        amiss = max(1.0, found.misfit) if len(found.presses) == 1 else 1.0  # what a sum of two fields lacks is in the covariance
+        covariance = onto @ found.covariance[part, part] @ onto.T * amiss
         aside, deeper = (share * pressed * float(np.hypot(*press[DRAG])) for share in NOT_LINEAR)
         share = calibration.depth_share + SCALED * abs(scale - 1)
         aside += calibration.place_error + SCALED * float(np.hypot(*(first - press[[X, Y]])))
@@ -214,15 +217,15 @@ class DomeModelMethod:
         flags |= AMBIGUOUS * (found.misfit > UNEXPLAINED)
         lowest = np.append(place, low)
         if len(found.presses) > 1:
-            position, wrench = lowest + self._centre(press, fitted) * radius / fitted, np.full(6, np.nan)
+            position, wrench = lowest + self._centre(press, fitted, slopes) * radius / fitted, np.full(6, np.nan)
         else:
             position, wrench = lowest, self._wrench(press, lowest, radius)
         sigma = float(np.sqrt(covariance[2, 2]))
         return TouchEstimate(position, depth, covariance, sigma, radius, int(flags), wrench=wrench, lowest=lowest)
 
-    def _centre(self, press: np.ndarray, radius: float) -> np.ndarray:
+    def _centre(self, press: np.ndarray, radius: float, slopes: np.ndarray) -> np.ndarray:
         """(3,) m, from the lowest point of a press's tip of that radius, m, to the centre of its contact, on the tip: the mean of the skin
-        that its own press brings next to the tip."""
+        that its own press brings next to the tip, which is too far up where others give the skin slopes (2,)."""
         library, cap = self.calibration.library, self.calibration.library.plan.cap
         steps = np.linspace(-radius, radius, ACROSS)
         round_it = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
@@ -235,6 +238,7 @@ class DomeModelMethod:
         gap = np.linalg.norm(from_tip, axis=1)
         touching = np.clip(2 - 2 * (gap - gap.min()) / (NEAR * radius), 0, 1) * cap.curvature_radius / (skin[:, 2] - cap.centre_z)
         centre = touching @ from_tip
+        centre = centre / np.linalg.norm(centre) - LEANS * np.append(slopes, 0.0)
         return radius * centre / np.linalg.norm(centre) + [0.0, 0.0, radius]
 
     def _inside(self, place: np.ndarray) -> np.ndarray:
@@ -260,15 +264,18 @@ class DomeModelMethod:
         normal = self.sensor.normal(press[[X, Y]] / (1 + radius / self.calibration.library.plan.cap.curvature_radius))
         return np.concatenate([force, cross(position + [0.0, 0.0, radius] - radius * normal, force)])
 
-    def _sunk(self, found: DomeFound, number: int, radius: float) -> float:
-        """m, by which the other presses lower the skin where one touches it: its depth is measured from the untouched dome."""
+    def _by_others(self, found: DomeFound, number: int, radius: float) -> tuple[float, np.ndarray]:
+        """What the other presses do to the skin where one touches it: m, by which they lower it, as depth is measured from the untouched
+        dome; and the slopes (2,) that they give it."""
         others = np.delete(found.presses, number, axis=0)
         if not len(others):
-            return 0.0
+            return 0.0, np.zeros(2)
         cap = self.calibration.library.plan.cap
         at = found.presses[number, :2] * cap.curvature_radius / (cap.curvature_radius + radius)
-        touch = np.array([[*at, cap.heights(at[None])[0]]])
-        return -float(self.solver.library.moved(touch, np.zeros((1, 3)), others)[0, 2])
+        at = at + BESIDE * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+        touch = np.column_stack([at, cap.heights(at)])
+        up = self.solver.library.moved(touch, np.zeros_like(touch), others)[:, 2]
+        return -float(up[0]), (up[1::2] - up[2::2]) / (2 * BESIDE)
 
 
 def _is_dragged(found: DomeFound) -> bool:

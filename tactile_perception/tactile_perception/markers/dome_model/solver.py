@@ -18,6 +18,7 @@ ALIKE = 4.5              # model errors of neighbouring markers are alike: stand
 FAINTEST = 1e-5          # m, least depth. Chosen: far below what markers show
 LIMIT = (0.01, 0.01, 0.5, 0.5, 0.5, 0.3, 0.3)  # of one step: m, logs, way of a drag over depth. Chosen
 RINGS, DEPTHS = (0.0, 0.14, 0.28, 0.42, 0.56), (0.06, 0.15, 0.35, 0.6, 0.85)  # starts, of rim radius and deepest press. Chosen
+TERMS = 5                # degree of the polynomials that describe what a sum of fields lacks, which is smooth. Chosen
 APART = 2.2              # pitches: least distance of the starts of two touches. Chosen
 
 
@@ -34,19 +35,21 @@ class FieldNoise:
 @dataclass(frozen=True)
 class PressPrior:
     """What is known of a press beforehand: drag: standard deviation of the way of the drag over the depth; friction: of its number (see
-    friction_of in library.py); tip, tip_sigma: mean and standard deviation of the log radius over the library's spread."""
+    friction_of in library.py); tip, tip_sigma: mean and standard deviation of the log radius over the library's spread; together: what the
+    sum of the presses' fields lacks: its RMS over the greatest displacement."""
 
     drag: float
     friction: float
     tip: float = 0.0
     tip_sigma: float = 0.35
+    together: float = 0.0
 
 
 #: Of a press that goes straight in, and of one that is dragged, which turns the friction of the press along the drag, so that nothing of
 #: it is left once the tip slips; a tip that sticks carries the skin farther than it is deep. Chosen
 STRAIGHT, DRAGGED = PressPrior(0.005, 0.05), PressPrior(1.0, 1.0)
-#: Of two presses, which markers tell less well. Chosen
-OF_TWO = PressPrior(0.1, 0.05)
+#: Of two presses: the more one is dragged by the other or slips, the less else markers tell; gas and tension of the skin are shared. Chosen
+OF_TWO = PressPrior(0.1, 0.01, together=0.1)
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,7 @@ class DomeInverse:
         self._sizes = np.sum(shown**2, axis=1)
         apart = np.hypot(*(self.starts[:, None, :2] - self.starts[:, :2]).transpose(2, 0, 1))
         gram = shown @ shown.T
+        self._smooth = _polynomials(self._rest)
         self._both = np.where(apart >= APART * pitch, 2 * gram + self._sizes[:, None] + self._sizes, np.inf)
 
     def appear(self, presses: np.ndarray) -> np.ndarray:
@@ -119,11 +123,21 @@ class DomeInverse:
         seen = field.seen & np.isfinite(self.points).all(1)
         variance, model = self._variances(field)
         weight = np.where(seen, 1 / (variance + ALIKE**2 * model), 0.0)
+        shared = self._shared(field, weight, prior.together) if prior.together else np.zeros((0, len(weight)))
         presses, covariance, left, _ = _core.fit_dome(
             **self.library.arrays, points=self.points, eyes=self._eyes, plane_z=self._plane_z,
-            shift=np.where(seen[:, None], field.shift, 0.0), weight=weight, starts=starts, prior=self._prior(prior))
+            shift=np.where(seen[:, None], field.shift, 0.0), weight=weight, shared=shared, starts=starts,
+            prior=self._prior(prior))
         squares = np.sum(left**2 / (variance + model)[:, None])
         return DomeFound(presses, covariance, float(squares) / max(2 * int(seen.sum()), 1))
+
+    def _shared(self, field: MarkerField, weight: np.ndarray, together: float) -> np.ndarray:
+        """(m, K): rows whose products are taken off the diagonal weights (K,) of each axis, so that their inverse counts what a sum of two
+        fields lacks (Woodbury 1950)."""
+        most = together * np.sqrt(np.nanmax(np.sum(field.shift**2, axis=1)))
+        weighted = self._smooth.T * weight
+        factor = np.linalg.cholesky(weighted @ self._smooth + np.eye(len(weighted)) * len(weighted) / most**2)
+        return np.linalg.solve(factor, weighted)
 
     def _prior(self, prior: PressPrior) -> np.ndarray:
         """(5, 7) mean, weight, least, most and longest step."""
@@ -142,6 +156,16 @@ class DomeInverse:
         """(K,) m^2, of noise, and of model error, per axis."""
         square = np.sum(np.where(field.seen[:, None], field.shift, 0.0)**2, axis=1)
         return self.sigma(field)**2, self.noise.share**2 * square + self.noise.top**2 * square.max()
+
+
+def _polynomials(places: np.ndarray) -> np.ndarray:
+    """(K, m): polynomials of places (K, 2), orthogonal and of unit RMS over the known ones; 0 at others."""
+    known = np.isfinite(places).all(1)
+    x, y = (places[known] / np.abs(places[known]).max()).T
+    terms = np.stack([x**i * y**j for i in range(TERMS + 1) for j in range(TERMS + 1 - i)], axis=1)
+    smooth = np.zeros((len(places), terms.shape[1]))
+    smooth[known] = np.linalg.qr(terms)[0] * np.sqrt(known.sum())
+    return smooth
 
 
 def _starts(library: DomeLibrary) -> np.ndarray:
