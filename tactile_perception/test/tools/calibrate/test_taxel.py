@@ -64,3 +64,29 @@ def test_a_loop_between_rising_and_falling_loads_is_found_and_undone():
     with_loop = np.abs(held_out_errors(given, array, None, loop, shown))
     without = np.abs(held_out_errors(given, array, None, Loop(), given.forces))
     assert np.nanmedian(with_loop) < 0.4 * np.nanmedian(without)
+
+
+def shown_by_many_memories(pascal, step_s, rng):
+    """What a layer shows (N,) of loads (N,), Pa, every step_s: springs that slide and relax (Prandtl), and Kelvin elements, at random."""
+    sliders = 10**rng.uniform(2.8, 4.7, 6), rng.dirichlet(np.ones(6)) * rng.uniform(0.05, 0.2), 10**rng.uniform(-0.5, 1.3, 6)
+    kelvin_s, kelvin = np.geomspace(0.03, 30, 7), rng.dirichlet(np.full(7, 2.0)) * rng.uniform(0.04, 0.16)
+    spring, late, found = np.zeros(6), np.zeros(7), []
+    for load, change in zip(pascal, np.diff(pascal, prepend=0.0)):
+        spring = np.clip(spring * np.exp(-step_s / sliders[2]) + change, -sliders[0], sliders[0])
+        late += (load - late) * -np.expm1(-step_s / kelvin_s)
+        found.append(load - sliders[1] @ spring + kelvin @ (late - load))
+    return np.array(found)
+
+
+@pytest.mark.parametrize('seed', range(300, 306))
+def test_weights_on_a_layer_with_many_memories(seed):
+    """By frames under and after rising and falling loads, from an eighth of the largest on."""
+    rng = np.random.default_rng(seed)
+    up = [1e4, 2e4, 4e4, 8e4]
+    pascal = np.repeat([*up, *up[::-1], 0.0, 0.0], 12)
+    changes = np.zeros((len(pascal), 8, 8))
+    changes[:, 1:7, 1:7] = (shown_by_many_memories(pascal, 0.05, rng) / 450 + rng.normal(0, 0.05, len(pascal)))[:, None, None]
+    array, given = TaxelArray(8, 8, 1e-3), loads_of(changes, pascal * 36e-6, np.arange(1, len(pascal) + 1) * 0.05)
+    loop, shown = find_loop(given, array, None)
+    errors = held_out_errors(given, array, None, loop, shown)
+    assert np.isnan(errors[pascal == 0]).all() and np.nanmean(np.abs(errors)) < 0.02 and np.nanmax(np.abs(errors)) < 0.08
