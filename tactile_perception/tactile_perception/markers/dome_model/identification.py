@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 
 import numpy as np
 
@@ -21,6 +22,7 @@ DEPTH_POWER = 1.3       # grading of the load steps. Chosen
 PLACES = 4              # simulated at most, evenly over their distances from the axis. Chosen
 DEPTHS = 4              # of a place at most. Chosen
 TENSIONS = 1.0, 0.5, 0.25, 0.12  # over shear modulus and thickness: starts. Chosen
+GASES = 1.0, 0.03       # over the likely one: starts of sealed gas, and of a pressure that is held. Chosen
 ROUGHER = 0.4, 0.63, 1.6         # friction over the likely one: further starts, at the best tension. Chosen
 ITERATIONS = 3          # of Gauss and Newton, at most. Chosen
 SHARES = 1.0, 0.4       # of a step that are tried. Chosen
@@ -28,9 +30,9 @@ GAINED = 0.03           # of the cost: an iteration that gains less is the last.
 SHALLOW = 0.2           # of the deepest press: above it, model errors are in proportion to depth. Chosen
 STEPS = np.array([0.1, 0.15, -0.2, 0.05])  # of the finite differences of the logs. Chosen: more friction than sticks changes nothing
 LIMIT = np.array([0.7, 1.0, 0.6, 0.3])     # of one step. Chosen
-SIGMA = np.array([1.5, 1.0, 0.7, 0.03])    # prior standard deviations of the logs. Chosen: wide, but of the radius, which heights tell
+SIGMA = np.array([1.5, 3.0, 0.7, 0.03])    # prior standard deviations of the logs. Chosen: wide, but of the radius, which heights tell
 TRUST = 0.002           # relative error of the model against which that prior is weighed. Chosen
-LEAST = np.log([0.02, 1.0, 0.05, 2e-3])    # bounds of the logs
+LEAST = np.log([0.02, 0.2, 0.05, 2e-3])    # bounds of the logs
 MOST = np.log([1.0, 500.0, 3.0, 0.2])
 
 
@@ -74,7 +76,7 @@ def identify(presses: Presses, points: np.ndarray, eyes: np.ndarray, cap: Cap, p
     """
     places = _places(presses)
     explain = partial(_explained, places, points=points, eyes=eyes, cap=cap, plane_z=plane_z, marker=marker)
-    starts = [start.logs + [np.log(tension / np.exp(start.logs[0])), 0, 0, 0] for tension in TENSIONS]
+    starts = [start.logs + [np.log(tension / np.exp(start.logs[0])), np.log(gas), 0, 0] for tension, gas in product(TENSIONS, GASES)]
     left = explain(starts)
     count = np.isfinite(left).sum(axis=1)
     if count.max() < 0.5 * sum(np.isfinite(place.shifts).sum() for place in places):
