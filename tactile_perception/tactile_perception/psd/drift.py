@@ -16,7 +16,7 @@ import numpy as np
 
 # 1/sqrt(s): changes of the drift within a second, as parts of the fastest. Chosen on simulated rooms that are calm, and that drift by 0.1 V
 # within seconds: more filters between them tell no better
-_ACCELERATIONS = np.array([0.01, 0.6])
+_ACCELERATIONS = np.array([0.01, 0.3])
 _MEMORY_S = 5.0  # s in which the weights forget. Chosen: some touches
 # Standard deviation of the drift beforehand, as part of the fastest, of each filter. Chosen on such rooms: a calm one is known as calm from
 # its first second on
