@@ -44,7 +44,8 @@ class _Object:
     it slips grossly; rests: whether it has stopped after gross slip, of which twist then is the last; still: frames for which its dots have
     been at rest; slid: frames for which it has slipped grossly; lively: m, motion of its
     dots, in the last few in which they moved; drift: (9,) m, sizes of the dots' mean motion in the last frames, the newest first; lost:
-    whether none of them was touched in the last frame; taken: share of its expected way by which its region moved.
+    whether none of them was touched in the last frame; taken: share of its expected way by which its region moved; calm: whether the dots
+    move by no more than their noise.
     """
 
     friction: float
@@ -59,6 +60,7 @@ class _Object:
     drift: np.ndarray = field(default_factory=lambda: np.zeros(9))
     lost: bool = False
     taken: float = np.nan
+    calm: bool = False
 
 
 class StickSlipTracker(compiled.StickSlipTracker):
@@ -214,8 +216,8 @@ class StickSlipTracker(compiled.StickSlipTracker):
         of gross slip, and note how far the dots move."""
         across = motions.moved_across
         size = np.sqrt(np.vdot(across, across) / len(across))
-        quiet = size**2 / (2 * self.noise**2) - 1 < 3 / np.sqrt(len(across)) or size < _QUIET * self.tolerance
-        if quiet and self._in_touch(motions, np.zeros(6)):
+        thing.calm = size**2 / (2 * self.noise**2) - 1 < 3 / np.sqrt(len(across))
+        if (thing.calm or size < _QUIET * self.tolerance) and self._in_touch(motions, np.zeros(6)):
             thing.still += 1
         else:
             thing.still, thing.lively = 0, max(size, _FADING * thing.lively)
@@ -227,6 +229,8 @@ class StickSlipTracker(compiled.StickSlipTracker):
         if not thing.gross or lengths(motions.residuals(predicted)).mean() > _SWIFT * self.tolerance:
             return 1
         if len(drag) >= _ENOUGH and thing.taken < _TAKEN:
+            return 1
+        if thing.calm and thing.lively > self.tolerance and not thing.taken >= _TAKEN:
             return 1
         return _REST_AFTER_TURN if self._turns(drag) and not self._stopped(thing, len(drag)) else _REST_AFTER_GROSS
 

@@ -156,7 +156,7 @@ class ObjectFrame {
     }
 
     // Counts the frames in which the dots are at rest and those of gross slip, and notes how far the dots move.
-    void watch_rest(TouchingObject& thing) const {
+    void watch_rest(TouchingObject& thing) {
         const auto count = static_cast<double>(count_);
         double squares = 0;
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
@@ -165,7 +165,8 @@ class ObjectFrame {
         }
         // Whether the mean square motion is within three standard deviations of noise, or far below that of dots under a sliding object.
         const double size = std::sqrt(squares / count), excess = size * size / (2 * memory_.noise * memory_.noise) - 1;
-        if ((excess < 3 / std::sqrt(count) || size < QUIET * memory_.tolerance) && in_touch({})) {
+        calm_ = excess < 3 / std::sqrt(count);
+        if ((calm_ || size < QUIET * memory_.tolerance) && in_touch({})) {
             thing.still = std::min(thing.still + 1, 1 << 20);
         } else {
             thing.still = 0;
@@ -180,6 +181,8 @@ class ObjectFrame {
     int rest_frames(const TouchingObject& thing) const {
         if (!thing.gross || mean_size(expected_) > SWIFT * memory_.tolerance) return 1;
         if (count_ >= ENOUGH && taken_along() < TAKEN) return 1;
+        // Dots below an object that slides on fade to rest; these moved just before, and now not at all.
+        if (calm_ && thing.lively > memory_.tolerance && !(taken_along() >= TAKEN)) return 1;
         return turns() && !stopped(thing) ? REST_AFTER_TURN : REST_AFTER_GROSS;
     }
 
@@ -362,6 +365,7 @@ class ObjectFrame {
     DotMotions motions_;
     StickSlipMemory& memory_;
     Twist expected_{};
+    bool calm_ = false;  // whether the dots move by no more than their noise
     std::vector<double> ratio_, drag_;
 };
 

@@ -108,6 +108,19 @@ def test_an_object_that_slid_by_more_than_half_a_millimetre_a_frame_rests_from_t
         np.testing.assert_array_equal(found[face.inside], STICKING)
 
 
+@pytest.mark.parametrize('before, after, frames', [(6e-6, 0.0, 3), (30e-6, 2e-6, 3), (30e-6, 0.0, 1)])
+def test_an_object_below_which_dots_moved_and_now_stand_still_within_noise_rests_from_the_first_frame_on(before, after, frames):
+    """before, after: m a frame, in the last frames of gross slip, and when the object has stopped."""
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN, noise=1.4e-6)
+    _drag_until_it_slips(face, states, 0.6, speed=100e-6)
+    for _ in range(2):
+        found = states.update(face.state([before, 0, 0], 0.6), face.score)
+    np.testing.assert_array_equal(found[face.inside], SLIPPING)
+    for frame in range(1, 5):
+        found = states.update(face.state([after, 0, 0], 0.6), face.score)
+        np.testing.assert_array_equal(found[face.inside], STICKING if frame >= frames else SLIPPING)
+
+
 def test_an_object_that_rested_after_gross_slip_and_gets_under_way_backwards_sticks():
     face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     _drag_until_it_slips(face, states, 0.6)
