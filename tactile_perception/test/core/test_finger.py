@@ -134,7 +134,7 @@ def test_where_sudden_light_may_be_a_lamps_the_covariance_holds_the_place_withou
     mean = np.array([0.3, -0.2, 2.5, 0.0])
     state = held_begin(held_before(), np.full(4, 0.1), np.zeros(4))  # a room whose centroid is the middle
     state[8], state[9:13] = 1.0, mean
-    base, found = (touch(mean[None], one, none, values, np.diag([1e-4] * 4), np.ones((2, 8)), state=np.r_[state[:43], light])[4]
+    base, found = (touch(mean[None], one, none, values, np.diag([1e-4] * 4), np.ones((2, 8)), state=np.r_[state[:43], light, state[47:]])[4]
                    for light in (np.zeros(4), np.array(lamp)))
     relative = np.clip(mean[2] / at(values, mean[:2] / mean[2])[9] - 1, -1, 1)
     with_it, without = (RADIUS * contact_of(sums, values, relative)[1] for sums in (mean, mean - lamp))
