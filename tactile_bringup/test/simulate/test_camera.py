@@ -44,7 +44,7 @@ def test_one_camera_with_truth(tmp_path):
     np.testing.assert_array_equal(image_to_array(found['/sheet/image_raw'][2]), scene.render(2.0).image)
     np.testing.assert_allclose(camera_matrices(found['/sheet/camera_info'][0])[0], scene.camera.matrix)
     touched = [len(message.contacts) for message in found['/sheet/ground_truth/contacts']]
-    assert touched == [len(scene.observe(k).truth.contacts) for k in range(4)] == [0, 0, 1, 0]
+    assert touched == [len(scene.observe(k).truth.contacts) for k in range(4)] == [0, 0, 1, 1]
     assert found['/sheet/ground_truth/wrench'][2].wrench.force.z == pytest.approx(scene.observe(2).truth.wrench[2])
     assert {message.header.frame_id for messages in found.values() for message in messages} == {'sheet'}
 
