@@ -109,12 +109,12 @@ struct Problem {
         Values rows(static_cast<std::size_t>(weights.shared ? 2 * markers.count : 1) * size, 0.0);
         for (std::int64_t i = 0; i < 2 * markers.count; ++i) {
             if (!(weight(i / 2) > 0)) continue;
-            double* row = &rows[weights.shared ? i * size : 0];
+            double* row = rows.data() + (weights.shared ? i * size : 0);  // data(): there may be no press
             for (int p = 0; p < n; ++p) appear_slopes(markers, at.moved, at.slopes[p], i / 2, i % 2, row + p * PRESS);
             add_row(row, weight(i / 2), at.left[i], normal, right);
         }
         const Values slopes = shared_parts(rows.data(), 2 * size), left = shared_parts(at.left.data(), 2);
-        for (int r = 0; r < 2 * weights.shared; ++r) add_row(&slopes[r * size], -1, left[r], normal, right);
+        for (int r = 0; r < 2 * weights.shared; ++r) add_row(slopes.data() + r * size, -1, left[r], normal, right);
         for (int a = 0; a < size; ++a) {
             for (int b = 0; b < a; ++b) normal[b * size + a] = normal[a * size + b];
             normal[a * size + a] += prior.weight[a % PRESS];
