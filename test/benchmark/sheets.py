@@ -32,6 +32,8 @@ from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, SCENES
 from tactile_driver.simulation.skin.sheet import Sheet
 from tactile_driver.simulation.skin.tools import TOOLS, Tool, sphere
 from tactile_perception.bags.judged_bag import JudgedBag
+from tactile_perception.evaluation.scores import normalised_square, relative_errors
+from tactile_perception.evaluation.touches import pairs
 from tactile_perception.tools.calibrate.markers import calibrate_markers
 
 RATE, SLOW = 30.0, 3.0  # Hz: of scenes, of calibrations
@@ -210,22 +212,16 @@ def judge(instants: Iterator[tuple], radius: float) -> Errors:
             continue
         errors.told.append(len(touches) == len(tips))
         if errors.told[-1]:
-            errors.touches += [_error(*pair) for pair in _matched(touches, tips)]
+            errors.touches += [_error(touch, tip) for tip, touch in pairs(tips, touches)]
             if len(tips) == 1 and told.wrench is not None and true.wrench is not None:
-                parts = [(told.wrench[part] - true.wrench[part], true.wrench[part]) for part in (slice(3), slice(3, 6))]
-                errors.wrenches.append([np.linalg.norm(off) / np.linalg.norm(size) for off, size in parts])
+                errors.wrenches.append(relative_errors(told.wrench.reshape(2, 3), true.wrench.reshape(2, 3)))
     return errors
-
-
-def _matched(touches: list, tips: list) -> Iterator[tuple]:
-    """Pairs of touches and tips, the nearest first."""
-    return zip(sorted(touches, key=lambda touch: np.hypot(*(touch.position - tips[0].position)[:2])), tips)
 
 
 def _error(touch, tip) -> tuple[float, float, float]:
     """Place, depth, mm, and normalised squared error of the place."""
     off = touch.position - tip.position
-    return 1e3 * np.hypot(*off[:2]), 1e3 * abs(touch.depth - tip.depth), off @ np.linalg.solve(touch.position_covariance, off) / 3
+    return 1e3 * np.hypot(*off[:2]), 1e3 * abs(touch.depth - tip.depth), normalised_square(off, touch.position_covariance)[0] / 3
 
 
 ROWS = {'areal_single': ('press', *(f'drag_{friction}' for friction in (0.2, 0.35, 0.6, 1.0)), 'two_0.2', 'two_1.0')}

@@ -10,6 +10,8 @@ import numpy as np
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.camera import write_scene
 from tactile_perception.bags.judged_bag import JudgedBag
+from tactile_perception.evaluation.scores import normalised_square
+from tactile_perception.evaluation.touches import pairs
 
 RATE = 30.0
 SLOW = 10.0          # of touches at rest
@@ -40,8 +42,7 @@ def errors_of_two(folder: Path, scene: str) -> tuple[np.ndarray, float]:
             continue
         judged.append(len(told.contacts) == 2)
         if judged[-1]:
-            there, other = (np.hypot(*(touch.position - pair[0].position)[:2]) for touch in told.contacts)
-            found += [_errors(touch, tip) for touch, tip in zip(told.contacts[::-1] if there > other else told.contacts, pair)]
+            found += [_errors(touch, tip) for tip, touch in pairs(pair, told.contacts)]
     return np.array(found), float(np.mean(judged))
 
 
@@ -56,5 +57,4 @@ def _instants(folder: Path, scene: str, rate: float, shutters=None) -> Iterator[
 def _errors(touch, tip) -> tuple[float, float, float]:
     """Place, depth, mm, and normalised squared error of the place."""
     off = touch.position - tip.position
-    squared = off @ np.linalg.solve(touch.position_covariance, off) / 3
-    return 1e3 * np.hypot(*off[:2]), 1e3 * abs(touch.depth - tip.depth), squared
+    return 1e3 * np.hypot(*off[:2]), 1e3 * abs(touch.depth - tip.depth), normalised_square(off, touch.position_covariance)[0] / 3

@@ -31,7 +31,8 @@ from tactile_perception.errors import TactileError  # noqa: E402
 @dataclass(frozen=True)
 class Ramp:
     """tell: (level, seed) -> (error, its standard deviation or NaN), error NaN where nothing is told; levels: rising, the first without
-    noise; floor, slope: of the error; gives_up: from which level on nothing may be told, infinite where the last still tells; unit."""
+    noise; floor, slope: of the error; gives_up: from which level on nothing may be told, infinite where the last still tells; unit; sure:
+    standard deviations by which what is told may be off."""
 
     tell: object
     levels: tuple
@@ -39,6 +40,7 @@ class Ramp:
     slope: float
     gives_up: float
     unit: str
+    sure: float = 6.0
 
 
 def _detected(name, polarity='bright'):
@@ -177,15 +179,14 @@ RAMPS = {
     'PSD map': Ramp(_psd, (0, 0.01, 0.1, 1, 3, 10), 0.003, 1.0, 3, 'rad'),
     'taxels, mechanics': Ramp(_taxels('mechanics'), (0, 0.01, 0.03, 0.1, 0.5, 1, 2), 1e-5, 4e-3, 0.5, 'm'),
     'taxels, paper': Ramp(_taxels('paper'), (0, 0.01, 0.03, 0.1, 0.5), 2e-4, 2e-2, np.inf, 'm'),
-    'sheet, model': Ramp(_tracked('sheet, model'), PIXELS, 1e-3, 5e-3, 10, 'm'),
+    # Under noise of 3 px one of 19 presses is off by 8.4 standard deviations, the others by under 6.
+    'sheet, model': Ramp(_tracked('sheet, model'), PIXELS, 1e-3, 5e-3, 10, 'm', sure=9.0),
     'cushion, model': Ramp(_tracked('cushion, model'), PIXELS, 6e-3, 5e-2, 10, 'm'),
     'sheet, regression': Ramp(_sheet('sheet, regression'), SHIFTS, 3e-3, 10.0, 1e-3, 'm'),
     'sheet, paper': Ramp(_sheet('sheet, paper'), SHIFTS, ON_SENSOR, 0.0, np.inf, 'm'),
     'cushion, paper': Ramp(_sheet('cushion, paper'), SHIFTS, ON_SENSOR, 0.0, np.inf, 'm'),
     'pad': Ramp(_pad, (0, 16, 32), 5e-4, 5e-5, 32, 'm'),
 }
-#: Standard deviations by which a result may be off: under noise of 3 px, one of 19 presses of a sheet is off by 8.4, the others by under 6.
-SURE = 9
 SEEDS = {'pad': 1, 'dots, likelihood': 1}  # number of seeds; 2 for all others
 
 
@@ -213,4 +214,4 @@ def test_errors_grow_with_noise_and_then_nothing_is_told(record, name):
             continue
         assert not worst > ramp.floor + ramp.slope * level
         assert level or np.isfinite(error).all(), 'without noise it is told'
-        assert not (error > SURE * sigma + ramp.floor).any(), 'sure and wrong'
+        assert not (error > ramp.sure * sigma + ramp.floor).any(), 'sure and wrong'

@@ -16,7 +16,8 @@ namespace {
 
 constexpr double MOST_HELD = 0.999;  // of a load, that a sensing layer hides. Derived: what it shows is divided by the rest
 
-py::array_t<float> score_of_taxels(const py::object& pressure, const py::object& full, double smooth, int reach, double least, double share, double ramp) {
+py::array_t<float> score_of_taxels(const py::object& pressure, const py::object& full, double smooth, int reach, double least, double share,
+                                   double ramp) {
     const Input<float> given(pressure, "pressure", {ANY, ANY});
     const Input<bool> saturated(full, "full", {given.length(0), given.length(1)});
     within(smooth, "smooth", 1e-3, MOST_TAXELS);
@@ -170,10 +171,11 @@ py::array_t<float> taxels_without_traction(const py::object& pressure, const py:
 
 void bind_taxels(py::module_& module) {
     module.def(
-        "taxel_score", &score_of_taxels, py::arg("pressure"), py::arg("full"), py::kw_only(), py::arg("smooth"), py::arg("reach"), py::arg("least"),
-        py::arg("share"), py::arg("ramp"),
+        "taxel_score", &score_of_taxels, py::arg("pressure"), py::arg("full"), py::kw_only(), py::arg("smooth"), py::arg("reach"),
+        py::arg("least"), py::arg("share"), py::arg("ramp"),
         "Contact scores (rows, columns) float32, 0 to 1, above 0.5 in contact, of pressure (rows, columns) float32.\n\n"
-        "full: (rows, columns) bool, taxels that are saturated; smooth: taxels, of the Gaussian against noise; reach: taxels, thickness of the pad; least: level of pressure that counts;\n"
+        "full: (rows, columns) bool, taxels that are saturated; smooth: taxels, of the Gaussian against noise;\n"
+        "reach: taxels, thickness of the pad; least: level of pressure that counts;\n"
         "share: pressure at a flat face's border over the level inside; ramp: taxels, the same of a curved face over the level's slope.");
     module.def(
         "taxel_regions", &regions_of_taxels, py::arg("score"), py::arg("pressure"), py::kw_only(), py::arg("level"), py::arg("pitch"),

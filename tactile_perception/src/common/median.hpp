@@ -3,7 +3,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace tactile {
@@ -15,6 +17,12 @@ inline double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return values.size() % 2 ? *middle : (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+// Median of values, of which NaN counts as infinite; values must not be empty.
+inline double median_with_unknown(std::vector<double> values) {
+    for (double& value : values) value = std::isnan(value) ? INFINITY : value;
+    return median(std::move(values));
 }
 
 // The element of values at this index of their sorted order; values must not be NaN.

@@ -174,9 +174,9 @@ FingerSums correction(HeldState& state, const FingerSums& mean, double count, co
     if (lasting != nullptr) return difference(added, *lasting);
     const double sigma = total_sigma(finger, count);
     const FingerSums change = difference(mean, state.rest);
-    if (state.rests == 0 || std::abs(change[TOTAL]) < SEEN * sigma) return added;
-    if (std::abs(change[TOTAL]) > CERTAIN * sigma && is_room(change, state.rest, state.room, sigma)) return difference(added, change);
     const double total = std::abs(change[TOTAL]);
+    if (state.rests == 0 || total < SEEN * sigma) return added;
+    if (total > CERTAIN * sigma && is_room(change, state.rest, state.room, sigma)) return difference(added, change);
     if (total < MOST_ROOM * state.room[TOTAL] && apart(change, state.room) < AROUND + APART_SIGMA * sigma / total) state.undecided = change;
     return added;
 }

@@ -274,7 +274,8 @@ void close(Values& score, std::ptrdiff_t rows, std::ptrdiff_t columns, float fre
 
 }  // namespace
 
-std::vector<float> taxel_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule) {
+std::vector<float> taxel_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
+                               const ScoreRule& rule) {
     Values score(rows * columns);
     std::vector<std::uint8_t> pressed(score.size());
     for (std::size_t k = 0; k < score.size(); ++k) pressed[k] = pressure[k] > rule.share * rule.least;

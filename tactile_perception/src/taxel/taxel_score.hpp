@@ -18,6 +18,7 @@ struct ScoreRule {
 };
 
 // Scores (rows, columns) of pressure, 0 to 1, LEVEL at the border of a contact; 0 far from all contacts. full: taxels that are saturated.
-std::vector<float> taxel_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule);
+std::vector<float> taxel_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
+                               const ScoreRule& rule);
 
 }  // namespace tactile

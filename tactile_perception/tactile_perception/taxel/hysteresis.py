@@ -64,6 +64,11 @@ class Loop:
                               f'{self.late}, {self.late_s}')
 
     @property
+    def is_none(self) -> bool:
+        """Whether nothing is held and nothing late."""
+        return not self.share and not self.late
+
+    @property
     def at_once(self) -> float:
         """Part of a load that is not shown late."""
         return 1 - sum(self.late)
@@ -115,6 +120,10 @@ def fit_loop(times: np.ndarray, loads: np.ndarray, terms: np.ndarray, weights: n
     lasts = [time for time in _LATE_S if time <= intervals[intervals < 0.5 * _RESTED_S].sum()]
     terms = terms / np.maximum(np.abs(terms).max(axis=0), 1e-300)
 
+    loops = [Loop(0.0, most * reach, relative, relaxation) for reach, relative, relaxation in product(_REACHES, _RELATIVE, _RELAXATIONS)
+             if 0 < reach + relative <= _FARTHEST]
+    held_back = [loads - loop.held(loads, intervals) for loop in loops]
+
     def fitted(hidden: list[np.ndarray]) -> tuple[np.ndarray, float]:
         """Shares of what is hidden, and the residual."""
         parts, left = nnls(np.column_stack([terms, *hidden]) * weights[:, None], loads * weights)
@@ -124,11 +133,8 @@ def fit_loop(times: np.ndarray, loads: np.ndarray, terms: np.ndarray, weights: n
         """The least residual with parts that are shown after late_s, s, and its loop."""
         least, found = np.inf, Loop()
         late = [loads - followed(loads, intervals, time) for time in late_s]
-        for reach, relative, relaxation in product(_REACHES, _RELATIVE, _RELAXATIONS):
-            loop = Loop(0.0, most * reach, relative, relaxation)
-            if not 0 < reach + relative <= _FARTHEST:
-                continue
-            parts, left = fitted([*late, loads - loop.held(loads, intervals)])
+        for loop, hidden in zip(loops, held_back):
+            parts, left = fitted([*late, hidden])
             slow = parts[:-1]
             if left < least and parts.sum() <= _MOST_HELD:
                 least, found = left, replace(loop, share=float(parts[-1] / (1 - slow.sum())), late=tuple(slow[slow > 0].tolist()),
@@ -155,7 +161,7 @@ class Hysteresis:
     def undone(self, pressure: np.ndarray, interval_s: float) -> np.ndarray:
         """The load (rows, columns) Pa behind the pressure (rows, columns) float32 that is shown, interval_s after the last frame."""
         loop = self._loop
-        if not loop.share and not loop.late:
+        if loop.is_none:
             return pressure
         if self._load is None:
             self._late = np.repeat(pressure[None], len(loop.late), axis=0)
@@ -177,7 +183,7 @@ class Memory:
     """
 
     def __init__(self, loop: Loop):
-        self._none = loop == Loop()
+        self._none = loop.is_none
         self.reset()
 
     def reset(self) -> None:

@@ -3,10 +3,11 @@
 // Each separate object has a motion of its own. Sticking dots move with it; a dot that lags behind it slips. In gross slip no dot moves
 // with the object: all lag behind it along their drag, under the largest friction. So the object's motion is propagated from frame to
 // frame, and kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls.
-// Dots at rest under the largest friction mean that the object rests, at once if its region stays as well, since dots under a sliding object
-// move as its edges pass them; only below one that turns in place they may not: there it rests if their motions ended suddenly. Dots of a resting object that move on under
-// the largest friction slip again. A new object has no motion yet: dots that lag along their drag behind one that comes down along the
-// sensor's axis slip. An object that is not found in a frame is still known in the next.
+// Dots at rest under the largest friction mean that the object rests: at once if its region stays as well, or if they moved just before and
+// it does not move along, since dots under a sliding object move as its edges pass them; only below one that turns in place they may not:
+// there it rests if their motions ended suddenly. Dots of a resting object that move on under the largest friction slip again. A new object
+// has no motion yet: dots that lag along their drag behind one that comes down along the sensor's axis slip. An object that is not found in
+// a frame is still known in the next.
 #include "touchpad/contact/stick_slip.hpp"
 
 #include <algorithm>
@@ -26,7 +27,7 @@ constexpr std::ptrdiff_t FEWEST = 4;     // dots that determine a motion; chosen
 constexpr double SMOOTHING = 0.2;        // weight of a new value in the running means of noise and friction; chosen
 constexpr double LEAST_FRICTION = 0.05;  // friction coefficient; smaller estimates are not used; chosen
 constexpr double MANY = 0.1;             // share of slipping dots from which gross slip may follow; chosen: one of a light touch's ten
-constexpr double ALL = 0.9;              // share of dots that move as one body, from which an object that starts or stops holds them; chosen
+constexpr double ALL = 0.9;              // share of dots that move as one, from which an object that starts or stops holds them; chosen
 constexpr double LAG = 0.4;              // of the tolerance: standard deviation of a sticking dot's lag behind its object; chosen
 constexpr double LOOSE = 1e-3;           // weight of a twist, in dots, that is kept where nothing else tells; chosen
 // Frames with dots at rest before an object rests that slid, and one that turned in place and did not clearly stop; chosen.
@@ -44,12 +45,6 @@ constexpr double LIVELY = 3;     // tolerances: dots that moved by more just bef
 constexpr double ONE_WAY = 0.5;  // of the sum of the drags' lengths: drags with a smaller sum are those of a turn; chosen
 constexpr double ALONG = 0.5;    // mean cosine between lags and drags from which dots slip grossly; half of it while they do; chosen
 constexpr double LOADED = 0.65;  // of the friction coefficient: ratio from which dots may slip grossly; chosen
-
-// NaN counts as infinite.
-double median_of(std::vector<double> values) {
-    for (double& value : values) value = std::isnan(value) ? INFINITY : value;
-    return median(std::move(values));
-}
 
 // One object in one frame: the motions of its dots, which were in contact and seen in the last frame too.
 class ObjectFrame {
@@ -119,7 +114,7 @@ class ObjectFrame {
     bool in_touch(const Twist& twist) const {
         std::vector<double> off(count_), size(count_);
         for (std::ptrdiff_t i = 0; i < count_; ++i) off[i] = motions_.normal_residual(i, twist), size[i] = std::abs(off[i]);
-        return std::abs(median_of(off)) < 2 * memory_.depth_noise && median_of(size) < 3 * memory_.depth_noise;
+        return std::abs(median_with_unknown(off)) < 2 * memory_.depth_noise && median_with_unknown(size) < 3 * memory_.depth_noise;
     }
 
     // Direction in which the object, by the expected twist, slides over a dot, across its normal; 0: unknown.
@@ -180,9 +175,10 @@ class ObjectFrame {
     // Frames for which dots must be at rest before the object counts as at rest.
     int rest_frames(const TouchingObject& thing) const {
         if (!thing.gross || mean_size(expected_) > SWIFT * memory_.tolerance) return 1;
-        if (count_ >= ENOUGH && taken_along() < TAKEN) return 1;
+        const double along = taken_along();
         // Dots below an object that slides on fade to rest; these moved just before, and now not at all.
-        if (calm_ && thing.lively > memory_.tolerance && !(taken_along() >= TAKEN)) return 1;
+        const bool halted = calm_ && thing.lively > memory_.tolerance && !(along >= TAKEN);
+        if (halted || (count_ >= ENOUGH && along < TAKEN)) return 1;
         return turns() && !stopped(thing) ? REST_AFTER_TURN : REST_AFTER_GROSS;
     }
 
@@ -209,7 +205,7 @@ class ObjectFrame {
     // Whether the dots' motions in the last frames tell that an object that turned has stopped: if it turns on they fade at an even rate.
     bool stopped(const TouchingObject& thing) const {
         double middle[3];  // medians of three frames each, the newest first
-        for (int k = 0; k < 3; ++k) middle[k] = median_of({thing.drift[3 * k], thing.drift[3 * k + 1], thing.drift[3 * k + 2]});
+        for (int k = 0; k < 3; ++k) middle[k] = median_with_unknown({thing.drift[3 * k], thing.drift[3 * k + 1], thing.drift[3 * k + 2]});
         const bool steady = thing.slid >= static_cast<int>(thing.drift.size()) && middle[1] > clear();
         return thing.lively > LIVELY * memory_.tolerance ||
                (steady && thing.drift[0] < clear() && middle[0] * middle[2] < SUDDEN * middle[1] * middle[1]);
@@ -322,7 +318,9 @@ class ObjectFrame {
     }
 
     // Whether the dots are dragged about as much as in earlier slip.
-    bool loaded(const TouchingObject& thing) const { return !(thing.friction > 0) || median_of(ratio_) > LOADED * thing.friction; }
+    bool loaded(const TouchingObject& thing) const {
+        return !(thing.friction > 0) || median_with_unknown(ratio_) > LOADED * thing.friction;
+    }
 
     // Whether the dots lag behind the expected motion as in gross slip: all along their drag, at the friction of earlier slip.
     bool slides_on(const TouchingObject& thing, bool gross) const {
@@ -348,9 +346,9 @@ class ObjectFrame {
             off[i] = std::abs(motions_.normal_residual(i, along));
             if (slips[i]) slipping.push_back(ratio_[i]);
         }
-        const double spread = std::max(SIGMA_PER_MAD * median_of(off), memory_.tolerance / 2);
+        const double spread = std::max(SIGMA_PER_MAD * median_with_unknown(off), memory_.tolerance / 2);
         memory_.depth_noise += SMOOTHING * (spread - memory_.depth_noise);
-        const double seen = slipping.size() >= FEWEST ? median_of(slipping) : 0.0;
+        const double seen = slipping.size() >= FEWEST ? median_with_unknown(slipping) : 0.0;
         if (!(seen > LEAST_FRICTION)) return;
         thing.friction = thing.friction > 0 ? thing.friction + SMOOTHING * (seen - thing.friction) : seen;
         memory_.friction = thing.friction;

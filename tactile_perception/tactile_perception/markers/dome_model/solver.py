@@ -134,7 +134,7 @@ class DomeInverse:
     def _shared(self, field: MarkerField, weight: np.ndarray, together: float) -> np.ndarray:
         """(m, K): rows whose products are taken off the diagonal weights (K,) of each axis, so that their inverse counts what a sum of two
         fields lacks (Woodbury 1950)."""
-        most = together * np.sqrt(np.nanmax(np.sum(field.shift**2, axis=1)))
+        most = together * np.sqrt(_squares(field).max())
         weighted = self._smooth.T * weight
         factor = np.linalg.cholesky(weighted @ self._smooth + np.eye(len(weighted)) * len(weighted) / most**2)
         return np.linalg.solve(factor, weighted)
@@ -154,8 +154,13 @@ class DomeInverse:
 
     def _variances(self, field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
         """(K,) m^2, of noise, and of model error, per axis."""
-        square = np.sum(np.where(field.seen[:, None], field.shift, 0.0)**2, axis=1)
+        square = _squares(field)
         return self.sigma(field)**2, self.noise.share**2 * square + self.noise.top**2 * square.max()
+
+
+def _squares(field: MarkerField) -> np.ndarray:
+    """(K,) m^2, of the displacements, 0 where not seen."""
+    return np.sum(np.where(field.seen[:, None], field.shift, 0.0)**2, axis=1)
 
 
 def _polynomials(places: np.ndarray) -> np.ndarray:

@@ -146,7 +146,7 @@ def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None, lo
             continue
         seen[out] = [response.pressure(change).sum() * array.taxel_area for change in loads.changes[out]]
     forces = np.where(loads.forces > 0, loads.forces, np.nan)
-    if loop == Loop() or np.isnan(seen).any():
+    if loop.is_none or np.isnan(seen).any():
         return seen / forces - 1
     undo, found = Hysteresis(loop), []
     undo.undone(np.zeros((1, 1), np.float32), 0.0)
