@@ -110,16 +110,17 @@ class FrictionalContact:
         The pressure is a function of the contact forces, which conserves the enclosed volume to first order.
         """
         skin, near, shape = self.skin, self._near, self.skin.with_rim(places)
-        slack = skin.slack_at(shape)
+        slack, load = skin.slack_at(shape, near)
         push, lift, rise, free_pressure = skin.fluid(shape)
         gap, normal = tool.distance_and_normal(pose.to_tool(places[near]))
         normal = normal @ pose.turn.T
         offset = gap - np.einsum('ij,ij->i', normal, places[near])
-        self._alternate(slack[near] + free_pressure * lift[near], lift[near], rise, normal, offset, anchor)
-        force = np.zeros_like(push)
-        force[near] = -self._coupling * self._held
-        pressure = free_pressure - float((lift * force).sum()) / rise
-        return slack + skin.give(pressure * push + force), pressure
+        self._alternate(slack + free_pressure * lift[near], lift[near], rise, normal, offset, anchor)
+        force = -self._coupling * self._held
+        pressure = free_pressure - float((lift[near] * force).sum()) / rise
+        load = load + pressure * push
+        load[near] += force
+        return skin.slack + skin.give(load), pressure
 
     def _alternate(self, free, lift, rise, normal, offset, anchor):
         """ADMM iterations for the scaled multipliers held (k, 3), m; the contact force is -coupling * held.

@@ -5,7 +5,7 @@
 An incompressible neo-Hookean rubber of stiffness T, stretched isotropically by the factor s, has the energy T/2 (|F|^2 + s^-6 / J^2) per
 area, with the further deformation gradient F and area ratio J. Bending adds D/2 |Laplacian|^2, which smooths the deformation. On a
 rectangular grid the quadratic terms are diagonal in products of sines. The term with J, which draws material towards the contact, is small
-and taken from the previous step.
+and taken from the previous linearisation.
 """
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Callable
 
 import numpy as np
 
-from .grid import Skin, cross
+from .grid import Skin, by_component, cross
 
 #: m: at this distance the nearest point of any tool is its lowest; chosen.
 _FAR = 1000.0
@@ -35,11 +35,12 @@ class Sheet(Skin):
         self.pressure = 0.0
         self.slack = self.rest.reshape(-1, 3)[self.inner]
         wave = np.arange(1, nodes - 1)
-        self._sines = np.sqrt(2 / (nodes - 1)) * np.sin(np.pi * np.outer(wave, wave) / (nodes - 1))
+        # Single precision suffices: the displacements of a press are exact to some nanometres.
+        self._sines = (np.sqrt(2 / (nodes - 1)) * np.sin(np.pi * np.outer(wave, wave) / (nodes - 1))).astype(np.float32)
         dx, dy = width / (nodes - 1), height / (nodes - 1)
         curve = 2 - 2 * np.cos(np.pi * wave / (nodes - 1))
         waves = curve[:, None] / dy**2 + curve / dx**2
-        self._give = 1 / (dx * dy * waves * (tension + bending * waves))
+        self._give = (1 / (dx * dy * waves * (tension + bending * waves))).astype(np.float32)
         self._cell = dx * dy
         self._still = np.zeros_like(self.slack)
 
@@ -68,29 +69,37 @@ class Sheet(Skin):
         """
         return _FAR - float(distance(np.array([[0, 0, -_FAR]]) @ turn)[0])
 
-    def slack_at(self, shape: np.ndarray) -> np.ndarray:
-        """As Skin.slack_at, with the forces of the energy term with J in the shape (n, n, 3), m."""
-        return self.slack + self.give(self.push_apart(shape)[self.inner])
+    def slack_at(self, shape: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As Skin.slack_at; the forces are those of the energy term with J in the shape (n, n, 3), m."""
+        load = self.push_apart(shape)[1:-1, 1:-1].reshape(-1, 3)
+        return self.slack[near] + self.give(load, near), load
 
     def push_apart(self, shape: np.ndarray) -> np.ndarray:
-        """Forces (n*n, 3), N, of the energy term with J on all nodes, from the cell areas of the shape (n, n, 3), m."""
+        """Forces (n, n, 3), N, of the energy term with J on all nodes, from the cell areas of the shape (n, n, 3), m."""
+        shape = by_component(shape)
         up, down = shape[1:, 1:] - shape[:-1, :-1], shape[1:, :-1] - shape[:-1, 1:]
-        area = 0.5 * cross(up, down)
-        size = np.sqrt(np.einsum('...i,...i->...', area, area))[..., None]
-        weight = 0.5 * self._push_apart * (self._cell / size)**3 * area / size
+        area = cross(up, down)
+        square = area[..., 0]**2 + area[..., 1]**2 + area[..., 2]**2
+        weight = area * (self._cell**3 * self._push_apart * 4 / square**2)[..., None]
         along_up, along_down = cross(down, weight), cross(weight, up)
         force = np.zeros_like(shape)
         force[1:, 1:] += along_up
         force[:-1, :-1] -= along_up
         force[1:, :-1] += along_down
         force[:-1, 1:] -= along_down
-        return force.reshape(-1, 3)
+        return force
 
-    def give(self, forces: np.ndarray) -> np.ndarray:
-        """Displacements (m, 3), m, of the inner nodes under forces (m, 3), N."""
+    def give(self, forces: np.ndarray, near: np.ndarray | None = None) -> np.ndarray:
+        """Displacements (m, 3), m, of the inner nodes under forces (m, 3), N; near: (k,), indices of the wanted nodes, else all."""
         sines, count = self._sines, self.nodes - 2
-        field = np.ascontiguousarray(forces.reshape(count, count, 3).transpose(2, 0, 1))
-        return (sines @ (sines @ field @ sines * self._give) @ sines).transpose(1, 2, 0).reshape(-1, 3)
+        field = forces.reshape(count, count, 3).transpose(2, 0, 1).astype(np.float32, order='C')
+        modes = sines @ field @ sines * self._give
+        if near is None:
+            return (sines @ modes @ sines).transpose(1, 2, 0).reshape(-1, 3).astype(float)
+        row, column = np.divmod(near, count)
+        top, left = row.min(), column.min()
+        block = sines[top:row.max() + 1] @ modes @ sines[:, left:column.max() + 1]
+        return block[:, row - top, column - left].T.astype(float)
 
     def compliance_among(self, near: np.ndarray) -> np.ndarray:
         """Compliance matrix (k, k), m/N, of the inner nodes with the indices near (k,)."""
