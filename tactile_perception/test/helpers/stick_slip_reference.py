@@ -12,7 +12,7 @@ from tactile_perception.touchpad.contact import stick_slip as compiled
 from tactile_perception.touchpad.contact.stick_slip import NON_CONTACT, SLIPPING, STICKING
 from twist_reference import DotMotions, across_rays, lengths, twist_about
 
-_FEWEST = 4  # dots that determine a motion; chosen: one more than three
+_FEWEST = 2  # dots that tell a motion, as turns are held back; chosen: those of a light touch
 _SMOOTHING = 0.2  # weight of a new value in the running means of noise and friction; chosen
 # Frames for which dots must be at rest before an object rests that slid, and one that turned in place, where the dots' motions do not tell
 # that it stopped; chosen.
@@ -32,6 +32,10 @@ _LOADED = 0.65  # of the friction coefficient: ratio from which dots may slip gr
 _LEAST_FRICTION = 0.05  # friction coefficient; smaller estimates are not used; chosen
 _MANY = 0.1  # share of slipping dots from which gross slip may follow; chosen
 _ALL = 0.9  # share of dots that move as one body, from which an object that starts or stops holds them; chosen
+_TIGHT = 0.15  # of the tolerance: dots that stick move with their object within that; chosen
+_HELD = 0.25  # share of dots, four or more, that move so and tell that the object holds them; chosen
+_FEW_SLIP = 0.6  # share of slipping dots below which an object that slows down is told from one that slips; chosen
+_LIFTS = 2  # noises along the normal by which an object that is lifted rises in a frame at least; chosen
 _LAG = 0.4  # of the tolerance: standard deviation of a sticking dot's lag behind its object; chosen
 _CALMEST = 5  # the quantile 1/5 of the motions is used as noise, of which it is 0.668 standard deviations (2D Gaussian: sqrt(-2 ln 0.8))
 
@@ -180,16 +184,31 @@ class StickSlipTracker(compiled.StickSlipTracker):
                 whole = motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip)
                 if self._in_touch(motions, whole):
                     return whole, False, False
-            if not thing.gross and not slides and agree < (1 - _MANY) * len(ratio):
+            if not thing.gross and agree < (1 - _MANY) * len(ratio):
                 whole = motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip)
-                if self._following(motions, whole) > _ALL * len(ratio) and self._in_touch(motions, whole):
+                follow = not slides and self._following(motions, whole) > _ALL * len(ratio)
+                if (follow or self._slows_down(thing, motions, near, whole)) and self._in_touch(motions, whole):
                     return whole, False, False
             if agree >= max(_FEWEST - 1, .1 * len(ratio)) and not thing.gross and self._in_touch(motions, near) and not (
                     slides and self._behind(motions, near, predicted, drag)):
                 return near, False, False
             if slides:
                 return predicted, True, False
-        return motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip), False, False
+        whole, straight = motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip), motions.constrained_to_normals(np.zeros(6))
+        if (thing.rests and self._lowered(motions)[2] > _LIFTS * self.depth_noise and self._held_by(motions, whole) < _HELD * len(ratio)
+                and self._in_touch(motions, straight)):
+            return straight, True, False
+        return whole, False, False
+
+    def _held_by(self, motions, twist):
+        """Number of dots that move with an object of this twist as precisely as those that stick to it do; 0 for fewer than four."""
+        count = np.count_nonzero(lengths(motions.residuals(twist)) < _TIGHT * self.tolerance)
+        return count if count >= 4 else 0
+
+    def _slows_down(self, thing, motions, near, whole):
+        """Whether the object has slowed down, to a twist by which it still holds dots, instead of sliding on."""
+        stuck = (1 - thing.slipping) * len(motions.moved_across)
+        return thing.slipping < _FEW_SLIP and self._held_by(motions, whole) > max(self._held_by(motions, near), _HELD * stuck)
 
     def _following(self, motions, twist):
         """Number of dots that move with an object of this twist."""

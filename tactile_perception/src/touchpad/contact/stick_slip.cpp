@@ -5,9 +5,10 @@
 // frame, and kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls.
 // Dots at rest under the largest friction mean that the object rests: at once if its region stays as well, or if they moved just before and
 // it does not move along, since dots under a sliding object move as its edges pass them; only below one that turns in place they may not:
-// there it rests if their motions ended suddenly. Dots of a resting object that move on under the largest friction slip again. A new object
-// has no motion yet: dots that lag along their drag behind one that comes down along the sensor's axis slip. An object that is not found in
-// a frame is still known in the next.
+// there it rests if their motions ended suddenly. Dots of a resting object that move on under the largest friction slip again, and so do
+// those that spring back, not as one, while it is lifted. An object whose dots begin to lag has slowed down if many of them still move
+// exactly as one. A new object has no motion yet: dots that lag along their drag behind one that comes down along the sensor's axis slip. An
+// object that is not found in a frame is still known in the next.
 #include "touchpad/contact/stick_slip.hpp"
 
 #include <algorithm>
@@ -23,11 +24,15 @@ namespace {
 
 enum State : std::uint8_t { FREE, STICKING, SLIPPING };
 constexpr double HALF = 0.5;             // score of the border of a contact
-constexpr std::ptrdiff_t FEWEST = 4;     // dots that determine a motion; chosen: one more than three
+constexpr std::ptrdiff_t FEWEST = 2;     // dots that tell a motion, as turns are held back; chosen: those of a light touch
 constexpr double SMOOTHING = 0.2;        // weight of a new value in the running means of noise and friction; chosen
 constexpr double LEAST_FRICTION = 0.05;  // friction coefficient; smaller estimates are not used; chosen
 constexpr double MANY = 0.1;             // share of slipping dots from which gross slip may follow; chosen: one of a light touch's ten
 constexpr double ALL = 0.9;              // share of dots that move as one, from which an object that starts or stops holds them; chosen
+constexpr double TIGHT = 0.15;           // of the tolerance: dots that stick move with their object within that; chosen
+constexpr double HELD = 0.25;            // share of dots, four or more, that move so and tell that the object holds them; chosen
+constexpr double FEW_SLIP = 0.6;         // share of slipping dots below which an object that slows down is told from one that slips; chosen
+constexpr double LIFTS = 2;              // noises along the normal by which an object that is lifted rises in a frame at least; chosen
 constexpr double LAG = 0.4;              // of the tolerance: standard deviation of a sticking dot's lag behind its object; chosen
 constexpr double LOOSE = 1e-3;           // weight of a twist, in dots, that is kept where nothing else tells; chosen
 // Frames with dots at rest before an object rests that slid, and one that turned in place and did not clearly stop; chosen.
@@ -265,15 +270,32 @@ class ObjectFrame {
             // Far from the expected motion the fit stays near that. Dots cannot lead their object: it has sped up. One that starts or stops
             // may leave that motion within a frame.
             const bool leads = along_drag(mean_residual(expected_)) > fine;
-            if (!gross && (leads || (!slides && agree < (1 - MANY) * static_cast<double>(count_)))) {
+            if (!gross && (leads || agree < (1 - MANY) * static_cast<double>(count_))) {
                 const Twist whole = by_dots();
-                if ((leads || following(whole) > ALL * static_cast<double>(count_)) && in_touch(whole)) return whole;
+                const bool follow = !slides && following(whole) > ALL * static_cast<double>(count_);
+                if ((leads || follow || slows_down(thing, near, whole)) && in_touch(whole)) return whole;
             }
             if (agree >= std::max(FEWEST - 1.0, share) && !gross && in_touch(near) && !(slides && behind(near))) return near;
             thing.gross = slides;
             if (slides) return expected_;
         }
-        return by_dots();
+        const Twist whole = by_dots(), straight = constrained_to_normals({});
+        thing.gross = rested && lowered()[2] > LIFTS * memory_.depth_noise && held(whole) < HELD * static_cast<double>(count_) &&
+                      in_touch(straight);
+        return thing.gross ? straight : whole;
+    }
+
+    // Dots that move with an object of this twist as precisely as those that stick to it do, where there are enough to tell.
+    double held(const Twist& twist) const {
+        double count = 0;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) count += length(motions_.residual(i, twist)) < TIGHT * memory_.tolerance;
+        return count < 4 ? 0 : count;
+    }
+
+    // Whether the object has slowed down, to a twist by which it still holds dots, instead of sliding on.
+    bool slows_down(const TouchingObject& thing, const Twist& near, const Twist& whole) const {
+        const double stuck = (1 - thing.slipping) * static_cast<double>(count_);
+        return thing.slipping < FEW_SLIP && held(whole) > std::max(held(near), HELD * stuck);
     }
 
     // Dots that move with an object of this twist.

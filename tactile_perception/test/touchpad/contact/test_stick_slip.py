@@ -66,13 +66,13 @@ def test_dots_of_a_new_object_slip_if_they_move_against_their_drag(aside, state)
 
 
 def _drag_until_it_slips(face, states, friction, speed=150e-6):
-    """Stick, carried along by speed, m a frame, then slip from one side inwards, then all together; returns the fraction found slipping in
-    each frame."""
-    fractions, column = [], np.arange(SIDE**2) % SIDE
+    """Stick, carried along by speed, m a frame, then slip from one side inwards, dragged along unevenly, then all together; returns the
+    fraction found slipping in each frame."""
+    fractions, column, uneven = [], np.arange(SIDE**2) % SIDE, np.random.default_rng(0).uniform(0.2, 1.8, SIDE**2)
     for frame in range(14):
         slipping = np.clip((frame - 5) / 4, 0, 1) * 7 > column - 3
         ratio = np.where(slipping, friction, min(0.08 * frame, friction))
-        step = np.outer(np.where(slipping, 20e-6 if frame < 10 else 6e-6, speed), [1, 0, 0])
+        step = np.outer(np.where(slipping, 20e-6 * uneven if frame < 10 else 6e-6, speed), [1, 0, 0])
         found = states.update(face.state(step, ratio), face.score)
         fractions.append(((found == SLIPPING) & face.inside).sum() / face.inside.sum())
     return fractions
@@ -202,9 +202,35 @@ def test_a_light_touch_of_nine_dots_of_which_one_slips_first_slips_grossly(seed)
     face.inside = (np.abs(row - 6) <= 1) & (np.abs(column - 6) <= 1)
     face.score, corner = face.inside.astype(float), (row == 5) & (column == 5)
     for frame in range(12):
-        speed = np.where(corner & (frame > 5), 100e-6, 150e-6) if frame < 8 else np.full(SIDE**2, 40e-6)
+        speed = np.where(corner & (frame > 5), 100e-6, 150e-6) if frame < 8 else 40e-6 + 5e-6 * face.rng.normal(size=SIDE**2)
         found = states.update(face.state(np.outer(speed, [1, 0, 0]), min(0.1 * frame, 0.6)), face.score)[face.inside]
         assert np.mean(found == SLIPPING) == pytest.approx(0 if frame < 6 else 1 / 9 if frame < 8 else 1)
+
+
+@pytest.mark.parametrize('spread, state', [(0.0, STICKING), (10e-6, SLIPPING)])
+def test_an_object_that_slows_down_while_some_dots_slip_sticks_to_those_that_move_exactly_as_one(spread, state):
+    """spread: m, standard deviation of how far the dots that stuck move from then on."""
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    column, uneven = np.arange(SIDE**2) % SIDE, np.random.default_rng(1).normal(size=SIDE**2)
+    for frame in range(8):
+        slipping = column < 2 + min(frame, 4)
+        speed = 150e-6 if frame < 6 else 100e-6 + spread * uneven
+        found = states.update(face.state(np.outer(np.where(slipping, 40e-6 + 10e-6 * uneven, speed), [1, 0, 0]),
+                                         np.where(slipping, 0.6, 0.5)), face.score)
+    held = face.inside & ~slipping
+    assert np.mean(found[held] == state) > 0.9 and np.mean(found[face.inside & slipping] == SLIPPING) > 0.9
+
+
+@pytest.mark.parametrize('spread, state', [(0.0, STICKING), (15e-6, SLIPPING)])
+def test_dots_that_spring_back_unevenly_below_an_object_that_rested_and_is_lifted_slip(spread, state):
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    _drag_until_it_slips(face, states, 0.6)
+    for _ in range(4):
+        states.update(face.state([0, 0, 0], 0.6), face.score)
+    for _ in range(4):
+        back = -60e-6 + spread * face.rng.normal(size=SIDE**2)
+        found = states.update(face.state(np.outer(back, [1, 0, 0]) + [0, 0, 200e-6], 0.6), face.score)
+        assert np.mean(found[face.inside] == state) > 0.9
 
 
 def test_when_the_load_falls_after_gross_slip_the_dots_stick_again():
