@@ -54,6 +54,15 @@ def test_a_dragged_tip_is_told_as_one_where_it_is(friction):
     place = np.array([np.hypot(*(told[0].position - truth.position)[:2]) for truth, told in frames])
     depth = np.array([abs(told[0].depth - truth.depth) for truth, told in frames])
     assert place.mean() < LARGEST[0] and place.max() < LARGEST[1] and depth.mean() < LARGEST[2]
+    assert np.mean(np.square(depth / [told[0].depth_sigma for _, told in frames])) < 2.0
+
+
+@pytest.mark.parametrize('tip, friction', [('ball_22mm', 0.6), ('ball_42mm', 0.2), ('ball_42mm', 1.0)])
+def test_errors_of_other_tips_with_other_frictions_are_as_stated(tip, friction):
+    frames = played(partial(press, tip, 0.02, -0.025, 0.008, 0.016, 0.024, 0.032, move=0.4), friction)
+    pairs = [(truth[0], told[0]) for truth, told in frames if truth and len(told) == 1 and truth[0].depth > 1e-3]
+    assert len(pairs) > 12
+    assert np.mean([((told.depth - truth.depth) / told.depth_sigma)**2 for truth, told in pairs]) < 2.0
 
 
 def test_two_tips_of_half_the_calibrated_radius_are_told_as_two_where_and_as_deep_as_they_are():

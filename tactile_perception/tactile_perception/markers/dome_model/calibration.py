@@ -13,7 +13,7 @@ from .identification import DomeNumbers, identify
 from .library import RADIUS_SPREAD, DomeLibrary, DomePlan, build_library, library_from_numbers, library_numbers
 from .membrane import DomeMaterial
 from .outlines import centres_of
-from .solver import DEPTH, RADIUS, X, Y, DomeFound, DomeInverse, FieldNoise
+from .solver import DEPTH, RADIUS, STRAIGHT, X, Y, DomeFound, DomeInverse, FieldNoise
 from ..published.marker_depth import common_rest
 from ..touches.presses import Presses
 from ..view.sensor import MarkerSensor, dome_cap, first_touch_height, rest_points
@@ -31,6 +31,7 @@ SHALLOW = 0.2         # of the deepest press: deeper ones tell the remaining err
 NUMBERS = ('place_error', 'depth_share', 'wider', 'rounder', 'rounder_shallow', 'deeper', 'deeper_far', 'deeper_shallow', 'deepest',
            'farthest', 'quiet')
 MOST = 60             # presses that tell the noise, at most. Chosen
+SAME = replace(STRAIGHT, rougher=0.0, wider=0.0)  # of presses by the tip and with the friction that are identified
 REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
 
 
@@ -117,7 +118,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     inverse = _inverse(first, noise, sensor)
     inverse = _inverse(first, noise := _with_model_error(inverse, some), sensor)
     quiet = max((inverse.score(field, inverse.match(field)) for field in still), default=0.0)
-    found = [inverse.solve(field, _true(place, depth)) for field, place, depth in _rows(some)]
+    found = [inverse.solve(field, _true(place, depth), SAME) for field, place, depth in _rows(some)]
     return replace(_with_remaining_errors(first, found, some), noise=noise, quiet=float(quiet))
 
 
@@ -204,7 +205,7 @@ def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], press
                                                      np.append(depth / presses.depth[deep], 1.0))
     scaled = replace(scaled, wider=float(wider), deeper=float(deeper), deeper_far=float(deeper + change),
                      deeper_shallow=float(deeper_shallow))
-    variance = np.array([np.diag(one.covariance)[:3] * max(1.0, one.misfit) for one in found])[deep]
+    variance = np.array([np.diag(one.covariance)[:3] for one in found])[deep]
     scale = np.array([scaled.depth_scale(place, fitted) for place, fitted in zip(true, depth)])
     place = np.median(np.mean((places / wider - true)**2 - variance[:, :2], axis=1))
     share = np.median((depth / presses.depth[deep] - scale)**2 - variance[:, 2])

@@ -58,7 +58,7 @@ class DomeModelMethod:
         self._threshold = max(STANDS_OUT, QUIETER * calibration.quiet)
         self._last: DomeFound | None = None
         self._searched = 1.0          # misfit of the touch where last all starts were tried
-        self._straight = np.zeros(2)  # of the touch's straight presses: sums of the tips' weights, and of their weighted log radii
+        self._straight = np.zeros(3)  # of the touch's straight presses: sums of weights, of weighted log radii and of their variances
         self._dragged = DRAGGED
 
     @classmethod
@@ -96,7 +96,7 @@ class DomeModelMethod:
         match = self.solver.match(field)
         score = self.solver.score(field, match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
         if not score > self._threshold:
-            self._last, self._searched, self._straight, self._dragged = None, 1.0, np.zeros(2), DRAGGED
+            self._last, self._searched, self._straight, self._dragged = None, 1.0, np.zeros(3), DRAGGED
             return None
         self._last = self._explained(field, match, self._last)
         return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, match, self._last)
@@ -160,11 +160,12 @@ class DomeModelMethod:
 
     def _learnt(self, straight: DomeFound) -> DomeFound:
         """The straight press. A drag will be by the tip of the touch's straight presses so far, the mean by their variances: what the model
-        lacks in a drag would else pass for another tip."""
-        weight = 1 / (straight.covariance[RADIUS, RADIUS] * max(1.0, straight.misfit))
+        lacks in a drag would else pass for another tip. Their errors are alike, so that the mean's is not smaller."""
+        weight, error = 1 / straight.told[RADIUS], straight.covariance[RADIUS, RADIUS]
         wider = float(np.log(self.calibration.radius_scale(np.exp(straight.presses[0, DEPTH])))) / RADIUS_SPREAD
-        self._straight = self._straight + weight * np.array([1.0, straight.presses[0, RADIUS] - wider])
-        self._dragged = replace(DRAGGED, tip=float(self._straight[1] / self._straight[0]) + wider, tip_sigma=SAME_TIP)
+        self._straight = self._straight + weight * np.array([1.0, straight.presses[0, RADIUS] - wider, error])
+        tip, error = self._straight[1:] / self._straight[0]
+        self._dragged = replace(DRAGGED, tip=float(tip) + wider, tip_sigma=SAME_TIP, wider=float(np.sqrt(error)))
         return straight
 
     def _drags(self, one: DomeFound) -> list[np.ndarray]:
@@ -202,8 +203,7 @@ class DomeModelMethod:
         place = self._inside(first + pressed * press[DRAG])  # where the drag has carried it
         depth = float(first_touch_height(place, radius, self.sensor)[0] - low)
         onto = self._onto(press, radius, scale)
-        amiss = max(1.0, found.misfit) if len(found.presses) == 1 else 1.0  # what a sum of two fields lacks is in the covariance
-        covariance = onto @ found.covariance[part, part] @ onto.T * amiss
+        covariance = onto @ found.covariance[part, part] @ onto.T
         aside, deeper = (share * pressed * float(np.hypot(*press[DRAG])) for share in NOT_LINEAR)
         share = calibration.depth_share + SCALED * abs(scale - 1)
         aside += calibration.place_error + SCALED * float(np.hypot(*(first - press[[X, Y]])))

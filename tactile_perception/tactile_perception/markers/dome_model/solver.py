@@ -9,7 +9,7 @@ import numpy as np
 
 from ... import _core
 from .identification import seen_at
-from .library import DomeLibrary
+from .library import RADIUS_SPREAD, ROUGHER, DomeLibrary
 from ..view.marker_field import MarkerField
 
 X, Y, DEPTH, RADIUS, FRICTION, DRAG = 0, 1, 2, 3, 4, slice(5, 7)  # numbers of a press: see _core.press_dome
@@ -18,6 +18,7 @@ ALIKE = 4.5              # model errors of neighbouring markers are alike: stand
 FAINTEST = 1e-5          # m, least depth. Chosen: far below what markers show
 LIMIT = (0.01, 0.01, 0.5, 0.5, 0.5, 0.3, 0.3)  # of one step: m, logs, way of a drag over depth. Chosen
 RINGS, DEPTHS = (0.0, 0.14, 0.28, 0.42, 0.56), (0.06, 0.15, 0.35, 0.6, 0.85)  # starts, of rim radius and deepest press. Chosen
+LEAST_MISFIT = 0.1       # of a covariance: no fit is believed to be better. Chosen
 TERMS = 5                # degree of the polynomials that describe what a sum of fields lacks, which is smooth. Chosen
 APART = 2.2              # pitches: least distance of the starts of two touches. Chosen
 
@@ -36,29 +37,38 @@ class FieldNoise:
 class PressPrior:
     """What is known of a press beforehand: drag: standard deviation of the way of the drag over the depth; friction: of its number (see
     friction_of in library.py); tip, tip_sigma: mean and standard deviation of the log radius over the library's spread; together: what the
-    sum of the presses' fields lacks: its RMS over the greatest displacement."""
+    sum of the presses' fields lacks: its RMS over the greatest displacement; rougher, wider: by how much that number and that log radius
+    may really differ from their means, standard deviations: covariances count them where they are larger than those of the fit."""
 
     drag: float
     friction: float
     tip: float = 0.0
     tip_sigma: float = 0.35
     together: float = 0.0
+    rougher: float = 0.0
+    wider: float = 0.0
 
 
-#: Of a press that goes straight in, and of one that is dragged, which turns the friction of the press along the drag, so that nothing of
-#: it is left once the tip slips; a tip that sticks carries the skin farther than it is deep. Chosen
-STRAIGHT, DRAGGED = PressPrior(0.005, 0.05), PressPrior(1.0, 1.0)
+#: Number of friction of a tip whose friction is unknown: standard deviation for coefficients from 0.2 to 1.0, evenly over their logs
+UNKNOWN_FRICTION = float(np.log(1.0 / 0.2) / np.sqrt(12) / np.log2(ROUGHER))
+#: Log radius of an unknown tip over the library's spread: standard deviation for tips of 0.6 to 2 times the calibrated radius, likewise
+UNKNOWN_TIP = float(np.log(2.0 / 0.6) / np.sqrt(12) / RADIUS_SPREAD)
+#: Of a press that goes straight in, which hardly tells friction, and of one that is dragged, which turns the friction of the press along
+#: the drag, so that nothing of it is left once the tip slips; a tip that sticks carries the skin farther than it is deep. Chosen
+STRAIGHT, DRAGGED = PressPrior(0.005, 0.05, rougher=UNKNOWN_FRICTION, wider=UNKNOWN_TIP), PressPrior(1.0, 1.0)
 #: Of two presses: the more one is dragged by the other or slips, the less else markers tell; gas and tension of the skin are shared. Chosen
 OF_TWO = PressPrior(0.1, 0.01, together=0.1)
 
 
 @dataclass(frozen=True)
 class DomeFound:
-    """presses: (n, 7); covariance: (7 n, 7 n); misfit: mean squared residual over its variance."""
+    """presses: (n, 7); covariance: (7 n, 7 n), of one press in proportion to the misfit: mean squared residual over its variance; told:
+    (7 n,) variances as far as the markers tell, without what else friction and radius may be."""
 
     presses: np.ndarray
     covariance: np.ndarray
     misfit: float
+    told: np.ndarray
 
 
 class DomeInverse:
@@ -128,8 +138,17 @@ class DomeInverse:
             **self.library.arrays, points=self.points, eyes=self._eyes, plane_z=self._plane_z,
             shift=np.where(seen[:, None], field.shift, 0.0), weight=weight, shared=shared, starts=starts,
             prior=self._prior(prior))
-        squares = np.sum(left**2 / (variance + model)[:, None])
-        return DomeFound(presses, covariance, float(squares) / max(2 * int(seen.sum()), 1))
+        misfit = float(np.sum(left**2 / (variance + model)[:, None])) / max(2 * int(seen.sum()), 1)
+        amiss = max(misfit, LEAST_MISFIT) if len(starts) == 1 else 1.0  # what a sum of two fields lacks is in the covariance
+        return DomeFound(presses, covariance * amiss + self._unknown(covariance, prior), misfit, np.diag(covariance) * amiss)
+
+    def _unknown(self, covariance: np.ndarray, prior: PressPrior) -> np.ndarray:
+        """What a covariance (7 n, 7 n) lacks as friction and radius differ from their means by more than the fit was told: the fit holds
+        them there with the weights of its prior."""
+        weight, variance = self._prior(prior)[1], np.zeros(PRESS)
+        variance[[RADIUS, FRICTION]] = prior.wider**2, prior.rougher**2
+        more = np.tile(np.maximum(weight * (weight * variance - 1), 0.0), len(covariance) // PRESS)
+        return (covariance * more) @ covariance
 
     def _shared(self, field: MarkerField, weight: np.ndarray, together: float) -> np.ndarray:
         """(m, K): rows whose products are taken off the diagonal weights (K,) of each axis, so that their inverse counts what a sum of two

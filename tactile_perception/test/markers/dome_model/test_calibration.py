@@ -41,7 +41,7 @@ def test_scales_of_tip_place_and_depth_are_those_of_the_presses_and_none_where_t
         fitted = [depth * deeper(place, depth) for place, depth in zip(places, depths)]
         told = [np.array([*place * wider * (curvature + tip * rounder(depth)) / (curvature + tip), np.log(depth),
                           np.log(rounder(depth)) / RADIUS_SPREAD, 0, 0, 0]) for place, depth in zip(places, fitted)]
-        found = [DomeFound(one[None], 1e-12 * np.eye(7), 0.5) for one in told]
+        found = [DomeFound(one[None], 1e-12 * np.eye(7), 0.5, np.full(7, 1e-12)) for one in told]
         count = len(places)
         presses = Presses((None,) * count, np.column_stack([places, np.zeros(count)]), depths, np.arange(count), np.zeros((count, 6)),
                           np.full(count, tip))

@@ -1,9 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from dome_library import inverse, library_field, press
-from tactile_perception.markers.dome_model.solver import DEPTH, DRAGGED, RADIUS
+from tactile_perception.markers.dome_model.solver import DEPTH, DRAGGED, RADIUS, STRAIGHT, UNKNOWN_FRICTION
 
 pytestmark = pytest.mark.full  # simulates a small library
 PRESS = press(0.022, -0.031, 0.021, 0.3, 0.2, (0.1, -0.05))
@@ -18,6 +20,17 @@ def test_a_press_is_found_with_an_honest_covariance():
         squares.append(off[:3] @ np.linalg.solve(found.covariance[:3, :3], off[:3]) / 3)
         assert np.hypot(*off[:2]) < 1.5e-3 and abs(off[DEPTH]) < 0.1 and found.misfit < 1.5
     assert 0.1 < np.mean(squares) < 2, 'the press lies well within the prior'
+
+
+@pytest.mark.parametrize('told, least, most', [(STRAIGHT, 0.3, 2.0), (replace(STRAIGHT, rougher=0.0), 2.5, np.inf)])
+def test_a_straight_press_may_have_any_friction_and_the_covariance_says_so(told, least, most):
+    squares = []
+    for seed, number in enumerate(np.random.default_rng(3).normal(0, UNKNOWN_FRICTION, 30)):
+        true = press(0.022, -0.031, 0.021, 0.3, number)
+        found = inverse().solve(library_field(true, seed=seed), true[None], told)
+        squares.append((found.presses[0, DEPTH] - true[DEPTH])**2 / found.covariance[DEPTH, DEPTH])
+        assert found.told[DEPTH] <= found.covariance[DEPTH, DEPTH]
+    assert least < np.mean(squares) < most
 
 
 @pytest.mark.parametrize('depth, near_is_enough', [(2e-4, False), (8e-4, True)])
