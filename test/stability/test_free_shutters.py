@@ -28,14 +28,11 @@ def together(tmp_path_factory):
     return errors(tmp_path_factory.mktemp('together'), SCENE, Shutters())[0]
 
 
-@pytest.mark.parametrize('shutters, outliers, most', [
-    (Shutters(-0.0055, jitter=2e-4), 0, 0.9), *((Shutters(skew, jitter=2e-4), 0, 0.7) for skew in (0.0115, -0.0115, -0.0164)),
-    (Shutters(0.003, 0.009, 2e-4), 1, 0.7)])
-def test_fast_presses_are_told_as_by_cameras_of_one_trigger(tmp_path, together, shutters, outliers, most):
-    """most: mm, of the places in 95 % of the frames."""
+@pytest.mark.parametrize('shutters', [*(Shutters(skew, jitter=2e-4) for skew in (-0.0055, 0.0115, -0.0115, -0.0164)),
+                                      Shutters(0.003, 0.009, 2e-4)])
+def test_fast_presses_are_told_as_by_cameras_of_one_trigger(tmp_path, together, shutters):
     found, beside = errors(tmp_path, SCENE, shutters)
     assert len(found) >= 0.95 * len(together) and beside == 0
-    found = found[np.argsort(found[:, 0])][:len(found) - outliers]  # a first trace of a touch
     place, depth, squared = found.mean(axis=0)
-    assert place < together[:, 0].mean() + 0.1 and np.percentile(found[:, 0], 95) < most  # mm
+    assert place < together[:, 0].mean() + 0.1 and np.percentile(found[:, 0], 95) < 0.5  # mm
     assert depth < 0.12 and np.percentile(found[:, 1], 95) < 0.3 and squared < 2.0
