@@ -20,7 +20,8 @@ TRACE = 0.3e-3       # m: a shallower tip stands on one node of the simulated sh
 
 
 def errors(folder: Path, scene: str, shutters=None) -> tuple[np.ndarray, int]:
-    """(N, 3): place, depth, mm, and normalised squared error of the place, of the frames with a touch deeper than TRACE; and how many were told beside.
+    """(N, 3): place, depth, mm, and normalised squared error of the place, of the frames with a touch deeper than TRACE; and how many were
+    told beside.
 
     scene: its name begins with that of the sensor; shutters: of two cameras.
     """
