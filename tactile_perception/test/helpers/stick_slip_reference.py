@@ -36,6 +36,8 @@ _TIGHT = 0.15  # of the tolerance: dots that stick move with their object within
 _HELD = 0.25  # share of dots, four or more, that move so and tell that the object holds them; chosen
 _FEW_SLIP = 0.6  # share of slipping dots below which an object that slows down is told from one that slips; chosen
 _LIFTS = 2  # noises along the normal by which an object that is lifted rises in a frame at least; chosen
+_BACK = 0.7  # mean cosine between their motions and -drags from which dots spring back; chosen
+_TWELVE = 12  # dots that tell the noise along the normal: twice the unknowns of their motion
 _LAG = 0.4  # of the tolerance: standard deviation of a sticking dot's lag behind its object; chosen
 _CALMEST = 5  # the quantile 1/5 of the motions is used as noise, of which it is 0.668 standard deviations (2D Gaussian: sqrt(-2 ln 0.8))
 
@@ -195,10 +197,17 @@ class StickSlipTracker(compiled.StickSlipTracker):
             if slides:
                 return predicted, True, False
         whole, straight = motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip), motions.constrained_to_normals(np.zeros(6))
-        if (thing.rests and self._lowered(motions)[2] > _LIFTS * self.depth_noise and self._held_by(motions, whole) < _HELD * len(ratio)
-                and self._in_touch(motions, straight)):
+        back = self._spring_back(motions, drag) or self._lowered(motions)[2] > _LIFTS * self.depth_noise
+        if (thing.rests and back and self._held_by(motions, whole) < _HELD * len(ratio) and self._in_touch(motions, straight)):
             return straight, True, False
         return whole, False, False
+
+    def _spring_back(self, motions, drag):
+        """Whether the dots move back against their drags."""
+        moved = motions.residuals(np.zeros(6))
+        along = (np.einsum('ij,ij->i', moved, drag) / np.maximum(lengths(drag), 1e-12)).sum()
+        size = (lengths(moved) + 1e-12).sum()
+        return along < -_BACK * size and size > self._slip_limit() * len(drag)
 
     def _held_by(self, motions, twist):
         """Number of dots that move with an object of this twist as precisely as those that stick to it do; 0 for fewer than four."""
@@ -309,7 +318,8 @@ class StickSlipTracker(compiled.StickSlipTracker):
     def _learn(self, thing, motions, twist, ratio, slips):
         """Update the running means of the slipping dots' friction and of the noise along the normal."""
         spread = robust_sigma(motions.normal_residuals(motions.constrained_to_normals(twist)))
-        self.depth_noise += _SMOOTHING * (max(spread, self.tolerance / 2) - self.depth_noise)
+        if len(slips) >= _TWELVE:
+            self.depth_noise += _SMOOTHING * (max(spread, self.tolerance / 2) - self.depth_noise)
         seen = np.median(ratio[slips]) if slips.sum() >= _FEWEST else 0.0
         if seen > _LEAST_FRICTION:
             thing.friction = seen if not thing.friction > 0 else thing.friction + _SMOOTHING * (seen - thing.friction)

@@ -6,7 +6,7 @@
 // Dots at rest under the largest friction mean that the object rests: at once if its region stays as well, or if they moved just before and
 // it does not move along, since dots under a sliding object move as its edges pass them; only below one that turns in place they may not:
 // there it rests if their motions ended suddenly. Dots of a resting object that move on under the largest friction slip again, and so do
-// those that spring back, not as one, while it is lifted. An object whose dots begin to lag has slowed down if many of them still move
+// those that spring back, not as one, under it. An object whose dots begin to lag has slowed down if many of them still move
 // exactly as one. A new object has no motion yet: dots that lag along their drag behind one that comes down along the sensor's axis slip. An
 // object that is not found in a frame is still known in the next.
 #include "touchpad/contact/stick_slip.hpp"
@@ -33,6 +33,8 @@ constexpr double TIGHT = 0.15;           // of the tolerance: dots that stick mo
 constexpr double HELD = 0.25;            // share of dots, four or more, that move so and tell that the object holds them; chosen
 constexpr double FEW_SLIP = 0.6;         // share of slipping dots below which an object that slows down is told from one that slips; chosen
 constexpr double LIFTS = 2;              // noises along the normal by which an object that is lifted rises in a frame at least; chosen
+constexpr double BACK = 0.7;             // mean cosine between their motions and -drags from which dots spring back; chosen
+constexpr std::ptrdiff_t TWELVE = 12;    // dots that tell the noise along the normal: twice the unknowns of their motion
 constexpr double LAG = 0.4;              // of the tolerance: standard deviation of a sticking dot's lag behind its object; chosen
 constexpr double LOOSE = 1e-3;           // weight of a twist, in dots, that is kept where nothing else tells; chosen
 // Frames with dots at rest before an object rests that slid, and one that turned in place and did not clearly stop; chosen.
@@ -280,9 +282,20 @@ class ObjectFrame {
             if (slides) return expected_;
         }
         const Twist whole = by_dots(), straight = constrained_to_normals({});
-        thing.gross = rested && lowered()[2] > LIFTS * memory_.depth_noise && held(whole) < HELD * static_cast<double>(count_) &&
-                      in_touch(straight);
+        const bool back = spring_back() || lowered()[2] > LIFTS * memory_.depth_noise;
+        thing.gross = rested && back && held(whole) < HELD * static_cast<double>(count_) && in_touch(straight);
         return thing.gross ? straight : whole;
+    }
+
+    // Whether the dots move back against their drags.
+    bool spring_back() const {
+        double along = 0, size = 0;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            const Vec3 moved = motions_.residual(i, {}), drag = vec3_at(drag_.data(), i);
+            size += length(moved) + 1e-12;
+            along += dot(moved, drag) / std::max(length(drag), 1e-12);
+        }
+        return along < -BACK * size && size > slip_limit() * static_cast<double>(count_);
     }
 
     // Dots that move with an object of this twist as precisely as those that stick to it do, where there are enough to tell.
@@ -360,7 +373,7 @@ class ObjectFrame {
         return along / size;
     }
 
-    // Updates the running means of the slipping dots' friction and of the noise along the normal.
+    // Updates the running means of the slipping dots' friction and, where there are enough dots, of the noise along the normal.
     void learn(TouchingObject& thing, const Twist& twist, const std::vector<std::uint8_t>& slips) {
         const Twist along = constrained_to_normals(twist);
         std::vector<double> off(count_), slipping;
@@ -369,7 +382,7 @@ class ObjectFrame {
             if (slips[i]) slipping.push_back(ratio_[i]);
         }
         const double spread = std::max(SIGMA_PER_MAD * median_with_unknown(off), memory_.tolerance / 2);
-        memory_.depth_noise += SMOOTHING * (spread - memory_.depth_noise);
+        if (count_ >= TWELVE) memory_.depth_noise += SMOOTHING * (spread - memory_.depth_noise);
         const double seen = slipping.size() >= FEWEST ? median_with_unknown(slipping) : 0.0;
         if (!(seen > LEAST_FRICTION)) return;
         thing.friction = thing.friction > 0 ? thing.friction + SMOOTHING * (seen - thing.friction) : seen;

@@ -7,7 +7,7 @@ the object: all lag behind it along their drag, under the largest friction. So t
 kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls. Dots at rest
 under the largest friction mean that the object rests, at once if its region stays as well, since dots under a sliding object move as its
 edges pass them; only below one that turns in place they may not: there it rests if their motions ended suddenly. Dots of a resting object
-that move on under the largest friction slip again, and so do those that spring back, not as one, while it is lifted. An object whose dots
+that move on under the largest friction slip again, and so do those that spring back, not as one, under it. An object whose dots
 begin to lag has slowed down if many of them still move exactly as one. A new object has no motion yet: dots that lag along their drag
 behind one that comes down along the sensor's axis slip. An object that is not found in a frame is still known in the next.
 """

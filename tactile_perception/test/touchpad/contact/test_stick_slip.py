@@ -233,6 +233,21 @@ def test_dots_that_spring_back_unevenly_below_an_object_that_rested_and_is_lifte
         assert np.mean(found[face.inside] == state) > 0.9
 
 
+@pytest.mark.parametrize('seed', range(3))
+def test_four_dots_tell_slip_rest_and_slip_as_they_spring_back(seed):
+    face, states = Face(seed=seed), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    row, column = np.divmod(np.arange(SIDE**2), SIDE)
+    face.inside = (np.abs(row - 5.5) < 1) & (np.abs(column - 5.5) < 1)
+    face.score, corner = face.inside.astype(float), (row == 5) & (column == 5)
+    for frame in range(30):
+        uneven = face.rng.normal(size=SIDE**2)
+        speed = np.where(corner & (frame > 5), 100e-6, 150e-6) if frame < 8 else (30e-6 if frame < 12 else 0) + 5e-6 * (frame < 12) * uneven
+        step = np.outer(speed, [1, 0, 0]) if frame < 26 else np.outer(-50e-6 + 10e-6 * uneven, [1, 0, 0]) + [0, 0, 20e-6]
+        found = states.update(face.state(step, min(0.1 * frame, 0.6)), face.score)[face.inside]
+        if frame not in (6, 7, 12, 13, 14):
+            np.testing.assert_array_equal(found, SLIPPING if 8 <= frame < 12 or frame >= 26 else STICKING, err_msg=str(frame))
+
+
 def test_when_the_load_falls_after_gross_slip_the_dots_stick_again():
     face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     _drag_until_it_slips(face, states, 0.6)
