@@ -138,7 +138,6 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
 # All chosen.
 FEWEST = 10    # markers needed
 STANDS_OUT = 8.0  # detection threshold of the matched filter, standard deviations
-SURE = 4.0     # least depth of a touch, standard deviations
 BEYOND = 1.02  # times the calibrated depth: deeper is out of range
 UNEXPLAINED = 8.0  # misfit above which an estimate is ambiguous
 UNSEEN = 2.0   # marker pitches from all markers that are seen: a touch there is not told
@@ -193,8 +192,8 @@ class SheetModelMethod:
         found = self._presses.explain(field, start, motion)
         if begins and motion is not None and found.misfit > UNEXPLAINED:
             return []
-        touches = [self._touch(tip, found.misfit) for tip in tips_of(self._calibration.library, found)]
-        touches = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma and self._is_seen(touch, field)]
+        touches = [self._touch(tip, found.misfit) for k, tip in enumerate(tips_of(self._calibration.library, found)) if found.is_sure(k)]
+        touches = [touch for touch in touches if self._is_seen(touch, field)]
         if not touches and score < STANDS_OUT:
             self._presses.forget()
         if len(found.presses) == len(touches) == 1:

@@ -18,6 +18,7 @@ from ..view.marker_field import MarkerField
 
 SIZE = 6    # of a press's vector
 ANY_TIP = 0.0, 0.15  # log of a tip's radius over the calibrated one: prior mean and standard deviation. Chosen
+SURE = 4.0  # least depth of a touch, standard deviations of the fit. Chosen
 NEAR = 2.5  # marker pitches from a press within which markers are discs; farther away points. Chosen
 
 
@@ -46,6 +47,11 @@ class Inverse:
     misfit: float
     wrenches: np.ndarray
     mixed: float = 0.0
+
+    def is_sure(self, k: int) -> bool:
+        """Whether the markers show press k: that its depth is uncertain, as in drags, does not make it less so."""
+        (*_, depth), covariance = self.tip(k)
+        return bool(depth > SURE * np.sqrt(covariance[2, 2]))
 
     def tip(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         """Place and depth (3,), m, of press k as if it were alone, and their covariance (3, 3), scaled by a misfit above 1."""

@@ -132,6 +132,11 @@ def test_a_drag_goes_on_where_its_field_is_like_no_straight_press(monkeypatch):
     assert method.estimate(still) == [] == method.estimate(drag)  # the touch has ended, and without one the field is no press
 
 
+def test_a_shallow_drag_is_told_although_friction_makes_its_depth_uncertain():
+    touch, = SheetModelMethod(CALIBRATION, SENSOR).estimate(together([Press(np.array([0.005, -0.003]), 1.2e-3, drag=(1.0, -0.3))]))
+    assert touch.position == pytest.approx([0.005, -0.003, -1.2e-3], abs=2e-4) and touch.depth < 4 * touch.depth_sigma
+
+
 def test_a_touch_is_told_with_its_uncertainty():
     touch, = touches(0.012, -0.007, 4e-3, 8e-3)
     assert touch.position == pytest.approx([0.012, -0.007, -4e-3], abs=1.5e-4) and touch.depth == -touch.position[2]
