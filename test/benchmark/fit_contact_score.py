@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fits the weights by which the touchpad tells how far each dot is from a contact's border; writes them as a C++ header.
 
-    python test/benchmark/fit_contact_score.py [--scenes 240] [--seed 7000] [--out out/edge_weights.hpp]
+    python test/benchmark/fit_contact_score.py [--scenes 560] [--seed 7000] [--out out/edge_weights.hpp]
 
 The scenes are random: tools, sizes, places, depths, motions, frictions, specimens, noise, glare. A small network (two hidden layers of
 rectified linear units, Adam, Huber loss) learns each dot's signed distance from the true outline, cut at a pitch, from what the estimator
-knows of its surroundings; see tactile_perception/src/touchpad/contact/edge_distance.cpp. It takes five minutes.
+knows of its surroundings; see tactile_perception/src/touchpad/contact/edge_distance.cpp. It takes 20 minutes.
 """
 from __future__ import annotations
 
@@ -38,11 +38,14 @@ sys.path.insert(0, str(Path(__file__).parent))
 from sources import scene_parameters  # noqa: E402
 
 RATE, UNTOUCHED = 10.0, 0.4  # frames/s; s
-HIDDEN = 24, 12
-EPOCHS, BATCH, FASTEST, DECAY, HUBER = 80, 512, 4e-3, 1e-4, 0.5
+REACH, SIDE, FED = 2, 5, 76  # dots, of what is fed around each; numbers fed
+HIDDEN = 48, 16
+EPOCHS, BATCH, FASTEST, DECAY, HUBER = 40, 512, 4e-3, 1e-4, 0.5
 OUTWARDS = 0.05  # pitches, added to what is learnt: regions drawn a little too large overlap more than those drawn too small
 NEAR = 0.25  # score from which a dot and those beside it are judged, as in the kernel
-LIGHTEST, HEAVIEST, STEEPEST, HEIGHT_SCALE = -1.0, 4.0, 0.5, 4.0  # limits and scale of what is fed, as in the kernel
+LIGHTEST, HEAVIEST, STEEPEST, SPREADS = -1.0, 4.0, 0.5, (0.02, 0.06)  # limits of what is fed, as in the kernel
+HEIGHT_SCALE, SPREAD_SCALE = 4.0, 20.0  # as in the kernel
+EFFECTS, SHARES = 8, (0.7, 0.5, 0.25)  # after how many scenes of each kind the effects come again; weights of the first in the fit
 KINDS = 'block', 'disc', 'ring', 'ball', 'edge', 'balls', 'light', 'tilted'
 
 
@@ -66,24 +69,44 @@ def random_tool(kind: str, rng: np.random.Generator) -> Tool:
     return Tool(kind, (partial(disc, radius=u(0.0035, 0.0075), rounding=u(2e-4, 8e-4)),))
 
 
+def random_imaging(number: int, rng: np.random.Generator) -> tuple[Lighting, Imaging]:
+    """Light and camera of a scene."""
+    u, kind = rng.uniform, effect(number)
+    lighting, imaging = Lighting(), replace(Imaging(), blur=0.8 + u(-0.15, 0.15), read_noise=u(0.6, 1.2))
+    if kind > 2:
+        return lighting, imaging
+    lighting = replace(lighting, gloss=u(300, 900), gloss_width=0.01, sheen=u(0.05, 0.2), sheen_width=u(0.04, 0.05))
+    imaging = replace(imaging, drift=u(0, 0.03))
+    if kind == 1:
+        lighting = replace(lighting, sheen_water=0.0)
+    return lighting, replace(imaging, read_noise=u(2.0, 4.0), shot_noise=u(0.05, 0.1)) if kind == 2 else imaging
+
+
+def effect(number: int) -> int:
+    """What disturbs the images of a scene: 0 glare through the water, 1 white glare, 2 high noise and glare; others nothing."""
+    return number // len(KINDS) % EFFECTS
+
+
+def share(number: int) -> float:
+    """Weight of a scene in the fit."""
+    return SHARES[effect(number)] if effect(number) < len(SHARES) else 1.0
+
+
 def random_scene(number: int, seed: int) -> Scene:
-    """A tool is pressed in, moved and lifted; one scene in six has glare."""
+    """A tool, turned at random, is pressed in, moved and lifted."""
     rng, kind = np.random.default_rng([seed, number]), KINDS[number % len(KINDS)]
     u = rng.uniform
-    imaging = replace(Imaging(), blur=0.8 + u(-0.15, 0.15), read_noise=u(0.6, 1.2))
-    lighting = Lighting()
-    if number % 6 == 5:
-        imaging = replace(imaging, drift=u(0, 0.03))
-        lighting = replace(lighting, gloss=u(300, 900), gloss_width=0.01, sheen=u(0.05, 0.15), sheen_width=0.05)
-    specimen = touchpad(seed + number, 640, lighting, imaging)
+    specimen = touchpad(seed + number, 640, *random_imaging(number, rng))
     far = 0.001 if kind == 'balls' else 0.003
-    x, y, depth = u(-far, far), u(-far, far), u(0.0006, 0.0014) if kind == 'light' else u(0.0022, 0.0038)
+    x, y, depth = u(-far, far), u(-far, far), u(0.0006, 0.0014) if kind == 'light' else u(0.0020, 0.0038)
     turn = {'pitch': u(-0.12, 0.12), 'roll': u(-0.12, 0.12)} if kind == 'tilted' else {}
-    move = {'x': x + u(-0.003, 0.003), 'y': y + u(-0.003, 0.003), 'yaw': u(-0.6, 0.6), **turn}
-    acts = one_after_the_other([lambda start: act(kind, start, {'t': 0.6, 'press': depth}, {'t': 1.5, **move},
-                                                  {'t': 1.9, 'press': 0.0}, x=x, y=y)], untouched=UNTOUCHED)
-    motions = [Motion(random_tool(kind, rng), keys, specimen.skin) for _, keys in acts]
-    return Scene(specimen, motions, motions[-1].times[-1] + 0.15, RATE, u(0.2, 0.6))
+    yaw = u(-np.pi, np.pi) if kind != 'balls' else 0.0
+    move = {'x': x + u(-0.003, 0.003), 'y': y + u(-0.003, 0.003), 'yaw': yaw + u(-0.6, 0.6), **turn}
+    (_, keys), = one_after_the_other([lambda start: act(kind, start, {'t': 0.6, 'press': depth}, {'t': 1.5, **move},
+                                                        {'t': 1.9, 'press': 0.0}, x=x, y=y)], untouched=UNTOUCHED)
+    keys = [replace(key, yaw=yaw) for key in keys[:3]] + keys[3:]
+    motion = Motion(random_tool(kind, rng), keys, specimen.skin)
+    return Scene(specimen, [motion], motion.times[-1] + 0.15, RATE, u(0.2, 0.6))
 
 
 def is_inside(loops: list[np.ndarray], points: np.ndarray) -> np.ndarray:
@@ -117,28 +140,34 @@ def heights(places: np.ndarray, normals: np.ndarray, pitch: float) -> np.ndarray
     return HEIGHT_SCALE * np.clip(np.nan_to_num(rise), -STEEPEST, STEEPEST)
 
 
-def windows(values: np.ndarray, reach: int) -> np.ndarray:
-    """(K, 2 reach + 1, 2 reach + 1): values (rows, columns) around each dot, 0 outside."""
-    side = 2 * reach + 1
-    return np.lib.stride_tricks.sliding_window_view(np.pad(values, reach), (side, side)).reshape(-1, side, side)
+def windows(values: np.ndarray) -> np.ndarray:
+    """(K, 25): values (rows, columns) within two dots of each dot, 0 outside."""
+    return np.lib.stride_tricks.sliding_window_view(np.pad(values, REACH), (SIDE, SIDE)).reshape(-1, SIDE * SIDE)
 
 
-def surroundings(load, score, rise) -> np.ndarray:
-    """(8, K, 43): load within two dots, score and rise within one (all (rows, columns)), of each dot, in the grid's eight symmetries."""
-    parts = [windows(np.clip(np.nan_to_num(load), LIGHTEST, HEAVIEST), 2), windows(np.nan_to_num(score), 1), windows(rise, 1)]
-    turned = [[np.rot90(part if way < 4 else part.transpose(0, 2, 1), way % 4, axes=(1, 2)) for part in parts] for way in range(8)]
-    return np.stack([np.concatenate([part.reshape(len(part), -1) for part in some], axis=1) for some in turned])
+def surroundings(load: np.ndarray, score: np.ndarray, rise: np.ndarray) -> np.ndarray:
+    """(K, FED): load, score and rise (all (rows, columns)) within two dots of each dot, and the median load of all dots, without sign."""
+    near = [windows(np.clip(np.nan_to_num(load), LIGHTEST, HEAVIEST)), windows(np.nan_to_num(score)), windows(rise)]
+    spread = np.clip(np.median(np.abs(np.nan_to_num(load))), *SPREADS)
+    return np.concatenate([*near, np.full((load.size, 1), SPREAD_SCALE * spread)], axis=1)
 
 
-def examples(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Surroundings (8, N, 43) and signed distances (N,), pitches, of the dots near the contacts that are found in a scene; and how many
-    (N,) there are of them in the same frame."""
+def symmetries() -> np.ndarray:
+    """(8, FED): orders of what surroundings gives, as the grid's eight symmetries have it."""
+    place = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
+    turned = [np.rot90(place if way < 4 else place.T, way % 4).ravel() for way in range(8)]
+    return np.array([np.concatenate([kind * SIDE * SIDE + order for kind in range(3)] + [[FED - 1]]) for order in turned])
+
+
+def examples(scene: Scene, whole: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Surroundings (N, FED) and signed distances (N,), pitches, of the dots near the contacts that are found in a scene; and their weights
+    (N,), which sum up to whole in each frame."""
     values = {**defaults(DOT_PARAMETERS), **scene_parameters(scene)}
     sensor = Touchpad.from_parameters(values)
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
     tracker, places = make_tracker(sensor, values), DotPlaces(sensor, camera)
     rest, balance = RestPlaces(sensor.cap, camera, ROWS, COLUMNS), LoadEstimator(ROWS, COLUMNS, sensor.material, camera.centre)
-    fed, told, crowd = [np.zeros((8, 0, 43), np.float32)], [np.zeros(0, np.float32)], [np.zeros(0, np.float32)]
+    fed, told, weight = [np.zeros((0, FED), np.float32)], [np.zeros(0, np.float32)], [np.zeros(0, np.float32)]
     for number in range(scene.frames):
         frame = scene.render(number / RATE)
         tracks = tracker.process(frame.image, 1 + number / RATE)
@@ -154,18 +183,18 @@ def examples(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         loops = frame.truth.outlines + frame.truth.holes
         if (score > 0.5).any():
             rise = heights(loads.xyz.reshape(ROWS, COLUMNS, 3), loads.normal.reshape(ROWS, COLUMNS, 3), pitch)
-            fed.append(surroundings(loads.load.reshape(ROWS, COLUMNS), score.reshape(ROWS, COLUMNS), rise)[:, near].astype(np.float32))
+            fed.append(surroundings(loads.load.reshape(ROWS, COLUMNS), score.reshape(ROWS, COLUMNS), rise)[near].astype(np.float32))
             distance = signed_distance(loops, frame.truth.dot_xyz[near, :2]) / pitch if loops else np.full(len(near), -1.0)
             told.append(np.clip(distance, -1, 1).astype(np.float32))
-            crowd.append(np.full(len(near), len(near), np.float32))
-    return np.concatenate(fed, axis=1), np.concatenate(told), np.concatenate(crowd)
+            weight.append(np.full(len(near), whole / len(near), np.float32))
+    return np.concatenate(fed), np.concatenate(told), np.concatenate(weight)
 
 
-def fit(fed: np.ndarray, told: np.ndarray, crowd: np.ndarray, rng: np.random.Generator) -> list[np.ndarray]:
-    """Weights (in, out) of each layer and after them its biases (out,): Adam, with a rate that falls as a cosine. Dots of large contacts
-    weigh less, by their number crowd (N,): each frame counts."""
-    weight = 1 / crowd / np.mean(1 / crowd)
-    sizes = [fed.shape[2], *HIDDEN, 1]
+def fit(fed: np.ndarray, told: np.ndarray, weight: np.ndarray, rng: np.random.Generator) -> list[np.ndarray]:
+    """Weights (in, out) of each layer and after them its biases (out,): Adam, with a rate that falls as a cosine. Each batch has all
+    symmetries. fed: (N, FED); told: (N,) pitches; weight: (N,)."""
+    weight = weight / weight.mean()
+    sizes, orders = [fed.shape[1], *HIDDEN, 1], symmetries()
     weights = [rng.normal(0, np.sqrt(2 / a), (a, b)).astype(np.float32) for a, b in zip(sizes, sizes[1:])]
     known = weights + [np.zeros(size, np.float32) for size in sizes[1:]]
     mean, square = ([np.zeros_like(part) for part in known] for _ in range(2))
@@ -176,7 +205,8 @@ def fit(fed: np.ndarray, told: np.ndarray, crowd: np.ndarray, rng: np.random.Gen
         for start in range(0, len(told), BATCH):
             some = order[start:start + BATCH]
             step += 1
-            for j, slope in enumerate(_slopes(known, fed[rng.integers(8, size=len(some)), some], told[some], weight[some])):
+            turned = np.concatenate([fed[part][:, order] for part, order in zip(np.array_split(some, len(orders)), orders)])
+            for j, slope in enumerate(_slopes(known, turned, told[some], weight[some])):
                 mean[j] += 0.1 * (slope - mean[j])
                 square[j] += 0.001 * (slope**2 - square[j])
                 change = mean[j] / (1 - 0.9**step) / (np.sqrt(square[j] / (1 - 0.999**step)) + 1e-8)
@@ -223,23 +253,23 @@ def as_header(layers: list[np.ndarray]) -> str:
                 line = '   '
             line += f' {number},'
         name = f'{"BIASES" if k % 2 else "WEIGHTS"}_{k // 2 + 1}'
-        text += f'constexpr double {name}[{len(flat)}] = {{\n' + '\n'.join([*lines, line]) + '\n};\n'
+        text += f'constexpr float {name}[{len(flat)}] = {{\n' + '\n'.join([*lines, line]) + '\n};\n'
     return text + '\n}  // namespace tactile::edge\n'
 
 
 def main() -> None:
     """Simulate, fit, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--scenes', type=int, default=240)
+    parser.add_argument('--scenes', type=int, default=560)
     parser.add_argument('--seed', type=int, default=7000)
     parser.add_argument('--out', type=Path, default=Path('out/edge_weights.hpp'))
     given = parser.parse_args()
     cv2.setNumThreads(1)
-    found = [examples(random_scene(number, given.seed)) for number in Progress(range(given.scenes), 'scenes', given.scenes)]
-    fed, (told, crowd) = np.concatenate([one[0] for one in found], axis=1), (np.concatenate([one[k] for one in found]) for k in (1, 2))
+    found = [examples(random_scene(number, given.seed), share(number)) for number in Progress(range(given.scenes), 'scenes', given.scenes)]
+    fed, told, weight = (np.concatenate(part) for part in zip(*found))
     print(f'{len(told)} dots in {given.scenes} scenes')
     given.out.parent.mkdir(parents=True, exist_ok=True)
-    given.out.write_text(as_header(fit(fed, told, crowd, np.random.default_rng(given.seed))))
+    given.out.write_text(as_header(fit(fed, told, weight, np.random.default_rng(given.seed))))
 
 
 if __name__ == '__main__':

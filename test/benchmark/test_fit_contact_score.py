@@ -22,18 +22,19 @@ def test_distances_from_an_outline_with_a_hole():
 
 def test_surroundings_are_those_of_the_grid_in_its_eight_symmetries():
     load, score, rise = np.random.default_rng(0).uniform(size=(3, 5, 6))
-    fed = fitting.surroundings(load, score, rise)
-    assert fed.shape == (8, 30, 43)
-    middle = fed[:, 2 * 6 + 3]
-    assert (middle[:, 12] == load[2, 3]).all() and (middle[:, 29] == score[2, 3]).all() and (middle[:, 38] == rise[2, 3]).all()
-    assert len(np.unique(middle, axis=0)) == 8 and np.allclose(np.sort(middle[:, :25]), np.sort(middle[0, :25]))
+    fed = fitting.surroundings(load, score, rise)[2 * 6 + 3]
+    assert fed.shape == (fitting.FED,) and (fed[12], fed[37], fed[62]) == (load[2, 3], score[2, 3], rise[2, 3])
+    turned = fed[fitting.symmetries()]
+    assert len(np.unique(turned, axis=0)) == 8 and (turned[:, [12, 37, 62, 75]] == fed[[12, 37, 62, 75]]).all()
+    assert (np.sort(turned[:, 25:50]) == np.sort(fed[25:50])).all()
 
 
 def test_a_simulated_press_gives_examples_and_the_network_learns_them():
-    fed, told, crowd = fitting.examples(fitting.random_scene(1, 3))
-    assert fed.shape == (8, len(told), 43) and len(told) > 500 and np.abs(told).max() == 1 and (crowd[0] == crowd[:int(crowd[0])]).all()
-    layers = fitting.fit(fed, told, crowd, np.random.default_rng(0))
-    answer = fed[0]
+    fed, told, weight = fitting.examples(fitting.random_scene(1, 3), 0.5)
+    assert fed.shape == (len(told), fitting.FED) and len(told) > 500 and np.abs(told).max() == 1
+    assert weight[:round(0.5 / weight[0])].sum() == pytest.approx(0.5)
+    layers = fitting.fit(fed, told, weight, np.random.default_rng(0))
+    answer = fed
     for number, (weights, biases) in enumerate(zip(layers[::2], layers[1::2])):
         answer = (np.maximum(answer, 0) if number else answer) @ weights + biases
     assert np.sqrt(np.mean((answer[:, 0] - fitting.OUTWARDS - told)**2)) < 0.5 * told.std()

@@ -38,11 +38,12 @@ def reference(score, load, places, normals):
     bends, inner = np.zeros_like(score), np.s_[1:-1, 1:-1]
     off = places[:-2, 1:-1] + places[2:, 1:-1] + places[1:-1, :-2] + places[1:-1, 2:] - 4 * places[inner]
     bends[inner] = 4 * np.clip((off * normals[inner]).sum(axis=2) / PITCH, -0.5, 0.5)
+    spread = np.full((score.size, 1), 20 * np.clip(np.median(np.abs(load)), 0.02, 0.06))
     total = np.zeros_like(score)
     for way in range(8):
         def turned(values, way=way):
             return np.rot90(values.T if way > 3 else values, way)
-        fed = np.hstack([windows(turned(np.clip(load, -1, 4)), 2), windows(turned(score), 1), windows(turned(bends), 1)])
+        fed = np.hstack([windows(turned(np.clip(load, -1, 4)), 2), windows(turned(score), 2), windows(turned(bends), 2), spread])
         for number, (weights, biases) in enumerate(network()):
             fed = (np.maximum(fed, 0) if number else fed) @ weights + biases
         back = np.rot90(fed.reshape(turned(score).shape), -way)
@@ -75,36 +76,32 @@ def random_dots(seed):
 @pytest.mark.parametrize('seed', range(8))
 def test_random_dots(seed):
     dots = random_dots(seed)
-    np.testing.assert_allclose(distance(*dots), reference(*dots), atol=1e-9)
+    np.testing.assert_allclose(distance(*dots), reference(*dots), atol=1e-5)
 
 
 @pytest.mark.parametrize('seed', range(4))
 def test_a_turned_or_mirrored_grid_gives_the_same(seed):
     dots = random_dots(seed)
     found = distance(*dots)
-    np.testing.assert_allclose(distance(*(np.ascontiguousarray(np.rot90(part)) for part in dots)), np.rot90(found), atol=1e-12)
-    np.testing.assert_allclose(distance(*(np.ascontiguousarray(part[::-1]) for part in dots)), found[::-1], atol=1e-12)
+    np.testing.assert_allclose(distance(*(np.ascontiguousarray(np.rot90(part)) for part in dots)), np.rot90(found), atol=1e-5)
+    np.testing.assert_allclose(distance(*(np.ascontiguousarray(part[::-1]) for part in dots)), found[::-1], atol=1e-5)
 
 
 @pytest.fixture
 def flat_face():
-    """Dots of a flat face, 7 x 7 of them, in a skin that rises beside it, and one dot in front of it that carries load by an error."""
-    shape = 15, 15
-    score = np.zeros(shape)
-    score[4:11, 4:11] = 1
-    places = np.stack([*np.mgrid[:15, :15] * PITCH, np.zeros(shape)], axis=-1)
-    out = np.maximum(np.abs(np.mgrid[:15, :15] - 7).max(axis=0) - 3, 0)
-    places[..., 2] = 0.3 * PITCH * out
-    load = np.where(score > 0, 1.0, np.where(out == 1, 0.25, 0.0))
-    return score, load, places, np.broadcast_to([0.0, 0.0, 1.0], (*shape, 3)).copy()
+    """Dots of a flat face, 7 x 7 of them, with its line load at the border, in a skin that rises beside it and carries noise."""
+    off = np.abs(np.mgrid[:15, :15] - 7).max(axis=0)
+    load = np.choose(np.clip(off - 2, 0, 3), [1.0, 1.3, 0.1, np.broadcast_to(0.04 * (-1)**np.arange(15), off.shape)])
+    places = np.stack([*np.mgrid[:15, :15] * PITCH, 0.4 * PITCH * np.maximum(off - 3, 0)], axis=-1)
+    return np.choose(np.clip(off - 2, 0, 2), [1.0, 0.6, 0.0]), load, places, np.broadcast_to([0.0, 0.0, 1.0], (*off.shape, 3)).copy()
 
 
 def test_a_single_dot_does_not_stick_out_of_a_straight_border(flat_face):
-    """By its load alone it would touch (0.53); with the dots beside it, it does not. In a row of three such dots, all touch."""
+    """A dot in front of the border carries load by an error; in a row of three such dots, all touch. The corners are outside."""
     score, load, places, normals = flat_face
     score[3, 7], load[3, 7], places[3, 7, 2] = 0.6, 1.6, 0.1 * PITCH
     told = distance(score, load, places, normals)
-    assert (told > 0.5).sum() == 49 and told[3, 7] > 0.4
+    assert (told > 0.5).sum() == 45 and told[3, 7] > 0.4
     score[3, 6:9], load[3, 6:9], places[3, 6:9, 2] = 0.6, 1.6, 0.1 * PITCH
     assert (distance(score, load, places, normals)[3, 6:9] > 0.5).all()
 

@@ -1,14 +1,18 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// A network of two hidden layers (rectified linear units) tells a dot's distance from the border: from the loads within two dots, and from
-// the scores and the skin's bends within one. It was fitted to the true outlines of simulated contacts of random tools
-// (test/benchmark/fit_contact_score.py). Its mean over the grid's eight symmetries does not depend on how the grid is turned.
+// A network of two hidden layers (rectified linear units) tells a dot's distance from the border: from the loads, the scores and the skin's
+// bends within two dots, and from the spread of all loads, which is small where glare leaves the ranges little weight and the balance places
+// the dots. It was fitted to the true outlines of simulated contacts of random tools (test/benchmark/fit_contact_score.py). Its mean over the
+// grid's eight symmetries does not depend on how the grid is turned.
 #include "touchpad/contact/edge_distance.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
+#include <utility>
 
+#include "common/median.hpp"
 #include "common/vectors.hpp"
 #include "common/wide.hpp"
 #include "touchpad/contact/contact_score.hpp"
@@ -17,24 +21,26 @@
 namespace tactile {
 namespace {
 
-constexpr std::ptrdiff_t REACH = 2, SIDE = 2 * REACH + 1;                         // dots, of the loads that are fed in
-constexpr std::ptrdiff_t LOADS = SIDE * SIDE, NEXT = 9, FED = LOADS + 2 * NEXT;   // numbers fed in
-constexpr std::ptrdiff_t FIRST = 24, SECOND = 12, SYMMETRIES = 8;                 // units of the hidden layers
-constexpr double HALF = 0.5;                                                      // score of the border of a contact
+constexpr std::ptrdiff_t REACH = 2, SIDE = 2 * REACH + 1, NEXT = SIDE * SIDE;          // dots, of what is fed in around each
+constexpr std::ptrdiff_t KINDS = 3, MAPPED = KINDS * NEXT, FED = MAPPED + 1;           // loads, scores, bends; and the spread
+constexpr std::ptrdiff_t FIRST = std::size(edge::BIASES_1), SECOND = std::size(edge::BIASES_2);  // units of the hidden layers
+constexpr int SYMMETRIES = 8;
+constexpr double HALF = 0.5;   // score of the border of a contact
 constexpr double NEAR = 0.25;  // score from which a dot and those beside it are judged. Chosen, as are the limits below
-constexpr double LIGHTEST = -1, HEAVIEST = 4, STEEPEST = 0.5, HEIGHT_SCALE = 4;
+constexpr double LIGHTEST = -1, HEAVIEST = 4, STEEPEST = 0.5, LEAST_SPREAD = 0.02, MOST_SPREAD = 0.06;
+constexpr float BEND_SCALE = 4, SPREAD_SCALE = 20;
 // Weights of a parabola's least squares through five points, in its middle, from there outwards (Savitzky and Golay 1964).
 constexpr double PARABOLA[] = {17.0 / 35, 12.0 / 35, -3.0 / 35};
-static_assert(sizeof edge::WEIGHTS_1 == FED * FIRST * sizeof(double) && sizeof edge::WEIGHTS_2 == FIRST * SECOND * sizeof(double));
+static_assert(std::size(edge::WEIGHTS_1) == FED * FIRST && std::size(edge::WEIGHTS_2) == FIRST * SECOND);
 
-double limited(double value, double least, double most) {
-    return value > least ? std::min(value, most) : value <= least ? least : 0;  // 0 of NaN
+float limited(double value, double least, double most) {
+    return static_cast<float>(value > least ? std::min(value, most) : value <= least ? least : 0);  // 0 of NaN
 }
 
 // Values (rows, columns) with REACH zeros around them.
 struct Padded {
     std::ptrdiff_t width;
-    std::vector<double> values;
+    std::vector<float> values;
     explicit Padded(Grid grid) : width(grid.columns + 2 * REACH), values((grid.rows + 2 * REACH) * width) {}
     std::ptrdiff_t place(Grid grid, std::ptrdiff_t k) const { return (k / grid.columns + REACH) * width + k % grid.columns + REACH; }
 };
@@ -46,57 +52,60 @@ double bend(Grid grid, std::ptrdiff_t k, const double* places, const double* nor
     return dot(beside - 4.0 * here, vec3_at(normals, k)) / pitch;
 }
 
+// Median size of the loads (K), limited; NaN counts as 0.
+float spread_of(Grid grid, const double* load) {
+    std::vector<double> sizes(grid.size());
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) sizes[k] = std::isnan(load[k]) ? 0.0 : std::abs(load[k]);
+    return limited(median(std::move(sizes)), LEAST_SPREAD, MOST_SPREAD);
+}
+
 // Offsets in padded values of what is fed in, for each symmetry of the square.
 struct Offsets {
-    std::ptrdiff_t load[SYMMETRIES][LOADS], next[SYMMETRIES][NEXT];
+    std::ptrdiff_t next[SYMMETRIES][NEXT];
     explicit Offsets(std::ptrdiff_t width) {
         for (int way = 0; way < SYMMETRIES; ++way) {
-            fill(load[way], REACH, way, width);
-            fill(next[way], 1, way, width);
-        }
-    }
-    static void fill(std::ptrdiff_t* offsets, std::ptrdiff_t reach, int way, std::ptrdiff_t width) {
-        for (std::ptrdiff_t row = -reach; row <= reach; ++row) {
-            for (std::ptrdiff_t column = -reach; column <= reach; ++column) {
-                const std::ptrdiff_t down = (way & 1) ? -row : row, across = (way & 2) ? -column : column;
-                *offsets++ = (way & 4) ? across * width + down : down * width + across;
+            std::ptrdiff_t* offset = next[way];
+            for (std::ptrdiff_t row = -REACH; row <= REACH; ++row) {
+                for (std::ptrdiff_t column = -REACH; column <= REACH; ++column) {
+                    const std::ptrdiff_t down = (way & 1) ? -row : row, across = (way & 2) ? -column : column;
+                    *offset++ = (way & 4) ? across * width + down : down * width + across;
+                }
             }
         }
     }
 };
 
 // The network's answer, pitches, to the numbers fed in.
-TACTILE_INLINE double answer(const double* fed) {
-    double first[FIRST], second[SECOND], distance = edge::BIASES_3[0];
+TACTILE_INLINE float answer(const float* fed) {
+    float first[FIRST], second[SECOND], distance = edge::BIASES_3[0];
     std::copy(edge::BIASES_1, edge::BIASES_1 + FIRST, first);
     std::copy(edge::BIASES_2, edge::BIASES_2 + SECOND, second);
     for (std::ptrdiff_t j = 0; j < FED; ++j) {
         for (std::ptrdiff_t i = 0; i < FIRST; ++i) first[i] += fed[j] * edge::WEIGHTS_1[j * FIRST + i];
     }
     for (std::ptrdiff_t j = 0; j < FIRST; ++j) {
-        const double unit = first[j] > 0 ? first[j] : 0;
+        const float unit = first[j] > 0 ? first[j] : 0;
         for (std::ptrdiff_t i = 0; i < SECOND; ++i) second[i] += unit * edge::WEIGHTS_2[j * SECOND + i];
     }
     for (std::ptrdiff_t j = 0; j < SECOND; ++j) distance += (second[j] > 0 ? second[j] : 0) * edge::WEIGHTS_3[j];
     return distance;
 }
 
-TACTILE_WIDE void judge(Grid grid, const std::vector<std::uint8_t>& near, const Padded& load, const Padded& score, const Padded& bends,
+TACTILE_WIDE void judge(Grid grid, const std::vector<std::uint8_t>& near, const Padded (&maps)[KINDS], float spread,
                         double* found) {
-    const Offsets offsets(load.width);
+    const Offsets offsets(maps[0].width);
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
         if (!near[k]) continue;
-        const std::ptrdiff_t at = load.place(grid, k);
-        double total = 0, fed[FED];
+        const std::ptrdiff_t at = maps[0].place(grid, k);
+        float total = 0, fed[FED];
+        fed[MAPPED] = spread;
         for (int way = 0; way < SYMMETRIES; ++way) {
-            for (std::ptrdiff_t j = 0; j < LOADS; ++j) fed[j] = load.values[at + offsets.load[way][j]];
-            for (std::ptrdiff_t j = 0; j < NEXT; ++j) {
-                fed[LOADS + j] = score.values[at + offsets.next[way][j]];
-                fed[LOADS + NEXT + j] = bends.values[at + offsets.next[way][j]];
+            for (std::ptrdiff_t kind = 0; kind < KINDS; ++kind) {
+                for (std::ptrdiff_t j = 0; j < NEXT; ++j) fed[kind * NEXT + j] = maps[kind].values[at + offsets.next[way][j]];
             }
             total += answer(fed);
         }
-        found[k] = std::clamp(HALF + total / (2 * SYMMETRIES), 0.0, 1.0);
+        found[k] = std::clamp(HALF + total / (2.0 * SYMMETRIES), 0.0, 1.0);
     }
 }
 
@@ -135,14 +144,14 @@ std::vector<double> edge_distance(Grid grid, const double* score, const double* 
         if (score[k] > NEAR) around(grid, k, [&](std::ptrdiff_t j) { near[j] = 1; });
     }
     if (!any) return found;
-    Padded loads(grid), scores(grid), bends(grid);
+    Padded maps[KINDS] = {Padded(grid), Padded(grid), Padded(grid)};
     each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
-        const std::ptrdiff_t at = loads.place(grid, k);
-        loads.values[at] = limited(load[k], LIGHTEST, HEAVIEST);
-        scores.values[at] = limited(score[k], 0, 1);
-        if (inner) bends.values[at] = HEIGHT_SCALE * limited(bend(grid, k, places, normals, pitch), -STEEPEST, STEEPEST);
+        const std::ptrdiff_t at = maps[0].place(grid, k);
+        maps[0].values[at] = limited(load[k], LIGHTEST, HEAVIEST);
+        maps[1].values[at] = limited(score[k], 0, 1);
+        if (inner) maps[2].values[at] = BEND_SCALE * limited(bend(grid, k, places, normals, pitch), -STEEPEST, STEEPEST);
     });
-    judge(grid, near, loads, scores, bends, found.data());
+    judge(grid, near, maps, SPREAD_SCALE * spread_of(grid, load), found.data());
     smooth_single_dots(grid, found);
     drop_single_dots(grid, found);
     return found;
