@@ -102,7 +102,7 @@ class ContactStage:
         regions = find_regions(dots)
         motion = self._motion.process(dots, stamp_s, [region.members for region in regions])
         contacts = self._contacts.process(dots, regions)
-        slip = self._slip.process(dots, contacts, motion, stamp_s)
+        slip = self._slip.process(dots, contacts, motion, stamp_s, found.slides)
         region = describe(dots, regions, motion.motion, motion.interval)
         contacts = [self._with_range_error(contact) for contact in contacts]
         wrench, force = found.wrench, found.all_dots and found.all_dots.force

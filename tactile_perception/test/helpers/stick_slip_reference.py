@@ -136,7 +136,7 @@ class StickSlipTracker(compiled.StickSlipTracker):
         if not new and not self._in_touch(motions, predicted):
             predicted = motions.constrained_to_normals(predicted)
         ratio, drag = self._friction(state, score > 0.5, both, motions, None if new else predicted)
-        self._watch_rest(thing, motions)
+        self._watch_rest(thing, motions, predicted)
         thing.taken = self._taken_along(motions, predicted, drag, state.xyz, score, both)
         starts = new and self._starts_sliding(thing, motions, predicted, ratio, drag)
         twist, thing.gross, thing.rests = ((predicted, True, False) if starts else
@@ -239,13 +239,15 @@ class StickSlipTracker(compiled.StickSlipTracker):
         return (moved > -0.5 * self.tolerance * lengths(drag).sum() and self._loaded(thing, ratio)
                 and self._in_touch(motions, predicted))
 
-    def _watch_rest(self, thing, motions):
+    def _watch_rest(self, thing, motions, predicted):
         """Count the frames in which the dots are at rest: within three standard deviations of noise, or far below the tolerance; and those
         of gross slip, and note how far the dots move."""
         across = motions.moved_across
         size = np.sqrt(np.vdot(across, across) / len(across))
         thing.calm = size**2 / (2 * self.noise**2) - 1 < 3 / np.sqrt(len(across))
-        if (thing.calm or size < _QUIET * self.tolerance) and self._in_touch(motions, np.zeros(6)):
+        # Dots under an object that slid fast creep on a little when it stops.
+        swift = thing.gross and predicted is not None and lengths(motions.residuals(predicted)).mean() > _SWIFT * self.tolerance
+        if (thing.calm or size < (1 if swift else _QUIET) * self.tolerance) and self._in_touch(motions, np.zeros(6)):
             thing.still += 1
         else:
             thing.still, thing.lively = 0, max(size, _FADING * thing.lively)

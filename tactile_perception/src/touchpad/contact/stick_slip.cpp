@@ -165,10 +165,12 @@ class ObjectFrame {
             const Vec3 across = motions_.residual(i, {});
             squares += dot(across, across);
         }
+        // Dots under an object that slid fast creep on a little when it stops.
+        const double quiet = thing.gross && mean_size(expected_) > SWIFT * memory_.tolerance ? 1 : QUIET;
         // Whether the mean square motion is within three standard deviations of noise, or far below that of dots under a sliding object.
         const double size = std::sqrt(squares / count), excess = size * size / (2 * memory_.noise * memory_.noise) - 1;
         calm_ = excess < 3 / std::sqrt(count);
-        if ((calm_ || size < QUIET * memory_.tolerance) && in_touch({})) {
+        if ((calm_ || size < quiet * memory_.tolerance) && in_touch({})) {
             thing.still = std::min(thing.still + 1, 1 << 20);
         } else {
             thing.still = 0;

@@ -38,7 +38,8 @@ class DotClassification:
 
     state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None if the
     method estimates no forces; wrench: (6,) N and N m at the sensor's origin, NaN if unknown; all_dots: None if the method does not
-    interpolate unseen dots.
+    interpolate unseen dots; slides: (N, 2) m, way over each dot since the last frame of an object in gross slip, as it moved when it last
+    held dots, NaN: unknown, None if the method does not follow objects.
     """
 
     state: np.ndarray
@@ -46,6 +47,7 @@ class DotClassification:
     force: np.ndarray | None
     wrench: np.ndarray
     all_dots: AllDots | None = None
+    slides: np.ndarray | None = None
 
 
 class MembraneMethod:
@@ -70,7 +72,8 @@ class MembraneMethod:
         score = contact_score(self._estimator.membrane, loads)
         state = self._states.update(loads, score)
         force, wrench = loads.carried(*self._shape) if (score > 0.5).any() else (np.zeros_like(loads.force), np.zeros(6))
-        return DotClassification(state[ids], score[ids], loads.force[ids], wrench, AllDots(loads.xyz, score, state, force))
+        every = AllDots(loads.xyz, score, state, force)
+        return DotClassification(state[ids], score[ids], loads.force[ids], wrench, every, self._states.slides()[ids])
 
     def _untouched(self, xyz: np.ndarray, seen: np.ndarray, ids: np.ndarray) -> DotClassification:
         """Result of a frame without loads; xyz: (K, 3) m; seen: (K,) bool."""

@@ -20,9 +20,9 @@ _FEWEST = 6  # dots that determine a twist or a centre; chosen
 class SlipEstimator:
     """Slip frame by frame.
 
-    While some dots of a contact stick, slip is measured relative to their motion. In gross slip it is the contact's motion over the dots,
-    known of curved tips that move evenly. The speed of a face stays unknown. A rotation in place is unobservable; its centre follows from
-    friction.
+    While some dots of a contact stick, slip is measured relative to their motion. In gross slip it is the motion that the object last had
+    when it held dots, for some time; else the contact's motion over the dots, known of curved tips that move evenly. A rotation in place is
+    unobservable; its centre follows from friction.
     """
 
     def __init__(self):
@@ -33,13 +33,15 @@ class SlipEstimator:
         self._state = NONE
         self._stamp, self._travel = -np.inf, ContactTravel()
 
-    def process(self, dots: ContactDots, contacts: list[ContactEstimate], motion: MotionEstimate, stamp_s: float) -> SlipEstimate:
-        """Slip in one frame. Raises BadFrame for a stamp that is not later than the last, BadArgument where motion is of another frame."""
+    def process(self, dots: ContactDots, contacts: list[ContactEstimate], motion: MotionEstimate, stamp_s: float,
+                slides: np.ndarray | None = None) -> SlipEstimate:
+        """Slip in one frame. slides: (N, 2) m, way over each dot since the last frame in gross slip, NaN or None: unknown. Raises BadFrame
+        for a stamp that is not later than the last, BadArgument where motion is of another frame."""
         if len(motion.slip) != len(dots.ids):
             raise BadArgument(f'slip: motion has {len(motion.slip)} dots, the frame {len(dots.ids)}')
         if not self._stamp < stamp_s < np.inf:
             raise BadFrame(f'slip: stamp {stamp_s} s is not later than the last; frame skipped')
-        self._stamp = stamp_s
+        interval, self._stamp = stamp_s - self._stamp, stamp_s
         self._travel.add(dots, contacts, stamp_s)
         state = np.asarray(dots.state)
         if not (state > 0).any():
@@ -55,15 +57,18 @@ class SlipEstimator:
         centre = None if several or dots.force is None else friction_centre(place[:, :2], dots.force[slipping, :2])
         velocity, drift = _relative_velocity(motion, slipping), np.full(2, np.nan)
         for contact in whole:
-            here = self._gross_velocity(dots, contact)
+            here = self._gross_velocity(dots, contact, None if slides is None else slides[contact.members].mean(axis=0) / interval)
             velocity[contact.members[slipping]] = here
             drift = here if math.isnan(drift[0]) else drift
         estimate.vx, estimate.vy = velocity.T
         self._add_twist(estimate, place, velocity, drift, centre)
         return estimate
 
-    def _gross_velocity(self, dots: ContactDots, contact: ContactEstimate) -> np.ndarray:
-        """(2,) m/s of the object over the surface at the dots of a contact in gross slip; NaN if it turns or may turn."""
+    def _gross_velocity(self, dots: ContactDots, contact: ContactEstimate, known: np.ndarray | None) -> np.ndarray:
+        """(2,) m/s of the object over the surface at the dots of a contact in gross slip: known (2,), as it last moved with its dots, where
+        it is known, else that of its tip; NaN if it turns or may turn."""
+        if known is not None and not math.isnan(known[0]):
+            return known
         centre = None if dots.force is None else friction_centre(dots.xyz[contact.members, :2], _drags(dots, contact))
         if centre is None or not math.isnan(centre[0]):
             return np.full(2, np.nan)

@@ -15,6 +15,7 @@ _FEWEST = 3  # frames; chosen: one more than a velocity needs
 _WINDOW_S = 0.2  # s, over which a velocity is measured at most; chosen
 _EVEN = 2.0  # mean square deviation from an even motion, in that of the places; chosen
 _SIGNIFICANT = 8.0  # standard deviations above which a velocity is told: 12 % of error each; chosen
+_LIFTED = 0.15e-3  # m, by which a tip that is lifted rises: what is left of its contact moves otherwise than it does; chosen
 _LATE_S, _CHANGE = 0.07, 0.4  # s, part of the velocity: largest change in the last part of the window; chosen
 
 _FADES = 0.7  # of the dots' usual motion in a frame: below it a tip counts as slowing down; chosen
@@ -32,7 +33,7 @@ class ContactTravel:
 
     def reset(self) -> None:
         """Forget all frames."""
-        self._past: deque[tuple[float, np.ndarray, dict[int, tuple[np.ndarray, float, np.ndarray]]]] = deque()
+        self._past: deque[tuple[float, np.ndarray, dict[int, tuple[np.ndarray, float, np.ndarray, float]]]] = deque()
 
     def add(self, dots: ContactDots, contacts: list[ContactEstimate], stamp_s: float) -> None:
         """Take a frame at stamp_s, s, later than the last."""
@@ -43,22 +44,22 @@ class ContactTravel:
             if variance < _TIP**2:
                 held = np.zeros(len(places), bool)
                 held[dots.ids[contact.members]] = True
-                tips[contact.id] = contact.position[:2], float(variance), held
+                tips[contact.id] = contact.position[:2], float(variance), held, contact.depth
         self._past.append((stamp_s, places, tips))
         while self._past[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6):
             self._past.popleft()
 
     def velocity(self, number: int) -> np.ndarray:
         """(2,) m/s of a contact over its dots, the mean of the longest time of even motion up to the last frame; NaN where it is not known
-        to an eighth, and where the contact has just changed its speed."""
+        to an eighth, where the contact has just changed its speed, and where its tip is lifted."""
         seen = []
         for stamp, places, tips in self._past:
             seen = [*seen, (stamp, places, *tips[number])] if number in tips else []
         if len(seen) < _FEWEST:
             return np.full(2, np.nan)
-        stamps, places, tips, variance, held = (np.array(part) for part in zip(*seen[::-1]))
+        stamps, places, tips, variance, held, depth = (np.array(part) for part in zip(*seen[::-1]))
         common = held.all(axis=0)
-        if not common.any():
+        if not common.any() or depth[_FEWEST - 1] - depth[0] > _LIFTED:
             return np.full(2, np.nan)
         path = tips - places[:, common].mean(axis=1)
         found, frames = _even_velocity(stamps - stamps[0], path - path[0], variance)

@@ -106,6 +106,18 @@ def test_speed_of_a_face_in_gross_slip_is_unknown(pad):
     assert estimate.state == GROSS and np.isnan(estimate.linear).all() and np.isnan(estimate.vx).all()
 
 
+def test_speed_of_a_face_in_gross_slip_is_that_by_which_it_slides_as_far_as_known(pad):
+    chain, dots = Chain(pad), gross(pad, (0, 0), dragged)
+    chain.process(dots)
+    motion = MotionEstimate(None, np.nan, np.full((len(dots.ids), 3), np.nan))
+    contacts = chain.contacts.process(dots, find_regions(dots))
+    for way in ([0.2e-3, -0.1e-3], [np.nan, np.nan]):
+        chain.stamp += 1 / 30
+        estimate = chain.slip.process(dots, contacts, motion, chain.stamp, np.tile(way, (len(dots.ids), 1)))
+        np.testing.assert_allclose(estimate.linear[:2], 30 * np.array(way))
+        np.testing.assert_allclose(estimate.vx, 30 * way[0])
+
+
 def test_each_of_two_tips_has_a_velocity_of_its_own(pad):
     chain = Chain(pad)
     for k in range(12):

@@ -72,7 +72,7 @@ def _drag_until_it_slips(face, states, friction, speed=150e-6):
     for frame in range(14):
         slipping = np.clip((frame - 5) / 4, 0, 1) * 7 > column - 3
         ratio = np.where(slipping, friction, min(0.08 * frame, friction))
-        step = np.outer(np.where(slipping, 20e-6 * uneven if frame < 10 else 6e-6, speed), [1, 0, 0])
+        step = np.outer(np.where(slipping, 20e-6 * uneven if frame < 10 else max(6e-6, speed / 50), speed), [1, 0, 0])
         found = states.update(face.state(step, ratio), face.score)
         fractions.append(((found == SLIPPING) & face.inside).sum() / face.inside.sum())
     return fractions
@@ -246,6 +246,31 @@ def test_four_dots_tell_slip_rest_and_slip_as_they_spring_back(seed):
         found = states.update(face.state(step, min(0.1 * frame, 0.6)), face.score)[face.inside]
         if frame not in (6, 7, 12, 13, 14):
             np.testing.assert_array_equal(found, SLIPPING if 8 <= frame < 12 or frame >= 26 else STICKING, err_msg=str(frame))
+
+
+def test_way_in_gross_slip_is_that_of_the_last_motion_that_held_dots_for_a_second():
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    _drag_until_it_slips(face, states, 0.6)
+    for frame in range(34):
+        found = states.update(face.state([4e-6, 0, 0], 0.6), face.score)
+        ways = states.slides()
+        assert np.mean(found[face.inside] == SLIPPING) == 1 and np.isnan(ways[~face.inside]).all()
+        if 4 < frame < 24:
+            np.testing.assert_allclose(ways[face.inside], np.tile([146e-6, 0], (49, 1)), atol=8e-6)
+    assert np.isnan(ways).all()
+
+
+@pytest.mark.parametrize('step', [[150e-6, 0, 0], [0, 0, -200e-6]])
+def test_there_is_no_way_over_dots_that_stick(step):
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    for _ in range(4):
+        states.update(face.state(step, 0.1), face.score)
+    assert np.isnan(states.slides()).all()
+
+
+def test_there_is_no_way_over_dots_below_an_object_that_turns():
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    assert np.mean(_turn_until_it_slips(face, states)[face.inside] == SLIPPING) > 0.9 and np.isnan(states.slides()).all()
 
 
 def test_when_the_load_falls_after_gross_slip_the_dots_stick_again():

@@ -9,8 +9,9 @@ from tactile_perception.touchpad.contact.travel import ContactTravel
 SIGMA = 30e-6  # m, of each coordinate of a tip
 
 
-def travelled(tips, rate=30.0, sigma=SIGMA, dots=0.0, seed=0):
-    """Velocity told after a tip was at tips (T, 2), m, seen with an error of sigma, m, while the dots moved by dots (T, 2) or 0, m."""
+def travelled(tips, rate=30.0, sigma=SIGMA, dots=0.0, seed=0, rises=0.0):
+    """Velocity told after a tip was at tips (T, 2), m, seen with an error of sigma, m, while the dots moved by dots (T, 2) or 0, m, and
+    the tip rose by rises, m a frame."""
     row, column = np.mgrid[:9, :9]
     rest = np.stack([column.ravel() - 4.0, row.ravel() - 4.0, np.zeros(81)], axis=1) * 1.4e-3
     travel, rng = ContactTravel(), np.random.default_rng(seed)
@@ -19,7 +20,8 @@ def travelled(tips, rate=30.0, sigma=SIGMA, dots=0.0, seed=0):
         members = np.linalg.norm(rest[:, :2] - tip + moved, axis=1) < 3.5e-3
         frame = ContactDots(9, 9, np.arange(81), xyz, rest, members.astype(float), members.astype(np.uint8))
         place = np.array([*(tip + sigma * rng.normal(size=2)), 0.0])
-        travel.add(frame, [ContactEstimate(7, place, np.array([0, 0, 1.0]), 1e-3, 1.0, np.eye(3) * sigma**2, 0, members)], k / rate)
+        travel.add(frame, [ContactEstimate(7, place, np.array([0, 0, 1.0]), 1e-3 - k * rises, 1.0, np.eye(3) * sigma**2, 0,
+                                           members)], k / rate)
     return travel.velocity(7)
 
 
@@ -34,6 +36,11 @@ def test_an_even_slide_is_known_to_an_eighth(speed, rate):
     told = found[np.isfinite(found).all(axis=1)]
     errors = np.linalg.norm(told - way, axis=1) / speed
     assert len(told) > 30 and np.sqrt(np.mean(errors**2)) < 1 / 8
+
+
+@pytest.mark.parametrize('rises, known', [(0.0, True), (0.02e-3, True), (0.1e-3, False)])
+def test_the_velocity_of_a_tip_that_is_lifted_is_unknown(rises, known):
+    assert np.isfinite(travelled(line([6e-3 / 30, 0], 7), rises=rises)).all() == known
 
 
 def test_a_tip_that_carries_the_dots_with_it_does_not_travel():
