@@ -28,8 +28,8 @@ TOP = 0.35            # of the rim's radius: markers nearer to the axis tell the
 STILL = 2e-5          # m, noise without untouched frames. Chosen
 SHARES = 0.003, 0.002  # least model error over a marker's displacement, and over the greatest. Chosen
 SHALLOW = 0.2         # of the deepest press: deeper ones tell the remaining errors. Chosen
-NUMBERS = ('place_error', 'depth_share', 'wider', 'rounder', 'rounder_shallow', 'deeper', 'deeper_far', 'deeper_shallow', 'deepest',
-           'farthest', 'quiet')
+NUMBERS = ('place_error', 'depth_share', 'depth_error', 'wider', 'rounder', 'rounder_shallow', 'deeper', 'deeper_far', 'deeper_shallow',
+           'deepest', 'farthest', 'quiet')
 MOST = 60             # presses that tell the noise, at most. Chosen
 SAME = replace(STRAIGHT, rougher=0.0, wider=0.0)  # of presses by the tip and with the friction that are identified
 REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
@@ -39,6 +39,7 @@ REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
 class DomeCalibration:
     """library; material; rest: (K, 2) m, and eyes (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of fields,
     with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth;
+    depth_error: m, that of depth where presses are shallow;
     wider: fitted distance from the axis over the true one; rounder, rounder_shallow: see radius_scale; deeper, deeper_far, deeper_shallow:
     see depth_scale; deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an untouched frame.
     """
@@ -50,6 +51,7 @@ class DomeCalibration:
     noise: FieldNoise
     place_error: float
     depth_share: float
+    depth_error: float
     wider: float
     rounder: float
     rounder_shallow: float
@@ -89,7 +91,7 @@ class DomeCalibration:
     def from_numbers(cls, numbers: Mapping) -> DomeCalibration:
         """From plain numbers. Raises BadCalibration where one is missing or invalid."""
         try:
-            plain = [float(numbers[name]) for name in NUMBERS]
+            plain = [float({'depth_error': 0.0, **numbers}[name]) for name in NUMBERS]  # earlier files have no such error
             rest, eyes = np.array(numbers['rest'], float).reshape(-1, 2), np.array(numbers['eye'], float).reshape(-1, 3)
             if len(rest) != len(eyes):
                 raise ValueError('rest and eye differ in length')
@@ -112,7 +114,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     library, material = (known.library, known.material) if known else _simulated(straight, rest, eyes, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
     noise = FieldNoise(_still(still), *SHARES)
-    first = DomeCalibration(library, material, rest, eyes, noise, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, deepest,
+    first = DomeCalibration(library, material, rest, eyes, noise, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, deepest,
                             reached + max(sensor.pitch), 0.0)
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST).astype(int)))
     inverse = _inverse(first, noise, sensor)
@@ -209,7 +211,20 @@ def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], press
     scale = np.array([scaled.depth_scale(place, fitted) for place, fitted in zip(true, depth)])
     place = np.median(np.mean((places / wider - true)**2 - variance[:, :2], axis=1))
     share = np.median((depth / presses.depth[deep] - scale)**2 - variance[:, 2])
-    return replace(scaled, place_error=float(np.sqrt(max(place, 0.0))), depth_share=float(np.sqrt(max(share, 0.0))))
+    scaled = replace(scaled, place_error=float(np.sqrt(max(place, 0.0))), depth_share=float(np.sqrt(max(share, 0.0))))
+    return replace(scaled, depth_error=_shallow_error(scaled, [one for one, kept in zip(found, deep) if not kept], presses.select(~deep)))
+
+
+def _shallow_error(known: DomeCalibration, found: list[DomeFound], presses: Presses) -> float:
+    """m: standard deviation that depths of shallow presses, of which the scales know nothing, show beyond their covariances; 0 of too
+    few."""
+    if len(found) < FEWEST:
+        return 0.0
+    over = []
+    for one, place, depth in zip(found, presses.position[:, :2], presses.depth):
+        told = float(np.exp(one.presses[0, DEPTH]))
+        over.append((told / known.depth_scale(place, told) - depth)**2 - one.covariance[DEPTH, DEPTH] * told**2)
+    return float(np.sqrt(max(np.median(over), 0.0)))
 
 
 def _shallowness(depth: np.ndarray, deepest: float) -> np.ndarray:

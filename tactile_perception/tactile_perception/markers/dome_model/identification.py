@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from itertools import product
 
 import numpy as np
 
@@ -22,8 +21,9 @@ DEPTH_POWER = 1.3       # grading of the load steps. Chosen
 PLACES = 4              # simulated at most, evenly over their distances from the axis. Chosen
 DEPTHS = 4              # of a place at most. Chosen
 TENSIONS = 1.0, 0.5, 0.25, 0.12  # over shear modulus and thickness: starts. Chosen
-GASES = 1.0, 0.03       # over the likely one: starts of sealed gas, and of a pressure that is held. Chosen
+GASES = 1.0, 0.03, 1e-4  # over the likely one: starts of sealed gas, of gas with a reservoir, and of a pressure that is held. Chosen
 ROUGHER = 0.4, 0.63, 1.6         # friction over the likely one: further starts, at the best tension. Chosen
+HOPELESS = 10.0         # times the least cost of a start: kinds of gas whose starts are worse are not followed. Chosen
 ITERATIONS = 3          # of Gauss and Newton, at most. Chosen
 SHARES = 1.0, 0.4       # of a step that are tried. Chosen
 GAINED = 0.03           # of the cost: an iteration that gains less is the last. Chosen
@@ -32,7 +32,7 @@ STEPS = np.array([0.1, 0.15, -0.2, 0.05])  # of the finite differences of the lo
 LIMIT = np.array([0.7, 1.0, 0.6, 0.3])     # of one step. Chosen
 SIGMA = np.array([1.5, 3.0, 0.7, 0.03])    # prior standard deviations of the logs. Chosen: wide, but of the radius, which heights tell
 TRUST = 0.002           # relative error of the model against which that prior is weighed. Chosen
-LEAST = np.log([0.02, 0.2, 0.05, 2e-3])    # bounds of the logs
+LEAST = np.log([0.02, 1e-3, 0.05, 2e-3])   # bounds of the logs; such gas counts as a pressure that is held
 MOST = np.log([1.0, 500.0, 3.0, 0.2])
 
 
@@ -76,28 +76,37 @@ def identify(presses: Presses, points: np.ndarray, eyes: np.ndarray, cap: Cap, p
     """
     places = _places(presses)
     explain = partial(_explained, places, points=points, eyes=eyes, cap=cap, plane_z=plane_z, marker=marker)
-    starts = [start.logs + [np.log(tension / np.exp(start.logs[0])), np.log(gas), 0, 0] for tension, gas in product(TENSIONS, GASES)]
-    left = explain(starts)
-    count = np.isfinite(left).sum(axis=1)
-    if count.max() < 0.5 * sum(np.isfinite(place.shifts).sum() for place in places):
-        raise BadCalibration(f'presses simulated with {DomeNumbers.from_logs(starts[0])} do not converge; check dome and depths')
-    best = int(np.argmin([_cost(one, logs, start.logs) for one, logs in zip(left, starts)]))
+    known = sum(np.isfinite(place.shifts).sum() for place in places)
+    kinds = [start.logs + [0, np.log(gas), 0, 0] for gas in GASES]  # each kind of gas is as likely
+    tried = [[logs + [np.log(tension) - logs[0], 0, 0, 0] for tension in TENSIONS] for logs in kinds]
+    left = [explain(starts) for starts in tried]
+    if max(np.isfinite(one).sum(axis=1).max() for one in left) < 0.5 * known:
+        raise BadCalibration(f'presses simulated with {DomeNumbers.from_logs(tried[0][0])} do not converge; check dome and depths')
+    firsts = [min(_cost(one, logs, likely) for one, logs in zip(*kind)) for *kind, likely in zip(left, tried, kinds)]
+    found = [_refined(explain, starts, one, likely) for starts, one, likely, first in zip(tried, left, kinds, firsts)
+             if first < HOPELESS * min(firsts)]
+    return DomeNumbers.from_logs(min(found, key=lambda solution: solution[1])[0])
+
+
+def _refined(explain, starts: list[np.ndarray], left: np.ndarray, likely: np.ndarray) -> tuple[np.ndarray, float]:
+    """The logs from the best start, with other frictions there, and their cost; left: (T, N) of the starts."""
+    best = int(np.argmin([_cost(one, logs, likely) for one, logs in zip(left, starts)]))
     starts = [starts[best], *(starts[best] + [0, 0, np.log(rougher), 0] for rougher in ROUGHER)]
     left = [left[best], *explain(starts[1:])]
-    costs = [_cost(one, logs, start.logs) for one, logs in zip(left, starts)]
+    costs = [_cost(one, logs, likely) for one, logs in zip(left, starts)]
     logs, left, cost = (part[int(np.argmin(costs))] for part in (starts, left, costs))
     for _ in range(ITERATIONS):
-        step = _step(explain, logs, left, start.logs)
+        step = _step(explain, logs, left, likely)
         tried = [np.clip(logs + share * step, LEAST, MOST) for share in SHARES]
         after = explain(tried)
-        costs = [_cost(one, there, start.logs) for one, there in zip(after, tried)]
+        costs = [_cost(one, there, likely) for one, there in zip(after, tried)]
         best = int(np.argmin(costs))
         gained, smaller = cost - costs[best], costs[best] < cost
         if smaller:
             logs, left, cost = tried[best], after[best], costs[best]
         if gained < GAINED * cost:
             break
-    return DomeNumbers.from_logs(logs)
+    return logs, cost
 
 
 def _explained(places: list[_Place], tried: list[np.ndarray], **known) -> np.ndarray:

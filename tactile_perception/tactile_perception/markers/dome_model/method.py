@@ -57,7 +57,7 @@ class DomeModelMethod:
                                   max(sensor.pitch))
         self._threshold = max(STANDS_OUT, QUIETER * calibration.quiet)
         self._last: DomeFound | None = None
-        self._searched = 1.0          # misfit of the touch where last all starts were tried
+        self._searched = 1.0          # misfit of the touch where last all starts were tried; of a pair over that of one straight press
         self._straight = np.zeros(3)  # of the touch's straight presses: sums of weights, of weighted log radii and of their variances
         self._dragged = DRAGGED
 
@@ -124,7 +124,8 @@ class DomeModelMethod:
 
     def _explained(self, field: MarkerField, match: np.ndarray, last: DomeFound | None) -> DomeFound:
         """One straight press, one that is dragged where that explains the frame better, or two where they explain it much better. The
-        last frame's drag or pair goes on while it explains the frames about as well as where all starts were tried."""
+        last frame's drag or pair goes on while it explains the frames about as well as where all starts were tried; what a pair leaves
+        grows with depth, as what one straight press leaves does."""
         known = last is not None and len(last.presses) == 1
         if known and _is_dragged(last):
             one = self.solver.solve(field, last.presses, self._dragged)
@@ -136,10 +137,10 @@ class DomeModelMethod:
             return self._learnt(straight)
         if last is not None and len(last.presses) == 2:
             two = self.solver.solve(field, last.presses, OF_TWO)
-            if two.misfit < max(WRONG, AMISS * self._searched) and self._are_two(straight, two):
+            if two.misfit < max(WRONG, AMISS * self._searched * straight.misfit) and self._are_two(straight, two):
                 return two
         found = self._best(field, match, straight, [last.presses] if known else [])
-        self._searched = max(1.0, found.misfit)
+        self._searched = max(1.0, found.misfit) if len(found.presses) == 1 else found.misfit / straight.misfit
         return found
 
     def _best(self, field: MarkerField, match: np.ndarray, straight: DomeFound, known: list[np.ndarray]) -> DomeFound:
@@ -207,7 +208,7 @@ class DomeModelMethod:
         aside, deeper = (share * pressed * float(np.hypot(*press[DRAG])) for share in NOT_LINEAR)
         share = calibration.depth_share + SCALED * abs(scale - 1)
         aside += calibration.place_error + SCALED * float(np.hypot(*(first - press[[X, Y]])))
-        extra = np.array([aside, aside, share * depth + abs(sunk) + deeper])
+        extra = np.array([aside, aside, np.hypot(share * depth + abs(sunk) + deeper, calibration.depth_error)])
         covariance = covariance + np.diag(extra**2)
         if not np.isfinite(covariance).all():
             covariance = np.diag([self.sensor.rim_radius**2] * 3)

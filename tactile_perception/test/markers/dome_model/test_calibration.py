@@ -26,12 +26,14 @@ def test_noise_and_errors_are_those_of_the_presses(monkeypatch):
     assert found.place_error < 1e-3 and found.depth_share < 0.05 and found.deepest == 0.025 and found.quiet < 6
     quick = calibrate_dome(presses, DOME, found)
     assert quick.library is found.library and quick.noise == found.noise
+    earlier = {name: part for name, part in found.numbers().items() if name != 'depth_error'}
+    assert DomeCalibration.from_numbers(earlier).depth_error == 0.0
 
 
 @pytest.mark.full  # simulates a small library
 def test_scales_of_tip_place_and_depth_are_those_of_the_presses_and_none_where_they_were_not():
     rng, deepest, farthest = np.random.default_rng(1), 0.04, 0.08
-    known = DomeCalibration(small_library(), MATERIAL, np.zeros((0, 2)), np.zeros((0, 3)), FieldNoise(1e-5, 0.0, 0.0), 0.0, 0.0, 1.0,
+    known = DomeCalibration(small_library(), MATERIAL, np.zeros((0, 2)), np.zeros((0, 3)), FieldNoise(1e-5, 0.0, 0.0), 0.0, 0.0, 0.0, 1.0,
                             0.0, 0.0, 1.0, 1.0, 0.0, deepest, farthest, 0.0)
     curvature, tip = small_library().plan.cap.curvature_radius, small_library().plan.radius
 
@@ -58,6 +60,17 @@ def test_scales_of_tip_place_and_depth_are_those_of_the_presses_and_none_where_t
     near, *_ = scaled(places[:6] * 1e-3, 0.5, lambda depth: 1.0, lambda place, depth: 1.0)
     assert near.wider == pytest.approx(1.0, abs=0.02) and near.depth_scale(np.zeros(2), 0.02) == pytest.approx(1.0, abs=0.01)
     assert near.radius_scale(0.02) == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.full  # simulates a small library
+@pytest.mark.parametrize('count, error', [(20, 3e-4), (5, 0.0)])
+def test_the_error_of_shallow_depths_is_that_of_shallow_presses_and_none_of_too_few(count, error):
+    known = DomeCalibration(small_library(), MATERIAL, np.zeros((0, 2)), np.zeros((0, 3)), FieldNoise(1e-5, 0.0, 0.0), 0.0, 0.0, 0.0, 1.0,
+                            0.0, 0.0, 1.0, 1.0, 0.0, 0.04, 0.08, 0.0)
+    depths, places = np.linspace(1e-3, 7e-3, count), np.zeros((count, 3))
+    found = [DomeFound(press(0, 0, depth - 3e-4)[None], 1e-12 * np.eye(7), 0.5, np.full(7, 1e-12)) for depth in depths]
+    presses = Presses((None,) * count, places, depths, np.arange(count), np.zeros((count, 6)), np.full(count, 0.025))
+    assert calibration._shallow_error(known, found, presses) == pytest.approx(error, abs=1e-6)
 
 
 def test_a_sheet_and_too_few_presses_are_refused():
