@@ -51,7 +51,8 @@ def reference(score, load, places, normals):
     found = smoothed(np.where(near, np.clip(0.5 + total / 16, 0, 1), 0))
     high = (found > 0.5).astype(np.uint8)
     alone = (high > 0) & (cv2.boxFilter(high, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT) == 1)
-    return np.where(alone, 0.5, found)
+    large = (load > 1.5) & (cv2.boxFilter(load, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT) > 1.5)
+    return np.where(alone & ~large, 0.5, found)
 
 
 def smoothed(found):

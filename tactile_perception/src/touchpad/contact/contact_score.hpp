@@ -13,7 +13,8 @@ namespace tactile {
 // m; normals (K, 3); pitch: of the dots, m.
 std::vector<double> contact_score(Grid grid, const double* load, const double* places, const double* normals, double pitch);
 
-// Sets the scores (K) of isolated dots above 0.5 to 0.5: a single dot is an error of its range.
-void drop_single_dots(Grid grid, std::vector<double>& score);
+// Sets the scores (K) of isolated dots above 0.5 to 0.5, unless they and all around them carry a large net load (K): an error of one range
+// adds no load in all.
+void drop_single_dots(Grid grid, const double* load, std::vector<double>& score);
 
 }  // namespace tactile

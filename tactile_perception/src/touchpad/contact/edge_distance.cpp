@@ -153,7 +153,7 @@ std::vector<double> edge_distance(Grid grid, const double* score, const double* 
     });
     judge(grid, near, maps, SPREAD_SCALE * spread_of(grid, load), found.data());
     smooth_single_dots(grid, found);
-    drop_single_dots(grid, found);
+    drop_single_dots(grid, load, found);
     return found;
 }
 
