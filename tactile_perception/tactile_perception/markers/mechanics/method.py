@@ -12,7 +12,7 @@ from .calibration import SheetCalibration, calibrate_sheet
 from .matched_filter import SheetStart
 from .projection import Press
 from .reduced_model import SheetLibrary
-from .solver import ANY_TIP, Inverse, Seen, SheetInverse, show
+from .solver import ANY_TIP, SURE, Inverse, Seen, SheetInverse, show
 from ...common.vectors import cross
 from ..touches.presses import Presses
 from ..touches.touch import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
@@ -194,6 +194,8 @@ class SheetModelMethod:
             return []
         touches = [self._touch(tip, found.misfit) for k, tip in enumerate(tips_of(self._calibration.library, found)) if found.is_sure(k)]
         touches = [touch for touch in touches if self._is_seen(touch, field)]
+        if score < STANDS_OUT:  # what is left of a touch that has ended may be fitted by the shallowest press that there is
+            touches = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma]
         if not touches and score < STANDS_OUT:
             self._presses.forget()
         if len(found.presses) == len(touches) == 1:
