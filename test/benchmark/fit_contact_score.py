@@ -205,7 +205,7 @@ def fit(fed: np.ndarray, told: np.ndarray, weight: np.ndarray, rng: np.random.Ge
         for start in range(0, len(told), BATCH):
             some = order[start:start + BATCH]
             step += 1
-            turned = np.concatenate([fed[part][:, order] for part, order in zip(np.array_split(some, len(orders)), orders)])
+            turned = np.concatenate([fed[part][:, turn] for part, turn in zip(np.array_split(some, len(orders)), orders)])
             for j, slope in enumerate(_slopes(known, turned, told[some], weight[some])):
                 mean[j] += 0.1 * (slope - mean[j])
                 square[j] += 0.001 * (slope**2 - square[j])

@@ -166,7 +166,7 @@ class ObjectFrame {
             squares += dot(across, across);
         }
         // Dots under an object that slid fast creep on a little when it stops.
-        const double quiet = thing.gross && mean_size(expected_) > SWIFT * memory_.tolerance ? 1 : QUIET;
+        const double quiet = thing.gross && is_swift() ? 1 : QUIET;
         // Whether the mean square motion is within three standard deviations of noise, or far below that of dots under a sliding object.
         const double size = std::sqrt(squares / count), excess = size * size / (2 * memory_.noise * memory_.noise) - 1;
         calm_ = excess < 3 / std::sqrt(count);
@@ -181,9 +181,12 @@ class ObjectFrame {
         thing.slid = thing.gross ? std::min(thing.slid + 1, 1 << 20) : 0;
     }
 
+    // Whether the expected motion is so fast that dots at rest under it mean that the object rests.
+    bool is_swift() const { return mean_size(expected_) > SWIFT * memory_.tolerance; }
+
     // Frames for which dots must be at rest before the object counts as at rest.
     int rest_frames(const TouchingObject& thing) const {
-        if (!thing.gross || mean_size(expected_) > SWIFT * memory_.tolerance) return 1;
+        if (!thing.gross || is_swift()) return 1;
         const double along = taken_along();
         // Dots below an object that slides on fade to rest; these moved just before, and now not at all.
         const bool halted = calm_ && thing.lively > memory_.tolerance && !(along >= TAKEN);
@@ -283,9 +286,12 @@ class ObjectFrame {
             thing.gross = slides;
             if (slides) return expected_;
         }
-        const Twist whole = by_dots(), straight = constrained_to_normals({});
-        const bool back = spring_back() || lowered()[2] > LIFTS * memory_.depth_noise;
-        thing.gross = rested && back && held(whole) < HELD * static_cast<double>(count_) && in_touch(straight);
+        const Twist whole = by_dots();
+        thing.gross = false;
+        const bool back = rested && (spring_back() || lowered()[2] > LIFTS * memory_.depth_noise);
+        if (!back || held(whole) >= HELD * static_cast<double>(count_)) return whole;
+        const Twist straight = constrained_to_normals({});
+        thing.gross = in_touch(straight);
         return thing.gross ? straight : whole;
     }
 

@@ -91,7 +91,8 @@ class DomeCalibration:
     def from_numbers(cls, numbers: Mapping) -> DomeCalibration:
         """From plain numbers. Raises BadCalibration where one is missing or invalid."""
         try:
-            plain = [float({'depth_error': 0.0, **numbers}[name]) for name in NUMBERS]  # earlier files have no such error
+            known = {'depth_error': 0.0, **numbers}  # earlier files have no such error
+            plain = [float(known[name]) for name in NUMBERS]
             rest, eyes = np.array(numbers['rest'], float).reshape(-1, 2), np.array(numbers['eye'], float).reshape(-1, 3)
             if len(rest) != len(eyes):
                 raise ValueError('rest and eye differ in length')

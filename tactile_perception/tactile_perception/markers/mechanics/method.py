@@ -196,8 +196,8 @@ class SheetModelMethod:
         touches = [touch for touch in touches if self._is_seen(touch, field)]
         if score < STANDS_OUT:  # what is left of a touch that has ended may be fitted by the shallowest press that there is
             touches = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma]
-        if not touches and score < STANDS_OUT:
-            self._presses.forget()
+            if not touches:
+                self._presses.forget()
         if len(found.presses) == len(touches) == 1:
             touches = [replace(touches[0], wrench=_wrench_of(found, touches[0].position))]
         return touches

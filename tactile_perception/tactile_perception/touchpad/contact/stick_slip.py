@@ -2,14 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """State of each dot (free, sticking, slipping) from loads and motions, without a known friction coefficient.
 
-Each separate object has a motion of its own. Sticking dots move with it; a dot that lags behind it slips. In gross slip no dot moves with
-the object: all lag behind it along their drag, under the largest friction. So the object's motion is propagated from frame to frame, and
-kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls. Dots at rest
-under the largest friction mean that the object rests, at once if its region stays as well, since dots under a sliding object move as its
-edges pass them; only below one that turns in place they may not: there it rests if their motions ended suddenly. Dots of a resting object
-that move on under the largest friction slip again, and so do those that spring back, not as one, under it. An object whose dots
-begin to lag has slowed down if many of them still move exactly as one. A new object has no motion yet: dots that lag along their drag
-behind one that comes down along the sensor's axis slip. An object that is not found in a frame is still known in the next.
+Each separate object has a motion of its own; a dot that lags behind it slips. The kernel, src/touchpad/contact/stick_slip.cpp, says how
+objects begin, slide, slow down, rest and are lifted. Here is what is kept from frame to frame, and how an object in gross slip moves on.
 """
 from __future__ import annotations
 
