@@ -4,6 +4,7 @@
 request.
 """
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -20,18 +21,21 @@ from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
+from tactile_driver.errors import BadArgument  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
 from tactile_driver.nodes.runtime.diagnostics import WARN  # noqa: E402
 from tactile_driver.nodes.runtime.host import Host  # noqa: E402
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard  # noqa: E402
-from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
 from tactile_driver.simulation.sensors.scenes import open_scene  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages  # noqa: E402
+from tactile_perception.nodes.contact_point_node import ContactPointNode  # noqa: E402
 from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
 from tactile_perception.nodes.dot_tracker_node import DotTrackerNode  # noqa: E402
 from tactile_perception.nodes.messages.conversions import camera_info_message  # noqa: E402
+from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
 from tactile_perception.nodes.stage_node import CAMERA_QUEUE, StageNode  # noqa: E402
+from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
 from tactile_perception.parameters.markers import POINT_PARAMETERS  # noqa: E402
 from tactile_perception.parameters.psd import PSD_PARAMETERS  # noqa: E402
 from tactile_perception.parameters.taxel import TAXEL_PARAMETERS  # noqa: E402
@@ -84,12 +88,17 @@ class Bench:
 
 
 @pytest.fixture
-def bench(monkeypatch):
+def ros():
     rclpy.init()
+    yield
+    rclpy.shutdown()
+
+
+@pytest.fixture
+def bench(ros):
     bench = Bench()
     yield bench
     bench.close()
-    rclpy.shutdown()
 
 
 def test_from_image_to_region_with_faults_in_between(bench):
@@ -142,29 +151,16 @@ def test_without_images_there_is_no_reference_to_take(bench):
     assert bench.until(answer.done) and not answer.result().success and 'image_raw' in answer.result().message
 
 
-STARTS = """
-import importlib, sys
-main = importlib.import_module('tactile_perception.nodes.' + sys.argv[1]).main
-for setting in sys.argv[2:]:
-    try:
-        main(['--ros-args', '-p', setting])
-    except SystemExit as ended:
-        print(setting, ended.code, flush=True)
-"""
-
-
-@pytest.mark.parametrize('node, table', [
-    ('dot_tracker_node', DOT_PARAMETERS), ('contact_region_node', REGION_PARAMETERS), ('contact_point_node', POINT_PARAMETERS),
-    ('psd_contact_node', PSD_PARAMETERS), ('taxel_contact_node', TAXEL_PARAMETERS)])
-def test_no_parameter_is_infinite_or_not_a_number_at_the_start(node, table):
+@pytest.mark.parametrize('make, table', [
+    (DotTrackerNode, DOT_PARAMETERS), (ContactRegionNode, REGION_PARAMETERS), (ContactPointNode, POINT_PARAMETERS),
+    (PsdContactNode, PSD_PARAMETERS), (TaxelContactNode, TAXEL_PARAMETERS)])
+def test_no_parameter_is_infinite_or_not_a_number_at_the_start(ros, make, table):
     numbers = [p for p in table if p.type in (float, list[float])]
     settings = [f'{p.name}:={value if p.type is float else [value] * 3}'.replace("'", '') for p in numbers for value in ('.nan', '.inf')]
     settings += ['diagnostic_updater.period:=.nan', 'diagnostic_updater.period:=-.inf']
-    ended = subprocess.run([sys.executable, '-c', STARTS, node, *settings], env={**os.environ, 'ROS_DOMAIN_ID': '61'}, capture_output=True,
-                           text=True, timeout=120)
-    assert ended.stdout.splitlines() == [f'{setting} {WRONG}' for setting in settings], ended.stderr
-    fatal = [line for line in ended.stderr.splitlines() if '[FATAL]' in line]
-    assert len(fatal) == len(settings) and all(setting.split(':=')[0] in line for setting, line in zip(settings, fatal))
+    for setting in settings:
+        with pytest.raises(BadArgument, match=re.escape(setting.split(':=')[0])):
+            make(Host(['-p', setting]))
 
 
 def no_stage(_values):
