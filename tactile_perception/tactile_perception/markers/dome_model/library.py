@@ -14,6 +14,7 @@ import numpy as np
 from ... import _core
 from ...common.parallel import in_parallel
 from ...common.spherical_cap import Cap
+from ...common.splines import spline_fit
 from ...errors import BadCalibration
 from ..mechanics.reduced_model import pack, unpack
 from .membrane import DomeMaterial, PressedDome, press_dome
@@ -229,17 +230,8 @@ def _reduced(kinds: list[np.ndarray], plan: DomePlan) -> tuple[np.ndarray, np.nd
     angle = (2 * np.arange(2 * plan.order) + 1) * np.pi / (4 * plan.order)
     over_shift = np.linalg.inv(np.cos(np.outer(angle, np.arange(2 * plan.order))))
     over_radius = np.linalg.inv(np.vander(np.linspace(-1, 1, RADII), increasing=True))
-    table = np.einsum('ai,cj,dl,kijlm->dkacm', over_shift, over_radius, _spline_fit(plan.levels), mixed, optimize=True)
+    table = np.einsum('ai,cj,dl,kijlm->dkacm', over_shift, over_radius, spline_fit(plan.levels), mixed, optimize=True)
     return np.ascontiguousarray(table), np.ascontiguousarray(modes.reshape(len(modes), *shape[3:]))
-
-
-def _spline_fit(levels: int) -> np.ndarray:
-    """(levels + 3, levels + 1): from values at levels 0 to levels to coefficients of uniform cubic B-splines, not-a-knot ends."""
-    rows = np.zeros((levels + 3, levels + 3))
-    for k in range(levels + 1):
-        rows[k, k:k + 3] = np.array([1, 4, 1]) / 6
-    rows[-2, :5] = rows[-1, -5:] = [1, -4, 6, -4, 1]
-    return np.linalg.inv(rows)[:, :levels + 1]
 
 
 def library_numbers(library: DomeLibrary) -> dict:

@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from ...common.parallel import in_parallel
+from ...common.splines import spline_fit
 from ...errors import BadCalibration
 from .membrane_fem import SheetMaterial, press_sheet
 from .mesh import SheetMesh, least_length, uniform
@@ -208,17 +209,8 @@ def _class(solved: np.ndarray, wrench: np.ndarray, odd: tuple[int, int], plan: L
     even_odd = [np.linalg.inv(np.cos(angle[:, parity::2])) for parity in (0, 1)]
     mixed[:, :, :3] = np.einsum('ck,ijklm->ijclm', np.linalg.inv(np.array([[1.0, -1, 1], [1, 0, 0], [1, 1, 1]])), mixed[:, :, :3])
     coefficients = np.stack([np.einsum('ai,bj,dl,ijlm->abdm', even_odd[odd[0] ^ ODD_TERMS[0][k]], even_odd[odd[1] ^ ODD_TERMS[1][k]],
-                                       _spline_fit(plan.levels), mixed[:, :, k], optimize=True) for k in range(TERMS)], axis=2)
+                                       spline_fit(plan.levels), mixed[:, :, k], optimize=True) for k in range(TERMS)], axis=2)
     return ModeClass(odd, coefficients, modes[:count].reshape(count, quarter, quarter, 3))
-
-
-def _spline_fit(levels: int) -> np.ndarray:
-    """(levels + 3, levels + 1): from values at levels 0 to levels to coefficients of uniform cubic B-splines, not-a-knot ends."""
-    rows = np.zeros((levels + 3, levels + 3))
-    for k in range(levels + 1):
-        rows[k, k:k + 3] = np.array([1, 4, 1]) / 6
-    rows[-2, :5] = rows[-1, -5:] = [1, -4, 6, -4, 1]
-    return np.linalg.inv(rows)[:, :levels + 1]
 
 
 _EACH = 60  # 16-bit values in one integer, which stays below the largest double
