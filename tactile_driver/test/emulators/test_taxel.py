@@ -25,9 +25,10 @@ class Bench:
         self.source = TaxelSerialSource(str(folder / 'port'), 921600, shape, time.time_ns)
         self.source.open()
 
-    def read(self, seconds):
+    def read(self, seconds, enough=None):
+        """Frames of the next seconds; enough: as many end it before."""
         frames, end = [], time.monotonic() + seconds
-        while time.monotonic() < end:
+        while time.monotonic() < end and len(frames) != enough:
             try:
                 frames.append(self.source.read())
             except NothingYet:
@@ -59,15 +60,15 @@ def bench(tmp_path):
 
 @pytest.mark.parametrize('shape, bits', [((44, 44), 8), ((13, 6), 12), ((100, 7), 16)])
 def test_every_frame_arrives_as_it_was_sent(bench, shape, bits):
-    rig = bench(shape=shape, bits=bits)
-    frames = rig.read(0.6)
+    rig = bench(shape=shape, bits=bits, rate=50.0)  # two frames fill the port: a busy machine may come 40 ms late
+    frames = rig.read(30.0, 40)
     sent = [values.tolist() for _, values in rig.emulator.sent]
-    assert len(frames) > 60 and rig.source.skipped == rig.source.corrupt == 0
+    assert len(frames) == 40 and rig.source.skipped == rig.source.corrupt == 0
     first = sent.index(frames[0].image.tolist())
     assert [frame.image.tolist() for frame in frames] == sent[first:first + len(frames)] or len(set(map(str, sent))) < 3
     assert {frame.encoding for frame in frames} == {'mono8' if bits == 8 else 'mono16'}
     steps = np.diff([frame.stamp_ns for frame in frames])
-    assert (steps > 0).all() and np.median(steps) == pytest.approx(5e6, rel=0.02)
+    assert (steps > 0).all() and np.median(steps) == pytest.approx(20e6, rel=0.02)
 
 
 @pytest.mark.parametrize('fault', ['drop', 'swap', 'garbage', 'unplug', 'reset'])
@@ -75,9 +76,9 @@ def test_faults_are_counted_or_survived_and_nothing_wrong_arrives(bench, fault):
     rig = bench()
     rig.read(0.2)
     rig.emulator.fault(fault)
-    frames = rig.read(1.6 if fault == 'unplug' else 0.5)
+    frames = rig.read(30.0, 60)
     sent = {values.tobytes() for _, values in rig.emulator.sent}
-    assert len(frames) > 40 and all(frame.image.astype(np.uint16).tobytes() in sent for frame in frames)
+    assert len(frames) == 60 and all(frame.image.astype(np.uint16).tobytes() in sent for frame in frames)
 
 
 def test_frames_of_another_size_are_told(bench):
