@@ -110,8 +110,11 @@ class Observer:
             normal = region.normal if len(tool.parts) == 1 else areas[mine].sum(axis=0)
             normal = normal / np.linalg.norm(normal)
             centre = pose.to_sensor(np.asarray(tool.places[part]))
-            central = tool.tip_radius is None or (tool.central and np.isfinite(region.part_centroids[part, 0]))
+            central = tool.tip_radius is None or tool.central
             position = region.part_centroids[part] if central else centre - [0, 0, tool.tip_radius]
+            if np.isnan(position[0]):  # its pressure is all below half of the usual one
+                load = np.linalg.norm(state.force[mine], axis=1)
+                position = load @ nodes[mine] / load.sum()
             touching = self.skin.touching_height(tool.parts[part], pose.turn, centre[0], centre[1])
             touches.append(Touch(position, normal, float(touching - centre[2]), float(-(state.force[mine] @ normal).sum())))
         return touches

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tactile_driver.simulation.scene.observe import SLIP_SPEED, Observer
+from tactile_driver.simulation.sensors.areal_dual import areal_dual
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
 from tactile_driver.simulation.skin.contact import FrictionalContact
 from tactile_driver.simulation.skin.dome import Membrane
@@ -177,3 +178,20 @@ def test_two_balls_are_two_touches(balls):
     assert left.force * left.normal[2] + right.force * right.normal[2] == pytest.approx(-truth.wrench[2], rel=0.05)
     for touch in truth.contacts:
         assert np.linalg.norm(touch.normal) == pytest.approx(1) and touch.normal[2] > 0.8
+
+
+def test_of_two_unlike_balls_one_that_hardly_presses_is_where_it_touches():
+    """Its pressure is all below half of the usual one, so that it has no region."""
+    sensor, tool = areal_dual(0), tool_named('fingers_6_and_12mm_42mm')
+    motion = Motion(tool, [Key(0, press=0.0), Key(1.0, press=0.002)], sensor.skin)
+    contact, (before, now) = FrictionalContact(sensor.skin, FRICTION), (motion.pose(0.5), motion.pose(1.0))
+    contact.step(tool, motion.pose(0.0), before)
+    state = contact.step(tool, before, now)
+    nodes = state.shape.reshape(-1, 3)[sensor.skin.inner][state.touching]
+    few, large = np.hypot(nodes[:, 0] - 0.021, nodes[:, 1]) < 5e-4, nodes[:, 0] > 0
+    state.force[large] *= 0.05
+    state = replace(state, touching=state.touching[few | ~large], force=state.force[few | ~large])
+    observer = Observer(sensor.skin, sensor.pattern, sensor.cameras[0], 1 / RATE)
+    large = observer.observe(state, tool, before, now).truth.contacts[1]
+    assert large.depth == pytest.approx(0.002, abs=2e-6) and large.position[:2] == pytest.approx([0.021, 0], abs=1e-3)
+    assert -large.depth - 1e-4 < large.position[2] < -large.depth + 1e-3
