@@ -15,6 +15,7 @@ from .object_motion import MotionEstimate
 from .travel import ContactTravel
 
 _FEWEST = 6  # dots that determine a twist or a centre; chosen
+_LIFTED = 1e-3  # m/s, above which an object that rises is lifted: its dots spring back, none tells how it moves; chosen
 
 
 class SlipEstimator:
@@ -22,7 +23,7 @@ class SlipEstimator:
 
     While some dots of a contact stick, slip is measured relative to their motion. In gross slip it is the motion that the object last had
     when it held dots, for some time; else the contact's motion over the dots, known of curved tips that move evenly. A rotation in place is
-    unobservable; its centre follows from friction.
+    unobservable; its centre follows from friction. Of an object that is lifted no velocity is known.
     """
 
     def __init__(self):
@@ -32,6 +33,7 @@ class SlipEstimator:
         """Forget all frames."""
         self._state = NONE
         self._stamp, self._travel = -np.inf, ContactTravel()
+        self._depths: dict[int, float] = {}  # m, of the contacts in the last frame, by id
 
     def process(self, dots: ContactDots, contacts: list[ContactEstimate], motion: MotionEstimate, stamp_s: float,
                 slides: np.ndarray | None = None) -> SlipEstimate:
@@ -43,6 +45,7 @@ class SlipEstimator:
             raise BadFrame(f'slip: stamp {stamp_s} s is not later than the last; frame skipped')
         interval, self._stamp = stamp_s - self._stamp, stamp_s
         self._travel.add(dots, contacts, stamp_s)
+        before, self._depths = self._depths, {contact.id: contact.depth for contact in contacts}
         state = np.asarray(dots.state)
         if not (state > 0).any():
             self._state = NONE
@@ -56,6 +59,9 @@ class SlipEstimator:
         several = sum(np.count_nonzero(contact.members) >= _FEWEST for contact in whole) > 1
         centre = None if several or dots.force is None else friction_centre(place[:, :2], dots.force[slipping, :2])
         velocity, drift = _relative_velocity(motion, slipping), np.full(2, np.nan)
+        for contact in contacts:
+            if before.get(contact.id, np.nan) - contact.depth > _LIFTED * interval:
+                velocity[contact.members[slipping]] = np.nan
         for contact in whole:
             here = self._gross_velocity(dots, contact, None if slides is None else slides[contact.members].mean(axis=0) / interval)
             velocity[contact.members[slipping]] = here

@@ -69,6 +69,20 @@ def test_incipient_slip_has_its_velocity(pad):
     assert np.isnan(estimate.rotation_center).all()
 
 
+@pytest.mark.parametrize('rise, known', [(0.0, True), (0.02e-3, True), (0.1e-3, False)])
+def test_velocity_of_an_object_that_is_lifted_is_unknown(pad, rise, known):
+    chain = Chain(pad)
+    chain.process(pad.disc(radius=6e-3))
+    dots = pad.disc(radius=6e-3)
+    touched = dots.score > 0.5
+    late = touched & (dots.xyz[:, 0] > 2e-3)
+    dots.xyz[touched] += [0.1e-3, 0, rise]
+    dots.xyz[late] -= [0.06e-3, 0, 0]
+    dots.state[late] = 2
+    estimate = chain.process(dots)
+    assert len(estimate.vx) == late.sum() and np.isfinite(estimate.vx).all() == known == np.isfinite(estimate.linear).all()
+
+
 def gross(pad, centre, force):
     return loaded(pad.disc(centre=centre, radius=4e-3, state=2), force)
 
