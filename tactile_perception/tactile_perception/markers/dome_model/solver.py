@@ -18,6 +18,7 @@ ALIKE = 4.5              # model errors of neighbouring markers are alike: stand
 FAINTEST = 1e-5          # m, least depth. Chosen: far below what markers show
 LIMIT = (0.01, 0.01, 0.5, 0.5, 0.5, 0.3, 0.3)  # of one step: m, logs, way of a drag over depth. Chosen
 RINGS, DEPTHS = (0.0, 0.14, 0.28, 0.42, 0.56), (0.06, 0.15, 0.35, 0.6, 0.85)  # starts, of rim radius and deepest press. Chosen
+FAINTEST_START = 0.01    # least depth of a start over the least one of the table. Chosen
 LEAST_MISFIT = 0.1       # of a covariance: no fit is believed to be better. Chosen
 TERMS = 5                # degree of the polynomials that describe what a sum of fields lacks, which is smooth. Chosen
 APART = 2.2              # pitches: least distance of the starts of two touches. Chosen
@@ -104,8 +105,13 @@ class DomeInverse:
         return float((match / np.sqrt(self._sizes)).max() / np.median(self.sigma(field)[field.seen]))
 
     def start(self, match: np.ndarray) -> np.ndarray:
-        """(1, 7), the start with the least squared residual from the field of a match."""
-        return self.starts[[np.argmin(self._sizes - 2 * match)]]
+        """(1, 7), the start with the least squared residual from the field of a match, less deep where the field is fainter than its own:
+        from a start that is too deep, a faint press would be fitted where the dome is stiffer."""
+        fainter = np.clip(match / self._sizes, FAINTEST_START, 1.0)
+        best = np.argmin(fainter * (fainter * self._sizes - 2 * match))
+        start = self.starts[[best]]
+        start[0, DEPTH] += np.log(fainter[best])
+        return start
 
     def start_of_two(self, match: np.ndarray) -> np.ndarray:
         """(2, 7), the two starts whose sum has the least squared residual."""
