@@ -24,11 +24,12 @@ STANDS_OUT = 12.0    # detection threshold of the match, standard deviations of 
 QUIETER = 1.5        # detection threshold over the greatest match of untouched calibration frames
 SURE = 2.5           # least depth over its standard deviation, and tip radius over that of the place: fainter touches are not told
 FAINT = 8.0          # times the detection threshold, up to which other places may explain a frame as well
-AMISS = 1.5          # misfit from which a drag is tried
+PLACE_AND_DEPTH = 3  # numbers that a faint press tells
+AMISS = 1.5          # misfit, alone and over the least one of the touch's straight presses, from which a drag is tried
 WRONG = 3.0          # misfit from which other starts, and two presses, are tried
 ASIDE = 0.06         # way over depth, from which a drag is tried, and followed from frame to frame
 DRAG_BETTER = 0.85   # largest misfit of a drag over that of a straight press
-BETTER = 0.5         # largest misfit of two presses over that of one
+BETTER = 0.5         # largest misfit of two presses, or of a drag that begins, over that of one straight press
 APART = 2.0          # least distance of two tips, of the smaller radius
 SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
 DRAGS = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])  # way over depth of the starts of drags
@@ -58,6 +59,7 @@ class DomeModelMethod:
         self._threshold = max(STANDS_OUT, QUIETER * calibration.quiet)
         self._last: DomeFound | None = None
         self._searched = 1.0          # misfit of the touch where last all starts were tried; of a pair over that of one straight press
+        self._usual = 1.0             # least misfit of the touch's straight presses
         self._straight = np.zeros(3)  # of the touch's straight presses: sums of weights, of weighted log radii and of their variances
         self._dragged = DRAGGED
 
@@ -96,7 +98,7 @@ class DomeModelMethod:
         match = self.solver.match(field)
         score = self.solver.score(field, match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
         if not score > self._threshold:
-            self._last, self._searched, self._straight, self._dragged = None, 1.0, np.zeros(3), DRAGGED
+            self._last, self._searched, self._usual, self._straight, self._dragged = None, 1.0, 1.0, np.zeros(3), DRAGGED
             return None
         self._last = self._explained(field, match, self._last)
         return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, match, self._last)
@@ -108,11 +110,14 @@ class DomeModelMethod:
 
     def _faint(self, field: MarkerField, match: np.ndarray, found: DomeFound) -> DomeFound:
         """The press with the places in its covariance that explain the frame as well, and those of two presses that explain it better:
-        by more than two units of squared residual for each number of the second (Akaike 1974)."""
+        by more than two units of squared residual (Akaike 1974) for place and depth of the second; its other numbers are held. Where
+        noise leaves less, as of skin that friction holds while a tip goes back, the place is not known."""
         covariance = found.covariance.copy()
         covariance[:3, :3] += self.solver.elsewhere(field, found.presses[0])
+        if found.misfit > AMISS:
+            covariance[:3, :3] += np.diag([self.sensor.rim_radius**2] * 2 + [1.0])
         two = self.solver.solve(field, self.solver.start_of_two(match))
-        if 2 * field.seen.sum() * (found.misfit / two.misfit - 1) > 2 * PRESS and self._are_distinct(two):
+        if 2 * field.seen.sum() * (found.misfit / two.misfit - 1) > 2 * PLACE_AND_DEPTH and self._are_distinct(two):
             off = two.presses[:, :3] - found.presses[0, :3]
             covariance[:3, :3] += off.T @ off / 2
         return replace(found, covariance=covariance)
@@ -133,8 +138,8 @@ class DomeModelMethod:
                 return one
         straight = self.solver.solve(field, self.solver.start(match))
         if straight.misfit < AMISS and not _is_dragged(straight):
-            self._searched = 1.0
-            return self._learnt(straight)
+            self._searched, self._usual = 1.0, min(self._usual, straight.misfit)
+            return self._learnt(straight) if straight.misfit < AMISS * self._usual else self._begun(field, straight)
         if last is not None and len(last.presses) == 2:
             two = self.solver.solve(field, last.presses, OF_TWO)
             if two.misfit < max(WRONG, AMISS * self._searched * straight.misfit) and self._are_two(straight, two):
@@ -142,6 +147,11 @@ class DomeModelMethod:
         found = self._best(field, match, straight, [last.presses] if known else [])
         self._searched = max(1.0, found.misfit) if len(found.presses) == 1 else found.misfit / straight.misfit
         return found
+
+    def _begun(self, field: MarkerField, straight: DomeFound) -> DomeFound:
+        """The straight press, or the drag that has just begun and explains the frame much better."""
+        one = self.solver.solve(field, straight.presses, self._dragged)
+        return one if one.misfit < BETTER * straight.misfit else self._learnt(straight)
 
     def _best(self, field: MarkerField, match: np.ndarray, straight: DomeFound, known: list[np.ndarray]) -> DomeFound:
         """The explanation from all starts, and from known presses (1, 7)."""

@@ -106,16 +106,21 @@ class DomeInverse:
 
     def start(self, match: np.ndarray) -> np.ndarray:
         """(1, 7), the start with the least squared residual from the field of a match, less deep where the field is fainter than its own:
-        from a start that is too deep, a faint press would be fitted where the dome is stiffer."""
-        fainter = np.clip(match / self._sizes, FAINTEST_START, 1.0)
-        best = np.argmin(fainter * (fainter * self._sizes - 2 * match))
-        start = self.starts[[best]]
-        start[0, DEPTH] += np.log(fainter[best])
-        return start
+        from starts that are too deep, a faint press would be fitted where the dome gives way least."""
+        return self._fainter(match, self._sizes)
 
     def start_of_two(self, match: np.ndarray) -> np.ndarray:
-        """(2, 7), the two starts whose sum has the least squared residual."""
-        return self.starts[list(np.unravel_index(np.argmin(self._both - 2 * (match[:, None] + match)), self._both.shape))]
+        """(2, 7), the two starts whose sum has the least squared residual, likewise."""
+        return self._fainter(match[:, None] + match, self._both)
+
+    def _fainter(self, match: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+        """(n, 7), the n starts with the least squared residual, by the products of their fields with the field (S, ...) and the squares of
+        theirs (S, ...), n axes."""
+        fainter = np.clip(match / sizes, FAINTEST_START, 1.0)
+        best = np.unravel_index(np.argmin(fainter * (fainter * sizes - 2 * match)), sizes.shape)
+        starts = self.starts[list(best)]
+        starts[:, DEPTH] += np.log(fainter[best])
+        return starts
 
     def squares(self, field: MarkerField, presses: np.ndarray) -> float:
         """Sum of the squared residuals of presses (n, 7), over their variance."""
