@@ -181,7 +181,7 @@ def examples(scene: Scene, whole: float) -> tuple[np.ndarray, np.ndarray, np.nda
         score = _core.contact_score(loads.load, loads.xyz, loads.normal, rows=ROWS, columns=COLUMNS, pitch=pitch)
         near = np.flatnonzero(cv2.dilate((score > NEAR).reshape(ROWS, COLUMNS).astype(np.uint8), np.ones((3, 3), np.uint8)))
         loops = frame.truth.outlines + frame.truth.holes
-        if (score > 0.5).any():
+        if len(near):
             rise = heights(loads.xyz.reshape(ROWS, COLUMNS, 3), loads.normal.reshape(ROWS, COLUMNS, 3), pitch)
             fed.append(surroundings(loads.load.reshape(ROWS, COLUMNS), score.reshape(ROWS, COLUMNS), rise)[near].astype(np.float32))
             distance = signed_distance(loops, frame.truth.dot_xyz[near, :2]) / pitch if loops else np.full(len(near), -1.0)

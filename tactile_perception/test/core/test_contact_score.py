@@ -70,7 +70,7 @@ def reference(load, xyz, normal):
         for place in np.argwhere(member & (beside(1.0 - loaded) > 0)):
             share[tuple(place)] = min(share[tuple(place)], on_face(height, xyz, loaded, load, place))
     over = share > 0.5
-    large = (load > 1.5) & (load + beside(load) > 1.5)
+    large = (load >= min(1.5, load.max())) & (load + beside(load) > 1.5)
     return np.where(over & (beside(over.astype(float)) == 0) & ~large, 0.5, share)
 
 
@@ -132,6 +132,14 @@ def test_one_dot_touches_where_load_is_left_with_that_around_it():
     load[4, 4] = 2.6
     assert (score(load, *scene((9, 9))) > 0.5).sum() == 1
     load[3:6, 3:6] -= np.where(load[3:6, 3:6] > 0, 0, 2.6 / 8)
+    assert score(load, *scene((9, 9))).max() == 0.5
+
+
+def test_one_dot_touches_lightly_where_no_other_carries_more():
+    load = np.zeros((9, 9))
+    load[3:6, 3:6], load[4, 4] = 0.2, 0.6
+    assert (score(load, *scene((9, 9))) > 0.5).sum() == 1
+    load[7, 7] = 0.9
     assert score(load, *scene((9, 9))).max() == 0.5
 
 

@@ -15,9 +15,10 @@
 namespace tactile {
 namespace {
 
-constexpr double HALF = 0.5;    // score, and load over the fluid's pressure, of the border of a contact
-constexpr double SINGLE = 1.5;  // load of a single dot in contact, and with that of the dots around it: five times the noise's; chosen
-constexpr double LINE = 1.2;    // of the full load of narrow contacts; chosen on simulated prisms, rings and balls
+constexpr double HALF = 0.5;  // score, and load over the fluid's pressure, of the border of a contact
+// Load of a single dot in contact, unless no dot carries more, and with that of the dots around it: five times the noise's; chosen.
+constexpr double SINGLE = 1.5;
+constexpr double LINE = 1.2;  // of the full load of narrow contacts; chosen on simulated prisms, rings and balls
 // Largest height above the face of a dot in contact on an object's rounded edge, pitches, and its growth by load and rise: a free dot that
 // stands high is far from the edge and carries little of its load. The skin leaves a ball without a kink, of little rise: then the height
 // may be twice as large. Chosen on simulated sharp and round faces, rings and balls.
@@ -145,12 +146,16 @@ double on_face(const Face& face, Grid grid, std::ptrdiff_t k, const double* plac
 
 void drop_single_dots(Grid grid, const double* load, std::vector<double>& score) {
     std::vector<std::ptrdiff_t> single;
+    double least = 0;  // SINGLE, or the largest load
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        if (load[k] > least) least = std::min(load[k], SINGLE);
+    }
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
         if (!(score[k] > HALF)) continue;
         int others = 0;
         double net = load[k];
         beside(grid, k, [&](std::ptrdiff_t j) { others += score[j] > HALF, net += load[j]; });
-        if (others == 0 && !(load[k] > SINGLE && net > SINGLE)) single.push_back(k);
+        if (others == 0 && !(load[k] >= least && net > SINGLE)) single.push_back(k);
     }
     for (const std::ptrdiff_t k : single) score[k] = HALF;
 }

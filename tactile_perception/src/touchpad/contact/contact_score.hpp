@@ -13,8 +13,8 @@ namespace tactile {
 // m; normals (K, 3); pitch: of the dots, m.
 std::vector<double> contact_score(Grid grid, const double* load, const double* places, const double* normals, double pitch);
 
-// Sets the scores (K) of isolated dots above 0.5 to 0.5, unless they and all around them carry a large net load (K): an error of one range
-// adds no load in all.
+// Sets the scores (K) of isolated dots above 0.5 to 0.5, unless they carry a large load (K), or the largest of all as in a light touch, and
+// all around them a large net load: an error of one range adds no load in all.
 void drop_single_dots(Grid grid, const double* load, std::vector<double>& score);
 
 }  // namespace tactile

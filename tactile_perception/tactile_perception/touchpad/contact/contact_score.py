@@ -17,8 +17,9 @@ def contact_score(membrane: Membrane, state: DotLoads) -> np.ndarray:
     Above 0.5 the dot is in contact. First a score by the dot's load over that further inside, reduced at a patch's edge by its height above
     a paraboloid fitted to the patch; more height is allowed to a heavier dot, and where the free skin beside it rises more steeply. Then
     the distance from the border, by loads, scores and bends of the skin around the dot: src/touchpad/contact/edge_distance.cpp.
-    The outermost dots of the grid have no balance and score 0 at first; a single dot scores 0.5 at most, unless a large load is left with
-    those around it: an error of one range adds none. One that alone sticks out of a straight border scores at most a parabola along it.
+    The outermost dots of the grid have no balance and score 0 at first; a single dot scores 0.5 at most, unless it carries a large load, or
+    the largest, and one is left with those around it: an error of one range adds none. One that alone sticks out of a straight border
+    scores at most a parabola along it.
     """
     mesh = membrane.mesh
     seen = {'rows': mesh.rows, 'columns': mesh.columns, 'pitch': membrane.pitch}
