@@ -31,6 +31,7 @@ SLIGHT = 0.12       # least depth of the shallower of two presses over the deepe
 SAME_TIP = 0.05     # least standard deviation of the log radius that straight presses tell: model errors last longer than noise
 FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
 DRAG_PLACE, DRAG_DEPTH = 0.1, 0.06  # standard deviations of place and depth over the tip radius, of a drag of 1
+RADIUS, DRAG_RADIUS = 0.1, 0.2  # standard deviations of a log radius, of a press and of a drag: other friction passes for another radius
 UNSURE_PLACE, UNSURE_DEPTH = 0.2, 0.15  # relative errors of the corrections for other tips: place, and depth
 
 
@@ -120,7 +121,10 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
         covariance = covariance + np.diag(np.square([*[max(FLOOR_PLACE, DRAG_PLACE * np.hypot(*press.drag))] * 2,
                                                      DRAG_DEPTH * np.hypot(*press.drag)]) * library.plan.radius**2)
         place = np.array([x, y, -depth])
-        if len(found.presses) > 1:
+        if len(found.presses) == 1:
+            shift = _by_radius(found)
+            covariance = covariance + np.outer(shift, shift)
+        else:
             eye = np.array([[*press.place, -1.0]])
             whole, alone = (show(library, presses, press.place[None], eye, found.mixed)[1][0] for presses in (found.presses, [press]))
             slope, aside, sunk = (whole - alone)[1:, 2], (whole - alone)[0, :2], -(whole - alone)[0, 2]
@@ -133,6 +137,12 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
             covariance = covariance + np.diag(unsure**2)
         tips.append(Tip(place, depth, covariance, press.log_radius))
     return tips
+
+
+def _by_radius(found: Inverse) -> np.ndarray:
+    """(3,) m: change of x, y and depth of one press where its radius is another by one standard deviation of what the model lacks."""
+    sigma = DRAG_RADIUS if any(found.presses[0].drag) else RADIUS
+    return sigma * found.covariance[:3, 3] / found.covariance[3, 3]
 
 
 # All chosen.
