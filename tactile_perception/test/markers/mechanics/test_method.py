@@ -145,6 +145,15 @@ def test_a_touch_is_told_with_its_uncertainty():
     assert np.linalg.eigvalsh(touch.covariance).min() > 0
 
 
+def test_a_press_is_as_uncertain_as_other_friction_makes_it():
+    squares = []
+    for friction in (0.2, 0.8):
+        for place, depth, radius in (((0.0, 0.0), 3e-3, 7e-3), ((0.010, -0.006), 5e-3, 8e-3), ((-0.012, 0.005), 4e-3, 6e-3)):
+            touch, = touches(*place, depth, radius, dataclasses.replace(MATERIAL, friction=friction))
+            squares.append((touch.depth - depth)**2 / touch.depth_sigma**2)
+    assert 0.1 < np.mean(squares) < 2
+
+
 def test_places_are_told_in_the_frame_of_the_sheet():
     shift, turn = np.array([3e-4, -2e-4]), 5e-3
     aside = dataclasses.replace(CALIBRATION, eyes=dataclasses.replace(CALIBRATION.eyes, printed=shift, turned=turn))
