@@ -25,7 +25,8 @@ WRONG = 2.5         # misfit from which two presses are tried
 DRAGGED = 0.5       # largest misfit of a drag over that of a straight press
 FAR_BETTER = 0.5    # largest misfit of two presses over that of one
 HOPELESS = 4.0      # misfit of two presses, over that limit, above which their refinement is given up
-MOST = 4.0          # largest misfit of two presses
+MOST = 4.0          # largest misfit of two presses, unless
+SURELY = 0.2        # it is this share of the misfit of one, or less
 APART = 2.2         # least distance of two tips, marker pitches
 SLIGHT = 0.12       # least depth of the shallower of two presses over the deeper
 SAME_TIP = 0.05     # least standard deviation of the log radius that straight presses tell: model errors last longer than noise
@@ -33,6 +34,7 @@ FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: 
 DRAG_PLACE, DRAG_DEPTH = 0.1, 0.06  # standard deviations of place and depth over the tip radius, of a drag of 1
 RADIUS, DRAG_RADIUS = 0.1, 0.2  # standard deviations of a log radius, of a press and of a drag: other friction passes for another radius
 UNSURE_PLACE, UNSURE_DEPTH = 0.2, 0.15  # relative errors of the corrections for other tips: place, and depth
+AMISS_PLACE, AMISS_DEPTH = 0.1, 0.04  # standard deviations over the tip radius, of two presses with a misfit of 1 that noise does not explain
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,7 @@ class SheetPresses:
 
     def _are_two(self, two: Inverse, enough: float) -> bool:
         """Whether two presses explain the field well enough and are distinct."""
-        if two.misfit > min(MOST, enough):
+        if two.misfit > min(max(MOST, SURELY / FAR_BETTER * enough), enough):
             return False
         (one, other), depths = tips_of(self._library, two), sorted(press.depth for press in two.presses)
         apart = np.hypot(*(one.place - other.place)[:2])
@@ -134,7 +136,8 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
             height = centre[2] - depth + slope @ (0.5 * above * slope + centre[:2])
             place = np.append(press.place + aside + centre[:2] - centre[2] * slope, height)
             unsure = np.array([UNSURE_PLACE * radius * np.hypot(*slope)] * 2 + [UNSURE_DEPTH * sunk])
-            covariance = covariance + np.diag(unsure**2)
+            amiss = np.array([AMISS_PLACE] * 2 + [AMISS_DEPTH]) * library.plan.radius
+            covariance = covariance + np.diag(unsure**2 + amiss**2 * (found.misfit if found.misfit > RIGHT else 0.0))
         tips.append(Tip(place, depth, covariance, press.log_radius))
     return tips
 

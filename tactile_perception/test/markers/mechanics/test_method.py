@@ -64,6 +64,16 @@ def test_two_like_tips_are_two_although_one_in_the_middle_is_like_them(apart):
     assert sorted(press.place[0] for press in begin) == pytest.approx([-apart / 2, apart / 2], abs=4e-3)
 
 
+@pytest.mark.parametrize('radius, depth', [(21e-3, 6e-3), (28e-3, 5e-3)])
+def test_two_tips_beyond_the_model_are_two_and_their_places_errors_say_so(radius, depth):
+    truth = [(-0.013, 0.002, 3e-3, PLAN.radius), (0.013, -0.003, depth, radius)]
+    found, tips = explained(field_of(sum(pressed(*press) for press in truth), 5e-6, 5e-3))
+    assert len(tips) == 2 and found.misfit > 4
+    for tip, press in zip(sorted(tips, key=lambda tip: tip.place[0]), truth):
+        off = tip.place[:2] - press[:2]
+        assert np.hypot(*off) < 3e-3 and off @ np.linalg.solve(tip.covariance[:2, :2], off) / 2 < 3
+
+
 @pytest.mark.parametrize('place', [(0.0, 0.0), (0.012, -0.007), (-0.015, 0.010), (0.003, 0.0145)])
 def test_one_tip_of_any_size_is_one(place):
     for depth, radius in ((1e-3, 7e-3), (4e-3, 5.6e-3), (4e-3, 8.75e-3)):
