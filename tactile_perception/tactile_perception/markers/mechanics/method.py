@@ -34,7 +34,7 @@ FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: 
 DRAG_PLACE, DRAG_DEPTH = 0.1, 0.06  # standard deviations of place and depth over the tip radius, of a drag of 1
 RADIUS, DRAG_RADIUS = 0.1, 0.2  # standard deviations of a log radius, of a press and of a drag: other friction passes for another radius
 UNSURE_PLACE, UNSURE_DEPTH = 0.2, 0.15  # relative errors of the corrections for other tips: place, and depth
-AMISS_PLACE, AMISS_DEPTH = 0.1, 0.04  # standard deviations over the tip radius, of two presses with a misfit of 1 that noise does not explain
+AMISS_PLACE, AMISS_DEPTH = 0.1, 0.04  # standard deviations over the tip radius, of two presses at a misfit of 1, beyond RIGHT
 
 
 @dataclass(frozen=True)
