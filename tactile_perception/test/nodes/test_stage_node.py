@@ -182,8 +182,7 @@ class SlowNode(StageNode):
         return {'contacts': Contacts(header=message.header)}
 
 
-def test_a_slow_node_drops_messages_reports_it_and_stays_up_to_date():
-    rclpy.init()
+def test_a_slow_node_drops_messages_reports_it_and_stays_up_to_date(ros):
     node, sender, executor = SlowNode(), rclpy.create_node('sender'), SingleThreadedExecutor()
     voltages = sender.create_publisher(PsdVoltages, 'voltages', 200)
     heard = []
@@ -205,7 +204,6 @@ def test_a_slow_node_drops_messages_reports_it_and_stays_up_to_date():
     finally:
         ended.set(), sending.join()
         executor.shutdown(), node.destroy_node(), sender.destroy_node()
-        rclpy.try_shutdown()
     assert node.log.shed > 20 and np.median(node.late[10:]) < 0.12, 'twelve messages would wait in the middleware by now'
     assert health.level == WARN and 'of voltages is dropped' in health.message and health.values['dropped'] == node.log.shed
     steps = np.diff([sent.index(stamp) for stamp in heard[10:]])
@@ -277,8 +275,7 @@ class BrokenNode(StageNode):
         return {'contacts': Contacts(header=message.header)} if list(message.voltages) != [7.0] else [][7]
 
 
-def test_a_defect_is_counted_and_reported_and_the_stage_restarts(monkeypatch):
-    rclpy.init()
+def test_a_defect_is_counted_and_reported_and_the_stage_restarts(ros, monkeypatch):
     node = BrokenNode()
     try:
         with pytest.raises(IndexError):
@@ -292,4 +289,3 @@ def test_a_defect_is_counted_and_reported_and_the_stage_restarts(monkeypatch):
         assert node.log.done == 1 and node.stage.begun == 1
     finally:
         node.destroy_node()
-        rclpy.try_shutdown()

@@ -111,14 +111,15 @@ double DraggedDots::along_drag(Vec3 motion) const {
     return dot(motion, drag) / std::max(length(drag), 1e-12);
 }
 
+double DraggedDots::moved_along_drags(const Twist& twist) const {
+    double sum = 0;
+    for (std::ptrdiff_t i = 0; i < count_; ++i) sum += dot(motions_.residual(i, twist), drag(i)) / std::max(length(drag(i)), 1e-12);
+    return sum;
+}
+
 bool DraggedDots::spring_back() const {
-    double along = 0, size = 0;
-    for (std::ptrdiff_t i = 0; i < count_; ++i) {
-        const Vec3 moved = motions_.residual(i, {}), pull = drag(i);
-        size += length(moved) + 1e-12;
-        along += dot(moved, pull) / std::max(length(pull), 1e-12);
-    }
-    return along < -BACK * size && size > slip_limit() * static_cast<double>(count_);
+    const double size = mean_size({}) + 1e-12;
+    return moved_along_drags({}) < -BACK * size * static_cast<double>(count_) && size > slip_limit();
 }
 
 double DraggedDots::held(const Twist& twist) const {
@@ -150,13 +151,7 @@ bool DraggedDots::loaded(const TouchingObject& thing) const {
 }
 
 double DraggedDots::lag_along_drag() const {
-    double along = 0, size = 0;
-    for (std::ptrdiff_t i = 0; i < count_; ++i) {
-        const Vec3 lag = -1.0 * motions_.residual(i, expected_), pull = drag(i);
-        size += length(lag) + 1e-12;
-        along += dot(lag, pull) / std::max(length(pull), 1e-12);
-    }
-    return along / size;
+    return -moved_along_drags(expected_) / ((mean_size(expected_) + 1e-12) * static_cast<double>(count_));
 }
 
 }  // namespace tactile

@@ -55,6 +55,9 @@ class DraggedDots {
     // Part of a motion along the dots' drag.
     double along_drag(Vec3 motion) const;
 
+    // Sum of the parts of the dots' motions beyond the twist's that are along each one's drag.
+    double moved_along_drags(const Twist& twist) const;
+
     // Whether the dots move back against their drags.
     bool spring_back() const;
 

@@ -140,8 +140,9 @@ std::vector<double> edge_distance(Grid grid, const double* score, const double* 
     std::vector<std::uint8_t> near(grid.size());
     bool any = false;
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        any |= score[k] > NEAR;
-        if (score[k] > NEAR) around(grid, k, [&](std::ptrdiff_t j) { near[j] = 1; });
+        if (!(score[k] > NEAR)) continue;
+        any = true;
+        around(grid, k, [&](std::ptrdiff_t j) { near[j] = 1; });
     }
     if (!any) return found;
     Padded maps[KINDS] = {Padded(grid), Padded(grid), Padded(grid)};

@@ -80,12 +80,7 @@ bool ObjectRest::stopped(const TouchingObject& thing) const {
 }
 
 bool ObjectRest::creeps(const TouchingObject& thing) const {
-    double along = 0;
-    for (std::ptrdiff_t i = 0; i < dots_.count(); ++i) {
-        const Vec3 drag = dots_.drag(i);
-        along += dot(dots_.motions().residual(i, {}), drag) / std::max(length(drag), 1e-12);
-    }
-    return dots_.turns() && thing.drift[0] > std::max(clear(), -along / static_cast<double>(dots_.count()));
+    return dots_.turns() && thing.drift[0] > std::max(clear(), -dots_.moved_along_drags({}) / static_cast<double>(dots_.count()));
 }
 
 }  // namespace tactile

@@ -57,6 +57,10 @@ class DomeModelMethod:
         self.solver = DomeInverse(calibration.library, calibration.noise, calibration.points(sensor), calibration.eyes, sensor.plane_z,
                                   max(sensor.pitch))
         self._threshold = max(STANDS_OUT, QUIETER * calibration.quiet)
+        self._forget()
+
+    def _forget(self) -> None:
+        """What comes next is another touch."""
         self._last: DomeFound | None = None
         self._searched = 1.0          # misfit of the touch where last all starts were tried; of a pair over that of one straight press
         self._usual = 1.0             # least misfit of the touch's straight presses
@@ -98,7 +102,7 @@ class DomeModelMethod:
         match = self.solver.match(field)
         score = self.solver.score(field, match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
         if not score > self._threshold:
-            self._last, self._searched, self._usual, self._straight, self._dragged = None, 1.0, 1.0, np.zeros(3), DRAGGED
+            self._forget()
             return None
         self._last = self._explained(field, match, self._last)
         return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, match, self._last)

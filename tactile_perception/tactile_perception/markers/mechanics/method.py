@@ -82,9 +82,8 @@ class SheetPresses:
         if single.misfit < WRONG:
             self.dragged = dragged.presses[0] if drags else None
             return single
-        enough = FAR_BETTER * single.misfit
-        two = self._two(field, seen, straight, enough)
-        return two if self._are_two(two, enough) else single
+        two = self._two(field, seen, straight, FAR_BETTER * single.misfit)
+        return two if self._are_two(two, single.misfit) else single
 
     def _remember(self, log_radius: float, variance: float) -> None:
         """The tip of the touch is that of its straight presses in the mean, as the first frame of a drag may pass for a straight press of
@@ -105,9 +104,9 @@ class SheetPresses:
         two = min((self._inverse.solve(seen, start) for start in starts), key=lambda found: found.misfit)
         return self._inverse.solve(seen, two.presses, drags=True) if two.misfit < HOPELESS * enough else two
 
-    def _are_two(self, two: Inverse, enough: float) -> bool:
-        """Whether two presses explain the field well enough and are distinct."""
-        if two.misfit > min(max(MOST, SURELY / FAR_BETTER * enough), enough):
+    def _are_two(self, two: Inverse, alone: float) -> bool:
+        """Whether two presses explain the field well enough, against one with a misfit alone, and are distinct."""
+        if two.misfit > min(FAR_BETTER * alone, max(MOST, SURELY * alone)):
             return False
         (one, other), depths = tips_of(self._library, two), sorted(press.depth for press in two.presses)
         apart = np.hypot(*(one.place - other.place)[:2])
