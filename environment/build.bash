@@ -36,7 +36,7 @@ install_wheels() {
 install_tools() {
     "$venv/bin/python" "$here/fix_cmake_paths.py" "$venv"
     "$venv/bin/python" "$here/fetch_tools.py" "$base/tools"
-    "$venv/bin/python" "$here/link_tools.py" "$base/tools" "$here/ros2_verbs"
+    "$venv/bin/python" "$here/link_tools.py" "$base/tools" "$here/python"
 }
 
 # build_underlay: the two interface packages of ROS 2 that no wheel has.
