@@ -14,7 +14,7 @@ ROS_MODULES = re.compile(
     r'(rclpy|launch\w*|cv_bridge|message_filters|diagnostic_updater|ament_index_python|rosidl\w*|\w+_msgs|\w+_srvs)(\.|$)')
 MAY_IMPORT_ROS = re.compile(r'(tactile_\w+/tactile_\w+/nodes/|tactile_bringup/|environment/|test/|tactile_\w+/test/)')
 ABSOLUTE_PATH = re.compile(r"""['"](/home/|/root/|/work/|/tmp/|/dev/video\d|/opt/ros|/usr/)""")
-LINES_OF_A_FILE = 400
+LINES_OF_A_FILE = 600
 LINES_OF_A_FUNCTION = 60
 
 
