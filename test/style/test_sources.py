@@ -83,6 +83,11 @@ def test_code_has_no_absolute_path():
     assert [name for name in CODE if ABSOLUTE_PATH.search(text_of(name))] == []
 
 
+def test_nothing_private_of_rclpy_is_used():
+    private = re.compile(r'_rclpy|rclpy\.impl\b|\.handle\b(?!\()')
+    assert [name for name in CODE if re.match(r'tactile_', name) and private.search(text_of(name))] == []
+
+
 def test_ruff_finds_nothing():
     found = subprocess.run([sys.executable, '-m', 'ruff', 'check', '--no-cache', '--output-format', 'concise', '.'], cwd=ROOT,
                            capture_output=True, text=True)

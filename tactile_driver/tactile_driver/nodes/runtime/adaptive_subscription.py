@@ -4,16 +4,13 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
-from rclpy.exceptions import InvalidHandle
 from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
-
-_AT_ONCE = 20  # messages taken at once before other callbacks run; chosen
 
 Take = Callable[[object, int], None]  # a message, and its time of receipt, ns
 
@@ -31,6 +28,8 @@ def policies_for(publishers: Sequence[TopicEndpointInfo], latched: bool) -> Poli
 
 class AdaptiveSubscription:
     """Calls take with each message on a topic; subscribes again when publishers come or go and the policies no longer fit.
+
+    Messages that wait while it subscribes again are lost.
 
     qos: history and depth; durability: transient local to also receive the last message published before (of a stream that would be an old
     one). Its reliability is ignored. raw: take gets the serialised message.
@@ -81,7 +80,6 @@ class AdaptiveSubscription:
     def _adapt(self, policies: Policies) -> None:
         if policies == self._policies:
             return
-        self._take_waiting()  # without the lock: take may wait for a lock under which close() is called
         with self._lock:
             if not self._closed:
                 self._unsubscribe()
@@ -89,30 +87,8 @@ class AdaptiveSubscription:
 
     def _taken(self, message, info: dict) -> None:
         self._take(message, received_ns(info))
-        self._take_waiting()
-
-    def _take_waiting(self) -> None:
-        """Pass on the messages that wait."""
-        subscription = self._subscription
-        if subscription is not None:
-            for message, info in waiting(subscription):
-                self._take(message, received_ns(info))
 
 
 def received_ns(info: dict) -> int:
     """Time of receipt, ns of this machine's clock; the sending time by the sender's clock if the middleware gives none."""
     return info['received_timestamp'] or info['source_timestamp']
-
-
-def waiting(subscription: Subscription) -> Iterator[tuple[object, dict]]:
-    """(message, info) of up to _AT_ONCE waiting messages: the executor takes 0.2 to 0.4 ms for each (measured), as much as processing a
-    small message does. Ends when the subscription is destroyed."""
-    for _ in range(_AT_ONCE):
-        try:
-            with subscription.handle:
-                found = subscription.handle.take_message(subscription.msg_type, subscription.raw)
-        except InvalidHandle:
-            return
-        if found is None:
-            return
-        yield found
