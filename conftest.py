@@ -28,7 +28,7 @@ else:
 
 TOP = pathlib.Path(__file__).resolve().parent / 'test'
 #: What `make test` runs of the tests that need more than one package; all others of them have the marker `full`.
-QUICK = TOP / 'style', TOP / 'launch' / 'test_smoke.py'
+QUICK = (TOP / 'style',)
 
 
 def pytest_collection_modifyitems(items):

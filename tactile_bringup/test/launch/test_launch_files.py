@@ -1,0 +1,23 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs launch_files.py by launch_testing, one test for each launch file."""
+import pytest
+
+pytest.importorskip('launch_testing_ros', reason='ROS is not sourced')
+
+import launch_files  # noqa: E402
+from launch_testing.loader import LoadTestsFromPythonModule  # noqa: E402
+from launch_testing.test_runner import LaunchTestRunner  # noqa: E402
+
+pytestmark = pytest.mark.ros
+RUNS = {run.param_args['name']: run for run in LoadTestsFromPythonModule(launch_files)}
+
+
+def test_no_launch_file_is_left_out():
+    assert {path.name for path in launch_files.FOLDER.glob('*.py')} == {f'{name}.launch.py' for name in RUNS}
+
+
+@pytest.mark.parametrize('name', RUNS)
+def test_a_launch_starts_delivers_and_ends(name):
+    result, = LaunchTestRunner([RUNS[name]]).run().values()
+    assert result.wasSuccessful(), '\n'.join(text for _, text in result.failures + result.errors)
