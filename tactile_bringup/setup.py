@@ -23,6 +23,7 @@ setup(
         ('share/' + PACKAGE + '/sros', sorted(glob('sros/*.policy.xml'))),
     ],
     install_requires=['setuptools'],
+    extras_require={'test': ['pytest', 'pytest-timeout']},
     zip_safe=False,
     maintainer='The tactile authors',
     maintainer_email='tactile@users.noreply.github.com',

@@ -15,6 +15,7 @@ setup(
         ('share/' + PACKAGE, ['package.xml']),
     ],
     install_requires=['setuptools'],
+    extras_require={'test': ['pytest', 'pytest-timeout']},
     package_data={PACKAGE: ['nodes/runtime/*.xml']},
     zip_safe=False,
     maintainer='The tactile authors',
