@@ -6,14 +6,13 @@ from __future__ import annotations
 import posixpath
 from pathlib import Path
 
-import cv2
-import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from ..base.pacing import NS, EvenPace, StampPace, wait_until
 from ..base.protocol import EndOfSource
 from ...errors import BadArgument, BadFrame, BadRecording
-from ...frame import CameraCalibration, Frame, frame_of, frame_of_bytes
+from ...frame import CameraCalibration, Frame, frame_of
+from ...nodes.messages.images import image_to_array
 from ...recordings.description import recorded_description
 from ...recordings.reader import BagReader, RawMessage
 
@@ -120,11 +119,7 @@ class BagSource:
 
     def _frame(self, message, name: str, stamp: int) -> Frame:
         place = f'the image of {self._topic} at {stamp} ns'
-        if name == _COMPRESSED:
-            data = np.asarray(message.data, np.uint8)
-            return frame_of(cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None, place, stamp)
-        size = message.height, message.width, message.step
-        return frame_of_bytes(message.data, size, message.encoding, stamp, place, bool(message.is_bigendian))
+        return frame_of(image_to_array(message, place), place, stamp)
 
     def close(self) -> None:
         """Close the bag."""
