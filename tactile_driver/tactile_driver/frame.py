@@ -13,6 +13,8 @@ import yaml
 from .errors import BadArgument, BadFrame
 
 ENCODINGS = ('bgr8', 'mono8')
+#: end of the name of a topic with compressed images, by image_transport's rule
+COMPRESSED = '/compressed'
 
 
 @dataclass(frozen=True)

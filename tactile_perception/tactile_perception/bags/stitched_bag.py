@@ -20,6 +20,7 @@ from ..errors import BadFrame
 from ..nodes.messages.serialization import MessageCodec
 from ..parameters.file import read_parameters
 from .rosbag import BagReader, RawMessage
+from .stamped import IMAGES
 
 VIEWS = ('left/image_raw', 'right/image_raw')
 _MADE = {'image_raw': 'sensor_msgs/msg/Image', 'camera_info': 'sensor_msgs/msg/CameraInfo', RIGHT_TIME: 'sensor_msgs/msg/TimeReference'}
@@ -84,7 +85,7 @@ class StitchedBag(BagReader):
     def _prefixes(topics: dict[str, str]) -> list[str]:
         """'/ns/' of each sensor that has both views."""
         lefts = [name.removesuffix(VIEWS[0]) for name in topics if name.endswith('/' + VIEWS[0])]
-        return sorted(prefix for prefix in lefts if all(topics.get(prefix + view) == _MADE['image_raw'] for view in VIEWS))
+        return sorted(prefix for prefix in lefts if all(topics.get(prefix + view) in IMAGES for view in VIEWS))
 
     def _pictures(self, prefix: str, take: Callable[[], PairFrame | None]) -> Iterator[RawMessage]:
         """Yield camera_info, right/time_reference and the stitched picture of each complete pair."""

@@ -18,6 +18,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
 from ...errors import BadFrame
+from ...frame import COMPRESSED
 
 _BRIDGE = CvBridge()
 _AS_THEY_ARE = ('bgr8', 'mono8', 'mono16', '8UC1', '8UC3')
@@ -31,8 +32,6 @@ _BY_OPENCV = {
 }
 PICTURES = (*_AS_THEY_ARE, *_TO_BGR, *_BY_OPENCV)
 GREY = ('mono8', '8UC1', 'mono16', '16UC1')
-#: The end of a topic's name that image_transport gives to compressed images
-COMPRESSED = '/compressed'
 _TO_8_BITS = 255 / 65535  # derived: scale from 16 to 8 bits
 _MOST_PIXELS = 2**25  # of a compressed image; chosen: beyond any camera's, and 100 MB in colour
 _PNG_HEAD, _PNG_END = b'\x89PNG\r\n\x1a\n', b'IEND\xaeB`\x82'

@@ -13,6 +13,8 @@ from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPo
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from ..messages.images import message_type
+
 _AT_ONCE = 20  # messages taken at once before other callbacks run; chosen
 
 Take = Callable[[object, int], None]  # a message, and its time of receipt, ns
@@ -32,12 +34,14 @@ def policies_for(publishers: Sequence[TopicEndpointInfo], latched: bool) -> Poli
 class AdaptiveSubscription:
     """Calls take with each message on a topic; subscribes again when publishers come or go and the policies no longer fit.
 
+    kind: type of the messages; of a topic that is or is remapped to .../compressed, Image stands for CompressedImage.
     qos: history and depth; durability: transient local to also receive the last message published before (of a stream that would be an old
     one). Its reliability is ignored. raw: take gets the serialised message.
     """
 
     def __init__(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile, raw: bool = False):
-        self._node, self._kind, self._topic, self._take, self._qos, self._raw = node, kind, topic, take, qos, raw
+        self._node, self._topic, self._take, self._qos, self._raw = node, topic, take, qos, raw
+        self._kind = message_type(kind, node.resolve_topic_name(topic))
         self._lock = threading.RLock()  # events come in the executor's thread, close() in any
         self._subscription: Subscription | None = None
         self._closed = False

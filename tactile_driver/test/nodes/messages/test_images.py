@@ -112,7 +112,8 @@ def test_two_pixels_of_packed_colour_belong_together(encoding):
 @pytest.mark.parametrize('sent', [COLOUR, MONO, ALPHA, WIDE, cv2.merge([WIDE] * 3)], ids=['colour', 'grey', 'alpha', '16 bits', '48 bits'])
 def test_a_png_is_what_it_was_made_of(sent):
     found = image_to_array(compressed(sent, says='a lie; jpeg compressed rgb8'))
-    assert found.dtype == np.uint8 and (found == (sent // 257 if sent.dtype == np.uint16 else sent[..., :3] if sent.ndim == 3 else sent)).all()
+    expected = sent // 257 if sent.dtype == np.uint16 else sent
+    assert found.dtype == np.uint8 and (found == (expected[..., :3] if sent.ndim == 3 else expected)).all()
 
 
 def test_a_jpeg_looks_like_what_it_was_made_of():
