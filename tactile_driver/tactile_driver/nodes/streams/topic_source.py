@@ -24,8 +24,8 @@ _QUEUE = QoSProfile(depth=10)
 
 
 class TopicSource:
-    """The images of a topic, relative to node's namespace: sensor_msgs/CompressedImage if it is named .../compressed, else Image. It subscribes
-    only while frames are wanted."""
+    """The images of a topic, relative to node's namespace: sensor_msgs/CompressedImage if it is named .../compressed, else Image. It
+    subscribes only while frames are wanted."""
 
     live, on_demand, corrupt = True, False, 0
 
