@@ -26,7 +26,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 from tactile_driver.command import tells_errors
 from tactile_driver.errors import TactileError
-from tactile_driver.nodes.messages.images import image_to_array
+from tactile_driver.nodes.messages.images import image_to_array, message_type
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_msgs.msg import Contacts
 from tactile_perception.nodes.stages.taxel import taxel_values
@@ -127,6 +127,7 @@ class SnapshotNode(Node):
         picture, _ = DRAWINGS.get(seen.type, _OTHER)
         seen.topics = {'contacts': Contacts, 'markers': MarkerArray} | ({picture: Image} if picture else {})
         for topic, kind in seen.topics.items():
+            kind = message_type(kind, self.resolve_topic_name(f'/{name}/{topic}'))
             self.create_subscription(kind, f'/{name}/{topic}', lambda message, topic=topic: seen.take(topic, message),
                                      qos_profile_sensor_data)
 
