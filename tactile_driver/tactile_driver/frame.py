@@ -11,9 +11,10 @@ import numpy as np
 import yaml
 
 from .errors import BadArgument, BadFrame
-from .pixels import picture_of
 
 ENCODINGS = ('bgr8', 'mono8')
+#: end of the name of a topic with compressed images, by image_transport's rule
+COMPRESSED = '/compressed'
 
 
 @dataclass(frozen=True)
@@ -68,12 +69,6 @@ def frame_of(image: np.ndarray | None, place: str, stamp_ns: int) -> Frame:
     if image.ndim == 3 and image.shape[2] == 1:
         image = image[:, :, 0]
     return Frame(image, stamp_ns, 'bgr8' if image.ndim == 3 else 'mono8')
-
-
-def frame_of_bytes(data: np.ndarray, size: tuple[int, int, int], encoding: str, stamp_ns: int, place: str,
-                   big_endian: bool = False) -> Frame:
-    """A Frame from the bytes of an Image message; size: (height, width, step in bytes). Raises BadFrame as picture_of does."""
-    return frame_of(picture_of(data, size, encoding, big_endian, place), place, stamp_ns)
 
 
 def as_encoding(frame: Frame, encoding: str) -> np.ndarray:

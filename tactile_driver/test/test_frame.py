@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument, BadFrame
-from tactile_driver.frame import CameraCalibration, Frame, as_encoding, frame_of, frame_of_bytes, load_calibration, pinhole_calibration
+from tactile_driver.frame import CameraCalibration, Frame, as_encoding, frame_of, load_calibration, pinhole_calibration
 
 CAMERA_INFO = """
 image_width: 640
@@ -30,20 +30,6 @@ def test_what_opencv_decodes_becomes_a_frame(shape, encoding, kept):
 def test_what_is_no_image_is_a_bad_frame(image):
     with pytest.raises(BadFrame, match='frame 12 of pad.avi'):
         frame_of(image, 'frame 12 of pad.avi', 0)
-
-
-def test_bytes_with_padded_rows_and_swapped_colours():
-    rows = np.zeros((2, 10), np.uint8)
-    rows[:, :9] = np.tile([1, 2, 3], 3)
-    frame = frame_of_bytes(rows.ravel(), (2, 3, 10), 'rgb8', 1, 'here')
-    assert frame.encoding == 'bgr8'
-    assert frame.image.tolist() == [[[3, 2, 1]] * 3] * 2
-
-
-@pytest.mark.parametrize(('size', 'encoding', 'length'), [((2, 3, 9), 'nv12', 18), ((2, 3, 9), 'bgr8', 17), ((0, 3, 9), 'bgr8', 0)])
-def test_bytes_that_make_no_image(size, encoding, length):
-    with pytest.raises(BadFrame, match='here'):
-        frame_of_bytes(np.zeros(length, np.uint8), size, encoding, 0, 'here')
 
 
 def test_encodings_are_converted_both_ways():

@@ -12,6 +12,7 @@ import numpy as np
 import yaml
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.camera import write_scene
+from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.simulation.sensors.scenes import open_dual_scene
 from tactile_driver.stitching.calibration import Stitching
 from tactile_driver.stitching.methods import Stitcher, make_stitcher
@@ -117,7 +118,7 @@ class Frames:
         for _, found in pairs_of(self._bag, '', ('image_raw', TRUTH), self._take_camera, open_bag=self._open):
             contacts = [(np.array([c.position.x, c.position.y, c.position.z]), c.depth) for c in found[TRUTH].contacts]
             image = found['image_raw']
-            yield Frame(convert.image_to_array(image), convert.stamp_seconds(image.header), contacts, _wrench(found.get(TRUE_WRENCH)))
+            yield Frame(image_to_array(image), convert.stamp_seconds(image.header), contacts, _wrench(found.get(TRUE_WRENCH)))
 
     def _take_camera(self, message) -> None:
         self.matrices = convert.camera_matrices(message)

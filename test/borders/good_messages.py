@@ -4,10 +4,14 @@
 from __future__ import annotations
 
 import functools
+from array import array
 
+import cv2
 import numpy as np
+from sensor_msgs.msg import CompressedImage, Image
 from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
+from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.nodes.streams.voltage import voltages_message
 from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.scene import open_psd_scene
@@ -27,6 +31,12 @@ _TAXEL_RATE, _TAXEL_FRAMES = 100.0, 60
 def messages(sensor: str) -> list[tuple[str, object]]:
     """(topic, message) in the order in which they are sent; nobody may change them."""
     return list({'psd_finger': _finger, 'taxel_array': _taxels}.get(sensor, lambda: _camera(sensor))())
+
+
+def compressed(image: Image, kind: str) -> CompressedImage:
+    """The same image under the same header; kind: .png or .jpg."""
+    data = cv2.imencode(kind, image_to_array(image))[1]
+    return CompressedImage(header=image.header, format=kind[1:], data=array('B', data.tobytes()))
 
 
 def _camera(sensor: str):

@@ -17,10 +17,10 @@ _CODES = {'int8': 'b', 'uint8': 'B', 'int16': 'h', 'uint16': 'H', 'int32': 'i', 
 _LARGEST = {'float': 3.4028234663852886e38, 'double': 1.7976931348623157e308}
 _SMALLEST = {'float': 1.401298464324817e-45, 'double': 5e-324}
 #: What the names of encodings, models, frames and files may be taken for.
-_TEXTS = ('', ' ', 'bgr8', 'BGR8', 'rgb8', 'rgba8', 'mono8', 'mono16', '8UC1', '8UC3', '16UC1', '32FC1', '64FC4', 'bayer_rggb8',
-          'yuv422', 'yuv422_yuy2', 'nv12', 'jpeg', 'plumb_bob', 'fisheye', 'rational_polynomial', '/', '//a', '../..', 'a' * 300, '\n\r\t',
-          '\x01\x7f', '\ufffd', '\U0001f590', 'frame\u202eid', '%s%n', '{}', '{0.__class__}', '!!python/object:os.system', '- [', 'NaN',
-          '-1')
+_TEXTS = ('', ' ', 'bgr8', 'BGR8', 'rgb8', 'rgba8', 'bgra8', 'mono8', 'mono16', '8UC1', '8UC3', '16UC1', '32FC1', '64FC4', 'bayer_rggb8',
+          'bayer_grbg8', 'bayer_gbrg16', 'yuv422', 'yuv422_yuy2', 'nv12', 'jpeg', 'rgb8; png compressed bgr8', 'plumb_bob', 'fisheye',
+          'rational_polynomial', '/', '//a', '../..', 'a' * 300, '\n\r\t', '\x01\x7f', '\ufffd', '\U0001f590', 'frame\u202eid', '%s%n',
+          '{}', '{0.__class__}', '!!python/object:os.system', '- [', 'NaN', '-1')
 _LENGTHS = (0, 1, 2, 3, 4, 5, 7, 8, 9, 12, 36, 529, 1000)
 
 

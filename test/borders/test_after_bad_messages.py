@@ -13,9 +13,10 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from fed_nodes import NODES, at, fed, sent, stamp_of  # noqa: E402
 from random_messages import hostile  # noqa: E402
+from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
 from tactile_perception.errors import BadFrame  # noqa: E402
 from tactile_perception.nodes.messages.checks import check_message  # noqa: E402
-from tactile_perception.nodes.messages.conversions import camera_matrices, image_to_array  # noqa: E402
+from tactile_perception.nodes.messages.conversions import camera_matrices  # noqa: E402
 from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 from tactile_perception.nodes.stages.psd import check_block  # noqa: E402
 

@@ -10,6 +10,7 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from fed_nodes import NODES, at, fed, sent, stamp_of  # noqa: E402
+from good_messages import compressed  # noqa: E402
 from random_messages import hostile  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
@@ -26,6 +27,8 @@ def thrown(name, sensor, count):
     for topic, message in found:
         node.feed(topic, message)
         good.setdefault(topic, []).append(message)
+        if topic == 'image_raw':
+            good[topic].append(compressed(message, rng.choice(('.png', '.jpg'))))
     stamp, published = max(stamp_of(message) for _, message in found), 0
     with np.errstate(all='ignore'):
         for _ in range(count):

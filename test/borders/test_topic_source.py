@@ -9,7 +9,7 @@ rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from fed_nodes import at, stamp_of  # noqa: E402
-from good_messages import messages  # noqa: E402
+from good_messages import compressed, messages  # noqa: E402
 from random_messages import hostile  # noqa: E402
 from tactile_driver.errors import BadFrame  # noqa: E402
 from tactile_driver.nodes.streams.topic_source import TopicSource  # noqa: E402
@@ -27,7 +27,7 @@ def test_random_images_are_frames_or_refused(count):
         for number in range(count):
             stamp += 10_000_000
             good = at(images[number % len(images)], stamp)
-            for message in (hostile(rng, good), good):
+            for message in (hostile(rng, good), hostile(rng, compressed(good, rng.choice(('.png', '.jpg')))), good):
                 source._take(message, 0)
                 try:
                     frame = source.read()
@@ -41,4 +41,4 @@ def test_random_images_are_frames_or_refused(count):
     finally:
         source.close()
         node.destroy_node()
-    assert 0.3 * count < bad < count
+    assert 0.6 * count < bad < 2 * count

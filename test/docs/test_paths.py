@@ -14,7 +14,7 @@ STARTS = (ROOT, *(ROOT / package for package in PACKAGES), *(ROOT / package / pa
 ENDINGS = r'\.(?:py|md|yaml|xml|rviz|bash|txt|in|cpp|hpp|msg|png|webp)'
 PATH = re.compile(rf'((?:[\w.*-]+/)+[\w.*-]*|[\w*-]+\.py|(?:[\w.*-]+/)*[\w.*-]+{ENDINGS})(?::(\w+))?')
 #: What commands write, what recordings hold, and what users call their own.
-ELSEWHERE = re.compile(r'(out|folder|frames|sdh_slip|dsa_slip|simulated|ground_truth|left|right|share)/.*|'
+ELSEWHERE = re.compile(r'(out|folder|frames|sdh_slip|dsa_slip|simulated|ground_truth|left|right|share|image_raw)/.*|'
                        r'(my_|NAME_|rows_and_columns|BAG|PARAMS|CALIBRATION|sensor\.json).*')
 
 

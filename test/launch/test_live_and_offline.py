@@ -4,18 +4,22 @@
 import time
 from pathlib import Path
 
+import cv2
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rosidl_runtime_py.utilities import get_message  # noqa: E402
+from sensor_msgs.msg import CompressedImage  # noqa: E402
 from tactile_bringup.installed import share  # noqa: E402
 from tactile_bringup.simulate.camera import write_scene  # noqa: E402
 from tactile_bringup.simulate.psd import write_psd_scene  # noqa: E402
 from tactile_bringup.simulate.taxel import write_taxel_scene  # noqa: E402
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME  # noqa: E402
-from tactile_perception.bags.rosbag import RawMessage  # noqa: E402
+from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
+from tactile_perception.bags.message_bag import write_messages  # noqa: E402
+from tactile_perception.bags.rosbag import BagReader, RawMessage  # noqa: E402
 from tactile_perception.bags.stream import KEPT, FrameDone, Task, stream  # noqa: E402
 from tactile_perception.nodes.contact_point_node import ContactPointNode  # noqa: E402
 from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
@@ -33,24 +37,43 @@ SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24, (DotTrackerNode, Co
            'air_cushion': (write_scene, 'air_cushion_demo', 5.0, 20, MARKERS),
            'psd_finger': (write_psd_scene, 'taps', 1000.0, 120, (PsdContactNode,)),
            'taxel_array': (write_taxel_scene, 'drag', 20.0, 60, (TaxelContactNode,))}
+COMPRESSED = {'touchpad': '.jpg', 'taxel_array': '.png'}
 
 
-@pytest.fixture(scope='module', params=SENSORS)
+@pytest.fixture(scope='module', params=[*SENSORS, *(f'{name} compressed' for name in COMPRESSED)])
 def sensor(request, tmp_path_factory):
     """(type, task) of a bag of the simulated specimen."""
-    name, folder = request.param, tmp_path_factory.mktemp('bags')
+    (name, *compressed), folder = request.param.split(), tmp_path_factory.mktemp('bags')
     write, scene, rate, frames, _ = SENSORS[name]
-    write(folder / name, scene, rate, **({'frames': frames} if write is write_scene else {}))
+    raw = folder / 'raw' if compressed else folder / name
+    write(raw, scene, rate, **({'frames': frames} if write is write_scene else {}))
+    if compressed:
+        write_messages(folder / name, name, compressed_messages(raw, f'/{name}/image_raw', COMPRESSED[name]))
     calibration = Path(share('calibration', f'{name}_sim.yaml'))
     task = Task(folder / name, Path(share('params', f'{name}_sim.yaml')), calibration if calibration.exists() else None)
     return name, task
 
 
+def compressed_messages(bag, images, kind):
+    """(stamp, topic, message) of a bag, with image_raw/compressed in place of image_raw; kind: .jpg or .png."""
+    codec = MessageCodec()
+    with BagReader(bag) as reader:
+        for raw in reader.messages():
+            message = codec.decode(raw.data, raw.type_name)
+            if raw.topic == images:
+                data = cv2.imencode(kind, image_to_array(message))[1].tobytes()
+                message = CompressedImage(header=message.header, format=kind[1:], data=data)
+            yield raw.stamp_ns, raw.topic + ('/compressed' if raw.topic == images else ''), message
+
+
 class Bench:
-    """A sensor's nodes and a helper that publishes to them and hears their results, in one process."""
+    """A sensor's nodes and a helper that publishes to them and hears their results, in one process; raw: topic -> type of what it
+    publishes."""
 
     def __init__(self, name, task, raw):
         words = ['--params-file', str(task.params), '-r', f'__ns:=/{name}']
+        compressed = [topic for topic, kind in raw.items() if get_message(kind) is CompressedImage]
+        words += [word for topic in compressed for word in ('-r', f'{topic}:={topic}/compressed')]
         words += ['-p', f'calibration:={task.calibration}'] if task.calibration else []
         rclpy.init(args=['--ros-args', *words])
         self.nodes = [kind() for kind in SENSORS[name][4]]
@@ -59,7 +82,8 @@ class Bench:
         for node in (*self.nodes, self.helper):
             self._executor.add_node(node)
         self.heard = {}
-        self.publishers = {topic: self.helper.create_publisher(get_message(kind), topic, 50) for topic, kind in raw.items()}
+        self.publishers = {topic: self.helper.create_publisher(get_message(kind), topic + '/compressed' * (topic in compressed), 50)
+                           for topic, kind in raw.items()}
 
     def listen(self, topics):
         """Hear these topics (name -> type), once all are joined."""

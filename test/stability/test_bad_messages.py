@@ -58,7 +58,7 @@ def cut(message):
 
 
 def renamed(message):
-    message.encoding = 'bayer_rggb8'
+    message.encoding = 'nv12'
 
 
 def no_encoding(message):

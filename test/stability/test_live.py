@@ -125,7 +125,7 @@ def cut(message):
 
 
 def another_encoding(message):
-    message.encoding = 'bayer_rggb8'
+    message.encoding = 'nv12'
 
 
 def test_bad_frames_to_running_nodes(pad, tmp_path):

@@ -13,13 +13,14 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 from tactile_driver.errors import BadArgument, TactileError
+from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.nodes.runtime.diagnostics import LogOnce
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_msgs.msg import DotTracks
 from tactile_perception.nodes.messages.checks import check_message
-from tactile_perception.nodes.messages.conversions import image_to_array, stamp_seconds
+from tactile_perception.nodes.messages.conversions import stamp_seconds
 from tactile_perception.nodes.stages.touchpad import RESULTS
 
 from .moments import Moments

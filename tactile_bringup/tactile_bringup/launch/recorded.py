@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tactile_driver.errors import BadArgument, TactileError
+from tactile_driver.frame import COMPRESSED
 from tactile_perception.bags.descriptions import descriptions
 from tactile_perception.bags.rosbag import BagReader
 
@@ -60,7 +61,7 @@ def _fitting(topics: set[str], raw: Mapping[str, str], given: str, own: str) -> 
     found = sorted(t.removesuffix(raw['topic']) for t in topics if t.endswith('/' + raw['topic']))
     found = [prefix for prefix in found if all(prefix + name in topics for name in raw.values())]
     if given:
-        return [prefix for prefix in found if prefix + raw['topic'] == given]
+        return [prefix for prefix in found if prefix + raw['topic'] == given.removesuffix(COMPRESSED)]
     return [own] if own in found else found
 
 

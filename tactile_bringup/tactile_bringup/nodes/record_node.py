@@ -13,6 +13,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.messages.images import message_type
 from tactile_driver.nodes.runtime.adaptive_subscription import AdaptiveSubscription
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, NodeDiagnostics, LogOnce, common_values
 from tactile_driver.nodes.runtime.defect_guard import guard_services
@@ -91,7 +92,8 @@ class RecordNode(Node):
                 self._record(topic, kind)
 
     def _record(self, topic: str, kind: type, qos: QoSProfile = _KEEP_ALL) -> None:
-        name, type_name = self.resolve_topic_name(topic), type_name_of(kind)
+        name = self.resolve_topic_name(topic)
+        type_name = type_name_of(message_type(kind, name))
         AdaptiveSubscription(self, kind, topic, lambda data, _received_ns: self._write(name, type_name, data), qos, raw=True)
 
     def _add_topic(self, topic: str, type_name: str) -> None:

@@ -26,9 +26,9 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 from tactile_driver.command import tells_errors
 from tactile_driver.errors import TactileError
+from tactile_driver.nodes.messages.images import image_to_array, message_type
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_msgs.msg import Contacts
-from tactile_perception.nodes.messages.conversions import image_to_array
 from tactile_perception.nodes.stages.taxel import taxel_values
 from visualization_msgs.msg import MarkerArray
 
@@ -40,7 +40,6 @@ _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _SETTLE_S = 2.5  # chosen: time until the middleware has discovered all sensors
 _LOOK_S = 0.5  # chosen: interval between two searches for sensors
 _KEPT = 2000  # contacts messages per sensor, chosen
-_FULL = {'mono8': 255.0, 'mono16': 65535.0}  # largest value of each encoding
 
 
 @dataclass
@@ -83,9 +82,8 @@ def _annotated(messages: dict) -> np.ndarray:
 
 
 def _taxels(messages: dict) -> np.ndarray:
-    image = messages['image_raw']
-    values = taxel_values(image)
-    return taxel_picture(values, min(_FULL[image.encoding], max(1.0, float(values.max()))))
+    values = taxel_values(messages['image_raw'])
+    return taxel_picture(values, max(1.0, float(values.max())))
 
 
 def _finger(messages: dict) -> np.ndarray:
@@ -129,6 +127,7 @@ class SnapshotNode(Node):
         picture, _ = DRAWINGS.get(seen.type, _OTHER)
         seen.topics = {'contacts': Contacts, 'markers': MarkerArray} | ({picture: Image} if picture else {})
         for topic, kind in seen.topics.items():
+            kind = message_type(kind, self.resolve_topic_name(f'/{name}/{topic}'))
             self.create_subscription(kind, f'/{name}/{topic}', lambda message, topic=topic: seen.take(topic, message),
                                      qos_profile_sensor_data)
 

@@ -11,6 +11,7 @@ from sensor_msgs.msg import Image
 from tactile_driver.errors import TactileError
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message
+from tactile_driver.nodes.messages.images import message_type
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
@@ -43,9 +44,9 @@ class TaxelMarkersNode(DrawingNode):
         """Subscribe to images and results while somebody looks."""
         wanted = self.marker_output.get_subscription_count() > 0 or self._picture_output.get_subscription_count() > 0
         if wanted and not self._inputs:
-            self._inputs = [self.create_subscription(kind, topic, lambda message, topic=topic: self._take(topic, message),
-                                                     qos_profile_sensor_data if topic == 'image_raw' else QoSProfile(depth=_KEPT))
-                            for topic, kind in _INPUTS.items()]
+            self._inputs = [self.create_subscription(
+                message_type(kind, self.resolve_topic_name(topic)), topic, lambda message, topic=topic: self._take(topic, message),
+                qos_profile_sensor_data if topic == 'image_raw' else QoSProfile(depth=_KEPT)) for topic, kind in _INPUTS.items()]
             self._drawing = steady_timer(self, 1 / self.settings['rate'], self._draw)
         elif not wanted and self._inputs:
             for subscription in self._inputs:

@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 
-from sensor_msgs.msg import Image  # noqa: E402
+from sensor_msgs.msg import CompressedImage, Image  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
 from tactile_perception.bags.rosbag import BagWriter  # noqa: E402
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.ros
 
 
 RAW = {'touchpad': ['image_raw'], 'areal_dual': ['left/image_raw', 'right/image_raw', 'image_raw'], 'psd_finger': ['voltages'],
-       'marker_video': ['image_raw'], 'camera': ['image_color']}
+       'marker_video': ['image_raw'], 'areal_single': ['image_raw/compressed'], 'camera': ['image_color']}
 
 
 def write(path, **sensors):
@@ -27,7 +27,8 @@ def write(path, **sensors):
             kind, data = codec.encode(String(data=f'sensor_type: {sensor_type}\nsource: {source}\n'))
             bag.write(f'/{name}/description', kind, 10**9, data)
             for topic in (*RAW[sensor_type], 'image_annotated'):
-                bag.write(f'/{name}/{topic}', *codec.encode(Image())[:1], 10**9, codec.encode(Image())[1])
+                kind, data = codec.encode(CompressedImage() if topic.endswith('/compressed') else Image())
+                bag.write(f'/{name}/{topic}', kind, 10**9, data)
     return str(path)
 
 
@@ -51,6 +52,12 @@ def test_a_recording_of_a_replay_knows_that_the_sensor_was_simulated(tmp_path):
     bag = write(tmp_path / 'bag', pad=('touchpad', 'bag\nrecorded: {source: sim}'), tip=('psd_finger', 'bag\nrecorded: {source: device}'))
     assert recorded_topics(bag, 'touchpad', 'touchpad', {}) == ({'topic': '/pad/image_raw'}, True)
     assert recorded_topics(bag, 'psd_finger', 'tip', {}) == ({'topic': '/tip/voltages'}, False)
+
+
+@pytest.mark.parametrize('given', ['', '/sheet/image_raw', '/sheet/image_raw/compressed'])
+def test_a_recording_of_compressed_images(tmp_path, given):
+    bag = write(tmp_path / 'bag', sheet=('areal_single', 'sim'))
+    assert recorded_topics(bag, 'areal_single', 'x', {'topic': given}) == ({'topic': given or '/sheet/image_raw'}, True)
 
 
 def test_of_several_of_a_type_the_namespace_or_the_topic_chooses(tmp_path):

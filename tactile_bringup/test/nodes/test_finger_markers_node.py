@@ -9,7 +9,7 @@ from geometry_msgs.msg import Vector3  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
 from tactile_msgs.msg import Contact, Contacts  # noqa: E402
-from tactile_perception.nodes.messages.conversions import image_to_array  # noqa: E402
+from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 

@@ -12,9 +12,10 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 from tactile_bringup.simulate.camera import write_scene  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
 from tactile_driver.nodes.messages.ground_truth import TRUTH  # noqa: E402
+from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
 from tactile_driver.simulation.sensors.scenes import open_scene  # noqa: E402
 from tactile_perception.bags.rosbag import BagReader  # noqa: E402
-from tactile_perception.nodes.messages.conversions import camera_matrices, image_to_array  # noqa: E402
+from tactile_perception.nodes.messages.conversions import camera_matrices  # noqa: E402
 from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from rosbags.interfaces import Qos
 from rosbags.rosbag2 import CompressionFormat, CompressionMode
-from tactile_driver.recordings.reader import BagReader, RawMessage
+from tactile_driver.recordings.compressed import ImageBagReader as BagReader
+from tactile_driver.recordings.reader import RawMessage
 
 from ..errors import BadArgument
 from .rosbag2_writer import Rosbag2Writer

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME
+from tactile_driver.recordings.compressed import COMPRESSED_IMAGE
 
 from ..common.progress import Progress
 from ..errors import BadCalibration, BadRecording
@@ -15,6 +16,7 @@ from .rosbag import BagReader
 
 TRUTH, TRUE_WRENCH = 'ground_truth/contacts', 'ground_truth/wrench'
 IMAGE, VOLTAGES, DOTS = 'sensor_msgs/msg/Image', 'tactile_msgs/msg/PsdVoltages', 'tactile_msgs/msg/DotTracks'
+IMAGES = IMAGE, COMPRESSED_IMAGE
 
 
 def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info: Callable, images: str = 'image_raw',
@@ -46,11 +48,12 @@ def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info:
 
 
 def find_prefix(topics: dict[str, str], namespace: str, images: str = 'image_raw', raw_type: str = IMAGE) -> str:
-    """'/ns/' of the sensor among topics (topic -> type) whose raw data are on images with type raw_type.
+    """'/ns/' of the sensor among topics (topic -> type) whose raw data are on images with type raw_type (or compressed).
 
     Raises BadRecording without one, and for several without a namespace.
     """
-    found = sorted(t.removesuffix(images) for t, kind in topics.items() if t.endswith('/' + images) and kind == raw_type)
+    kinds = IMAGES if raw_type == IMAGE else (raw_type,)
+    found = sorted(t.removesuffix(images) for t, kind in topics.items() if t.endswith('/' + images) and kind in kinds)
     wanted = f'/{namespace.strip("/")}/'.replace('//', '/')
     if namespace and wanted not in found:
         raise BadRecording(f'no {wanted}{images} in the bag; it has {", ".join(p + images for p in found) or f"no {images} at all"}')

@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame, as_encoding
-from tactile_driver.nodes.messages.conversions import (RIGHT_TIME, calibration_to_message, header_of, image_to_message,
-                                                       right_time_message)
+from tactile_driver.nodes.messages.conversions import (RIGHT_TIME, calibration_to_message, frame_of_message, header_of,
+                                                       image_to_message, right_time_message)
 from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
 from tactile_driver.sources.dual_camera.pairing import Pairer
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
@@ -17,10 +17,10 @@ from tactile_driver.stitching.methods import make_stitcher
 
 from ..calibration.files.format import read_calibration
 from ..errors import BadFrame
-from ..nodes.messages import conversions as convert
 from ..nodes.messages.serialization import MessageCodec
 from ..parameters.file import read_parameters
 from .rosbag import BagReader, RawMessage
+from .stamped import IMAGES
 
 VIEWS = ('left/image_raw', 'right/image_raw')
 _MADE = {'image_raw': 'sensor_msgs/msg/Image', 'camera_info': 'sensor_msgs/msg/CameraInfo', RIGHT_TIME: 'sensor_msgs/msg/TimeReference'}
@@ -69,7 +69,7 @@ class StitchedBag(BagReader):
             try:
                 message = self._codec.decode(raw.data, raw.type_name)
                 self._frame_ids[prefix] = message.header.frame_id
-                pairers[prefix].add(side, view_frame(message))
+                pairers[prefix].add(side, frame_of_message(message, 'image'))
             except BadFrame as error:
                 self.left_out.add(raw.topic, str(error), raw.stamp_ns)
                 continue
@@ -85,7 +85,7 @@ class StitchedBag(BagReader):
     def _prefixes(topics: dict[str, str]) -> list[str]:
         """'/ns/' of each sensor that has both views."""
         lefts = [name.removesuffix(VIEWS[0]) for name in topics if name.endswith('/' + VIEWS[0])]
-        return sorted(prefix for prefix in lefts if all(topics.get(prefix + view) == _MADE['image_raw'] for view in VIEWS))
+        return sorted(prefix for prefix in lefts if all(topics.get(prefix + view) in IMAGES for view in VIEWS))
 
     def _pictures(self, prefix: str, take: Callable[[], PairFrame | None]) -> Iterator[RawMessage]:
         """Yield camera_info, right/time_reference and the stitched picture of each complete pair."""
@@ -103,12 +103,6 @@ class StitchedBag(BagReader):
                                   ('image_raw', image_to_message(Frame(picture, pair.stamp_ns, encoding), '', header))):
                 type_name, data = self._codec.encode(message)
                 yield RawMessage(prefix + name, type_name, pair.stamp_ns, data)
-
-
-def view_frame(message) -> Frame:
-    """Convert an Image to a Frame. Raises BadFrame."""
-    image = convert.image_to_array(message)
-    return Frame(image, message.header.stamp.sec * 10**9 + message.header.stamp.nanosec, 'mono8' if image.ndim == 2 else 'bgr8')
 
 
 def bag_opener(params: Path, stitching: Stitching | None) -> Callable[[Path], BagReader]:

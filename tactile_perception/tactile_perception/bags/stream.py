@@ -79,7 +79,7 @@ def stream(task: Task) -> Iterator[Item]:
         prefix = find_prefix(reader.topics, task.namespace, replay.raw, replay.raw_type)
         kept = {name if name.startswith('/') else prefix + name for name in KEPT}
         definitions = {kind: reader.definitions.get(kind, '') for topic, kind in reader.topics.items() if topic in kept}
-        for kind in {replay.raw_type, reader.topics.get(prefix + 'camera_info', replay.raw_type)}:
+        for kind in {reader.topics[prefix + replay.raw], reader.topics.get(prefix + 'camera_info', replay.raw_type)}:
             if reason := known_as(codec.store, kind, reader.definitions.get(kind, '')):
                 raise BadRecording(f'bag {task.source}: {reason}')
         camera = {prefix + 'camera_info'} & set(reader.topics)

@@ -31,7 +31,7 @@ def contacts(depth):
 
 
 def image(stamp):
-    return image_to_message(Frame(np.zeros((2, 2), np.uint8), stamp, 'mono8'), 'pad', Header())
+    return image_to_message(Frame(np.zeros((2, 2), np.uint8), stamp, 'mono8'), '', Header())
 
 
 def live(path):

@@ -8,11 +8,12 @@ from array import array
 import numpy as np
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3
-from sensor_msgs.msg import CameraInfo, Image, TimeReference
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, TimeReference
 from std_msgs.msg import Header
 
 from ...errors import BadFrame
-from ...frame import CameraCalibration, Frame, as_encoding, frame_of_bytes
+from ...frame import CameraCalibration, Frame, as_encoding, frame_of
+from .images import array_to_image, image_to_array
 from ...sources.base.pacing import NS
 
 #: topic of two cameras: when the right view of a picture was exposed
@@ -37,20 +38,14 @@ def stamp_ns_of(header: Header) -> int:
     return stamp.sec * NS + stamp.nanosec
 
 
-def frame_of_message(message: Image, place: str) -> Frame:
-    """The Frame of an Image message; place: its name in error messages. Raises BadFrame if the message holds no valid image."""
-    size = message.height, message.width, message.step
-    return frame_of_bytes(message.data, size, message.encoding, stamp_ns_of(message.header), place, bool(message.is_bigendian))
+def frame_of_message(message: Image | CompressedImage, place: str) -> Frame:
+    """The Frame of an image message; place: its name in error messages. Raises BadFrame if the message holds no valid image."""
+    return frame_of(image_to_array(message, place), place, stamp_ns_of(message.header))
 
 
 def image_to_message(frame: Frame, encoding: str, header: Header) -> Image:
     """The frame as an Image in encoding bgr8 or mono8, '' for the frame's own."""
-    image = np.ascontiguousarray(as_encoding(frame, encoding))
-    height, width = image.shape[:2]
-    message = Image(header=header, height=height, width=width, encoding=encoding or frame.encoding, step=image.strides[0],
-                    check_fields=True)
-    message.data = bytes_of(image)
-    return message
+    return array_to_image(as_encoding(frame, encoding), encoding or frame.encoding, header)
 
 
 def bytes_of(values: np.ndarray) -> array:

@@ -12,6 +12,8 @@ from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPo
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from ..messages.images import message_type
+
 Take = Callable[[object, int], None]  # a message, and its time of receipt, ns
 
 Policies = tuple[ReliabilityPolicy, DurabilityPolicy]
@@ -31,12 +33,14 @@ class AdaptiveSubscription:
 
     Messages that wait while it subscribes again are lost.
 
+    kind: type of the messages; of a topic that is or is remapped to .../compressed, Image stands for CompressedImage.
     qos: history and depth; durability: transient local to also receive the last message published before (of a stream that would be an old
     one). Its reliability is ignored. raw: take gets the serialised message.
     """
 
     def __init__(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile, raw: bool = False):
-        self._node, self._kind, self._topic, self._take, self._qos, self._raw = node, kind, topic, take, qos, raw
+        self._node, self._topic, self._take, self._qos, self._raw = node, topic, take, qos, raw
+        self._kind = message_type(kind, node.resolve_topic_name(topic))
         self._lock = threading.RLock()  # events come in the executor's thread, close() in any
         self._subscription: Subscription | None = None
         self._closed = False

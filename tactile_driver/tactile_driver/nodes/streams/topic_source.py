@@ -8,7 +8,7 @@ from collections import deque
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CompressedImage, Image
 
 from ...errors import BadArgument
 from ...frame import CameraCalibration, Frame
@@ -24,7 +24,8 @@ _QUEUE = QoSProfile(depth=10)
 
 
 class TopicSource:
-    """The images of a topic (sensor_msgs/Image, relative to node's namespace). It subscribes only while frames are wanted."""
+    """The images of a topic, relative to node's namespace: sensor_msgs/CompressedImage if it is named .../compressed, else Image. It
+    subscribes only while frames are wanted."""
 
     live, on_demand, corrupt = True, False, 0
 
@@ -35,7 +36,7 @@ class TopicSource:
         self._node, self._topic = node, topic
         self._image: AdaptiveSubscription | None = None
         self._gaps = StampGaps(topic)
-        self._queue: deque[Image] = deque()
+        self._queue: deque[Image | CompressedImage] = deque()
         self._arrived = threading.Condition()
 
     def open(self) -> None:
@@ -59,7 +60,7 @@ class TopicSource:
             self._image = None
             self._queue.clear()
 
-    def _take(self, message: Image, _received_ns: int) -> None:
+    def _take(self, message: Image | CompressedImage, _received_ns: int) -> None:
         with self._arrived:
             self._gaps.add(message.header.stamp.sec * NS + message.header.stamp.nanosec)
             self._queue.append(message)

@@ -6,21 +6,21 @@ from __future__ import annotations
 import posixpath
 from pathlib import Path
 
-import cv2
-import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from ..base.pacing import NS, EvenPace, StampPace, wait_until
 from ..base.protocol import EndOfSource
 from ...errors import BadArgument, BadFrame, BadRecording
-from ...frame import CameraCalibration, Frame, frame_of, frame_of_bytes
+from ...frame import COMPRESSED, CameraCalibration, Frame, frame_of
+from ...nodes.messages.images import image_to_array
+from ...recordings.compressed import COMPRESSED_IMAGE, ImageBagReader
 from ...recordings.description import recorded_description
-from ...recordings.reader import BagReader, RawMessage
+from ...recordings.reader import RawMessage
 
-_IMAGE, _COMPRESSED, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo'
+_IMAGE, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CameraInfo'
 
 
-def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str, ...] = (_IMAGE, _COMPRESSED),
+def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str, ...] = (_IMAGE, COMPRESSED_IMAGE),
                  content: str = 'image') -> str:
     """The topic to play, of types (topic -> type name).
 
@@ -28,8 +28,7 @@ def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str
     among several. content: for error messages. Raises BadRecording, listing the topics, without a unique match.
     """
     images = sorted(name for name, kind in types.items() if kind in kinds)
-    fitting = [name for name in images if wanted in ('', name, name.lstrip('/'))]
-    fitting = fitting or [name for name in images if name.endswith('/' + wanted)]
+    fitting = _named(images, wanted) or _named(images, wanted.removesuffix(COMPRESSED))
     if not wanted and len(fitting) > 1:
         fitting = [name for name in images if name.endswith('/image_raw')]
     if len(fitting) == 1:
@@ -40,6 +39,11 @@ def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str
     raise BadRecording(f'topic: {path} has {len(images)} {content} topics ({listed}); ' + ('name one' if images else 'choose another bag'))
 
 
+def _named(topics: list[str], wanted: str) -> list[str]:
+    """The topics of that name, else those whose last part it is."""
+    return [name for name in topics if wanted in ('', name, name.lstrip('/'))] or [name for name in topics if name.endswith('/' + wanted)]
+
+
 class BagSource:
     """Plays a rosbag2 folder or file, sqlite3 or MCAP; a damaged one is read as far as possible.
 
@@ -48,7 +52,7 @@ class BagSource:
     """
 
     live = False
-    kinds, content = (_IMAGE, _COMPRESSED), 'image'
+    kinds, content = (_IMAGE, COMPRESSED_IMAGE), 'image'
 
     def __init__(self, path: str, topic: str, rate: float, loop: bool):
         if not path:
@@ -64,7 +68,7 @@ class BagSource:
         """Open the bag at its start. Raises BadRecording if it is missing, unreadable or lacks the topic."""
         self.close()
         try:
-            self._reader = BagReader(self._path).__enter__()
+            self._reader = ImageBagReader(self._path).__enter__()
         except (BadRecording, OSError) as error:
             raise BadRecording(f'path: {self._path} is not a readable rosbag2 recording: {error}') from error
         types = self._reader.topics
@@ -120,11 +124,7 @@ class BagSource:
 
     def _frame(self, message, name: str, stamp: int) -> Frame:
         place = f'the image of {self._topic} at {stamp} ns'
-        if name == _COMPRESSED:
-            data = np.asarray(message.data, np.uint8)
-            return frame_of(cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None, place, stamp)
-        size = message.height, message.width, message.step
-        return frame_of_bytes(message.data, size, message.encoding, stamp, place, bool(message.is_bigendian))
+        return frame_of(image_to_array(message, place), place, stamp)
 
     def close(self) -> None:
         """Close the bag."""

@@ -1,18 +1,16 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The taxel images of a rosbag2 recording, mono8 or mono16."""
+"""The taxel images of a rosbag2 recording, of 8 or 16 bits."""
 from __future__ import annotations
 
 from ..camera.bag import BagSource
 from ...frame import Frame
 from ...matrix import matrix_frame
-from ...pixels import GREY, pixels_of
+from ...nodes.messages.images import grey_to_array
 
 
 class TaxelBagSource(BagSource):
-    """A rosbag2 folder or file with sensor_msgs/Image in mono8 or mono16. Parameters as of BagSource; shape: (rows, columns)."""
-
-    kinds, content = ('sensor_msgs/msg/Image',), 'image'
+    """A rosbag2 folder or file with sensor_msgs/Image or CompressedImage in grey. Parameters as of BagSource; shape: (rows, columns)."""
 
     def __init__(self, path: str, topic: str, rate: float, loop: bool, shape: tuple[int, int]):
         super().__init__(path, topic, rate, loop)
@@ -20,6 +18,4 @@ class TaxelBagSource(BagSource):
 
     def _frame(self, message, name: str, stamp: int) -> Frame:
         place = f'the image of {self._topic} at {stamp} ns'
-        size = message.height, message.width, message.step
-        values = pixels_of(message.data, size, message.encoding, bool(message.is_bigendian), place, GREY)
-        return matrix_frame(values, self._shape, stamp, place)
+        return matrix_frame(grey_to_array(message, place), self._shape, stamp, place)

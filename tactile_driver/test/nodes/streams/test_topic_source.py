@@ -1,11 +1,16 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+import time
+from contextlib import suppress
+
+import cv2
 import numpy as np
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
 
-from sensor_msgs.msg import Image  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from sensor_msgs.msg import CompressedImage, Image  # noqa: E402
 
 from tactile_driver.errors import BadArgument, BadFrame  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
@@ -64,6 +69,27 @@ def test_a_message_that_makes_no_image_is_a_bad_frame(node):
     with pytest.raises(BadFrame, match='32FC1'):
         source.read()
     source.close()
+
+
+def test_a_topic_named_compressed_brings_compressed_images(node):
+    topic, picture = 'left/image_raw/compressed', np.full((4, 6, 3), 90, np.uint8)
+    source, publisher = TopicSource(node, topic), node.create_publisher(CompressedImage, topic, 10)
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    message = CompressedImage(header=header_of(10**9, 'pad'), format='jpeg', data=cv2.imencode('.png', picture)[1].tobytes())
+    frame, end = None, time.monotonic() + 20
+    while frame is None and time.monotonic() < end:
+        with suppress(NothingYet):
+            frame = source.read()
+        publisher.publish(message)
+        executor.spin_once(timeout_sec=0.1)
+    assert (frame.image == picture).all() and frame.stamp_ns == 10**9
+    source._take(CompressedImage(header=message.header, data=message.data[:-3]), 0)
+    with pytest.raises(BadFrame, match='left/image_raw/compressed: .* cut'):
+        while True:
+            source.read()
+    source.close()
+    executor.shutdown()
 
 
 def test_a_topic_without_a_name_is_refused(node):

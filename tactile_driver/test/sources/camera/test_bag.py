@@ -90,12 +90,32 @@ def test_unwanted_frames_are_passed_over(bag):
     assert source.read().stamp_ns == START + PERIOD
 
 
-def test_compressed_images(tmp_path):
-    pixels = np.full((48, 64, 3), 90, np.uint8)
-    data = cv2.imencode('.png', pixels)[1]
-    message = TYPES['sensor_msgs/msg/CompressedImage'](header(0), 'png', data)
-    frame = opened(write(tmp_path / 'bag', {'/image/compressed': [message]})).read()
-    assert (frame.image == 90).all()
+def compressed(k):
+    data = cv2.imencode('.png', np.full((48, 64, 3), 90 + k, np.uint8))[1]
+    return TYPES['sensor_msgs/msg/CompressedImage'](header(k), 'png', data)
+
+
+@pytest.mark.parametrize('wanted', ['', 'image_raw/compressed', '/pad/image_raw/compressed', 'image_raw', '/pad/image_raw'])
+def test_compressed_images_take_the_place_of_raw_ones(tmp_path, wanted):
+    path = write(tmp_path / 'bag', {'/pad/image_raw/compressed': [compressed(0), compressed(1)], '/pad/camera_info': [info()],
+                                    '/pad/image_annotated': [image(7)]})
+    source = opened(path, wanted)
+    assert [(source.read().image == 90 + k).all() for k in range(2)] == [True, True] and source.calibration().k == K
+
+
+@pytest.mark.parametrize('wanted, value', [('', 7), ('image_raw', 7), ('image_raw/compressed', 90), ('/pad/image_raw/compressed', 90)])
+def test_raw_images_come_before_compressed_ones(tmp_path, wanted, value):
+    path = write(tmp_path / 'bag', {'/pad/image_raw/compressed': [compressed(0)], '/pad/image_raw': [image(7)]})
+    assert (opened(path, wanted).read().image == value).all()
+
+
+def test_a_corrupt_compressed_image_is_bad_and_the_next_one_good(tmp_path):
+    cut = compressed(0)
+    cut.data = cut.data[:-9]
+    source = opened(write(tmp_path / 'bag', {'/image_raw/compressed': [cut, compressed(1)]}))
+    with pytest.raises(BadFrame, match='/image_raw at .* the frame is cut'):
+        source.read()
+    assert (source.read().image == 91).all()
 
 
 def test_grey_and_unusable_encodings(tmp_path):

@@ -8,10 +8,9 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 from geometry_msgs.msg import Quaternion, Transform, Twist, WrenchStamped
-from sensor_msgs.msg import CameraInfo, Image, TimeReference
+from sensor_msgs.msg import CameraInfo, TimeReference
 from std_msgs.msg import Header
 from tactile_driver.nodes.messages.conversions import point, polygon, stamp_ns_of, vector
-from tactile_driver.pixels import picture_of
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
 from .checks import dot_numbers
@@ -25,11 +24,6 @@ _SHORTEST_FOCUS, _FARTHEST_PX, _STRONGEST_DISTORTION = 1.0, 1e6, 1e6
 _NO_DISTORTION = 1e-12  # a smaller coefficient counts as 0: it bends no ray, and the inversion would divide by it; chosen
 
 _LONGEST_SKEW_NS = 10**9  # chosen: frame periods are shorter
-
-
-def image_to_array(message: Image) -> np.ndarray:
-    """(H, W, 3) uint8 BGR for a colour image, (H, W) uint8 for a grey one. Raises BadFrame for an encoding or size that cannot be used."""
-    return picture_of(message.data, (message.height, message.width, message.step), message.encoding, bool(message.is_bigendian), 'image')
 
 
 def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None:

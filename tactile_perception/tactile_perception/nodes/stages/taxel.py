@@ -7,8 +7,8 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
-from sensor_msgs.msg import Image
-from tactile_driver.pixels import GREY, pixels_of
+from sensor_msgs.msg import CompressedImage, Image
+from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_msgs.msg import ContactRegion, Contacts, Slip
 from tf2_msgs.msg import TFMessage
 
@@ -22,10 +22,9 @@ from ...pipeline.clock import StampClock
 RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
 
 
-def taxel_values(message: Image) -> np.ndarray:
-    """(rows, columns) uint8 or uint16 of an Image, a pixel a taxel. Raises BadFrame for another encoding or a truncated frame."""
-    size = message.height, message.width, message.step
-    return pixels_of(message.data, size, message.encoding, bool(message.is_bigendian), 'taxel image', GREY)
+def taxel_values(message: Image | CompressedImage) -> np.ndarray:
+    """(rows, columns) uint8 or uint16 of a grey image, a pixel a taxel. Raises BadFrame for another encoding or a truncated frame."""
+    return grey_to_array(message, 'taxel image')
 
 
 class TaxelMessages:
@@ -37,7 +36,7 @@ class TaxelMessages:
         self._placed: tuple[int, str] = (0, '')  # version of the tree, and sensor frame, in which the object is given
         self.estimator = taxel_estimator(self._values)
 
-    def on_image(self, message: Image, topics: Collection[str] = (*RESULTS, *POINTS)) -> dict[str, object]:
+    def on_image(self, message: Image | CompressedImage, topics: Collection[str] = (*RESULTS, *POINTS)) -> dict[str, object]:
         """Topic -> message under the image's header, for the requested topics. Raises BadFrame for an image that cannot be used."""
         values = taxel_values(message)
         stamp_s = convert.stamp_seconds(message.header)

@@ -6,7 +6,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from geometry_msgs.msg import WrenchStamped
-from sensor_msgs.msg import Image, TimeReference
+from sensor_msgs.msg import CompressedImage, Image, TimeReference
+from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.stitching.calibration import stitching_from_dict
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
@@ -116,14 +117,14 @@ class DotMessages(_TouchpadSide):
         while len(self._skews) > _SKEWS:
             del self._skews[next(iter(self._skews))]
 
-    def on_image(self, message: Image) -> DotTracks:
+    def on_image(self, message: Image | CompressedImage) -> DotTracks:
         """The dots of one image under its header; those of the right one of two views at the header's stamp too.
 
         Raises BadFrame for an image that cannot be used.
         """
         if self.needs_camera:
             raise BadFrame('no camera_info: 3D positions need the camera; publish camera_info beside image_raw, or set surface to none')
-        image = convert.image_to_array(message)
+        image = image_to_array(message)
         self.take_camera(lambda size: not any(size) or size == image.shape[1::-1])
         if self.stage is None:
             self.stage = self.make_stage(None, None)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME
+from tactile_driver.nodes.messages.images import image_to_array
 
 from ...bags.stamped import TRUE_WRENCH, TRUTH, pairs_of
 from ...bags.stitched_bag import bag_opener, stitching_in
@@ -65,7 +66,7 @@ class PressReader:
         right = right_shutter(self.stitching, self.sensor)
         for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera,
                                     open_bag=bag_opener(self._params, self.stitching)):
-            stamp_s, image = convert.stamp_seconds(found['image_raw'].header), convert.image_to_array(found['image_raw'])
+            stamp_s, image = convert.stamp_seconds(found['image_raw'].header), image_to_array(found['image_raw'])
             try:
                 if rest is None:
                     tracker, rest = self._begin(image, self._view_maker(bag))

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 from tactile_driver.frame import PairFrame
+from tactile_driver.nodes.messages.conversions import frame_of_message
 from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
 from tactile_driver.sources.dual_camera.pairing import Pairer
 
 from ...bags.rosbag import BagReader
 from ...bags.stamped import TRUTH, find_prefix
-from ...bags.stitched_bag import VIEWS, view_frame
+from ...bags.stitched_bag import VIEWS
 from ...calibration.files.format import CalibrationFile, Specimen, write_calibration
 from ...calibration.stitching import SIDES, StitchingFit, fit_stitching
 from ...errors import BadCalibration, BadFrame, BadRecording
@@ -66,7 +67,7 @@ def _untouched(bag: Path, namespace: str, skew: float) -> Iterator[tuple[PairFra
             if raw.topic in infos:
                 cameras[infos[raw.topic]] = convert.camera_matrices(message)
                 continue
-            pairer.add(sides[raw.topic], view_frame(message))
+            pairer.add(sides[raw.topic], frame_of_message(message, 'image'))
             yield from _taken(pairer, free, cameras)
         yield from _taken(pairer, free, cameras, last=True)
 

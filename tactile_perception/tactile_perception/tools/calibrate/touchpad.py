@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from tactile_driver.nodes.messages.images import image_to_array
 
 from ...bags.stamped import TRUTH, pairs_of
 from ...calibration.files.format import Specimen
@@ -45,8 +46,8 @@ class PressReader:
         for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera):
             image, contacts = found['image_raw'], found[TRUTH].contacts
             try:
-                tracks = tracker.process(convert.image_to_array(image), convert.stamp_seconds(image.header))
-                presses.append(_press(name, convert.image_to_array(image), tracks, contacts))
+                tracks = tracker.process(image_to_array(image), convert.stamp_seconds(image.header))
+                presses.append(_press(name, image_to_array(image), tracks, contacts))
             except BadFrame as error:
                 self.left_out.append(f'{name}: {error}')
         return presses

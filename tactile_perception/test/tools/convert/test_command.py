@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from tactile_perception.bags.rosbag import BagReader
-from tactile_perception.nodes.messages.conversions import image_to_array
+from tactile_driver.nodes.messages.images import image_to_array
 from tactile_perception.nodes.messages.serialization import MessageCodec
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS, marker_sensor
