@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 
 from rclpy.exceptions import InvalidHandle
 from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo, SubscriptionEventCallbacks
@@ -41,6 +42,8 @@ class AdaptiveSubscription:
         self._lock = threading.RLock()  # events come in the executor's thread, close() in any
         self._subscription: Subscription | None = None
         self._closed = False
+        # The executor does not expect that another thread destroys a subscription whose events it is about to wait for (InvalidHandle).
+        self._ending = node.create_guard_condition(self._end)
         self._subscribe(self._fitting())
 
     @property
@@ -49,10 +52,16 @@ class AdaptiveSubscription:
         return self._policies
 
     def close(self) -> None:
-        """Unsubscribe."""
+        """Take no more messages; the node's executor unsubscribes. Any thread may call this."""
         with self._lock:
             self._closed = True
+        with suppress(InvalidHandle):  # the node and all that it had are gone
+            self._ending.trigger()
+
+    def _end(self) -> None:
+        with self._lock:
             self._unsubscribe()
+        self._node.destroy_guard_condition(self._ending)
 
     def _fitting(self) -> Policies:
         latched = self._qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
@@ -88,13 +97,14 @@ class AdaptiveSubscription:
                 self._subscribe(policies)
 
     def _taken(self, message, info: dict) -> None:
-        self._take(message, received_ns(info))
-        self._take_waiting()
+        if not self._closed:
+            self._take(message, received_ns(info))
+            self._take_waiting()
 
     def _take_waiting(self) -> None:
         """Pass on the messages that wait."""
         subscription = self._subscription
-        if subscription is not None:
+        if subscription is not None and not self._closed:
             for message, info in waiting(subscription):
                 self._take(message, received_ns(info))
 
