@@ -69,10 +69,11 @@ class BaseStream:
     """Reads an open source in one thread and publishes in another; stop closes the source.
 
     values: the node's parameters; sensor_type and frame_id go into the description. keep: number of newest frames of a live source that
-    wait to be published.
+    wait to be published. slow: why a device may be slower than told, for /diagnostics, with a comma after it.
     """
 
     keep = 1
+    slow = ''
 
     def __init__(self, node: LifecycleNode, publishers: RawPublishers, source: Source, values: dict):
         self._node, self._publishers, self.source, self._values = node, publishers, source, values
@@ -117,7 +118,7 @@ class BaseStream:
 
     def health(self) -> Health:
         """For /diagnostics."""
-        return capture_health(self.status, self.source.describe(), self.source.live, self.remark)
+        return capture_health(self.status, self.source.describe(), self.source.live, self.remark, self.slow)
 
     def _wanted(self) -> bool:
         try:

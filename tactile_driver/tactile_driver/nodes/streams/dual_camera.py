@@ -10,6 +10,7 @@ from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Header
 
 from .base import BaseStream
+from .camera_health import CAMERA_IS_SLOW
 from ...errors import BadFrame
 from ...frame import CameraCalibration, Frame, PairFrame, as_encoding
 from ...frame_names import optical_frame
@@ -52,6 +53,8 @@ class DualStream(BaseStream):
     stitching: None puts the views side by side; calibrations: of the left and the right camera, None for an unknown one; values: the
     node's parameters.
     """
+
+    slow = CAMERA_IS_SLOW
 
     def __init__(self, node: LifecycleNode, publishers: DualPublishers, source: DualSource, values: dict,
                  stitching: Stitching | None, calibrations: tuple[CameraCalibration | None, CameraCalibration | None]):
