@@ -89,9 +89,7 @@ class DualStream(BaseStream):
             self._publishers.right_time.publish(right_time_message(pair.right.stamp_ns, header))
         if self._publishers.picture.wanted:
             self._publish_picture(pair, header)
-        if pair.truth is not None:
-            own = header_of(pair.stamp_ns, self._values['frame_id'])
-            self._publishers.truth.publish(pair.truth, 1 / self.source.describe()['rate'], own)
+        self._publish_truth(pair.truth, pair.stamp_ns)
         if self.source.on_demand:
             for topic in (self._publishers.picture, *self._publishers.views):
                 topic.wait_until_received()

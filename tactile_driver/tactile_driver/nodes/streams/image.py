@@ -84,9 +84,7 @@ class ImageStream(BaseStream):
         if size != self._size:
             self._new_size(size, frame.encoding)
         self._publishers.picture.publish(frame, self._values['encoding'], header, self._info)
-        if frame.truth is not None:
-            own = header_of(frame.stamp_ns, self._values['frame_id'])
-            self._publishers.truth.publish(frame.truth, 1 / self.source.describe()['rate'], own)
+        self._publish_truth(frame.truth, frame.stamp_ns)
         if self.source.on_demand:
             self._publishers.picture.wait_until_received()
 
