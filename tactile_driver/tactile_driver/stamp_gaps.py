@@ -59,8 +59,8 @@ class StampGaps:
         if lost <= _FEW:
             return ''
         share = 100 * lost / (lost + len(self._missing))
-        return (f'{share:.0f} % of {self._topic} are missing, by the gaps in its stamps: its publisher or the recording leaves them out, or '
-                'they are lost on the way; see whether it is reliable, and what else the machine and the network do')
+        return (f'{share:.0f} % of {self._topic} are missing, by the gaps in its stamps: its publisher or the recording leaves them out, '
+                'or they are lost on the way; see whether it is reliable, and what else the machine and the network do')
 
     def _found_period(self) -> float:
         """Period of the messages, ns: the one of which the intervals are whole multiples, refined from the shortest to the longest

@@ -24,7 +24,8 @@ from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa
 
 pytestmark = pytest.mark.ros
 DRIVERS = {
-    'one camera': (CameraNode, lambda path: write_scene(path, 'areal_single_press', 3.0, frames=9, namespace='pad'), {'topic': 'image_raw'}),
+    'one camera': (CameraNode, lambda path: write_scene(path, 'areal_single_press', 3.0, frames=9, namespace='pad'),
+                   {'topic': 'image_raw'}),
     'two cameras': (DualCameraNode, lambda path: write_scene(path, 'areal_dual_press', 3.0, frames=9, namespace='pad'),
                     {'topic': '/pad/left/image_raw', 'right_topic': '/pad/right/image_raw'}),
     'finger': (PsdNode, lambda path: write_psd_scene(path, 'taps', 1000.0, namespace='pad'), {'topic': 'voltages'})}
