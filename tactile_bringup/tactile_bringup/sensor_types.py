@@ -30,7 +30,7 @@ class SensorType:
     nothing; uncalibrated: note of launch without a calibration, '' none; raw: parameter of the driver -> topic of the raw data; sources:
     values of the argument source; arguments: of the launch file besides the common ones, name -> text; stitched: whether the driver takes
     the calibration too; shown: topics of its RViz configuration; namespaces: of its markers; own_frame: the frame <sensor>_<own_frame> that
-    its markers node publishes; point_field: of points, by which RViz colours them.
+    its driver or markers node publishes; point_field: of points, by which RViz colours them.
     """
 
     driver: str
@@ -44,7 +44,7 @@ class SensorType:
     stitched: bool = False
     shown: tuple[str, ...] = ('image_raw', 'image_annotated', 'markers', 'points')
     namespaces: tuple[str, ...] = _DOT_NAMESPACES
-    own_frame: str = 'camera'
+    own_frame: str = 'camera_optical'
     point_field: str = 'normal_force'
 
 

@@ -22,7 +22,7 @@ class Frame:
     """One exposure.
 
     image: uint8 (H, W, 3) for bgr8, (H, W) for mono8; stamp_ns: time of exposure on the source's clock, ns; encoding: one of ENCODINGS;
-    truth: ground truth of a simulated sensor, else None.
+    truth: TruthFrame of a simulated sensor, RecordedTruth of a recording that has it, else None.
     """
 
     image: np.ndarray

@@ -15,8 +15,8 @@ class SampleBlock:
     """Consecutive samples without a gap.
 
     volts: (N, 4) float32, V, columns x1, y1, x2, y2, NaN where the converter gave no value; stamp_ns: time of the first sample on the
-    source's clock, ns; period_s: sampling period, s, NaN for a single sample of unknown rate; truth: ground truth of a simulated sensor,
-    else None.
+    source's clock, ns; period_s: sampling period, s, NaN for a single sample of unknown rate; truth: of a simulated finger,
+    RecordedTruth of a recording that has it, else None.
     """
 
     volts: np.ndarray

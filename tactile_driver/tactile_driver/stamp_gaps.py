@@ -43,7 +43,9 @@ class StampGaps:
         self._steps.append(step)
         self._count += 1
         if self._count % _EVERY == 0:
-            self._period = self._found_period()
+            known, self._period = self._period, self._found_period()
+            if not known and not covered_ns:  # the loss before, as while the receiver took up its work, is no news
+                self.lost += sum(max(round(before / self._period) - 1, 0) for before in list(self._steps)[:-1])
         if not self._period:
             return
         missing = max(round((stamp_ns - (end_ns if end_ns > last_ns else last_ns + self._period)) / self._period), 0)
@@ -57,8 +59,8 @@ class StampGaps:
         if lost <= _FEW:
             return ''
         share = 100 * lost / (lost + len(self._missing))
-        return (f'{share:.0f} % of {self._topic} did not arrive, by the gaps in its stamps; see what its publisher leaves out, whether it '
-                'is reliable, and what else the machine and the network do')
+        return (f'{share:.0f} % of {self._topic} are missing, by the gaps in its stamps: its publisher or the recording leaves them out, '
+                'or they are lost on the way; see whether it is reliable, and what else the machine and the network do')
 
     def _found_period(self) -> float:
         """Period of the messages, ns: the one of which the intervals are whole multiples, refined from the shortest to the longest

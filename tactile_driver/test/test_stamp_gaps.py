@@ -41,7 +41,12 @@ def test_where_most_are_lost_they_are_counted_all_the_same(through, jitter):
     arrived[[0, -1]] = True
     gaps = counted(stamps_of(30, 600, jitter)[arrived])
     assert gaps.lost == pytest.approx(600 - arrived.sum(), rel=0.1)
-    assert int(gaps.remark.split(' %')[0]) == pytest.approx(100 * (1 - through), abs=10) and 'of image_raw did not arrive' in gaps.remark
+    assert int(gaps.remark.split(' %')[0]) == pytest.approx(100 * (1 - through), abs=10) and 'of image_raw are missing' in gaps.remark
+
+
+def test_what_is_lost_while_the_receiver_takes_up_its_work_is_counted_and_no_news():
+    gaps = counted(np.delete(stamps_of(30, 60), np.arange(1, 26)))
+    assert gaps.lost == 25 and gaps.remark == ''
 
 
 def test_a_pause_or_stamps_that_go_back_are_no_loss():
@@ -81,4 +86,4 @@ def test_samples_in_blocks_of_any_length_are_no_gaps_but_a_missing_block_is():
 
 def test_a_moment_is_no_news():
     assert counted(np.delete(stamps_of(30, 150), [60, 61, 62])).remark == ''
-    assert counted(np.delete(stamps_of(30, 150), [60, 61, 62, 63])).remark.startswith('3 % of image_raw did not arrive')
+    assert counted(np.delete(stamps_of(30, 150), [60, 61, 62, 63])).remark.startswith('3 % of image_raw are missing')

@@ -9,7 +9,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The rooms of each package, the lowest first. A module belongs to the room with the longest name that begins its own. A room imports
 #: itself, lower rooms, and packages named before its own.
 ROOMS = {
-    'tactile_driver': ('errors', 'command', 'frame', 'nodes.messages.images', 'samples', 'matrix', 'lens', 'stamp_gaps', 'recordings',
+    'tactile_driver': ('errors', 'command', 'frame', 'nodes.messages.images', 'frame_names', 'samples', 'matrix', 'lens', 'stamp_gaps', 'recordings',
         'stitching', 'serial_frames', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.scene', 'simulation.sensors',
         'simulation.psd', 'simulation.taxel', 'sources.base', 'emulators', 'sources.camera', 'sources.dual_camera', 'sources.psd',
         'sources.taxel', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes.streams', 'nodes'),

@@ -15,7 +15,7 @@ from launch.utilities import AsyncSafeSignalManager
 from ros2cli.command import CommandExtension
 
 INTERRUPTED = (-2, 130)  # exit codes of a process that ended by our own SIGINT
-FAILED, WRONG = 1, 2  # exit codes: a process failed; the launch file, or what it was given, is wrong
+FAILED = 1  # exit code: a process failed, or the launch file, or what it was given, is wrong, as of ros2launch
 
 
 class LaunchCommand(CommandExtension):
@@ -38,7 +38,7 @@ class LaunchCommand(CommandExtension):
             arguments = parse_arguments(words)
         except ValueError as error:
             print(error, file=sys.stderr)
-            return WRONG
+            return FAILED
         source = AnyLaunchDescriptionSource(str(path))
         if args.show_args:
             show_arguments(source.get_launch_description(LaunchContext(argv=words)))
@@ -116,7 +116,7 @@ def signals_that_end(service):
 
 
 def run(entity, words, noninteractive, debug):
-    """Run the entity until all its processes have ended; the exit code: 0, FAILED where a process failed, WRONG where launch itself did."""
+    """Run the entity until all its processes have ended; the exit code: 0, or FAILED where a process or launch itself did."""
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job of a shell starts with SIGINT ignored
     signal.signal(signal.SIGTERM, lambda *_: None)  # launch hears only of signals for which Python has a handler
     processes = Processes()
@@ -124,5 +124,5 @@ def run(entity, words, noninteractive, debug):
     service.include_launch_description(LaunchDescription(processes.handlers() + [entity]))
     launch_service.AsyncSafeSignalManager = signals_that_end(service)
     if service.run():
-        return WRONG
+        return FAILED
     return FAILED if processes.failed else 0

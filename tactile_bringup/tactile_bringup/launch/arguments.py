@@ -14,6 +14,7 @@ from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from tactile_driver.errors import TactileError
+from tactile_driver.frame_names import sensor_frame
 from tactile_driver.parameters.table import Parameter
 from tactile_perception.parameters.file import read_parameters
 
@@ -83,7 +84,7 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
     kind = SENSOR_TYPES[sensor_type]
     check(values, kind.sources)
     values = completed(values, sensor_type)
-    frame = values['namespace'].strip('/').replace('/', '_') or sensor_type
+    frame = sensor_frame(values['namespace']) or sensor_type
     calibrated = {'calibration': values['calibration']} if values['calibration'] else {}
     calibration = values['calibration'] or _parameter(values['params'], kind.perception[-1], _CALIBRATION)
     stitching = {'stitching_path': calibration} if kind.stitched and calibration else {}
@@ -92,7 +93,7 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
     if kind.uncalibrated and not _has_contact_model(values['params'], calibration):
         notes = (f'not calibrated (calibration:=FILE): {kind.uncalibrated} and run `ros2 run tactile_perception calibrate`',)
     nodes = {kind.driver: driver_parameters(values, sensor_type) | {'frame_id': frame} | stitching,
-             **{name: calibrated for name in perception},
+             **{name: calibrated | ({'frame_id': frame} if name == 'dot_tracker_node' else {}) for name in perception},
              kind.markers: {'frame_id': frame} | (calibrated if kind.stitched else {})}
     return SensorPlan(frame, values['namespace'], values['params'], nodes, values['record'], notes)
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Base class of the nodes that draw for RViz: markers on demand, a static transform, diagnostics."""
+"""Base class of the nodes that draw for RViz: markers on demand, the static transform of a frame of its own, diagnostics."""
 from __future__ import annotations
 
 import time
@@ -9,18 +9,17 @@ from collections.abc import Callable, Sequence
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument, TactileError
+from tactile_driver.nodes.messages.transforms import static_transform
 from tactile_driver.nodes.runtime.diagnostics import Health, NodeDiagnostics, LogOnce
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
-from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS, steady_timer
+from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, steady_timer
 from tactile_driver.parameters.table import Parameter
 from tactile_perception.nodes.messages.checks import check_message
 from tactile_perception.nodes.messages.conversions import stamp_seconds
-from tactile_perception.nodes.messages.description import static_transform
 from tactile_perception.nodes.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
@@ -45,8 +44,6 @@ class DrawingNode(Node):
         self.say, self.log, self.net = LogOnce(self), WorkLog('results'), DefectGuard(self)
         self._outputs: list[Publisher] = []
         self.marker_output = self.demanded(MarkerArray, 'markers')
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._transform_output = self.create_publisher(TFMessage, '/tf_static', latched)
         self._drawn_s: float | None = None  # time of the last published markers that are still shown
         self._stale_timer = steady_timer(self, _LOOK_S, self._clear_stale)  # while markers are shown: each call wakes the executor
         self._stale_timer.cancel()
@@ -99,12 +96,11 @@ class DrawingNode(Node):
         """Subscribe to the inputs of the outputs that have subscribers, and to no others."""
         raise NotImplementedError
 
-    def publish_place(self, name: str, translation: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> None:
-        """Publish frame <sensor>_<name> at translation, m, and quaternion (x, y, z, w) in the sensor frame on /tf_static.
-
-        The broadcaster of tf2_ros is not used because it needs a C++ extension.
-        """
-        transform = static_transform(self.settings['frame_id'], name, translation, rotation, self.get_clock().now().to_msg())
+    def publish_place(self, name: str, translation: Sequence[float]) -> None:
+        """Publish frame <sensor>_<name> at translation, m, in the sensor frame on /tf_static; once for each node."""
+        frame = self.settings['frame_id']
+        transform = static_transform(frame, f'{frame}_{name}', translation, stamp=self.get_clock().now().to_msg())
+        self._transform_output = self.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)
         self._transform_output.publish(TFMessage(transforms=[transform]))
 
     def destroy_node(self) -> None:

@@ -1,12 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""markers_node: RViz markers and image_annotated of an optical sensor, and its camera's pose on /tf_static."""
+"""markers_node: RViz markers and image_annotated of an optical sensor."""
 from __future__ import annotations
 
 import sys
 import time
 
-import numpy as np
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 from tactile_driver.errors import BadArgument, TactileError
@@ -20,7 +19,6 @@ from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.stitching.calibration import Stitching, load_stitching
 from tactile_msgs.msg import DotTracks
 from tactile_perception.nodes.messages.conversions import camera_matrices
-from tactile_perception.nodes.messages.description import camera_pose
 from tactile_perception.nodes.stages.touchpad import RESULTS
 
 from .drawing_node import DrawingNode
@@ -42,6 +40,8 @@ class MarkersNode(DrawingNode):
 
     def __init__(self, host: Host | None = None):
         super().__init__('markers_node', MARKERS_PARAMETERS, host)
+        if any(len(self.settings[f'camera.{name}']) != 3 for name in ('rotation', 'translation')):
+            raise BadArgument('parameters camera.rotation and camera.translation must have three numbers each')
         self.markers = MarkerSet(self.settings)
         self._camera: Projection | None = None
         self._stitching = _stitching_in(self.settings['calibration'])
@@ -51,15 +51,7 @@ class MarkersNode(DrawingNode):
         self._marker_sync = StampSync(self._publish_markers, lambda: self._expected - {'image_raw'})
         self._picture_sync = StampSync(self._publish_picture, lambda: self._expected)
         self._picture_output = self.demanded(Image, 'image_annotated')
-        self._publish_camera_place()
         self._look_timer = steady_timer(self, _LOOK_S, self.follow_demand)  # while there is demand: each call wakes the executor
-
-    def _publish_camera_place(self) -> None:
-        """Publish the pose of the camera in the sensor frame, the inverse of the transform that the parameters hold."""
-        rotation, translation = (np.array(self.settings[f'camera.{name}']) for name in ('rotation', 'translation'))
-        if rotation.shape != (3,) or translation.shape != (3,):
-            raise BadArgument('parameters camera.rotation and camera.translation must have three numbers each')
-        self.publish_place('camera', *camera_pose(rotation, translation))
 
     def follow_demand(self) -> None:
         """Subscribe to the inputs that are needed now, and update which of them have publishers."""

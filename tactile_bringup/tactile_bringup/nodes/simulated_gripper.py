@@ -10,7 +10,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import Image, JointState
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
-from tactile_driver.nodes.messages.ground_truth import GroundTruth
+from tactile_driver.nodes.messages.ground_truth import TRUTH, GroundTruth
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.simulation.taxel.held_object import HeldScene
 
@@ -30,7 +30,7 @@ class SimulatedGripper(Node):
         super().__init__('simulated_gripper')
         self._scene, self._number, self._command = HeldScene(_RATE), 0, 0.0
         self._images = self.create_publisher(Image, 'image_raw', 100)
-        self._truth = GroundTruth(self)
+        self._truth = GroundTruth(self, TRUTH)
         self._states = self.create_publisher(JointState, 'gripper_state', 10)
         self.create_subscription(JointState, 'grip_command', self._take, 10)
         self.create_timer(1 / _RATE, self._play)

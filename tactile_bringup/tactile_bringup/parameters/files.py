@@ -102,7 +102,7 @@ def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> 
               'force_length': 12 * size, 'full_force': kind.full_force, 'full_torque': kind.full_torque,
               'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
     driver = SENSOR_TYPES[sensor_type].driver
-    own = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS and p.name != 'pace']
+    own = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS and p.name != 'frame_id']
     sections = [('/**', MARKER_SENSOR_PARAMETERS), (f'/**/{driver}', _without(_CAMERAS[driver], MARKER_SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', own), ('/**/contact_point_node', _without(POINT_PARAMETERS, MARKER_SENSOR_PARAMETERS)),
                 ('/**/markers_node', _without(MARKERS_PARAMETERS, MARKER_SENSOR_PARAMETERS))]

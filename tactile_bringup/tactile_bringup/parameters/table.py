@@ -16,7 +16,7 @@ def _arrows(length: float, force: float, torque: float, read_only: bool = False)
 
 
 MARKERS_PARAMETERS = (
-    Parameter('frame_id', str, 'touchpad', '', 'the sensor frame; /tf_static tells where its camera is', read_only=True),
+    Parameter('frame_id', str, 'touchpad', '', 'the sensor frame', read_only=True),
     Parameter('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0,
               read_only=True),
     Parameter('camera.translation', list[float], [0.0, 0.0, 0.04], 'm', "sensor frame's origin in the camera frame", -10.0, 10.0,

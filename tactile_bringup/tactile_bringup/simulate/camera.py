@@ -9,13 +9,16 @@ from pathlib import Path
 
 import cv2
 from tactile_driver.frame import Frame, pinhole_calibration
+from tactile_driver.frame_names import optical_frame
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
+from tactile_driver.nodes.messages.transforms import camera_transforms
 from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.shutters import Shutters
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
+from tactile_driver.sources.dual_camera.pairs import NAMES
 from tactile_perception.bags.message_bag import write_messages
-from tactile_perception.nodes.messages.description import camera_pose, description_messages, static_transform
+from tactile_perception.nodes.messages.description import description_messages
 from tactile_perception.sensor_types import MARKER_SENSOR_TYPES
 
 _FIRST_NS = 10**9  # chosen: much of ROS takes a stamp of zero for an unknown time
@@ -41,12 +44,11 @@ def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: st
 def _description(scene, frame_id: str, about: dict) -> Iterator[tuple[int, str, object]]:
     """The description, and the poses of the cameras."""
     two = isinstance(scene, TwoCameraScene)
-    cameras = dict(zip(('left_camera', 'right_camera'), scene.cameras)) if two else {'camera': scene.camera}
-    poses = [static_transform(frame_id, name, *camera_pose(cv2.Rodrigues(camera.rotation)[0].ravel(), camera.translation))
-             for name, camera in cameras.items()]
+    cameras = dict(zip(NAMES, scene.cameras)) if two else {'': scene.camera}
+    poses = {name: (cv2.Rodrigues(camera.rotation)[0].ravel(), camera.translation) for name, camera in cameras.items()}
     size = {} if two else {'width': scene.camera.width, 'height': scene.camera.height}
     about = {'source': 'sim', 'device': f'simulated {scene.sensor}', **about, **size, 'encoding': 'bgr8'}
-    return description_messages(_FIRST_NS, scene.sensor, frame_id, about, poses)
+    return description_messages(_FIRST_NS, scene.sensor, frame_id, about, camera_transforms(frame_id, poses))
 
 
 def _messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[int, str, object]]:
@@ -55,13 +57,14 @@ def _messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Itera
     if isinstance(scene, TwoCameraScene):
         left, right, truth = scene.render(number / scene.rate)
         right_ns = stamp_ns + round(scene.right_delay(number) * _SECOND_NS)
-        views = (('left/', left, scene.cameras[0], stamp_ns), ('right/', right, scene.cameras[1], right_ns))
+        views = (('left', left, scene.cameras[0], stamp_ns), ('right', right, scene.cameras[1], right_ns))
     else:
         seen = scene.render(number / scene.rate)
         truth, views = seen.truth, (('', seen.image, scene.camera, stamp_ns),)
-    for prefix, image, camera, own_ns in views:
+    for view, image, camera, own_ns in views:
+        prefix = view and view + '/'
         info = calibration_to_message(pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height)))
-        info.header = header_of(own_ns, frame_id)
+        info.header = header_of(own_ns, optical_frame(frame_id, view))
         yield own_ns, f'{prefix}camera_info', info
         yield own_ns, f'{prefix}image_raw', image_to_message(Frame(image, own_ns, 'bgr8'), '', info.header)
     header = header_of(stamp_ns, frame_id)

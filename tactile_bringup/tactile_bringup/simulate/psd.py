@@ -14,8 +14,9 @@ from tactile_driver.nodes.streams.voltage import instants, voltages_message
 from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.finger import COVER_RADIUS
 from tactile_driver.simulation.psd.scene import open_psd_scene
+from tactile_driver.nodes.messages.transforms import static_transform
 from tactile_perception.bags.message_bag import write_messages
-from tactile_perception.nodes.messages.description import description_messages, static_transform
+from tactile_perception.nodes.messages.description import description_messages
 
 
 SENSOR_TYPE = 'psd_finger'
@@ -31,7 +32,7 @@ def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace
     scene = open_psd_scene(name, rate, seed)
     about = {'source': 'sim', 'device': f'simulated {SENSOR_TYPE}', 'scene': name, 'seed': seed, 'rate': rate}
     described = description_messages(_SECOND_NS, SENSOR_TYPE, namespace, about,
-                                     [static_transform(namespace, 'tip', (0.0, 0.0, COVER_RADIUS))])
+                                     [static_transform(namespace, f'{namespace}_tip', (0.0, 0.0, COVER_RADIUS))])
     write_messages(path, namespace, chain(described, _messages(scene, rate, namespace)))
     return scene.samples
 

@@ -11,8 +11,9 @@ from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.simulation.taxel.scene import open_taxel_scene
+from tactile_driver.nodes.messages.transforms import static_transform
 from tactile_perception.bags.message_bag import write_messages
-from tactile_perception.nodes.messages.description import description_messages, static_transform
+from tactile_perception.nodes.messages.description import description_messages
 
 
 SENSOR_TYPE = 'taxel_array'
@@ -29,7 +30,7 @@ def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespa
     about = {'source': 'sim', 'device': f'simulated {SENSOR_TYPE}', 'scene': name, 'seed': seed, 'rate': rate, 'width': pad.columns,
              'height': pad.rows, 'encoding': 'mono8'}
     described = description_messages(_SECOND_NS, SENSOR_TYPE, namespace, about,
-                                     [static_transform(namespace, 'taxels', (0.0, 0.0, -pad.thickness))])
+                                     [static_transform(namespace, f'{namespace}_taxels', (0.0, 0.0, -pad.thickness))])
     write_messages(path, namespace, chain(described, _messages(scene, rate, namespace)))
     return scene.frames
 

@@ -27,7 +27,7 @@ def test_every_sensor_has_its_markers_and_its_picture_in_the_frame_of_the_hand()
                      '/tip/image_annotated': 'rviz_default_plugins/Image'}
     assert page['Global Options']['Fixed Frame'] == 'palm'
     frames = next(d for d in page['Displays'] if d['Class'].endswith('/TF'))['Frames']
-    assert frames == {'All Enabled': True, 'left_thumb_camera': {'Value': False}, 'tip_tip': {'Value': False}}
+    assert frames == {'All Enabled': True, 'left_thumb_camera_optical': {'Value': False}, 'tip_tip': {'Value': False}}
 
 
 def test_the_view_is_towards_the_middle_of_sensors_that_hang_on_each_other():

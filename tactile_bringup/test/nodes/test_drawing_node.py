@@ -42,13 +42,13 @@ def test_those_who_look_are_heard_of_and_a_place_is_latched(bench):
     made = []
     other, until = bench(lambda: made.append(Lookers()) or made[0])
     node = made[0]
-    node.publish_place('tip', (0.0, 0.0, 0.016), (0.0, 0.6, 0.0, 0.8))
+    node.publish_place('tip', (0.0, 0.0, 0.016))
     places = []
     other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
     assert until(lambda: places)
     place = places[0].transforms[0]
     assert (place.header.frame_id, place.child_frame_id) == ('pad', 'pad_tip')
-    assert place.transform.translation.z == 0.016 and (place.transform.rotation.y, place.transform.rotation.w) == (0.6, 0.8)
+    assert place.transform.translation.z == 0.016 and place.transform.rotation.w == 1.0
     look = other.create_subscription(MarkerArray, 'markers', lambda _message: None, 10)
     assert until(lambda: node.looking[-1:] == [1])
     other.destroy_subscription(look)

@@ -7,7 +7,7 @@ import sys
 
 from .driver_node import DriverNode
 from ..frame import load_calibration
-from ..parameters.camera import CAMERA_PARAMETERS
+from ..parameters.camera import CAMERA_PARAMETERS, known_pose
 from .runtime.host import Host
 from .runtime.run import run_node
 from ..sources.camera.registry import make_source
@@ -24,7 +24,9 @@ class CameraNode(DriverNode):
     def open_stream(self, values: dict) -> ImageStream:
         """See DriverNode."""
         given = load_calibration(values['camera_info_path']) if values['camera_info_path'] else None
+        poses = known_pose(values)
         source = self.opened(make_source, values)
+        self._outputs.place_cameras(values['frame_id'], poses)
         return ImageStream(self, self._outputs, source, values, given or source.calibration())
 
 

@@ -30,6 +30,7 @@ class DualCameraNode(DriverNode):
         given = [load_calibration(path) if path else None for path in (values['camera_info_path'], values['right_camera_info_path'])]
         self._outputs.choose_views(published=values['source'] != 'topics')
         source = self.opened(lambda parameters, clock: make_dual_source(parameters, clock, lambda topic: TopicSource(self, topic)), values)
+        self._outputs.place_cameras(values['frame_id'], {} if stitching is None else stitching.poses())
         calibrations = tuple(mine or known for mine, known in zip(given, source.calibrations()))
         return DualStream(self, self._outputs, source, values, stitching, calibrations)
 

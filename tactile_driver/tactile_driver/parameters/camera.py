@@ -3,6 +3,9 @@
 """The parameters of camera_node."""
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from ..errors import BadArgument
 from ..frame import ENCODINGS
 from .shared import AUTOSTART, SCENE, SEED, sensor_parameters
 from ..sources.camera.registry import SOURCES
@@ -25,7 +28,18 @@ CAMERA_PARAMETERS = (
     Parameter('exposure', float, 0.0, 's', 'source device: exposure time; 0: automatic. May be changed while active', 0.0, 10.0),
     Parameter('encoding', str, '', '', 'encoding of image_raw; empty: bgr8 for colour, mono8 for grey', choices=('', *ENCODINGS)),
     *sensor_parameters('touchpad'),
+    Parameter('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0),
+    Parameter('camera.translation', list[float], [0.0, 0.0, 0.0], 'm', "sensor frame's origin in the camera frame; zeros: not known, and "
+              'not published on /tf_static', -10.0, 10.0),
     Parameter('camera_info_path', str, '', '', "calibration file of camera_calibration (YAML); empty: the source's own (sim, bag), "
               'else uncalibrated'),
     AUTOSTART,
 )
+
+
+def known_pose(values: Mapping) -> dict[str, tuple[list[float], list[float]]]:
+    """'' -> (rotation vector, translation) of the camera, as of camera_transforms; empty where it is not known. Raises BadArgument."""
+    rotation, translation = values['camera.rotation'], values['camera.translation']
+    if len(rotation) != 3 or len(translation) != 3:
+        raise BadArgument('parameters camera.rotation and camera.translation must have three numbers each')
+    return {'': (rotation, translation)} if any(translation) else {}

@@ -42,7 +42,8 @@ _OWN = (
 )
 _NAMES = {p.name for p in _OWN}
 
-DUAL_CAMERA_PARAMETERS = _OWN + tuple(p for p in CAMERA_PARAMETERS if p.name not in _NAMES)
+#: The stitching tells where the two cameras are.
+DUAL_CAMERA_PARAMETERS = _OWN + tuple(p for p in CAMERA_PARAMETERS if p.name not in _NAMES and not p.name.startswith('camera.'))
 
 
 def check_pair(values: Mapping) -> None:

@@ -18,7 +18,7 @@ SERIAL_DEVICE = Parameter('device', str, '', '', 'source device: path, name unde
 
 def sensor_parameters(sensor_type: str) -> tuple[Parameter, Parameter]:
     """frame_id and sensor_type, with the sensor type as default of both."""
-    return (Parameter('frame_id', str, sensor_type, '', 'sensor frame: frame_id of every header'),
+    return (Parameter('frame_id', str, sensor_type, '', 'sensor frame; images and camera_info are in <frame_id>_camera_optical'),
             Parameter('sensor_type', str, sensor_type, '', 'sensor type, published in the description'))
 
 

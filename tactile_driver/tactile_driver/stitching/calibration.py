@@ -33,6 +33,13 @@ class SideView:
     eye: np.ndarray
     gain: float = 1.0
 
+    def pose(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation vector (3,) and translation (3,), m, from the sensor frame to the camera's. The eye must be known."""
+        x, y = self.homography[:, 0], self.homography[:, 1]
+        u, _, v = np.linalg.svd(np.column_stack([x, y, np.cross(x, y) / np.sqrt(np.linalg.norm(x) * np.linalg.norm(y))]))
+        rotation = u @ v
+        return cv2.Rodrigues(rotation)[0].ravel(), -rotation @ self.eye
+
     def project(self, xy: np.ndarray) -> np.ndarray:
         """Pixels (N, 2) of points xy (N, 2), m, in the plane."""
         seen = np.column_stack([np.asarray(xy, float).reshape(-1, 2), np.ones(np.size(xy) // 2)]) @ self.homography.T
@@ -69,6 +76,13 @@ class Stitching:
     def eyes(self) -> np.ndarray:
         """(2, 3) m: centres of projection of the left and the right camera in the sensor frame."""
         return np.stack([self.left.eye, self.right.eye])
+
+    def poses(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Rotation vector (3,) and translation (3,), m, from the sensor frame to the frames of the left and the right camera, and, as '',
+        of the stitched picture: between both, upright; empty where the cameras' places are not known."""
+        if not np.isfinite(self.eyes).all():
+            return {}
+        return {'left': self.left.pose(), 'right': self.right.pose(), '': (np.zeros(3), -self.eyes.mean(axis=0))}
 
     def side_of(self, uv: np.ndarray) -> np.ndarray:
         """(N,) 0 or 1: whether pixels uv (N, 2) of the stitched image come from the left or the right camera."""

@@ -42,12 +42,23 @@ def test_a_file_brings_back_the_numbers(tmp_path):
     np.testing.assert_array_equal(found.left.homography, wanted.left.homography)
 
 
+def test_the_cameras_are_where_they_see_the_plane_from():
+    found = stitching()
+    for name, side in (('left', found.left), ('right', found.right)):
+        rotation, translation = found.poses()[name]
+        xy = np.random.default_rng(1).uniform(-0.01, 0.01, (20, 2))
+        seen = cv2.projectPoints(np.column_stack([xy, np.zeros(20)]), rotation, translation, side.matrix, side.distortion)[0].reshape(-1, 2)
+        np.testing.assert_allclose(seen, side.project(xy), atol=1e-9)
+    rotation, translation = found.poses()['']
+    assert not rotation.any() and np.allclose(-translation, found.eyes.mean(axis=0))
+
+
 def test_an_eye_that_is_not_known_stays_unknown():
     numbers = stitching().to_dict()
     del numbers['left']['eye']
     found = stitching_from_dict(numbers, 'file')
     assert np.isnan(found.left.eye).all() and np.isfinite(found.right.eye).all()
-    assert 'eye' not in found.to_dict()['left']
+    assert 'eye' not in found.to_dict()['left'] and found.poses() == {}
 
 
 @pytest.mark.parametrize(('path', 'value', 'words'), [

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import yaml
+from tactile_driver.frame_names import sensor_frame
 from tactile_driver.recordings.description import original
 
 from ..errors import BadFrame
@@ -19,14 +20,25 @@ def descriptions(bag: str | Path, namespace: str = '') -> Iterator[dict]:
 
     Messages without a YAML mapping are skipped. Raises BadRecording.
     """
-    codec, end = MessageCodec(), '/description'
+    end = '/description'
     with BagReader(bag) as reader:
-        topics = {topic for topic, kind in reader.topics.items()
-                  if kind == 'std_msgs/msg/String' and (topic == f'/{namespace}{end}' if namespace else topic.endswith(end))}
-        for raw in reader.messages(topics) if topics else ():
-            try:
-                about = yaml.safe_load(codec.decode(raw.data, raw.type_name).data)
-            except (BadFrame, yaml.YAMLError):
-                continue
-            if isinstance(about, dict):
-                yield original(about)
+        topics = {topic for topic in reader.topics if (topic == f'/{namespace}{end}' if namespace else topic.endswith(end))}
+        yield from map(original, _mappings(reader, topics))
+
+
+def recorded_frame(reader: BagReader, prefix: str) -> str:
+    """The sensor frame of the sensor with topics under prefix, '/ns/': as its description says, else as its namespace is named."""
+    told = (about.get('frame_id') for about in _mappings(reader, {prefix + 'description'}))
+    return next((frame for frame in told if frame and isinstance(frame, str)), sensor_frame(prefix))
+
+
+def _mappings(reader: BagReader, topics: set[str]) -> Iterator[dict]:
+    """The YAML mappings in the strings on these topics."""
+    codec, topics = MessageCodec(), {topic for topic in topics if reader.topics.get(topic) == 'std_msgs/msg/String'}
+    for raw in reader.messages(topics) if topics else ():
+        try:
+            about = yaml.safe_load(codec.decode(raw.data, raw.type_name).data)
+        except (BadFrame, yaml.YAMLError):
+            continue
+        if isinstance(about, dict):
+            yield about

@@ -62,6 +62,12 @@ class Replay:
             if isinstance(stage, DotReplay):
                 stage.on_right_time(message)
 
+    def use_frame(self, frame_id: str) -> None:
+        """Name the sensor frame, in which all results are; '' leaves what the stages have."""
+        for stage in self.stages:
+            if frame_id and isinstance(stage, DotReplay):
+                stage.use_frame(frame_id)
+
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
         """Yield all estimates from one raw message. Raises TactileError where a node would refuse it."""
         yield from self._from_stage(0, message)
@@ -125,6 +131,10 @@ class DotReplay:
     def on_right_time(self, message) -> None:
         """Use the right exposure of a picture of two cameras. Raises BadFrame for an invalid time."""
         self._dots.on_right_time(message)
+
+    def use_frame(self, frame_id: str) -> None:
+        """See Replay."""
+        self._dots.frame_id = frame_id
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
         """Yield the dots of one image."""

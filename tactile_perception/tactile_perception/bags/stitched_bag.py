@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame, as_encoding
+from tactile_driver.frame_names import stitched_frame
 from tactile_driver.nodes.messages.conversions import (RIGHT_TIME, calibration_to_message, frame_of_message, header_of,
                                                        image_to_message, right_time_message)
 from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
@@ -68,7 +69,7 @@ class StitchedBag(BagReader):
             prefix, side = sides[raw.topic]
             try:
                 message = self._codec.decode(raw.data, raw.type_name)
-                self._frame_ids[prefix] = message.header.frame_id
+                self._frame_ids[prefix] = stitched_frame(message.header.frame_id)
                 pairers[prefix].add(side, frame_of_message(message, 'image'))
             except BadFrame as error:
                 self.left_out.add(raw.topic, str(error), raw.stamp_ns)

@@ -13,6 +13,7 @@ from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 from tactile_driver.recordings.left_out import LeftOut
 
 from .definitions import known_as
+from .descriptions import recorded_frame
 from ..errors import BadFrame, BadRecording, TactileError
 from ..nodes.messages.serialization import MessageCodec
 from .replay import DotReplay, Replay, ReplayStage, TaxelReplay, make_replay
@@ -77,6 +78,7 @@ def stream(task: Task) -> Iterator[Item]:
     replay, codec = task.replay(), MessageCodec()
     with task.open(replay) as reader:
         prefix = find_prefix(reader.topics, task.namespace, replay.raw, replay.raw_type)
+        replay.use_frame(recorded_frame(reader, prefix))
         kept = {name if name.startswith('/') else prefix + name for name in KEPT}
         definitions = {kind: reader.definitions.get(kind, '') for topic, kind in reader.topics.items() if topic in kept}
         for kind in {reader.topics[prefix + replay.raw], reader.topics.get(prefix + 'camera_info', replay.raw_type)}:

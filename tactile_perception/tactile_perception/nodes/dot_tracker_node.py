@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Collection
 
 from sensor_msgs.msg import Image, TimeReference
+from tactile_driver.frame_names import sensor_frame
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import run_node
@@ -21,8 +22,11 @@ class DotTrackerNode(StageNode):
     """Detects and indexes the printed dots and places them in 3D; while nobody subscribes to dots it keeps its reference."""
 
     def __init__(self, host: Host | None = None):
-        super().__init__('dot_tracker_node', DOT_PARAMETERS, DotMessages, ('image_raw', Image, CAMERA_QUEUE), {'dots': DotTracks}, host)
+        super().__init__('dot_tracker_node', DOT_PARAMETERS, self._made, ('image_raw', Image, CAMERA_QUEUE), {'dots': DotTracks}, host)
         self.offer_reference(lambda: self.stage.set_reference())
+
+    def _made(self, values: dict) -> DotMessages:
+        return DotMessages({**values, 'frame_id': values['frame_id'] or sensor_frame(self.get_namespace())})
 
     def listen_beside(self) -> list[Callable[[], None]]:
         """Of two cameras: when the right view of each picture was exposed."""

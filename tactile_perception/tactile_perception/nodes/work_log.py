@@ -14,6 +14,7 @@ from tactile_driver.stamp_gaps import StampGaps
 _RECENT = 120  # frames kept: chosen, the window at 30 Hz
 _SILENCE_S = 2.0  # without a frame before a warning: chosen
 _WINDOW_S = 4.0  # over which rate and shares are computed: chosen
+_SAME_CLOCK_S = 60.0  # a longer latency, or one below 0 by as much, means stamps of another clock: chosen
 _FEW = 3  # frames dropped or refused within the window without a warning: chosen; a short load of the machine drops that many
 
 
@@ -32,12 +33,13 @@ class WorkLog:
         self._latencies: deque[float] = deque(maxlen=_RECENT)
 
     def add(self, seconds: float, latency: float) -> None:
-        """Count a frame that was processed in seconds, with latency s after its stamp."""
+        """Count a frame that was processed in seconds, with latency s after its stamp; a latency of more than a minute is of another clock
+        and not known."""
         self.done += 1
         self._in_error = False
         self._stamps.append(time.monotonic())
         self._seconds.append(seconds)
-        self._latencies.append(latency)
+        self._latencies.append(latency if abs(latency) < _SAME_CLOCK_S else math.nan)
 
     def drop(self) -> None:
         """Count a frame that was dropped because it had waited too long."""
@@ -75,9 +77,16 @@ class WorkLog:
         middle = {'time per frame (ms)': self._seconds, 'latency (ms)': self._latencies}
         shown = {**common_values('idle' if idle else 'running', self.rate, self.age, self.shed), 'frames': self.done,
                  'lost frames': self._gaps.lost, 'refused frames': self.refused,
-                 **{name: 1e3 * median(list(kept)) if kept else math.nan for name, kept in middle.items()},
-                 'last error': self.last_error, **(values or {})}
+                 **{name: 1e3 * _middle(kept) for name, kept in middle.items()},
+                 'stamps': self._told_of_stamps(), 'last error': self.last_error, **(values or {})}
         return Health(*self._judged(idle, remark), shown)
+
+    def _told_of_stamps(self) -> str:
+        if not self._latencies:
+            return ''
+        if math.isnan(self._latencies[-1]):
+            return 'of another clock than this node (of a recording, say): latency is not known'
+        return 'of the clock of this node'
 
     def _judged(self, idle: bool, remark: str) -> tuple[bytes, str]:
         if idle:
@@ -95,6 +104,12 @@ class WorkLog:
             remark = (f'{share:.0f} % of {self._topic} is dropped: this machine is too slow; lower the rate, choose a faster method '
                       'or end other programs')
         return (WARN, remark) if remark else (OK, f'{self.rate:.1f} Hz')
+
+
+def _middle(seconds: deque[float]) -> float:
+    """The median of the known ones; NaN without any."""
+    known = [value for value in list(seconds) if not math.isnan(value)]
+    return median(known) if known else math.nan
 
 
 def _recent(times: deque[float]) -> list[float]:

@@ -40,6 +40,7 @@ SHEET_PARAMETERS = (
 )
 
 DOT_PARAMETERS = SENSOR_PARAMETERS + SHEET_PARAMETERS + (
+    _fixed('frame_id', str, '', '', 'sensor frame, in which all results are; empty: named as the namespace, with _ for /'),
     _fixed('polarity', str, 'dark', '', 'dots darker or brighter than the background', choices=tuple(POLARITIES)),
     _fixed('detection', str, 'likelihood', '', 'dot detection method', choices=tuple(METHODS)),
     _fixed('numbering', str, 'lattice', '', 'dot indexing method; tracks, register: for patterns that are not a grid',

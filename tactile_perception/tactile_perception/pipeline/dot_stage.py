@@ -15,6 +15,7 @@ from ..dots.index.methods import REGISTER
 from ..dots.reference.calibrated_rest import CalibratedRest
 from ..dots.reference.drift import Reference
 from ..dots.tracker import DotTracker
+from ..errors import BadFrame
 from ..touchpad.optics.absorption import WaterModel
 from ..touchpad.places import DotPlaces
 from ..touchpad.sensor import Touchpad
@@ -51,6 +52,9 @@ class Places(Protocol):
 class RightView(Protocol):
     """Brings dots of the right one of two views to the exposure of the left one: RightShutter."""
 
+    def is_in(self, image: np.ndarray) -> bool:
+        """Whether a stitched image shows both views."""
+
     def process(self, tracks: DotTracks, stamp_s: float, skew_s: float) -> DotTracks:
         """The tracks of a stitched image at the left exposure, stamp_s, s; skew_s: s, from it to the right one."""
 
@@ -84,6 +88,8 @@ class DotStage:
     def process(self, image: np.ndarray, stamp_s: float, skew_s: float = 0.0) -> DotTracks:
         """Dots of an image, uint8 (H, W) or (H, W, 3) BGR, exposed at stamp_s, s; skew_s: s, from it to the exposure of the right view of
         two cameras. Raises BadFrame for an unusable image or stamp."""
+        if self._right is not None and not len(self._tracker.reference.id) and not self._right.is_in(image):
+            raise BadFrame('one of the two views is black: both must be there when the reference is taken; check its camera or topic')
         tracks = self._tracker.process(image, stamp_s)
         if self._right is not None:
             tracks = self._right.process(tracks, stamp_s, skew_s)

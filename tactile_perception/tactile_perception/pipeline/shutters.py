@@ -122,6 +122,11 @@ class RightShutter:
         self._seam, self._count, self._balance = seam, count, balance
         self._views = _View(count), _View(count)
 
+    def is_in(self, image: np.ndarray) -> bool:
+        """Whether a stitched image (H, W, ...) shows both views; the half of a view that is missing is black."""
+        seam = round(self._seam)
+        return bool(image[:, :seam].any() and image[:, seam + 1:].any())
+
     def process(self, tracks: DotTracks, stamp_s: float, skew_s: float) -> DotTracks:
         """The tracks at the left exposure. tracks: of the stitched image; stamp_s: left exposure, s; skew_s: from it to the right one, s,
         negative where the right one is earlier; 0 leaves the tracks as they are."""

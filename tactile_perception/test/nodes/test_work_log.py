@@ -19,6 +19,16 @@ def test_counts_times_and_latencies_of_processed_frames():
     assert log.health(idle=False).level == OK
 
 
+def test_the_latency_of_stamps_of_another_clock_is_not_known():
+    log = WorkLog('image_raw')
+    log.add(0.001, 1.8e9)
+    values = log.health(idle=False).values
+    assert math.isnan(values['latency (ms)']) and 'another clock' in values['stamps']
+    log.add(0.001, 0.004)
+    values = log.health(idle=False).values
+    assert values['latency (ms)'] == pytest.approx(4.0) and values['stamps'] == 'of the clock of this node'
+
+
 def test_a_refused_frame_is_an_error_until_a_good_one_comes():
     log = WorkLog('image_raw')
     log.add(0.001, 0.002)
@@ -52,7 +62,7 @@ def test_lost_frames_are_counted_and_a_warning():
     log.arrive(10**18 + 50 * period)
     health = log.health(False)
     assert health.values['lost frames'] == 10
-    assert health.level == WARN and health.message.startswith('22 % of image_raw did not arrive, by the gaps in its stamps')
+    assert health.level == WARN and health.message.startswith('22 % of image_raw are missing, by the gaps in its stamps')
     log.restart_gaps()
     log.arrive(10**18 + 80 * period)
     assert log.health(False).values['lost frames'] == 10, 'nobody listened meanwhile'

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The ground truth of a simulated sensor as messages on ground_truth/*."""
+"""Ground truth on ground_truth/*: of a simulated sensor, or as recorded."""
 from __future__ import annotations
 
 from array import array
@@ -9,17 +9,21 @@ from collections.abc import Sequence
 import numpy as np
 from geometry_msgs.msg import Quaternion, Transform, Twist, WrenchStamped
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
 
 from .conversions import point, polygon, vector
-from ..runtime.ros_defaults import STREAM_QOS
+from ...recordings.truth import RecordedTruth
 from ...simulation.truth import Touch, TruthFrame
 
 _NAN = float('nan')
 _SAME_TOUCH = 5e-3  # m between frames; chosen
 _KINDS = {'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
 TRUTH = tuple(_KINDS)
+#: a block of samples has several
+_QOS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 
 
 class TouchNumbers:
@@ -91,11 +95,20 @@ def truth_messages(truth: TruthFrame, ids: list[int], interval: float, header: H
 
 
 class GroundTruth:
-    """The publishers of ground_truth/*; a message is made only if its topic has subscribers. names: topics that the sensor has."""
+    """The publishers of ground_truth/*; a message is made only if its topic has subscribers. names: topics that are published."""
 
-    def __init__(self, node: Node, names: Sequence[str] = TRUTH):
-        self._publishers = {name: node.create_publisher(_KINDS[name], f'ground_truth/{name}', STREAM_QOS) for name in names}
+    def __init__(self, node: Node, names: Sequence[str] = ()):
+        self._node, self._publishers = node, {}
         self._numbers = TouchNumbers()
+        self.offer(names)
+
+    def offer(self, names: Sequence[str]) -> None:
+        """Publish these topics, of TRUTH, and no others."""
+        for name in self._publishers.keys() - set(names):
+            self._node.destroy_publisher(self._publishers.pop(name))
+        for name in names:
+            if name not in self._publishers:
+                self._publishers[name] = self._node.create_publisher(_KINDS[name], f'ground_truth/{name}', _QOS)
 
     @property
     def wanted(self) -> bool:
@@ -106,6 +119,14 @@ class GroundTruth:
         """Publish the touches at one instant, the only truth of a sensor without dots."""
         if self._publishers['contacts'].get_subscription_count():
             self._publishers['contacts'].publish(contacts_message(touches, self._numbers.assign(touches), header))
+
+    def publish_recorded(self, truth: RecordedTruth, frame_id: str) -> None:
+        """Publish what was recorded, with its stamps, in the sensor frame frame_id."""
+        for name, data in truth.messages:
+            if name in self._publishers and self._publishers[name].get_subscription_count():
+                message = deserialize_message(data, _KINDS[name])
+                message.header.frame_id = frame_id
+                self._publishers[name].publish(message)
 
     def publish(self, truth: TruthFrame, interval: float, header: Header) -> None:
         """Publish the topics that have subscribers, under the image's header; interval: s between the scene's frames."""

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo, SubscriptionEventCallbacks
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
@@ -44,6 +46,8 @@ class AdaptiveSubscription:
         self._lock = threading.RLock()  # events come in the executor's thread, close() in any
         self._subscription: Subscription | None = None
         self._closed = False
+        # The executor does not expect that another thread destroys a subscription whose events it is about to wait for (InvalidHandle).
+        self._ending = node.create_guard_condition(self._end)
         self._subscribe(self._fitting())
 
     @property
@@ -52,10 +56,16 @@ class AdaptiveSubscription:
         return self._policies
 
     def close(self) -> None:
-        """Unsubscribe."""
+        """Take no more messages; the node's executor unsubscribes. Any thread may call this."""
         with self._lock:
             self._closed = True
+        with suppress(InvalidHandle):  # the node and all that it had are gone
+            self._ending.trigger()
+
+    def _end(self) -> None:
+        with self._lock:
             self._unsubscribe()
+        self._node.destroy_guard_condition(self._ending)
 
     def _fitting(self) -> Policies:
         latched = self._qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
@@ -90,7 +100,8 @@ class AdaptiveSubscription:
                 self._subscribe(policies)
 
     def _taken(self, message, info: dict) -> None:
-        self._take(message, received_ns(info))
+        if not self._closed:
+            self._take(message, received_ns(info))
 
 
 def received_ns(info: dict) -> int:

@@ -10,6 +10,8 @@ from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.node import Node
 
+from .parameter_server import accepting_unchanged
+
 
 class DefectGuard:
     """Catches what a callback raises and no input check foresaw: a defect of this software. caught: number of defects met."""
@@ -36,10 +38,12 @@ class DefectGuard:
 
 def guard_services(node: Node) -> None:
     """Answer requests that fail instead of ending the node: rclpy raises for a parameter of an unknown type and for a transition that the
-    state does not allow. Call this once all services exist.
+    state does not allow. Read-only parameters may be set to what they are, as `ros2 param load` of a dump does. Call this once all
+    services exist.
     """
     for service in node.services:
-        service.callback = _answered(node, service.srv_name, service.callback)
+        callback = accepting_unchanged(node, service.callback) if service.srv_type is SetParameters else service.callback
+        service.callback = _answered(node, service.srv_name, callback)
 
 
 def _answered(node: Node, name: str, callback: Callable) -> Callable:

@@ -87,6 +87,10 @@ class Host:
         own = (self._shared or {}).get(node.resolve_topic_name(topic))
         return own is not None and own.has_takers
 
+    def publishes(self, node: Node, topic: str) -> bool:
+        """Whether a node of this process publishes a topic to the others by calls, in which nothing is lost."""
+        return node.resolve_topic_name(topic) in (self._shared or {})
+
     def listen(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile) -> Callable[[], None]:
         """Call take with each message on a topic: by the publisher in this process if there is one, else by an AdaptiveSubscription (which
         see for qos). Returns a function that ends it."""

@@ -23,6 +23,7 @@ from ...errors import TactileError
 WRONG = 2
 #: s, chosen: with Python's default of 5 ms a thread with a frame to publish waits for the one that reads or renders the next
 _SWITCH_S = 5e-4
+_ENDING = signal.SIGINT, signal.SIGTERM
 _PROFILE = Path(__file__).with_name('fastdds_profile.xml')
 _PROFILE_NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 _CHOSEN_BY = (*_PROFILE_NAMES, 'FASTDDS_BUILTIN_TRANSPORTS')
@@ -66,7 +67,15 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
         for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
+        _ignore_signals()
     return 0
+
+
+def _ignore_signals() -> None:
+    """Let no signal end the interpreter while it closes down: it puts back the default handling of those that have a handler, and launch
+    sends a SIGINT after that of the terminal."""
+    for number in _ENDING:
+        signal.signal(number, signal.SIG_IGN)
 
 
 def _call_on_signals(end: Callable[[], None]) -> None:
@@ -78,6 +87,6 @@ def _call_on_signals(end: Callable[[], None]) -> None:
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in _ENDING:
         signal.signal(number, lambda *_: None)
     threading.Thread(target=lambda: os.read(reading, 1) and end(), daemon=True).start()

@@ -4,8 +4,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
-
 import yaml
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode
@@ -14,10 +12,13 @@ from rclpy.qos import HistoryPolicy, QoSProfile
 from std_msgs.msg import String
 
 from .camera_health import capture_health
-from ..messages.ground_truth import TRUTH, GroundTruth
+from ..messages.conversions import header_of
+from ..messages.ground_truth import GroundTruth
 from ..runtime.diagnostics import Health, LogOnce
 from ..runtime.host import SharedPublisher
 from ..runtime.ros_defaults import LATCHED_QOS
+from ...recordings.truth import RecordedTruth
+from ...simulation.truth import TruthFrame
 from ...sources.base.capture import Capture, CaptureStatus
 from ...sources.base.protocol import Source
 
@@ -29,14 +30,11 @@ ACKNOWLEDGE = Duration(seconds=1)
 
 
 class RawPublishers:
-    """The publishers of every driver beside its raw data: description (latched) and ground_truth/*. They live as long as the node.
+    """The publishers of every driver beside its raw data: description (latched), and ground_truth/* where its source has it."""
 
-    truth: names of the ground_truth topics that the sensor can have.
-    """
-
-    def __init__(self, node: LifecycleNode, truth: Sequence[str] = TRUTH):
+    def __init__(self, node: LifecycleNode):
         self.description = node.create_publisher(String, 'description', LATCHED_QOS)
-        self.truth = GroundTruth(node, truth)
+        self.truth = GroundTruth(node)
 
     @property
     def wanted(self) -> bool:
@@ -47,8 +45,8 @@ class RawPublishers:
 class SeriesPublishers(RawPublishers):
     """With a raw topic of which no message may be lost: up to depth of them wait for a subscriber. kind, topic: of the raw data."""
 
-    def __init__(self, node: LifecycleNode, kind: type, topic: str, depth: int, truth: Sequence[str] = TRUTH):
-        super().__init__(node, truth)
+    def __init__(self, node: LifecycleNode, kind: type, topic: str, depth: int):
+        super().__init__(node)
         self.raw: Publisher | SharedPublisher = node.create_lifecycle_publisher(
             kind, topic, QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth))
 
@@ -69,16 +67,18 @@ class BaseStream:
     """Reads an open source in one thread and publishes in another; stop closes the source.
 
     values: the node's parameters; sensor_type and frame_id go into the description. keep: number of newest frames of a live source that
-    wait to be published.
+    wait to be published. slow: why a device may be slower than told, for /diagnostics, with a comma after it.
     """
 
     keep = 1
+    slow = ''
 
     def __init__(self, node: LifecycleNode, publishers: RawPublishers, source: Source, values: dict):
         self._node, self._publishers, self.source, self._values = node, publishers, source, values
         self._log = LogOnce(node)
         self._remarks: list[str] = []
         self._active = self._stopped = False
+        publishers.truth.offer(getattr(source, 'truths', ()))
         self._describe()
         self._capture = Capture(source, self._wanted, self._report, keep=self.keep)
         self._thread = threading.Thread(target=self._run, name='publish', daemon=True)
@@ -117,7 +117,7 @@ class BaseStream:
 
     def health(self) -> Health:
         """For /diagnostics."""
-        return capture_health(self.status, self.source.describe(), self.source.live, self.remark)
+        return capture_health(self.status, self.source.describe(), self.source.live, self.remark, self.slow)
 
     def _wanted(self) -> bool:
         try:
@@ -153,6 +153,14 @@ class BaseStream:
 
     def _publish(self, frame) -> None:
         raise NotImplementedError
+
+    def _publish_truth(self, truth: TruthFrame | RecordedTruth | None, stamp_ns: int) -> None:
+        """Publish the ground truth of an image with this stamp."""
+        if isinstance(truth, RecordedTruth):
+            self._publishers.truth.publish_recorded(truth, self._values['frame_id'])
+        elif truth is not None:
+            header = header_of(stamp_ns, self._values['frame_id'])
+            self._publishers.truth.publish(truth, 1 / self.source.describe()['rate'], header)
 
     def _remark(self, text: str) -> None:
         if len(self._remarks) >= _MOST_REMARKS:

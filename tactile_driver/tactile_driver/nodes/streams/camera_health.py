@@ -10,6 +10,8 @@ from ...sources.base.capture import CaptureStatus
 
 _RATE_TOLERANCE = 0.9  # share of the nominal rate below which a warning is given; chosen
 _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods and s without a frame that are an error; chosen
+#: why a device's rate is low, beside a busy machine
+CAMERA_IS_SLOW = 'too little light (long exposure), a slow USB port or pixel format, or '
 FEW = 0.05  # share of skipped frames that is not reported: other work of the machine for a moment; chosen
 
 
@@ -21,15 +23,16 @@ def unconfigured_health(problem: str, retrying: bool) -> Health:
     return Health(ERROR, what, {**common_values('unconfigured'), 'last error': problem})
 
 
-def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str) -> Health:
-    """The health of a node with an open source. about: the source's description; live: whether it is a device; remark: a warning, ''."""
+def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str, slow: str = '') -> Health:
+    """The health of a node with an open source. about: the source's description; live: whether it runs by itself; remark: a warning, '';
+    slow: why a device may be slow."""
     nominal = float(about.get('rate', 0) or 0)
     values = {**common_values(status.state, status.rate, status.age_s, status.dropped), 'source': about.get('source', ''),
               'device': about.get('path') or about.get('device', ''), 'serial': about.get('serial', ''),
               'nominal rate (Hz)': nominal if nominal > 0 else math.nan, 'frames': status.received, 'corrupt': status.corrupt,
               'last error': status.error}
     values |= {shown: about[name] for name, shown in (('unpaired', 'unpaired'), ('lost', 'lost frames')) if name in about}
-    level, message = _judged(status, nominal, live, bool(about.get('idle')), remark)
+    level, message = _judged(status, nominal, live, bool(about.get('idle')), remark, slow if about.get('source') == 'device' else '')
     if level == OK and remark:
         level, message = WARN, remark
     return Health(level, message, values)
@@ -41,7 +44,7 @@ def left_out_remark(share: float) -> str:
             'programs')
 
 
-def _judged(status: CaptureStatus, nominal: float, live: bool, idle: bool, remark: str) -> tuple[bytes, str]:
+def _judged(status: CaptureStatus, nominal: float, live: bool, idle: bool, remark: str, slow: str) -> tuple[bytes, str]:
     if status.state in ('lost', 'failed'):
         return ERROR, status.error
     if status.state != 'running':
@@ -53,8 +56,7 @@ def _judged(status: CaptureStatus, nominal: float, live: bool, idle: bool, remar
     if live and status.age_s > max(_SHORTEST_SILENCE, _SILENCE_PERIODS / max(nominal, 1.0)):
         return ERROR, remark or f'no frame for {status.age_s:.1f} s; check the sensor and its cable'
     if live and nominal > 0 and status.rate < _RATE_TOLERANCE * nominal:
-        return WARN, (f'{status.rate:.1f} Hz instead of {nominal:.1f} Hz: too little light (long exposure), a slow USB port or pixel '
-                      'format, or a busy machine')
+        return WARN, f'{status.rate:.1f} Hz instead of {nominal:.1f} Hz: {slow}a busy machine'
     if status.left_out > FEW:
         return WARN, left_out_remark(status.left_out)
     return OK, 'waiting for the first frame' if math.isnan(status.rate) else f'{status.rate:.1f} Hz'

@@ -10,8 +10,10 @@ from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Header
 
 from .base import BaseStream
+from .camera_health import CAMERA_IS_SLOW
 from ...errors import BadFrame
 from ...frame import CameraCalibration, Frame, PairFrame, as_encoding
+from ...frame_names import optical_frame
 from .image import ImagePublishers, ImageTopic, info_of_size, size_remark
 from ..messages.conversions import RIGHT_TIME, header_of, right_time_message
 from ..runtime.diagnostics import Health
@@ -29,7 +31,6 @@ class DualPublishers(ImagePublishers):
 
     def __init__(self, node: LifecycleNode):
         super().__init__(node)
-        self._node = node
         self.views: tuple[ImageTopic, ...] = ()
         self._made: tuple[ImageTopic, ...] = ()
         self.right_time = node.create_lifecycle_publisher(TimeReference, RIGHT_TIME, STREAM_QOS)
@@ -53,6 +54,8 @@ class DualStream(BaseStream):
     node's parameters.
     """
 
+    slow = CAMERA_IS_SLOW
+
     def __init__(self, node: LifecycleNode, publishers: DualPublishers, source: DualSource, values: dict,
                  stitching: Stitching | None, calibrations: tuple[CameraCalibration | None, CameraCalibration | None]):
         self._stitcher = None if stitching is None else make_stitcher(values['stitching'], stitching)
@@ -75,19 +78,18 @@ class DualStream(BaseStream):
         return replace(health, values={**health.values, **shutters.numbers()})
 
     def _publish(self, pair: PairFrame) -> None:
-        header = header_of(pair.stamp_ns, self._values['frame_id'])
+        header = header_of(pair.stamp_ns, optical_frame(self._values['frame_id']))
         self._log_missing(pair)
         self._note_sizes(pair)
         for name, topic, frame in zip(NAMES, self._publishers.views, (pair.left, pair.right)):
             if frame is not None:
-                own = header_of(frame.stamp_ns, self._values['frame_id'])
+                own = header_of(frame.stamp_ns, optical_frame(self._values['frame_id'], name))
                 topic.publish(frame, self._values['encoding'], own, self._infos[name])
         if pair.left is not None and pair.right is not None:
             self._publishers.right_time.publish(right_time_message(pair.right.stamp_ns, header))
         if self._publishers.picture.wanted:
             self._publish_picture(pair, header)
-        if pair.truth is not None:
-            self._publishers.truth.publish(pair.truth, 1 / self.source.describe()['rate'], header)
+        self._publish_truth(pair.truth, pair.stamp_ns)
         if self.source.on_demand:
             for topic in (self._publishers.picture, *self._publishers.views):
                 topic.wait_until_received()

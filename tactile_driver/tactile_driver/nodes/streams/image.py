@@ -3,13 +3,19 @@
 """The stream of one camera's images."""
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from rclpy.lifecycle import LifecycleNode
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 
 from .base import ACKNOWLEDGE, BaseStream, RawPublishers
+from .camera_health import CAMERA_IS_SLOW
 from ...frame import CameraCalibration, Frame
+from ...frame_names import optical_frame
 from ..messages.conversions import calibration_to_message, header_of, image_to_message
+from ..messages.transforms import Pose, camera_transforms
 from ..runtime.ros_defaults import LATCHED_QOS, STREAM_QOS
 from ...sources.base.protocol import Source
 
@@ -39,11 +45,19 @@ class ImageTopic:
 
 
 class ImagePublishers(RawPublishers):
-    """image_raw and camera_info, and the topics of all drivers."""
+    """image_raw and camera_info, the cameras' frames on /tf_static, and the topics of all drivers."""
 
     def __init__(self, node: LifecycleNode):
         super().__init__(node)
+        self._node = node
         self.picture = ImageTopic(node)
+        self._transforms = node.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)  # tf2_ros's broadcaster needs a C++ extension
+
+    def place_cameras(self, frame_id: str, poses: Mapping[str, Pose]) -> None:
+        """Publish where the cameras are in the sensor frame frame_id; poses: as of camera_transforms, those that are known."""
+        if poses:
+            stamp = self._node.get_clock().now().to_msg()
+            self._transforms.publish(TFMessage(transforms=camera_transforms(frame_id, poses, stamp)))
 
     @property
     def wanted(self) -> bool:
@@ -57,19 +71,20 @@ class ImageStream(BaseStream):
     values: the node's parameters; calibration: for camera_info, None if unknown.
     """
 
+    slow = CAMERA_IS_SLOW
+
     def __init__(self, node: LifecycleNode, publishers: ImagePublishers, source: Source, values: dict,
                  calibration: CameraCalibration | None):
         self._calibration, self._info, self._size = calibration, None, None
         super().__init__(node, publishers, source, values)
 
     def _publish(self, frame: Frame) -> None:
-        header = header_of(frame.stamp_ns, self._values['frame_id'])
+        header = header_of(frame.stamp_ns, optical_frame(self._values['frame_id']))
         size = frame.image.shape[1], frame.image.shape[0]
         if size != self._size:
             self._new_size(size, frame.encoding)
         self._publishers.picture.publish(frame, self._values['encoding'], header, self._info)
-        if frame.truth is not None:
-            self._publishers.truth.publish(frame.truth, 1 / self.source.describe()['rate'], header)
+        self._publish_truth(frame.truth, frame.stamp_ns)
         if self.source.on_demand:
             self._publishers.picture.wait_until_received()
 

@@ -36,7 +36,6 @@ class TaxelStream(BaseStream):
         if self._publishers.raw.get_subscription_count():
             frame = replace(frame, image=self._order.ordered(frame.image))
             self._publishers.publish(image_to_message(frame, '', header), self._waited_s)
-        if frame.truth is not None:
-            self._publishers.truth.publish(frame.truth, 1 / self.source.describe()['rate'], header)
+        self._publish_truth(frame.truth, frame.stamp_ns)
         if self.source.on_demand:
             self._publishers.raw.wait_for_all_acked(ACKNOWLEDGE)

@@ -13,6 +13,7 @@ from .base import ACKNOWLEDGE, BaseStream, SeriesPublishers
 from ..messages.conversions import header_of
 from .psd_health import SampleMeter, sample_health
 from ..runtime.diagnostics import Health
+from ...recordings.truth import RecordedTruth
 from ...samples import SampleBlock
 from ...sources.base.pacing import NS
 
@@ -21,7 +22,7 @@ _DEPTH = 100  # messages that wait for a subscriber: half a second of them
 
 def voltage_publishers(node: LifecycleNode) -> SeriesPublishers:
     """voltages, and the topics of all drivers."""
-    return SeriesPublishers(node, PsdVoltages, 'voltages', _DEPTH, ('contacts',))
+    return SeriesPublishers(node, PsdVoltages, 'voltages', _DEPTH)
 
 
 def voltages_message(block: SampleBlock, frame_id: str) -> PsdVoltages:
@@ -50,7 +51,9 @@ class VoltageStream(BaseStream):
             self._publishers.publish(voltages_message(block, self._values['frame_id']), self._waited_s)
             if self.source.on_demand:
                 self._publishers.raw.wait_for_all_acked(ACKNOWLEDGE)
-        if block.truth is not None and self._publishers.truth.wanted:
+        if isinstance(block.truth, RecordedTruth):
+            self._publish_truth(block.truth, block.stamp_ns)
+        elif block.truth is not None and self._publishers.truth.wanted:
             for k in instants(block.truth.touching):
                 stamp = block.stamp_ns + (round(k * block.period_s * NS) if k else 0)
                 self._publishers.truth.publish_contacts(block.truth.touches(k), header_of(stamp, self._values['frame_id']))

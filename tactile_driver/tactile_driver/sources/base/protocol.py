@@ -24,7 +24,8 @@ class Source(Protocol):
 
     live: it runs whether it is read or not, and only its newest frames matter; a recording waits and loses nothing. on_demand: it has no
     rate of its own and is read only while frames are wanted. skipped: number of frames that were due but not produced; corrupt: number of
-    unusable frames; remark: a warning about the data, ''.
+    unusable frames; remark: a warning about the data, ''. A source whose frames carry ground truth names in `truths` what of ground_truth/*
+    they have, once it is open.
     """
 
     live: bool

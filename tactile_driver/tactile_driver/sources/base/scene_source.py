@@ -15,6 +15,7 @@ class SceneSource:
     read. The scene stands still while it is not wanted. Subclasses define _open_scene, _make and _handed_over.
     """
 
+    truths = ('contacts', 'contact_region', 'slip', 'wrench')
     live, on_demand = True, False
     remark = ''
     usual_rate = 30.0

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import posixpath
+from dataclasses import replace
 from pathlib import Path
 
 from rosbags.typesys import Stores, get_typestore
@@ -16,6 +17,7 @@ from ...nodes.messages.images import image_to_array
 from ...recordings.compressed import COMPRESSED_IMAGE, ImageBagReader
 from ...recordings.description import recorded_description
 from ...recordings.reader import RawMessage
+from ...recordings.truth import RecordedTruth, truth_topics, with_truth
 
 _IMAGE, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CameraInfo'
 
@@ -63,6 +65,7 @@ class BagSource:
         self._types = get_typestore(Stores.ROS2_JAZZY)
         self._reader = self._messages = self._calibration = self._pace = None
         self._topic, self._recorded = '', {}
+        self._truth_topics: dict[str, str] = {}
 
     def open(self) -> None:
         """Open the bag at its start. Raises BadRecording if it is missing, unreadable or lacks the topic."""
@@ -74,12 +77,13 @@ class BagSource:
         types = self._reader.topics
         self._topic = choose_topic(types, self._wanted, str(self._path), self.kinds, self.content)
         self._calibration = self._recorded_calibration(types)
+        self._truth_topics = truth_topics(types, self._topic)
         self._recorded = recorded_description(self._reader, self._topic)
         self._pace = EvenPace(self._rate, skip=False) if self._rate > 0 else StampPace() if self._rate < 0 else None
         self._start()
 
     def _start(self) -> None:
-        self._messages = self._reader.messages({self._topic})
+        self._messages = with_truth(self._reader.messages({self._topic, *self._truth_topics}), self._topic, self._truth_topics)
 
     def _recorded_calibration(self, types: dict[str, str]) -> CameraCalibration | None:
         beside = posixpath.join(posixpath.dirname(self._topic), 'camera_info')
@@ -98,16 +102,23 @@ class BagSource:
 
     def read(self, wanted: bool = True) -> Frame | None:
         """The next frame, when it is due; None if not wanted. Raises EndOfSource, or BadFrame for a message without a valid image."""
-        found = self._next()
+        found, truth = self._next()
         name = found.type_name
         message = self._decoded(found.data, name)
         stamp = message.header.stamp.sec * NS + message.header.stamp.nanosec or found.stamp_ns
         due = 0 if self._pace is None else self._pace.next() if self._rate > 0 else self._pace.next(stamp)
         frame = self._frame(message, name, stamp) if wanted else None
+        if frame is not None and truth is not None:
+            frame = replace(frame, truth=truth)
         wait_until(due)
         return frame
 
-    def _next(self) -> RawMessage:
+    @property
+    def truths(self) -> tuple[str, ...]:
+        """See Source."""
+        return tuple(self._truth_topics.values())
+
+    def _next(self) -> tuple[RawMessage, RecordedTruth | None]:
         found = next(self._messages, None) if self._messages is not None else None
         if found is None and self._loop and self._reader is not None:
             self._start()

@@ -68,7 +68,7 @@ class Pairer:
                 self._skew = skew
                 self.shutters.add(left[0].stamp_ns, right[0].stamp_ns, self.period_ns or np.inf)
                 if abs(skew) <= self._max_skew:
-                    return PairFrame(left.popleft(), right.popleft())
+                    return PairFrame(left[0], right.popleft(), left.popleft().truth)
             self._drop(LEFT if skew > 0 else RIGHT)
         return None
 

@@ -186,6 +186,11 @@ class PairedSource:
         """See DualSource."""
         return self._pairer.shutters
 
+    @property
+    def truths(self) -> tuple[str, ...]:
+        """See Source; that of the left frames."""
+        return getattr(self._sources[LEFT], 'truths', ())
+
     def _told(self, name: str, capture: Capture, source: Source) -> str:
         """Warning about one camera, '' without one."""
         state = capture.status
@@ -252,6 +257,11 @@ class SplitSource:
     def skipped(self) -> int:
         """Number of frames that were due but not produced."""
         return self._source.skipped
+
+    @property
+    def truths(self) -> tuple[str, ...]:
+        """See Source."""
+        return getattr(self._source, 'truths', ())
 
     @property
     def corrupt(self) -> int:

@@ -19,6 +19,7 @@ class PsdSimulatedSource(SceneSource):
     rest as in SceneSource.
     """
 
+    truths = ('contacts',)
     usual_rate = 1000.0
     longest_leap = 5
 

@@ -4,6 +4,7 @@
 import os
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -78,7 +79,28 @@ def test_it_follows_what_publishers_offer_as_they_come_and_go(bench):
     assert bench.until(lambda: subscription.policies[0] == RELIABLE) and bench.hears(careful, 'alone')
     assert len(list(bench.listener.subscriptions)) == 1
     subscription.close()
-    assert not list(bench.listener.subscriptions)
+    assert bench.until(lambda: not list(bench.listener.subscriptions))
+
+
+def test_another_thread_may_begin_and_end_it_at_any_time(bench):
+    def come_and_go():
+        for k in range(300):
+            subscription = bench.listen()
+            time.sleep(1e-4 * (k % 20))
+            subscription.close()
+    thread, publisher = threading.Thread(target=come_and_go), bench.publisher()
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)  # the threads take turns wherever they can
+    thread.start()
+    while thread.is_alive():
+        publisher.publish(String(data='word'))
+        bench.executor.spin_once(timeout_sec=0.001)
+    thread.join()
+    sys.setswitchinterval(before)
+    assert bench.until(lambda: not list(bench.listener.subscriptions)) and not list(bench.listener.guards)
+    bench.heard.clear()
+    bench.until(lambda: False, 0.1)
+    assert not bench.heard
 
 
 def test_where_publishers_are_there_before_it_begins_with_what_they_offer(bench):

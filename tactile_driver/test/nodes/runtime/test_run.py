@@ -90,6 +90,29 @@ def test_further_interrupts_do_not_tear_what_is_put_away():
 
 @pytest.mark.ros
 @pytest.mark.full
+@pytest.mark.parametrize('which', [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_while_the_interpreter_closes_down_does_not_count(which):
+    # launch sends its own after that of the terminal
+    last = """
+import os, sys, time
+
+class Last:
+    def __del__(self, write=os.write, sleep=time.sleep):
+        write(1, b'closing down\\n')
+        sleep(0.5)
+sys.last_to_go = Last()
+"""
+    process = started(last + PROGRAM)
+    assert process.stdout.readline() == 'up\n'
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    assert [process.stdout.readline() for _ in range(2)] == ['released\n', 'closing down\n']
+    process.send_signal(which)
+    assert process.wait(timeout=20) == 0
+
+
+@pytest.mark.ros
+@pytest.mark.full
 def test_an_exception_that_nothing_catches_ends_the_process_with_its_traceback():
     failing = PROGRAM.replace("print('up', flush=True)", """self.create_timer(0.05, self.fail)
 

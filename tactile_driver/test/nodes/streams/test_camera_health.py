@@ -34,6 +34,13 @@ def test_what_goes_wrong_is_said(change, level, said):
     assert health.level == level and said in health.message
 
 
+@pytest.mark.parametrize(('source', 'slow', 'said'), [('device', 'too little light, or ', 'too little light, or a busy machine'),
+                                                     ('device', '', '30.0 Hz: a busy machine'),
+                                                     ('sim', 'too little light, or ', '30.0 Hz: a busy machine')])
+def test_why_it_may_be_slow_is_that_of_the_source(source, slow, said):
+    assert capture_health(replace(GOOD, rate=14.0), {**ABOUT, 'source': source}, True, '', slow).message.endswith(said)
+
+
 def test_a_recordings_rate_is_no_complaint():
     assert capture_health(replace(GOOD, rate=3.0, age_s=20.0), ABOUT, False, '').level == OK
 

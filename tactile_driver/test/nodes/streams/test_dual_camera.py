@@ -86,7 +86,8 @@ def test_each_view_has_its_stamp_and_the_picture_the_left_ones(node):
     left, right, whole = found
     assert (stamp(left) % 10**7, stamp(right) % 10**7, stamp(whole) % 10**7) == (0, 10**6, 0)
     assert set(left.data) == {50} and set(right.data) == {90} and {50, 90} <= set(whole.data)
-    assert (whole.width, whole.height) == (121, 61) and {m.header.frame_id for m in found} == {'pad'}
+    assert (whole.width, whole.height) == (121, 61) and {m.header.frame_id for m in found} == {
+        f'pad_{view}camera_optical' for view in ('', 'left_', 'right_')}
     assert streamed.stream.remark == ''
 
 
@@ -97,7 +98,8 @@ def test_the_right_exposure_is_told_to_whom_wants_nothing_else(node):
 
 def test_the_right_exposure_of_each_picture_is_told(node):
     found, image = Streamed(node, TwoCameras(), frame_id='pad').received(('right/time_reference', TimeReference), ('image_raw', Image))
-    assert stamp(found) % 10**7 == 0 and found.header.frame_id == image.header.frame_id == 'pad' and found.source == 'right camera'
+    assert stamp(found) % 10**7 == 0 and found.header.frame_id == image.header.frame_id == 'pad_camera_optical'
+    assert found.source == 'right camera'
     assert found.time_ref.sec * 10**9 + found.time_ref.nanosec == stamp(found) + 10**6
 
 

@@ -69,7 +69,7 @@ class Streamed:
 def test_images_in_the_encoding_asked_for(node):
     streamed = Streamed(node, encoding='mono8', frame_id='pad')
     image = streamed.received(Image, 'image_raw')
-    assert (image.encoding, image.width, image.height, image.header.frame_id) == ('mono8', 6, 4, 'pad')
+    assert (image.encoding, image.width, image.height, image.header.frame_id) == ('mono8', 6, 4, 'pad_camera_optical')
     assert set(image.data) == {9}
     assert streamed.camera.closed and streamed.stream.remark == ''
 

@@ -59,7 +59,7 @@ def test_images_that_do_not_arrive_are_counted_and_told(node):
     for k in range(60):
         if k < 20 or k % 5:
             source._take(Image(header=header_of(10**18 + 33_333_333 * k, 'pad')), 0)
-    assert source.describe()['lost'] == 8 and source.remark.startswith('15 % of left/image_raw did not arrive')
+    assert source.describe()['lost'] == 8 and source.remark.startswith('15 % of left/image_raw are missing')
 
 
 def test_a_message_that_makes_no_image_is_a_bad_frame(node):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import scipy
+from tactile_perception._core import nearest_others
 
 from .blob_moments import cut_necks, find_regions, fit_blobs
 from ...common.dots import Dots
@@ -108,7 +108,7 @@ def _measure_appearance(image, sign) -> _Appearance:
         regions = find_regions(cv2.threshold(smooth, max(threshold, _LEAST_CONTRAST), 255, cv2.THRESH_BINARY)[1])
         if len(regions) < 2:
             raise BadFrame('fewer than two markers found in the frame: check light, focus and the parameter polarity')
-        pitch = float(np.median(scipy.spatial.cKDTree(regions.centre).query(regions.centre, 2)[0][:, 1]))
+        pitch = float(np.median(nearest_others(np.asarray(regions.centre, float), count=1)[1]))
         box = _odd(_PER_PITCH * pitch)
     step = 2 if np.sqrt(4 / np.pi * np.median(regions.area)) >= _SMALLEST_HALVED else 1
     contrast = float(above[above > threshold].mean())

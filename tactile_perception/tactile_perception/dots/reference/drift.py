@@ -100,6 +100,14 @@ class Reference:
         new = np.isnan(rest[:, 0])
         if new.any():
             self._insert(id[new], uv[new])
+            self._judge_anew()
+
+    def _judge_anew(self) -> None:
+        """Begin anew where the reference with the dots that have been added does not show an untouched sensor."""
+        id, uv = self.id, self.uv
+        if self._known is not None and self._known.judge(id, uv).pressed:
+            self.restart()
+            self._begin(id, uv, columns=0)
 
     def _is_touched(self, id, uv, duv, sigma, stamp_s) -> bool:
         """Whether something touches; the residual displacement after a contact is tracked as drift."""

@@ -1,42 +1,15 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The description and the static transforms of a sensor as messages: what every recording begins with."""
+"""The description of a sensor and its static transforms, with which every recording begins."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-import cv2
-import numpy as np
 import yaml
-from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from std_msgs.msg import String
-from tactile_driver.nodes.messages.conversions import header_of, vector
+from tactile_driver.nodes.messages.conversions import header_of
 from tf2_msgs.msg import TFMessage
-
-_IDENTITY = (0.0, 0.0, 0.0, 1.0)
-
-
-def static_transform(frame_id: str, name: str, translation: Sequence[float], rotation: Sequence[float] = _IDENTITY,
-                     stamp: Time | None = None) -> TransformStamped:
-    """The pose of frame <frame_id>_<name> in frame_id: translation (3,), m, and rotation, a quaternion x, y, z, w."""
-    transform = TransformStamped(child_frame_id=f'{frame_id}_{name}')
-    transform.header.frame_id, transform.header.stamp = frame_id, stamp or Time()
-    transform.transform.translation = vector(translation)
-    quaternion = transform.transform.rotation
-    quaternion.x, quaternion.y, quaternion.z, quaternion.w = map(float, rotation)
-    return transform
-
-
-def camera_pose(rotation: np.ndarray, translation: np.ndarray) -> tuple[np.ndarray, tuple[float, float, float, float]]:
-    """The pose of a camera in the sensor frame as (translation (3,), m, quaternion x, y, z, w).
-
-    rotation: (3,) rotation vector, rad, and translation: (3,), m, of the transform from sensor to camera coordinates, the inverse.
-    """
-    angle = float(np.linalg.norm(rotation))
-    axis = -np.asarray(rotation, float) * (np.sin(angle / 2) / angle) if angle else np.zeros(3)
-    return -cv2.Rodrigues(np.asarray(rotation, float))[0].T @ translation, (*axis, np.cos(angle / 2))
-
 
 def description_messages(stamp_ns: int, sensor_type: str, frame_id: str, about: Mapping,
                          transforms: Sequence[TransformStamped]) -> Iterator[tuple[int, str, object]]:

@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import CompressedImage, Image, TimeReference
+from std_msgs.msg import Header
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.stitching.calibration import stitching_from_dict
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
@@ -36,6 +37,8 @@ class _TouchpadSide(CameraSide):
     def __init__(self, values: Mapping):
         super().__init__(values)
         self.sensor = Touchpad.from_parameters(values)
+        if self.sensor.cap is not None:
+            import scipy.optimize  # noqa: F401 - 0.3 s for which the first image would wait otherwise
         places = self.sensor.cap is not None and values['calibration']
         self.calibration = read_calibration(values['calibration'], 'touchpad', values) if places else None
 
@@ -49,7 +52,7 @@ class _TouchpadSide(CameraSide):
 
 
 class DotMessages(_TouchpadSide):
-    """image_raw -> dots of any sensor that has them; values: of DOT_PARAMETERS."""
+    """image_raw -> dots of any sensor that has them; values: of DOT_PARAMETERS. frame_id: of the dots, the sensor frame."""
 
     def __init__(self, values: Mapping):
         super().__init__(values)
@@ -59,6 +62,7 @@ class DotMessages(_TouchpadSide):
             self._surface = marker_sensor(values)
         markers = values['sensor_type'] in MARKER_SENSORS and values['calibration']
         self._markers = read_touch(values['calibration'], values['sensor_type']) if markers else None
+        self.frame_id = values['frame_id'] or values['sensor_type']
         self._skews: dict[int, float] = {}  # s, of the right view, by the picture's stamp, ns
 
     @property
@@ -118,7 +122,7 @@ class DotMessages(_TouchpadSide):
             del self._skews[next(iter(self._skews))]
 
     def on_image(self, message: Image | CompressedImage) -> DotTracks:
-        """The dots of one image under its header; those of the right one of two views at the header's stamp too.
+        """The dots of one image under its stamp; those of the right one of two views at that stamp too.
 
         Raises BadFrame for an image that cannot be used.
         """
@@ -132,7 +136,7 @@ class DotMessages(_TouchpadSide):
         skew_s = self._skews.get(convert.stamp_ns_of(message.header), 0.0)
         with self.stamp_of(message) as stamp_s:
             tracks = self.stage.process(image, stamp_s, skew_s)
-        return convert.tracks_to_message(tracks, message.header)
+        return convert.tracks_to_message(tracks, Header(stamp=message.header.stamp, frame_id=self.frame_id))
 
 
 class ContactMessages(_TouchpadSide):

@@ -16,15 +16,17 @@ import numpy as np
 import yaml
 from tactile_driver.command import tells_errors
 from tactile_driver.frame import Frame
+from tactile_driver.frame_names import optical_frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
+from tactile_driver.nodes.messages.transforms import camera_transforms, static_transform
 
 from ...bags.message_bag import write_messages
 from ...calibration.files.taxel import SENSOR as TAXEL_ARRAY
 from .camera import Recording
 from ...common.progress import Progress
 from ...nodes.messages.conversions import camera_info_message
-from ...nodes.messages.description import camera_pose, description_messages, static_transform
+from ...nodes.messages.description import description_messages
 from ...parameters.touchpad import DOT_PARAMETERS
 from .psd import PsdRecording
 from .taxel import TaxelRecording
@@ -67,13 +69,13 @@ def parameters(recording: Recording | PsdRecording | TaxelRecording) -> dict[str
 def sensor_frames(recording: Recording | PsdRecording | TaxelRecording, frame_id: str) -> list:
     """TransformStamped of the frames of cameras, tip or taxels in the sensor frame, named as the driver of a live sensor names them."""
     if isinstance(recording, Recording):
-        return [static_transform(frame_id, f'{view.name}_camera'.lstrip('_'), *_pose(view.camera)) for view in recording.views]
-    return [static_transform(frame_id, name, (0.0, 0.0, z)) for name, z in recording.frames().items()]
+        return camera_transforms(frame_id, {view.name: _pose(view.camera) for view in recording.views})
+    return [static_transform(frame_id, f'{frame_id}_{name}', (0.0, 0.0, z)) for name, z in recording.frames().items()]
 
 
-def _pose(camera: dict) -> tuple[np.ndarray, tuple[float, float, float, float]]:
+def _pose(camera: dict) -> tuple[list[float], list[float]]:
     rotation = cv2.Rodrigues(np.array(camera['R_cam_from_sensor'], float))[0].ravel()
-    return camera_pose(rotation, np.array(camera['t_cam_from_sensor'], float))
+    return rotation.tolist(), [float(x) for x in camera['t_cam_from_sensor']]
 
 
 def _messages(recording: Recording, frame_id: str) -> Iterator[tuple[int, str, object]]:
@@ -95,7 +97,7 @@ def _views(recording: Recording, index: int, shift: float, frame_id: str) -> Ite
     """Yield camera_info and image of each view of a frame, with the stamp of the view."""
     for number, view in enumerate(recording.views):
         stamp_ns, prefix = round((view.stamps[index] + shift) * 1e9), view.name and view.name + '/'
-        header = header_of(stamp_ns, frame_id)
+        header = header_of(stamp_ns, optical_frame(frame_id, view.name))
         yield stamp_ns, prefix + 'camera_info', camera_info_message(view.camera, header)
         yield stamp_ns, prefix + 'image_raw', image_to_message(Frame(recording.image(index, number), stamp_ns, 'bgr8'), '', header)
 
@@ -104,8 +106,7 @@ def sensor_parameters(sensor: dict) -> dict[str, object]:
     """Name -> value of the parameters that sensor.json contains."""
     camera = sensor['cameras'][0]
     rows, columns = (int(n) + 1 for n in np.ptp(sensor['dots']['row_col'], axis=0))
-    rotation = cv2.Rodrigues(np.array(camera['R_cam_from_sensor'], float))[0].ravel()
-    pose = {'camera.rotation': rotation.tolist(), 'camera.translation': [float(x) for x in camera['t_cam_from_sensor']]}
+    pose = dict(zip(('camera.rotation', 'camera.translation'), _pose(camera)))
     describe = _touchpad if sensor['sensor'] == 'touchpad' else _markers
     return {'sensor_type': sensor['sensor'], 'rows': rows, 'columns': columns, **describe(sensor), **pose}
 

@@ -174,3 +174,17 @@ def test_without_a_calibrated_place_a_late_dot_gets_its_own():
     reference = Reference(known=CalibratedRest(rest))
     run(reference, 20)
     assert np.abs(reference.uv[7] - UV[7]).max() < 0.02 and len(reference.id) == 100
+
+
+def test_dots_that_come_later_are_judged_with_the_others():
+    reference, half = Reference(known=CalibratedRest(UV)), COLUMN < 5
+    for k in range(12):
+        reference.update(ID[half], UV[half], SIGMA[half], k / 50, 10)
+    assert reference.suspicious == ''
+    shift = 4.0 * np.exp(-((UV - [190, 120]) ** 2).sum(axis=1, keepdims=True) / (2 * 30**2)) * [1, 0]
+    shift[half] = 0.0
+    duv = reference.update(ID, UV + shift, SIGMA, 0.5, 10)
+    assert 'touched when the reference was taken' in reference.suspicious
+    np.testing.assert_allclose(duv, shift, atol=0.05, err_msg='the calibrated positions are the reference meanwhile')
+    duv = reference.update(ID, UV, SIGMA, 0.6, 10)
+    assert reference.suspicious == '' and np.abs(duv).max() < 0.05, 'taken again by itself'

@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
+from std_msgs.msg import Header  # noqa: E402
 from tactile_perception.errors import BadCalibration, BadFrame  # noqa: E402
 from tactile_perception.nodes.messages.point_cloud import POINTS  # noqa: E402
 from tactile_perception.nodes.stages.touchpad import RESULTS, ContactMessages, DotMessages  # noqa: E402
@@ -27,11 +28,12 @@ def done(ball_messages):
     return found, [contact.on_dots(message) for message in found]
 
 
-def test_the_header_goes_through_unchanged(ball_messages, done):
+def test_the_stamp_goes_through_and_the_frame_is_the_sensors(ball_messages, done):
     dots, results = done
     for image, message, result in zip(ball_messages[1], dots, results):
-        assert message.header == image.header and set(result) == {*RESULTS, 'points'}
-        assert all(type(part) is (RESULTS | POINTS)[topic] and part.header == image.header for topic, part in result.items())
+        wanted = Header(stamp=image.header.stamp, frame_id='touchpad')
+        assert message.header == wanted and set(result) == {*RESULTS, 'points'}
+        assert all(type(part) is (RESULTS | POINTS)[topic] and part.header == wanted for topic, part in result.items())
 
 
 def test_a_ball_is_one_contact_and_rest_is_none(ball_messages, done):

@@ -40,9 +40,11 @@ def convert(folder, bag):
 
 def test_every_frame_is_there_with_its_truth(converted):
     assert set(converted) == TOPICS | FIRST
-    for messages in (converted[name] for name in TOPICS):
+    for name in TOPICS:
+        messages, frame = converted[name], 'pad' if name.startswith('ground_truth') else 'pad_camera_optical'
+        assert {m.header.frame_id for _, m in messages} == {frame}
         assert [stamp for stamp, _ in messages] == [1_000_000_000, 1_100_000_000, 1_200_000_000], 'no stamp of zero'
-        assert all(m.header.frame_id == 'pad' and m.header.stamp.sec * 10**9 + m.header.stamp.nanosec == stamp for stamp, m in messages)
+        assert all(m.header.stamp.sec * 10**9 + m.header.stamp.nanosec == stamp for stamp, m in messages)
 
 
 def test_images_and_numbers_are_as_recorded(recording_folder, converted):
@@ -61,12 +63,12 @@ def test_it_begins_with_the_description_and_the_frames_of_the_sensor(recording_f
     about = yaml.safe_load(converted['description'][0][1].data)
     assert about == {'sensor_type': 'touchpad', 'frame_id': 'pad', 'source': 'file', 'path': str(recording_folder)}
     (stamp, message), = converted['/tf_static']
-    assert stamp == 1_000_000_000 and [t.child_frame_id for t in message.transforms] == ['pad_camera']
+    assert stamp == 1_000_000_000 and [t.child_frame_id for t in message.transforms] == ['pad_camera_optical']
     camera = Recording(recording_folder).views[0].camera  # the camera's own origin in the sensor frame
     at, away = message.transforms[0].transform.translation, np.array(camera['t_cam_from_sensor'])
     assert (at.x, at.y, at.z) == pytest.approx(tuple(-np.array(camera['R_cam_from_sensor']).T @ away))
     both = convert(dual_folder, tmp_path / 'two')['/tf_static'][0][1].transforms
-    assert [t.child_frame_id for t in both] == ['pad_left_camera', 'pad_right_camera']
+    assert [t.child_frame_id for t in both] == ['pad_left_camera_optical', 'pad_right_camera_optical']
 
 
 def test_the_parameters_are_the_sensors(recording_folder, converted, tmp_path):
