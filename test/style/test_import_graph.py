@@ -19,8 +19,8 @@ ROOMS = {
         'calibration.files', 'parameters', 'pipeline', 'api', 'evaluation', 'nodes.messages',
         'nodes.stages', 'nodes', 'bags', 'tools.convert',
         'tools.calibrate', 'tools'),
-    'tactile_bringup': ('sensor_types', 'installed', 'grip', 'parameters', 'recording', 'visualization', 'visualization.rviz',
-        'visualization.markers', 'hand', 'launch', 'simulate', 'nodes', 'demo'),
+    'tactile_bringup': ('sensor_types', 'installed', 'grip', 'parameters', 'recording', 'visualization', 'visualization.markers',
+        'hand', 'launch', 'simulate', 'nodes', 'demo'),
 }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from visualization_msgs.msg import Marker
 
 from .. import mesh
-from ..rviz.camera_view import OrbitView, view_of
+from ..orbit_view import OrbitView, view_of
 from ..tiles import BACK
 
 _SURFACES = (Marker.TRIANGLE_LIST, Marker.CUBE_LIST)
