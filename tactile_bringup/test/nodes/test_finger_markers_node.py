@@ -34,7 +34,7 @@ def test_markers_for_somebody_and_the_tip_for_all(bench):
     message.header.frame_id, message.header.stamp.sec = 'psd_finger', 7
     contacts.publish(message)
     assert until(lambda: drawn)
-    assert drawn[0].markers[0].ns == 'finger' and drawn[0].markers[0].header.stamp.sec == 7
+    assert drawn[0].markers[1].ns == 'finger' and drawn[0].markers[1].header.stamp.sec == 7
 
 
 def test_the_annotated_image_shows_contacts_and_force_to_those_who_look(bench):

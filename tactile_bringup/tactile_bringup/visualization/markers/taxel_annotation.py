@@ -10,8 +10,8 @@ from tactile_msgs.msg import ContactRegion
 
 from .. import colours
 from ..annotated_image import Annotation
-from .annotation import SLIP_NAMES, force_word
 from .messages import rings_of
+from .words import SLIP_NAMES, force_word
 
 _RING = 0.3  # taxels, radius of the ring at the tip of the slip arrow; chosen
 
