@@ -11,8 +11,8 @@ _BACK_NS, _SILENT_NS = 1_000_000_000, 2_000_000_000  # chosen
 class StampSync:
     """Collects messages by stamp and passes on the sets that are complete, and no others.
 
-    done: called with a dict of messages by topic; expected: returns the topics of a complete set, of which one that had nothing for 2 s
-    of stamps is left out; patience: number of waiting sets above which the oldest is dropped. Sets older than the one passed on are dropped.
+    done: called with a dict of messages by topic; expected: returns the topics of a complete set; one that had nothing for 2 s of stamps
+    is left out; patience: number of waiting sets above which the oldest is dropped. Sets older than the one passed on are dropped, too.
     """
 
     def __init__(self, done: Callable[[dict], None], expected: Callable[[], Collection[str]], patience: int = 8):

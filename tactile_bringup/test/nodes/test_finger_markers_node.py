@@ -14,7 +14,7 @@ from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
 from tactile_bringup.nodes.finger_markers_node import FingerMarkersNode  # noqa: E402
-from tactile_bringup.visualization.tiles import finger_picture  # noqa: E402
+from tactile_bringup.visualization.markers.finger import finger_picture  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -46,6 +46,5 @@ def test_the_annotated_image_shows_contacts_and_force_to_those_who_look(bench):
     message.header.frame_id, message.header.stamp.sec = 'psd_finger', 7
     contacts.publish(message)
     assert until(lambda: drawn)
-    expected = finger_picture([np.array([0.5, 0.0, 0.87]), np.array([-0.5, 0.0, 0.87])], '1.20 N')
-    assert np.array_equal(image_to_array(drawn[0]), expected)
+    assert np.array_equal(image_to_array(drawn[0]), finger_picture(message))
     assert (drawn[0].header.frame_id, drawn[0].header.stamp.sec) == ('psd_finger', 7)

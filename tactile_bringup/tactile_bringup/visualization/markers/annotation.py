@@ -13,9 +13,14 @@ from tactile_driver.stitching.calibration import Stitching
 from tactile_msgs.msg import ContactRegion, DotTracks
 from tactile_perception.common.camera import CameraModel
 
+from .. import colours
 from ..annotated_image import Annotation, states_of
 from .messages import rings_of
 from .words import touch_words
+
+
+_LEGEND = [*zip(colours.STATE_NAMES, colours.STATE_COLOURS), ('displacement', colours.ARROW), ('region', colours.REGION),
+           ('contact', colours.CONTACT)]
 
 
 class Projection:
@@ -64,7 +69,8 @@ def annotation_of(found: Mapping, camera: Projection | None) -> Annotation:
     id = np.asarray(dots.id, np.int64)
     what = Annotation(dots.rows, dots.columns, id, np.column_stack([dots.u, dots.v]).astype(float).reshape(-1, 2),
                       np.column_stack([dots.du, dots.dv]).astype(float).reshape(-1, 2),
-                      states_of(id, np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64)), text=text_of(found))
+                      states_of(id, np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64)), text=text_of(found),
+                      legend=_LEGEND)
     if np.isfinite(dots.area).any():
         what.radius = float(np.sqrt(np.nanmedian(dots.area) / np.pi))
     if camera is not None:

@@ -7,13 +7,16 @@ import math
 from collections import deque
 from collections.abc import Mapping
 
+import cv2
 import numpy as np
 from std_msgs.msg import ColorRGBA, Header
 from tactile_msgs.msg import Contacts
 from visualization_msgs.msg import Marker, MarkerArray
 
 from .. import colours, mesh
+from ..annotated_image import Annotation, annotate
 from .messages import MarkerSet, points_of
+from .words import touch_words
 
 _RINGS, _AROUND = 8, 32  # mesh of the hemisphere: steps from pole to rim, and around; chosen
 _GLASS = np.array([0.70, 0.75, 0.80])  # colour of the hemisphere, chosen
@@ -27,6 +30,18 @@ def hemisphere(radius: float) -> tuple[np.ndarray, np.ndarray]:
     corners = np.stack([a, b, c, a, c, d], axis=2).reshape(-1, 3)
     places, of_corner = np.unique(corners.round(9), axis=0, return_inverse=True)
     return corners, mesh.light(places, of_corner.reshape(-1, 3))[of_corner.ravel()]
+
+
+def finger_picture(message: Contacts) -> np.ndarray:
+    """The hemisphere seen along -z, x right, y down, with its contacts and their depth and force in words; (H, W, 3) uint8 BGR."""
+    middle, radius = 180, 160
+    picture = np.full((2 * middle, 2 * middle, 3), 32, np.uint8)
+    for degrees in (30, 60, 90):
+        ring, colour = round(radius * math.sin(math.radians(degrees))), colours.bgr(0.4 * _GLASS if degrees < 90 else _GLASS)
+        cv2.circle(picture, (middle, middle), ring, colour, 1, cv2.LINE_AA)
+    places = np.array([(contact.normal.x, contact.normal.y) for contact in message.contacts], float).reshape(-1, 2)
+    words = ', '.join(touch_words({'contacts': message})) or ('touched' if message.contacts else 'nothing touches')
+    return annotate(picture, Annotation(contacts=middle + radius * places, text=[words], legend=[('contact', colours.CONTACT)]))
 
 
 class FingerMarkers(MarkerSet):

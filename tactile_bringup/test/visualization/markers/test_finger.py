@@ -10,7 +10,7 @@ from std_msgs.msg import Header  # noqa: E402
 from tactile_msgs.msg import Contact, Contacts  # noqa: E402
 from visualization_msgs.msg import Marker  # noqa: E402
 
-from tactile_bringup.visualization.markers.finger import FingerMarkers, hemisphere  # noqa: E402
+from tactile_bringup.visualization.markers.finger import FingerMarkers, finger_picture, hemisphere  # noqa: E402
 
 SIZES = {'radius': 0.016, 'point_size': 1.5e-3, 'normal_length': 8e-3, 'trail': 1.0}
 
@@ -63,3 +63,12 @@ def test_a_place_that_is_not_known_is_not_drawn():
     message = told(5.0, (1, 0.1))
     message.contacts[0].position = Point(x=float('nan'), y=float('nan'), z=float('nan'))
     assert set(drawn(FingerMarkers(SIZES), message)) == {('finger', 0), ('text', 0)}
+
+
+def test_the_picture_shows_where_the_finger_is_touched():
+    message = told(5.0, (1, np.pi / 6))
+    message.contacts.append(Contact(normal=Vector3(x=float('nan'), y=float('nan'), z=float('nan'))))
+    made, empty = finger_picture(message), finger_picture(Contacts())
+    assert made.shape == empty.shape
+    rows, columns = np.nonzero((made != empty).any(axis=2)[:made.shape[1]])
+    assert (columns.mean() / made.shape[1], rows.mean() / made.shape[1]) == pytest.approx((0.5 + 0.5 * 160 / 360, 0.5), abs=0.01)
