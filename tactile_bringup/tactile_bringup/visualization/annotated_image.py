@@ -70,8 +70,8 @@ def enlargement(width: int, height: int) -> int:
 def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
     """Draw an annotation over image (H, W) or (H, W, 3) uint8; a BGR picture (k H + t, k W, 3) uint8.
 
-    k is enlargement(W, H). Text and legend, t px high, stand below the image and hide no dot: 26 px for one line, 20 px for each further line
-    of text, 26 px for the legend.
+    k is enlargement(W, H). Text and legend, t px high, stand below the image and hide no dot: 26 px for one line, 20 px for each further
+    line of text, 26 px for the legend.
     Text and line widths grow with pictures wider than 640 px, because viewers shrink those. One line takes at most a quarter of the image.
     """
     height, width = image.shape[:2]
