@@ -47,6 +47,11 @@ class Seen:
     type: str = ''
     messages: dict[str, object] = field(default_factory=dict)
 
+    def take(self, topic: str, message) -> None:
+        """Keep a message; of markers those that show more than a warning."""
+        if topic != 'markers' or any(marker.points for marker in message.markers):
+            self.messages[topic] = message
+
     @property
     def missing(self) -> list[str]:
         """What has not been received."""
@@ -83,7 +88,7 @@ class SnapshotNode(Node):
             return
         seen.type = str(about.get('sensor_type', ''))
         for topic, kind in _TOPICS.items():
-            self.create_subscription(kind, f'/{name}/{topic}', lambda message, topic=topic: seen.messages.update({topic: message}),
+            self.create_subscription(kind, f'/{name}/{topic}', lambda message, topic=topic: seen.take(topic, message),
                                      qos_profile_sensor_data)
 
 

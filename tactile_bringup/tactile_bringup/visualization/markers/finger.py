@@ -19,7 +19,7 @@ from .messages import MarkerSet, points_of
 from .words import touch_words
 
 _RINGS, _AROUND = 8, 32  # mesh of the hemisphere: steps from pole to rim, and around; chosen
-_GLASS = np.array([0.70, 0.75, 0.80])  # colour of the hemisphere, chosen
+_GLASS = np.array([0.80, 0.86, 0.92])  # colour of the hemisphere, chosen
 
 
 def hemisphere(radius: float) -> tuple[np.ndarray, np.ndarray]:
@@ -51,7 +51,7 @@ class FingerMarkers(MarkerSet):
         super().__init__({'dot_size': 0.5 * sizes['point_size'], 'normal_length': sizes['normal_length']})
         self._finger = sizes
         corners, light = hemisphere(sizes['radius'])
-        self._body = points_of(corners), [ColorRGBA(r=r, g=g, b=b, a=0.4) for r, g, b in (light[:, None] * _GLASS).tolist()]
+        self._body = points_of(corners), [ColorRGBA(r=r, g=g, b=b, a=0.5) for r, g, b in (light[:, None] * _GLASS).tolist()]
         self._way: deque[tuple[float, int, np.ndarray]] = deque()  # time (s), contact id, position (m)
 
     def note(self, message: Contacts) -> None:

@@ -25,7 +25,7 @@ _LIFETIME = Duration(seconds=STALE_S).to_msg()
 _WITHIN_95 = 2.796  # derived: square root of the 95 % quantile of chi-square with 3 degrees of freedom (7.815)
 _THINNEST = 1e-5  # m, chosen: RViz warns about a scale of zero
 _LIFTED = 2e-4  # m, chosen: height of outlines over the surface, which would hide them
-_LETTERS = 0.16  # of the sensor's half width: height of letters. Chosen
+_LETTERS = 0.13  # of the sensor's half width: height of letters. Chosen
 _LINE = 44  # letters in a line of a warning. Chosen
 _SLIP_COLOURS = {Slip.NONE: colours.TEXT, Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
 
@@ -104,9 +104,9 @@ class MarkerSet:
         """The markers made, with the sensor's name and the numbers of the touch in front of it; half: of the sensor's widths (2,), m."""
         self._half = np.maximum(self._half, half)
         touched = (found.get('contact_region') or ContactRegion()).outlines or (found.get('contacts') or Contacts()).contacts
-        numbers = ', '.join(touch_words(found)) if touched else ''
+        lines = [self._header.frame_id, *(touch_words(found) if touched else [])]
         state = found['slip'].state if touched and 'slip' in found else Slip.NONE
-        self._text('text', f'{self._header.frame_id}\n{numbers}'.strip(), (*(1.1 * self._half), 0.0), _SLIP_COLOURS[state])
+        self._text('text', '\n'.join(lines), (*(1.1 * self._half), 0.0), _SLIP_COLOURS[state])
         self._warning()
         return MarkerArray(markers=[Marker(header=self._header, action=Marker.DELETEALL), *self._made])
 

@@ -172,7 +172,7 @@ def test_name_numbers_and_state_stand_in_front_of_the_sensor():
     found['slip'].state = Slip.GROSS
     it = MarkerSet(SIZES)
     text = by_name(it.frame(HEADER, found))['text']
-    assert text.text == 'pad\n1.3 mm deep, 2.1 N, gross slip'
+    assert text.text == 'pad\n1.3 mm deep\n2.1 N\ngross slip'
     assert (text.color.r, text.color.g, text.color.b) == pytest.approx(colours.STATE_COLOURS[2])
     assert text.pose.position.x > 0.001 and text.pose.position.y > 0, 'towards the eye of the configurations'
     assert by_name(it.frame(HEADER, {'dots': found['dots']}))['text'].text == 'pad'
