@@ -112,7 +112,7 @@ class MarkerSet:
 
     def _warning(self) -> None:
         if self.warning:
-            self._text('warning', textwrap.fill(self.warning, _LINE), (*(-1.1 * self._half), float(self._half.max())), colours.REGION)
+            self._text('warning', textwrap.fill(self.warning, _LINE), (*(-1.1 * self._half), 0.3 * float(self._half.max())), colours.REGION)
 
     def _text(self, ns: str, text: str, place: tuple[float, float, float], colour: tuple[float, float, float]) -> None:
         height = _LETTERS * float(self._half.max())

@@ -20,7 +20,7 @@ def marker_picture(markers: Iterable[Marker], size: tuple[int, int]) -> np.ndarr
 
     size: (width, height), px. Surfaces are drawn first, from the farthest triangle to the nearest, then spheres, lines and arrows.
     """
-    added = sorted((m for m in markers if m.action == Marker.ADD), key=lambda m: (m.type != Marker.TRIANGLE_LIST, m.ns))
+    added = sorted((m for m in markers if m.action == Marker.ADD), key=lambda m: m.type != Marker.TRIANGLE_LIST)
     points = [_points(marker) for marker in added if marker.points]
     points += [np.array([(m.pose.position.x, m.pose.position.y, m.pose.position.z)]) for m in added if m.text and points]
     if not points:

@@ -75,9 +75,11 @@ class TaxelMarkers(MarkerSet):
             self._squares = self._squares_of(centres, np.ones(2), -_UNDER)
         tone = np.clip(np.round((_TONES - 1) * values.ravel() / self._array_sizes['full_value']), 0, _TONES - 1).astype(int)
         pressed = np.flatnonzero(tone >= _FAINT).tolist()
-        marker = self._add('cells', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.TEXT),
-                           self._plate + [point for k in pressed for point in self._squares[k]])
-        marker.colors = [self._tones[0]] * 2 + [self._tones[tone[k]] for k in pressed for _ in range(2)]  # one a triangle
+        for ns, shown in (('plate', [(self._plate, 0)]), ('cells', [(self._squares[k], tone[k]) for k in pressed])):
+            if shown:
+                corners = [point for square, _ in shown for point in square]
+                marker = self._add(ns, Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.TEXT), corners)
+                marker.colors = [self._tones[k] for _, k in shown for _ in range(2)]  # one a triangle, which RViz does not light
 
     def _squares_of(self, centres: np.ndarray, size: np.ndarray, height: float) -> list[list[Point]]:
         """Corners of two triangles for each rectangle around centres (N, 2) of this size (2,), taxels, at a height, m."""

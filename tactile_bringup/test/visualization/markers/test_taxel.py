@@ -39,14 +39,15 @@ def drawn(markers, **found):
 def test_pressed_taxels_are_squares_in_full_colour_on_a_plate():
     values = np.zeros((3, 4), np.uint8)
     values[1, 2], values[2, 3] = 100, 1
-    cells = drawn(TaxelMarkers(SIZES), image_raw=image_to_message(Frame(values, 0, 'mono8'), '', HEADER))['cells']
-    corners = np.array([(p.x, p.y, p.z) for p in cells.points])
-    assert cells.type == Marker.TRIANGLE_LIST and len(corners) == 2 * 6 and len(cells.colors) == 4, 'RViz lights neither'
-    assert np.ptp(corners[:6], axis=0) == pytest.approx((4e-3, 3e-3, 0)) and np.ptp(corners[6:], axis=0) == pytest.approx((1e-3, 1e-3, 0))
-    assert corners[6:, :2].mean(axis=0) == pytest.approx((0.5e-3, 0.0)), 'of row 1, column 2'
-    assert corners[:6, 2].max() < corners[6:, 2].min() < 0, 'under the outlines, at z = 0'
-    full = colours.of_depth(np.array([0.0, 1.0]))
-    assert [(c.r, c.g, c.b) for c in cells.colors] == [pytest.approx(full[k]) for k in (0, 0, 1, 1)]
+    found = drawn(TaxelMarkers(SIZES), image_raw=image_to_message(Frame(values, 0, 'mono8'), '', HEADER))
+    plate, cells = (np.array([(p.x, p.y, p.z) for p in found[ns].points]) for ns in ('plate', 'cells'))
+    assert np.ptp(plate, axis=0) == pytest.approx((4e-3, 3e-3, 0)) and np.ptp(cells, axis=0) == pytest.approx((1e-3, 1e-3, 0))
+    assert len(plate) == len(cells) == 6 and cells[:, :2].mean(axis=0) == pytest.approx((0.5e-3, 0.0)), 'of row 1, column 2'
+    assert plate[:, 2].max() < cells[:, 2].min() < 0, 'under the outlines, at z = 0'
+    for ns, share in (('plate', 0.0), ('cells', 1.0)):
+        assert found[ns].type == Marker.TRIANGLE_LIST and len(found[ns].colors) == 2, 'one a triangle: RViz does not light it'
+        full = colours.of_depth(np.array([share]))[0]
+        assert [(c.r, c.g, c.b) for c in found[ns].colors] == [pytest.approx(full)] * 2
 
 
 def test_outlines_holes_axes_flow_and_slip():
