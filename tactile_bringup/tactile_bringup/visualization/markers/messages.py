@@ -26,7 +26,7 @@ _WITHIN_95 = 2.796  # derived: square root of the 95 % quantile of chi-square wi
 _THINNEST = 1e-5  # m, chosen: RViz warns about a scale of zero
 _LIFTED = 2e-4  # m, chosen: height of outlines over the surface, which would hide them
 _LETTERS = 0.13  # of the sensor's half width: height of letters. Chosen
-_LINE = 44  # letters in a line of a warning. Chosen
+_LINE = 36  # letters in a line of a warning. Chosen
 _SLIP_COLOURS = {Slip.NONE: colours.TEXT, Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
 
 
@@ -106,13 +106,13 @@ class MarkerSet:
         touched = (found.get('contact_region') or ContactRegion()).outlines or (found.get('contacts') or Contacts()).contacts
         lines = [self._header.frame_id, *(touch_words(found) if touched else [])]
         state = found['slip'].state if touched and 'slip' in found else Slip.NONE
-        self._text('text', '\n'.join(lines), (*(1.1 * self._half), 0.0), _SLIP_COLOURS[state])
+        self._text('text', '\n'.join(lines), (*(0.95 * self._half), -0.25 * float(self._half.max())), _SLIP_COLOURS[state])
         self._warning()
         return MarkerArray(markers=[Marker(header=self._header, action=Marker.DELETEALL), *self._made])
 
     def _warning(self) -> None:
         if self.warning:
-            self._text('warning', textwrap.fill(self.warning, _LINE), (*(-1.1 * self._half), 0.3 * float(self._half.max())), colours.REGION)
+            self._text('warning', textwrap.fill(self.warning, _LINE), (*(-1.1 * self._half), 0.6 * float(self._half.max())), colours.REGION)
 
     def _text(self, ns: str, text: str, place: tuple[float, float, float], colour: tuple[float, float, float]) -> None:
         height = _LETTERS * float(self._half.max())
