@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""All sensor types, in one table: nodes, raw topics, what contacts need, launch arguments, what RViz shows. Those of marker sensors come
+"""All sensor types, in one table: nodes, raw topics, what contacts need, launch arguments. Those of marker sensors come
 from tactile_perception.sensor_types. No ROS here."""
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ NODES = {
     'markers_node': (_BRINGUP, 'MarkersNode'), 'finger_markers_node': (_BRINGUP, 'FingerMarkersNode'),
     'taxel_markers_node': (_BRINGUP, 'TaxelMarkersNode'),
 }
-_DOT_NAMESPACES = ('skin', 'dots', 'region', 'outlines', 'holes', 'normals', 'covariances', 'force', 'torque')
 
 
 @dataclass(frozen=True)
@@ -29,8 +28,7 @@ class SensorType:
     needs: without which the last node of perception is not started: 'surface' (a parameter), 'presses' (in the calibration file), ''
     nothing; uncalibrated: note of launch without a calibration, '' none; raw: parameter of the driver -> topic of the raw data; sources:
     values of the argument source; arguments: of the launch file besides the common ones, name -> text; stitched: whether the driver takes
-    the calibration too; shown: topics of its RViz configuration; namespaces: of its markers; own_frame: the frame <sensor>_<own_frame> that
-    its driver or markers node publishes; point_field: of points, by which RViz colours them.
+    the calibration too.
     """
 
     driver: str
@@ -42,10 +40,6 @@ class SensorType:
     sources: tuple[str, ...] = ('sim', 'device', 'file', 'bag')
     arguments: Mapping[str, str] = field(default_factory=dict)
     stitched: bool = False
-    shown: tuple[str, ...] = ('image_raw', 'image_annotated', 'markers', 'points')
-    namespaces: tuple[str, ...] = _DOT_NAMESPACES
-    own_frame: str = 'camera_optical'
-    point_field: str = 'normal_force'
 
 
 _TWO_CAMERAS = {
@@ -58,21 +52,18 @@ _TWO_CAMERAS = {
 def _marker_sensor(kind: MarkerSensorType) -> SensorType:
     """A sheet or dome, with one camera or two."""
     driver = {'driver': 'camera_node'} if kind.cameras == 1 else _TWO_CAMERAS
-    return SensorType(perception=('dot_tracker_node', 'contact_point_node'), needs='presses', point_field='displacement_z',
+    return SensorType(perception=('dot_tracker_node', 'contact_point_node'), needs='presses',
                       uncalibrated='markers are tracked, contacts are not reported; record presses at known positions', **driver)
 
 
 #: Name -> sensor type.
 SENSOR_TYPES = {
-    'touchpad': SensorType('camera_node', ('dot_tracker_node', 'contact_region_node'), needs='surface',
-                           namespaces=(*_DOT_NAMESPACES, 'slip_center')),
+    'touchpad': SensorType('camera_node', ('dot_tracker_node', 'contact_region_node'), needs='surface'),
     **{name: _marker_sensor(kind) for name, kind in MARKER_SENSOR_TYPES.items()},
     'psd_finger': SensorType(
         'psd_node', ('psd_contact_node',), 'finger_markers_node', raw={'topic': 'voltages'}, sources=('sim', 'device', 'bag'),
-        shown=('image_annotated', 'markers'), namespaces=('finger', 'points', 'normals', 'covariances', 'trail'), own_frame='tip',
         uncalibrated='positions are those of a nominal finger, force and depth are unknown; record presses at known positions'),
     'taxel_array': SensorType(
-        'taxel_array_node', ('taxel_contact_node',), 'taxel_markers_node', own_frame='taxels',
-        namespaces=('cells', 'outlines', 'holes', 'axes', 'normals', 'flow', 'slip', 'slip_center', 'force', 'torque'),
+        'taxel_array_node', ('taxel_contact_node',), 'taxel_markers_node',
         uncalibrated='regions, motion and slip are reported, pressure and force are unknown; record known weights'),
 }

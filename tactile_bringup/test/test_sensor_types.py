@@ -21,13 +21,6 @@ def test_every_node_belongs_to_a_type():
     assert set(NODES) == {name for kind in SENSOR_TYPES.values() for name in (kind.driver, *kind.perception, kind.markers)}
 
 
-@pytest.mark.parametrize('name', SENSOR_TYPES)
-def test_what_its_configuration_shows_is_what_the_table_says(name):
-    text = (PACKAGE / 'rviz' / f'{name}.rviz').read_text()
-    assert all(f'/{name}/{topic}' in text for topic in SENSOR_TYPES[name].shown)
-    assert '/image_annotated' in text
-
-
 def test_the_sources_are_those_of_the_drivers():
     from tactile_driver.sources.dual_camera.registry import DUAL_SOURCES
     from tactile_driver.sources.psd.registry import PSD_SOURCES

@@ -9,9 +9,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The rooms of each package, the lowest first. A module belongs to the room with the longest name that begins its own. A room imports
 #: itself, lower rooms, and packages named before its own.
 ROOMS = {
-    'tactile_driver': ('errors', 'command', 'frame', 'nodes.messages.images', 'frame_names', 'samples', 'matrix', 'lens', 'stamp_gaps', 'recordings',
-        'stitching', 'serial_frames', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.scene', 'simulation.sensors',
-        'simulation.psd', 'simulation.taxel', 'sources.base', 'emulators', 'sources.camera', 'sources.dual_camera', 'sources.psd',
+    'tactile_driver': ('errors', 'command', 'frame', 'nodes.messages.images', 'frame_names', 'samples', 'matrix', 'lens', 'stamp_gaps',
+        'recordings', 'stitching', 'serial_frames', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.scene',
+        'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources.base', 'emulators', 'sources.camera', 'sources.dual_camera', 'sources.psd',
         'sources.taxel', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes.streams', 'nodes'),
     'tactile_perception': ('errors', 'sensor_types', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'touchpad.membrane',
         'touchpad.optics', 'touchpad.contact', 'touchpad', 'markers.view', 'markers.touches', 'markers.mechanics', 'markers.published',
@@ -19,8 +19,8 @@ ROOMS = {
         'calibration.files', 'parameters', 'pipeline', 'api', 'evaluation', 'nodes.messages',
         'nodes.stages', 'nodes', 'bags', 'tools.convert',
         'tools.calibrate', 'tools'),
-    'tactile_bringup': ('sensor_types', 'installed', 'grip', 'parameters', 'recording', 'visualization', 'visualization.rviz',
-        'visualization.markers', 'hand', 'launch', 'simulate', 'nodes', 'demo'),
+    'tactile_bringup': ('sensor_types', 'installed', 'grip', 'parameters', 'recording', 'visualization', 'visualization.markers',
+        'hand', 'launch', 'simulate', 'nodes', 'demo'),
 }
 
 

@@ -17,10 +17,7 @@ from tactile_driver.command import tells_errors
 
 from .description import Hand, HandSensor, read_hand
 from ..installed import share
-from ..sensor_types import SENSOR_TYPES
-from ..visualization.rviz import page
-from ..visualization.rviz.camera_view import view_of
-from ..visualization.rviz.sensor_shape import SensorShape, shape_of
+from ..visualization.orbit_view import view_of
 
 
 def aggregator_configuration(hand: Hand) -> str:
@@ -30,21 +27,42 @@ def aggregator_configuration(hand: Hand) -> str:
     return yaml.safe_dump({'analyzers': {'ros__parameters': {'path': hand.frame, **analyzers}}}, sort_keys=False)
 
 
+def moved_file(sensor_type: str, namespace: str, frame: str) -> str:
+    """Text of a sensor's RViz configuration for another namespace and sensor frame."""
+    text = Path(share('rviz', f'{sensor_type}.rviz')).read_text()
+    text = text.replace(f': /{sensor_type}/', f': /{namespace}/'.replace('//', '/'))
+    return text.replace(f'Fixed Frame: {sensor_type}\n', f'Fixed Frame: {frame}\n')
+
+
 def rviz_configuration(hand: Hand) -> str:
-    """Text of the RViz file: the hand's frame, and the markers and the annotated image of each sensor."""
-    shapes = [_shape(sensor) for sensor in hand.sensors]
-    points = np.vstack([_place(hand, sensor)(shape.outermost()) for sensor, shape in zip(hand.sensors, shapes)])
-    pictures = [page.image(f'{sensor.name}: annotated', f'/{sensor.name}/image_annotated') for sensor in hand.sensors]
-    hidden = [f'{sensor.frame}_{SENSOR_TYPES[sensor.type].own_frame}' for sensor in hand.sensors]
-    displays = [page.grid('Base', float(np.ptp(points[:, :2], axis=0).max())),
-                page.frames(float(np.median([shape.width for shape in shapes])), hidden),
-                *(page.markers(sensor.name, f'/{sensor.name}/markers') for sensor in hand.sensors), *pictures]
-    return page.page(displays, hand.frame, view_of(points, page.room(len(pictures))))
+    """Text of the RViz file: hand.rviz with the markers and the annotated image of each sensor, and all of them in view."""
+    page = yaml.safe_load(Path(share('rviz', 'hand.rviz')).read_text())
+    manager, geometry, points = page['Visualization Manager'], page['Window Geometry'], []
+    for number, sensor in enumerate(hand.sensors, 1):
+        own = yaml.safe_load(moved_file(sensor.type, sensor.name, sensor.frame))['Visualization Manager']
+        touch, picture = ({**each, 'Name': title} for title, each in zip(
+            (sensor.name, f'{sensor.name}: annotated'), (_display(own, 'Touch'), _display(own, 'Annotated image'))))
+        manager['Displays'] += [touch, picture]
+        # Qt places a dock by its name; images beyond those that the file has room for float.
+        geometry['QMainWindow State'] = geometry['QMainWindow State'].replace(_dock(f'image {number}'), _dock(picture['Name']))
+        geometry[picture['Name']] = {'collapsed': False}
+        view = own['Views']['Current']
+        middle = np.array([view['Focal Point'][axis] for axis in 'XYZ'])
+        points.append(_place(hand, sensor)(middle + 0.3 * view['Distance'] * np.vstack([np.eye(3), -np.eye(3)])))
+    manager['Global Options']['Fixed Frame'] = hand.frame
+    view = view_of(np.vstack(points), (696, 860))
+    manager['Views']['Current'].update({'Distance': view.distance, 'Focal Point': dict(zip('XYZ', view.focal_point))})
+    return yaml.safe_dump(page, sort_keys=False, width=140)
 
 
-def _shape(sensor: HandSensor) -> SensorShape:
-    own = sensor.settings.get('params') or share('params', f'{sensor.type}.yaml')
-    return shape_of(Path(own).read_text())
+def _display(manager: dict, name: str) -> dict:
+    return next(display for display in manager['Displays'] if display['Name'] == name)
+
+
+def _dock(name: str) -> str:
+    """A dock's name as Qt writes it in the state of a window."""
+    text = name.encode('utf-16-be')
+    return (len(text).to_bytes(4, 'big') + text).hex()
 
 
 def _place(hand: Hand, sensor: HandSensor) -> Callable[[np.ndarray], np.ndarray]:

@@ -201,7 +201,7 @@ def _rviz(values: Mapping[str, str], sensor_type: str, frame: str) -> list:
         return [LogInfo(msg='rviz:=true: RViz (package rviz2) is not installed; everything else is started')]
     file, namespace = share('rviz', f'{sensor_type}.rviz'), values['namespace'].strip('/')
     if namespace != sensor_type:
-        from ..visualization.rviz.files import moved_file  # imports SciPy, which launch needs for nothing else
-        file = written(f'{frame}.rviz', moved_file(Path(file).read_text(), sensor_type, namespace, frame))
+        from ..hand.configurations import moved_file  # imports SciPy, which launch needs for nothing else
+        file = written(f'{frame}.rviz', moved_file(sensor_type, namespace, frame))
     return [Node(package='rviz2', executable='rviz2', name='rviz2', namespace=values['namespace'], output='screen',
                  arguments=['-d', file])]

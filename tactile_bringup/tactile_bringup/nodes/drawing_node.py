@@ -6,13 +6,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.nodes.messages.transforms import static_transform
-from tactile_driver.nodes.runtime.diagnostics import Health, NodeDiagnostics, LogOnce
+from tactile_driver.nodes.runtime.diagnostics import OK, Health, LogOnce, NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
@@ -27,10 +28,13 @@ from visualization_msgs.msg import MarkerArray
 from ..visualization.markers.messages import STALE_S
 
 _LOOK_S = 0.25  # chosen: interval between two checks for markers out of date
+_TOLD_S = 3.0  # chosen: so long a warning holds, of which nodes report once a second
 
 
 class DrawingNode(Node):
     """Subclasses set self.markers, with methods frame (draws) and nothing (clears), and implement follow_demand.
+
+    What the nodes of the sensor's namespace warn of on /diagnostics becomes self.markers.warning, which is shown even when nothing else is.
 
     table: the node's parameters; host: of the process. Raises BadArgument for an invalid parameter.
     """
@@ -47,6 +51,8 @@ class DrawingNode(Node):
         self._drawn_s: float | None = None  # time of the last published markers that are still shown
         self._stale_timer = steady_timer(self, _LOOK_S, self._clear_stale)  # while markers are shown: each call wakes the executor
         self._stale_timer.cancel()
+        self._told: dict[str, tuple[str, float]] = {}  # node -> its warning, '' for none, and when it came
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, 10)
         self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self._examine)
         guard_services(self)
 
@@ -71,6 +77,19 @@ class DrawingNode(Node):
         if self._drawn_s is not None and time.monotonic() - self._drawn_s > STALE_S:
             self._drawn_s = None
             self._stale_timer.cancel()
+            self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
+
+    def _take_diagnostics(self, message: DiagnosticArray) -> None:
+        if not self.marker_output.get_subscription_count():
+            return
+        own, now = self.get_namespace().rstrip('/'), time.monotonic()
+        for status in message.status:
+            space, _, _ = status.name.split(':')[0].rpartition('/')
+            if space == own:
+                self._told[status.name] = '' if status.level == OK else status.message, now
+        warnings = [text for text, told_s in self._told.values() if text and now - told_s < _TOLD_S]
+        self.markers.warning = warnings[0] if warnings else ''
+        if warnings and self._drawn_s is None:
             self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
 
     def _examine(self) -> Health:
@@ -106,5 +125,6 @@ class DrawingNode(Node):
     def destroy_node(self) -> None:
         """Clear the markers, then destroy the node."""
         if self.context.ok() and self.marker_output.get_subscription_count():
+            self.markers.warning = ''
             self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
         super().destroy_node()

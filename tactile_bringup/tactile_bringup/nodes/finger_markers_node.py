@@ -3,11 +3,9 @@
 """finger_markers_node: RViz markers and image_annotated of a PSD finger, and the frame at its tip on /tf_static."""
 from __future__ import annotations
 
-import math
 import sys
 import time
 
-import numpy as np
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 from tactile_driver.frame import Frame
@@ -18,8 +16,7 @@ from tactile_msgs.msg import Contacts
 
 from .drawing_node import DrawingNode
 from ..parameters.table import FINGER_MARKERS_PARAMETERS
-from ..visualization.markers.finger import FingerMarkers
-from ..visualization.tiles import finger_picture
+from ..visualization.markers.finger import FingerMarkers, finger_picture
 
 # Queue of contacts: depth chosen.
 _QUEUE = QoSProfile(depth=200)
@@ -61,10 +58,8 @@ class FingerMarkersNode(DrawingNode):
 
 
 def picture_of(message: Contacts) -> Image:
-    """The hemisphere from above with its contacts, and their force where it is known."""
-    normals = [np.array([c.normal.x, c.normal.y, c.normal.z]) for c in message.contacts]
-    forces = [f'{c.force:.2f} N' for c in message.contacts if math.isfinite(c.force)]
-    return image_to_message(Frame(finger_picture(normals, ', '.join(forces)), 0, 'bgr8'), 'bgr8', message.header)
+    """The hemisphere from above with its contacts."""
+    return image_to_message(Frame(finger_picture(message), 0, 'bgr8'), 'bgr8', message.header)
 
 
 def main(args: list[str] | None = None) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""hand_frames_node: publishes the mounting poses of a hand's sensors on /tf_static."""
+"""hand_frames_node: publishes the mounting poses of a hand's sensors on /tf_static, and what carries them as hand_markers for RViz."""
 from __future__ import annotations
 
 import sys
@@ -18,7 +18,9 @@ from tactile_driver.nodes.runtime.defect_guard import guard_services
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.run import run_node
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
 
+from ..hand.body import body_markers
 from ..hand.description import Hand, read_hand
 from ..parameters.table import HAND_FRAMES_PARAMETERS
 
@@ -47,6 +49,8 @@ class HandFramesNode(Node):
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._output = self.create_publisher(TFMessage, '/tf_static', latched)
         self._output.publish(TFMessage(transforms=mounting_transforms(self._hand, self.get_clock().now())))
+        self._body = self.create_publisher(MarkerArray, 'hand_markers', latched)
+        self._body.publish(body_markers(self._hand, Time().to_msg()))  # a stamp of 0: RViz takes the newest transforms
         self._diagnostics = NodeDiagnostics(self, 'frames', self._hand.frame, self._examine)
         guard_services(self)
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""snapshot: writes a PNG with the current image and contacts of all sensors, and the RViz markers of each.
+"""snapshot: writes a PNG with the annotated image and the RViz markers of each sensor.
 
     ros2 run tactile_bringup snapshot OUT.png [--hand FILE]
 """
@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,73 +26,36 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 from tactile_driver.command import tells_errors
 from tactile_driver.errors import TactileError
-from tactile_driver.nodes.messages.images import image_to_array, message_type
+from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
-from tactile_msgs.msg import Contacts
-from tactile_perception.nodes.stages.taxel import taxel_values
 from visualization_msgs.msg import MarkerArray
 
 from ..hand.description import names_in
 from ..visualization.markers.picture import marker_picture
-from ..visualization.tiles import SCENE, finger_picture, sheet, taxel_picture, tile
+from ..visualization.tiles import SCENE, sheet, tile
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _SETTLE_S = 2.5  # chosen: time until the middleware has discovered all sensors
 _LOOK_S = 0.5  # chosen: interval between two searches for sensors
-_KEPT = 2000  # contacts messages per sensor, chosen
+_TOPICS = {'image_annotated': Image, 'markers': MarkerArray}
 
 
 @dataclass
 class Seen:
-    """Type of one sensor and the last message of each topic that its tile shows."""
+    """Type of one sensor, '' while it is not known, and the last message of each topic that its tile shows."""
 
     type: str = ''
-    topics: dict[str, type] = field(default_factory=dict)
     messages: dict[str, object] = field(default_factory=dict)
-    contacts: dict[tuple[int, int], Contacts] = field(default_factory=dict)
 
     def take(self, topic: str, message) -> None:
-        """Keep a message; contacts are also kept by stamp, because images arrive later."""
-        self.messages[topic] = message
-        if topic == 'contacts':
-            self.contacts[_stamp(message)] = message
-            while len(self.contacts) > _KEPT:
-                del self.contacts[next(iter(self.contacts))]
+        """Keep a message; of markers those that show more than a warning."""
+        if topic != 'markers' or any(marker.points for marker in message.markers):
+            self.messages[topic] = message
 
     @property
-    def touches(self) -> list | None:
-        """Contacts with the stamp of the image, otherwise the latest; None before any were received."""
-        picture = next((message for topic, message in self.messages.items() if topic not in ('contacts', 'markers')), None)
-        last = self.messages.get('contacts')
-        found = last if picture is None else self.contacts.get(_stamp(picture), last)
-        return None if found is None else found.contacts
-
-    @property
-    def complete(self) -> bool:
-        """Whether all messages of the tile have been received."""
-        return bool(self.type) and self.topics.keys() <= self.messages.keys()
-
-
-def _stamp(message) -> tuple[int, int]:
-    return message.header.stamp.sec, message.header.stamp.nanosec
-
-
-def _annotated(messages: dict) -> np.ndarray:
-    return image_to_array(messages['image_annotated'])
-
-
-def _taxels(messages: dict) -> np.ndarray:
-    values = taxel_values(messages['image_raw'])
-    return taxel_picture(values, max(1.0, float(values.max())))
-
-
-def _finger(messages: dict) -> np.ndarray:
-    return finger_picture([np.array([c.normal.x, c.normal.y, c.normal.z]) for c in messages['contacts'].contacts])
-
-
-#: Sensor type -> topic of its picture ("" without one) and function that draws it from messages by topic. Other types use _OTHER.
-DRAWINGS: dict[str, tuple[str, Callable[[dict], np.ndarray]]] = {'psd_finger': ('', _finger), 'taxel_array': ('image_raw', _taxels)}
-_OTHER = ('image_annotated', _annotated)
+    def missing(self) -> list[str]:
+        """What has not been received."""
+        return [topic for topic in _TOPICS if topic not in self.messages] if self.type else ['description']
 
 
 class SnapshotNode(Node):
@@ -124,32 +87,20 @@ class SnapshotNode(Node):
         if seen.type or not isinstance(about, dict):
             return
         seen.type = str(about.get('sensor_type', ''))
-        picture, _ = DRAWINGS.get(seen.type, _OTHER)
-        seen.topics = {'contacts': Contacts, 'markers': MarkerArray} | ({picture: Image} if picture else {})
-        for topic, kind in seen.topics.items():
-            kind = message_type(kind, self.resolve_topic_name(f'/{name}/{topic}'))
+        for topic, kind in _TOPICS.items():
             self.create_subscription(kind, f'/{name}/{topic}', lambda message, topic=topic: seen.take(topic, message),
                                      qos_profile_sensor_data)
 
 
 def tile_of(name: str, seen: Seen) -> np.ndarray:
     """The tile of a sensor, from the messages received."""
-    line = 'no contacts received' if seen.touches is None else touch_line([c.force for c in seen.touches])
-    topic, draw = DRAWINGS.get(seen.type, _OTHER)
+    title, picture = f'{name}   {seen.type or "not found"}', None
     try:
-        picture = draw(seen.messages) if (topic or 'contacts') in seen.messages else None
+        picture = image_to_array(seen.messages['image_annotated']) if 'image_annotated' in seen.messages else None
     except TactileError as error:
-        picture, line = None, str(error)
+        title = f'{title}   {error}'
     scene = marker_picture(seen.messages['markers'].markers, SCENE) if 'markers' in seen.messages else None
-    return tile(f'{name}   {seen.type or "not found"}', line, picture, scene)
-
-
-def touch_line(forces: Collection[float]) -> str:
-    """Text with the number of contacts and the sum of their known forces, N."""
-    if not forces:
-        return 'nothing touches'
-    known = [force for force in forces if np.isfinite(force)]
-    return f'{len(forces)} touch{"es" if len(forces) > 1 else ""}' + (f', {sum(known):.2f} N' if known else '')
+    return tile(title, picture, scene)
 
 
 def collect(node: SnapshotNode, patience_s: float) -> None:
@@ -159,7 +110,7 @@ def collect(node: SnapshotNode, patience_s: float) -> None:
         begin = time.monotonic()
         while (passed := time.monotonic() - begin) < patience_s:
             executor.spin_once(timeout_sec=0.1)
-            if passed > _SETTLE_S and node.seen and all(seen.complete for seen in node.seen.values()):
+            if passed > _SETTLE_S and node.seen and not any(seen.missing for seen in node.seen.values()):
                 return
 
 
@@ -174,8 +125,7 @@ def write(path: Path, seen: dict[str, Seen]) -> str:
     except OSError as error:
         return f'{path} cannot be written: {error}'
     print(path)
-    missing = [f'{name} ({", ".join(sorted(each.topics.keys() - each.messages.keys())) or "description"})'
-               for name, each in sorted(seen.items()) if not each.complete]
+    missing = [f'{name} ({", ".join(each.missing)})' for name, each in sorted(seen.items()) if each.missing]
     return f'no message from {"; ".join(missing)}' if missing else ''
 
 

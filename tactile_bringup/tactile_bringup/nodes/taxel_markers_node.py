@@ -70,7 +70,7 @@ class TaxelMarkersNode(DrawingNode):
             return
         newest = max(common)
         found = {topic: kept[newest] for topic, kept in self._kept.items() if newest in kept}
-        self._kept, header = {}, found['image_raw'].header
+        self._kept, header = {}, found['contact_region'].header
         try:
             if self.marker_output.get_subscription_count():
                 self.publish_drawn(self.marker_output, header, lambda: self.markers.frame(header, found))

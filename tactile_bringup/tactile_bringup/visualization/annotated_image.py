@@ -34,6 +34,7 @@ class Annotation:
     outlines, holes: lists of (n, 2)
     contacts: (C, 2)
     text: lines below the image
+    legend: names and their colours (r, g, b), 0 to 1, below the text
     """
 
     rows: int = 0
@@ -47,6 +48,7 @@ class Annotation:
     holes: list[np.ndarray] = field(default_factory=list)
     contacts: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     text: list[str] = field(default_factory=list)
+    legend: list[tuple[str, tuple[float, float, float]]] = field(default_factory=list)
 
 
 def states_of(id: np.ndarray, state_id: np.ndarray, state: np.ndarray) -> np.ndarray:
@@ -68,7 +70,8 @@ def enlargement(width: int, height: int) -> int:
 def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
     """Draw an annotation over image (H, W) or (H, W, 3) uint8; a BGR picture (k H + t, k W, 3) uint8.
 
-    k is enlargement(W, H). The text bar of t px stands below the image and hides no dot: 26 px for one line, 20 px for each further line.
+    k is enlargement(W, H). Text and legend, t px high, stand below the image and hide no dot: 26 px for one line, 20 px for each further
+    line of text, 26 px for the legend.
     Text and line widths grow with pictures wider than 640 px, because viewers shrink those. One line takes at most a quarter of the image.
     """
     height, width = image.shape[:2]
@@ -88,7 +91,9 @@ def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
     draw_dots(picture, uv, what.state, scale * what.radius + _GAP, thick)  # drawn over the arrows, so that the state stays visible
     draw_numbers(picture, what, uv, thick)
     draw_contacts(picture, placed(what.contacts), thick)
-    return np.vstack([picture, text_bar(what.text, picture.shape[1], thick)]) if what.text else picture
+    bars = [text_bar(what.text, picture.shape[1], thick)] if what.text else []
+    bars += [legend_bar(what.legend, picture.shape[1], thick)] if what.legend else []
+    return np.vstack([picture, *bars])
 
 
 def _fixed(points: np.ndarray) -> np.ndarray:
@@ -167,4 +172,18 @@ def text_bar(lines: list[str], width: int, thick: float = 1.0) -> np.ndarray:
     for k, line in enumerate(lines):
         size = _SIZE * thick * min(1.0, (width - 16 * thick) / max(1, cv2.getTextSize(line, _FONT, _SIZE * thick, 1)[0][0]))
         cv2.putText(bar, line, (round(8 * thick), round(thick * (18 + 20 * k))), _FONT, size, bgr(colours.TEXT), round(thick), cv2.LINE_AA)
+    return bar
+
+
+def legend_bar(entries: list[tuple[str, tuple[float, float, float]]], width: int, thick: float = 1.0) -> np.ndarray:
+    """Names, each after a square of its colour, on a dark bar (26 * thick, width, 3) uint8; smaller where they are too long."""
+    bar = np.full((round(26 * thick), width, 3), 24, np.uint8)
+    lengths = [cv2.getTextSize(name, _FONT, _SIZE * thick, 1)[0][0] + 36 * thick for name, _ in entries]  # px, with square and gaps
+    scale, left = min(1.0, (width - 8 * thick) / sum(lengths)), 8 * thick
+    for (name, colour), length in zip(entries, lengths):
+        top, side = round(13 * thick - 6 * thick * scale), 12 * thick * scale
+        cv2.rectangle(bar, (round(left), top), (round(left + side), round(top + side)), bgr(colour), -1)
+        place = round(left + 1.5 * side), round(top + side)
+        cv2.putText(bar, name, place, _FONT, _SIZE * thick * scale, bgr(colours.TEXT), round(thick), cv2.LINE_AA)
+        left += length * scale
     return bar

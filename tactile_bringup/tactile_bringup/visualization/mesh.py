@@ -56,9 +56,11 @@ def _triangles(places: np.ndarray) -> np.ndarray:
 
 
 def light(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Brightness (T,), 0 to 1, of matt triangles between places (N, 3), m: ambient light and Lambert's cosine law."""
+    """Brightness (N,), 0 to 1, of a matt surface at its vertices (N, 3), m: ambient light and Lambert's cosine law."""
     a, b, c = places[triangles].transpose(1, 0, 2)
-    normals = np.cross(b - a, c - a)
-    normals *= np.where(normals[:, 2:] < 0, -1.0, 1.0)  # pointing outwards
+    faces = np.cross(b - a, c - a)
+    faces *= np.where(faces[:, 2:] < 0, -1.0, 1.0)  # pointing outwards
+    normals = np.zeros((len(places), 3))
+    np.add.at(normals, triangles.ravel(), np.repeat(faces, 3, axis=0))
     cosine = normals @ _LIGHT / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)
     return _AMBIENT + (1 - _AMBIENT) * np.clip(cosine, 0.0, 1.0)

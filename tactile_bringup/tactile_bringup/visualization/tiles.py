@@ -11,7 +11,7 @@ import numpy as np
 
 from . import colours
 
-_WIDTH, _HEIGHT, _BAR = 480, 360, 56  # px, chosen
+_WIDTH, _HEIGHT, _BAR = 480, 360, 32  # px, chosen
 #: Background (blue, green, red), that of the RViz configurations.
 BACK = 38, 32, 32
 _BAR_COLOUR, _GREY = (60, 52, 48), (150, 150, 150)
@@ -22,8 +22,8 @@ _FONT = cv2.FONT_HERSHEY_SIMPLEX
 SCENE = _WIDTH, _HEIGHT
 
 
-def tile(title: str, line: str, picture: np.ndarray | None, scene: np.ndarray | None = None) -> np.ndarray:
-    """Tile (H, 2 W, 3) uint8 BGR: title, line of text, and the picture (h, w, 3) scaled to fit; None for a note that nothing came.
+def tile(title: str, picture: np.ndarray | None, scene: np.ndarray | None = None) -> np.ndarray:
+    """Tile (H, 2 W, 3) uint8 BGR: title, and the picture (h, w, 3) scaled to fit; None for a note that nothing came.
 
     scene: (360, 480, 3) at the right, as RViz shows the sensor; None for an empty half.
     """
@@ -32,7 +32,6 @@ def tile(title: str, line: str, picture: np.ndarray | None, scene: np.ndarray | 
         made[_BAR:, _WIDTH:] = scene
     made[:_BAR] = _BAR_COLOUR
     _write(made, title, (10, 22), 0.6, colours.bgr(colours.TEXT))
-    _write(made, line, (10, 46), 0.5, colours.bgr(colours.REGION))
     if picture is None:
         _write(made, 'nothing came', (160, _BAR + _HEIGHT // 2), 0.7, _GREY)
         return made
@@ -50,27 +49,6 @@ def sheet(tiles: Sequence[np.ndarray]) -> np.ndarray:
     missing = [np.full_like(tiles[0], BACK)] * (-len(tiles) % columns)
     filled = [*tiles, *missing]
     return np.vstack([np.hstack(filled[k:k + columns]) for k in range(0, len(filled), columns)])
-
-
-def taxel_picture(values: np.ndarray, full: float) -> np.ndarray:
-    """Picture (H, W, 3) BGR of taxel values (H, W); full: value at the end of the colour scale."""
-    share = colours.of_depth(np.asarray(values, float).ravel() / full)
-    return np.round(255 * share[:, ::-1]).astype(np.uint8).reshape(*values.shape, 3)
-
-
-def finger_picture(normals: Sequence[np.ndarray], line: str = '') -> np.ndarray:
-    """Picture (360, 360, 3) BGR of a hemisphere seen along -z, x right, y down, with a dot where each normal (3,) points; line: text in the
-    corner."""
-    made, middle, radius = np.full((360, 360, 3), BACK, np.uint8), (180, 180), 160
-    cv2.circle(made, middle, radius, colours.bgr(colours.STATE_COLOURS[0]), 2, cv2.LINE_AA)
-    for angle in (30, 60):
-        cv2.circle(made, middle, round(radius * math.sin(math.radians(angle))), _BAR_COLOUR, 1, cv2.LINE_AA)
-    for normal in normals:
-        if np.isfinite(normal).all():
-            place = tuple(round(180 + radius * float(x)) for x in normal[:2])
-            cv2.circle(made, place, 10, colours.bgr(colours.STATE_COLOURS[1]), -1, cv2.LINE_AA)
-    _write(made, line, (8, 350), 0.5, colours.bgr(colours.TEXT))
-    return made
 
 
 def _write(image: np.ndarray, text: str, place: tuple[int, int], size: float, colour: tuple[int, int, int]) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 import rclpy  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard  # noqa: E402
@@ -72,6 +73,24 @@ def test_markers_go_when_nothing_new_has_come_for_two_seconds_and_when_the_node_
     node.destroy_node()
     node.destroy_node = lambda: None  # bench does it again
     assert until(lambda: len(seen) == 4) and seen[-1][1].action == Marker.DELETEALL
+
+
+def test_what_the_nodes_of_the_sensor_warn_of_is_shown_without_data(bench):
+    made = []
+    other, until = bench(lambda: made.append(Lookers()) or made[0])
+    node, seen = made[0], []
+    node.warning = None
+    other.create_subscription(MarkerArray, 'markers', seen.append, 10)
+    reports = other.create_publisher(DiagnosticArray, '/diagnostics', 10)
+    assert until(lambda: node.looking[-1:] == [1] and reports.get_subscription_count())
+
+    def report(name, level, text):
+        reports.publish(DiagnosticArray(status=[DiagnosticStatus(name=f'{name}: task', level=level, message=text)]))
+    report('/thumb/dot_tracker_node', DiagnosticStatus.WARN, 'of another sensor')
+    report('/dot_tracker_node', DiagnosticStatus.WARN, 'something presses; let go')
+    assert until(lambda: node.warning == 'something presses; let go' and seen)
+    report('/dot_tracker_node', DiagnosticStatus.OK, '30 Hz')
+    assert until(lambda: node.warning == '')
 
 
 def test_a_parameter_that_cannot_be_used_is_named():

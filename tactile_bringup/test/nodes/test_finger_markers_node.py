@@ -14,7 +14,7 @@ from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
 from tactile_bringup.nodes.finger_markers_node import FingerMarkersNode  # noqa: E402
-from tactile_bringup.visualization.tiles import finger_picture  # noqa: E402
+from tactile_bringup.visualization.markers.finger import finger_picture  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -34,7 +34,7 @@ def test_markers_for_somebody_and_the_tip_for_all(bench):
     message.header.frame_id, message.header.stamp.sec = 'psd_finger', 7
     contacts.publish(message)
     assert until(lambda: drawn)
-    assert drawn[0].markers[0].ns == 'finger' and drawn[0].markers[0].header.stamp.sec == 7
+    assert drawn[0].markers[1].ns == 'finger' and drawn[0].markers[1].header.stamp.sec == 7
 
 
 def test_the_annotated_image_shows_contacts_and_force_to_those_who_look(bench):
@@ -46,6 +46,5 @@ def test_the_annotated_image_shows_contacts_and_force_to_those_who_look(bench):
     message.header.frame_id, message.header.stamp.sec = 'psd_finger', 7
     contacts.publish(message)
     assert until(lambda: drawn)
-    expected = finger_picture([np.array([0.5, 0.0, 0.87]), np.array([-0.5, 0.0, 0.87])], '1.20 N')
-    assert np.array_equal(image_to_array(drawn[0]), expected)
+    assert np.array_equal(image_to_array(drawn[0]), finger_picture(message))
     assert (drawn[0].header.frame_id, drawn[0].header.stamp.sec) == ('psd_finger', 7)

@@ -33,7 +33,7 @@ def test_markers_of_one_instant_for_somebody_and_the_array_for_all(bench):
     for topic, kind in RESULTS.items():
         publishers[topic].publish(kind(header=header))
     assert until(lambda: drawn)
-    assert drawn[0].markers[0].ns == 'cells' and drawn[0].markers[0].header.stamp.sec == 7
+    assert drawn[0].markers[1].ns == 'plate' and drawn[0].markers[1].header.stamp.sec == 7
 
 
 def test_the_annotated_image_is_drawn_for_those_who_look(bench):

@@ -96,6 +96,14 @@ def test_text_stands_below_the_image():
     assert (result[480:] > 200).sum() > 100
 
 
+def test_a_legend_stands_below_the_text_in_its_colours_and_fits():
+    names = [(name * 3, colour) for name, colour in zip(colours.STATE_NAMES, colours.STATE_COLOURS)]
+    result = annotate(GREY, Annotation(text=['a line'], legend=names))
+    assert result.shape == (480 + 26 + 26, 640, 3)
+    places = [np.nonzero((result[506:] == colours.bgr(colour)).all(axis=2).any(axis=0))[0].mean() for _, colour in names]
+    assert places == sorted(places) and (result[506:, 632:] == 24).all()
+
+
 def test_a_wide_picture_has_larger_letters_and_thicker_lines():
     what = dots_at((200, 100), state=1)
     what.text = ['a line']

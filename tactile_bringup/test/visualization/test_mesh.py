@@ -53,6 +53,8 @@ def test_the_skin_does_not_bridge_a_notch_in_the_border():
 
 
 def test_light_falls_from_above():
-    places = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, -9)], float)
-    level, steep = mesh.light(places, np.array([[0, 1, 2], [0, 2, 3]]))
-    assert mesh.light(places, np.array([[2, 1, 0]]))[0] == level and 0 < steep < level <= 1
+    flat = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], float)
+    level = mesh.light(flat, np.array([[0, 1, 2]]))
+    assert np.ptp(level) == 0 and (mesh.light(flat, np.array([[2, 1, 0]])) == level).all(), 'whichever way round'
+    steep = mesh.light(flat * (1, 1, 0) + [(0, 0, 0), (0, 0, -9), (0, 0, 0)], np.array([[0, 1, 2]]))
+    assert (0 < steep).all() and (steep != level).all() and level[0] <= 1

@@ -35,11 +35,37 @@ def test_what_is_absent_is_not_waited_for():
     assert it.sets == [{'a': 'a1'}]
 
 
-def test_an_incomplete_set_is_handed_over_when_patience_is_over():
-    it = Collected('a', 'b', patience=3)
-    for ms in range(1, 5):
-        it.add('a', ms)
-    assert it.sets == [{'a': 'a1'}]
+def test_of_a_stream_with_gaps_only_complete_sets_are_handed_over():
+    it = Collected('dots', 'region', 'contacts', patience=8)
+    lost = {('region', 3), ('contacts', 4), ('contacts', 5), ('dots', 9), ('region', 12)}
+    for k in range(20):  # 5 sets a second; what is computed later arrives later
+        for topic, late in (('dots', 0), ('region', 1), ('contacts', 2)):
+            if k >= late and (topic, k - late) not in lost:
+                it.add(topic, 200 * (k - late))
+    assert [found['dots'] for found in it.sets] == [f'dots{200 * k}' for k in range(18) if k not in (3, 4, 5, 9, 12)]
+    assert all(len(found) == 3 for found in it.sets)
+
+
+def test_a_topic_that_has_a_publisher_and_is_silent_is_waited_for_two_seconds_and_again_from_its_next_message():
+    it = Collected('dots', 'contacts')
+    for k in range(15):
+        it.add('dots', 200 * k)
+    assert [found['dots'] for found in it.sets] == [f'dots{200 * k}' for k in range(10, 15)]
+    it.sets.clear()
+    it.add('contacts', 2800)
+    it.add('dots', 3000)
+    assert it.sets == []
+    it.add('contacts', 3000)
+    assert it.sets == [{'dots': 'dots3000', 'contacts': 'contacts3000'}]
+
+
+def test_after_a_pause_sets_are_complete_again_from_the_first():
+    it = Collected('dots', 'contacts')
+    for ms in (0, 200, 60_000, 60_200):
+        it.add('dots', ms)
+        assert len(it.sets) == (0, 1, 2, 3)[[0, 200, 60_000, 60_200].index(ms)]
+        it.add('contacts', ms)
+    assert all(len(found) == 2 for found in it.sets) and len(it.sets) == 4
 
 
 def test_older_sets_are_let_go_and_late_messages_ignored():

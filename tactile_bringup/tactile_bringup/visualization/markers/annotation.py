@@ -10,13 +10,17 @@ import cv2
 import numpy as np
 from sensor_msgs.msg import CameraInfo
 from tactile_driver.stitching.calibration import Stitching
-from tactile_msgs.msg import ContactRegion, DotTracks, Slip
+from tactile_msgs.msg import ContactRegion, DotTracks
 from tactile_perception.common.camera import CameraModel
 
+from .. import colours
 from ..annotated_image import Annotation, states_of
 from .messages import rings_of
+from .words import touch_words
 
-SLIP_NAMES = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS: 'gross slip'}
+
+_LEGEND = [*zip(colours.STATE_NAMES, colours.STATE_COLOURS), ('displacement', colours.ARROW), ('region', colours.REGION),
+           ('contact', colours.CONTACT)]
 
 
 class Projection:
@@ -65,7 +69,8 @@ def annotation_of(found: Mapping, camera: Projection | None) -> Annotation:
     id = np.asarray(dots.id, np.int64)
     what = Annotation(dots.rows, dots.columns, id, np.column_stack([dots.u, dots.v]).astype(float).reshape(-1, 2),
                       np.column_stack([dots.du, dots.dv]).astype(float).reshape(-1, 2),
-                      states_of(id, np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64)), text=text_of(found))
+                      states_of(id, np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64)), text=text_of(found),
+                      legend=_LEGEND)
     if np.isfinite(dots.area).any():
         what.radius = float(np.sqrt(np.nanmedian(dots.area) / np.pi))
     if camera is not None:
@@ -88,26 +93,8 @@ def text_of(found: Mapping) -> list[str]:
 
 
 def contact_line(found: Mapping, region: ContactRegion) -> str:
-    """Area, depth, force, number of sticking and slipping dots, and slip state, as far as they are known."""
+    """Area, depth, force, slip state, as far as they are known, and the number of sticking and slipping dots."""
     if not region.outlines:
         return 'nothing touches'
     counts = np.bincount(np.asarray(region.dot_state, np.int64), minlength=3)
-    words = [f'{1e6 * region.area:.0f} mm2']
-    contacts = found['contacts'].contacts if 'contacts' in found else []
-    depths = [c.depth for c in contacts if np.isfinite(c.depth)]
-    if depths:
-        words.append(f'{1e3 * max(depths):.1f} mm deep')
-    if 'wrench' in found:
-        words.append(force_word(found['wrench'].wrench.force))
-    words.append(f'{counts[1]} stick, {counts[2]} slip')
-    if 'slip' in found:
-        words.append(SLIP_NAMES.get(found['slip'].state, ''))
-    return ', '.join(word for word in words if word)
-
-
-def force_word(force) -> str:
-    """Magnitude of the force; its z component where only that is known; '' where neither is."""
-    size = float(np.linalg.norm([force.x, force.y, force.z]))
-    if np.isfinite(size):
-        return f'{size:.1f} N'
-    return f'{abs(force.z):.1f} N along z' if np.isfinite(force.z) else ''
+    return ', '.join([f'{1e6 * region.area:.0f} mm2', *touch_words(found), f'{counts[1]} stick, {counts[2]} slip'])

@@ -7,24 +7,41 @@ import math
 from collections import deque
 from collections.abc import Mapping
 
+import cv2
 import numpy as np
-from geometry_msgs.msg import Vector3
 from std_msgs.msg import ColorRGBA, Header
 from tactile_msgs.msg import Contacts
 from visualization_msgs.msg import Marker, MarkerArray
 
-from .. import colours
+from .. import colours, mesh
+from ..annotated_image import Annotation, annotate
 from .messages import MarkerSet, points_of
+from .words import touch_words
 
 _RINGS, _AROUND = 8, 32  # mesh of the hemisphere: steps from pole to rim, and around; chosen
+_GLASS = np.array([0.80, 0.86, 0.92])  # colour of the hemisphere, chosen
 
 
-def hemisphere(radius: float) -> np.ndarray:
-    """Triangle corners (3 T, 3), m, of the hemisphere z >= 0."""
+def hemisphere(radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Triangle corners (3 T, 3), m, of the hemisphere z >= 0, and the brightness (3 T,) at each."""
     theta, phi = np.meshgrid(np.linspace(0, math.pi / 2, _RINGS + 1), np.linspace(0, 2 * math.pi, _AROUND + 1), indexing='ij')
     grid = radius * np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
     a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
-    return np.stack([a, b, c, a, c, d], axis=2).reshape(-1, 3)
+    corners = np.stack([a, b, c, a, c, d], axis=2).reshape(-1, 3)
+    places, of_corner = np.unique(corners.round(9), axis=0, return_inverse=True)
+    return corners, mesh.light(places, of_corner.reshape(-1, 3))[of_corner.ravel()]
+
+
+def finger_picture(message: Contacts) -> np.ndarray:
+    """The hemisphere seen along -z, x right, y down, with its contacts and their depth and force in words; (H, W, 3) uint8 BGR."""
+    middle, radius = 180, 160
+    picture = np.full((2 * middle, 2 * middle, 3), 32, np.uint8)
+    for degrees in (30, 60, 90):
+        ring, colour = round(radius * math.sin(math.radians(degrees))), colours.bgr(0.4 * _GLASS if degrees < 90 else _GLASS)
+        cv2.circle(picture, (middle, middle), ring, colour, 1, cv2.LINE_AA)
+    places = np.array([(contact.normal.x, contact.normal.y) for contact in message.contacts], float).reshape(-1, 2)
+    words = ', '.join(touch_words({'contacts': message})) or ('touched' if message.contacts else 'nothing touches')
+    return annotate(picture, Annotation(contacts=middle + radius * places, text=[words], legend=[('contact', colours.CONTACT)]))
 
 
 class FingerMarkers(MarkerSet):
@@ -33,6 +50,8 @@ class FingerMarkers(MarkerSet):
     def __init__(self, sizes: Mapping):
         super().__init__({'dot_size': 0.5 * sizes['point_size'], 'normal_length': sizes['normal_length']})
         self._finger = sizes
+        corners, light = hemisphere(sizes['radius'])
+        self._body = points_of(corners), [ColorRGBA(r=r, g=g, b=b, a=0.5) for r, g, b in (light[:, None] * _GLASS).tolist()]
         self._way: deque[tuple[float, int, np.ndarray]] = deque()  # time (s), contact id, position (m)
 
     def note(self, message: Contacts) -> None:
@@ -50,9 +69,9 @@ class FingerMarkers(MarkerSet):
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
         """Markers for {'contacts': message} under its header."""
         self._header, self._made = header, []
-        body = self._add('finger', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), ColorRGBA(r=0.7, g=0.75, b=0.8, a=0.35),
-                         points_of(hemisphere(self._finger['radius'])))
-        body.scale = Vector3(x=1.0, y=1.0, z=1.0)
+        # With colours of its own at the corners RViz does not light it, which it would from the eye, and the far side dark.
+        points, shades = self._body
+        self._add('finger', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0), points).colors = shades
         self._contacts(found['contacts'])
         size = self._finger['point_size']
         places = [np.array([c.position.x, c.position.y, c.position.z]) for c in found['contacts'].contacts]
@@ -60,7 +79,7 @@ class FingerMarkers(MarkerSet):
         if places:
             self._add('points', Marker.SPHERE_LIST, (size, size, size), ColorRGBA(r=1.0, g=0.35, b=0.1, a=1.0), points_of(np.array(places)))
         self._trails()
-        return MarkerArray(markers=self._gone() + self._made)
+        return self._array(found, np.full(2, self._finger['radius']))
 
     def _trails(self) -> None:
         """Draw a line strip for each contact seen within the trail time."""

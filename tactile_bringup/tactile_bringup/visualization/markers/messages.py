@@ -3,6 +3,7 @@
 """Converts results to RViz markers."""
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping
 
 import numpy as np
@@ -16,6 +17,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from .. import colours, mesh
 from ..annotated_image import states_of
 from .skin import SkinMarkers
+from .words import touch_words
 
 #: s, chosen: RViz removes markers this long after the last data.
 STALE_S = 2.0
@@ -23,6 +25,9 @@ _LIFETIME = Duration(seconds=STALE_S).to_msg()
 _WITHIN_95 = 2.796  # derived: square root of the 95 % quantile of chi-square with 3 degrees of freedom (7.815)
 _THINNEST = 1e-5  # m, chosen: RViz warns about a scale of zero
 _LIFTED = 2e-4  # m, chosen: height of outlines over the surface, which would hide them
+_LETTERS = 0.13  # of the sensor's half width: height of letters. Chosen
+_LINE = 36  # letters in a line of a warning. Chosen
+_SLIP_COLOURS = {Slip.NONE: colours.TEXT, Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
 
 
 def _colour(rgb: tuple[float, float, float], opacity: float = 1.0) -> ColorRGBA:
@@ -55,18 +60,21 @@ def untouched_cap(sizes: Mapping) -> Cap | None:
 
 
 class MarkerSet:
-    """Makes the markers of each frame and deletes those of the previous frame that are gone.
+    """Makes the markers of each frame. Each array first deletes all markers, so that it is whole whichever of those before it were lost;
+    RViz handles an array at once, between two pictures.
 
     RViz itself removes markers that nothing has renewed for STALE_S, for example after a node was killed.
+    warning: shown beside the sensor, '' for none.
     sizes: dot_size (m), dot_colour, full_depth (m), normal_length (m), force_length (m), full_force (N), full_torque (N m), and the
     untouched surface: sensor_type, cap.curvature_radius, cap.height, dome.rim_radius, dome.height (m).
     """
 
     def __init__(self, sizes: Mapping):
         self._sizes, self._skin = sizes, SkinMarkers()
-        self._shown: set[tuple[str, int]] = set()
         self._made: list[Marker] = []
         self._header = Header()
+        self._half = np.full(2, 10 * sizes['dot_size'])  # m, half widths of the sensor: the largest seen
+        self.warning = ''
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
         """Markers for messages by topic (dots, contact_region, contacts, slip, wrench; any may be missing) under their header."""
@@ -84,18 +92,33 @@ class MarkerSet:
             self._wrench(found['wrench'].wrench, region)
         if found.get('slip') is not None:
             self._slip(found['slip'], region)
-        return MarkerArray(markers=self._gone() + self._made)
+        return self._array(found, np.abs(places[np.isfinite(places).all(axis=1), :2]).max(axis=0, initial=0.0))
 
     def nothing(self, header: Header) -> MarkerArray:
-        """Marker array that deletes all markers."""
-        self._shown = set()
-        return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
+        """Marker array that deletes all markers, and shows the warning if there is one."""
+        self._header, self._made = header, []
+        self._warning()
+        return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL), *self._made])
 
-    def _gone(self) -> list[Marker]:
-        made = {(marker.ns, marker.id) for marker in self._made}
-        gone = [Marker(header=self._header, ns=ns, id=number, action=Marker.DELETE) for ns, number in sorted(self._shown - made)]
-        self._shown = made
-        return gone
+    def _array(self, found: Mapping, half: np.ndarray) -> MarkerArray:
+        """The markers made, with the sensor's name and the numbers of the touch in front of it; half: of the sensor's widths (2,), m."""
+        self._half = np.maximum(self._half, half)
+        touched = (found.get('contact_region') or ContactRegion()).outlines or (found.get('contacts') or Contacts()).contacts
+        lines = [self._header.frame_id, *(touch_words(found) if touched else [])]
+        state = found['slip'].state if touched and 'slip' in found else Slip.NONE
+        self._text('text', '\n'.join(lines), (*(0.95 * self._half), -0.25 * float(self._half.max())), _SLIP_COLOURS[state])
+        self._warning()
+        return MarkerArray(markers=[Marker(header=self._header, action=Marker.DELETEALL), *self._made])
+
+    def _warning(self) -> None:
+        if self.warning:
+            self._text('warning', textwrap.fill(self.warning, _LINE), (*(-1.1 * self._half), 0.6 * float(self._half.max())), colours.REGION)
+
+    def _text(self, ns: str, text: str, place: tuple[float, float, float], colour: tuple[float, float, float]) -> None:
+        height = _LETTERS * float(self._half.max())
+        # scale.x is the width of a space, which RViz otherwise takes from letters 1 m high.
+        marker = self._add(ns, Marker.TEXT_VIEW_FACING, (0.5 * height, 0.0, height), _colour(colour), [])
+        marker.text, marker.pose.position = text, Point(x=place[0], y=place[1], z=place[2])
 
     def _add(self, ns: str, kind: int, scale: tuple[float, float, float], colour: ColorRGBA, points: list[Point],
              number: int = 0) -> Marker:
@@ -143,7 +166,8 @@ class MarkerSet:
 
     def _arrow(self, ns: str, number: int, ends: np.ndarray, colour: tuple[float, float, float]) -> None:
         if np.isfinite(ends).all() and np.ptp(ends, axis=0).any():
-            size = self._sizes['dot_size']
+            # A short arrow is thinner, so that it keeps its shaft; RViz would make it all head.
+            size = min(self._sizes['dot_size'], 0.2 * float(np.linalg.norm(ends[1] - ends[0])))
             self._add(ns, Marker.ARROW, (0.6 * size, 1.5 * size, 2.0 * size), _colour(colour), points_of(ends), number)
 
     def _contacts(self, contacts: Contacts) -> None:

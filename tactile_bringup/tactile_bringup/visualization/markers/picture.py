@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Renders markers as a picture, similar to RViz, for machines without RViz."""
+"""Renders markers as a picture, by the rules of RViz that matter, for machines without RViz."""
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -9,11 +9,9 @@ import cv2
 import numpy as np
 from visualization_msgs.msg import Marker
 
-from .. import mesh
-from ..rviz.camera_view import OrbitView, view_of
+from ..orbit_view import OrbitView, view_of
 from ..tiles import BACK
 
-_SURFACES = (Marker.TRIANGLE_LIST, Marker.CUBE_LIST)
 _SHIFT = 4  # OpenCV's fixed-point coordinates: 4 fractional bits, 1/16 px
 
 
@@ -22,15 +20,17 @@ def marker_picture(markers: Iterable[Marker], size: tuple[int, int]) -> np.ndarr
 
     size: (width, height), px. Surfaces are drawn first, from the farthest triangle to the nearest, then spheres, lines and arrows.
     """
-    added = sorted((m for m in markers if m.action == Marker.ADD), key=lambda m: (m.type not in _SURFACES, m.ns))
+    added = sorted((m for m in markers if m.action == Marker.ADD), key=lambda m: m.type != Marker.TRIANGLE_LIST)
     points = [_points(marker) for marker in added if marker.points]
+    points += [np.array([(m.pose.position.x, m.pose.position.y, m.pose.position.z)]) for m in added if m.text and points]
     if not points:
         return None
     view, picture = view_of(np.vstack(points), size), np.full((size[1], size[0], 3), BACK, np.uint8)
     for marker in added:
         layer = picture.copy()
         _DRAWN.get(marker.type, _nothing)(layer, marker, view)
-        opacity = marker.colors[0].a if marker.colors else marker.color.a
+        one_each = marker.colors and len(marker.colors) == len(marker.points)  # a triangle with one colour is opaque in RViz
+        opacity = marker.colors[0].a if one_each else marker.color.a
         cv2.addWeighted(layer, opacity, picture, 1 - opacity, 0.0, dst=picture)
     return picture
 
@@ -64,17 +64,11 @@ def _faces(picture: np.ndarray, corners: np.ndarray, colours: list, view: OrbitV
 
 def _triangles(picture: np.ndarray, marker: Marker, view: OrbitView) -> None:
     corners = _points(marker).reshape(-1, 3, 3)
-    colours = _colours(marker, len(corners))
-    if not marker.colors:  # RViz itself lights triangles without colours of their own
-        lit = mesh.light(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
-        colours = [tuple(float(part * light) for part in colour) for colour, light in zip(colours, lit)]
-    _faces(picture, corners, colours, view)
-
-
-def _cubes(picture: np.ndarray, marker: Marker, view: OrbitView) -> None:
-    """Draw the upper faces."""
-    half = 0.5 * np.array([(-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)]) * (marker.scale.x, marker.scale.y, marker.scale.z)
-    _faces(picture, _points(marker)[:, None] + half, _colours(marker, len(marker.points)), view)
+    if len(marker.colors) == 3 * len(corners):
+        shades = 255 * np.array([(c.b, c.g, c.r) for c in marker.colors]).reshape(-1, 3, 3).mean(axis=1)
+        _faces(picture, corners, shades.tolist(), view)
+    else:
+        _faces(picture, corners, _colours(marker, len(corners)), view)
 
 
 def _spheres(picture: np.ndarray, marker: Marker, view: OrbitView) -> None:
@@ -97,9 +91,20 @@ def _arrow(picture: np.ndarray, marker: Marker, view: OrbitView) -> None:
     cv2.arrowedLine(picture, start, end, _bgr(marker.color), 2, cv2.LINE_AA, tipLength=0.25)
 
 
+def _text(picture: np.ndarray, marker: Marker, view: OrbitView) -> None:
+    at = marker.pose.position
+    (place,), (depth,) = view.project(np.array([(at.x, at.y, at.z)]), picture.shape[1::-1])
+    letters = 0.5 * marker.scale.z * picture.shape[0] / (np.tan(np.pi / 8) * depth)  # px
+    lines, size = marker.text.split('\n'), letters / 30  # OpenCV's letters are some 30 px high at size 1
+    left = place[0] - 0.5 * max(cv2.getTextSize(line, cv2.FONT_HERSHEY_SIMPLEX, size, 1)[0][0] for line in lines)
+    for k, line in enumerate(lines, 1):
+        corner = round(left), round(place[1] + letters * (k - 0.5 * len(lines)))
+        cv2.putText(picture, line, corner, cv2.FONT_HERSHEY_SIMPLEX, size, _bgr(marker.color), 1, cv2.LINE_AA)
+
+
 def _nothing(picture: np.ndarray, marker: Marker, view: OrbitView) -> None:
-    """Draw nothing: text and single spheres are omitted."""
+    """Draw nothing: single spheres are omitted."""
 
 
-_DRAWN = {Marker.TRIANGLE_LIST: _triangles, Marker.CUBE_LIST: _cubes, Marker.SPHERE_LIST: _spheres, Marker.LINE_LIST: _lines,
-          Marker.LINE_STRIP: _lines, Marker.ARROW: _arrow}
+_DRAWN = {Marker.TRIANGLE_LIST: _triangles, Marker.SPHERE_LIST: _spheres, Marker.LINE_LIST: _lines, Marker.LINE_STRIP: _lines,
+          Marker.ARROW: _arrow, Marker.TEXT_VIEW_FACING: _text}

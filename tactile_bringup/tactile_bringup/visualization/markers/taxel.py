@@ -16,10 +16,10 @@ from visualization_msgs.msg import Marker, MarkerArray
 from .. import colours
 from .messages import MarkerSet, points_of, rings_of
 
-_SLIP_TEXT = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS: 'gross slip'}
-_SLIP_COLOURS = {Slip.NONE: colours.STATE_COLOURS[1], Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
 _MOST_ARROWS = 200  # chosen
 _TONES = 64  # steps of the cells' colours, chosen: finer than the eye resolves
+_FAINT = 2  # tones, chosen: a fainter cell is drawn as untouched
+_UNDER = 1e-4  # m, chosen: from the outlines down to the cells, and from these to the plate of the untouched ones
 _SHARED = ('normal_length', 'force_length', 'full_force', 'full_torque')
 
 
@@ -40,9 +40,9 @@ class TaxelMarkers(MarkerSet):
 
     def __init__(self, sizes: Mapping):
         super().__init__({'dot_size': sizes['pitch'], **{name: sizes[name] for name in _SHARED}})
-        self._array = sizes
-        self._tones = [_colour(rgb, 0.9) for rgb in colours.of_depth(np.linspace(0.0, 1.0, _TONES)).tolist()]
-        self._places: tuple[tuple[int, ...], list[Point]] = (), []  # shape of the array, centres of its cells
+        self._array_sizes = sizes
+        self._tones = [_colour(rgb) for rgb in colours.of_depth(np.linspace(0.0, 1.0, _TONES)).tolist()]
+        self._shape, self._plate, self._squares = (), [], []  # of the array; corners of its plate's two triangles, and of each cell's
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
         """Markers for messages by topic (image_raw, contact_region, contacts, slip, wrench; any may be missing) under their header."""
@@ -57,30 +57,39 @@ class TaxelMarkers(MarkerSet):
         if found.get('wrench') is not None:
             self._wrench(_known(found['wrench'].wrench), region)
         if found.get('slip') is not None and region.outlines:
-            self._flow(found['slip'], region)
+            self._flow(found['slip'])
             self._slip(found['slip'], region)
-        return MarkerArray(markers=self._gone() + self._made)
+        return self._array(found, 0.5 * self._array_sizes['pitch'] * np.array(self._shape[::-1] or (0, 0)))
 
     def _cells(self, image: Image) -> None:
-        """Draw each taxel as a plate coloured by its value, just below the pad's surface, where the outlines lie."""
-        values = taxel_values(image).astype(float)
-        pitch, thick = self._array['pitch'], 0.1 * self._array['cell_height']
-        if self._places[0] != values.shape:
-            self._places = values.shape, self._cell_places(values.shape, thick)
-        marker = self._add('cells', Marker.CUBE_LIST, (pitch, pitch, thick), self._tones[0], self._places[1])
-        tone = np.clip(np.round((_TONES - 1) * values.ravel() / self._array['full_value']), 0, _TONES - 1).astype(int)
-        marker.colors = [self._tones[k] for k in tone.tolist()]
+        """Draw the array as a plate and each pressed taxel as a square on it, just under the surface, where the outlines lie.
 
-    def _cell_places(self, shape: tuple[int, int], thick: float) -> list[Point]:
-        """Centres of the cells, row by row."""
-        row, column = (index.ravel() for index in np.indices(shape))
-        pitch = self._array['pitch']
-        return points_of(np.column_stack([(column - 0.5 * (shape[1] - 1)) * pitch, (row - 0.5 * (shape[0] - 1)) * pitch,
-                                          np.full(row.size, -0.5 * thick)]))
+        Triangles, because RViz darkens the upper side of cubes; and few, because rclpy converts each point.
+        """
+        values = taxel_values(image).astype(float)
+        if self._shape != values.shape:
+            self._shape = values.shape
+            self._plate = self._squares_of(np.zeros((1, 2)), np.array(values.shape[::-1]), -2 * _UNDER)[0]
+            row, column = (index.ravel() for index in np.indices(values.shape))
+            centres = np.column_stack([column - 0.5 * (values.shape[1] - 1), row - 0.5 * (values.shape[0] - 1)])
+            self._squares = self._squares_of(centres, np.ones(2), -_UNDER)
+        tone = np.clip(np.round((_TONES - 1) * values.ravel() / self._array_sizes['full_value']), 0, _TONES - 1).astype(int)
+        pressed = np.flatnonzero(tone >= _FAINT).tolist()
+        for ns, shown in (('plate', [(self._plate, 0)]), ('cells', [(self._squares[k], tone[k]) for k in pressed])):
+            if shown:
+                corners = [point for square, _ in shown for point in square]
+                marker = self._add(ns, Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.TEXT), corners)
+                marker.colors = [self._tones[k] for _, k in shown for _ in range(2)]  # one a triangle, which RViz does not light
+
+    def _squares_of(self, centres: np.ndarray, size: np.ndarray, height: float) -> list[list[Point]]:
+        """Corners of two triangles for each rectangle around centres (N, 2) of this size (2,), taxels, at a height, m."""
+        corners = centres[:, None] + 0.5 * size * np.array([(-1, -1), (1, -1), (1, 1), (-1, -1), (1, 1), (-1, 1)])
+        flat = np.dstack([self._array_sizes['pitch'] * corners, np.full(corners.shape[:2], height)])
+        return [points_of(square) for square in flat]
 
     def _lines(self, region: ContactRegion) -> None:
         """Draw outlines, holes and principal axes of the region."""
-        width = 0.3 * self._array['pitch']
+        width = 0.3 * self._array_sizes['pitch']
         for ns, rings, colour in zip(('outlines', 'holes'), rings_of(region), (colours.REGION, colours.HOLE)):
             if rings:
                 ends = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1).reshape(-1, 3) for ring in rings]
@@ -93,9 +102,9 @@ class TaxelMarkers(MarkerSet):
                     for side in (-1, 1)]
             self._add('axes', Marker.LINE_LIST, (width, 0.0, 0.0), _colour(colours.CONTACT), points_of(np.array(ends)))
 
-    def _flow(self, slip: Slip, region: ContactRegion) -> None:
-        """Draw the slip velocity at each slipping point as a line, and the slip state as text."""
-        size, scale = self._array['pitch'], self._array['flow_scale']
+    def _flow(self, slip: Slip) -> None:
+        """Draw the slip velocity at each slipping point as a line."""
+        size, scale = self._array_sizes['pitch'], self._array_sizes['flow_scale']
         at = np.column_stack([slip.x, slip.y, np.zeros(len(slip.x))]).astype(float)
         by = np.column_stack([slip.vx, slip.vy, np.zeros(len(slip.vx))]).astype(float)
         known = np.flatnonzero(np.isfinite(by).all(axis=1))
@@ -103,6 +112,3 @@ class TaxelMarkers(MarkerSet):
         if len(known):
             ends = np.stack([at[known], at[known] + scale * by[known]], axis=1).reshape(-1, 3)
             self._add('flow', Marker.LINE_LIST, (0.15 * size, 0.0, 0.0), _colour(colours.ARROW), points_of(ends))
-        text = self._add('slip', Marker.TEXT_VIEW_FACING, (0.0, 0.0, 4 * size), _colour(_SLIP_COLOURS[slip.state]), [])
-        text.text = _SLIP_TEXT[slip.state]
-        text.pose.position = Point(x=region.centroid.x, y=region.centroid.y, z=2 * self._array['normal_length'])

@@ -10,9 +10,11 @@ from tactile_msgs.msg import ContactRegion
 
 from .. import colours
 from ..annotated_image import Annotation
-from .annotation import SLIP_NAMES, force_word
 from .messages import rings_of
+from .words import SLIP_NAMES, force_word
 
+_LEGEND = [('untouched', tuple(colours.of_depth(np.zeros(1))[0])), ('full', tuple(colours.of_depth(np.ones(1))[0])),
+           ('region', colours.REGION), ('contact', colours.CONTACT), ('slip', colours.STATE_COLOURS[2])]
 _RING = 0.3  # taxels, radius of the ring at the tip of the slip arrow; chosen
 
 
@@ -33,7 +35,7 @@ def taxel_annotation(found: Mapping, shape: tuple[int, int], sizes: Mapping) -> 
 
     contacts = found['contacts'].contacts if 'contacts' in found else []
     outlines, holes = ([places(ring) for ring in rings if len(ring)] for rings in rings_of(region))
-    what = Annotation(outlines=outlines, holes=holes, radius=_RING, text=_lines(found, region, len(contacts)))
+    what = Annotation(outlines=outlines, holes=holes, radius=_RING, text=_lines(found, region, len(contacts)), legend=_LEGEND)
     what.contacts = places(np.array([(c.position.x, c.position.y) for c in contacts], float).reshape(-1, 2))
     velocity = _velocity(found, region)
     if np.isfinite(velocity).all() and velocity.any():

@@ -60,7 +60,7 @@ def test_all_that_is_known_comes_into_the_picture():
     assert what.radius == pytest.approx(2.0, abs=1e-3)
     assert what.outlines[0] == pytest.approx(np.array([(420, 240), (320, 340), (220, 240)]))
     assert what.contacts.tolist() == [[320, 240]]
-    assert what.text == ['2 dots, largest displacement 5.0 px', '50 mm2, 2.0 mm deep, 0 stick, 1 slip']
+    assert what.text == ['2 dots, largest displacement 5.0 px', '50 mm2, 2.0 mm deep, 0.00 N, 0 stick, 1 slip']
 
 
 def test_text_of_less():
@@ -70,9 +70,9 @@ def test_text_of_less():
     wrench = WrenchStamped()
     wrench.wrench.force.z = -1.25
     found = {'dots': DOTS, 'contact_region': REGION, 'wrench': wrench, 'slip': Slip(state=Slip.GROSS)}
-    assert text_of(found)[1] == '50 mm2, 1.2 N, 0 stick, 1 slip, gross slip'
+    assert text_of(found)[1] == '50 mm2, 1.2 N, gross slip, 0 stick, 1 slip'
     wrench.wrench.force.x = float('nan')
-    assert text_of(found)[1] == '50 mm2, 1.2 N along z, 0 stick, 1 slip, gross slip'
+    assert text_of(found)[1] == '50 mm2, 1.2 N along z, gross slip, 0 stick, 1 slip'
     assert text_of({'dots': DOTS, 'contact_region': ContactRegion()})[1] == 'nothing touches'
 
 

@@ -10,7 +10,7 @@ from std_msgs.msg import Header  # noqa: E402
 from tactile_msgs.msg import Contact, Contacts  # noqa: E402
 from visualization_msgs.msg import Marker  # noqa: E402
 
-from tactile_bringup.visualization.markers.finger import FingerMarkers, hemisphere  # noqa: E402
+from tactile_bringup.visualization.markers.finger import FingerMarkers, finger_picture, hemisphere  # noqa: E402
 
 SIZES = {'radius': 0.016, 'point_size': 1.5e-3, 'normal_length': 8e-3, 'trail': 1.0}
 
@@ -29,18 +29,21 @@ def drawn(markers, message):
 
 
 def test_the_hemisphere_is_closed_and_round():
-    corners = hemisphere(0.016)
+    corners, light = hemisphere(0.016)
     assert np.linalg.norm(corners, axis=1) == pytest.approx(0.016) and corners[:, 2].min() == pytest.approx(0, abs=1e-9)
     area = 0.5 * np.linalg.norm(np.cross(corners[1::3] - corners[::3], corners[2::3] - corners[::3]), axis=1).sum()
     assert area == pytest.approx(2 * np.pi * 0.016**2, rel=0.02)
+    assert light.shape == (len(corners),) and 0.3 < light.min() < light.max() <= 1
+    assert np.ptp(light[corners[:, 2] > 0.0159]) < 0.1, 'one brightness at the pole, whichever triangle a corner belongs to'
 
 
 def test_a_touch_its_normal_its_uncertainty_and_its_way():
     markers = FingerMarkers(SIZES)
     for k in range(10):
         found = drawn(markers, told(5 + 0.05 * k, (3, 0.1 * k)))
-    assert set(found) == {('finger', 0), ('points', 0), ('normals', 3), ('covariances', 3), ('trail', 3)}
+    assert set(found) == {('finger', 0), ('points', 0), ('normals', 3), ('covariances', 3), ('trail', 3), ('text', 0)}
     assert len(found['trail', 3].points) == 10 and found['points', 0].points[0].x == pytest.approx(0.016 * np.sin(0.9))
+    assert len(found['finger', 0].colors) == len(found['finger', 0].points), 'else RViz lights it from the eye'
     ends = found['normals', 3].points
     assert ends[1].z - ends[0].z == pytest.approx(8e-3 * np.cos(0.9))
     assert {m.header.frame_id for m in found.values()} == {'finger'}
@@ -51,7 +54,7 @@ def test_the_trail_fades_and_begins_anew_with_the_stamps():
     for k in range(60):
         found = drawn(markers, told(5 + 0.05 * k, (3, 0.01 * k)))
     assert 19 <= len(found['trail', 3].points) <= 22
-    assert set(drawn(markers, told(20.0))) == {('finger', 0)}
+    assert set(drawn(markers, told(20.0))) == {('finger', 0), ('text', 0)}
     drawn(markers, told(2.0, (4, 0.1)))
     assert ('trail', 4) in drawn(markers, told(2.1, (4, 0.2)))
 
@@ -59,4 +62,13 @@ def test_the_trail_fades_and_begins_anew_with_the_stamps():
 def test_a_place_that_is_not_known_is_not_drawn():
     message = told(5.0, (1, 0.1))
     message.contacts[0].position = Point(x=float('nan'), y=float('nan'), z=float('nan'))
-    assert set(drawn(FingerMarkers(SIZES), message)) == {('finger', 0)}
+    assert set(drawn(FingerMarkers(SIZES), message)) == {('finger', 0), ('text', 0)}
+
+
+def test_the_picture_shows_where_the_finger_is_touched():
+    message = told(5.0, (1, np.pi / 6))
+    message.contacts.append(Contact(normal=Vector3(x=float('nan'), y=float('nan'), z=float('nan'))))
+    made, empty = finger_picture(message), finger_picture(Contacts())
+    assert made.shape == empty.shape
+    rows, columns = np.nonzero((made != empty).any(axis=2)[:made.shape[1]])
+    assert (columns.mean() / made.shape[1], rows.mean() / made.shape[1]) == pytest.approx((0.5 + 0.5 * 160 / 360, 0.5), abs=0.01)

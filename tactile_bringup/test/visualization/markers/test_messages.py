@@ -45,7 +45,7 @@ def xyz(points):
 
 def test_every_part_is_drawn_in_the_sensor_frame_and_stays_while_data_come():
     made = by_name(MarkerSet(SIZES).frame(HEADER, touch()))
-    assert set(made) == {'dots', 'outlines', 'holes', 'region', 'normals', 'force', 'slip_center'}  # the torque is not known
+    assert set(made) == {'dots', 'outlines', 'holes', 'region', 'normals', 'force', 'slip_center', 'text'}  # the torque is not known
     assert all(m.header.frame_id == 'pad' and m.action == Marker.ADD for m in made.values())
     assert {(m.lifetime.sec, m.lifetime.nanosec) for m in made.values()} == {(2, 0)}
     assert all(m.pose.orientation.w == 1.0 for m in made.values())
@@ -122,7 +122,7 @@ def grid_of_dots(depth=0.0):
 
 def test_the_skin_spans_the_dots_and_shows_a_dent_by_colour_and_light():
     flat, dented = (by_name(MarkerSet(SIZES).frame(HEADER, {'dots': grid_of_dots(depth)}))['skin'] for depth in (0.0, 2e-3))
-    assert len(flat.points) == 3 * len(flat.colors) == 3 * 2 * 3 * 2 and flat.type == Marker.TRIANGLE_LIST
+    assert len(flat.points) == len(flat.colors) == 3 * 2 * 3 * 2 and flat.type == Marker.TRIANGLE_LIST
     corners = xyz(flat.points).reshape(-1, 3, 3)
     assert 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() == pytest.approx(6e-6)
     assert all(0 < c.a < 1 for c in flat.colors) and flat.color.a == 1.0
@@ -142,15 +142,54 @@ def test_the_slip_centre_without_height_lies_on_the_region():
     assert xyz(by_name(MarkerSet(SIZES).frame(HEADER, touch()))['slip_center'].points)[0] == pytest.approx([0.002, 0, 0.012])
 
 
-def test_what_is_no_more_is_taken_away_once():
+def test_each_array_takes_away_all_that_was_before():
+    # RViz handles the markers of an array one after the other between two pictures; without a namespace DELETEALL is for all of them.
     it = MarkerSet(SIZES)
-    it.frame(HEADER, touch())
-    after = it.frame(HEADER, {'dots': touch()['dots'], 'contact_region': ContactRegion()})
-    gone = {m.ns for m in after.markers if m.action == Marker.DELETE}
-    assert gone == {'outlines', 'holes', 'region', 'normals', 'force', 'slip_center'}
-    assert [m.ns for m in it.frame(HEADER, {'dots': touch()['dots']}).markers] == ['dots']
+    for found in (touch(), {'dots': touch()['dots'], 'contact_region': ContactRegion()}, {}):
+        first, *others = it.frame(HEADER, found).markers
+        assert first.action == Marker.DELETEALL and first.ns == '' and {m.action for m in others} == {Marker.ADD}
+        assert len({(m.ns, m.id) for m in others}) == len(others), 'RViz complains of two of one name'
+    assert {m.ns for m in others} == {'text'}
 
 
 def test_nothing_takes_all_away():
     assert [m.action for m in MarkerSet(SIZES).nothing(HEADER).markers] == [Marker.DELETEALL]
-    assert MarkerSet(SIZES).frame(HEADER, {}).markers == []
+
+
+@pytest.mark.parametrize('newton', [0.01, 0.7, 40.0])
+def test_an_arrow_has_a_shaft_however_short_it_is(newton):
+    found = touch()
+    found['wrench'].wrench.force = Vector3(z=-newton)
+    arrow = by_name(MarkerSet(SIZES).frame(HEADER, found))['force']
+    length = float(np.linalg.norm(np.diff(xyz(arrow.points), axis=0)))
+    head = min(arrow.scale.z, length)  # RViz: the rest is the shaft
+    assert 0 < head < 0.5 * length and arrow.scale.x < arrow.scale.y <= length
+
+
+def test_name_numbers_and_state_stand_in_front_of_the_sensor():
+    found = touch()
+    found['contacts'].contacts[0].depth = 0.0013
+    found['slip'].state = Slip.GROSS
+    it = MarkerSet(SIZES)
+    text = by_name(it.frame(HEADER, found))['text']
+    assert text.text == 'pad\n1.3 mm deep\n2.1 N\ngross slip'
+    assert (text.color.r, text.color.g, text.color.b) == pytest.approx(colours.STATE_COLOURS[2])
+    assert text.pose.position.x > 0.001 and text.pose.position.y > 0, 'towards the eye of the configurations'
+    assert by_name(it.frame(HEADER, {'dots': found['dots']}))['text'].text == 'pad'
+
+
+def test_a_warning_is_shown_with_and_without_data_until_it_is_over():
+    it = MarkerSet(SIZES)
+    it.warning = 'the first dots are off their untouched positions, something may press; let go and call set_reference'
+    for made in (it.frame(HEADER, touch()), it.nothing(HEADER)):
+        assert by_name(made)['warning'].text.replace('\n', ' ') == it.warning
+    it.warning = ''
+    assert 'warning' not in by_name(it.frame(HEADER, touch()))
+
+
+def test_a_space_is_half_as_wide_as_letters_are_high():
+    # Without scale.x RViz takes the width of a space from letters 1 m high.
+    it = MarkerSet(SIZES)
+    it.warning = 'let go'
+    texts = [m for m in it.frame(HEADER, touch()).markers if m.type == Marker.TEXT_VIEW_FACING]
+    assert len(texts) == 2 and all(m.scale.x == pytest.approx(0.5 * m.scale.z) and m.scale.z > 0 for m in texts)

@@ -42,16 +42,22 @@ def test_the_nearer_triangle_hides_the_further_one():
 
 def test_a_half_transparent_surface_lets_the_ground_through():
     veil = ColorRGBA(r=1.0, a=0.5)
-    picture = marker_picture([marker(Marker.TRIANGLE_LIST, CORNERS, WHITE, colors=[veil, veil])], SIZE)
+    picture = marker_picture([marker(Marker.TRIANGLE_LIST, CORNERS, WHITE, colors=[veil] * 6)], SIZE)
     assert share(picture, (19, 16, 144)) > 0.25
 
 
-@pytest.mark.parametrize(('kind', 'places'), [(Marker.LINE_LIST, CORNERS), (Marker.LINE_STRIP, CORNERS), (Marker.CUBE_LIST, CORNERS),
-                                              (Marker.ARROW, CORNERS[:2] + [])])
-def test_lines_cubes_and_arrows_are_drawn(kind, places):
+@pytest.mark.parametrize(('kind', 'places'), [(Marker.LINE_LIST, CORNERS), (Marker.LINE_STRIP, CORNERS), (Marker.ARROW, CORNERS[:2])])
+def test_lines_and_arrows_are_drawn(kind, places):
     assert share(marker_picture([marker(kind, places, GREEN)], SIZE), (0, 255, 0)) > 0.001
 
 
 def test_nothing_to_draw_is_no_picture():
     gone = Marker(action=Marker.DELETEALL)
     assert marker_picture([gone, marker(Marker.SPHERE_LIST, [], RED)], SIZE) is None
+
+
+def test_text_is_written_where_it_stands():
+    text = Marker(type=Marker.TEXT_VIEW_FACING, text='0.7 N', color=GREEN, scale=Vector3(x=0.1, z=0.2))
+    picture = marker_picture([marker(Marker.TRIANGLE_LIST, CORNERS, WHITE, colors=[RED, RED]), text], SIZE)
+    rows, columns = np.nonzero((picture.astype(int) - (0, 128, 0) >= 0).all(axis=2) & (picture[..., 2] < 128))
+    assert len(rows) > 20 and (columns.mean(), rows.mean()) == pytest.approx((150, 120), abs=40)

@@ -12,16 +12,13 @@ from tactile_driver.nodes.messages.conversions import image_to_message, polygon 
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip  # noqa: E402
 from visualization_msgs.msg import Marker  # noqa: E402
 
+from tactile_bringup.visualization import colours  # noqa: E402
 from tactile_bringup.visualization.markers.taxel import TaxelMarkers  # noqa: E402
 
 SIZES = {'pitch': 1e-3, 'cell_height': 2e-3, 'full_value': 100.0, 'normal_length': 6e-3, 'force_length': 9e-3, 'full_force': 10.0,
          'full_torque': 1.0, 'flow_scale': 0.5}
 HEADER = Header(frame_id='pad')
 SQUARE = np.array([[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]]) * 1e-3
-
-
-def image(level=50):
-    return image_to_message(Frame(np.full((3, 4), level, np.uint8), 0, 'mono8'), '', HEADER)
 
 
 def region(**more):
@@ -39,28 +36,30 @@ def drawn(markers, **found):
     return {m.ns: m for m in markers.frame(HEADER, found).markers if m.action == Marker.ADD}
 
 
-def test_a_cell_a_taxel_coloured_by_its_value():
-    cells = drawn(TaxelMarkers(SIZES), image_raw=image())['cells']
-    assert len(cells.points) == len(cells.colors) == 12
-    first = cells.points[0]
-    assert (first.x, first.y, first.z) == pytest.approx((-1.5e-3, -1e-3, -1e-4)), 'under the outlines, at z = 0'
-    other = drawn(TaxelMarkers(SIZES), image_raw=image(0))['cells']
-    assert cells.colors[0] != other.colors[0]
+def test_pressed_taxels_are_squares_in_full_colour_on_a_plate():
+    values = np.zeros((3, 4), np.uint8)
+    values[1, 2], values[2, 3] = 100, 1
+    found = drawn(TaxelMarkers(SIZES), image_raw=image_to_message(Frame(values, 0, 'mono8'), '', HEADER))
+    plate, cells = (np.array([(p.x, p.y, p.z) for p in found[ns].points]) for ns in ('plate', 'cells'))
+    assert np.ptp(plate, axis=0) == pytest.approx((4e-3, 3e-3, 0)) and np.ptp(cells, axis=0) == pytest.approx((1e-3, 1e-3, 0))
+    assert len(plate) == len(cells) == 6 and cells[:, :2].mean(axis=0) == pytest.approx((0.5e-3, 0.0)), 'of row 1, column 2'
+    assert plate[:, 2].max() < cells[:, 2].min() < 0, 'under the outlines, at z = 0'
+    for ns, share in (('plate', 0.0), ('cells', 1.0)):
+        assert found[ns].type == Marker.TRIANGLE_LIST and len(found[ns].colors) == 2, 'one a triangle: RViz does not light it'
+        full = colours.of_depth(np.array([share]))[0]
+        assert [(c.r, c.g, c.b) for c in found[ns].colors] == [pytest.approx(full)] * 2
 
 
 def test_outlines_holes_axes_flow_and_slip():
     found = drawn(TaxelMarkers(SIZES), contact_region=region(orientation=0.0), slip=slipping())
-    assert {'outlines', 'holes', 'axes', 'flow', 'slip'} == set(found)
+    assert {'outlines', 'holes', 'axes', 'flow', 'text'} == set(found)
     assert [p.x for p in found['axes'].points] == pytest.approx([-1e-3, 3e-3, 1e-3, 1e-3])
     assert len(found['flow'].points) == 2 and found['flow'].points[1].x == pytest.approx(0.01)
-    assert found['slip'].text == 'gross slip'
+    assert found['text'].text == 'pad\ngross slip'
 
 
-def test_no_direction_no_axes_and_what_is_gone_is_taken_away():
-    markers = TaxelMarkers(SIZES)
-    assert 'axes' not in drawn(markers, contact_region=region(orientation=float('nan')))
-    gone = [m for m in markers.frame(HEADER, {'contact_region': ContactRegion()}).markers if m.action == Marker.DELETE]
-    assert {m.ns for m in gone} == {'outlines', 'holes'}
+def test_no_direction_no_axes():
+    assert 'axes' not in drawn(TaxelMarkers(SIZES), contact_region=region(orientation=float('nan')))
 
 
 def test_contacts_and_a_wrench_of_which_only_a_part_is_known():

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_bringup.visualization.rviz.camera_view import OrbitView, view_of
+from tactile_bringup.visualization.orbit_view import OrbitView, view_of
 
 BOX = np.array([(x, y, z) for x in (-0.03, 0.03) for y in (-0.02, 0.02) for z in (0.0, 0.01)])
 

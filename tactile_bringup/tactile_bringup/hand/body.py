@@ -1,0 +1,38 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""RViz markers of what carries a hand's sensors: a rod from behind the parent's frame to behind each sensor, and one up to it."""
+from __future__ import annotations
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Quaternion, Vector3
+from scipy.spatial.transform import Rotation
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from .description import Hand
+
+_BEHIND, _THICK = 0.04, 0.012  # m, chosen: below a palm of sheets, thinner than a finger
+_GREY = ColorRGBA(r=0.45, g=0.46, b=0.5, a=1.0)
+
+
+def body_markers(hand: Hand, stamp: Time) -> MarkerArray:
+    """Rods in the parent frame of each sensor."""
+    made = []
+    for sensor in hand.sensors:
+        place = np.array(sensor.xyz)
+        corner = place - _BEHIND * Rotation.from_quat(sensor.quaternion).apply([0.0, 0.0, 1.0])
+        for start, end in ((np.array([0.0, 0.0, -_BEHIND]), corner), (corner, place)):
+            if np.linalg.norm(end - start) > _THICK:
+                made.append(_rod(start, end))
+                made[-1].header.frame_id, made[-1].header.stamp, made[-1].id = sensor.parent, stamp, len(made)
+    return MarkerArray(markers=made)
+
+
+def _rod(start: np.ndarray, end: np.ndarray) -> Marker:
+    """A cylinder between two places (3,), m."""
+    length, middle = float(np.linalg.norm(end - start)), 0.5 * (start + end)
+    rod = Marker(ns='body', type=Marker.CYLINDER, scale=Vector3(x=_THICK, y=_THICK, z=length), color=_GREY)
+    x, y, z, w = Rotation.align_vectors((end - start)[None] / length, [[0.0, 0.0, 1.0]])[0].as_quat().tolist()
+    rod.pose.position, rod.pose.orientation = Point(x=middle[0], y=middle[1], z=middle[2]), Quaternion(x=x, y=y, z=z, w=w)
+    return rod
