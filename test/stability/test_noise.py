@@ -182,7 +182,6 @@ RAMPS = {
     # Under noise of 3 px one of 19 presses is off by 8.4 standard deviations, the others by under 6.
     'sheet, model': Ramp(_tracked('sheet, model'), PIXELS, 1e-3, 5e-3, 10, 'm', sure=9.0),
     'cushion, model': Ramp(_tracked('cushion, model'), PIXELS, 6e-3, 5e-2, 10, 'm'),
-    'sheet, regression': Ramp(_sheet('sheet, regression'), SHIFTS, 3e-3, 10.0, 1e-3, 'm'),
     'sheet, paper': Ramp(_sheet('sheet, paper'), SHIFTS, ON_SENSOR, 0.0, np.inf, 'm'),
     'cushion, paper': Ramp(_sheet('cushion, paper'), SHIFTS, ON_SENSOR, 0.0, np.inf, 'm'),
     'pad': Ramp(_pad, (0, 16, 32), 5e-4, 5e-5, 32, 'm'),

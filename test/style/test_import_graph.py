@@ -15,7 +15,7 @@ ROOMS = {
         'sources.taxel', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes.streams', 'nodes'),
     'tactile_perception': ('errors', 'sensor_types', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'touchpad.membrane',
         'touchpad.optics', 'touchpad.contact', 'touchpad', 'markers.view', 'markers.touches', 'markers.mechanics', 'markers.published',
-        'markers.dome_model', 'markers.regression', 'markers.places', 'markers.wrench', 'markers', 'psd', 'taxel', 'calibration',
+        'markers.dome_model', 'markers.places', 'markers.wrench', 'markers', 'psd', 'taxel', 'calibration',
         'calibration.files', 'parameters', 'pipeline', 'api', 'evaluation', 'nodes.messages',
         'nodes.stages', 'nodes', 'bags', 'tools.convert',
         'tools.calibrate', 'tools'),

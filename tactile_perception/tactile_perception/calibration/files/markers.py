@@ -15,7 +15,7 @@ from ...markers.touches.cross_validation import Score
 
 UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'moment': 'N m', 'stitching': 'm and px', 'pattern': 'px',
          'rest': 'px', 'residuals': 'm; normalised squared error and errors of the wrench 1'}
-WRENCH, STITCHING, METHODS, PATTERN, REST = 'wrench', 'stitching', 'methods', 'pattern', 'rest'
+WRENCH, STIFFNESS, STITCHING, METHODS, PATTERN, REST = 'wrench', 'stiffness', 'stitching', 'methods', 'pattern', 'rest'
 _PLACE, _DEPTH = 'place_median', 'depth_median'
 _EACH_MARKER = ('rest', 'eye', 'reach')  # lists with one entry per marker; NaN for a marker that was never seen
 _ABSENT, _VALUES = 'never_seen', 'values'
@@ -26,14 +26,14 @@ _AHEAD = {'model': 2.0}  # chosen: a method is preferred unless its errors are l
 class TouchCalibration:
     """Calibration read from a file.
 
-    methods: fitted numbers by method; wrench, stitching: fitted numbers, None without them; best: method with the smallest cross-validation
-    error, '' for a file with a stitching only; file: the whole content
+    methods: fitted numbers by method; stiffness: N/m, of the skin, NaN without recorded wrenches; stitching: fitted numbers, None without
+    them; best: method with the smallest cross-validation error, '' for a file with a stitching only; file: the whole content
     pattern: (K, 2) px, untouched positions of markers that form no grid, by which they are identified; None for a grid
     rest: (K, 2) px, untouched positions of all markers, NaN for one never seen; None for a file without them
     """
 
     methods: dict
-    wrench: dict | None
+    stiffness: float
     stitching: dict | None
     best: str
     file: CalibrationFile
@@ -74,10 +74,19 @@ def read_touch(path: str | Path, sensor: str, values: Mapping | None = None) -> 
     methods, stitching = file.fitted.get(METHODS, {}), file.fitted.get(STITCHING)
     if not isinstance(methods, dict) or not (methods or stitching):
         raise BadCalibration(f'{path}: no touch method under fitted; calibrate again')
+    if 'regression' in methods:
+        raise BadCalibration(f'{path}: holds the method regression, which is no longer there; calibrate again')
     best = best_method(file.residuals, methods) if methods else ''
     pattern = _places(file.fitted, PATTERN, path)
     rest = _places(file.fitted, REST, path) if REST in file.fitted else pattern
-    return TouchCalibration(methods, file.fitted.get(WRENCH), stitching, best, file, pattern, rest)
+    return TouchCalibration(methods, _stiffness(file.fitted, path), stitching, best, file, pattern, rest)
+
+
+def _stiffness(fitted: dict, path: str | Path) -> float:
+    try:
+        return float(fitted[WRENCH][STIFFNESS]) if WRENCH in fitted else np.nan
+    except (KeyError, TypeError, ValueError):
+        raise BadCalibration(f'{path}: no {STIFFNESS} under {WRENCH}; calibrate again') from None
 
 
 def _places(fitted: dict, name: str, path: str | Path) -> np.ndarray | None:
@@ -121,8 +130,8 @@ def best_method(residuals: dict, methods) -> str:
     methods, after the penalty for missed and split presses (_typical).
 
     Medians are used because presses too shallow to be located dominate the mean, and another method misses those altogether. A method
-    derived from mechanics is preferred to a regression unless it is clearly worse, because presses with one tip do not test other tip sizes
-    or several touches.
+    derived from mechanics is preferred unless it is clearly worse, because presses with one tip do not test other tip sizes or several
+    touches.
     """
     known = {name: _typical(residuals[name]) for name in methods if isinstance(residuals.get(name), dict)}
     known = {name: errors for name, errors in known.items() if np.isfinite(errors).all()}

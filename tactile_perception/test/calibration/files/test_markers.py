@@ -17,7 +17,7 @@ SPAN = {'depth': [1e-3, 5e-3], 'x': [-0.01, 0.01], 'y': [-0.02, 0.02]}
 def path(tmp_path):
     path = tmp_path / 'sheet.yaml'
     write_touch(path, 'areal_single', {'methods': {'far': {'a': 1.0}, 'near': {'a': [2.0]}}}, {'far': BAD, 'near': GOOD},
-                {'held_out_force': NAN}, SPAN, ['x'])
+                {'force': NAN}, SPAN, ['x'])
     return path
 
 
@@ -26,7 +26,7 @@ def test_what_is_written_is_read(path):
     assert found.methods == {'far': {'a': 1.0}, 'near': {'a': [2.0]}}
     assert found.fitted('far') == {'a': 1.0}
     assert found.best == 'near'
-    assert found.wrench is None and found.stitching is None
+    assert np.isnan(found.stiffness) and found.stitching is None
     assert found.file.residuals['near']['place_95'] == 5e-4
 
 
@@ -48,6 +48,21 @@ def test_a_method_that_was_not_fitted_is_refused_with_those_that_were(path):
         read_touch(path, 'areal_single').fitted('paper')
 
 
+def test_the_stiffness_is_read(path):
+    fitted = {'methods': {'one': {}}, 'wrench': {'stiffness': 50.0}}
+    write_touch(path, 'areal_single', fitted, {}, {}, SPAN, [])
+    assert read_touch(path, 'areal_single').stiffness == 50.0
+    write_touch(path, 'areal_single', fitted | {'wrench': {'a': 1.0}}, {}, {}, SPAN, [])
+    with pytest.raises(BadCalibration, match='no stiffness'):
+        read_touch(path, 'areal_single')
+
+
+def test_a_file_with_the_regression_that_went_is_refused(path):
+    write_touch(path, 'areal_single', {'methods': {'model': {}, 'regression': {}}}, {}, {}, SPAN, [])
+    with pytest.raises(BadCalibration, match='regression.*calibrate again'):
+        read_touch(path, 'areal_single')
+
+
 def test_a_file_without_methods_or_for_another_sensor_is_refused(path, tmp_path):
     with pytest.raises(BadCalibration, match='sensor type'):
         read_touch(path, 'air_cushion')
@@ -65,9 +80,9 @@ def test_the_best_is_the_one_with_the_least_errors_in_proportion():
 
 def test_mechanics_come_before_what_was_only_learned_unless_clearly_worse():
     worse = replace(GOOD, place_median=1.8 * GOOD.place_median, depth_median=1.8 * GOOD.depth_median)
-    assert best_method({'regression': GOOD.numbers(), 'model': worse.numbers()}, ['regression', 'model']) == 'model'
+    assert best_method({'paper': GOOD.numbers(), 'model': worse.numbers()}, ['paper', 'model']) == 'model'
     clearly = replace(GOOD, place_median=2.5 * GOOD.place_median, depth_median=2.5 * GOOD.depth_median)
-    assert best_method({'regression': GOOD.numbers(), 'model': clearly.numbers()}, ['regression', 'model']) == 'regression'
+    assert best_method({'paper': GOOD.numbers(), 'model': clearly.numbers()}, ['paper', 'model']) == 'paper'
 
 
 def test_a_method_that_finds_shallow_presses_badly_is_better_than_one_that_does_not_find_them():
