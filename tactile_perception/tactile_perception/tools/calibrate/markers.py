@@ -183,8 +183,8 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
     stiffness, errors = fit_wrench(presses, reader, methods) or (None, {})
     fitted = {METHODS: methods} | ({WRENCH: {STIFFNESS: stiffness}} if errors else {})
     fitted |= {STITCHING: reader.stitching.to_dict()} if reader.stitching else {}
-    fitted |= {PATTERN: reader.pattern.tolist()} if reader.pattern is not None else {}
-    fitted |= {REST: untouched_places(presses).tolist()}
+    fitted |= {PATTERN: reader.pattern} if reader.pattern is not None else {}
+    fitted |= {REST: untouched_places(presses)}
     touching = presses.select(presses.touching)
     span = {'depth': _span(touching.depth), 'x': _span(touching.position[:, 0]), 'y': _span(touching.position[:, 1])}
     residuals = marker_residuals(held[best], reader.names)
