@@ -41,9 +41,8 @@ from tactile_perception.tools.calibrate.markers import PressReader, fit_wrench
 from tactile_perception.tools.calibrate.stitching import find_stitching
 from tactile_perception.touchpad.sensor import Touchpad, camera_pose
 
-sys.path.insert(0, str(Path(__file__).parent))
-import touch_sources  # noqa: E402
-from touch_scores import HEAD, TouchScore  # noqa: E402
+import touch_sources
+from touch_scores import HEAD, TouchScore
 
 PAPERS = {'paper': 'paper_areal', 'paper_cushion': 'paper_cushion'}  # contact method: marker detection of the same paper
 STITCH_HEAD = ('pair', 'method', 'markers', 'off mean mm', 'off 95 % mm', 'stitching ms')
