@@ -17,7 +17,7 @@ setup(
         ('share/' + PACKAGE, ['package.xml']),
         ('share/' + PACKAGE + '/launch', sorted(glob('launch/*.launch.py'))),
         ('share/' + PACKAGE + '/params', sorted(glob('params/*.yaml'))),
-        ('share/' + PACKAGE + '/calibration', sorted(glob('calibration/*.yaml'))),
+        ('share/' + PACKAGE + '/calibration', sorted(glob('calibration/*.yaml') + glob('calibration/*.npz'))),
         ('share/' + PACKAGE + '/hands', sorted(glob('hands/*.yaml'))),
         ('share/' + PACKAGE + '/rviz', sorted(glob('rviz/*.rviz'))),
         ('share/' + PACKAGE + '/sros', sorted(glob('sros/*.policy.xml'))),

@@ -33,9 +33,7 @@ from tactile_perception.touchpad.contact.loads import LoadEstimator
 from tactile_perception.touchpad.places import DotPlaces, RestPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 
-import sys  # noqa: E402
-sys.path.insert(0, str(Path(__file__).parent))
-from sources import scene_parameters  # noqa: E402
+from sources import scene_parameters
 
 RATE, UNTOUCHED = 10.0, 0.4  # frames/s; s
 REACH, SIDE, FED = 2, 5, 76  # dots, of what is fed around each; numbers fed

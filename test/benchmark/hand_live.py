@@ -37,9 +37,8 @@ from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import open_taxel_scene
 from tactile_msgs.msg import ContactRegion, Contacts
 
-sys.path.insert(0, str(Path(__file__).parent))
-import live  # noqa: E402
-import rendered  # noqa: E402
+import live
+import rendered
 
 #: name: type, Hz of the driver, Hz of its results, scene, what opens it, result and its type
 SENSORS = {'thumb': ('touchpad', 60, 60, 'demo', open_scene, 'contact_region', ContactRegion),

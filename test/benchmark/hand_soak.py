@@ -28,11 +28,10 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from tactile_driver.nodes.runtime.run import make_room_for_images
 
-sys.path.insert(0, str(Path(__file__).parent))
-from hand_live import SENSORS, rate_of  # noqa: E402
-from soak_faults import Faults, Heard  # noqa: E402
-from soak_system import DOMAIN, System  # noqa: E402
-from soak_trend import Sample, trend  # noqa: E402
+from hand_live import SENSORS, rate_of
+from soak_faults import Faults, Heard
+from soak_system import DOMAIN, System
+from soak_trend import Sample, trend
 
 _STARTED_S = 180.0  # s, limit for the start of a load beyond what the machine can run
 _QUIET_S = 30.0  # s without faults at the end, in which the last killed process restarts

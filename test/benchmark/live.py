@@ -34,8 +34,7 @@ from tactile_driver.nodes.runtime.run import make_room_for_images
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_msgs.msg import ContactRegion, Contacts
 
-sys.path.insert(0, str(Path(__file__).parent))
-from sources import scene_parameters  # noqa: E402
+from sources import scene_parameters
 
 #: sensor: its nodes; the result that is listened to, and its type
 SENSORS = {'touchpad': (('camera_node', 'dot_tracker_node', 'contact_region_node'), 'contact_region', ContactRegion),
@@ -155,11 +154,11 @@ def parameters_of(sensor: str, scene: str, rate: float) -> dict:
         own = {'source': 'sim', 'scene': scene or 'demo', 'rate': rate}
         return {'/**': {'ros__parameters': {**scene_parameters(open_scene(own['scene'])), **own}}}
     calibration = share('calibration', f'{sensor}_sim.yaml')
-    chosen = {'rate': rate, 'calibration': calibration} | ({'scene': scene} if scene else {})
     page = yaml.safe_load(Path(share('params', f'{sensor}_sim.yaml')).read_text())
     for section in page.values():
-        section['ros__parameters'] |= {name: value for name, value in chosen.items() if name in section['ros__parameters']}
-    page['/**']['ros__parameters'] |= {'source': 'sim', 'stitching_path': calibration}
+        if scene and 'scene' in section['ros__parameters']:
+            section['ros__parameters']['scene'] = scene
+    page['/**']['ros__parameters'] |= {'source': 'sim', 'rate': rate, 'calibration': calibration, 'stitching_path': calibration}
     return page
 
 

@@ -3,7 +3,6 @@
 """The parts of the whole benchmark: the measurements of each part's own benchmark in one form."""
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,15 +13,14 @@ from tactile_bringup.simulate.taxel import write_taxel_scene
 from tactile_perception.tools.calibrate import taxel as calibrate_taxels
 from tactile_perception.tools.convert.command import convert, open_recording
 
-sys.path.insert(0, str(Path(__file__).parent))
-import dots  # noqa: E402
-import pipeline  # noqa: E402
-import psd  # noqa: E402
-import sources  # noqa: E402
-import taxel_turns  # noqa: E402
-import touch  # noqa: E402
-import touch_sources  # noqa: E402
-import tracking  # noqa: E402
+import dots
+import pipeline
+import psd
+import sources
+import taxel_turns
+import touch
+import touch_sources
+import tracking
 
 NOISE = 2.0  # grey levels
 _TOUCHPAD_RECORDINGS = ('tp_rect_drag', 'tp_ring_press', 'tp_disc_twist', 'tp_two_spheres', 'tp_disc_impact', 'tp_rect_release',

@@ -30,9 +30,8 @@ from tactile_perception.pipeline.dot_stage import make_tracker
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 
-sys.path.insert(0, str(Path(__file__).parent))
-import sources  # noqa: E402
-from region_scores import contact_counts, slip_counts, true_loops  # noqa: E402
+import sources
+from region_scores import contact_counts, slip_counts, true_loops
 
 #: name: parameters that differ from the defaults. Methods with the same detection share the tracker, so that it runs once a frame.
 METHODS = {

@@ -25,8 +25,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from tactile_driver.nodes.runtime.run import make_room_for_images
 
-sys.path.insert(0, str(Path(__file__).parent))
-import live  # noqa: E402
+import live
 
 PERCENTILES = (50, 95, 99, 100)
 

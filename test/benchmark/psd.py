@@ -13,26 +13,24 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent))
-from psd_scenes import Signals, recorded, simulated  # noqa: E402
+from psd_scenes import Signals, recorded, simulated
 
-from tactile_driver.parameters.table import defaults  # noqa: E402
-from tactile_driver.simulation.psd.finger import DESIGN_B, Design  # noqa: E402
-from tactile_perception.parameters.psd import PSD_PARAMETERS  # noqa: E402
-from tactile_perception.pipeline.psd_stage import PsdStage  # noqa: E402
-from tactile_perception.psd.finger import FingerSettings, PsdFinger  # noqa: E402
-from tactile_perception.psd.geometry import MIX, angles, error_angle, position  # noqa: E402
-from tactile_perception.psd.model import FingerModel  # noqa: E402
-from tactile_perception.psd.model_fit import fit_finger  # noqa: E402
-from tactile_perception.psd.equidistant_map import fit_equidistant_map  # noqa: E402
-from tactile_perception.psd.presses import Presses, find_presses  # noqa: E402
-from tactile_perception.psd.published import PaperFinger  # noqa: E402
+from tactile_driver.parameters.table import defaults
+from tactile_driver.simulation.psd.finger import DESIGN_B, Design
+from tactile_perception.parameters.psd import PSD_PARAMETERS
+from tactile_perception.pipeline.psd_stage import PsdStage
+from tactile_perception.psd.finger import FingerSettings, PsdFinger
+from tactile_perception.psd.geometry import MIX, angles, error_angle, position
+from tactile_perception.psd.model import FingerModel
+from tactile_perception.psd.model_fit import fit_finger
+from tactile_perception.psd.equidistant_map import fit_equidistant_map
+from tactile_perception.psd.presses import Presses, find_presses
+from tactile_perception.psd.published import PaperFinger
 
 SATURATION, THRESHOLD, FARTHEST = 4.9, 0.2, 61.0  # V, V, degrees
 SECOND_PLACE = math.radians(30)

@@ -11,14 +11,11 @@ not send in time on a busy machine count as lost too.
 """
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 
 from tactile_bringup.installed import share
 from tactile_msgs.msg import Contacts, PsdVoltages
 
-sys.path.insert(0, str(Path(__file__).parent))
-import port_live  # noqa: E402
+import port_live
 
 
 def finger(rate: float, batch_period: float) -> port_live.PortSensor:

@@ -31,10 +31,9 @@ import cv2
 import numpy as np
 from tactile_perception.errors import TactileError
 
-sys.path.insert(0, str(Path(__file__).parent))
-import pareto  # noqa: E402
-import results  # noqa: E402
-from parts import PARTS, Plan, Row  # noqa: E402
+import pareto
+import results
+from parts import PARTS, Plan, Row
 
 _ROUNDS = {True: 2, False: 3}  # by quick
 

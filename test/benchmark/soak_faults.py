@@ -5,11 +5,9 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable
-from pathlib import Path
 
 import psutil
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
@@ -17,9 +15,8 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-sys.path.insert(0, str(Path(__file__).parent))
-from hand_live import SENSORS, stamp_in  # noqa: E402
-from soak_system import EMULATORS, System  # noqa: E402
+from hand_live import SENSORS, stamp_in
+from soak_system import EMULATORS, System
 
 DRIVERS = {'touchpad': 'camera_node', 'areal_dual': 'dual_camera_node', 'psd_finger': 'psd_node', 'taxel_array': 'taxel_array_node'}
 _STOPPED_S = 3.0

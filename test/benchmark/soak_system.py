@@ -22,10 +22,9 @@ from sensor_msgs.msg import Image
 from tactile_bringup.installed import share as shared_file
 from tactile_msgs.msg import PsdVoltages
 
-sys.path.insert(0, str(Path(__file__).parent))
-import rendered  # noqa: E402
-from hand_live import SENSORS, anonymous  # noqa: E402
-from soak_trend import Sample  # noqa: E402
+import rendered
+from hand_live import SENSORS, anonymous
+from soak_trend import Sample
 
 #: sensors on a serial port: module of the emulator; the others have a simulated camera
 EMULATORS = {'tip': 'tactile_driver.emulators.psd', 'array': 'tactile_driver.emulators.taxel'}

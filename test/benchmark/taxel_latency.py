@@ -11,7 +11,6 @@ from __future__ import annotations
 import sys
 from collections import defaultdict
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
@@ -21,8 +20,7 @@ from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, Ta
 from tactile_perception.taxel.response import Response, fit_gains
 from tactile_perception.tools.calibrate.taxel import Loads, calibrated_response, find_loop
 
-sys.path.insert(0, str(Path(__file__).parent))
-from taxel import STATES, macro_f1  # noqa: E402
+from taxel import STATES, macro_f1
 
 DEVICES = {'A': (PadSpecimen(), InkSpecimen()), 'B': DEVICE_B}
 SCENES = ('drag', 'turn', 'smooth', 'cycle', 'jerks', 'grip', 'roll', 'slide', 'rock', 'two_fingers', 'l')

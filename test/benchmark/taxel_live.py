@@ -11,16 +11,13 @@ itself did not send in time on a busy machine count as lost too.
 """
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Image
 from tactile_bringup.installed import share
 from tactile_msgs.msg import ContactRegion, Contacts, Slip
 
-sys.path.insert(0, str(Path(__file__).parent))
-import port_live  # noqa: E402
+import port_live
 
 CALIBRATED = 44  # taxels along both sides, of the simulated array
 

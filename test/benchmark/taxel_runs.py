@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from tactile_driver.simulation.taxel.pad import PadSpecimen
@@ -19,8 +18,7 @@ from tactile_perception.taxel.array import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.response import Response, fit_gains, fit_response
 
-sys.path.insert(0, str(Path(__file__).parent))
-from taxel import STATES, macro_f1  # noqa: E402
+from taxel import STATES, macro_f1
 
 FACES = ('bar', 'disc', 'ring', 'l', 'sphere', 'two_fingers')
 ROUND = ('disc', 'ring', 'sphere')  # faces whose rotation is unobservable

@@ -3,7 +3,6 @@
 """The methods of a taxel array, and plain optical flow, alternating on every frame of a bag with ground truth."""
 from __future__ import annotations
 
-import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,8 +17,7 @@ from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.taxel import TAXEL_PARAMETERS, taxel_estimator
 from tactile_perception.taxel.estimator import TAXEL_METHODS
 
-sys.path.insert(0, str(Path(__file__).parent))
-from lucas_kanade import LucasKanade  # noqa: E402
+from lucas_kanade import LucasKanade
 
 FLOW = 'Lucas-Kanade'
 _WANTED = ('image_raw', TRUTH, 'ground_truth/contact_region', 'ground_truth/slip')

@@ -2,14 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The benchmark command on its shortest part: tables, numbers, plot, and the comparison with an earlier run."""
 import json
-import sys
-from pathlib import Path
 
 import pytest
 
 pytest.importorskip('rclpy', reason='ROS is not sourced')
-sys.path.insert(0, str(Path(__file__).parent))
-import run  # noqa: E402
+import run
 
 FINGER = ['--quick', '--part', 'finger', '--bags']
 

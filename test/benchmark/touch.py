@@ -27,13 +27,12 @@ import numpy as np
 from tactile_driver.stitching.calibration import Stitching
 from tactile_driver.stitching.methods import STITCHERS
 from tactile_perception.errors import BadFrame, TactileError
-from tactile_perception.markers.methods import make_method, methods_for, sheet_model
+from tactile_perception.markers.methods import make_method, methods_for
 from tactile_perception.markers.touches.region import region_of
 from tactile_perception.markers.touches.tracker import TouchTracker
 from tactile_perception.markers.view.camera_views import view_maker
 from tactile_perception.markers.view.marker_field import RestMarkers
 from tactile_perception.markers.view.sensor import MARKER_SENSORS, MarkerSensor
-from tactile_perception.markers.wrench.regression import WrenchMap
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
@@ -42,9 +41,8 @@ from tactile_perception.tools.calibrate.markers import PressReader, fit_wrench
 from tactile_perception.tools.calibrate.stitching import find_stitching
 from tactile_perception.touchpad.sensor import Touchpad, camera_pose
 
-sys.path.insert(0, str(Path(__file__).parent))
-import touch_sources  # noqa: E402
-from touch_scores import HEAD, TouchScore  # noqa: E402
+import touch_sources
+from touch_scores import HEAD, TouchScore
 
 PAPERS = {'paper': 'paper_areal', 'paper_cushion': 'paper_cushion'}  # contact method: marker detection of the same paper
 STITCH_HEAD = ('pair', 'method', 'markers', 'off mean mm', 'off 95 % mm', 'stitching ms')
@@ -55,13 +53,13 @@ _TIP = 0.008  # m, tip radius for the region's outline
 
 @dataclass
 class Calibrated:
-    """What one way to find markers makes of the calibration presses. methods: name -> numbers; wrench: numbers or None."""
+    """What one way to find markers makes of the calibration presses. methods: name -> numbers; wrench: of fit_wrench."""
 
     parameters: Path
     sensor: MarkerSensor
     stitching: Stitching | None
     methods: dict
-    wrench: dict | None
+    wrench: tuple[float, dict] | None
 
 
 def calibrate(source: touch_sources.Source, detection: str, names: list[str]) -> Calibrated:
@@ -88,8 +86,7 @@ class Chain:
         self._rest = RestMarkers(known.sensor.rows * known.sensor.columns,
                                  lambda uv: view_maker(known.sensor, frames.matrices, stitching, pose)(uv))
         self._methods = {name: (make_method(name, numbers, known.sensor), TouchTracker()) for name, numbers in known.methods.items()}
-        self._wrench = known.wrench and {name: WrenchMap(known.wrench, sheet_model(name, known.methods, known.sensor))
-                                         for name in known.methods}
+        self._stiffness = known.wrench[0] if known.wrench else np.nan
         self._turn = 0
 
     def process(self, frame: touch_sources.Frame) -> None:
@@ -105,12 +102,9 @@ class Chain:
         for name in np.roll(list(self._methods), self._turn).tolist():
             method, tracker = self._methods[name]
             touches, telling = _timed(lambda: method.estimate(field))
-            wrench, pushing = _timed(lambda: self._wrench_of(name, field, touches))
+            wrench = self._stiffness * touches[0].wrench if len(touches) == 1 else np.full(6, np.nan)
             _, following = _timed(lambda: self._follow(tracker, touches, field, frame.stamp))
-            self._scores[name].add(touches, wrench, frame.contacts, frame.wrench, [finding, placing, telling, pushing, following])
-
-    def _wrench_of(self, name: str, field, touches) -> np.ndarray:
-        return self._wrench[name].wrench(field, touches[0]) if self._wrench and len(touches) == 1 else np.full(6, np.nan)
+            self._scores[name].add(touches, wrench, frame.contacts, frame.wrench, [finding, placing, telling, following])
 
     def _follow(self, tracker: TouchTracker, touches: list, field, stamp: float) -> None:
         """Numbers, filter and region: part of the time, but not judged."""

@@ -16,7 +16,7 @@ from tactile_perception.markers.view.sensor import MarkerSensor
 SHALLOWEST = {'areal_single': 0.3e-3, 'areal_dual': 1e-3, 'air_cushion': 8e-3}
 APART = 3.0  # marker pitches: two contacts nearer to each other are not scored
 NEAR = 1e-3  # m: an estimate farther away matches neither contact
-STAGES = ('dots', 'field', 'touch', 'wrench', 'ids and region')
+STAGES = ('dots', 'field', 'touch', 'ids and region')
 HEAD = ('place mm', 'place 95 %', 'depth mm', 'depth 95 %', 'nse', 'presses', 'missed', 'split', 'false', 'refused', 'two',
         'two told %', 'both in 1 mm %', 'force %', 'moment %', 'dragged force %', 'dragged moment %',
         *(f'{stage} ms' for stage in STAGES), 'total ms')

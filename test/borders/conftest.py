@@ -1,12 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Sets up ROS for nodes of this process; any exception that no check foresaw is raised (see DefectGuard.strict)."""
-import pathlib
-import sys
 
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 
 @pytest.fixture(scope='module', autouse=True)

@@ -1,23 +1,20 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Requests of any content to every service of every node are answered, and all parameter values stay within their tables."""
-import pathlib
 import random
-import sys
 
 import pytest
 
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'faults'))
-from random_messages import hostile, random_message  # noqa: E402
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
-from rcl_interfaces.srv import SetParameters  # noqa: E402
-from rclpy.parameter import Parameter as RosParameter  # noqa: E402
-from sensor_nodes import made, planned  # noqa: E402
-from std_srvs.srv import Trigger  # noqa: E402
-from tactile_driver.nodes.runtime.parameter_server import NodeParameters  # noqa: E402
+from random_messages import hostile, random_message
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter as RosParameter
+from sensor_nodes import made, planned
+from std_srvs.srv import Trigger
+from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 
 pytestmark = pytest.mark.ros
 _COUNT = 150

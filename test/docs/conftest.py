@@ -1,6 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-import sys
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))

@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures of the fault tests: the test bench, an unaffected sensor beside it, and the report out/faults.md."""
 import pathlib
-import sys
 
 import pytest
 
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
 
 
 @pytest.fixture(scope='package')

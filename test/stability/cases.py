@@ -59,13 +59,10 @@ numbers, tracks         K N K N N N N N N   N T T K T   S S -
 reference               K N K N T T T T T   N T T T T   S S -
 sheet, model            K N K N R R R R R   N N N R N   S S -
 sheet, model, areas     K K K K K N N N N   N N N K K   S S -
-sheet, regression       K N K N N N N N N   - - - N F   S - -
 sheet, paper            K T K T T T T F F   - - - T T   S - -
 sheet, paper, growth    K T K T T T T T T   - - - T T   S - -
 cushion, model          K N K N N N N N N   N N N N N   S S -
 cushion, paper          K N K N N N N F F   - - - N N   S - -
-sheet, wrench           N N N N T T T N N   - - - T T   S - -
-sheet, wrench by depth  N N N N N T T N N   - - - K K   S - -
 stitching fit           R R R R R R R R R   - - - R R   S - -
 pad, places             K N K N N N N R R   N T T N T   S S -
 pad, membrane           K R K R R R R R R   N N N R R   S S -

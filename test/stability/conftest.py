@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated touchpad as fixtures, and the record of hard cases, written at the end of a run."""
 import pathlib
-import sys
 
 import pytest
 
+from hard_engine import Record
+from pad_rig import Pad, shared_pad
+
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parents[1] / 'tactile_perception' / 'test' / 'helpers')]  # the latter for dome_scenes
-from hard_engine import Record  # noqa: E402
-from pad_rig import Pad, shared_pad  # noqa: E402
 
 
 @pytest.fixture(scope='session')

@@ -18,16 +18,14 @@ from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.rotations import rotation_matrix
 from tactile_perception.markers.methods import TOUCH_METHODS, make_method
 from tactile_perception.markers.touches.presses import Presses
-from tactile_perception.markers.touches.touch import TouchEstimate
 from tactile_perception.markers.view.marker_field import MarkerField, RestMarkers
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
-from tactile_perception.markers.wrench.regression import WrenchMap
 from tactile_perception.pipeline.contact_stage import ContactStage
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 
 SHIPPED = {'sheet, model': ('areal_single', 'model'), 'cushion, model': ('air_cushion', 'model')}
-FITTED = {'sheet, regression': 'regression', 'sheet, paper': 'paper', 'cushion, paper': 'paper_cushion'}
+FITTED = {'sheet, paper': 'paper', 'cushion, paper': 'paper_cushion'}
 SINGLE = MARKER_SENSORS['areal_single']
 GRID, EYE = SINGLE.grid(), np.array([0.0, 0.0, -0.062])
 DUAL_MATRIX = np.array([[420.0, 0, 320], [0, 420, 240], [0, 0, 1]])
@@ -120,17 +118,6 @@ def _field(name, *spoiled):
                      kept=0.1)
 
 
-def _pressed():
-    truth = sheet('areal_single')[0].truth[0]
-    return {'position': np.asarray(truth.position, float), 'depth': np.array(float(truth.depth))}
-
-
-def _wrench(inputs):
-    rig = sheet('areal_single')[0]
-    touch = TouchEstimate(inputs['position'], float(inputs['depth']), 1e-8 * np.eye(3), 1e-4)
-    return {'wrench': WrenchMap(rig.calibration.wrench).wrench(field_of('sheet, model'), touch)}
-
-
 @functools.cache
 def _pad_tracks():
     """Tracks of the untouched and the pressed pad, places and all, by the whole chain on images."""
@@ -207,10 +194,9 @@ def _pad(contact, spoiled='xyz'):
 
 SHEETS = {
     'sheet, model': _touch('sheet, model', 'uv', 'duv'), 'sheet, model, areas': _touch('sheet, model', 'area'),
-    'sheet, regression': _field('sheet, regression', 'shift'), 'sheet, paper': _field('sheet, paper', 'shift'),
+    'sheet, paper': _field('sheet, paper', 'shift'),
     'sheet, paper, growth': _field('sheet, paper', 'growth'),
     'cushion, model': _touch('cushion, model', 'uv', 'duv'), 'cushion, paper': _field('cushion, paper', 'shift'),
-    'sheet, wrench': Estimator(_pressed, _wrench, ('position',)), 'sheet, wrench by depth': Estimator(_pressed, _wrench, ('depth',)),
     'stitching fit': Estimator(_stitched, _fitted_sides, ('left',), tolerance=1e-6, single=1e-3),
     'pad, places': Estimator(pad_inputs, _located, ('uv', 'duv'), ('id', 'uv', 'duv', 'area', 'sigma', 'xyz'), ('xyz',), tolerance=1e-6,
                              single=1e-3),

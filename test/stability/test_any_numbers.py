@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimators on arbitrary numbers (hypothesis, derandomized): a result on the sensor, no result, or a named error; the next good frame is
 processed."""
-import pathlib
-import sys
 
 import numpy as np
 import pytest
@@ -13,7 +11,6 @@ from hypothesis import HealthCheck, given, settings  # noqa: E402
 from hypothesis import strategies as st  # noqa: E402
 from hypothesis.extra import numpy as arrays  # noqa: E402
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import hard_taxels  # noqa: E402
 from hard_psd import PERIOD, REST, finger, scene  # noqa: E402
 from hard_sheets import SHIPPED, field_of, method, pad_inputs, pad_tracks, sheet, stage_of_pad, track_inputs  # noqa: E402

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dragged tips on simulated sheets: at other frictions than the calibrated one, and through the seam of two cameras at 70 to 100 mm/s."""
 import dataclasses
-import pathlib
-import sys
 
 import numpy as np
 import pytest
@@ -11,11 +9,10 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from tactile_driver.simulation.scene.shutters import Shutters  # noqa: E402
-from tactile_driver.simulation.sensors.scenes import SCENES  # noqa: E402
+from tactile_driver.simulation.scene.shutters import Shutters
+from tactile_driver.simulation.sensors.scenes import SCENES
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from moving_rig import errors  # noqa: E402
+from moving_rig import errors
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
 

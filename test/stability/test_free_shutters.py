@@ -4,8 +4,6 @@
 
 The scene, its optics and mechanics share nothing with the estimator; the calibration is that of the same specimen at rest.
 """
-import pathlib
-import sys
 
 import numpy as np
 import pytest
@@ -13,10 +11,9 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from tactile_driver.simulation.scene.shutters import Shutters  # noqa: E402
+from tactile_driver.simulation.scene.shutters import Shutters
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from moving_rig import errors  # noqa: E402
+from moving_rig import errors
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
 SCENE = 'areal_dual_fast'

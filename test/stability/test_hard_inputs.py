@@ -2,15 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every estimator with every case of the table: bad numbers, degenerate positions, few entries, other precision, order and units."""
 import functools
-import pathlib
-import sys
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from cases import ESTIMATORS, WORDS, expectations  # noqa: E402
-from hard_engine import CASES, SAME, off, outcome_of, wanted_of  # noqa: E402
+from cases import ESTIMATORS, WORDS, expectations
+from hard_engine import CASES, SAME, off, outcome_of, wanted_of
 
 
 @functools.cache

@@ -1,31 +1,28 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Extreme images: empty, full, one dot, ten thousand dots, twice the size; and grids of two by two, for every stage that takes them."""
-import pathlib
-import sys
 
 import cv2
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-import hard_taxels  # noqa: E402
-from hard_dots import COLUMNS, ROWS, SIZE, drawn, grid  # noqa: E402
-from tactile_perception.common.dot_surface import DotSurface  # noqa: E402
-from tactile_perception.dots.detect.methods import METHODS, DotDetector  # noqa: E402
-from tactile_perception.dots.index.grid import number_grid  # noqa: E402
-from tactile_perception.dots.index.linker import Linker  # noqa: E402
-from tactile_perception.dots.index.point_set_registration import Pattern  # noqa: E402
-from tactile_perception.dots.reference.drift import Reference  # noqa: E402
-from tactile_perception.dots.tracker import DotTracker  # noqa: E402
-from tactile_perception.errors import BadArgument, BadFrame  # noqa: E402
-from tactile_perception.markers.places.sheet import SheetSurface  # noqa: E402
-from tactile_perception.taxel.array import SoftPad, TaxelArray  # noqa: E402
-from tactile_perception.taxel.estimator import TAXEL_METHODS  # noqa: E402
-from tactile_perception.touchpad.contact.published import PaperRegion  # noqa: E402
-from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions  # noqa: E402
-from tactile_perception.touchpad.membrane.solver import Membrane  # noqa: E402
+import hard_taxels
+from hard_dots import COLUMNS, ROWS, SIZE, drawn, grid
+from tactile_perception.common.dot_surface import DotSurface
+from tactile_perception.dots.detect.methods import METHODS, DotDetector
+from tactile_perception.dots.index.grid import number_grid
+from tactile_perception.dots.index.linker import Linker
+from tactile_perception.dots.index.point_set_registration import Pattern
+from tactile_perception.dots.reference.drift import Reference
+from tactile_perception.dots.tracker import DotTracker
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.markers.places.sheet import SheetSurface
+from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.estimator import TAXEL_METHODS
+from tactile_perception.touchpad.contact.published import PaperRegion
+from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions
+from tactile_perception.touchpad.membrane.solver import Membrane
 
 UV = grid(pitch=30.0)
 RNG = np.random.default_rng(1)

@@ -1,8 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Properties that hold for any input, tested on many examples (hypothesis, derandomized)."""
-import pathlib
-import sys
 from fractions import Fraction
 
 import numpy as np
@@ -13,7 +11,6 @@ from hypothesis import HealthCheck, assume, given, settings  # noqa: E402
 from hypothesis import strategies as st  # noqa: E402
 from hypothesis.extra import numpy as arrays  # noqa: E402
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from hard_dots import COLUMNS, ROWS, SIZE, bulge, grid, random_pattern  # noqa: E402
 from hard_geometry import CAMERA  # noqa: E402
 from outline_reference import signed_area  # noqa: E402

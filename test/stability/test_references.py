@@ -2,15 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rounding errors of estimators against closed forms and references computed with fifty digits (mpmath)."""
 import functools
-import pathlib
-import sys
 
 import numpy as np
 import pytest
 
 mp = pytest.importorskip('mpmath', reason='pip install mpmath')
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from hard_geometry import CAMERA, CAP, MATRIX, SIGMA, _moved, _side, cloud  # noqa: E402
 from tactile_perception.common.contour import region_outlines  # noqa: E402
 from tactile_perception.common.dot_surface import DotSurface  # noqa: E402

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sheets and cushion in hard cases with the calibrations that ship: required results, and no invented ones."""
 import dataclasses
-import pathlib
-import sys
 
 import numpy as np
 import pytest
@@ -21,8 +19,7 @@ from tactile_perception.markers.touches.touch import AT_EDGE, OUT_OF_RANGE
 from tactile_perception.markers.view.marker_field import RestMarkers
 from tactile_perception.nodes.stages.touchpad import DotMessages
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from sheet_rig import PRESSED_AT, RATE, SENSORS, Sheet, check_right, nothing  # noqa: E402
+from sheet_rig import PRESSED_AT, RATE, SENSORS, Sheet, check_right, nothing
 
 HARD = {'border': (0.0255, 0.0150, 0.003), 'corner': (0.0262, 0.0187, 0.0015), 'deep': (0.002, -0.003, 0.0155)}
 # m, largest errors of place and depth. Chosen: the dome's depth is 9 % of 34 mm off

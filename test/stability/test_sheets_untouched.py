@@ -2,16 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Untouched sheets and cushion report no contact: marker fields with the noise measured in images."""
 import dataclasses
-import pathlib
-import sys
 
 import numpy as np
 import pytest
 from tactile_perception.markers.methods import make_method
 from tactile_perception.markers.view.marker_field import RestMarkers
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from sheet_rig import PRESSED_AT, RATE, SENSORS, Sheet  # noqa: E402
+from sheet_rig import PRESSED_AT, RATE, SENSORS, Sheet
 
 FRAMES = 40  # images in which the noise is measured
 COUNT = {'areal_single': 2000, 'areal_dual': 1000, 'air_cushion': 1000}

@@ -1,28 +1,25 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Stamps that repeat, go back, are NaN or jump by 100 s; and all dots lost for a second and found again."""
-import pathlib
-import sys
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-import hard_taxels  # noqa: E402
-from hard_dots import COLUMNS, ROWS, drawn, grid, random_pattern  # noqa: E402
-from hard_geometry import _moved, cap_dots  # noqa: E402
-from hard_psd import PERIOD, REST, finger, scene  # noqa: E402
-from hard_sheets import pad_inputs, pad_tracks, sheet, stage_of_pad  # noqa: E402
-from tactile_perception.dots.index.linker import Linker  # noqa: E402
-from tactile_perception.dots.tracker import DotTracker  # noqa: E402
-from tactile_perception.errors import BadFrame  # noqa: E402
-from tactile_perception.markers.touches.touch import TouchEstimate  # noqa: E402
-from tactile_perception.markers.touches.tracker import TouchTracker  # noqa: E402
-from tactile_perception.pipeline.marker_stage import TouchStage  # noqa: E402
-from tactile_perception.touchpad.contact.published import PaperRegion  # noqa: E402
-from tactile_perception.touchpad.contact.region import ContactDots  # noqa: E402
-from tactile_perception.touchpad.contact.object_motion import MotionEstimate, ObjectMotion  # noqa: E402
-from tactile_perception.touchpad.contact.slip import SlipEstimator  # noqa: E402
+import hard_taxels
+from hard_dots import COLUMNS, ROWS, drawn, grid, random_pattern
+from hard_geometry import _moved, cap_dots
+from hard_psd import PERIOD, REST, finger, scene
+from hard_sheets import pad_inputs, pad_tracks, sheet, stage_of_pad
+from tactile_perception.dots.index.linker import Linker
+from tactile_perception.dots.tracker import DotTracker
+from tactile_perception.errors import BadFrame
+from tactile_perception.markers.touches.touch import TouchEstimate
+from tactile_perception.markers.touches.tracker import TouchTracker
+from tactile_perception.pipeline.marker_stage import TouchStage
+from tactile_perception.touchpad.contact.published import PaperRegion
+from tactile_perception.touchpad.contact.region import ContactDots
+from tactile_perception.touchpad.contact.object_motion import MotionEstimate, ObjectMotion
+from tactile_perception.touchpad.contact.slip import SlipEstimator
 
 BEGUN = 10.0  # s, stamp of the last frame before the fault
 

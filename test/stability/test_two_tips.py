@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two fingertips at once on simulated sheets, like and unlike ones of which one moves, at other frictions than the calibrated one."""
 import dataclasses
-import pathlib
-import sys
 
 import numpy as np
 import pytest
@@ -11,10 +9,9 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from tactile_driver.simulation.sensors.scenes import SCENES  # noqa: E402
+from tactile_driver.simulation.sensors.scenes import SCENES
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from moving_rig import errors_of_two  # noqa: E402
+from moving_rig import errors_of_two
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
 

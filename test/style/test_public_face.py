@@ -29,7 +29,7 @@ def test_every_name_exists_and_is_documented():
         found = getattr(tactile_perception, name)
         assert inspect.getdoc(found) and name in dir(tactile_perception), name
     with pytest.raises(AttributeError):
-        tactile_perception.detect_dot  # noqa: B018
+        tactile_perception.detect_dot
 
 
 def test_no_name_needs_ros():

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from tactile_driver.parameters.camera import CAMERA_PARAMETERS
 from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
 from tactile_driver.parameters.psd import PSD_DRIVER_PARAMETERS
-from tactile_driver.parameters.table import Parameter, to_yaml
+from tactile_driver.parameters.table import Parameter, defaults, to_yaml
 from tactile_driver.parameters.taxel import TAXEL_DRIVER_PARAMETERS
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.taxel.pad import PadSpecimen
@@ -28,9 +28,6 @@ from .table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_
 
 LICENCE = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
 _TOUCHPAD = """# Parameters of a touchpad's nodes, all with their defaults. Copy it, change the copy, and give it as params:=FILE.
-# Made by: python3 -m tactile_bringup.parameters.files FOLDER
-"""
-_SIMULATED = """# Parameters of the simulated touchpad (source:=sim): the defaults, with the geometry and the membrane of that specimen.
 # Made by: python3 -m tactile_bringup.parameters.files FOLDER
 """
 _MARKER_VIDEO = """# Any video of a regular grid of printed dots, without a model of the surface: dots, numbers and the displacement field.
@@ -56,7 +53,7 @@ _PRESSURE = """# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on 
 _MARKERS = """# Parameters of the nodes of sensor type {}. Copy it, change the copy, and give it as params:=FILE.
 # Made by: python3 -m tactile_bringup.parameters.files FOLDER
 """
-_MARKERS_SIMULATED = """# Parameters of the simulated sensor (source:=sim) of type {}.
+_SIMULATED = """# The simulated {0} (source:=sim): the parameters that differ from the nodes' defaults; {0}.yaml explains all.
 # Made by: python3 -m tactile_bringup.parameters.files FOLDER
 """
 _CAMERAS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS}
@@ -70,29 +67,30 @@ def _without(table: Sequence[Parameter], others: Sequence[Parameter] = ()) -> li
 
 
 def _text(about: str, sections: Sequence[tuple[str, Sequence[Parameter]]], changed: Mapping[str, object],
-          left_out: tuple[str, ...] = ()) -> str:
+          left_out: tuple[str, ...] = (), whole: bool = True) -> str:
     """Text of a parameter file with sections (node, table).
 
     about: comment at the top; changed: values that differ from the defaults, by name; left_out: names of nodes, and prefixes of parameter
-    names, that do not apply.
+    names, that do not apply; whole: with the values that do not differ, too.
     """
-    tables = [(node, [replace(p, default=changed.get(p.name, p.default)) for p in table if not p.name.startswith(left_out)])
+    chosen = [(node, [p for p in table if not p.name.startswith(left_out) and (whole or p.name in {**changed, 'sensor_type': ''})])
               for node, table in sections if not node.endswith(left_out)]
+    tables = [(node, [replace(p, default=changed.get(p.name, p.default)) for p in table]) for node, table in chosen if table]
     return LICENCE + about + '\n'.join(to_yaml(table, node) for node, table in tables)
 
 
-def touchpad_file(about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = ()) -> str:
+def touchpad_file(about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = (), whole: bool = True) -> str:
     """Text of a parameter file for the nodes of a touchpad; arguments as of _text."""
     left_out = ('dome.', *left_out)
     sections = [('/**', SENSOR_PARAMETERS), ('/**/camera_node', _without(CAMERA_PARAMETERS, SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', _without(DOT_PARAMETERS, SENSOR_PARAMETERS + SHEET_PARAMETERS)),
                 ('/**/contact_region_node', _without(REGION_PARAMETERS, SENSOR_PARAMETERS)),
                 ('/**/markers_node', _without(MARKERS_PARAMETERS, SENSOR_PARAMETERS))]
-    return _text(about, sections, changed, left_out)
+    return _text(about, sections, changed, left_out, whole)
 
 
-def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> str:
-    """Text of a parameter file for the nodes of a sheet or an air cushion."""
+def marker_file(about: str, sensor_type: str, changed: Mapping[str, object], whole: bool = True) -> str:
+    """Text of a parameter file for the nodes of a sheet or an air cushion; arguments as of _text."""
     sensor, kind = MARKER_SENSORS[sensor_type], MARKER_SENSOR_TYPES[sensor_type]
     size = min(sensor.pitch) / 4
     values = {'sensor_type': sensor_type, 'rows': sensor.rows, 'columns': sensor.columns, 'pitch': list(sensor.pitch),
@@ -106,23 +104,23 @@ def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> 
     sections = [('/**', MARKER_SENSOR_PARAMETERS), (f'/**/{driver}', _without(_CAMERAS[driver], MARKER_SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', own), ('/**/contact_point_node', _without(POINT_PARAMETERS, MARKER_SENSOR_PARAMETERS)),
                 ('/**/markers_node', _without(MARKERS_PARAMETERS, MARKER_SENSOR_PARAMETERS))]
-    return _text(about, sections, values, ('cap.',))
+    return _text(about, sections, values, ('cap.',), whole)
 
 
-def finger_file(about: str) -> str:
-    """Text of a parameter file for the nodes of a PSD finger."""
+def finger_file(about: str, whole: bool = True) -> str:
+    """Text of a parameter file for the nodes of a PSD finger; arguments as of _text."""
     sections = [('/**', PSD_SENSOR_PARAMETERS), ('/**/psd_node', _without(PSD_DRIVER_PARAMETERS, PSD_SENSOR_PARAMETERS)),
                 ('/**/psd_contact_node', _without(PSD_PARAMETERS, PSD_SENSOR_PARAMETERS)),
                 ('/**/finger_markers_node', _without(FINGER_MARKERS_PARAMETERS, PSD_SENSOR_PARAMETERS))]
-    return _text(about, sections, {})
+    return _text(about, sections, {}, whole=whole)
 
 
-def array_file(about: str, changed: Mapping[str, object]) -> str:
-    """Text of a parameter file for the nodes of a taxel array."""
+def array_file(about: str, changed: Mapping[str, object], whole: bool = True) -> str:
+    """Text of a parameter file for the nodes of a taxel array; arguments as of _text."""
     sections = [('/**', TAXEL_SENSOR_PARAMETERS), ('/**/taxel_array_node', _without(TAXEL_DRIVER_PARAMETERS, TAXEL_SENSOR_PARAMETERS)),
                 ('/**/taxel_contact_node', _without(TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS)),
                 ('/**/taxel_markers_node', _without(TAXEL_MARKERS_PARAMETERS, TAXEL_SENSOR_PARAMETERS))]
-    return _text(about, sections, changed)
+    return _text(about, sections, changed, whole=whole)
 
 
 def simulated_pad() -> dict[str, object]:
@@ -156,7 +154,7 @@ def simulated_markers(sensor_type: str) -> dict[str, object]:
     """Properties that a user would measure on the simulated sheet or cushion, by parameter name, with its scene and pressing tip."""
     scene = {'scene': f'{sensor_type}_demo', 'tip_radius': MARKER_SENSOR_TYPES[sensor_type].tip_radius}
     if SENSOR_TYPES[sensor_type].stitched:  # the calibration holds the camera poses
-        return scene
+        return {**scene, 'camera.translation': defaults(MARKER_SENSOR_PARAMETERS)['camera.translation']}
     camera = open_scene(f'{sensor_type}_rest').camera
     return {**scene, 'camera.translation': [round(float(x), 7) for x in camera.translation],
             'camera.rotation': [round(float(x), 6) for x in Rotation.from_matrix(camera.rotation).as_rotvec()]}
@@ -167,11 +165,11 @@ def parameter_files() -> dict[str, str]:
     files = {}
     for sensor_type in MARKER_SENSORS:
         files[f'{sensor_type}.yaml'] = marker_file(_MARKERS.format(sensor_type), sensor_type, {})
-        files[f'{sensor_type}_sim.yaml'] = marker_file(_MARKERS_SIMULATED.format(sensor_type), sensor_type, simulated_markers(sensor_type))
+        files[f'{sensor_type}_sim.yaml'] = marker_file(_SIMULATED.format(sensor_type), sensor_type, simulated_markers(sensor_type), False)
     return files | _touchpad_files() | {'psd_finger.yaml': finger_file(_MARKERS.format('psd_finger')),
-                                        'psd_finger_sim.yaml': finger_file(_MARKERS_SIMULATED.format('psd_finger')),
+                                        'psd_finger_sim.yaml': finger_file(_SIMULATED.format('psd_finger'), False),
                                         'taxel_array.yaml': array_file(_MARKERS.format('taxel_array'), {}),
-                                        'taxel_array_sim.yaml': array_file(_MARKERS_SIMULATED.format('taxel_array'), simulated_pad()),
+                                        'taxel_array_sim.yaml': array_file(_SIMULATED.format('taxel_array'), simulated_pad(), False),
                                         'pressure_array_14x6.yaml': array_file(_PRESSURE, _PRESSURE_ARRAY)}
 
 
@@ -184,7 +182,7 @@ def _touchpad_files() -> dict[str, str]:
     worn = {**pins, 'sensor_type': 'worn_markers', 'detection': 'discs', 'numbering': 'tracks'}
     return {'touchpad.yaml': touchpad_file(_TOUCHPAD, {}), 'marker_gel.yaml': touchpad_file(_GEL, gel, surface_only),
             'pin_dome.yaml': touchpad_file(_PINS, pins, surface_only), 'worn_markers.yaml': touchpad_file(_WORN, worn, surface_only),
-            'touchpad_sim.yaml': touchpad_file(_SIMULATED, simulated_specimen()),
+            'touchpad_sim.yaml': touchpad_file(_SIMULATED.format('touchpad'), simulated_specimen(), whole=False),
             'marker_video.yaml': touchpad_file(_MARKER_VIDEO, video, surface_only)}
 
 

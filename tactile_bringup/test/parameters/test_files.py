@@ -5,12 +5,15 @@ from pathlib import Path
 import pytest
 import yaml
 from tactile_driver.parameters.camera import CAMERA_PARAMETERS
+from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
 from tactile_driver.parameters.psd import PSD_DRIVER_PARAMETERS
 from tactile_driver.parameters.table import defaults
+from tactile_driver.parameters.taxel import TAXEL_DRIVER_PARAMETERS
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor
 from tactile_perception.parameters.psd import PSD_PARAMETERS
+from tactile_perception.parameters.taxel import TAXEL_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS, SHEET_PARAMETERS
 
 from tactile_bringup.parameters.files import parameter_files
@@ -63,6 +66,22 @@ def test_the_files_of_marker_sensors_describe_the_sensor_to_every_node(name):
     assert (dots['polarity'], dots['detection']) == ('bright', 'blobs')
     assert marker_sensor(point) == MARKER_SENSORS[name]
     assert dots['surface'] == ('sheet' if MARKER_SENSORS[name].is_sheet else 'dome')
+
+
+MARKER_NODES = {**NODES, 'contact_point_node': POINT_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS}
+MEASURED = {'camera.rotation', 'camera.translation', 'scene', 'tip_radius', 'membrane.shear_stiffness', 'membrane.rest_pressure',
+            'pad.stiffness', 'pad.shear_modulus', 'pad.friction'}
+
+
+@pytest.mark.parametrize(('sensor', 'nodes'), [
+    ('touchpad', NODES), *((name, {node: MARKER_NODES[node] for node in MARKER_NODES if node != 'contact_region_node'}) for name in
+                           MARKER_SENSORS),
+    ('psd_finger', {'psd_node': PSD_DRIVER_PARAMETERS, 'psd_contact_node': PSD_PARAMETERS}),
+    ('taxel_array', {'taxel_array_node': TAXEL_DRIVER_PARAMETERS, 'taxel_contact_node': TAXEL_PARAMETERS})])
+def test_the_short_file_of_a_simulated_sensor_differs_in_what_was_measured_on_it(sensor, nodes):
+    for node, table in nodes.items():
+        whole, short = (read_parameters(FOLDER / f'{sensor}{part}.yaml', node, table) for part in ('', '_sim'))
+        assert {name for name in whole if whole[name] != short[name]} <= MEASURED
 
 
 @pytest.mark.parametrize(('node', 'table'), [('psd_node', PSD_DRIVER_PARAMETERS), ('psd_contact_node', PSD_PARAMETERS),

@@ -16,7 +16,7 @@ from tactile_perception.calibration.files.markers import read_touch  # noqa: E40
 from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 from tactile_perception.tools.process_bag import main as process_bag  # noqa: E402
 
-LARGEST = 3_500_000  # bytes of a file that ships
+LARGEST = 1_500_000  # bytes of a file that ships
 # sensor: errors (m) of place and depth in the median over the frames of one press
 SENSORS = {'areal_single': (0.5e-3, 0.2e-3), 'areal_dual': (0.6e-3, 0.1e-3), 'air_cushion': (3e-3, 3e-3)}
 
@@ -50,15 +50,15 @@ def test_the_calibration_that_ships_tells_where_a_press_is(sensor, tmp_path):
 @pytest.mark.parametrize('sensor', SENSORS)
 def test_it_is_small_and_holds_the_best_method(sensor):
     found = read_touch(shipped(sensor), sensor)
-    assert shipped(sensor).stat().st_size < LARGEST
-    assert list(found.methods) == [found.best] and found.wrench is not None and len(found.file.residuals) > 2
+    assert shipped(sensor).with_suffix('.npz').stat().st_size < LARGEST and len(shipped(sensor).read_text().splitlines()) <= 200
+    assert list(found.methods) == [found.best] and np.isfinite(found.stiffness) and len(found.file.residuals) > 2
 
 
 def numbers_of(value):
-    """All numbers in nested dictionaries and lists."""
+    """All numbers in nested dictionaries, lists and arrays."""
     if isinstance(value, dict):
         value = list(value.values())
-    return [number for part in value for number in numbers_of(part)] if isinstance(value, list) else [float(value)]
+    return [number for part in value for number in numbers_of(part)] if isinstance(value, list) else list(np.ravel(value).astype(float))
 
 
 @pytest.mark.slow

@@ -10,25 +10,9 @@ from .dome_model.method import DomeModelMethod
 from .mechanics.method import SheetModelMethod
 from .published.dome import PaperCushion
 from .published.sheet import PaperTouch
-from .regression.dome import DomeRegression
-from .regression.sheet import SheetRegression
 from .touches.presses import Presses
 from .touches.touch import TouchMethod
 from .view.sensor import MarkerSensor
-
-
-class RegressionTouch:
-    """The regression for the sensor's shape; raises BadCalibration for too few presses or an unreadable calibration."""
-
-    @staticmethod
-    def fit(presses: Presses, sensor: MarkerSensor) -> dict:
-        """Parameters for the calibration file."""
-        return (SheetRegression if sensor.is_sheet else DomeRegression).fit(presses, sensor)
-
-    @staticmethod
-    def from_fitted(fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
-        """From the calibration file."""
-        return (SheetRegression if sensor.is_sheet else DomeRegression).from_fitted(fitted, sensor)
 
 
 class ModelTouch:
@@ -54,8 +38,7 @@ class ModelTouch:
         return ModelTouch._of(sensor).from_fitted(fitted, sensor)
 
 
-TOUCH_METHODS: dict[str, type] = {'paper': PaperTouch, 'paper_cushion': PaperCushion, 'regression': RegressionTouch,
-                                  'model': ModelTouch}
+TOUCH_METHODS: dict[str, type] = {'paper': PaperTouch, 'paper_cushion': PaperCushion, 'model': ModelTouch}
 _FOR_SHEETS = {'paper': True, 'paper_cushion': False}  # methods for one kind of surface: True sheets, False domes
 
 
@@ -69,9 +52,3 @@ def make_method(name: str, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod
     if name not in TOUCH_METHODS:
         raise BadArgument(f'unknown touch method {name!r}; choose one of {", ".join(sorted(TOUCH_METHODS))}')
     return TOUCH_METHODS[name].from_fitted(fitted, sensor)
-
-
-def sheet_model(name: str, methods: Mapping, sensor: MarkerSensor) -> TouchMethod | None:
-    """The model of a sheet, which also tells the wrench of the regression's touches; None for another method of that name (published
-    ones stand for themselves), where methods, fitted numbers by name, hold no model, and for a dome."""
-    return make_method('model', methods['model'], sensor) if sensor.is_sheet and name == 'regression' and 'model' in methods else None

@@ -16,13 +16,12 @@ from ..common.dot_grid import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..dots.reference.calibrated_rest import CalibratedRest
 from ..errors import BadFrame
-from ..markers.methods import make_method, sheet_model
+from ..markers.methods import make_method
 from ..markers.touches.region import region_of
 from ..markers.touches.touch import TouchEstimate
 from ..markers.touches.tracker import Touch, TouchTracker
 from ..markers.view.marker_field import MarkerField, MarkerView, RestMarkers
 from ..markers.view.sensor import MarkerSensor, rest_points
-from ..markers.wrench.regression import WrenchMap
 from ..parameters.markers import AUTO
 
 _NO_DOTS = np.zeros(0, bool)
@@ -51,7 +50,7 @@ class TouchStage:
         name = calibration.best if values['touch'] == AUTO else values['touch']
         self._sensor, self._tip_radius = sensor, values['tip_radius']
         self._method = make_method(name, calibration.fitted(name), sensor)
-        self._wrench = WrenchMap(calibration.wrench, sheet_model(name, calibration.methods, sensor)) if calibration.wrench else None
+        self._stiffness = calibration.stiffness
         count = sensor.rows * sensor.columns if calibration.pattern is None else len(calibration.pattern)
         known = None if calibration.rest is None else CalibratedRest(calibration.rest)
         self._rest = RestMarkers(count, make_view if known is None else partial(_checked, make_view, known))
@@ -65,7 +64,7 @@ class TouchStage:
         self._tracker.check(stamp_s)
         field = self._rest.field(tracks)
         estimates = self._method.estimate(field)
-        touches, wrench = self._tracker.process(estimates, stamp_s), self._wrench_of(field, estimates)
+        touches, wrench = self._tracker.process(estimates, stamp_s), self._wrench_of(estimates)
         force = -float(wrench[2]) if len(touches) == 1 else np.nan
         contacts = [self._contact(touch, force) for touch in touches]
         region = region_of([touch.estimate for touch in touches], field, self._sensor, self._tip_radius)
@@ -79,11 +78,9 @@ class TouchStage:
         rest = rest_points(field.rest, field.eye, self._sensor)
         return dot_points(shape if shape[0] * shape[1] == count else (1, count), xyz, rest, state, None)
 
-    def _wrench_of(self, field: MarkerField, estimates: list[TouchEstimate]) -> np.ndarray:
-        """(6,) N and N m; NaN without contact, and for several contacts, for which the map was not calibrated."""
-        if self._wrench is None or len(estimates) != 1:
-            return np.full(6, np.nan)
-        return self._wrench.wrench(field, estimates[0])
+    def _wrench_of(self, estimates: list[TouchEstimate]) -> np.ndarray:
+        """(6,) N and N m; NaN without contact, for several contacts, and where the method or the calibration does not give it."""
+        return self._stiffness * estimates[0].wrench if len(estimates) == 1 else np.full(6, np.nan)
 
     def _contact(self, touch: Touch, force: float) -> ContactEstimate:
         found = touch.estimate

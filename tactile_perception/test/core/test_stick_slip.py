@@ -1,13 +1,17 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""States of dots, frame by frame, against NumPy with stacked equations."""
+"""States of dots, frame by frame: what was found when the compiled tracker agreed with one in NumPy, and what holds of any frames.
+
+python3 FILE writes the kept results anew.
+"""
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
-import stick_slip_reference as reference
 from tactile_perception.touchpad.contact.stick_slip import StickSlipTracker
 
+KEPT = Path(__file__).resolve().parents[1] / 'data' / 'stick_slip.npz'
 ORIGIN, SIDE = np.array([0.0, 0.0, -0.04]), 17
 ROW, COLUMN = np.divmod(np.arange(SIDE**2), SIDE)
 
@@ -42,15 +46,40 @@ def frames(seed):
         yield Loads(xyz + noise, rng.random(SIDE**2) < 0.98, normal, force + rng.normal(size=force.shape) * 2e-4), score
 
 
-@pytest.mark.parametrize('seed', range(12))
-def test_states_and_what_is_learnt_are_the_references(seed):
-    ours, theirs = StickSlipTracker(SIDE, SIDE, ORIGIN), reference.StickSlipTracker(SIDE, SIDE, ORIGIN)
-    kinds = set()
+def followed(seed, turn=0.0):
+    """States (frames, K) uint8, and noise, depth noise and friction (frames, 3) after each frame; turn: rad, of all about the sensor's
+    axis."""
+    rotation = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    tracker, states, numbers = StickSlipTracker(SIDE, SIDE, ORIGIN), [], []
     for loads, score in frames(seed):
-        found, expected = ours.update(loads, score), theirs.update(loads, score)
-        np.testing.assert_array_equal(found, expected)
-        kinds |= set(found.tolist())
-        assert ours.noise == pytest.approx(theirs.noise, rel=1e-9)
-        assert ours.depth_noise == pytest.approx(theirs.depth_noise, rel=1e-6)
-        assert ours.friction == pytest.approx(theirs.friction, rel=1e-6, nan_ok=True)
-    assert kinds == {0, 1, 2}
+        turned = [np.ascontiguousarray(part @ rotation.T) for part in (loads.xyz, loads.normal, loads.force)]
+        states.append(tracker.update(Loads(turned[0], loads.seen, *turned[1:]), score))
+        numbers.append([tracker.noise, tracker.depth_noise, tracker.friction])
+    return np.array(states), np.array(numbers)
+
+
+@pytest.mark.parametrize('seed', range(12))
+def test_states_and_what_is_learnt_are_as_they_were(seed):
+    states, numbers = followed(seed)
+    with np.load(KEPT) as kept:
+        assert np.mean(states != kept['states'][seed]) < 1e-3, 'a dot in a thousand may be about to slip on another processor'
+        np.testing.assert_allclose(numbers, kept['numbers'][seed], rtol=1e-3)
+    assert set(np.unique(states)) == {0, 1, 2}
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_only_dots_in_contact_have_states(seed):
+    scores = np.array([score for _, score in frames(seed)])
+    assert np.array_equal(followed(seed)[0] > 0, scores > 0.5)
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_states_do_not_depend_on_how_the_axes_are_turned(seed):
+    (states, numbers), (turned, turned_numbers) = followed(seed), followed(seed, 0.7)
+    assert np.mean(states != turned) < 1e-3
+    np.testing.assert_allclose(turned_numbers, numbers, rtol=1e-3)
+
+
+if __name__ == '__main__':
+    found = [followed(seed) for seed in range(12)]
+    np.savez_compressed(KEPT, states=np.array([states for states, _ in found]), numbers=np.array([numbers for _, numbers in found]))

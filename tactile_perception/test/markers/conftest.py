@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fields of a sheet seen from 62 mm, dented into a plain Gaussian bell or as a clamped membrane under a round load: what tests press."""
+"""Fields of a sheet seen from 62 mm, dented into a plain Gaussian bell: what tests press."""
 import numpy as np
 import pytest
 from tactile_perception.markers.touches.presses import Presses
@@ -15,22 +15,12 @@ def _gaussian(xy, place, depth, width=WIDTH):
     return depth * np.exp(-np.sum((xy - place) ** 2, axis=1) / (2 * width**2))
 
 
-def _membrane(xy, place, depth, load=2.5e-3):
-    """Sine series of a membrane clamped at 60 by 45 mm under a round load, as deep as depth at place."""
-    n, sides = np.arange(1, 61), np.array([0.060, 0.045])
-    waves = [np.sin(np.pi * n * (np.vstack([xy, place])[:, k, None] / sides[k] + 0.5)) for k in (0, 1)]
-    stiff = (n[:, None] / sides[0]) ** 2 + (n / sides[1]) ** 2
-    height = np.outer(waves[0][-1], waves[1][-1]) * np.exp(-stiff * (np.pi * load) ** 2 / 2) / stiff
-    w = np.einsum('ki,ij,kj->k', waves[0], height, waves[1])
-    return depth * w[:-1] / w[-1]
-
-
-def _field(place, depth, shape=_gaussian, noise=NOISE, seed=0):
+def _field(place, depth, noise=NOISE, seed=0):
     """The MarkerField of one press at place (2,) m of that depth, m."""
     rng = np.random.default_rng([seed, *(int(abs(v) * 1e7) for v in (*place, depth))])
 
     def zoom(xy):
-        return EYE / (EYE - shape(xy, place, depth))
+        return EYE / (EYE - _gaussian(xy, place, depth))
     h = 1e-6
     scale, out = zoom(GRID), np.maximum(np.hypot(*GRID.T), 1e-9)
     slope = (zoom(GRID * (1 + h / out)[:, None]) - scale) / h * out
@@ -41,13 +31,13 @@ def _field(place, depth, shape=_gaussian, noise=NOISE, seed=0):
     return MarkerField(GRID, shift, growth, eye, sigma, GRID * px, shift * px, 400 * np.exp(growth))
 
 
-def _presses(places=None, depths=(1.5e-3, 3e-3, 4.5e-3, 6e-3), seed=1, shape=_gaussian):
+def _presses(places=None, depths=(1.5e-3, 3e-3, 4.5e-3, 6e-3), seed=1):
     """Three untouched frames, then presses; by default at nine places."""
     if places is None:
         places = [(x, y) for y in (-9e-3, 0, 9e-3) for x in (-18e-3, 0, 18e-3)]
     pressed = [(np.array(place), depth) for place in places for depth in depths]
     fields = [_field((0, 0), 0.0, seed=seed + k) for k in range(3)] + [
-        _field(place, depth, shape, seed=seed) for place, depth in pressed]
+        _field(place, depth, seed=seed) for place, depth in pressed]
     position = np.array([[np.nan] * 3] * 3 + [[*place, -depth] for place, depth in pressed])
     count = len(fields)
     return Presses(tuple(fields), position, np.array([0.0] * 3 + [depth for _, depth in pressed]), np.arange(count),
@@ -64,9 +54,3 @@ def bell_field():
 def bell_presses():
     """The function that makes Presses."""
     return _presses
-
-
-@pytest.fixture(scope='session')
-def membrane():
-    """The shape of a clamped membrane, for both."""
-    return _membrane

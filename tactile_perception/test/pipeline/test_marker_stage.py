@@ -14,7 +14,6 @@ from tactile_perception.markers.touches.touch import AT_EDGE, TouchEstimate
 from tactile_perception.markers.view.marker_field import StitchedView
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
 from tactile_perception.parameters.markers import POINT_PARAMETERS
-from tactile_perception.pipeline import marker_stage
 from tactile_perception.pipeline.marker_stage import TouchStage
 
 SENSOR = MARKER_SENSORS['areal_single']
@@ -32,25 +31,15 @@ class Tells:
 
     def estimate(self, field):
         moved = np.flatnonzero(field.shift[:, 0] > 4e-4)
-        return [TouchEstimate(np.array([4e-3 * k, 0.0, -2e-3]), 2e-3, 1e-8 * np.eye(3), 1e-4, flags=AT_EDGE) for k in moved]
-
-
-class Pushes:
-    """A wrench map that always tells the same."""
-
-    def __init__(self, numbers, model):
-        assert numbers == {'a': 1} and model is None
-
-    def wrench(self, *_about):
-        return WRENCH
+        return [TouchEstimate(np.array([4e-3 * k, 0.0, -2e-3]), 2e-3, 1e-8 * np.eye(3), 1e-4, flags=AT_EDGE, wrench=WRENCH / 50)
+                for k in moved]
 
 
 @pytest.fixture
 def make_stage(monkeypatch):
-    def make(wrench=None, best='tells', rest=None, **changes):
+    def make(stiffness=np.nan, best='tells', rest=None, **changes):
         monkeypatch.setitem(TOUCH_METHODS, 'tells', Tells)
-        monkeypatch.setattr(marker_stage, 'WrenchMap', Pushes)
-        calibration = TouchCalibration({'tells': {}}, wrench, None, best, CalibrationFile('areal_single', {}, {}, {}, {}), rest=rest)
+        calibration = TouchCalibration({'tells': {}}, stiffness, None, best, CalibrationFile('areal_single', {}, {}, {}, {}), rest=rest)
         return TouchStage(SENSOR, lambda uv: VIEW, {**defaults(POINT_PARAMETERS), 'filter': False, **changes}, calibration)
     return make
 
@@ -62,7 +51,7 @@ def tracks(*pressed, columns=13):
 
 
 def test_touches_region_and_wrench(make_stage):
-    stage = make_stage({'a': 1})
+    stage = make_stage(50.0)
     nothing = stage.process(tracks(), 1.0)
     assert nothing.contacts == [] and nothing.region.area == 0 and np.isnan(nothing.wrench).all()
     result = stage.process(tracks(2), 1.1)
@@ -75,12 +64,12 @@ def test_touches_region_and_wrench(make_stage):
 
 
 def test_of_two_touches_neither_force_is_known(make_stage):
-    stage = make_stage({'a': 1})
+    stage = make_stage(50.0)
     contacts = stage.process(tracks(0, 3), 1.0).contacts
     assert len({contact.id for contact in contacts}) == 2 and np.isnan([contact.force for contact in contacts]).all()
 
 
-def test_without_a_wrench_map_it_is_unknown(make_stage):
+def test_without_a_stiffness_the_wrench_is_unknown(make_stage):
     result = make_stage().process(tracks(1), 1.0)
     assert np.isnan(result.wrench).all() and np.isnan(result.contacts[0].force)
 
@@ -111,7 +100,7 @@ def test_markers_that_were_touched_when_their_places_were_taken_tell_nothing(mak
 
 
 def test_points_are_the_markers_as_tracked_and_no_force_is_known(make_stage):
-    stage, seen = make_stage({'a': 1}), tracks(2)
+    stage, seen = make_stage(50.0), tracks(2)
     seen.xyz = np.column_stack([SENSOR.grid(), np.full(117, -1e-3)])
     keep = np.arange(117) != 5
     points = stage.process(seen.take(keep), 1.0).points()

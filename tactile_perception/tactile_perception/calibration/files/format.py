@@ -1,22 +1,24 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Calibration files: YAML with version, date, sensor, parameters of the sensor, units, fitted values, cross-validation residuals,
-calibrated range, outliers, and what was left out.
+calibrated range, outliers, and what was left out; fitted arrays are in an .npz file of the same name beside it.
 """
 from __future__ import annotations
 
 import datetime
 import hashlib
+import io
 import json
 import logging
 import math
 import os
-import re
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+import numpy as np
 import yaml
 
 from ...errors import BadCalibration
@@ -25,7 +27,7 @@ from ...markers.view.sensor import MARKER_SENSORS
 FORMAT, VERSION = 'tactile calibration', 2
 SECTIONS = {'sensor': str, 'serial': str, 'date': str, 'software': str, 'parameters': dict, 'units': dict, 'fitted': dict,
             'residuals': dict, 'calibrated_range': dict, 'outliers': list, 'left_out': list}
-_SINCE_2 = {'serial': '', 'software': '', 'parameters': {}, 'outliers': []}  # sections that files of version 1 lack
+ARRAYS = 'arrays'  # section of a file with fitted arrays: name of the .npz file beside it, and its SHA-256
 AGAIN = 'run `ros2 run tactile_perception calibrate` again'
 _DIGITS = 7  # significant digits of each number written, chosen
 _LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # measured: libyaml takes a tenth of the time, also to write
@@ -68,8 +70,8 @@ class CalibrationFile:
 
     sensor: type as in the sensor's launch file (touchpad ...); date: UTC; serial: of the device, '' when unknown; software: version that
     wrote the file; parameters: values by name of those that the calibration depends on, {} when unknown; units: by name; fitted: numbers,
-    lists of numbers or dictionaries of them; residuals: numbers by name, NaN when unknown; calibrated_range: [lowest, highest] by name;
-    outliers, left_out: one line each.
+    arrays, lists or dictionaries of them, with NaN in arrays only; residuals: numbers by name, NaN when unknown; calibrated_range:
+    [lowest, highest] by name; outliers, left_out: one line each.
     """
 
     sensor: str
@@ -103,17 +105,79 @@ def parameter_hash(parameters: Mapping) -> str:
 
 
 def write_calibration(path: str | Path, content: CalibrationFile) -> None:
-    """Write content to path atomically: to a temporary file beside it, which is then renamed.
+    """Write content to path, and its arrays to the .npz file of the same name, each atomically: to a temporary file that is then renamed.
+    The same content gives the same bytes.
 
-    Raises BadCalibration for a fitted number that is not finite, OSError when the file cannot be written.
+    Raises BadCalibration for a fitted number that is not finite, OSError when a file cannot be written.
     """
     path = Path(path)
     check_numbers(content.fitted, 'fitted', path)
-    page = {'format': f'{FORMAT} {VERSION}'} | {name: _rounded(getattr(content, name)) for name in SECTIONS} | {'complete': True}
+    arrays: dict[str, np.ndarray] = {}
+    page = {'format': f'{FORMAT} {VERSION}'} | {name: getattr(content, name) for name in SECTIONS} | {'complete': True}
+    page['fitted'] = _without_arrays(content.fitted, '', arrays)
+    page = _rounded(page)
     page['parameters'] = {'hash': parameter_hash(content.parameters), 'values': _rounded(content.parameters)}
+    if arrays:
+        file = io.BytesIO()
+        np.savez_compressed(file, **arrays)
+        page[ARRAYS] = {'file': path.with_suffix('.npz').name, 'sha256': hashlib.sha256(file.getvalue()).hexdigest()}
+        _replace(path.with_suffix('.npz'), file.getvalue())
+    _replace(path, yaml.dump(page, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120).encode())
+
+
+def _replace(path: Path, content: bytes) -> None:
     partial = path.with_name(path.name + '.partial')
-    partial.write_text(yaml.dump(page, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120), encoding='utf-8')
+    partial.write_bytes(content)
     os.replace(partial, path)
+
+
+def _described(array: np.ndarray) -> str:
+    return f'array {" x ".join(map(str, array.shape))} {array.dtype}'
+
+
+def _without_arrays(value, name: str, arrays: dict[str, np.ndarray]):
+    """value with a description of each array in its place; the arrays are added to arrays, by their place in value."""
+    if isinstance(value, np.ndarray):
+        arrays[name] = value
+        return _described(value)
+    if isinstance(value, Mapping):
+        return {key: _without_arrays(part, f'{name}.{key}'.lstrip('.'), arrays) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_without_arrays(part, f'{name}.{index}', arrays) for index, part in enumerate(value)]
+    return value
+
+
+def _with_arrays(value, name: str, arrays: Mapping[str, np.ndarray], path: Path):
+    """Inverse of _without_arrays. Raises BadCalibration for an array that is missing or another."""
+    if isinstance(value, str) and value.startswith('array '):
+        if name not in arrays or _described(arrays[name]) != value:
+            raise BadCalibration(f'{path}: fitted.{name}: the .npz file has no such {value}; {AGAIN}')
+        return arrays[name]
+    if isinstance(value, dict):
+        return {key: _with_arrays(part, f'{name}.{key}'.lstrip('.'), arrays, path) for key, part in value.items()}
+    if isinstance(value, list):
+        return [_with_arrays(part, f'{name}.{index}', arrays, path) for index, part in enumerate(value)]
+    return value
+
+
+def _arrays(section: object, path: Path) -> dict[str, np.ndarray]:
+    """Arrays by name from the .npz file that the section names. Raises BadCalibration for a file that is missing, damaged or another."""
+    if section is None:
+        return {}
+    if not isinstance(section, dict) or Path(str(section.get('file'))).name != section.get('file'):
+        raise BadCalibration(f'{path}: {ARRAYS}: names no file beside this one; {AGAIN}')
+    try:
+        content = (path.parent / section['file']).read_bytes()
+    except OSError as error:
+        raise BadCalibration(f'{path}: {section["file"]}, which belongs beside it, cannot be read ({error.strerror}); copy both files, or '
+                             f'{AGAIN}') from None
+    if hashlib.sha256(content).hexdigest() != section.get('sha256'):
+        raise BadCalibration(f'{path}: {section["file"]} is damaged or of another calibration; copy both files of one, or {AGAIN}')
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as found:
+            return dict(found)
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        raise BadCalibration(f'{path}: {section["file"]} cannot be read ({error}); {AGAIN}') from None
 
 
 def _rounded(value):
@@ -129,34 +193,25 @@ def read_calibration(path: str | Path, sensor: str, values: Mapping | None = Non
     """Read the calibration file of a sensor type at path; values: the current parameters.
 
     With values, a difference from the parameters in the file is logged as a warning. Raises BadCalibration, saying what is wrong and
-    what to do, for a file that is missing, truncated, no calibration, of a later version or of another sensor type, or that holds a
-    fitted number that is not finite.
+    what to do, for a file that is missing, truncated, no calibration, of another version or of another sensor type, whose .npz file is
+    missing or damaged, or that holds a fitted number that is not finite.
     """
     path = Path(path)
     page = _parse(path)
-    _take_version(page, path)
+    if page.get('format') != f'{FORMAT} {VERSION}':
+        raise BadCalibration(f'{path}: format is {page.get("format")!r}, this software reads {FORMAT + " " + str(VERSION)!r}; {AGAIN}')
     missing = [name for name, kind in SECTIONS.items() if not isinstance(page.get(name), kind)]
     if missing or page.get('complete') is not True:
         raise BadCalibration(f'{path}: truncated or edited: no usable {", ".join(missing or ["end mark"])}; {AGAIN}')
     if page['sensor'] != sensor:
         raise BadCalibration(f'{path}: for sensor type {page["sensor"]!r}, this is {sensor!r}; give this sensor\'s own file')
+    page['fitted'] = _with_arrays(page['fitted'], '', _arrays(page.get(ARRAYS), path), path)
     check_numbers(page['fitted'], 'fitted', path)
     page['parameters'] = _parameters(page['parameters'], path)
     found = CalibrationFile(**{name: page[name] for name in SECTIONS})
     if values is not None:
         _compare(found, values, path)
     return found
-
-
-def _take_version(page: dict, path: Path) -> None:
-    """Convert a page of an earlier version to the current one. Raises BadCalibration for a later version and for another format."""
-    told = re.fullmatch(FORMAT + r' (\d+)', str(page.get('format')))
-    if told is None:
-        raise BadCalibration(f'{path}: format is {page.get("format")!r}, not {FORMAT!r}: no calibration file of this software; {AGAIN}')
-    if int(told[1]) > VERSION:
-        raise BadCalibration(f'{path}: version {told[1]} of the format, this software reads up to {VERSION}: update it, or {AGAIN}')
-    if int(told[1]) == 1:
-        page.update({name: page.get(name, type(value)(value)) for name, value in _SINCE_2.items()})
 
 
 def _parameters(section: dict, path: Path) -> dict:
@@ -196,8 +251,11 @@ def _parse(path: Path) -> dict:
 
 
 def check_numbers(value, name: str, path: str | Path) -> None:
-    """Raise BadCalibration that names the first element of value that is not a finite number."""
-    if isinstance(value, dict):
+    """Raise BadCalibration that names the first element of value that is not a finite number, or the first array with an infinite one."""
+    if isinstance(value, np.ndarray):
+        if value.dtype.kind not in 'fiu' or np.isinf(value).any():
+            raise BadCalibration(f'{path}: {name} has numbers that are not finite; {AGAIN}')
+    elif isinstance(value, dict):
         for key, part in value.items():
             check_numbers(part, f'{name}.{key}', path)
     elif isinstance(value, (list, tuple)):

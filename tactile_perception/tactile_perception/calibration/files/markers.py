@@ -15,10 +15,8 @@ from ...markers.touches.cross_validation import Score
 
 UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'moment': 'N m', 'stitching': 'm and px', 'pattern': 'px',
          'rest': 'px', 'residuals': 'm; normalised squared error and errors of the wrench 1'}
-WRENCH, STITCHING, METHODS, PATTERN, REST = 'wrench', 'stitching', 'methods', 'pattern', 'rest'
+WRENCH, STIFFNESS, STITCHING, METHODS, PATTERN, REST = 'wrench', 'stiffness', 'stitching', 'methods', 'pattern', 'rest'
 _PLACE, _DEPTH = 'place_median', 'depth_median'
-_EACH_MARKER = ('rest', 'eye', 'reach')  # lists with one entry per marker; NaN for a marker that was never seen
-_ABSENT, _VALUES = 'never_seen', 'values'
 _AHEAD = {'model': 2.0}  # chosen: a method is preferred unless its errors are larger by more than this factor
 
 
@@ -26,14 +24,14 @@ _AHEAD = {'model': 2.0}  # chosen: a method is preferred unless its errors are l
 class TouchCalibration:
     """Calibration read from a file.
 
-    methods: fitted numbers by method; wrench, stitching: fitted numbers, None without them; best: method with the smallest cross-validation
-    error, '' for a file with a stitching only; file: the whole content
+    methods: fitted numbers by method; stiffness: N/m, of the skin, NaN without recorded wrenches; stitching: fitted numbers, None without
+    them; best: method with the smallest cross-validation error, '' for a file with a stitching only; file: the whole content
     pattern: (K, 2) px, untouched positions of markers that form no grid, by which they are identified; None for a grid
     rest: (K, 2) px, untouched positions of all markers, NaN for one never seen; None for a file without them
     """
 
     methods: dict
-    wrench: dict | None
+    stiffness: float
     stitching: dict | None
     best: str
     file: CalibrationFile
@@ -58,7 +56,7 @@ def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, S
     Raises BadCalibration or OSError as write_calibration does.
     """
     residuals = {name: score.numbers() for name, score in scores.items()} | {WRENCH: wrench_errors}
-    write_calibration(path, CalibrationFile(sensor, UNITS, _packed(fitted), residuals, span, left_out, serial=specimen.serial,
+    write_calibration(path, CalibrationFile(sensor, UNITS, fitted, residuals, span, left_out, serial=specimen.serial,
                                             parameters=specimen.parameters(sensor), outliers=list(outliers)))
 
 
@@ -67,53 +65,30 @@ def read_touch(path: str | Path, sensor: str, values: Mapping | None = None) -> 
     a method nor a stitching.
     """
     file = read_calibration(path, sensor, values)
-    try:
-        file.fitted = _unpacked(file.fitted)
-    except (IndexError, TypeError, ValueError) as error:
-        raise BadCalibration(f'{path}: values and {_ABSENT} of the markers do not fit together ({error}); calibrate again') from None
     methods, stitching = file.fitted.get(METHODS, {}), file.fitted.get(STITCHING)
     if not isinstance(methods, dict) or not (methods or stitching):
         raise BadCalibration(f'{path}: no touch method under fitted; calibrate again')
+    if 'regression' in methods:
+        raise BadCalibration(f'{path}: holds the method regression, which is no longer there; calibrate again')
     best = best_method(file.residuals, methods) if methods else ''
     pattern = _places(file.fitted, PATTERN, path)
-    rest = _places(file.fitted, REST, path) if REST in file.fitted else pattern
-    return TouchCalibration(methods, file.fitted.get(WRENCH), stitching, best, file, pattern, rest)
+    return TouchCalibration(methods, _stiffness(file.fitted, path), stitching, best, file, pattern, _places(file.fitted, REST, path))
+
+
+def _stiffness(fitted: dict, path: str | Path) -> float:
+    try:
+        return float(fitted[WRENCH][STIFFNESS]) if WRENCH in fitted else np.nan
+    except (KeyError, TypeError, ValueError):
+        raise BadCalibration(f'{path}: no {STIFFNESS} under {WRENCH}; calibrate again') from None
 
 
 def _places(fitted: dict, name: str, path: str | Path) -> np.ndarray | None:
     if name not in fitted:
         return None
-    places = np.array(fitted[name], float)
-    if places.ndim != 2 or places.shape[1] != 2:
-        raise BadCalibration(f'{path}: {name} must be a list of pairs of numbers; calibrate again')
-    return places
-
-
-def _packed(numbers):
-    """numbers without the NaN rows of markers never seen, which a file cannot hold; their indices are listed instead."""
-    if not isinstance(numbers, dict):
-        return numbers
-    packed = {name: _packed(value) for name, value in numbers.items()}
-    for name in [name for name in _EACH_MARKER if isinstance(numbers.get(name), list)]:
-        rows = np.asarray(numbers[name], float)
-        absent = np.isnan(rows.reshape(len(rows), -1)).any(axis=1)
-        if absent.any():
-            packed[name] = {_ABSENT: np.flatnonzero(absent).tolist(), _VALUES: rows[~absent].tolist()}
-    return packed
-
-
-def _unpacked(numbers):
-    """Inverse of _packed."""
-    if not isinstance(numbers, dict):
-        return numbers
-    if set(numbers) != {_ABSENT, _VALUES}:
-        return {name: _unpacked(value) for name, value in numbers.items()}
-    known, absent = np.array(numbers[_VALUES], float), numbers[_ABSENT]
-    rows = np.full((len(known) + len(absent), *known.shape[1:]), np.nan)
-    present = np.ones(len(rows), bool)
-    present[absent] = False
-    rows[present] = known
-    return rows.tolist()
+    places = fitted[name]
+    if not isinstance(places, np.ndarray) or places.ndim != 2 or places.shape[1] != 2:
+        raise BadCalibration(f'{path}: {name} must be an array of pairs of numbers; calibrate again')
+    return places.astype(float)
 
 
 def best_method(residuals: dict, methods) -> str:
@@ -121,8 +96,8 @@ def best_method(residuals: dict, methods) -> str:
     methods, after the penalty for missed and split presses (_typical).
 
     Medians are used because presses too shallow to be located dominate the mean, and another method misses those altogether. A method
-    derived from mechanics is preferred to a regression unless it is clearly worse, because presses with one tip do not test other tip sizes
-    or several touches.
+    derived from mechanics is preferred unless it is clearly worse, because presses with one tip do not test other tip sizes or several
+    touches.
     """
     known = {name: _typical(residuals[name]) for name in methods if isinstance(residuals.get(name), dict)}
     known = {name: errors for name, errors in known.items() if np.isfinite(errors).all()}

@@ -27,7 +27,7 @@ def write_taxels(path: str | Path, response: Response, residuals: dict, span: di
               'loop': {name: np.asarray(value, float).tolist() for name, value in asdict(response.loop).items()}}
     for name in ('gain', 'zero'):
         if getattr(response, name) is not None:
-            fitted[name] = np.asarray(getattr(response, name), float).tolist()
+            fitted[name] = np.asarray(getattr(response, name), float)
     write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, residuals, span, left_out, serial=specimen.serial,
                                             parameters=specimen.parameters(SENSOR), outliers=list(outliers)))
 

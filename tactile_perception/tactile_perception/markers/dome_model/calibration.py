@@ -82,17 +82,16 @@ class DomeCalibration:
         return float(self.deeper + (self.deeper_far - self.deeper) * far + shallow)
 
     def numbers(self) -> dict:
-        """As plain numbers, for a calibration file."""
+        """As numbers and arrays, for a calibration file."""
         plain = {name: getattr(self, name) for name in NUMBERS}
-        return plain | {'material': asdict(self.material), 'rest': self.rest.tolist(), 'eye': self.eyes.tolist(),
+        return plain | {'material': asdict(self.material), 'rest': self.rest, 'eye': self.eyes,
                         'noise': asdict(self.noise), 'library': library_numbers(self.library)}
 
     @classmethod
     def from_numbers(cls, numbers: Mapping) -> DomeCalibration:
-        """From plain numbers. Raises BadCalibration where one is missing or invalid."""
+        """From these numbers. Raises BadCalibration where one is missing or invalid."""
         try:
-            known = {'depth_error': 0.0, **numbers}  # earlier files have no such error
-            plain = [float(known[name]) for name in NUMBERS]
+            plain = [float(numbers[name]) for name in NUMBERS]
             rest, eyes = np.array(numbers['rest'], float).reshape(-1, 2), np.array(numbers['eye'], float).reshape(-1, 3)
             if len(rest) != len(eyes):
                 raise ValueError('rest and eye differ in length')

@@ -235,8 +235,8 @@ def _reduced(kinds: list[np.ndarray], plan: DomePlan) -> tuple[np.ndarray, np.nd
 
 
 def library_numbers(library: DomeLibrary) -> dict:
-    """The library as plain numbers: see library_from_numbers."""
-    parts = {f'{name}_parts': [pack(part) for part in np.moveaxis(getattr(library, f'{name}_table'), -1, 0)] for name in ('even', 'odd')}
+    """The library as numbers and arrays: see library_from_numbers."""
+    parts = {f'{name}_parts': pack(np.moveaxis(getattr(library, f'{name}_table'), -1, 0)) for name in ('even', 'odd')}
     modes = {f'{name}_modes': pack(getattr(library, f'{name}_modes')) for name in ('even', 'odd')}
     pushes = {} if library.pushes is None else {'pushes': library_numbers(library.pushes)}
     return {'plan': asdict(library.plan), 'mesh': asdict(library.mesh), **parts, **modes, **pushes}
@@ -250,8 +250,10 @@ def library_from_numbers(numbers: Mapping) -> DomeLibrary:
         shapes = {'even': (levels, len(FRICTIONS) + 2, *sides), 'odd': (levels, 2, *sides)}
         found = []
         for name, shape in shapes.items():
-            table = np.stack([unpack(packed, shape) for packed in numbers[f'{name}_parts']], axis=-1)
-            modes = unpack(numbers[f'{name}_modes'], (table.shape[-1], mesh.rings + 1, 3, mesh.harmonics + 1))
+            table = np.moveaxis(unpack(numbers[f'{name}_parts'], shape), 0, -1)
+            modes = unpack(numbers[f'{name}_modes'], (mesh.rings + 1, 3, mesh.harmonics + 1))
+            if table.shape[-1] != len(modes):
+                raise ValueError('modes and their parts do not fit together')
             found.append((np.ascontiguousarray(table), modes))
         return DomeLibrary(plan, mesh, *found, library_from_numbers(numbers['pushes']) if 'pushes' in numbers else None)
     except (KeyError, TypeError, ValueError) as error:

@@ -126,10 +126,10 @@ class DomeModelMethod:
             covariance[:3, :3] += off.T @ off / 2
         return replace(found, covariance=covariance)
 
-    def raised(self, field: MarkerField) -> tuple[np.ndarray, None] | None:
+    def raised(self, field: MarkerField) -> np.ndarray | None:
         """Upward displacement (K,), m, of the markers; None without contact."""
         found = self.find(field)
-        return None if found is None else (self.solver.moved(found.presses)[:, 2], None)
+        return None if found is None else self.solver.moved(found.presses)[:, 2]
 
     def _explained(self, field: MarkerField, match: np.ndarray, last: DomeFound | None) -> DomeFound:
         """One straight press, one that is dragged where that explains the frame better, or two where they explain it much better. The

@@ -56,7 +56,7 @@ class SheetCalibration:
         return SheetNumbers(self.library.plan.radius, self.material, self.marker_radius, self.eyes)
 
     def numbers(self) -> dict:
-        """As plain numbers, for a calibration file."""
+        """As numbers and arrays, for a calibration file."""
         return {'material': asdict(self.material), 'marker_radius': self.marker_radius, 'eyes': self.eyes.eyes.tolist(),
                 'eye_shifts': self.eyes.shifts.tolist(), 'printed': self.eyes.printed.tolist(), 'turned': self.eyes.turned,
                 'noise': asdict(self.noise), 'place_error': self.place_error, 'depth_share': self.depth_share,
@@ -64,12 +64,10 @@ class SheetCalibration:
 
     @classmethod
     def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
-        """From plain numbers. Raises BadCalibration where one is missing or invalid."""
+        """From these numbers. Raises BadCalibration where one is missing or invalid."""
         try:
-            printed = np.subtract(numbers.get('printed', (0, 0)), numbers.get('offset', (0, 0)))  # earlier files lack it or had both
-            eyes = EyeShifts(*(np.array(numbers[name], float).reshape(-1, width)
-                               for name, width in (('eyes', 3), ('eye_shifts', 2))), printed.astype(float).reshape(2),
-                              float(numbers.get('turned', 0.0)))
+            eyes = EyeShifts(*(np.array(numbers[name], float).reshape(-1, width) for name, width in (('eyes', 3), ('eye_shifts', 2))),
+                             np.array(numbers['printed'], float).reshape(2), float(numbers['turned']))
             material = SheetMaterial(**numbers['material'])
             library = library_from_numbers(numbers['library'], material)
             marker_radius, place_error, depth_share, deepest = (

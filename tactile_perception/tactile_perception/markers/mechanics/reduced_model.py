@@ -23,7 +23,6 @@ TRUE = 2e-7            # m: modes below this RMS over the sheet are truncated. C
 UNSOLVED = 0.1         # largest share of simulations that do not converge, as deep ones of a large tip near the clamp. Chosen
 TERMS = 12             # of the table: a parabola in the log radius, then x, y, x^2, x y, y^2, x^3, x^2 y, x y^2, y^3 of the drag
 TYPICAL = 0.5 ** np.array([0, 0, 0, 1, 1, 2, 2, 2, 3, 3, 3, 3])  # of them, of a common drag: modes are told as exactly as these need
-QUADRATIC = 8          # of these up to the squares of the drag, which is what earlier files hold
 ODD_TERMS = (0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0), (0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1)  # those that a mirror along x, along y turns round
 CLASSES = [(0, 0), (0, 1), (1, 0), (1, 1)]  # odd along x, along y
 WRENCH_NUMBERS = [[0, 8], [2, 3, 7], [1, 4, 6], [5]]  # of _told, by class
@@ -213,36 +212,35 @@ def _class(solved: np.ndarray, wrench: np.ndarray, odd: tuple[int, int], plan: L
     return ModeClass(odd, coefficients, modes[:count].reshape(count, quarter, quarter, 3))
 
 
-_EACH = 60  # 16-bit values in one integer, which stays below the largest double
 _LEVELS = 32000  # quantisation steps to either side of zero
 _PLAN = ('radius', 'depth', 'scale', 'n', 'order', 'levels', 'substeps')
 
 
-def pack(values: np.ndarray) -> dict:
-    """Values of any shape, rounded to 1/32000 of the largest: {'scale': float, 'digits': list of int}."""
-    scale = float(np.abs(values).max()) or 1.0
-    digits = (np.round(values.ravel() / scale * _LEVELS) + _LEVELS).astype('<u2')
-    digits = np.pad(digits, (0, -len(digits) % _EACH)).reshape(-1, _EACH)
-    return {'scale': scale, 'digits': [int.from_bytes(row.tobytes(), 'little') for row in digits]}
+def pack(values: np.ndarray) -> dict[str, np.ndarray]:
+    """Values (n, ...), each rounded to 1/32000 of its largest: {'scale': (n,), 'digits': (n, ...) uint16}."""
+    scale = np.abs(values).max(axis=tuple(range(1, values.ndim)))
+    scale[scale == 0] = 1.0
+    return {'scale': scale, 'digits': (np.round(values / _along(scale, values) * _LEVELS) + _LEVELS).astype(np.uint16)}
 
 
-def unpack(packed: Mapping, shape: tuple) -> np.ndarray:
-    """Inverse of pack. Raises BadCalibration where numbers are missing or invalid."""
-    try:
-        raw = b''.join(number.to_bytes(2 * _EACH, 'little') for number in packed['digits'])
-        values = np.frombuffer(raw, '<u2').astype(float)[:int(np.prod(shape))] - _LEVELS
-        return values.reshape(shape) * (float(packed['scale']) / _LEVELS)
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise BadCalibration(f'the library in the calibration file cannot be read ({error}); run calibrate again') from None
+def unpack(packed: Mapping, shape: tuple[int, ...]) -> np.ndarray:
+    """Inverse of pack; shape: of each of the values. Raises ValueError where the numbers are invalid, KeyError where some are missing."""
+    scale, digits = np.asarray(packed['scale'], float), np.asarray(packed['digits'])
+    if digits.shape != (len(scale), *shape) or not np.isfinite(scale).all():
+        raise ValueError(f'shape {digits.shape} instead of {(len(scale), *shape)}, or a scale that is not finite')
+    return (digits.astype(float) - _LEVELS) * (_along(scale, digits) / _LEVELS)
+
+
+def _along(scale: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return scale.reshape(-1, *[1] * (values.ndim - 1))
 
 
 def library_numbers(library: SheetLibrary) -> dict:
-    """The library as plain numbers."""
-    classes = [{'odd': list(part.odd), 'modes': len(part.modes), 'shapes': pack(part.modes),
-                'coefficients': [pack(part.coefficients[..., k]) for k in range(part.coefficients.shape[-1])]} for part in library.classes]
+    """The library as numbers and arrays."""
+    classes = [{'odd': list(part.odd), 'shapes': pack(part.modes), 'coefficients': pack(np.moveaxis(part.coefficients, -1, 0))}
+               for part in library.classes]
     plan = library.plan
-    return {'half': list(plan.half), 'places': plan.places.tolist(), 'terms': TERMS, **{name: getattr(plan, name) for name in _PLAN},
-            'classes': classes}
+    return {'half': list(plan.half), 'places': plan.places.tolist(), **{name: getattr(plan, name) for name in _PLAN}, 'classes': classes}
 
 
 def library_from_numbers(numbers: Mapping, material: SheetMaterial) -> SheetLibrary:
@@ -251,16 +249,18 @@ def library_from_numbers(numbers: Mapping, material: SheetMaterial) -> SheetLibr
         plan = LibraryPlan(tuple(numbers['half']), **{name: numbers[name] for name in _PLAN})
         if not np.allclose(numbers['places'], plan.places, rtol=1e-4):
             raise BadCalibration('the library in the calibration file was simulated at other places; run calibrate again')
-        classes = [_mode_class(part, plan, numbers.get('terms', QUADRATIC)) for part in numbers['classes']]
+        classes = [_mode_class(part, plan) for part in numbers['classes']]
+        if [part.odd for part in classes] != CLASSES:
+            raise ValueError('not four classes of modes')
     except (KeyError, TypeError, ValueError) as error:
         raise BadCalibration(f'the library in the calibration file cannot be read ({error}); run calibrate again') from None
     return SheetLibrary(plan, classes, material)
 
 
-def _mode_class(part: Mapping, plan: LibraryPlan, terms: int) -> ModeClass:
-    order, levels, count = plan.order, plan.levels + 3, part['modes']
-    coefficients = np.stack([unpack(packed, (order, order, terms, levels)) for packed in part['coefficients']], axis=-1)
-    lacking = count + len(WRENCH_NUMBERS[CLASSES.index(tuple(part['odd']))]) - coefficients.shape[-1]
-    more = [(0, 0), (0, 0), (0, TERMS - terms), (0, 0), (0, max(lacking, 0))]  # earlier files lack cubes and the centre of the pressure
-    coefficients = np.pad(coefficients, more)
-    return ModeClass(tuple(part['odd']), coefficients, unpack(part['shapes'], (count, plan.n + 1, plan.n + 1, 3)))
+def _mode_class(part: Mapping, plan: LibraryPlan) -> ModeClass:
+    odd = tuple(part['odd'])
+    modes = unpack(part['shapes'], (plan.n + 1, plan.n + 1, 3))
+    coefficients = np.moveaxis(unpack(part['coefficients'], (plan.order, plan.order, TERMS, plan.levels + 3)), 0, -1)
+    if coefficients.shape[-1] != len(modes) + len(WRENCH_NUMBERS[CLASSES.index(odd)]):
+        raise ValueError('modes and coefficients do not fit together')
+    return ModeClass(odd, coefficients, modes)

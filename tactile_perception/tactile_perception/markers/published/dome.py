@@ -101,7 +101,7 @@ class PaperCushion:
         if cubic is None:
             raise BadCalibration('the distances between markers do not grow with depth; check the presses\' depths')
         quiet = max(QUIET * change[~presses.touching].max(initial=0.0), LEAST)
-        return {'rest': rest.tolist(), 'eye': eye.tolist(), 'coefficients': cubic.coefficients.tolist(), 'top': cubic.top,
+        return {'rest': rest, 'eye': eye, 'coefficients': cubic.coefficients.tolist(), 'top': cubic.top,
                 'sigma': cubic.sigma, 'quiet': float(quiet), 'place_sigma': float('nan'), 'depth_sigma': float('nan')}
 
     @classmethod

@@ -104,7 +104,7 @@ class MarkerDepths:
 
     def numbers(self) -> dict:
         """For the calibration file."""
-        return {'rest': self.rest.tolist(), 'reach': self.reach.tolist(), 'pitch': self.pitch,
+        return {'rest': self.rest, 'reach': self.reach, 'pitch': self.pitch,
                 'rows': [{'marker': int(marker), 'reach': reach, 'area': _plain(area), 'shift': _plain(moved)}
                          for marker, reach, area, moved in self.rows]}
 

@@ -97,8 +97,8 @@ class DotMessages(_TouchpadSide):
         from ...markers.places.dome import DomePlaces
         from ...markers.methods import make_method
         count = sensor.rows * sensor.columns if known is None or known.pattern is None else len(known.pattern)
-        name = next((name for name in ('model', 'regression') if known and name in known.methods), None)
-        return DomePlaces(sensor, count, make_view, name and make_method(name, known.fitted(name), sensor)) if count else None
+        method = make_method('model', known.fitted('model'), sensor) if known and 'model' in known.methods else None
+        return DomePlaces(sensor, count, make_view, method) if count else None
 
     @property
     def suspicion(self) -> str:

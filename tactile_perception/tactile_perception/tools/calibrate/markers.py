@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from tactile_driver.nodes.messages.images import image_to_array
 from ...bags.stamped import TRUE_WRENCH, TRUTH, pairs_of
 from ...bags.stitched_bag import bag_opener, stitching_in
 from ...calibration.files.format import Specimen
-from ...calibration.files.markers import METHODS, PATTERN, REST, STITCHING, WRENCH, best_method, write_touch
+from ...calibration.files.markers import METHODS, PATTERN, REST, STIFFNESS, STITCHING, WRENCH, best_method, write_touch
 from ...calibration.residuals import outliers, report_residuals
 from ...common.parallel import in_parallel
 from ...common.progress import log_told
@@ -25,11 +24,10 @@ from .marker_residuals import marker_residuals, require_coverage
 from ...markers.methods import make_method, methods_for
 from ...markers.touches.cross_validation import HeldOut, Score, held_out
 from ...markers.touches.presses import SAME_PLACE, Presses
-from ...markers.touches.touch import TouchMethod
 from ...markers.view.camera_views import view_maker
 from ...markers.view.marker_field import RestMarkers
 from ...markers.view.sensor import MarkerSensor
-from ...markers.wrench.regression import AXES, fit_wrench_map
+from ...markers.wrench import fit_stiffness
 from ...nodes.messages import conversions as convert
 from ...parameters.file import read_parameters
 from ...parameters.markers import MARKER_SENSOR_PARAMETERS, marker_sensor
@@ -148,35 +146,22 @@ def _fit_and_judge(presses: Presses, sensor: MarkerSensor, name: str) -> tuple[d
         return str(error)
 
 
-def fit_wrench(presses: Presses, reader: PressReader, methods: dict, best: str = '') -> dict | None:
-    """Fit the wrench map; None when no wrench was recorded or the fit fails, which left_out of the reader reports.
-
-    best: method whose estimates replace the true positions while the tip drags, as in use; '' for none.
-    """
+def fit_wrench(presses: Presses, reader: PressReader, methods: dict) -> tuple[float, dict] | None:
+    """The stiffness, N/m, and the errors of the wrench (fit_stiffness); None without a model or recorded wrenches, and where the fit fails,
+    which left_out of the reader reports."""
     known = presses.touching & np.isfinite(presses.wrench).all(1)
     if not known.any():
         reader.left_out.append('wrench: no ground_truth/wrench was recorded with the presses')
         return None
-    print(f'fitting the wrench to {known.sum()} presses', file=sys.stderr, flush=True)
-    dragged = known & ~presses.straight()
-    if best and dragged.any():
-        presses = _as_told(presses, dragged, make_method(best, methods[best], reader.sensor))
-    model = make_method('model', methods['model'], reader.sensor) if 'model' in methods else None
+    if 'model' not in methods:
+        reader.left_out.append('wrench: only the method model gives it')
+        return None
+    print(f'fitting the stiffness to {known.sum()} presses', file=sys.stderr, flush=True)
     try:
-        return fit_wrench_map(presses.select(known), reader.sensor, model)
+        return fit_stiffness(presses, make_method('model', methods['model'], reader.sensor))
     except BadCalibration as error:
         reader.left_out.append(f'wrench: {error}')
         return None
-
-
-def _as_told(presses: Presses, some: np.ndarray, method: TouchMethod) -> Presses:
-    """The presses with position and depth replaced where some, (M,) bool, is True and the method estimates exactly one touch."""
-    position, depth = presses.position.copy(), presses.depth.copy()
-    for k in np.flatnonzero(some):
-        touches = method.estimate(presses.fields[k])
-        if len(touches) == 1:
-            position[k], depth[k] = touches[0].position, touches[0].depth
-    return replace(presses, position=position, depth=depth)
 
 
 def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
@@ -196,18 +181,17 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
     methods, held = fit_methods(presses, reader)
     scores = {name: found.score() for name, found in held.items()}
     best = best_method({name: score.numbers() for name, score in scores.items()}, methods)
-    wrench = fit_wrench(presses, reader, methods, best)
-    errors = {name: wrench.pop(name) for name in ('held_out_force', 'held_out_moment')} if wrench else {}
-    fitted = {METHODS: methods} | ({WRENCH: wrench} if wrench else {})
+    stiffness, errors = fit_wrench(presses, reader, methods) or (None, {})
+    fitted = {METHODS: methods} | ({WRENCH: {STIFFNESS: stiffness}} if errors else {})
     fitted |= {STITCHING: reader.stitching.to_dict()} if reader.stitching else {}
-    fitted |= {PATTERN: reader.pattern.tolist()} if reader.pattern is not None else {}
-    fitted |= {REST: untouched_places(presses).tolist()}
+    fitted |= {PATTERN: reader.pattern} if reader.pattern is not None else {}
+    fitted |= {REST: untouched_places(presses)}
     touching = presses.select(presses.touching)
     span = {'depth': _span(touching.depth), 'x': _span(touching.position[:, 0]), 'y': _span(touching.position[:, 1])}
     residuals = marker_residuals(held[best], reader.names)
     standing_out = outliers(residuals)
     write_touch(output, reader.sensor.type, fitted, scores, errors, span, reader.left_out, Specimen(serial, reader.values), standing_out)
-    told = report(presses, scores, methods, wrench and wrench | errors, reader.left_out, output)
+    told = report(presses, scores, methods, errors, reader.left_out, output)
     drawn = report_residuals(residuals, standing_out, output, f'{reader.sensor.type}, {best}')
     return '\n'.join([*(stitched.lines() if stitched else []), told, *drawn])
 
@@ -225,7 +209,7 @@ def _span(values: np.ndarray) -> list[float]:
     return [float(values.min()), float(values.max())]
 
 
-def report(presses: Presses, scores: dict[str, Score], methods: dict, wrench: dict | None, left_out: list[str], output: Path) -> str:
+def report(presses: Presses, scores: dict[str, Score], methods: dict, wrench_errors: dict, left_out: list[str], output: Path) -> str:
     """The report of the fit."""
     lines = [f'{presses.touching.sum()} presses at {presses.places().max() + 1} places, {(~presses.touching).sum()} untouched frames',
              'errors at held-out positions, mean / 95 %:']
@@ -233,9 +217,7 @@ def report(presses: Presses, scores: dict[str, Score], methods: dict, wrench: di
               f'{s.depth_95 * 1e3:.2f} mm, normalised squared error {s.squares:.2f}, missed {s.missed} of {s.presses}'
               for name, s in scores.items()]
     lines.append('chosen: ' + best_method({name: score.numbers() for name, score in scores.items()}, methods))
-    if wrench:
-        lines.append(f'wrench error at held-out positions, median: force {wrench["held_out_force"]:.1%}, moment '
-                     f'{wrench["held_out_moment"]:.1%}; '
-                     f'axes estimated: {", ".join(axis for axis, told in zip(AXES, wrench["told"]) if told) or "none"}')
+    if wrench_errors:
+        lines.append(f'wrench error at the presses, median: force {wrench_errors["force"]:.1%}, moment {wrench_errors["moment"]:.1%}')
     lines += [f'left out: {line}' for line in left_out]
     return '\n'.join([*lines, f'written: {output}'])

@@ -1,9 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Calibration files: written whole, read back the same, and every way of being broken named."""
+import hashlib
+import io
 import logging
 import math
+import time
 
+import numpy as np
 import pytest
 import yaml
 from tactile_perception.calibration.files.format import (
@@ -36,6 +40,84 @@ def test_numbers_have_nine_digits_and_lists_of_them_few_lines(tmp_path):
     write_calibration(path, CalibrationFile('touchpad', {}, {'a': [(0.1 + 0.2) * 10**k for k in range(-9, 9)]}, {}, {}))
     assert read_calibration(path, 'touchpad').fitted['a'] == pytest.approx([0.3 * 10**k for k in range(-9, 9)], rel=1e-12)
     assert len(path.read_text().splitlines()) < 24
+
+
+ARRAYS = {'one': {'digits': np.arange(6, dtype=np.uint16).reshape(2, 3)}, 'several': [np.array([0.1 + 0.2, np.nan]), 7]}
+
+
+@pytest.fixture
+def with_arrays(tmp_path):
+    path = tmp_path / 'sheet.yaml'
+    write_calibration(path, CalibrationFile('areal_single', {}, ARRAYS, {}, {}, date='today', software='1'))
+    return path
+
+
+def test_arrays_are_read_back_to_the_bit(with_arrays):
+    found = read_calibration(with_arrays, 'areal_single').fitted
+    for array, known in ((found['one']['digits'], ARRAYS['one']['digits']), (found['several'][0], ARRAYS['several'][0])):
+        assert array.dtype == known.dtype and array.tobytes() == known.tobytes()
+    assert found['several'][1] == 7 and 'digits: array 2 x 3 uint16' in with_arrays.read_text()
+
+
+def test_the_same_calibration_gives_the_same_bytes(with_arrays, monkeypatch):
+    files = [with_arrays, with_arrays.with_suffix('.npz')]
+    before = [file.read_bytes() for file in files]
+    monkeypatch.setattr(time, 'time', lambda: 2e9)
+    write_calibration(with_arrays, read_calibration(with_arrays, 'areal_single'))
+    assert [file.read_bytes() for file in files] == before
+
+
+def test_an_array_file_that_is_missing_damaged_or_another_is_named(with_arrays, tmp_path):
+    file = with_arrays.with_suffix('.npz')
+    content = file.read_bytes()
+    other = tmp_path / 'other.yaml'
+    write_calibration(other, CalibrationFile('areal_single', {}, {'a': np.zeros(3)}, {}, {}))
+    for wrong in (b'', content[:-5], content[:99] + b'x' + content[100:], other.with_suffix('.npz').read_bytes()):
+        file.write_bytes(wrong)
+        with pytest.raises(BadCalibration, match='sheet.npz is damaged or of another calibration; copy both files of one, or'):
+            read_calibration(with_arrays, 'areal_single')
+    file.unlink()
+    with pytest.raises(BadCalibration, match='sheet.npz, which belongs beside it, cannot be read.*copy both files, or'):
+        read_calibration(with_arrays, 'areal_single')
+
+
+def with_content(path, content, digits='array 2 x 3 uint16'):
+    """Replace the arrays of a file, the hash told right."""
+    page = yaml.safe_load(path.read_text())
+    page['fitted']['one']['digits'] = digits
+    page['arrays']['sha256'] = hashlib.sha256(content).hexdigest()
+    path.write_text(yaml.safe_dump(page))
+    path.with_suffix('.npz').write_bytes(content)
+
+
+def npz(**arrays):
+    file = io.BytesIO()
+    np.savez(file, **arrays)
+    return file.getvalue()
+
+
+def test_arrays_that_do_not_fit_the_file_are_named(with_arrays):
+    several = {'several.0': ARRAYS['several'][0]}
+    for content in (npz(**several), npz(**several, **{'one.digits': np.zeros((3, 2), np.uint16)})):
+        with_content(with_arrays, content)
+        with pytest.raises(BadCalibration, match=r'fitted\.one\.digits: the .npz file has no such array 2 x 3 uint16'):
+            read_calibration(with_arrays, 'areal_single')
+    with_content(with_arrays, npz(**several, **{'one.digits': np.full(2, np.inf)}), 'array 2 float64')
+    with pytest.raises(BadCalibration, match='one.digits has numbers that are not finite'):
+        read_calibration(with_arrays, 'areal_single')
+    for content in (b'no archive', npz(**{'one.digits': np.array([print])})):
+        with_content(with_arrays, content)
+        with pytest.raises(BadCalibration, match='sheet.npz cannot be read'):
+            read_calibration(with_arrays, 'areal_single')
+
+
+@pytest.mark.parametrize('name', ['../sheet.npz', '/etc/passwd', 3, None])
+def test_arrays_come_from_beside_the_file_only(with_arrays, name):
+    page = yaml.safe_load(with_arrays.read_text())
+    page['arrays']['file'] = name
+    with_arrays.write_text(yaml.safe_dump(page))
+    with pytest.raises(BadCalibration, match='names no file beside this one'):
+        read_calibration(with_arrays, 'areal_single')
 
 
 def test_a_missing_file(tmp_path):
@@ -93,24 +175,17 @@ def page_of(path):
     return yaml.safe_load(path.read_text())
 
 
-def test_a_later_version_and_a_missing_key_are_named(path):
+def test_another_version_and_a_missing_key_are_named(path):
     page = page_of(path)
     assert page['format'] == 'tactile calibration 2' and len(page['parameters']['hash']) == 16
-    path.write_text(yaml.safe_dump(page | {'format': 'tactile calibration 3'}))
-    with pytest.raises(BadCalibration, match='version 3'):
-        read_calibration(path, 'touchpad')
+    for version in (1, 3):
+        path.write_text(yaml.safe_dump(page | {'format': f'tactile calibration {version}'}))
+        with pytest.raises(BadCalibration, match=f'calibration {version}.*calibration 2.*again'):
+            read_calibration(path, 'touchpad')
     for name in ('serial', 'parameters', 'units', 'outliers', 'residuals'):
         path.write_text(yaml.safe_dump({key: value for key, value in page.items() if key != name}))
         with pytest.raises(BadCalibration, match=name):
             read_calibration(path, 'touchpad')
-
-
-def test_a_file_of_the_first_version_is_read_without_what_it_does_not_say(path):
-    page = page_of(path)
-    old = {key: value for key, value in page.items() if key not in ('serial', 'software', 'parameters', 'outliers')}
-    path.write_text(yaml.safe_dump(old | {'format': 'tactile calibration 1'}))
-    content = read_calibration(path, 'touchpad', {'rows': 5})
-    assert (content.serial, content.parameters, content.outliers) == ('', {}, []) and content.fitted['a'] == 0.1
 
 
 def test_other_parameters_are_warned_of_once(path, caplog, monkeypatch):

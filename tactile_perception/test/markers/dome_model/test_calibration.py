@@ -26,8 +26,11 @@ def test_noise_and_errors_are_those_of_the_presses(monkeypatch):
     assert found.place_error < 1e-3 and found.depth_share < 0.05 and found.deepest == 0.025 and found.quiet < 6
     quick = calibrate_dome(presses, DOME, found)
     assert quick.library is found.library and quick.noise == found.noise
-    earlier = {name: part for name, part in found.numbers().items() if name != 'depth_error'}
-    assert DomeCalibration.from_numbers(earlier).depth_error == 0.0
+    numbers = found.numbers()
+    again = DomeCalibration.from_numbers(numbers)
+    assert again.depth_error == found.depth_error and np.array_equal(again.rest, found.rest, equal_nan=True)
+    with pytest.raises(BadCalibration, match='depth_error'):
+        DomeCalibration.from_numbers({name: part for name, part in numbers.items() if name != 'depth_error'})
 
 
 @pytest.mark.full  # simulates a small library

@@ -99,7 +99,8 @@ def test_numbers_of_the_calibration_file_give_it_back():
     assert np.allclose(again.push(presses[0]), small_library().push(presses[0]), rtol=1e-3)
     without = library_from_numbers({key: numbers[key] for key in numbers if key != 'pushes'})
     assert np.isnan(without.push(presses[0])).all()
-    for wrong in ({key: numbers[key] for key in numbers if key != 'even_parts'}, {**numbers, 'odd_parts': [3]}, {**numbers, 'plan': {}}):
+    for wrong in ({key: numbers[key] for key in numbers if key != 'even_parts'}, {**numbers, 'odd_parts': {}},
+                  {**numbers, 'even_modes': numbers['odd_modes']}, {**numbers, 'plan': {}}):
         with pytest.raises(BadCalibration, match='run calibrate again'):
             library_from_numbers(wrong)
 

@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-import yaml
 from sheet_scenes import EYE, GRID, MATERIAL, PLAN, SENSOR, field_of, library, pressed
 from tactile_perception.errors import BadCalibration
 from tactile_perception.markers.mechanics.calibration import SheetCalibration
@@ -238,19 +237,11 @@ def test_what_no_press_explains_is_told_by_two_cameras_from_the_second_frame_on(
     assert METHOD.estimate(torn)[0].flags & AMBIGUOUS, 'one camera sees all at once'
 
 
-def test_the_calibration_file_keeps_it():
-    fitted = yaml.safe_load(yaml.safe_dump(CALIBRATION.numbers()))
+def test_it_is_made_again_of_its_numbers():
+    fitted = CALIBRATION.numbers()
     field = field_of(pressed(0.012, -0.007, 4e-3, 8e-3), 5e-6, 5e-3)
     again, = SheetModelMethod.from_fitted(fitted, SENSOR).estimate(field)
     assert again.position == pytest.approx(SheetModelMethod(CALIBRATION, SENSOR).estimate(field)[0].position, abs=5e-6)
-
-
-def test_a_file_of_before_has_its_markers_printed_where_they_should_be():
-    fitted = {name: value for name, value in CALIBRATION.numbers().items() if name not in ('printed', 'turned')}
-    eyes = SheetCalibration.from_numbers(fitted).eyes
-    assert (eyes.printed == 0).all() and eyes.turned == 0
-    offset = SheetCalibration.from_numbers(fitted | {'offset': [1e-4, -2e-4]}).eyes
-    assert offset.printed == pytest.approx([-1e-4, 2e-4])
 
 
 @pytest.mark.full
