@@ -30,7 +30,8 @@ def demo_actions(context: LaunchContext) -> list:
     sensor = sensor_actions(context, SENSOR_TYPE, demo_arguments(), {'picture_rate': VIDEO_RATE})
     given = {name: LaunchConfiguration(name).perform(context) for name in ('out', 'seconds', 'source', 'namespace')}
     own = {'out': str(Path(given['out']).expanduser().absolute()), 'panel': sys.stdout.isatty(), 'seconds': duration(given)}
-    # The sensor goes before the video where both want a core. Without output_format launch would write the name of the process before each line of the panel.
+    # The sensor goes before the video where both want a core: nice. Without output_format launch would write the name of the process before
+    # each line of the panel.
     demo = Node(package='tactile_bringup', executable='demo', name='demo', namespace=given['namespace'], output='screen',
                 output_format='{line}', parameters=[own], prefix='nice -n 5',
                 on_exit=Shutdown(reason='the demo is over'))
