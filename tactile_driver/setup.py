@@ -13,6 +13,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + PACKAGE]),
         ('share/' + PACKAGE, ['package.xml']),
+        ('share/' + PACKAGE + '/udev', ['udev/70-tactile-sensors.rules']),
     ],
     install_requires=['setuptools'],
     extras_require={'test': ['pytest', 'pytest-timeout']},

@@ -35,7 +35,7 @@ _QUEUE = QoSProfile(depth=30)
 _CHECK_S = 0.25  # between two checks for the end
 _LINE_S = 1.0  # between two lines
 _SILENCE_S = 3.0  # chosen: without a frame for so long the recording has ended or the device is lost
-_PICTURE = 'image_annotated'
+_PICTURE, _READING = 'image_annotated', 'reading'
 
 
 class DemoNode(Node):
@@ -61,7 +61,8 @@ class DemoNode(Node):
         self._begin_s = self._arrival_s = time.monotonic()
         self._drawn_s, self._shown, self._panel_lines = -math.inf, None, 0
         self._expected: set[str] = set()
-        self._sync = StampSync(self._on_frame, lambda: self._expected | {_PICTURE}, patience=30)
+        self._sync = StampSync(self._on_results, lambda: self._expected | {'dots'}, patience=30)
+        self._picture_sync = StampSync(self._on_picture, lambda: (_READING, _PICTURE), patience=30)
         self._latest: dict[int, float] = {}
         self._say = LogOnce(self)
         for topic, kind in {**_TOPICS, _PICTURE: Image}.items():
@@ -86,23 +87,28 @@ class DemoNode(Node):
 
     def _add(self, topic: str, message) -> None:
         stamp_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
-        if topic != _PICTURE:
-            # The latency shown is that of the results; the annotated image follows them.
-            self._latest[stamp_ns] = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
+        if topic == _PICTURE:
+            self._picture_sync.add(topic, stamp_ns, image_to_array(message))
+            return
+        self._latest[stamp_ns] = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
         self._sync.add(topic, stamp_ns, message)
 
-    def _on_frame(self, found: dict) -> None:
-        if _PICTURE not in found or 'dots' not in found:
+    def _on_results(self, found: dict) -> None:
+        if 'dots' not in found:
             return
-        header = found[_PICTURE].header
+        header = found['dots'].header
         stamp_ns = header.stamp.sec * 1_000_000_000 + header.stamp.nanosec
         self._reading = reading_of(found, stamp_seconds(header), self._latest.get(stamp_ns, math.nan))
         self._latest = {stamp: latency for stamp, latency in self._latest.items() if stamp > stamp_ns}
         self._arrival_s = time.monotonic()
-        image = image_to_array(found[_PICTURE])
         self._summary.add(self._reading)
-        self._moments.add(self._reading, image)
-        self._video.add(self._reading.stamp_s, image)
+        self._picture_sync.add(_READING, stamp_ns, self._reading)
+
+    def _on_picture(self, found: dict) -> None:
+        """Keep a picture with the numbers of its frame; not every frame has one."""
+        if len(found) == 2:
+            self._moments.add(found[_READING], found[_PICTURE])
+            self._video.add(found[_READING].stamp_s, found[_PICTURE])
 
     def _look(self) -> None:
         """Print the numbers; end the demo when its time is over or the source has ended."""
@@ -142,7 +148,8 @@ class DemoNode(Node):
             path = self._out / f'{name}.png'
             cv2.imwrite(str(path), picture.image)
             print(f'{picture.stamp_s - self._summary.first_s:5.1f} s  {name:21s} {path}', flush=True)
-        print(f'         video                 {self._video.path}', flush=True)
+        if self._video.path:
+            print(f'         video                 {self._video.path}', flush=True)
 
 
 def main(args: list[str] | None = None) -> None:

@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 from tactile_driver.errors import BadArgument
 
-_RATE = 15.0  # frames/s; chosen: half a camera's usual 30
+from ..parameters.table import VIDEO_RATE
+
 _LONGEST_STILL = 30  # frames, 2 s: a longer gap in the stamps is cut to this
 _FORMS = (('.mp4', 'mp4v'), ('.avi', 'MJPG'))
 
@@ -29,7 +30,7 @@ class Video:
         """Add a frame (H, W, 3) uint8 BGR; it is skipped when the video has a frame of that time. Raises BadArgument without a codec."""
         if self._writer is None:
             self._open(image, stamp_s)
-        due = int((stamp_s - self._first_s) * _RATE + 0.5) + 1
+        due = int((stamp_s - self._first_s) * VIDEO_RATE + 0.5) + 1
         if image.shape[1::-1] != self._size or due <= self.frames:
             return
         for _ in range(min(due - self.frames, _LONGEST_STILL)):
@@ -45,7 +46,7 @@ class Video:
         self._size, self._first_s = image.shape[1::-1], stamp_s
         for ending, code in _FORMS:
             self.path = self._base.with_suffix(ending)
-            self._writer = cv2.VideoWriter(str(self.path), cv2.VideoWriter_fourcc(*code), _RATE, self._size)
+            self._writer = cv2.VideoWriter(str(self.path), cv2.VideoWriter_fourcc(*code), VIDEO_RATE, self._size)
             if self._writer.isOpened():
                 return
         raise BadArgument(f'video: OpenCV can write neither {" nor ".join(code for _, code in _FORMS)} to {self._base.parent}')

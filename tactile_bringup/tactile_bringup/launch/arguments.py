@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
@@ -71,10 +72,16 @@ def values_of(context: LaunchContext, arguments: Sequence[DeclareLaunchArgument]
     return {name: LaunchConfiguration(name).perform(context) for name in known}
 
 
-def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[DeclareLaunchArgument] = ()) -> list:
-    """The actions for the arguments in context; more: further arguments of the launch file. Raises LaunchError."""
+def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[DeclareLaunchArgument] = (),
+                   drawn: Mapping[str, object] | None = None) -> list:
+    """The actions for the arguments in context. more: further arguments of the launch file; drawn: parameters of the node that draws.
+
+    Raises LaunchError.
+    """
     values = values_of(context, [*sensor_arguments(sensor_type), *more])
     plan = sensor_plan(values, sensor_type)
+    markers = SENSOR_TYPES[sensor_type].markers
+    plan = replace(plan, nodes={**plan.nodes, markers: {**plan.nodes[markers], **(drawn or {})}})
     return [*processes(plan, _BOOLEANS[values['composed']]), *(LogInfo(msg=note) for note in plan.notes),
             *_rviz(values, sensor_type, plan.frame)]
 

@@ -12,6 +12,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from .arguments import number, sensor_actions
+from ..parameters.table import VIDEO_RATE
 
 SENSOR_TYPE = 'touchpad'
 _LIVE_S = 25.0
@@ -26,12 +27,14 @@ def demo_arguments() -> list[DeclareLaunchArgument]:
 
 def demo_actions(context: LaunchContext) -> list:
     """The actions of the touchpad and the demo; launch ends with the demo. Raises LaunchError."""
-    sensor = sensor_actions(context, SENSOR_TYPE, demo_arguments())
+    sensor = sensor_actions(context, SENSOR_TYPE, demo_arguments(), {'picture_rate': VIDEO_RATE})
     given = {name: LaunchConfiguration(name).perform(context) for name in ('out', 'seconds', 'source', 'namespace')}
     own = {'out': str(Path(given['out']).expanduser().absolute()), 'panel': sys.stdout.isatty(), 'seconds': duration(given)}
-    # Without it launch would write the name of the process before each line of the panel.
+    # The sensor goes before the video where both want a core: nice. Without output_format launch would write the name of the process before
+    # each line of the panel.
     demo = Node(package='tactile_bringup', executable='demo', name='demo', namespace=given['namespace'], output='screen',
-                output_format='{line}', parameters=[own], on_exit=Shutdown(reason='the demo is over'))
+                output_format='{line}', parameters=[own], prefix='nice -n 5',
+                on_exit=Shutdown(reason='the demo is over'))
     return [*sensor, demo]
 
 

@@ -48,6 +48,9 @@ class MarkersNode(DrawingNode):
         self._inputs: dict[str, AdaptiveSubscription] = {}
         self._expected: set[str] = set()
         self._asked_s = 0.0
+        rate = self.settings['picture_rate']
+        self._picture_period_ns = round(1e9 / rate) if rate else 0
+        self._picture_ns = 0  # stamp of the last picture
         self._marker_sync = StampSync(self._publish_markers, lambda: self._expected - {'image_raw'})
         self._picture_sync = StampSync(self._publish_picture, lambda: self._expected)
         self._picture_output = self.demanded(Image, 'image_annotated')
@@ -101,9 +104,16 @@ class MarkersNode(DrawingNode):
         header = next(iter(found.values())).header
         self.publish_drawn(self.marker_output, header, lambda: self.markers.frame(header, found))
 
+    def _is_due(self, stamp_ns: int) -> bool:
+        """Whether a picture of this stamp is drawn; a stamp may be early by the jitter of half a frame at twice the rate."""
+        if 0 <= stamp_ns - self._picture_ns < 0.75 * self._picture_period_ns:
+            return False
+        self._picture_ns = stamp_ns
+        return True
+
     def _publish_picture(self, found: dict) -> None:
         message = found.get('image_raw')
-        if message is None:
+        if message is None or not self._is_due(stamp_ns_of(message.header)):
             return
 
         def draw() -> Image:

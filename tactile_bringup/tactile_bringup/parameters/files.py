@@ -58,7 +58,7 @@ _SIMULATED = """# The simulated {0} (source:=sim): the parameters that differ fr
 """
 _CAMERAS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS}
 # Parameters that the launch files set for each sensor are left out.
-_BY_LAUNCH = {'source', 'frame_id', 'stitching_path'}
+_BY_LAUNCH = {'source', 'frame_id', 'stitching_path', 'picture_rate'}
 
 
 def _without(table: Sequence[Parameter], others: Sequence[Parameter] = ()) -> list[Parameter]:

@@ -33,6 +33,8 @@ MARKERS_PARAMETERS = (
     Parameter('dome.height', float, 0.0, 'm', 'air_cushion: height over the rim', 0.0, 10.0, read_only=True),
     Parameter('full_depth', float, 0.003, 'm', 'depth under the untouched surface where the scale of colours ends', 1e-5, 1.0),
     Parameter('normal_length', float, 0.006, 'm', "length of a contact's normal", 0.0, 10.0),
+    Parameter('picture_rate', float, 0.0, 'Hz', 'image_annotated is drawn at most so often, by the stamps; 0: for each image', 0.0, 1000.0,
+              read_only=True),
     *_arrows(0.009, 4.0, 0.03),
 )
 
@@ -67,6 +69,9 @@ RECORD_PARAMETERS = (
 HAND_FRAMES_PARAMETERS = (
     Parameter('hand', str, '', '', 'YAML file with the sensors of the hand', read_only=True),
 )
+
+#: Frames/s of the demo's video, and its pictures; chosen: half a camera's usual 30, for drawing and encoding take most of a core.
+VIDEO_RATE = 15.0
 
 DEMO_PARAMETERS = (
     Parameter('out', str, 'out/demo', '', 'folder for pictures and video', read_only=True),

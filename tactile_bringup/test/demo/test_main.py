@@ -80,4 +80,4 @@ def test_a_message_that_fails_its_check_is_counted_and_skipped(demo, capsys):
     node._on_message('image_annotated', Image(header=header, encoding='bgr8', height=4, width=4, step=1))
     feed(node, 5)
     node.destroy_node()
-    assert node._summary.frames == 5 and 'refused messages: 2' in capsys.readouterr().out
+    assert node._summary.frames == 6 and 'refused messages: 2' in capsys.readouterr().out

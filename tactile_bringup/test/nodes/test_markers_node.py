@@ -4,17 +4,19 @@
 import pytest
 
 pytest.importorskip('rclpy')
+from sensor_msgs.msg import Image  # noqa: E402
 from tactile_bringup.nodes.markers_node import MarkersNode  # noqa: E402
+from tactile_driver.nodes.runtime.host import Host  # noqa: E402
 from tactile_msgs.msg import ContactRegion, DotTracks  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
 
-def sent_dots(stamp):
+def sent_dots(stamp, nanosec=0):
     dots = DotTracks(rows=2, columns=2, id=[0, 1, 2, 3], u=[1.0, 2, 3, 4], v=[1.0, 2, 3, 4], du=[0.0] * 4, dv=[0.0] * 4, area=[9.0] * 4,
                      x=[0.001, 0.002, 0.001, 0.002], y=[0.001, 0.001, 0.002, 0.002], z=[0.013] * 4)
-    dots.header.frame_id, dots.header.stamp.sec = 'pad', stamp
+    dots.header.frame_id, dots.header.stamp.sec, dots.header.stamp.nanosec = 'pad', stamp, nanosec
     return dots
 
 
@@ -36,3 +38,18 @@ def test_nothing_is_subscribed_for_nobody_and_frames_are_drawn_for_somebody(benc
         until(lambda: bool(seen), 1.0)
     assert seen and {m.header.frame_id for m in seen[0].markers} == {'pad'}
     assert {m.header.stamp.sec for m in seen[0].markers} <= set(range(2, stamp + 1))
+
+
+def test_pictures_are_drawn_at_most_as_often_as_asked_for(bench):
+    other, until = bench(lambda: MarkersNode(Host(parameters={'picture_rate': 15.0})))
+    dots, images = other.create_publisher(DotTracks, 'dots', 10), other.create_publisher(Image, 'image_raw', 10)
+    seen = []
+    other.create_subscription(Image, 'image_annotated', lambda message: seen.append(message.header.stamp), 10)
+    assert until(lambda: dots.get_subscription_count() == 1 and images.get_subscription_count() == 1, 30.0)
+    for k in range(12):
+        message = sent_dots(100, k * 33_333_333)
+        dots.publish(message)
+        images.publish(Image(header=message.header, encoding='mono8', height=48, width=64, step=64, data=bytes(48 * 64)))
+        until(lambda: bool(seen) and seen[-1] == message.header.stamp, 0.5)
+    frames = [round(stamp.nanosec / 33_333_333) for stamp in seen]
+    assert len(frames) > 3 and set(later - earlier for earlier, later in zip(frames, frames[1:])) == {2}

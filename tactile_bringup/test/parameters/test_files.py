@@ -20,7 +20,7 @@ from tactile_bringup.parameters.files import parameter_files
 from tactile_bringup.parameters.table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS
 
 FOLDER = Path(__file__).resolve().parents[2] / 'params'
-BY_LAUNCH = {'source', 'frame_id'}
+BY_LAUNCH = {'source', 'frame_id', 'picture_rate'}
 NODES = {'camera_node': CAMERA_PARAMETERS, 'dot_tracker_node': DOT_PARAMETERS, 'contact_region_node': REGION_PARAMETERS,
          'markers_node': MARKERS_PARAMETERS}
 
