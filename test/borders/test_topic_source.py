@@ -22,12 +22,13 @@ def test_random_images_are_frames_or_refused(count):
     node, rng = rclpy.create_node('taker'), random.Random(4)
     source = TopicSource(node, 'camera/image_raw')
     images = [message for topic, message in messages('touchpad') if topic == 'image_raw']
+    packed = [compressed(image, kind) for image in images for kind in ('.png', '.jpg')]
     stamp, bad = stamp_of(images[-1]), 0
     try:
         for number in range(count):
             stamp += 10_000_000
             good = at(images[number % len(images)], stamp)
-            for message in (hostile(rng, good), hostile(rng, compressed(good, rng.choice(('.png', '.jpg')))), good):
+            for message in (hostile(rng, good), hostile(rng, at(packed[number % len(packed)], stamp)), good):
                 source._take(message, 0)
                 try:
                     frame = source.read()
