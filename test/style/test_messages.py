@@ -37,3 +37,9 @@ def test_fields_are_the_contract():
 
 def test_every_field_has_a_comment():
     assert [(name, field) for name in CONTRACT for field, comment in definition(name) if not comment] == []
+
+
+def test_no_comment_goes_on_under_its_field():
+    # `ros2 interface show` puts the fields of a nested type in between
+    lines = [(name, line) for name in CONTRACT for line in (MESSAGES / f'{name}.msg').read_text().splitlines()]
+    assert [(name, line) for name, line in lines if line.lstrip().startswith('#') and line != line.lstrip()] == []

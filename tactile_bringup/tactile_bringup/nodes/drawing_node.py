@@ -45,7 +45,7 @@ class DrawingNode(Node):
         self.settings = NodeParameters(self, table)
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
-        self.say, self.log, self.net = LogOnce(self), WorkLog('results'), DefectGuard(self)
+        self.say, self.log, self.net = LogOnce(self), WorkLog('results', by_call=self.host.shares), DefectGuard(self)
         self._outputs: list[Publisher] = []
         self.marker_output = self.demanded(MarkerArray, 'markers')
         self._drawn_s: float | None = None  # time of the last published markers that are still shown

@@ -79,7 +79,7 @@ def test_files_come_as_two_views_and_as_one_picture(watcher, cameras, folders, l
     expected = [make_stitcher('plane', stitching()).stitch(*views(k)) for k in range(6)]
     for message in whole:
         assert any((picture_of(message) == picture).all() for picture in expected)
-    assert (whole[0].width, whole[0].height, whole[0].encoding, whole[0].header.frame_id) == (121, 61, 'mono8', 'areal_dual')
+    assert (whole[0].width, whole[0].height, whole[0].encoding, whole[0].header.frame_id) == (121, 61, 'mono8', 'areal_dual_camera_optical')
     assert set(stamps(whole)) <= set(stamps(left)) | {stamps(whole)[0], stamps(whole)[-1]}
     assert (left[0].width, left[0].height) == (96, 80) and (infos[0].width, infos[0].height, set(infos[0].k)) == (121, 61, {0.0})
     code, log = ended(process)

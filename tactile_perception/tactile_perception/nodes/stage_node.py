@@ -55,8 +55,7 @@ class StageNode(Node):
         self.stage = make_stage(self.settings.values())
         self._source, self._inputs, self._shedding = source, [], Shedding(self.patience_s)
         self._first_s: float | None = None
-        self._by_call = self._host.publishes(self, source[0])  # then the publisher itself tells what is missing
-        self.log = WorkLog(source[0])
+        self.log = WorkLog(source[0], by_call=self._host.publishes(self, source[0]))
         self.say, self.net = LogOnce(self), DefectGuard(self)
         matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
         self._outputs = {topic: self._host.publisher(
@@ -113,8 +112,7 @@ class StageNode(Node):
 
     def _process_in_time(self, message, received_ns: int) -> None:
         stamp_ns = stamp_ns_of(message.header)
-        if not self._by_call:
-            self.log.arrive(stamp_ns, self.covered_ns(message))
+        self.log.arrive(stamp_ns, self.covered_ns(message))
         if self._shedding.is_late(stamp_ns, received_ns, time.time_ns()):
             self.log.drop()
         elif not self._is_early():

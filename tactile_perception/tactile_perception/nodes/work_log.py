@@ -19,10 +19,14 @@ _FEW = 3  # frames dropped or refused within the window without a warning: chose
 
 
 class WorkLog:
-    """Counts frames that were processed, refused, dropped by load shedding, or lost in transport; topic: of the frames, for the texts."""
+    """Counts frames that were processed, refused, dropped by load shedding, or lost in transport.
 
-    def __init__(self, topic: str):
-        self._topic, self._gaps = topic, StampGaps(topic)
+    topic: of the frames, for the texts; by_call: whether a node of the same process publishes them, which then reports itself that it does
+    not.
+    """
+
+    def __init__(self, topic: str, by_call: bool = False):
+        self._topic, self._by_call, self._gaps = topic, by_call, StampGaps(topic)
         self.done = self.refused = self.shed = 0
         self.last_error = ''
         self._in_error = False
@@ -47,8 +51,9 @@ class WorkLog:
         self._dropped.append(time.monotonic())
 
     def arrive(self, stamp_ns: int, covered_ns: int = 0) -> None:
-        """Count the frames lost before this one; its samples last covered_ns (0: frames come at a fixed rate)."""
-        self._gaps.add(stamp_ns, covered_ns)
+        """Count the frames lost before this one; its samples last covered_ns (0: frames come at a fixed rate). None is lost in a call."""
+        if not self._by_call:
+            self._gaps.add(stamp_ns, covered_ns)
 
     def restart_gaps(self) -> None:
         """Do not count what was sent before now as lost: this node was not subscribed."""
@@ -94,6 +99,8 @@ class WorkLog:
         if self._in_error:
             return ERROR, self.last_error
         if not self.done or self.age > _SILENCE_S:
+            if self._by_call:
+                return OK, f'waiting for {self._topic}'
             return WARN, f'no message on {self._topic}; check that its publisher is running and active'
         remark = self._gaps.remark or remark
         shed, bad, done = (len(_recent(times)) for times in (self._dropped, self._bad, self._stamps))

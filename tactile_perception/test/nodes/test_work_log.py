@@ -47,6 +47,16 @@ def test_silence_is_a_warning_that_names_the_topic_and_idleness_is_none():
     assert log.health(idle=True).level == OK
 
 
+def test_between_nodes_of_one_process_the_publisher_alone_tells_what_is_missing():
+    log, period = WorkLog('dots', by_call=True), 33_333_333
+    health = log.health(idle=False)
+    assert health.level == OK and health.message == 'waiting for dots'
+    for k in (*range(40), *range(80, 120)):
+        log.arrive(10**18 + k * period)
+        log.add(0.001, 0.002)
+    assert log.health(False).level == OK and log.health(False).values['lost frames'] == 0
+
+
 def test_a_remark_is_a_warning():
     log = WorkLog('image_raw')
     log.add(0.001, 0.002)

@@ -87,6 +87,11 @@ class Host:
         own = (self._shared or {}).get(node.resolve_topic_name(topic))
         return own is not None and own.has_takers
 
+    @property
+    def shares(self) -> bool:
+        """Whether other nodes are in the process."""
+        return self._shared is not None
+
     def publishes(self, node: Node, topic: str) -> bool:
         """Whether a node of this process publishes a topic to the others by calls, in which nothing is lost."""
         return node.resolve_topic_name(topic) in (self._shared or {})

@@ -38,7 +38,15 @@ def test_it_subscribes_only_while_frames_are_wanted(node):
     assert '/left/image_raw' in subscribed(node) and not source.describe()['idle']
     with pytest.raises(NothingYet):
         source.read(False)
+    assert source.describe()['idle']
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    for _ in range(100):  # the node's executor unsubscribes
+        executor.spin_once(timeout_sec=0.05)
+        if '/left/image_raw' not in subscribed(node):
+            break
     assert '/left/image_raw' not in subscribed(node)
+    executor.shutdown()
     source.close()
     assert source.calibration() is None
 
