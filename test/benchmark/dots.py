@@ -1,18 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Time and error of the dot detectors, interleaved in one run: `python test/benchmark/dots.py [--quick] [--out out]`.
+"""Time and error of the dot detectors, interleaved in one run: the part dots of run.py.
 
-Writes dots.md, dots.json and dots.png: error relative to the Cramer-Rao bound (2-D RMS of dots neither overlapping nor under glare),
-missed and false dots per thousand, standard deviation of the errors relative to the stated sigma, and median milliseconds per frame on one
-thread.
+Error relative to the Cramer-Rao bound (2-D RMS of dots neither overlapping nor under glare), missed and false dots per thousand, standard
+deviation of the errors relative to the stated sigma, and median milliseconds per frame on one thread.
 """
 from __future__ import annotations
 
-import argparse
-import json
 import time
 from collections import defaultdict
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -133,49 +129,3 @@ def summary(sums: dict) -> dict:
         'missed_per_1000': 1e3 * (1 - sums['matched'] / sums['true']),
             'false_per_1000': 1e3 * sums['false'] / sums['true'], 'normalised_variance': sums['normal2'] / max(sums['matched'], 1),
             'touching_missed': int(sums['touching_missed']), 'touching': int(sums['touching']), 'ms': sums['ms']}
-
-
-def table(results: dict) -> str:
-    """Markdown: a row for each method, scene and noise."""
-    lines = ['| method | scene | noise | error / bound | missed / 1000 | false / 1000 | error^2 / sigma^2 | touching missed | ms |',
-             '|---|---|---|---|---|---|---|---|---|']
-    for method, scenes in results.items():
-        for scene, by_noise in scenes.items():
-            for noise, sums in by_noise.items():
-                s = summary(sums)
-                ratios = ' | '.join(f'{s[key]:.2f}' for key in ('error_over_bound', 'missed_per_1000', 'false_per_1000',
-                    'normalised_variance'))
-                lines.append(f'| {method} | {scene} | {noise:g} | {ratios} | {s["touching_missed"]} of {s["touching"]} | {s["ms"]:.2f} |')
-    return '\n'.join(lines) + '\n'
-
-
-def plot(results: dict, path: Path):
-    """Speed against error, a point for each method, scene and noise."""
-    import matplotlib
-    matplotlib.use('Agg')
-    from matplotlib import pyplot
-    figure, axes = pyplot.subplots(figsize=(7, 5))
-    for method, scenes in results.items():
-        cells = [summary(sums) for by in scenes.values() for sums in by.values()]
-        axes.scatter([c['ms'] for c in cells], [c['error_over_bound'] for c in cells], s=14, label=method)
-    axes.axhline(1.0, color='black', linewidth=0.8)
-    axes.set(xscale='log', yscale='log', xlabel='ms a frame (640 x 480, 529 dots, one thread)', ylabel='error / Cramer-Rao bound')
-    axes.legend()
-    figure.savefig(path, dpi=120)
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--quick', action='store_true', help='one seed and two frames a cell')
-    parser.add_argument('--out', type=Path, default=Path('out'))
-    wanted = parser.parse_args()
-    results = run(range(1) if wanted.quick else range(3), 2 if wanted.quick else 6)
-    wanted.out.mkdir(parents=True, exist_ok=True)
-    (wanted.out / 'dots.md').write_text(table(results))
-    (wanted.out / 'dots.json').write_text(json.dumps({m: {s: {str(n): summary(v) for n, v in by.items()} for s, by in sc.items()} for m,
-        sc in results.items()}, indent=1))
-    plot(results, wanted.out / 'dots.png')
-
-
-if __name__ == '__main__':
-    main()

@@ -51,7 +51,8 @@ def calibrated(pad):
               'scale_sigma': 0.01, 'offset_sigma': 1e-4, 'curvature_radius': 0.02, 'height': 0.013, 'constants': [0.1, 0.1],
               'absorptions': [40.0, 30.0],
               'noise': [[1e-4, 0.0], [0.0, 1e-4]], 'camera_centre': camera.centre.tolist(), 'image_size': [640, 480]}
-    page = {'format': 'tactile calibration 1', 'sensor': 'touchpad', 'date': '2026-01-01T00:00:00Z', 'units': {}, 'fitted': fitted,
+    page = {'format': 'tactile calibration 2', 'sensor': 'touchpad', 'serial': '', 'date': '2026-01-01T00:00:00Z', 'software': '',
+            'parameters': {}, 'units': {}, 'fitted': fitted, 'outliers': [],
             'residuals': {}, 'calibrated_range': {}, 'left_out': [], 'complete': True}
     return page, camera
 
@@ -73,7 +74,7 @@ def test_a_spoilt_calibration_is_refused(calibrated, tmp_path, name, value):
         read_touchpad(tmp_path / 'c.yaml', camera)
 
 
-@pytest.mark.parametrize('text', ['', 'fitted: 3', '{', '\x00', 'format: tactile calibration 1\n'])
+@pytest.mark.parametrize('text', ['', 'fitted: 3', '{', '\x00', 'format: tactile calibration 2\n'])
 def test_what_is_no_calibration_is_refused(calibrated, tmp_path, text):
     (tmp_path / 'c.yaml').write_text(text)
     with pytest.raises(BadCalibration, match='c.yaml'):
