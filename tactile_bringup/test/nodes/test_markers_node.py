@@ -4,6 +4,7 @@
 import pytest
 
 pytest.importorskip('rclpy')
+from geometry_msgs.msg import Point32, Polygon  # noqa: E402
 from tactile_bringup.nodes.markers_node import MarkersNode  # noqa: E402
 from tactile_msgs.msg import ContactRegion, DotTracks  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
@@ -36,3 +37,27 @@ def test_nothing_is_subscribed_for_nobody_and_frames_are_drawn_for_somebody(benc
         until(lambda: bool(seen), 1.0)
     assert seen and {m.header.frame_id for m in seen[0].markers} == {'pad'}
     assert {m.header.stamp.sec for m in seen[0].markers} <= set(range(2, stamp + 1))
+
+
+def test_every_array_of_a_stream_with_gaps_is_complete(bench):
+    other, until = bench(MarkersNode)
+    outputs = {topic: other.create_publisher(kind, topic, 50) for topic, kind in (('dots', DotTracks), ('contact_region', ContactRegion))}
+    seen = []
+    other.create_subscription(MarkerArray, 'markers', seen.append, 50)
+    assert until(lambda: all(output.get_subscription_count() for output in outputs.values()))
+    until(lambda: False, 0.5)  # the node looks five times a second for who publishes
+    outline = Polygon(points=[Point32(x=x, y=y) for x, y in ((0.001, 0.001), (0.002, 0.001), (0.001, 0.002))])
+    complete = set()
+    for k in range(1, 31):  # five sets a second, by their stamps
+        dots = sent_dots(100)
+        dots.header.stamp.sec, dots.header.stamp.nanosec = 100 + k // 5, 200_000_000 * (k % 5)
+        sent = {'dots': dots, 'contact_region': ContactRegion(header=dots.header, outlines=[outline])}
+        lost = {topic for topic, period in (('dots', 7), ('contact_region', 4)) if k % period == 3}
+        for topic in sent.keys() - lost:
+            outputs[topic].publish(sent[topic])
+        if not lost:
+            complete.add((dots.header.stamp.sec, dots.header.stamp.nanosec))
+        until(lambda: False, 0.05)
+    assert until(lambda: len(seen) >= len(complete))
+    drawn = {(array.markers[0].header.stamp.sec, array.markers[0].header.stamp.nanosec) for array in seen}
+    assert drawn == complete and all({'dots', 'outlines'} <= {marker.ns for marker in array.markers} for array in seen)
