@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from .summary import Reading
-from ..visualization.markers.annotation import SLIP_NAMES
+from ..visualization.markers.words import SLIP_NAMES
 
 
 def reading_of(found: Mapping, stamp_s: float, latency_s: float) -> Reading:

@@ -15,7 +15,7 @@ class StampSync:
     is left out; patience: number of waiting sets above which the oldest is dropped. Sets older than the one passed on are dropped, too.
     """
 
-    def __init__(self, done: Callable[[dict], None], expected: Callable[[], Collection[str]], patience: int = 8):
+    def __init__(self, done: Callable[[dict], None], expected: Callable[[], Collection[str]], patience: int = 30):
         self._done, self._expected, self._patience = done, expected, patience
         self._begin_anew(0)
 

@@ -3,8 +3,10 @@
 """RViz markers of a taxel array: cells coloured by value, outlines, axes, normals, flow, slip and wrench."""
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
+import cv2
 import numpy as np
 from geometry_msgs.msg import Point, Vector3, Wrench
 from sensor_msgs.msg import Image
@@ -18,7 +20,8 @@ from .messages import MarkerSet, points_of, rings_of
 
 _MOST_ARROWS = 200  # chosen
 _TONES = 64  # steps of the cells' colours, chosen: finer than the eye resolves
-_FAINT = 2  # tones, chosen: a fainter cell is drawn as untouched
+_FAINT = 0.025  # of the full value, chosen: a fainter cell is drawn as untouched
+_MOST_CELLS = 400  # chosen: 4 ms a message
 _UNDER = 1e-4  # m, chosen: from the outlines down to the cells, and from these to the plate of the untouched ones
 _SHARED = ('normal_length', 'force_length', 'full_force', 'full_torque')
 
@@ -42,7 +45,8 @@ class TaxelMarkers(MarkerSet):
         super().__init__({'dot_size': sizes['pitch'], **{name: sizes[name] for name in _SHARED}})
         self._array_sizes = sizes
         self._tones = [_colour(rgb) for rgb in colours.of_depth(np.linspace(0.0, 1.0, _TONES)).tolist()]
-        self._shape, self._plate, self._squares = (), [], []  # of the array; corners of its plate's two triangles, and of each cell's
+        self._shape: tuple[int, ...] = ()  # of the array
+        self._squares: dict[tuple, list[list[Point]]] = {}  # by shape of the array and number of parts
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
         """Markers for messages by topic (image_raw, contact_region, contacts, slip, wrench; any may be missing) under their header."""
@@ -64,28 +68,32 @@ class TaxelMarkers(MarkerSet):
     def _cells(self, image: Image) -> None:
         """Draw the array as a plate and each pressed taxel as a square on it, just under the surface, where the outlines lie.
 
-        Triangles, because RViz darkens the upper side of cubes; and few, because rclpy converts each point.
+        Triangles, because RViz darkens the upper side of cubes; and few, because rclpy converts each point: of many pressed taxels, blocks.
         """
-        values = taxel_values(image).astype(float)
-        if self._shape != values.shape:
-            self._shape = values.shape
-            self._plate = self._squares_of(np.zeros((1, 2)), np.array(values.shape[::-1]), -2 * _UNDER)[0]
-            row, column = (index.ravel() for index in np.indices(values.shape))
-            centres = np.column_stack([column - 0.5 * (values.shape[1] - 1), row - 0.5 * (values.shape[0] - 1)])
-            self._squares = self._squares_of(centres, np.ones(2), -_UNDER)
-        tone = np.clip(np.round((_TONES - 1) * values.ravel() / self._array_sizes['full_value']), 0, _TONES - 1).astype(int)
-        pressed = np.flatnonzero(tone >= _FAINT).tolist()
-        for ns, shown in (('plate', [(self._plate, 0)]), ('cells', [(self._squares[k], tone[k]) for k in pressed])):
+        values = taxel_values(image).astype(np.float32)
+        self._shape, full = values.shape, self._array_sizes['full_value']
+        side = math.ceil(math.sqrt(np.count_nonzero(values > _FAINT * full) / _MOST_CELLS))
+        if side > 1:
+            values = cv2.resize(values, tuple(max(1, count // side) for count in self._shape[::-1]), interpolation=cv2.INTER_AREA)
+        tone = np.clip(np.round((_TONES - 1) * values.ravel() / full), 0, _TONES - 1).astype(int)
+        squares = self._squares_of(values.shape)
+        cells = [(squares[k], tone[k]) for k in np.flatnonzero(values.ravel() > _FAINT * full).tolist()]
+        for ns, shown in (('plate', [(self._squares_of((1, 1), -2 * _UNDER)[0], 0)]), ('cells', cells)):
             if shown:
                 corners = [point for square, _ in shown for point in square]
                 marker = self._add(ns, Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.TEXT), corners)
                 marker.colors = [self._tones[k] for _, k in shown for _ in range(2)]  # one a triangle, which RViz does not light
 
-    def _squares_of(self, centres: np.ndarray, size: np.ndarray, height: float) -> list[list[Point]]:
-        """Corners of two triangles for each rectangle around centres (N, 2) of this size (2,), taxels, at a height, m."""
-        corners = centres[:, None] + 0.5 * size * np.array([(-1, -1), (1, -1), (1, 1), (-1, -1), (1, 1), (-1, 1)])
-        flat = np.dstack([self._array_sizes['pitch'] * corners, np.full(corners.shape[:2], height)])
-        return [points_of(square) for square in flat]
+    def _squares_of(self, parts: tuple[int, int], height: float = -_UNDER) -> list[list[Point]]:
+        """Corners of two triangles for each of parts (rows, columns) of the array, at a height, m; made once."""
+        key = self._shape, parts
+        if key not in self._squares:
+            size = self._array_sizes['pitch'] * np.array(self._shape[::-1]) / parts[::-1]
+            row, column = (index.ravel() for index in np.indices(parts))
+            centres = np.column_stack([column, row]) - 0.5 * (np.array(parts[::-1]) - 1)
+            corners = size * (centres[:, None] + 0.5 * np.array([(-1, -1), (1, -1), (1, 1), (-1, -1), (1, 1), (-1, 1)]))
+            self._squares[key] = [points_of(square) for square in np.dstack([corners, np.full(corners.shape[:2], height)])]
+        return self._squares[key]
 
     def _lines(self, region: ContactRegion) -> None:
         """Draw outlines, holes and principal axes of the region."""

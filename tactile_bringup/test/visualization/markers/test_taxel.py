@@ -50,6 +50,16 @@ def test_pressed_taxels_are_squares_in_full_colour_on_a_plate():
         assert [(c.r, c.g, c.b) for c in found[ns].colors] == [pytest.approx(full)] * 2
 
 
+def test_of_many_pressed_taxels_blocks_are_drawn_over_the_same_place():
+    values = np.zeros((100, 80), np.uint8)
+    values[10:90, 20:60] = 100
+    cells = drawn(TaxelMarkers(SIZES), image_raw=image_to_message(Frame(values, 0, 'mono8'), '', HEADER))['cells']
+    corners = np.array([(p.x, p.y) for p in cells.points])
+    assert 6 * 100 < len(corners) < 6 * 800
+    assert corners.min(axis=0) == pytest.approx((-20e-3, -40e-3), abs=3e-3)
+    assert corners.max(axis=0) == pytest.approx((20e-3, 40e-3), abs=3e-3)
+
+
 def test_outlines_holes_axes_flow_and_slip():
     found = drawn(TaxelMarkers(SIZES), contact_region=region(orientation=0.0), slip=slipping())
     assert {'outlines', 'holes', 'axes', 'flow', 'text'} == set(found)
