@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tactile_driver.errors import BadArgument, TactileError
-from tactile_perception.bags.descriptions import descriptions
-from tactile_perception.bags.rosbag import BagReader
+from tactile_driver.recordings.description import descriptions
+from tactile_driver.recordings.reader import BagReader
 
 from ..sensor_types import SENSOR_TYPES
 

@@ -11,6 +11,8 @@ from tactile_driver.frame import CameraCalibration, Frame, PairFrame, as_encodin
 from tactile_driver.nodes.messages.conversions import (RIGHT_TIME, calibration_to_message, header_of, image_to_message,
                                                        right_time_message)
 from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
+from tactile_driver.recordings.reader import BagReader, RawMessage
+from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.sources.dual_camera.pairing import Pairer
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
 from tactile_driver.stitching.methods import make_stitcher
@@ -18,9 +20,7 @@ from tactile_driver.stitching.methods import make_stitcher
 from ..calibration.files.format import read_calibration
 from ..errors import BadFrame
 from ..nodes.messages import conversions as convert
-from ..nodes.messages.serialization import MessageCodec
 from ..parameters.file import read_parameters
-from .rosbag import BagReader, RawMessage
 
 VIEWS = ('left/image_raw', 'right/image_raw')
 _MADE = {'image_raw': 'sensor_msgs/msg/Image', 'camera_info': 'sensor_msgs/msg/CameraInfo', RIGHT_TIME: 'sensor_msgs/msg/TimeReference'}
@@ -37,7 +37,7 @@ class StitchedBag(BagReader):
     def __init__(self, path: str | Path, stitching: Stitching, method: str, max_skew: float):
         super().__init__(path)
         self._stitcher = make_stitcher(method, stitching)
-        self._max_skew, self._codec = int(max_skew * 1e9), MessageCodec()
+        self._max_skew = int(max_skew * 1e9)
         self._frame_ids: dict[str, str] = {}
 
     @property
@@ -67,7 +67,7 @@ class StitchedBag(BagReader):
                 continue
             prefix, side = sides[raw.topic]
             try:
-                message = self._codec.decode(raw.data, raw.type_name)
+                message = decode(raw.data, raw.type_name)
                 self._frame_ids[prefix] = message.header.frame_id
                 pairers[prefix].add(side, view_frame(message))
             except BadFrame as error:
@@ -101,7 +101,7 @@ class StitchedBag(BagReader):
             info.header = header
             for name, message in (('camera_info', info), (RIGHT_TIME, right_time_message(pair.right.stamp_ns, header)),
                                   ('image_raw', image_to_message(Frame(picture, pair.stamp_ns, encoding), '', header))):
-                type_name, data = self._codec.encode(message)
+                type_name, data = encode(message)
                 yield RawMessage(prefix + name, type_name, pair.stamp_ns, data)
 
 
