@@ -71,7 +71,7 @@ class RecordNode(Node):
         if writer is not None:
             try:
                 writer.__exit__(None, None, None)
-            except (OSError, RuntimeError) as error:
+            except OSError as error:
                 print(f'{self._path}: not closed ({error}); process_bag can read what was written', flush=True)
             print(f'{self._path}: {self.written} messages recorded' + (f', {self._lost} lost' if self._lost else ''), flush=True)
         super().destroy_node()
@@ -104,7 +104,7 @@ class RecordNode(Node):
             self._add_topic(topic, type_name)
         try:
             self._writer.write(topic, type_name, self.get_clock().now().nanoseconds, data)
-        except (OSError, RuntimeError) as error:
+        except OSError as error:
             self._lost += 1
             self._problem = f'{topic} could not be recorded: {error}; make room on the disk, it goes on by itself'
             self._say.error('write', self._problem)

@@ -3,6 +3,9 @@
 """Writes rosbag2 recordings (MCAP) with the QoS of their topics, by which `ros2 bag play` offers them again."""
 from __future__ import annotations
 
+import errno
+import os
+import shutil
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -18,6 +21,7 @@ _VERSION = 9  # of rosbag2's metadata in Jazzy, in which QoS policies have names
 _FOR_EVER = {'sec': 9223372036, 'nsec': 854775807}  # RMW_DURATION_INFINITE of rmw
 _TIMES = ('deadline', 'lifespan', 'liveliness_lease_duration')
 _DEPTH = 10  # chosen
+_MARGIN = 1 << 20  # bytes, chosen: no message is begun without so much room on the disk, because rosbag2 does not notice that one is cut
 _LATCHED = ('/tf_static', '/description', '/camera_info')
 
 
@@ -56,7 +60,10 @@ class BagWriter:
         return self
 
     def __exit__(self, *_exc) -> None:
-        self._writer.close()
+        try:
+            self._writer.close()
+        except RuntimeError as error:
+            raise OSError(f'bag {self.path}: {error}') from error
 
     def add_topic(self, topic: str, type_name: str, offered: Sequence[dict] = ()) -> None:
         """Add a topic with the QoS that its publishers offer, before its first message; default: usual_qos."""
@@ -66,10 +73,15 @@ class BagWriter:
         self._topics.add(topic)
 
     def write(self, topic: str, type_name: str, stamp_ns: int, data: bytes) -> None:
-        """Append one serialised message; type_name such as 'sensor_msgs/msg/Image'."""
+        """Append one serialised message; type_name such as 'sensor_msgs/msg/Image'. Raises OSError, and drops it, where that fails."""
+        if shutil.disk_usage(self.path).free < len(data) + _MARGIN:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self.path))
         if topic not in self._topics:
             self.add_topic(topic, type_name)
-        self._writer.write(topic, data, stamp_ns)
+        try:
+            self._writer.write(topic, data, stamp_ns)
+        except RuntimeError as error:
+            raise OSError(f'bag {self.path}: {error}') from error
 
 
 def write_messages(path: str | Path, namespace: str, messages: Iterable[tuple[int, str, object]]) -> None:

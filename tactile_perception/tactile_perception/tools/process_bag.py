@@ -120,7 +120,8 @@ class _Signals:
 def main(args: list[str] | None = None) -> int:
     """Run the command; --help lists the exit codes."""
     parser = argparse.ArgumentParser(prog='process_bag', description=__doc__, epilog=_CODES)
-    parser.add_argument('input', type=Path, help='rosbag2 recording (MCAP or sqlite3, compressed or not); of a damaged one the rest')
+    parser.add_argument('input', type=Path, help='rosbag2 recording (MCAP or sqlite3, compressed or not); an unfinished one is read as far '
+                        'as it goes')
     parser.add_argument('output', type=Path, help='new rosbag2 folder (MCAP) for the results')
     parser.add_argument('--params', type=Path, required=True, help='parameter file of the sensor, as the launch file takes it')
     parser.add_argument('--calibration', type=Path, help='calibration file; default: the one in the parameter file')
