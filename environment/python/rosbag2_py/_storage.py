@@ -9,6 +9,8 @@ from pathlib import Path
 
 import yaml
 
+_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # in C: a bag is opened several times
+
 
 class CompressionMode(Enum):
     """What is compressed."""
@@ -98,7 +100,7 @@ class MetadataIo:
     def read_metadata(self, uri: str) -> BagMetadata:
         """The metadata of the bag in a folder."""
         try:
-            known = yaml.safe_load(Path(uri, 'metadata.yaml').read_text())['rosbag2_bagfile_information']
+            known = yaml.load(Path(uri, 'metadata.yaml').read_text(), _LOADER)['rosbag2_bagfile_information']
             topics = [TopicInformation(TopicMetadata(0, **{'type_description_hash': '', **one['topic_metadata']}), one['message_count'])
                       for one in known['topics_with_message_count']]
             return BagMetadata(known['relative_file_paths'], known['message_count'], topics, known.get('compression_format') or '',

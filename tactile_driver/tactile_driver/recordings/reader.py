@@ -38,15 +38,15 @@ class BagReader:
         self.path, self.left_out = Path(path), LeftOut()
         if not self.path.exists():
             raise BadRecording(f'bag {self.path}: no such file or folder')
-        self._bags: list[Path] = []
+        self._bags: list[tuple[Path, bool]] = []
         self._counts: Counter = Counter()
         self._types: dict[str, str] = {}
         self.hashes: dict[str, str] = {}
 
     def __enter__(self) -> BagReader:
-        self._bags = self._parts()
+        self._bags = [(bag, _packed(bag)) for bag in self._parts()]
         for bag in self._bags:
-            for information in _opened(bag).get_metadata().topics_with_message_count:
+            for information in _opened(*bag).get_metadata().topics_with_message_count:
                 topic = information.topic_metadata
                 self._types[topic.name] = topic.type
                 self.hashes[topic.name] = topic.type_description_hash
@@ -81,8 +81,8 @@ class BagReader:
         """Messages of the topics (None: all), file by file, in order of recording; left_out counts those that are missing."""
         wanted = set(self._types) if topics is None else topics & set(self._types)
         expected, read, lost = BagReader.count(self, wanted), 0, 0
-        for bag in self._bags if wanted else ():
-            reader = _opened(bag)
+        for bag, packed in self._bags if wanted else ():
+            reader = _opened(bag, packed)
             reader.set_filter(StorageFilter(topics=sorted(wanted)))
             while lost <= expected:  # an error may come again for ever
                 try:
@@ -100,10 +100,16 @@ class BagReader:
             self.left_out.add(self.path.name, reason, count=expected - read - lost)
 
 
-def _opened(bag: Path) -> SequentialReader | SequentialCompressionReader:
+def _packed(bag: Path) -> bool:
+    """Whether rosbag2 compressed its files or messages."""
     try:
-        metadata = MetadataIo()
-        packed = metadata.metadata_file_exists(str(bag)) and metadata.read_metadata(str(bag)).compression_format
+        return MetadataIo().metadata_file_exists(str(bag)) and bool(MetadataIo().read_metadata(str(bag)).compression_format)
+    except Exception as error:  # see BagReader.messages
+        raise _unreadable(bag, _one_line(error)) from error
+
+
+def _opened(bag: Path, packed: bool) -> SequentialReader | SequentialCompressionReader:
+    try:
         reader = SequentialCompressionReader() if packed else SequentialReader()
         reader.open(StorageOptions(uri=str(bag)), ConverterOptions())
         reader.get_metadata()
