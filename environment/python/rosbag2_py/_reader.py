@@ -86,6 +86,9 @@ class SequentialCompressionReader(SequentialReader):
         super().__init__()
         self._folder = TemporaryDirectory(prefix='unpacked_bag_')
 
+    def __del__(self):
+        self._folder.cleanup()
+
     def read_next(self) -> Stored:
         """(topic, serialised message, time of recording in ns)."""
         topic, data, stamp = super().read_next()

@@ -44,16 +44,25 @@ class BagReader:
         self.hashes: dict[str, str] = {}
 
     def __enter__(self) -> BagReader:
-        self._bags = [(bag, _packed(bag)) for bag in self._parts()]
-        for bag in self._bags:
-            for information in _opened(*bag).get_metadata().topics_with_message_count:
-                topic = information.topic_metadata
-                self._types[topic.name] = topic.type
-                self.hashes[topic.name] = topic.type_description_hash
-                self._counts[topic.name] += information.message_count
+        for bag in self._parts():
+            try:
+                self._add(bag)
+            except BadRecording as error:
+                if bag == self.path:
+                    raise
+                self.left_out.add(bag.name, str(error))
         if not self._types:
-            raise _unreadable(self.path, 'it is empty')
+            raise _unreadable(self.path, '; '.join(self.left_out.lines()) or 'it is empty')
         return self
+
+    def _add(self, bag: Path) -> None:
+        packed = _packed(bag)
+        for information in _opened(bag, packed).get_metadata().topics_with_message_count:
+            topic = information.topic_metadata
+            self._types[topic.name] = topic.type
+            self.hashes[topic.name] = topic.type_description_hash
+            self._counts[topic.name] += information.message_count
+        self._bags.append((bag, packed))
 
     def __exit__(self, *_exc) -> None:
         self._bags = []

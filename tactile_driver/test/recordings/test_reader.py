@@ -59,6 +59,15 @@ def test_an_unfinished_file_is_read_up_to_what_is_whole(tmp_path, preset, kept):
         assert 0 <= 20 * kept - len(found) < 1, 'at most one message is cut'
 
 
+def test_a_file_that_cannot_be_read_costs_no_other(tmp_path):
+    write_bag(tmp_path / 'bag', 3, size=1000)
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()
+    (tmp_path / 'bag' / 'bag_1.mcap').write_bytes(b'')
+    with BagReader(tmp_path / 'bag') as reader:
+        assert numbers(m.data for m in reader.messages()) == [0, 1, 2]
+        assert any('bag_1.mcap' in line and 'cannot be read' in line for line in reader.left_out.lines())
+
+
 def test_a_file_that_is_cut_off_after_it_was_closed_is_read_and_what_is_missing_told(tmp_path):
     file = write_bag(tmp_path / 'bag', 20)
     file.write_bytes(file.read_bytes()[:3_000_000])
