@@ -15,9 +15,9 @@ from rosidl_runtime_py.utilities import get_message
 from ..errors import BadFrame
 
 _HEADER = 4  # bytes of encapsulation, from the end of which CDR counts its alignment
-#: bytes of a primitive by its number in a type description (type_description_interfaces/msg/FieldType)
-_SIZES = {2: 1, 3: 1, 4: 2, 5: 2, 6: 4, 7: 4, 8: 8, 9: 8, 10: 4, 11: 8, 13: 1, 15: 1, 16: 1}
-_STRINGS, _NESTED = (17, 21), 1
+#: Bytes of a value by its number in a type description (type_description_interfaces/msg/FieldType); 0: a string.
+_SIZES = {2: 1, 3: 1, 4: 2, 5: 2, 6: 4, 7: 4, 8: 8, 9: 8, 10: 4, 11: 8, 13: 1, 15: 1, 16: 1, 17: 0, 21: 0}
+_NESTED = 1
 _KIND = 48  # numbers are those of one value, then of arrays, of bounded and of unbounded sequences, so far apart
 
 
@@ -66,7 +66,8 @@ def _description(type_name: str) -> dict:
     return json.loads(Path(get_package_share_directory(package), kind, f'{name}.json').read_text())
 
 
-Field = tuple[int, int, object]  # length (0: one value, -1: a sequence), size of a primitive (0: string, -1: nested), fields of a nested
+#: Number of values (negative: in each entry of a sequence), bytes of one (0: string, -1: nested message), fields of a nested message.
+Field = tuple[int, int, object]
 
 
 @cache
@@ -79,20 +80,19 @@ def _fields(type_name: str) -> list[Field]:
 
 def _laid_out(type_name: str, nested: dict[str, list]) -> list[Field]:
     found: list[Field] = []
-    for field in nested[type_name]:
-        kind = field['type']
-        number, form = kind['type_id'] % _KIND, kind['type_id'] // _KIND
-        length = (1, kind['capacity'], -1, -1)[form]
-        inner = _laid_out(kind['nested_type_name'], nested) if number == _NESTED else None
-        if inner is not None and len(inner) == 1 and inner[0][0] > 0 and inner[0][1] > 0:  # such as Point: three doubles
-            number, size = -1, inner[0][1]
-            length, inner = length * inner[0][0] if length > 0 else -inner[0][0], None
-        else:
-            size = -1 if number == _NESTED else 0 if number in _STRINGS else _SIZES[number]
-        if found and size > 0 and length > 0 and found[-1][1] == size and found[-1][0] > 0:
-            found[-1] = found[-1][0] + length, size, None
-        else:
-            found.append((length, size, inner))
+    for kind in (field['type'] for field in nested[type_name]):
+        form, number = divmod(kind['type_id'], _KIND)
+        entry = _laid_out(kind['nested_type_name'], nested) if number == _NESTED else [(1, _SIZES[number], None)]
+        count = kind['capacity'] if form == 1 else -1
+        if form and len(entry) == 1 and entry[0][0] > 0 and entry[0][1] >= 0:  # such as Point: three doubles
+            entry = [(count * entry[0][0], entry[0][1], None)]
+        elif form:
+            entry = [(count, -1, entry)]
+        for length, size, inner in entry:
+            if found and size > 0 and size == found[-1][1] and min(length, found[-1][0]) > 0:
+                found[-1] = found[-1][0] + length, size, None
+            else:
+                found.append((length, size, inner))
     return found
 
 
