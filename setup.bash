@@ -46,7 +46,7 @@ _tactile_check_python() {
     python3 - <<'PYTHON' || printf 'setup: type: rosdep install --from-paths %s --ignore-src\n' "$1" >&2
 import importlib.util
 import sys
-modules = ('PIL', 'cv2', 'diagnostic_updater', 'matplotlib', 'message_filters', 'numpy', 'psutil', 'rclpy', 'rosbags', 'scipy', 'serial', 'yaml')
+modules = ('PIL', 'cv2', 'diagnostic_updater', 'matplotlib', 'message_filters', 'numpy', 'psutil', 'rclpy', 'rosbag2_py', 'scipy', 'serial', 'yaml')
 missing = [name for name in modules if importlib.util.find_spec(name) is None]
 if missing:
     sys.exit('setup: Python packages are missing: ' + ' '.join(missing))

@@ -14,14 +14,13 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 from fed_nodes import NODES, at, fed, sent, stamp_of  # noqa: E402
 from random_messages import hostile  # noqa: E402
 from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
+from tactile_driver.recordings.serialization import encode  # noqa: E402
 from tactile_perception.errors import BadFrame  # noqa: E402
 from tactile_perception.nodes.messages.checks import check_message  # noqa: E402
 from tactile_perception.nodes.messages.conversions import camera_matrices  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 from tactile_perception.nodes.stages.psd import check_block  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
-CODEC = MessageCodec()
 _BEGIN = 14  # messages after which every node has processed a frame, so that later stamps can be checked against its stamp
 _PERIOD_NS = 1_000_000  # ns from a bad message to the next good one
 
@@ -95,7 +94,7 @@ def usable(topic, message):
 
 def told(node, found):
     """What each good message makes a node publish, as bytes."""
-    return [[(topic, CODEC.encode(result)) for topic, result in node.feed(*one)] for one in found]
+    return [[(topic, encode(result)) for topic, result in node.feed(*one)] for one in found]
 
 
 @pytest.mark.parametrize('name, sensor', NODES)

@@ -21,9 +21,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
 from tactile_msgs.msg import PsdVoltages
-from tactile_perception.bags.rosbag import BagReader
-from tactile_perception.nodes.messages.serialization import MessageCodec
 from zygote import Zygote
 
 OK, WARN, ERROR = 0, 1, 2
@@ -174,9 +174,9 @@ class Beside:
         """End all; every sample that was heard is in the bag."""
         codes = [(process.send(2), process.wait())[1] for process in (self._driver, self._recorder)]
         self._emulator.pull()
-        codec, heard = MessageCodec(), samples([h.message for h in self._heard])[:, 0]
+        heard = samples([h.message for h in self._heard])[:, 0]
         with BagReader(self._bag) as bag:
-            recorded = samples([codec.decode(m.data, m.type_name) for m in bag.messages({'/beside/voltages'})])[:, 0]
+            recorded = samples([decode(m.data, m.type_name) for m in bag.messages({'/beside/voltages'})])[:, 0]
         assert codes == [0, 0] and (recorded[1:] == recorded[:-1] + 1).all()
         assert recorded[0] <= heard[0] + 300 and recorded[-1] == heard[-1], 'the middleware may take a moment to join the recorder'
 

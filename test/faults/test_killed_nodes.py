@@ -15,9 +15,9 @@ import psutil  # noqa: E402
 import yaml  # noqa: E402
 from emulated import CountingFinger, samples  # noqa: E402
 from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402
-from tactile_perception.bags.rosbag import BagReader  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 
 pytestmark = pytest.mark.ros
 PERCEPTION = 'tactile_perception.nodes.psd_contact_node'
@@ -73,9 +73,8 @@ class Hand:
 
 
 def recorded(bag, topic):
-    codec = MessageCodec()
     with BagReader(bag) as reader:
-        return samples([codec.decode(m.data, m.type_name) for m in reader.messages({topic})])[:, 0]
+        return samples([decode(m.data, m.type_name) for m in reader.messages({topic})])[:, 0]
 
 
 @pytest.mark.slow

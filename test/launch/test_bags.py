@@ -13,9 +13,10 @@ from std_msgs.msg import String  # noqa: E402
 from tactile_bringup.simulate.camera import write_scene  # noqa: E402
 from tactile_bringup.simulate.psd import write_psd_scene  # noqa: E402
 from tactile_bringup.simulate.taxel import write_taxel_scene  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
+from tactile_driver.recordings.writer import BagWriter  # noqa: E402
 from tactile_msgs.msg import Contacts, DotTracks  # noqa: E402
-from tactile_perception.bags.rosbag import BagReader, BagWriter  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 
 pytestmark = pytest.mark.ros
 FRAMES = 12
@@ -34,14 +35,13 @@ def write(folder, sensor_type, simulated=True):
     """A bag of a scene with annotated images beside the raw data; its path."""
     maker, scene, rate = SENSORS[sensor_type]
     maker(folder / 'plain', scene, rate, **({'frames': FRAMES} if maker is write_scene else {}))
-    codec = MessageCodec()
-    picture = codec.encode(Image(width=1, height=1, step=1, encoding='mono8', data=b'1'))
-    with BagReader(folder / 'plain') as reader, BagWriter(folder / 'bag', codec.store) as writer:
+    picture = encode(Image(width=1, height=1, step=1, encoding='mono8', data=b'1'))
+    with BagReader(folder / 'plain') as reader, BagWriter(folder / 'bag') as writer:
         for message in reader.messages():
             data = message.data
             if message.topic.endswith('/description') and not simulated:
-                text = codec.decode(data, message.type_name).data
-                data = codec.encode(String(data=text.replace('source: sim', 'source: device')))[1]
+                text = decode(data, message.type_name).data
+                data = encode(String(data=text.replace('source: sim', 'source: device')))[1]
             writer.write(message.topic, message.type_name, message.stamp_ns, data)
             writer.write(f'/{sensor_type}/image_annotated', picture[0], message.stamp_ns, picture[1])
     return str(folder / 'bag')

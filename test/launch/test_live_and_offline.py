@@ -18,13 +18,14 @@ from tactile_bringup.simulate.psd import write_psd_scene  # noqa: E402
 from tactile_bringup.simulate.taxel import write_taxel_scene  # noqa: E402
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME  # noqa: E402
 from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
-from tactile_perception.bags.message_bag import write_messages  # noqa: E402
-from tactile_perception.bags.rosbag import BagReader, RawMessage  # noqa: E402
+from tactile_driver.recordings.compressed import ImageBagReader as BagReader  # noqa: E402
+from tactile_driver.recordings.reader import RawMessage  # noqa: E402
+from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
+from tactile_driver.recordings.writer import write_messages  # noqa: E402
 from tactile_perception.bags.stream import KEPT, FrameDone, Task, stream  # noqa: E402
 from tactile_perception.nodes.contact_point_node import ContactPointNode  # noqa: E402
 from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
 from tactile_perception.nodes.dot_tracker_node import DotTrackerNode  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
 from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
 
@@ -56,10 +57,9 @@ def sensor(request, tmp_path_factory):
 
 def compressed_messages(bag, images, kind):
     """(stamp, topic, message) of a bag, with image_raw/compressed in place of image_raw; kind: .jpg or .png."""
-    codec = MessageCodec()
     with BagReader(bag) as reader:
         for raw in reader.messages():
-            message = codec.decode(raw.data, raw.type_name)
+            message = decode(raw.data, raw.type_name)
             if raw.topic == images:
                 data = cv2.imencode(kind, image_to_array(message))[1].tobytes()
                 message = CompressedImage(header=message.header, format=kind[1:], data=data)
@@ -121,7 +121,7 @@ def frames_of(items):
 
 def test_estimates_are_those_of_the_live_nodes(sensor):
     name, task = sensor
-    replay, codec, count = task.replay(), MessageCodec(), SENSORS[name][3]
+    replay, count = task.replay(), SENSORS[name][3]
     offline = frames_of(stream(task))[:count]
     kinds = {topic: items[0][0] for frame in offline for topic, items in frame.items()}
     with task.open(replay) as reader:
@@ -131,7 +131,7 @@ def test_estimates_are_those_of_the_live_nodes(sensor):
             bench.listen(kinds)
             done, expected = 0, dict.fromkeys(kinds, 0)
             for message in reader.messages(raw):
-                bench.publishers[message.topic].publish(codec.decode(message.data, message.type_name))
+                bench.publishers[message.topic].publish(decode(message.data, message.type_name))
                 if message.topic.endswith(replay.raw):
                     for topic, items in offline[done].items():
                         expected[topic] += len(items)
@@ -144,4 +144,4 @@ def test_estimates_are_those_of_the_live_nodes(sensor):
     assert done == count and sum(expected.values()) > count / 2
     for topic in kinds:
         told = [data for frame in offline for _, data in frame.get(topic, [])]
-        assert [codec.encode(message)[1] for message in bench.heard[topic]] == told, topic
+        assert [encode(message)[1] for message in bench.heard[topic]] == told, topic

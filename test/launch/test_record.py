@@ -8,9 +8,9 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from ament_index_python.packages import get_package_share_directory  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_msgs.msg import ContactRegion, DotTracks  # noqa: E402
-from tactile_perception.bags.rosbag import BagReader  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 
 pytestmark = pytest.mark.ros
 RESULTS = ('dots', 'contact_region', 'contacts', 'slip', 'wrench')
@@ -22,10 +22,10 @@ def counts_of(path):
 
 
 def stamps_of(path, topic):
-    codec, found = MessageCodec(), []
+    found = []
     with BagReader(path) as bag:
         for message in bag.messages({f'/touchpad/{topic}'}):
-            stamp = codec.decode(message.data, message.type_name).header.stamp
+            stamp = decode(message.data, message.type_name).header.stamp
             found.append(stamp.sec * 1_000_000_000 + stamp.nanosec)
     return found
 

@@ -19,8 +19,9 @@ from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
 from tactile_driver.nodes.runtime.host import Host  # noqa: E402
 from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS  # noqa: E402
 from tactile_msgs.msg import Contacts  # noqa: E402
-from tactile_perception.bags.rosbag import BagReader, BagWriter  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import decode  # noqa: E402
+from tactile_driver.recordings.writer import BagWriter  # noqa: E402
 
 pytestmark = pytest.mark.ros
 DRIVERS = {
@@ -78,9 +79,8 @@ def play():
 
 def recorded(path):
     """Stamps and numbers of contacts on ground_truth/contacts."""
-    codec = MessageCodec()
     with BagReader(path) as bag:
-        return [summary(codec.decode(raw.data, raw.type_name)) for raw in bag.messages({'/pad/ground_truth/contacts'})]
+        return [summary(decode(raw.data, raw.type_name)) for raw in bag.messages({'/pad/ground_truth/contacts'})]
 
 
 def summary(message):
@@ -100,8 +100,7 @@ def test_the_truth_of_a_recording_is_played_as_recorded(play, tmp_path, name):
 
 def test_where_a_recording_has_none_none_is_offered(play, tmp_path):
     write_scene(tmp_path / 'bag', 'areal_single_press', 10.0, frames=3, namespace='pad')
-    codec = MessageCodec()
-    with BagReader(tmp_path / 'bag') as bag, BagWriter(tmp_path / 'plain', codec.store) as plain:
+    with BagReader(tmp_path / 'bag') as bag, BagWriter(tmp_path / 'plain') as plain:
         for raw in bag.messages({'/pad/image_raw', '/pad/camera_info'}):
             plain.write(raw.topic, raw.type_name, raw.stamp_ns, raw.data)
     played = play(CameraNode, path=str(tmp_path / 'plain'), topic='image_raw')

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.camera import write_scene
-from tactile_perception.bags.rosbag import BagReader
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
 from tactile_perception.bags.stream import Task
 from tactile_perception.calibration.files.markers import read_touch
-from tactile_perception.nodes.messages.serialization import MessageCodec
 from tactile_perception.tools.calibrate.markers import calibrate_markers
 from tactile_perception.tools.process_bag import process_bag
 
@@ -28,12 +28,12 @@ def folder(tmp_path_factory):
 
 
 def _messages(bag):
-    codec, found = MessageCodec(), {}
+    found = {}
     with BagReader(bag) as reader:
         for message in reader.messages():
             topic = message.topic.split('/', 2)[-1]  # without the namespace; /tf_static has none
             if topic in ('dots', 'contacts', 'ground_truth/contacts'):
-                found.setdefault(message.stamp_ns, {})[topic] = codec.decode(message.data, message.type_name)
+                found.setdefault(message.stamp_ns, {})[topic] = decode(message.data, message.type_name)
     return list(found.values())
 
 

@@ -11,7 +11,8 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 IMPORT_ALL = """
 import importlib, re, sys
-BLOCKED = re.compile(r'(rclpy|launch\\w*|cv_bridge|message_filters|diagnostic_updater|ament_index_python|\\w+_msgs|\\w+_srvs)(\\.|$)')
+BLOCKED = re.compile(r'(rclpy|launch\\w*|cv_bridge|message_filters|diagnostic_updater|ament_index_python|rosbag2_py|rosidl\\w*|'
+                     r'\\w+_msgs|\\w+_srvs)(\\.|$)')
 
 class Block:
     def find_spec(self, name, path=None, target=None):
@@ -25,10 +26,11 @@ for name in sys.argv[1:]:
 
 
 def core_modules(package):
-    """Return the names of all modules of the package but nodes/, bags/, tools/ and bag.py, which read and write ROS messages."""
-    root, with_ros = ROOT / package, {'nodes', 'bags', 'tools', 'bag'}
-    found = [path.relative_to(root).with_suffix('') for path in (root / package).rglob('*.py')]
-    core = [path for path in found if not with_ros & set(path.parts)]
+    """Return the names of all modules of the package outside nodes/, recordings/, bags/ and tools/, and not bag.py: these read and write
+    ROS messages."""
+    root, with_ros = ROOT / package, {'nodes', 'recordings', 'bags', 'bag.py', 'tools'}
+    found = [path.relative_to(root) for path in (root / package).rglob('*.py')]
+    core = [path.with_suffix('') for path in found if not with_ros & set(path.parts)]
     return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in core})
 
 

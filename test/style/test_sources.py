@@ -11,8 +11,9 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HEADER = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
 ROS_MODULES = re.compile(
-    r'(rclpy|launch\w*|cv_bridge|message_filters|diagnostic_updater|ament_index_python|rosidl\w*|\w+_msgs|\w+_srvs)(\.|$)')
-MAY_IMPORT_ROS = re.compile(r'(tactile_\w+/tactile_\w+/nodes/|tactile_bringup/|environment/|test/|tactile_\w+/test/)')
+    r'(rclpy|launch\w*|cv_bridge|message_filters|diagnostic_updater|ament_index_python|rosbag2_py|rosidl\w*|\w+_msgs|\w+_srvs)(\.|$)')
+MAY_IMPORT_ROS = re.compile(r'(tactile_\w+/tactile_\w+/nodes/|tactile_driver/tactile_driver/recordings/|tactile_bringup/|environment/|'
+                            r'test/|tactile_\w+/test/)')
 ABSOLUTE_PATH = re.compile(r"""['"](/home/|/root/|/work/|/tmp/|/dev/video\d|/opt/ros|/usr/)""")
 LINES_OF_A_FILE = 600
 LINES_OF_A_FUNCTION = 60
@@ -65,9 +66,15 @@ def imports_of(name):
             yield node.module
 
 
-def test_ros_is_imported_in_nodes_only():
+def test_ros_is_imported_in_nodes_and_recordings_only():
     without_ros = [name for name in CODE if not MAY_IMPORT_ROS.match(name)]
     assert [(name, module) for name in without_ros for module in imports_of(name) if ROS_MODULES.match(module)] == []
+
+
+def test_bags_are_read_and_written_by_rosbag2_py_alone():
+    # test/benchmark reads recordings of ROS 1, which rosbag2_py does not.
+    users = {name for name in PYTHON if any(re.match(r'(rosbags|mcap)(\.|$)', module) for module in imports_of(name))}
+    assert users <= {*(f'environment/python/rosbag2_py/_{part}.py' for part in ('reader', 'writer')), 'test/benchmark/taxel_slip.py'}
 
 
 def test_simulation_and_estimators_share_nothing():

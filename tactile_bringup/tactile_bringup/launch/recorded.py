@@ -8,8 +8,8 @@ from pathlib import Path
 
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import COMPRESSED
-from tactile_perception.bags.descriptions import descriptions
-from tactile_perception.bags.rosbag import BagReader
+from tactile_driver.recordings.compressed import ImageBagReader as BagReader
+from tactile_driver.recordings.description import descriptions
 
 from ..sensor_types import SENSOR_TYPES
 

@@ -20,9 +20,9 @@ from tactile_driver.nodes.runtime.defect_guard import guard_services
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
+from tactile_driver.recordings.serialization import type_name_of
+from tactile_driver.recordings.writer import recorded_qos
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
-from tactile_perception.bags.rosbag2_writer import recorded_qos
-from tactile_perception.nodes.messages.serialization import MessageCodec, type_name_of
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
@@ -39,7 +39,6 @@ PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 _KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # no message of a reliable publisher is lost while the disk keeps up
 _LATCHED = QoSProfile(history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _CHECK_S = 0.05  # chosen: interval between two checks for subscribers of raw data
-_FLUSH_S = 1.0  # chosen: a killed process loses at most this time
 
 
 class RecordNode(Node):
@@ -63,7 +62,6 @@ class RecordNode(Node):
         self._record('/tf_static', TFMessage, _LATCHED)
         # Subscribe to raw data after the perception nodes: a played recording starts with its first subscriber.
         self._waiting = steady_timer(self, _CHECK_S, self._record_raw)
-        steady_timer(self, _FLUSH_S, self._writer.flush)
         self._examined = time.monotonic(), 0
         self._diagnostics = NodeDiagnostics(self, 'recording', self._path, self._examine)
         guard_services(self)
@@ -81,7 +79,7 @@ class RecordNode(Node):
 
     def _opened(self) -> LiveBag:
         try:
-            return LiveBag(self._path, MessageCodec().store).__enter__()
+            return LiveBag(self._path).__enter__()
         except OSError as error:
             raise BadArgument(f'record_node: bag {self._path} cannot be written: {error}') from error
 

@@ -13,11 +13,11 @@ from tactile_driver.frame_names import optical_frame
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.nodes.messages.transforms import camera_transforms
+from tactile_driver.recordings.writer import write_messages
 from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.shutters import Shutters
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.sources.dual_camera.pairs import NAMES
-from tactile_perception.bags.message_bag import write_messages
 from tactile_perception.nodes.messages.description import description_messages
 from tactile_perception.sensor_types import MARKER_SENSOR_TYPES
 

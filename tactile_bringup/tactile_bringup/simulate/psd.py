@@ -11,11 +11,11 @@ import numpy as np
 from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
 from tactile_driver.nodes.streams.voltage import instants, voltages_message
+from tactile_driver.recordings.writer import write_messages
 from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.finger import COVER_RADIUS
 from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_driver.nodes.messages.transforms import static_transform
-from tactile_perception.bags.message_bag import write_messages
 from tactile_perception.nodes.messages.description import description_messages
 
 

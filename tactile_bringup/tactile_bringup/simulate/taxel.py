@@ -10,9 +10,9 @@ from pathlib import Path
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
+from tactile_driver.recordings.writer import write_messages
 from tactile_driver.simulation.taxel.scene import open_taxel_scene
 from tactile_driver.nodes.messages.transforms import static_transform
-from tactile_perception.bags.message_bag import write_messages
 from tactile_perception.nodes.messages.description import description_messages
 
 

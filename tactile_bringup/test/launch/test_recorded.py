@@ -7,10 +7,10 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 from sensor_msgs.msg import CompressedImage, Image  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_perception.bags.rosbag import BagWriter  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 
 from tactile_bringup.launch.recorded import bag_of, recorded_topics  # noqa: E402
+from tactile_driver.recordings.serialization import encode  # noqa: E402
+from tactile_driver.recordings.writer import BagWriter  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -21,13 +21,12 @@ RAW = {'touchpad': ['image_raw'], 'areal_dual': ['left/image_raw', 'right/image_
 
 def write(path, **sensors):
     """A bag with the description, raw data and pictures of each sensor: name -> (type, source)."""
-    codec = MessageCodec()
-    with BagWriter(path, codec.store) as bag:
+    with BagWriter(path) as bag:
         for name, (sensor_type, source) in sensors.items():
-            kind, data = codec.encode(String(data=f'sensor_type: {sensor_type}\nsource: {source}\n'))
+            kind, data = encode(String(data=f'sensor_type: {sensor_type}\nsource: {source}\n'))
             bag.write(f'/{name}/description', kind, 10**9, data)
             for topic in (*RAW[sensor_type], 'image_annotated'):
-                kind, data = codec.encode(CompressedImage() if topic.endswith('/compressed') else Image())
+                kind, data = encode(CompressedImage() if topic.endswith('/compressed') else Image())
                 bag.write(f'/{name}/{topic}', kind, 10**9, data)
     return str(path)
 

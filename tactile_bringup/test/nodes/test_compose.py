@@ -16,13 +16,13 @@ from rclpy.context import Context  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
 from tactile_msgs.msg import ContactRegion  # noqa: E402
-from tactile_perception.bags.rosbag import BagReader  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 from tactile_perception.tools import process_bag  # noqa: E402
 
 from tactile_bringup.nodes.compose import made  # noqa: E402
 from tactile_bringup.sensor_types import NODES  # noqa: E402
 from tactile_bringup.simulate.camera import write_scene  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import decode  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -66,9 +66,8 @@ def nodes(bag, tmp_path):
 def processed(bag, folder):
     """The regions that process_bag makes of a recording."""
     assert process_bag.main([str(bag), str(folder / 'estimates'), '--params', PARAMS]) == 0
-    codec = MessageCodec()
     with BagReader(folder / 'estimates') as reader:
-        return [codec.decode(message.data, message.type_name) for message in reader.messages({'/pad/contact_region'})]
+        return [decode(message.data, message.type_name) for message in reader.messages({'/pad/contact_region'})]
 
 
 class Listener:

@@ -4,19 +4,18 @@
 import time
 
 import pytest
+import yaml
 
 rclpy = pytest.importorskip('rclpy')
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
-from rosbags.interfaces import QosDurability, QosReliability  # noqa: E402
-from rosbags.rosbag2 import Reader  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from tactile_bringup.nodes.record_node import RecordNode  # noqa: E402
 from tactile_driver.errors import TactileError  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_msgs.msg import DotTracks  # noqa: E402
-from tactile_perception.bags.rosbag import BagReader  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -48,13 +47,12 @@ def test_messages_are_written_as_they_were_sent(tmp_path):
     sender.destroy_subscription(listener)
     sender.destroy_node()
     rclpy.shutdown()
-    codec = MessageCodec()
     with BagReader(tmp_path / 'bag') as bag:
         messages = list(bag.messages())
         assert bag.topics['/image_raw'] == 'sensor_msgs/msg/Image'
     assert len(messages) == written >= 6
-    assert all(codec.decode(m.data, m.type_name) == sent for m in messages if m.topic == '/dots')
-    assert {bytes(codec.decode(m.data, m.type_name).data) for m in messages if m.topic == '/image_raw'} == {bytes([7, 8])}
+    assert all(decode(m.data, m.type_name) == sent for m in messages if m.topic == '/dots')
+    assert {bytes(decode(m.data, m.type_name).data) for m in messages if m.topic == '/image_raw'} == {bytes([7, 8])}
 
 
 def test_the_bag_carries_what_was_offered_and_what_was_latched_before(tmp_path):
@@ -67,20 +65,19 @@ def test_the_bag_carries_what_was_offered_and_what_was_latched_before(tmp_path):
     sender.create_publisher(TFMessage, '/tf_static', QoSProfile(depth=1, durability=latched)).publish(TFMessage())
     images = sender.create_publisher(Image, 'image_raw', best_effort)
     end = time.monotonic() + 20
-    while len(node._topics) < 3 and time.monotonic() < end:
+    while node.written < 20 and time.monotonic() < end:
         images.publish(Image(height=1, width=2, encoding='mono8', step=2, data=[7, 8]))
         executor.spin_once(timeout_sec=0.05)
     executor.shutdown()
     node.destroy_node()
     sender.destroy_node()
     rclpy.shutdown()
-    with Reader(tmp_path / 'bag') as bag:
-        assert bag.ros_distro == 'jazzy'
-        found = {connection.topic: [(qos.reliability, qos.durability) for qos in connection.ext.offered_qos_profiles]
-                 for connection in bag.connections}
-    assert found == {'/description': [(QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL)],
-                     '/tf_static': [(QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL)],
-                     '/image_raw': [(QosReliability.BEST_EFFORT, QosDurability.VOLATILE)]}
+    about = yaml.safe_load((tmp_path / 'bag' / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
+    topics = [topic['topic_metadata'] for topic in about['topics_with_message_count']]
+    found = {topic['name']: [(qos['reliability'], qos['durability']) for qos in topic['offered_qos_profiles']] for topic in topics}
+    assert about['ros_distro'] == 'jazzy'
+    assert found == {'/description': [('reliable', 'transient_local')], '/tf_static': [('reliable', 'transient_local')],
+                     '/image_raw': [('best_effort', 'volatile')]}
 
 
 @pytest.mark.parametrize('name, message', [('there', 'exists already'), ('', 'parameter bag is empty')])

@@ -11,9 +11,9 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 from tactile_bringup.installed import share  # noqa: E402
 from tactile_bringup.simulate.calibrations import calibrate_specimen, main  # noqa: E402
 from tactile_bringup.simulate.camera import write_scene  # noqa: E402
-from tactile_perception.bags.rosbag import BagReader  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_perception.calibration.files.markers import read_touch  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 from tactile_perception.tools.process_bag import main as process_bag  # noqa: E402
 
 LARGEST = 1_500_000  # bytes of a file that ships
@@ -27,9 +27,8 @@ def shipped(sensor):
 
 def contacts_in(bag, sensor, topic):
     """Contacts of each frame, by stamp."""
-    codec = MessageCodec()
     with BagReader(bag) as reader:
-        return {raw.stamp_ns: codec.decode(raw.data, raw.type_name).contacts for raw in reader.messages({f'/{sensor}/{topic}'})}
+        return {raw.stamp_ns: decode(raw.data, raw.type_name).contacts for raw in reader.messages({f'/{sensor}/{topic}'})}
 
 
 @pytest.mark.parametrize('sensor', SENSORS)

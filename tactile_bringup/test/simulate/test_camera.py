@@ -13,18 +13,18 @@ from tactile_bringup.simulate.camera import write_scene  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
 from tactile_driver.nodes.messages.ground_truth import TRUTH  # noqa: E402
 from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_driver.simulation.sensors.scenes import open_scene  # noqa: E402
-from tactile_perception.bags.rosbag import BagReader  # noqa: E402
 from tactile_perception.nodes.messages.conversions import camera_matrices  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 
 
 def messages_of(path):
     """Topic -> its messages."""
-    codec, found = MessageCodec(), defaultdict(list)
+    found = defaultdict(list)
     with BagReader(path) as bag:
         for raw in bag.messages():
-            found[raw.topic].append(codec.decode(raw.data, raw.type_name))
+            found[raw.topic].append(decode(raw.data, raw.type_name))
     return found
 
 

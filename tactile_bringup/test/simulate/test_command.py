@@ -1,16 +1,15 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import pytest
+import yaml
 
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from ament_index_python.packages import get_package_share_directory  # noqa: E402
-from rosbags.interfaces import QosDurability, QosReliability  # noqa: E402
-from rosbags.rosbag2 import Reader  # noqa: E402
 from tactile_bringup.simulate.command import main  # noqa: E402
 from tactile_driver.nodes.messages.ground_truth import TRUTH  # noqa: E402
-from tactile_perception.bags.rosbag import BagReader  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
 from tactile_perception.tools.process_bag import main as process_bag  # noqa: E402
 
 
@@ -38,12 +37,12 @@ def test_descriptions_and_frames_go_with_a_recording_as_ros2_bag_play_will_offer
     bag, params = tmp_path / 'pad', get_package_share_directory('tactile_bringup') + '/params/taxel_array_sim.yaml'
     assert main(['taxel_array', 'rest', str(bag), '--rate', '5']) == 0
     assert process_bag([str(bag), str(tmp_path / 'estimates'), '--params', params]) == 0
-    latched, passing = (QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL), (QosReliability.RELIABLE, QosDurability.VOLATILE)
+    latched, passing = ('reliable', 'transient_local'), ('reliable', 'volatile')
     for path, raw in ((bag, '/taxel_array/image_raw'), (tmp_path / 'estimates', '/taxel_array/contacts')):
-        with Reader(path) as reader:
-            found = {connection.topic: [(qos.reliability, qos.durability) for qos in connection.ext.offered_qos_profiles]
-                     for connection in reader.connections}
-            assert reader.ros_distro == 'jazzy'
+        about = yaml.safe_load((path / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
+        topics_of = [topic['topic_metadata'] for topic in about['topics_with_message_count']]
+        found = {topic['name']: [(qos['reliability'], qos['durability']) for qos in topic['offered_qos_profiles']] for topic in topics_of}
+        assert about['ros_distro'] == 'jazzy'
         assert found['/taxel_array/description'] == found['/tf_static'] == [latched] and found[raw] == [passing]
         assert topics(path)['/taxel_array/description'] == topics(path)['/tf_static'] == 1
 

@@ -8,17 +8,16 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from tactile_bringup.installed import share  # noqa: E402
 from tactile_bringup.simulate.taxel import write_taxel_scene  # noqa: E402
-from tactile_perception.bags.rosbag import BagReader  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_perception.tools.process_bag import main as process_bag  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
 
 def told(bag, topic):
-    codec = MessageCodec()
     with BagReader(bag) as reader:
-        return {raw.stamp_ns: codec.decode(raw.data, raw.type_name) for raw in reader.messages({f'/taxel_array/{topic}'})}
+        return {raw.stamp_ns: decode(raw.data, raw.type_name) for raw in reader.messages({f'/taxel_array/{topic}'})}
 
 
 @pytest.mark.full

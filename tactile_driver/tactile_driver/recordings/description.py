@@ -4,11 +4,15 @@
 from __future__ import annotations
 
 import posixpath
+from collections.abc import Iterator
+from pathlib import Path
 
 import yaml
-from rosbags.typesys import Stores, get_typestore
 
+from ..errors import BadFrame
+from ..frame_names import sensor_frame
 from .reader import BagReader
+from .serialization import decode
 
 _STRING = 'std_msgs/msg/String'
 
@@ -20,12 +24,27 @@ def recorded_description(reader: BagReader, raw_topic: str) -> dict:
     """
     namespace = posixpath.dirname(raw_topic)
     for folder in (namespace, posixpath.dirname(namespace)):
-        topic = posixpath.join(folder, 'description')
-        for message in reader.messages({topic}) if reader.topics.get(topic) == _STRING else ():
-            about = _content(message.data)
+        for about in _told(reader, {posixpath.join(folder, 'description')}):
             if about:
-                return original(about)
+                return about
     return {}
+
+
+def descriptions(bag: str | Path, namespace: str = '') -> Iterator[dict]:
+    """Descriptions in a bag of the sensor in namespace ('': of any sensor); for a replayed sensor the original one.
+
+    Messages without a YAML mapping are skipped. Raises BadRecording.
+    """
+    end = '/description'
+    with BagReader(bag) as reader:
+        yield from _told(reader, {topic for topic in reader.topics
+                                  if (topic == f'/{namespace}{end}' if namespace else topic.endswith(end))})
+
+
+def recorded_frame(reader: BagReader, prefix: str) -> str:
+    """The sensor frame of the sensor with topics under prefix, '/ns/': as its description says, else as its namespace is named."""
+    told = (about.get('frame_id') for about in _told(reader, {prefix + 'description'}))
+    return next((frame for frame in told if frame and isinstance(frame, str)), sensor_frame(prefix))
 
 
 def original(about: dict) -> dict:
@@ -34,10 +53,11 @@ def original(about: dict) -> dict:
     return recorded if isinstance(recorded, dict) else about
 
 
-def _content(data: bytes) -> dict:
-    """The YAML mapping in a serialised String message; {} if it holds none."""
-    try:
-        about = yaml.safe_load(get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(data, _STRING).data)
-    except Exception:  # damaged CDR data and damaged YAML raise many types
-        return {}
-    return about if isinstance(about, dict) else {}
+def _told(reader: BagReader, topics: set[str]) -> Iterator[dict]:
+    for raw in reader.messages({topic for topic in topics if reader.topics.get(topic) == _STRING}):
+        try:
+            about = yaml.safe_load(decode(raw.data, _STRING).data)
+        except (BadFrame, yaml.YAMLError):
+            continue
+        if isinstance(about, dict):
+            yield original(about)

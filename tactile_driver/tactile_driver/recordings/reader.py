@@ -1,17 +1,20 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads raw messages from rosbag2 recordings, sqlite3 and MCAP, through the library rosbags."""
+"""Reads raw messages from rosbag2 recordings: sqlite3 or MCAP, compressed or not, one file or several."""
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Iterator
-from contextlib import ExitStack
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
+
+from rosbag2_py import ConverterOptions, MetadataIo, SequentialCompressionReader, SequentialReader, StorageFilter, StorageOptions
 
 from ..errors import BadRecording
 from .left_out import LeftOut
-from .storage import StorageFile, bag_files, unpacked
+
+_FILES = ('.mcap', '.db3')
 
 
 class RawMessage(NamedTuple):
@@ -25,50 +28,112 @@ class RawMessage(NamedTuple):
 
 
 class BagReader:
-    """Reads a rosbag2 folder, or one .mcap or .db3 file; use it in a with statement. Raises BadRecording if nothing can be read.
+    """Reads a rosbag2 folder, or one .mcap or .db3 file; use it in a with statement. Raises BadRecording if it cannot be read.
 
-    left_out: damaged and missing parts found so far; everything else is read.
+    A folder without metadata.yaml, as a killed recorder leaves it, is read file by file, and an unfinished MCAP file as far as rosbag2
+    scans it. left_out: what was missing or damaged so far. hashes: type description hash (RIHS01) by topic, '' if not recorded.
     """
 
     def __init__(self, path: str | Path):
         self.path, self.left_out = Path(path), LeftOut()
         if not self.path.exists():
             raise BadRecording(f'bag {self.path}: no such file or folder')
-        self._files: list[StorageFile] = []
-        self._stack = ExitStack()
+        self._bags: list[tuple[Path, bool]] = []
+        self._counts: Counter = Counter()
+        self._types: dict[str, str] = {}
+        self.hashes: dict[str, str] = {}
 
     def __enter__(self) -> BagReader:
-        with ExitStack() as stack:
-            folder = Path(stack.enter_context(TemporaryDirectory(prefix='unpacked_bag_')))
-            files, in_messages = bag_files(self.path, self.left_out)
-            for file in files:
-                self._files.append(StorageFile(unpacked(file, folder, self.left_out), in_messages, self.left_out))
-                stack.callback(self._files[-1].close)
-            if not self.topics:
-                raise BadRecording(f'bag {self.path}: cannot be read: ' + ('; '.join(self.left_out.lines()) or 'it is empty'))
-            self._stack = stack.pop_all()
+        for bag in self._parts():
+            try:
+                self._add(bag)
+            except BadRecording as error:
+                if bag == self.path:
+                    raise
+                self.left_out.add(bag.name, str(error))
+        if not self._types:
+            raise _unreadable(self.path, '; '.join(self.left_out.lines()) or 'it is empty')
         return self
 
+    def _add(self, bag: Path) -> None:
+        packed = _packed(bag)
+        for information in _opened(bag, packed).get_metadata().topics_with_message_count:
+            topic = information.topic_metadata
+            self._types[topic.name] = topic.type
+            self.hashes[topic.name] = topic.type_description_hash
+            self._counts[topic.name] += information.message_count
+        self._bags.append((bag, packed))
+
     def __exit__(self, *_exc) -> None:
-        self._files = []
-        self._stack.close()
+        self._bags = []
+
+    def _parts(self) -> list[Path]:
+        """What rosbag2 can open: the folder or file itself, or the files in a folder without metadata, in the order of their numbers."""
+        if not self.path.is_dir() or MetadataIo().metadata_file_exists(str(self.path)):
+            return [self.path]
+        files = [file for file in self.path.iterdir() if file.suffix in _FILES]
+        if not files:
+            raise _unreadable(self.path, 'no metadata.yaml, .mcap or .db3 file in it')
+        self.left_out.add(self.path.name, 'there is no metadata.yaml: the recording was cut off')
+        return sorted(files, key=lambda file: [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', file.name)])
 
     @property
     def topics(self) -> dict[str, str]:
         """Topic -> message type name."""
-        return {topic: kind for file in self._files for topic, kind in file.topics.items()}
-
-    @property
-    def definitions(self) -> dict[str, str]:
-        """Message type name -> its definition in the bag, '' without one."""
-        return {kind: text for file in self._files for kind, text in file.definitions.items()}
+        return dict(self._types)
 
     def count(self, topics: set[str]) -> int:
-        """Number of messages of these topics according to the bag's index."""
-        return sum(file.counts[topic] for file in self._files for topic in topics)
+        """Number of messages of these topics according to the bag."""
+        return sum(self._counts[topic] for topic in topics)
 
     def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
-        """Messages of the topics (None: all), file by file, in order of recording."""
-        for file in self._files:
-            for message in file.messages(set(file.topics) if topics is None else topics):
-                yield RawMessage(*message)
+        """Messages of the topics (None: all), file by file, in order of recording; left_out counts those that are missing."""
+        wanted = set(self._types) if topics is None else topics & set(self._types)
+        expected, read, lost = BagReader.count(self, wanted), 0, 0
+        for bag, packed in self._bags if wanted else ():
+            reader = _opened(bag, packed)
+            reader.set_filter(StorageFilter(topics=sorted(wanted)))
+            while lost <= expected:  # an error may come again for ever
+                try:
+                    if not reader.has_next():
+                        break
+                    topic, data, stamp_ns = reader.read_next()
+                except Exception as error:  # rosbag2's errors come as several types
+                    self.left_out.add(bag.name, f'{_one_line(error)}; {_help(bag)}')
+                    lost += 1
+                    continue
+                read += 1
+                yield RawMessage(topic, self._types[topic], stamp_ns, data)
+        if read + lost < expected:
+            reason = f'messages cannot be read: a file is damaged; {_help(self.path)}'
+            self.left_out.add(self.path.name, reason, count=expected - read - lost)
+
+
+def _packed(bag: Path) -> bool:
+    """Whether rosbag2 compressed its files or messages."""
+    try:
+        return MetadataIo().metadata_file_exists(str(bag)) and bool(MetadataIo().read_metadata(str(bag)).compression_format)
+    except Exception as error:  # see BagReader.messages
+        raise _unreadable(bag, _one_line(error)) from error
+
+
+def _opened(bag: Path, packed: bool) -> SequentialReader | SequentialCompressionReader:
+    try:
+        reader = SequentialCompressionReader() if packed else SequentialReader()
+        reader.open(StorageOptions(uri=str(bag)), ConverterOptions())
+        reader.get_metadata()
+    except Exception as error:  # see BagReader.messages
+        raise _unreadable(bag, _one_line(error)) from error
+    return reader
+
+
+def _unreadable(bag: Path, reason: str) -> BadRecording:
+    return BadRecording(f'bag {bag}: cannot be read: {reason}; {_help(bag)}')
+
+
+def _help(bag: Path) -> str:
+    return f'try "ros2 bag reindex {bag if bag.is_dir() else bag.parent}", or "mcap recover" for a damaged .mcap file'
+
+
+def _one_line(error: Exception) -> str:
+    return ' '.join(str(error).split())

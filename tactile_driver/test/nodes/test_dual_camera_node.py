@@ -13,8 +13,6 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 import yaml  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from rosbags.rosbag2 import StoragePlugin, Writer  # noqa: E402
-from rosbags.typesys import Stores, get_typestore  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from stitchings import stitching, view  # noqa: E402
 from tactile_msgs.msg import Contacts  # noqa: E402
@@ -23,6 +21,7 @@ from watching import Watcher, ended, stamps  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
 from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
+from tactile_driver.recordings.writer import write_messages  # noqa: E402
 from tactile_driver.stitching.methods import make_stitcher  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
@@ -97,18 +96,10 @@ def test_without_a_stitching_the_views_are_put_side_by_side_and_that_is_said(wat
 
 def write_bag(path, lost=()):
     """60 pairs at 60 Hz, the right camera 4 ms later; those right frames that are lost are left out."""
-    store = get_typestore(Stores.ROS2_JAZZY)
-    image, time, header = (store.types[name] for name in ('sensor_msgs/msg/Image', 'builtin_interfaces/msg/Time', 'std_msgs/msg/Header'))
-    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        topics = [writer.add_connection(f'/pad/{name}/image_raw', 'sensor_msgs/msg/Image', typestore=store) for name in ('left', 'right')]
-        for k in range(60):
-            for side, topic in enumerate(topics):
-                stamp = 10**9 + round(k * 1e9 / 60) + 4_000_000 * side
-                if side == 1 and k in lost:
-                    continue
-                data = np.full(80 * 96, k + 1, np.uint8)
-                message = image(header(time(stamp // 10**9, stamp % 10**9), 'pad'), 80, 96, 'mono8', 0, 96, data)
-                writer.write(topic, stamp, store.serialize_cdr(message, 'sensor_msgs/msg/Image'))
+    views = [(10**9 + round(k * 1e9 / 60) + 4_000_000 * side, side, k) for k in range(60) for side in (0, 1) if not (side and k in lost)]
+    write_messages(path, 'pad', ((stamp, ('left', 'right')[side] + '/image_raw', Image(
+        header=header_of(stamp, 'pad'), height=80, width=96, encoding='mono8', step=96, data=bytes([k + 1]) * (80 * 96)))
+        for stamp, side, k in views))
     return path
 
 

@@ -9,7 +9,7 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 from sensor_msgs.msg import CompressedImage, Image  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from tactile_driver.recordings.compressed import ImageBagReader  # noqa: E402
-from tactile_perception.bags.message_bag import write_messages  # noqa: E402
+from tactile_driver.recordings.writer import write_messages  # noqa: E402
 
 
 def topics_of(path, **messages):

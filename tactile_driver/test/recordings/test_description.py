@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 import pytest
 import yaml
-from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
 
-from tactile_driver.recordings.description import original, recorded_description
-from tactile_driver.recordings.reader import BagReader
+pytest.importorskip('rclpy', reason='ROS is not sourced')
 
-STORE = get_typestore(Stores.ROS2_JAZZY)
-STRING = 'std_msgs/msg/String'
+from std_msgs.msg import String  # noqa: E402
+
+from tactile_driver.errors import BadRecording  # noqa: E402
+from tactile_driver.recordings.description import descriptions, original, recorded_description  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.writer import write_messages  # noqa: E402
+
 SIMULATED = {'sensor_type': 'touchpad', 'source': 'sim', 'scene': 'rest'}
 
 
@@ -17,10 +19,7 @@ SIMULATED = {'sensor_type': 'touchpad', 'source': 'sim', 'scene': 'rest'}
 def described(tmp_path):
     """What a bag with these texts on topics says of the sensor with a raw topic."""
     def found(raw_topic, **texts):
-        with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-            for name, text in texts.items():
-                connection = writer.add_connection('/' + name.replace('__', '/'), STRING, typestore=STORE)
-                writer.write(connection, 10**9, STORE.serialize_cdr(STORE.types[STRING](text), STRING))
+        write_messages(tmp_path / 'bag', '', ((10**9, '/' + name.replace('__', '/'), String(data=text)) for name, text in texts.items()))
         with BagReader(tmp_path / 'bag') as reader:
             return recorded_description(reader, raw_topic)
     return found
@@ -44,3 +43,25 @@ def test_what_was_not_replayed_is_original():
 @pytest.mark.parametrize('text', ['a text', '[1, 2', ''])
 def test_no_description_is_an_empty_one(described, text):
     assert described('/pad/image_raw', pad__description=text) == {}
+
+
+@pytest.fixture
+def bag(tmp_path):
+    said = [('thumb/description', 'source: sim'), ('index/description', 'source: device\nserial: A1'), ('thumb/description', '[cut'),
+            ('thumb/description', 'only words'), ('thumb/note', 'source: bag')]
+    write_messages(tmp_path / 'bag', 'hand', ((k + 1, topic, String(data=text)) for k, (topic, text) in enumerate(said)))
+    return tmp_path / 'bag'
+
+
+def test_of_any_sensor_in_order_without_what_is_none(bag):
+    assert list(descriptions(bag)) == [{'source': 'sim'}, {'source': 'device', 'serial': 'A1'}]
+
+
+def test_of_one_sensor(bag):
+    assert list(descriptions(bag, 'hand/index')) == [{'source': 'device', 'serial': 'A1'}]
+    assert list(descriptions(bag, 'hand/palm')) == []
+
+
+def test_a_recording_that_is_none_is_told(tmp_path):
+    with pytest.raises(BadRecording):
+        list(descriptions(tmp_path / 'nowhere'))

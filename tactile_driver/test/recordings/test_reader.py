@@ -1,50 +1,133 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Bags are read byte by byte, in both storages, compressed or not; what is no bag is named."""
+"""Bags are read byte by byte, in both storages, compressed or not; unfinished ones as far as rosbag2 reads them."""
 import pytest
-from small_bags import FILE, MCAP, MESSAGE, NONE, SQLITE, STORAGE, TYPE, message, numbers, write_bag
+import yaml
 
-from tactile_driver.errors import BadRecording
-from tactile_driver.recordings.reader import BagReader
+pytest.importorskip('rosbag2_py', reason='ROS is not sourced')
+from small_bags import FILE, MESSAGE, TYPE, message, numbers, write_bag  # noqa: E402
+
+from tactile_driver.errors import BadRecording  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import type_hash  # noqa: E402
 
 
-@pytest.mark.parametrize('storage, compression', [(MCAP, NONE), (MCAP, STORAGE), (MCAP, MESSAGE), (MCAP, FILE), (SQLITE, NONE),
-                                                  (SQLITE, MESSAGE), (SQLITE, FILE)])
-def test_reads_both_storages_compressed_or_not(tmp_path, storage, compression):
-    write_bag(tmp_path / 'bag', 3, storage, compression, size=1000)
+@pytest.mark.parametrize('storage, compression, preset', [
+    ('mcap', None, ''), ('mcap', None, 'zstd_fast'), ('mcap', None, 'fastwrite'), ('mcap', FILE, ''), ('sqlite3', None, ''),
+    ('sqlite3', MESSAGE, ''), ('sqlite3', FILE, '')])
+def test_reads_both_storages_compressed_or_not(tmp_path, storage, compression, preset):
+    write_bag(tmp_path / 'bag', 3, storage, compression, 1000, preset=preset)
     with BagReader(tmp_path / 'bag') as reader:
-        assert reader.topics == {'/a': TYPE} and reader.count({'/a'}) == 3 and reader.left_out.total == 0
-        assert 'string data' in reader.definitions[TYPE]
-        assert [(m.topic, m.type_name, m.stamp_ns, m.data) for m in reader.messages()] == [
-            ('/a', TYPE, 10 * (k + 1), message(k, 1000)) for k in range(3)]
+        assert reader.topics == {'/a': TYPE} and reader.count({'/a'}) == 3 and reader.hashes == {'/a': type_hash(TYPE)}
+        for _ in range(2):
+            assert [(m.topic, m.type_name, m.stamp_ns, m.data) for m in reader.messages()] == [
+                ('/a', TYPE, 10 * (k + 1), message(k, 1000)) for k in range(3)]
+        assert list(reader.messages({'/b'})) == [] and reader.left_out.total == 0
+
+
+def test_two_passes_at_a_time_do_not_disturb_each_other(tmp_path):
+    write_bag(tmp_path / 'bag', 4, size=1000)
+    with BagReader(tmp_path / 'bag') as reader:
+        one, other = reader.messages(), reader.messages({'/a'})
+        assert [next(one).stamp_ns, next(other).stamp_ns, next(one).stamp_ns, next(other).stamp_ns] == [10, 10, 20, 20]
 
 
 def test_a_bag_of_several_files_is_read_one_after_the_other_and_one_file_alone(tmp_path):
     bag = tmp_path / 'bag'
-    for part in range(3):
-        file = write_bag(tmp_path / f'part_{part}', 2, size=1000, first=2 * part)
-        bag.mkdir(exist_ok=True)
-        file.rename(bag / f'bag_{part}.mcap')
+    bag.mkdir()
+    for part in range(11):
+        write_bag(tmp_path / f'part_{part}', 2, size=1000, first=2 * part).rename(bag / f'bag_{part}.mcap')
     with BagReader(bag) as reader:
-        assert numbers(m.data for m in reader.messages()) == [0, 1, 2, 3, 4, 5] and reader.count({'/a'}) == 6
+        assert numbers(m.data for m in reader.messages()) == list(range(22)) and reader.count({'/a'}) == 22
+        assert reader.left_out.lines() == ['1 of bag: there is no metadata.yaml: the recording was cut off']
     with BagReader(bag / 'bag_1.mcap') as reader:
-        assert numbers(m.data for m in reader.messages({'/a'})) == [2, 3]
+        assert numbers(m.data for m in reader.messages({'/a'})) == [2, 3] and not reader.left_out.total
 
 
-def test_a_bag_whose_recording_was_killed_is_read_and_that_is_told(tmp_path):
-    file = write_bag(tmp_path / 'bag', 9)
+@pytest.mark.parametrize('kept', [0.5, 0.95])
+@pytest.mark.parametrize('preset', ['', 'fastwrite', 'zstd_fast'])
+def test_an_unfinished_file_is_read_up_to_what_is_whole(tmp_path, preset, kept):
+    file = write_bag(tmp_path / 'bag', 20, preset=preset)
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
-    file.write_bytes(file.read_bytes()[:1_600_000])
+    data = file.read_bytes()
+    file.write_bytes(data[:int(kept * len(data))])
     with BagReader(tmp_path / 'bag') as reader:
-        assert numbers(m.data for m in reader.messages()) == [0, 1, 2, 3, 4]  # one of a chunk that is not whole
-        assert any('cut off' in line for line in reader.left_out.lines()) and reader.count({'/a'}) == 5
+        found = numbers(m.data for m in reader.messages())
+        assert reader.count({'/a'}) == len(found) and found == list(range(len(found)))
+    assert 0 < len(found) <= 20
+    if preset == 'fastwrite':
+        assert 0 <= 20 * kept - len(found) < 1, 'at most one message is cut'
 
 
-def test_a_missing_and_a_broken_bag_are_named(tmp_path):
+def test_a_file_that_cannot_be_read_costs_no_other(tmp_path):
+    write_bag(tmp_path / 'bag', 3, size=1000)
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()
+    (tmp_path / 'bag' / 'bag_1.mcap').write_bytes(b'')
+    with BagReader(tmp_path / 'bag') as reader:
+        assert numbers(m.data for m in reader.messages()) == [0, 1, 2]
+        assert any('bag_1.mcap' in line and 'cannot be read' in line for line in reader.left_out.lines())
+
+
+def test_a_file_that_is_cut_off_after_it_was_closed_is_read_and_what_is_missing_told(tmp_path):
+    file = write_bag(tmp_path / 'bag', 20)
+    file.write_bytes(file.read_bytes()[:3_000_000])
+    with BagReader(tmp_path / 'bag') as reader:
+        found = numbers(m.data for m in reader.messages())
+        assert 4 <= len(found) < 10 and found == list(range(len(found)))
+        line, = reader.left_out.lines()
+    assert line.startswith(f'{20 - len(found)} of bag') and 'mcap recover' in line and 'ros2 bag reindex' in line
+
+
+def test_damage_amid_a_file_ends_it_and_is_told(tmp_path):
+    file = write_bag(tmp_path / 'bag', 20, preset='zstd_fast')
+    data = bytearray(file.read_bytes())
+    at = data.index(b'\x28\xb5\x2f\xfd', len(data) // 2)  # where a compressed chunk begins
+    data[at:at + 4] = b'none'
+    file.write_bytes(data)
+    with BagReader(tmp_path / 'bag') as reader:
+        found = numbers(m.data for m in reader.messages())
+        assert 0 < len(found) < 20 and found == list(range(len(found)))
+        assert reader.left_out.total == 20 - len(found)
+
+
+def test_a_compressed_message_that_is_damaged_is_left_out_alone(tmp_path):
+    file = write_bag(tmp_path / 'bag', 9, 'sqlite3', MESSAGE, 1000)
+    data = file.read_bytes()
+    at = data.index(b'\x28\xb5\x2f\xfd', len(data) // 2)  # a message's beginning
+    file.write_bytes(data[:at] + b'\0\0\0\0' + data[at + 4:])
+    with BagReader(tmp_path / 'bag') as reader:
+        assert len(list(reader.messages())) == 8 and reader.left_out.total == 1
+
+
+def test_a_file_of_the_metadata_that_is_gone_is_told(tmp_path):
+    write_bag(tmp_path / 'bag', 3, size=1000)
+    metadata = tmp_path / 'bag' / 'metadata.yaml'
+    page = yaml.safe_load(metadata.read_text())
+    about = page['rosbag2_bagfile_information']
+    about['relative_file_paths'].append('bag_1.mcap')
+    about['topics_with_message_count'][0]['message_count'] = about['message_count'] = 5
+    metadata.write_text(yaml.safe_dump(page))
+    with BagReader(tmp_path / 'bag') as reader:
+        assert len(list(reader.messages())) == 3 and reader.left_out.total >= 1
+
+
+def cut(file):
+    file.write_bytes(file.read_bytes()[:20])
+
+
+@pytest.mark.parametrize('storage, damage', [('mcap', cut), ('sqlite3', cut), ('mcap', lambda file: file.write_text('no bag' * 100)),
+                                             ('mcap', lambda file: (file.parent / 'metadata.yaml').write_text('a: [')),
+                                             ('mcap', lambda file: file.unlink())])
+def test_what_is_worse_ends_with_one_line_that_says_what_to_do(tmp_path, storage, damage):
+    damage(write_bag(tmp_path / 'bag', 3, storage, size=1000))
+    with pytest.raises(BadRecording, match='cannot be read: .*ros2 bag reindex .*bag.*mcap recover') as told, BagReader(tmp_path / 'bag'):
+        pass
+    assert '\n' not in str(told.value)
+
+
+def test_a_missing_and_an_empty_bag_are_named(tmp_path):
     with pytest.raises(BadRecording, match='no such file'):
         BagReader(tmp_path / 'none')
     (tmp_path / 'bag').mkdir()
-    (tmp_path / 'bag' / 'metadata.yaml').write_text('rosbag2_bagfile_information: 3')
-    with pytest.raises(BadRecording, match='cannot be read'):
-        with BagReader(tmp_path / 'bag'):
-            pass
+    with pytest.raises(BadRecording, match='cannot be read'), BagReader(tmp_path / 'bag'):
+        pass

@@ -12,14 +12,15 @@ from pathlib import Path
 
 import numpy as np
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME
+from tactile_driver.recordings.compressed import ImageBagReader as BagReader
+from tactile_driver.recordings.reader import RawMessage
+from tactile_driver.recordings.serialization import decode
 
 from ..common.progress import Progress
 from ..errors import BadFrame, BadRecording
 from ..evaluation.frames import Instant
 from ..nodes.messages.estimates import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
-from ..nodes.messages.serialization import MessageCodec
 from .replay import Replay, make_replay
-from .rosbag import BagReader, RawMessage
 from .sampled_truth import SampledTruth
 from .stamped import IMAGE, VOLTAGES, find_prefix
 from .stitched_bag import bag_opener
@@ -131,11 +132,10 @@ class JudgedBag:
 
     def _recorded(self) -> Iterator[tuple[str, object]]:
         """Yield (topic, message) of the recorded estimates and truth."""
-        codec = MessageCodec()
         topics = {self.prefix + name for name in (*self.told, *(TRUE + name for name in self.true))}
         with BagReader(self._bag) as reader:
             for raw in Progress(reader.messages(topics), 'messages'):
-                name, message = raw.topic.removeprefix(self.prefix), self._decoded(codec, raw)
+                name, message = raw.topic.removeprefix(self.prefix), self._decoded(raw)
                 if message is None:
                     continue
                 if self._live and not name.startswith(TRUE):
@@ -145,13 +145,13 @@ class JudgedBag:
 
     def _anew(self) -> Iterator[tuple[str, object]]:
         """Yield (topic, message) of the truth, and of estimates computed from raw data."""
-        codec, replay = MessageCodec(), self._replay
+        replay = self._replay
         topics = {self.prefix + name for name in (replay.raw, 'camera_info', RIGHT_TIME, *(TRUE + name for name in self.true))}
         with self._open(self._bag) as reader:
             for raw in Progress(reader.messages(topics), 'messages'):
                 name = raw.topic.removeprefix(self.prefix)
                 begin = time.thread_time()
-                message = self._decoded(codec, raw)
+                message = self._decoded(raw)
                 if message is None:
                     continue
                 if name == 'camera_info':
@@ -164,10 +164,10 @@ class JudgedBag:
                     yield name, message
         self.times.memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
-    def _decoded(self, codec: MessageCodec, raw: RawMessage):
+    def _decoded(self, raw: RawMessage):
         """The decoded message; None for a damaged one, which is counted."""
         try:
-            return codec.decode(raw.data, raw.type_name)
+            return decode(raw.data, raw.type_name)
         except BadFrame as error:
             self.times.refused[f'{raw.topic}: {error}'] += 1
             return None

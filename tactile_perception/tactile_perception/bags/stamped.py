@@ -7,12 +7,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME
-from tactile_driver.recordings.compressed import COMPRESSED_IMAGE
+from tactile_driver.recordings.compressed import COMPRESSED_IMAGE, ImageBagReader as BagReader
+from tactile_driver.recordings.serialization import decode
 
 from ..common.progress import Progress
 from ..errors import BadCalibration, BadRecording
-from ..nodes.messages.serialization import MessageCodec
-from .rosbag import BagReader
 
 TRUTH, TRUE_WRENCH = 'ground_truth/contacts', 'ground_truth/wrench'
 IMAGE, VOLTAGES, DOTS = 'sensor_msgs/msg/Image', 'tactile_msgs/msg/PsdVoltages', 'tactile_msgs/msg/DotTracks'
@@ -27,7 +26,6 @@ def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info:
     camera_info; images: image topic, by which the sensor is found; open_bag: opens the bag. Raises BadCalibration for a bag without ground
     truth, BadRecording for one without images.
     """
-    codec = MessageCodec()
     with open_bag(bag) as reader:
         prefix = find_prefix(reader.topics, namespace, images)
         if prefix + TRUTH not in reader.topics:
@@ -35,7 +33,7 @@ def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info:
         extra = {TRUE_WRENCH, RIGHT_TIME} & {topic.removeprefix(prefix) for topic in reader.topics}
         needed, waiting = {*wanted, *extra}, {}
         for raw in Progress(reader.messages({prefix + name for name in (*needed, 'camera_info')}), f'messages of {bag.name}'):
-            message = codec.decode(raw.data, raw.type_name)
+            message = decode(raw.data, raw.type_name)
             topic = raw.topic.removeprefix(prefix)
             if topic == 'camera_info':
                 on_camera_info(message)

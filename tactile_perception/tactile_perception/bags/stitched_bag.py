@@ -12,15 +12,16 @@ from tactile_driver.frame_names import stitched_frame
 from tactile_driver.nodes.messages.conversions import (RIGHT_TIME, calibration_to_message, frame_of_message, header_of,
                                                        image_to_message, right_time_message)
 from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
+from tactile_driver.recordings.compressed import ImageBagReader as BagReader
+from tactile_driver.recordings.reader import RawMessage
+from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.sources.dual_camera.pairing import Pairer
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
 from tactile_driver.stitching.methods import make_stitcher
 
 from ..calibration.files.format import read_calibration
 from ..errors import BadFrame
-from ..nodes.messages.serialization import MessageCodec
 from ..parameters.file import read_parameters
-from .rosbag import BagReader, RawMessage
 from .stamped import IMAGES
 
 VIEWS = ('left/image_raw', 'right/image_raw')
@@ -38,7 +39,7 @@ class StitchedBag(BagReader):
     def __init__(self, path: str | Path, stitching: Stitching, method: str, max_skew: float):
         super().__init__(path)
         self._stitcher = make_stitcher(method, stitching)
-        self._max_skew, self._codec = int(max_skew * 1e9), MessageCodec()
+        self._max_skew = int(max_skew * 1e9)
         self._frame_ids: dict[str, str] = {}
 
     @property
@@ -68,7 +69,7 @@ class StitchedBag(BagReader):
                 continue
             prefix, side = sides[raw.topic]
             try:
-                message = self._codec.decode(raw.data, raw.type_name)
+                message = decode(raw.data, raw.type_name)
                 self._frame_ids[prefix] = stitched_frame(message.header.frame_id)
                 pairers[prefix].add(side, frame_of_message(message, 'image'))
             except BadFrame as error:
@@ -102,7 +103,7 @@ class StitchedBag(BagReader):
             info.header = header
             for name, message in (('camera_info', info), (RIGHT_TIME, right_time_message(pair.right.stamp_ns, header)),
                                   ('image_raw', image_to_message(Frame(picture, pair.stamp_ns, encoding), '', header))):
-                type_name, data = self._codec.encode(message)
+                type_name, data = encode(message)
                 yield RawMessage(prefix + name, type_name, pair.stamp_ns, data)
 
 

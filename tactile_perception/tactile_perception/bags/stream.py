@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME
+from tactile_driver.recordings.description import recorded_frame
 from tactile_driver.recordings.left_out import LeftOut
+from tactile_driver.recordings.compressed import ImageBagReader as BagReader
+from tactile_driver.recordings.reader import RawMessage
+from tactile_driver.recordings.serialization import decode, encode, unusable
 
-from .definitions import known_as
-from .descriptions import recorded_frame
 from ..errors import BadFrame, BadRecording, TactileError
-from ..nodes.messages.serialization import MessageCodec
 from .replay import DotReplay, Replay, ReplayStage, TaxelReplay, make_replay
-from .rosbag import BagReader, RawMessage
 from .stamped import find_prefix
 from .stitched_bag import bag_opener
 
@@ -30,13 +30,13 @@ KEPT = ('/tf_static', 'description', 'camera_info', 'ground_truth/contacts', 'gr
 class Head(NamedTuple):
     """First item of a stream.
 
-    prefix: '/ns/' of the sensor; frames: number of raw messages in the bag; definitions: text by message type of the copied topics, as far
-    as the bag has them; camera: first camera_info, which may follow the first images; None without one.
+    prefix: '/ns/' of the sensor; frames: number of raw messages in the bag; unusable: reason by topic that cannot be written again;
+    camera: first camera_info, which may follow the first images; None without one.
     """
 
     prefix: str
     frames: int
-    definitions: dict[str, str]
+    unusable: dict[str, str]
     camera: RawMessage | None = None
 
 
@@ -75,61 +75,62 @@ class Task:
 
 def stream(task: Task) -> Iterator[Item]:
     """Yield a Head, then messages and results, and at last what of the bag could not be read. Raises TactileError for an unusable bag."""
-    replay, codec = task.replay(), MessageCodec()
+    replay = task.replay()
     with task.open(replay) as reader:
         prefix = find_prefix(reader.topics, task.namespace, replay.raw, replay.raw_type)
         replay.use_frame(recorded_frame(reader, prefix))
         kept = {name if name.startswith('/') else prefix + name for name in KEPT}
-        definitions = {kind: reader.definitions.get(kind, '') for topic, kind in reader.topics.items() if topic in kept}
-        for kind in {reader.topics[prefix + replay.raw], reader.topics.get(prefix + 'camera_info', replay.raw_type)}:
-            if reason := known_as(codec.store, kind, reader.definitions.get(kind, '')):
-                raise BadRecording(f'bag {task.source}: {reason}')
+        problems = {topic: unusable(kind, reader.hashes.get(topic, '')) for topic, kind in reader.topics.items()}
+        for topic in (prefix + replay.raw, prefix + 'camera_info'):
+            if problems.get(topic):
+                raise BadRecording(f'bag {task.source}: {problems[topic]}')
         camera = {prefix + 'camera_info'} & set(reader.topics)
-        head = Head(prefix, reader.count({prefix + replay.raw}), definitions, next(reader.messages(camera), None) if camera else None)
+        head = Head(prefix, reader.count({prefix + replay.raw}), {topic: why for topic, why in problems.items() if why},
+                    next(reader.messages(camera), None) if camera else None)
         yield head
         told = {*kept, *TRANSFORMS} if any(isinstance(stage, TaxelReplay) for stage in replay.stages) else kept
         items: Iterator[Item] = reader.messages({*told, prefix + replay.raw, prefix + RIGHT_TIME})
         for number, stage in enumerate(replay.stages):
-            items = _computed(items, _begun(stage, head, codec), number == 0, prefix, codec)
+            items = _computed(items, _begun(stage, head), number == 0, prefix)
         yield from items
         yield reader.left_out
 
 
-def _computed(items: Iterator[Item], stage: ReplayStage, first: bool, prefix: str, codec: MessageCodec) -> Iterator[Item]:
+def _computed(items: Iterator[Item], stage: ReplayStage, first: bool, prefix: str) -> Iterator[Item]:
     """Yield the items and, after each raw message of the stage, its results; the raw messages of the first stage are dropped."""
     raw, camera = prefix + stage.raw, prefix + 'camera_info'
     for item in items:
         if isinstance(item, RawMessage) and item.topic in TRANSFORMS:
             if isinstance(stage, TaxelReplay):
-                yield from _tried(stage.on_transforms, item, codec)
+                yield from _tried(stage.on_transforms, item)
             if item.topic in KEPT:
                 yield item
         elif isinstance(item, RawMessage) and item.topic == prefix + RIGHT_TIME:
             if isinstance(stage, DotReplay):
-                yield from _tried(stage.on_right_time, item, codec)
+                yield from _tried(stage.on_right_time, item)
         elif isinstance(item, RawMessage) and item.topic in (raw, camera):
-            yield from _taken(item, stage, item.topic == camera, first, prefix, codec)
+            yield from _taken(item, stage, item.topic == camera, first, prefix)
         else:
             yield item
 
 
-def _tried(take: Callable[[object], None], item: RawMessage, codec: MessageCodec) -> Iterator[Item]:
+def _tried(take: Callable[[object], None], item: RawMessage) -> Iterator[Item]:
     """Pass a message beside the raw ones to take; yield Skipped for an unusable one."""
     try:
-        take(codec.decode(item.data, item.type_name))
+        take(decode(item.data, item.type_name))
     except BadFrame as error:
         yield Skipped(item.topic, str(error), item.stamp_ns)
 
 
-def _begun(stage: ReplayStage, head: Head, codec: MessageCodec) -> ReplayStage:
+def _begun(stage: ReplayStage, head: Head) -> ReplayStage:
     """The stage with the recording's camera; an unusable camera_info is reported when the stream reaches it."""
     if head.camera is not None:
         with suppress(BadFrame):
-            stage.on_camera_info(codec.decode(head.camera.data, head.camera.type_name))
+            stage.on_camera_info(decode(head.camera.data, head.camera.type_name))
     return stage
 
 
-def _taken(item: RawMessage, stage: ReplayStage, is_camera: bool, first: bool, prefix: str, codec: MessageCodec) -> Iterator[Item]:
+def _taken(item: RawMessage, stage: ReplayStage, is_camera: bool, first: bool, prefix: str) -> Iterator[Item]:
     """Yield the items that result from one message of a stage.
 
     An unusable camera_info is skipped. One that contradicts the calibration raises BadCalibration, because no result would be valid.
@@ -137,7 +138,7 @@ def _taken(item: RawMessage, stage: ReplayStage, is_camera: bool, first: bool, p
     topic = item.topic.removeprefix(prefix)
     if is_camera:
         try:
-            message = item.message or codec.decode(item.data, item.type_name)
+            message = item.message or decode(item.data, item.type_name)
             stage.on_camera_info(message)
             yield item._replace(message=message)
         except BadFrame as error:
@@ -146,8 +147,8 @@ def _taken(item: RawMessage, stage: ReplayStage, is_camera: bool, first: bool, p
     if not first:
         yield item
     try:
-        for name, result in stage.on_raw(item.message or codec.decode(item.data, item.type_name)):
-            type_name, data = codec.encode(result)
+        for name, result in stage.on_raw(item.message or decode(item.data, item.type_name)):
+            type_name, data = encode(result)
             yield RawMessage(prefix + name, type_name, item.stamp_ns, data, result)
     except TactileError as error:
         yield Skipped(topic, str(error), item.stamp_ns)

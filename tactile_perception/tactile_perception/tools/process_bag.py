@@ -13,13 +13,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tactile_driver.recordings.left_out import LeftOut
+from tactile_driver.recordings.reader import RawMessage
+from tactile_driver.recordings.writer import COMPRESSED, BagWriter
 
-from ..bags.definitions import known_as
-from ..bags.rosbag import BagWriter, RawMessage
 from ..bags.stream import KEPT, Head, Skipped, Task, stream
 from ..common.progress import ProgressLine
 from ..errors import BadArgument, TactileError
-from ..nodes.messages.serialization import MessageCodec
 
 FAILED, INCOMPLETE, SIGNALLED = 1, 3, 128
 _CODES = f"""exit code: 0 complete; {FAILED} no result, with a one-line error; 2 wrong command line; {INCOMPLETE} complete except for
@@ -70,13 +69,8 @@ class _Output:
     """The output bag and its counts in summary."""
 
     def __init__(self, target: Path, head: Head, summary: Summary):
-        self._prefix, self._summary = head.prefix, summary
-        store, self._unknown = MessageCodec().store, {}
-        for kind, text in head.definitions.items():  # register types that are unknown here
-            reason = known_as(store, kind, text)
-            if reason:
-                self._unknown[kind] = reason
-        self._writer = BagWriter(target, store, compressed=True)  # measured: points of a taxel array are 60 times as large as its images
+        self._prefix, self._summary, self._unusable = head.prefix, summary, head.unusable
+        self._writer = BagWriter(target, COMPRESSED)  # measured: points of a taxel array are 60 times as large as its images
 
     def __enter__(self) -> _Output:
         self._writer.__enter__()
@@ -88,8 +82,8 @@ class _Output:
     def write(self, message: RawMessage) -> None:
         """Write and count a message, or count it as left out."""
         topic = message.topic.removeprefix(self._prefix)
-        if message.type_name in self._unknown:
-            self._summary.left_out.add(topic, self._unknown[message.type_name], message.stamp_ns)
+        if message.topic in self._unusable:
+            self._summary.left_out.add(topic, self._unusable[message.topic], message.stamp_ns)
             return
         self._writer.write(*message[:4])
         self._summary.written[topic] += 1
@@ -126,7 +120,8 @@ class _Signals:
 def main(args: list[str] | None = None) -> int:
     """Run the command; --help lists the exit codes."""
     parser = argparse.ArgumentParser(prog='process_bag', description=__doc__, epilog=_CODES)
-    parser.add_argument('input', type=Path, help='rosbag2 recording (MCAP or sqlite3, compressed or not); of a damaged one the rest')
+    parser.add_argument('input', type=Path, help='rosbag2 recording (MCAP or sqlite3, compressed or not); an unfinished one is read as far '
+                        'as it goes')
     parser.add_argument('output', type=Path, help='new rosbag2 folder (MCAP) for the results')
     parser.add_argument('--params', type=Path, required=True, help='parameter file of the sensor, as the launch file takes it')
     parser.add_argument('--calibration', type=Path, help='calibration file; default: the one in the parameter file')

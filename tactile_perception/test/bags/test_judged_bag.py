@@ -6,22 +6,21 @@ import pytest
 from std_msgs.msg import Header
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.recordings.serialization import encode
+from tactile_driver.recordings.writer import BagWriter
 from tactile_msgs.msg import Contact, Contacts, Slip
 from tactile_perception.bags.judged_bag import JudgedBag
-from tactile_perception.bags.rosbag import BagWriter
 from tactile_perception.errors import BadArgument, BadRecording
-from tactile_perception.nodes.messages.serialization import MessageCodec
 
 MS = 10**6
 
 
 def write(path, messages):
     """A bag of (stamp ns, received ns, topic, message)."""
-    codec = MessageCodec()
-    with BagWriter(path, codec.store) as writer:
+    with BagWriter(path) as writer:
         for stamp, received, topic, message in messages:
             message.header = header_of(stamp, 'pad')
-            type_name, data = codec.encode(message)
+            type_name, data = encode(message)
             writer.write(topic, type_name, received, data)
     return path
 
@@ -69,13 +68,12 @@ def test_a_message_that_cannot_be_meant_is_counted(tmp_path):
 
 
 def test_a_damaged_message_is_counted_and_the_rest_judged(tmp_path):
-    codec = MessageCodec()
-    with BagWriter(tmp_path / 'bag', codec.store) as writer:
+    with BagWriter(tmp_path / 'bag') as writer:
         for k in range(3):
             for topic in ('/pad/contacts', '/pad/ground_truth/contacts'):
                 message = contacts(1.0)
                 message.header = header_of(k, 'pad')
-                type_name, data = codec.encode(message)
+                type_name, data = encode(message)
                 writer.write(topic, type_name, k, data[:9] if (k, topic) == (1, '/pad/contacts') else data)
     bag = JudgedBag(tmp_path / 'bag')
     assert len(list(bag.instants())) == 2 and bag.unmatched == {'without an estimate': 1}

@@ -1,6 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import pytest
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.writer import BagWriter
 from tactile_perception.bags.stamped import TRUTH, find_prefix, pairs_of
 from tactile_perception.errors import BadCalibration, BadRecording
 
@@ -27,10 +29,7 @@ def test_the_sensor_is_found_or_has_to_be_named():
 
 
 def test_a_bag_without_truth_is_refused(pressed_bag, tmp_path):
-    from tactile_perception.nodes.messages.serialization import MessageCodec
-    from tactile_perception.bags.rosbag import BagReader, BagWriter
-    codec = MessageCodec()
-    with BagReader(pressed_bag) as reader, BagWriter(tmp_path / 'bare', codec.store) as writer:
+    with BagReader(pressed_bag) as reader, BagWriter(tmp_path / 'bare') as writer:
         for raw in reader.messages({'/touchpad/image_raw'}):
             writer.write(raw.topic, raw.type_name, raw.stamp_ns, raw.data)
     with pytest.raises(BadCalibration, match='tool'):

@@ -5,13 +5,13 @@
 import numpy as np
 import pytest
 import yaml
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
 from tactile_driver.stitching.methods import make_stitcher
-from tactile_perception.bags.rosbag import BagReader
 from tactile_perception.bags.stitched_bag import StitchedBag, bag_opener, stitching_in
 from tactile_perception.calibration.files.format import CalibrationFile, write_calibration
 from tactile_perception.calibration.stitching import fit_stitching
 from tactile_driver.nodes.messages.images import image_to_array
-from tactile_perception.nodes.messages.serialization import MessageCodec
 
 from dual_bags import DISTORTION, LATE, MATRIX, PARAMETERS, PERIOD, SENSOR, pair, write_pairs
 
@@ -33,9 +33,8 @@ def bag(tmp_path_factory):
 
 
 def read(path, stitching, topics=None, method='plane'):
-    codec = MessageCodec()
     with StitchedBag(path, stitching, method, 0.008) as reader:
-        return reader.topics, [(raw.topic, raw.stamp_ns, codec.decode(raw.data, raw.type_name)) for raw in reader.messages(topics)]
+        return reader.topics, [(raw.topic, raw.stamp_ns, decode(raw.data, raw.type_name)) for raw in reader.messages(topics)]
 
 
 @pytest.mark.parametrize('method', ['plane', 'middle'])

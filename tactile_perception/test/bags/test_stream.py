@@ -8,14 +8,15 @@ from pathlib import Path
 import pytest
 from geometry_msgs.msg import TransformStamped
 from taxel_bags import write_taxels
-from tactile_perception.bags.rosbag import BagReader, BagWriter, RawMessage
+from tactile_driver.recordings.reader import BagReader, RawMessage
+from tactile_driver.recordings.serialization import encode
+from tactile_driver.recordings.writer import BagWriter
 from tactile_perception.bags.stream import FrameDone, Head, Skipped, Task, stream
-from tactile_perception.nodes.messages.serialization import MessageCodec
 from tf2_msgs.msg import TFMessage
 
 
 def test_items_come_frame_by_frame(tmp_path):
-    task = Task(write_taxels(tmp_path / 'bag', 5, change=lambda k, m, codec: codec.encode(m)[1] if k != 2 else b'x'), tmp_path / 'bag.yaml')
+    task = Task(write_taxels(tmp_path / 'bag', 5, change=lambda k, m: encode(m)[1] if k != 2 else b'x'), tmp_path / 'bag.yaml')
     head, *items, last = stream(task)
     assert head == Head('/pad/', 5, {})
     assert last.total == 0
@@ -40,8 +41,8 @@ def test_transforms_tell_of_the_grasped_object_and_those_that_stay_are_written_a
 
 
 def test_images_before_the_first_camera_info_are_done_too(tmp_path, pressed_bag):
-    codec, task = MessageCodec(), Task(tmp_path / 'bag', Path(f'{pressed_bag}.yaml'))
-    with BagReader(pressed_bag) as reader, BagWriter(tmp_path / 'bag', codec.store) as writer:
+    task = Task(tmp_path / 'bag', Path(f'{pressed_bag}.yaml'))
+    with BagReader(pressed_bag) as reader, BagWriter(tmp_path / 'bag') as writer:
         images = [m for m in reader.messages({'/touchpad/image_raw'})][:2]
         info = next(reader.messages({'/touchpad/camera_info'}))
         for message in images:

@@ -4,10 +4,10 @@
 
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.recordings.serialization import encode
+from tactile_driver.recordings.writer import BagWriter
 from tactile_msgs.msg import Contact, Contacts
-from tactile_perception.bags.rosbag import BagWriter
 from tactile_perception.nodes.messages.conversions import camera_info_message
-from tactile_perception.nodes.messages.serialization import MessageCodec
 
 from sheet_pair import DISTORTION, MATRIX, SENSOR, SIZE, picture, printed
 
@@ -24,11 +24,10 @@ def pair():
 def write_pairs(path, pairs, touched=(), truth=True, known=True):
     """A bag under /pad of pairs, ten a second from 1 s on, an image of None left out; touched: numbers of those at which something
     touches; truth: whether that is recorded; known: whether the cameras are calibrated."""
-    codec = MessageCodec()
     info = {'width': SIZE[0], 'height': SIZE[1], 'K': MATRIX if known else [[0.0] * 3] * 3, 'dist_k1_k2_p1_p2_k3': DISTORTION}
-    with BagWriter(path, codec.store) as writer:
+    with BagWriter(path) as writer:
         def write(topic, stamp, message):
-            type_name, data = codec.encode(message)
+            type_name, data = encode(message)
             writer.write(f'/pad/{topic}', type_name, stamp, data)
         for k, images in enumerate(pairs):
             for name, image, late in zip(('left', 'right'), images, (0, LATE)):

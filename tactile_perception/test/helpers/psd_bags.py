@@ -6,34 +6,34 @@ import yaml
 from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
 from tactile_driver.nodes.streams.voltage import voltages_message
+from tactile_driver.recordings.serialization import encode
+from tactile_driver.recordings.writer import BagWriter
 from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.scene import open_psd_scene
 
-from tactile_perception.bags.rosbag import BagWriter
-from tactile_perception.nodes.messages.serialization import MessageCodec
 
 PERIOD_NS = 1_000_000
 
 
 def write_psd(path, name, batch=20, begin=0, end=None, seed=0, truth_every=1):
     """Samples begin to end of a scene at 1 kHz, and path.yaml beside it; returns their truth."""
-    scene, codec, numbers = open_psd_scene(name, 1000.0, seed), MessageCodec(), TouchNumbers()
+    scene, numbers = open_psd_scene(name, 1000.0, seed), TouchNumbers()
     counts, truth = scene.play(0, scene.samples)
     volts = (counts * (5 / 4096)).astype(np.float32)
-    with BagWriter(path, codec.store) as writer:
+    with BagWriter(path) as writer:
         for first in range(begin, end or len(volts), batch):
             stamp = 10**9 + first * PERIOD_NS
-            write(writer, codec, 'voltages', stamp, voltages_message(SampleBlock(volts[first:first + batch], stamp, 1e-3), 'finger'))
+            write(writer, 'voltages', stamp, voltages_message(SampleBlock(volts[first:first + batch], stamp, 1e-3), 'finger'))
             last = min(first + batch, len(volts))
             changes = np.flatnonzero(np.diff(truth.touching[first:last])) + 1 + first
             for k in sorted({*range(first, last, truth_every), *changes.tolist()}):
                 touches, at = truth.touches(k), 10**9 + k * PERIOD_NS
                 known = contacts_message(touches, numbers.assign(touches), header_of(at, 'finger'))
-                write(writer, codec, 'ground_truth/contacts', at, known)
+                write(writer, 'ground_truth/contacts', at, known)
     path.with_name(path.name + '.yaml').write_text(yaml.safe_dump({'/**': {'ros__parameters': {'sensor_type': 'psd_finger'}}}))
     return truth
 
 
-def write(writer, codec, topic, stamp, message):
-    type_name, data = codec.encode(message)
+def write(writer, topic, stamp, message):
+    type_name, data = encode(message)
     writer.write(f'/finger/{topic}', type_name, stamp, data)

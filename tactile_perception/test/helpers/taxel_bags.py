@@ -5,25 +5,24 @@ import numpy as np
 import yaml
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
-from tactile_perception.bags.rosbag import BagWriter
-from tactile_perception.nodes.messages.serialization import MessageCodec
+from tactile_driver.recordings.serialization import encode
+from tactile_driver.recordings.writer import BagWriter
 
 PERIOD_NS = 20_000_000
 
 
 def write_taxels(path, frames=30, shape=(16, 16), change=None, first=(), **more):
-    """Frames under /pad, 50 a second from 1 s on, and path.yaml beside; change(k, image message, codec): CDR bytes of the k-th; first:
+    """Frames under /pad, 50 a second from 1 s on, and path.yaml beside; change(k, image message): CDR bytes of the k-th; first:
     (topic, message) before all frames; more: parameters."""
-    codec = MessageCodec()
-    with BagWriter(path, codec.store) as writer:
+    with BagWriter(path) as writer:
         for topic, message in first:
-            type_name, data = codec.encode(message)
+            type_name, data = encode(message)
             writer.write(topic, type_name, 10**9 - 1, data)
         for k in range(frames):
             stamp = 10**9 + k * PERIOD_NS
             message = image_to_message(Frame(picture(k, shape), stamp, 'mono8'), '', header_of(stamp, 'pad'))
-            type_name, data = codec.encode(message)
-            writer.write('/pad/image_raw', type_name, stamp, data if change is None else change(k, message, codec))
+            type_name, data = encode(message)
+            writer.write('/pad/image_raw', type_name, stamp, data if change is None else change(k, message))
     values = {'sensor_type': 'taxel_array', 'rows': shape[0], 'columns': shape[1], **more}
     path.with_name(path.name + '.yaml').write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
     return path

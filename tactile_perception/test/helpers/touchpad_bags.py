@@ -10,18 +10,18 @@ import yaml
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message
+from tactile_driver.recordings.serialization import encode
+from tactile_driver.recordings.writer import BagWriter
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.bags.rosbag import BagWriter
 from tactile_perception.nodes.messages.conversions import camera_info_message
-from tactile_perception.nodes.messages.serialization import MessageCodec
 
 
 def write_scene(path, name, times, rate):
     """A bag of the scene's frames at the given times (s), and the parameter file beside it (path + .yaml)."""
-    scene, codec, numbers = open_scene(name, rate=rate, seed=1), MessageCodec(), TouchNumbers()
+    scene, numbers = open_scene(name, rate=rate, seed=1), TouchNumbers()
     camera = scene.camera
     info = {'width': camera.width, 'height': camera.height, 'K': camera.matrix, 'dist_k1_k2_p1_p2_k3': camera.distortion}
-    with BagWriter(path, codec.store) as writer:
+    with BagWriter(path) as writer:
         for time in times:
             seen, stamp = scene.render(time), round((time + 1) * 1e9)
             header = header_of(stamp, 'touchpad')
@@ -31,7 +31,7 @@ def write_scene(path, name, times, rate):
                 'ground_truth/contacts': contacts_message(seen.truth.contacts, numbers.assign(seen.truth.contacts), header),
                 'ground_truth/contact_region': region_message(seen.truth, 1 / rate, header),
             }.items():
-                type_name, data = codec.encode(message)
+                type_name, data = encode(message)
                 writer.write(f'/touchpad/{topic}', type_name, stamp, data)
     values = {
         'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(),

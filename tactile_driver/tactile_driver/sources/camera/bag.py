@@ -7,7 +7,6 @@ import posixpath
 from dataclasses import replace
 from pathlib import Path
 
-from rosbags.typesys import Stores, get_typestore
 
 from ..base.pacing import NS, EvenPace, StampPace, wait_until
 from ..base.protocol import EndOfSource
@@ -17,6 +16,7 @@ from ...nodes.messages.images import image_to_array
 from ...recordings.compressed import COMPRESSED_IMAGE, ImageBagReader
 from ...recordings.description import recorded_description
 from ...recordings.reader import RawMessage
+from ...recordings.serialization import decode
 from ...recordings.truth import RecordedTruth, truth_topics, with_truth
 
 _IMAGE, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CameraInfo'
@@ -47,7 +47,7 @@ def _named(topics: list[str], wanted: str) -> list[str]:
 
 
 class BagSource:
-    """Plays a rosbag2 folder or file, sqlite3 or MCAP; a damaged one is read as far as possible.
+    """Plays a rosbag2 folder or file, sqlite3 or MCAP; an unfinished one as far as rosbag2 reads it.
 
     topic: of sensor_msgs/Image or CompressedImage, '' if the bag has only one; rate: Hz; -1: as recorded; 0: as fast as consumed; loop:
     restart at the end (the stamps then go back). Raises BadArgument for an empty path.
@@ -62,7 +62,6 @@ class BagSource:
         self.skipped = self.corrupt = 0
         self.on_demand = rate == 0
         self._path, self._wanted, self._rate, self._loop = Path(path).expanduser(), topic, rate, loop
-        self._types = get_typestore(Stores.ROS2_JAZZY)
         self._reader = self._messages = self._calibration = self._pace = None
         self._topic, self._recorded = '', {}
         self._truth_topics: dict[str, str] = {}
@@ -90,7 +89,10 @@ class BagSource:
         if types.get(beside) != _INFO:
             return None
         for found in self._reader.messages({beside}):
-            info = self._types.deserialize_cdr(found.data, found.type_name)
+            try:
+                info = decode(found.data, found.type_name)
+            except BadFrame:
+                continue
             numbers = (tuple(map(float, x)) for x in (info.k, info.d, info.r, info.p))
             return CameraCalibration(info.width, info.height, *numbers, info.distortion_model)
         return None
@@ -104,7 +106,7 @@ class BagSource:
         """The next frame, when it is due; None if not wanted. Raises EndOfSource, or BadFrame for a message without a valid image."""
         found, truth = self._next()
         name = found.type_name
-        message = self._decoded(found.data, name)
+        message = self._decoded(found)
         stamp = message.header.stamp.sec * NS + message.header.stamp.nanosec or found.stamp_ns
         due = 0 if self._pace is None else self._pace.next() if self._rate > 0 else self._pace.next(stamp)
         frame = self._frame(message, name, stamp) if wanted else None
@@ -127,10 +129,10 @@ class BagSource:
             raise EndOfSource(f'{self._path} is over')
         return found
 
-    def _decoded(self, data: bytes, name: str):
+    def _decoded(self, found: RawMessage):
         try:
-            return self._types.deserialize_cdr(data, name)
-        except Exception as error:  # rosbags raises many types for corrupt data
+            return decode(found.data, found.type_name)
+        except BadFrame as error:
             raise BadFrame(f'a message of {self._topic} in {self._path} is broken ({error}); it is skipped') from error
 
     def _frame(self, message, name: str, stamp: int) -> Frame:

@@ -5,43 +5,46 @@ import time
 import cv2
 import numpy as np
 import pytest
-from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
 
-from tactile_driver.errors import BadArgument, BadFrame, BadRecording
-from tactile_driver.sources.base.protocol import EndOfSource
-from tactile_driver.sources.camera.bag import BagSource, choose_topic
+pytest.importorskip('rclpy', reason='ROS is not sourced')
 
-STORE = get_typestore(Stores.ROS2_JAZZY)
-TYPES = STORE.types
+from builtin_interfaces.msg import Time  # noqa: E402
+from rosbag2_py import ConverterOptions, SequentialWriter, StorageOptions, TopicMetadata  # noqa: E402
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image  # noqa: E402
+from std_msgs.msg import Header  # noqa: E402
+
+from tactile_driver.errors import BadArgument, BadFrame, BadRecording  # noqa: E402
+from tactile_driver.recordings.serialization import encode, type_name_of  # noqa: E402
+from tactile_driver.sources.base.protocol import EndOfSource  # noqa: E402
+from tactile_driver.sources.camera.bag import BagSource, choose_topic  # noqa: E402
+
 START, PERIOD = 1_700_000_000_123_000_000, 20_000_000
 K = (600.0, 0.0, 32.0, 0.0, 600.0, 24.0, 0.0, 0.0, 1.0)
 
 
 def header(k):
     stamp = START + k * PERIOD
-    return TYPES['std_msgs/msg/Header'](TYPES['builtin_interfaces/msg/Time'](stamp // 10**9, stamp % 10**9), 'pad')
+    return Header(stamp=Time(sec=stamp // 10**9, nanosec=stamp % 10**9), frame_id='pad')
 
 
 def image(k, encoding='bgr8', channels=3):
-    data = np.full(48 * 64 * channels, k, np.uint8)
-    return TYPES['sensor_msgs/msg/Image'](header(k), 48, 64, encoding, 0, 64 * channels, data)
+    return Image(header=header(k), height=48, width=64, encoding=encoding, step=64 * channels, data=bytes([k]) * (48 * 64 * channels))
 
 
 def info():
-    roi = TYPES['sensor_msgs/msg/RegionOfInterest'](0, 0, 0, 0, False)
-    matrices = np.zeros(5), np.array(K), np.eye(3).ravel(), np.zeros(12)
-    return TYPES['sensor_msgs/msg/CameraInfo'](header(0), 48, 64, 'plumb_bob', *matrices, 0, 0, roi)
+    return CameraInfo(header=header(0), height=48, width=64, distortion_model='plumb_bob', d=[0.0] * 5, k=K)
 
 
-def write(path, topics, storage=StoragePlugin.MCAP):
-    """A bag of topic -> messages; message k of each was recorded 5 ms after its stamp."""
-    with Writer(path, version=9, storage_plugin=storage) as writer:
-        for topic, messages in topics.items():
-            kind = messages[0].__msgtype__
-            connection = writer.add_connection(topic, kind, typestore=STORE)
-            for k, message in enumerate(messages):
-                writer.write(connection, START + k * PERIOD + 5_000_000, STORE.serialize_cdr(message, kind))
+def write(path, topics, storage='mcap'):
+    """A bag of topic -> messages, or their bytes as images; message k of each was recorded 5 ms after its stamp."""
+    writer = SequentialWriter()
+    writer.open(StorageOptions(uri=str(path), storage_id=storage), ConverterOptions())
+    for number, (topic, messages) in enumerate(topics.items()):
+        kind = type_name_of(type(messages[-1]))
+        writer.create_topic(TopicMetadata(id=number, name=topic, type=kind, serialization_format='cdr'))
+        for k, message in enumerate(messages):
+            writer.write(topic, message if isinstance(message, bytes) else encode(message)[1], START + k * PERIOD + 5_000_000)
+    writer.close()
     return path
 
 
@@ -51,7 +54,7 @@ def opened(path, topic='', rate=0.0, loop=False):
     return source
 
 
-@pytest.fixture(params=[StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+@pytest.fixture(params=['mcap', 'sqlite3'])
 def bag(tmp_path, request):
     return write(tmp_path / 'bag', {'/pad/image_raw': [image(k) for k in range(6)], '/pad/camera_info': [info()]}, request.param)
 
@@ -92,7 +95,7 @@ def test_unwanted_frames_are_passed_over(bag):
 
 def compressed(k):
     data = cv2.imencode('.png', np.full((48, 64, 3), 90 + k, np.uint8))[1]
-    return TYPES['sensor_msgs/msg/CompressedImage'](header(k), 'png', data)
+    return CompressedImage(header=header(k), format='png', data=data.tobytes())
 
 
 @pytest.mark.parametrize('wanted', ['', 'image_raw/compressed', '/pad/image_raw/compressed', 'image_raw', '/pad/image_raw'])
@@ -128,11 +131,7 @@ def test_grey_and_unusable_encodings(tmp_path):
 
 
 def test_a_broken_message_is_bad_and_the_next_one_good(tmp_path):
-    path = tmp_path / 'bag'
-    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        connection = writer.add_connection('/image_raw', 'sensor_msgs/msg/Image', typestore=STORE)
-        writer.write(connection, START, b'\x00\x01\x00\x00\x01\x02')
-        writer.write(connection, START + PERIOD, STORE.serialize_cdr(image(1), 'sensor_msgs/msg/Image'))
+    path = write(tmp_path / 'bag', {'/image_raw': [b'\x00\x01\x00\x00\x01\x02', image(1)]})
     source = opened(path)
     with pytest.raises(BadFrame, match='/image_raw'):
         source.read()
@@ -159,11 +158,11 @@ def test_the_sensors_images_are_chosen_among_others():
 
 def test_a_bag_with_its_last_part_cut_off_plays_as_far_as_it_goes(tmp_path):
     rng, messages = np.random.default_rng(5), []
-    for k in range(60):  # noise does not compress: chunks are of several messages each
-        messages.append(TYPES['sensor_msgs/msg/Image'](header(k), 48, 64, 'mono8', 0, 64, rng.integers(0, 256, 48 * 64, np.uint8)))
+    for k in range(600):  # chunks are of several messages each
+        messages.append(Image(header=header(k), height=48, width=64, encoding='mono8', step=64, data=rng.bytes(48 * 64)))
     path = write(tmp_path / 'bag', {'/pad/image_raw': messages * 1, '/pad/image_annotated': messages[:1]})
     whole = opened(path)
-    count = sum(1 for _ in iter(lambda: whole.read().stamp_ns >= START + 59 * PERIOD, True)) + 1
+    count = sum(1 for _ in iter(lambda: whole.read().stamp_ns >= START + 599 * PERIOD, True)) + 1
     file, = path.glob('*.mcap')
     file.write_bytes(file.read_bytes()[:file.stat().st_size * 7 // 10])
     (path / 'metadata.yaml').unlink()
@@ -171,7 +170,7 @@ def test_a_bag_with_its_last_part_cut_off_plays_as_far_as_it_goes(tmp_path):
     with pytest.raises(EndOfSource):
         while True:
             stamps.append(source.read().stamp_ns)
-    assert count == 60 and 10 < len(stamps) < 60
+    assert count == 600 and 100 < len(stamps) < 600
     assert stamps == [START + k * PERIOD for k in range(len(stamps))]
     assert 'cut off' in source.remark
 

@@ -1,27 +1,24 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-import numpy as np
 import pytest
-from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from tactile_driver.errors import BadFrame, BadRecording
-from tactile_driver.sources.base.protocol import EndOfSource
-from tactile_driver.sources.psd.bag import PsdBagSource
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-STORE = get_typestore(Stores.ROS2_JAZZY)
-NAME = 'tactile_msgs/msg/PsdVoltages'
-STORE.register(get_types_from_msg('std_msgs/Header header\nfloat64 sample_period\nfloat32[] voltages\n', NAME))
+from tactile_msgs.msg import PsdVoltages  # noqa: E402
+
+from tactile_driver.errors import BadFrame, BadRecording  # noqa: E402
+from tactile_driver.nodes.messages.conversions import header_of  # noqa: E402
+from tactile_driver.recordings.writer import write_messages  # noqa: E402
+from tactile_driver.sources.base.protocol import EndOfSource  # noqa: E402
+from tactile_driver.sources.psd.bag import PsdBagSource  # noqa: E402
 
 
 def write(path, counts):
     """A bag of messages with so many voltages each."""
-    header, time = STORE.types['std_msgs/msg/Header'], STORE.types['builtin_interfaces/msg/Time']
-    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        connection = writer.add_connection('/finger/voltages', NAME, typestore=STORE)
-        for k, count in enumerate(counts):
-            message = STORE.types[NAME](header(time(5, 1000 * k), 'finger'), 2e-4, np.arange(count, dtype=np.float32))
-            writer.write(connection, 5 * 10**9 + 1000 * k, STORE.serialize_cdr(message, NAME))
+    stamps = [5 * 10**9 + 1000 * k for k in range(len(counts))]
+    write_messages(path, 'finger', ((stamp, 'voltages', PsdVoltages(header=header_of(stamp, 'finger'), sample_period=2e-4,
+                                                                    voltages=list(map(float, range(count)))))
+                                    for stamp, count in zip(stamps, counts)))
     return path
 
 

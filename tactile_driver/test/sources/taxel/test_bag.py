@@ -2,24 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
-from tactile_driver.errors import BadFrame
-from tactile_driver.sources.base.protocol import EndOfSource
-from tactile_driver.sources.taxel.bag import TaxelBagSource
 
-STORE = get_typestore(Stores.ROS2_JAZZY)
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from sensor_msgs.msg import Image  # noqa: E402
+
+from tactile_driver.errors import BadFrame  # noqa: E402
+from tactile_driver.nodes.messages.conversions import header_of  # noqa: E402
+from tactile_driver.recordings.writer import write_messages  # noqa: E402
+from tactile_driver.sources.base.protocol import EndOfSource  # noqa: E402
+from tactile_driver.sources.taxel.bag import TaxelBagSource  # noqa: E402
 
 
 def bag_of(path, images):
-    kinds = STORE.types
-    header, time = kinds['std_msgs/msg/Header'], kinds['builtin_interfaces/msg/Time']
-    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        topic = writer.add_connection('/pad/image_raw', 'sensor_msgs/msg/Image', typestore=STORE)
-        for k, (values, encoding) in enumerate(images):
-            data = np.frombuffer(values.tobytes(), np.uint8)
-            message = kinds['sensor_msgs/msg/Image'](header(time(1 + k, 0), 'pad'), *values.shape, encoding, 0, values.strides[0], data)
-            writer.write(topic, (1 + k) * 10**9, STORE.serialize_cdr(message, 'sensor_msgs/msg/Image'))
+    """A bag of (values, encoding), one a second."""
+    write_messages(path, 'pad', ((10**9 * k, 'image_raw', Image(
+        header=header_of(10**9 * k, 'pad'), height=values.shape[0], width=values.shape[1], encoding=encoding, step=values.strides[0],
+        data=values.tobytes())) for k, (values, encoding) in enumerate(images, 1)))
     return path
 
 

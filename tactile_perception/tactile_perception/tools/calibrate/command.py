@@ -11,8 +11,8 @@ from functools import partial
 from pathlib import Path
 
 from tactile_driver.command import tells_errors
+from tactile_driver.recordings.description import descriptions
 
-from ...bags.descriptions import descriptions
 from ...bags.replay import SENSOR_TYPE
 from ...calibration.files.psd import SENSOR as PSD_FINGER
 from ...calibration.files.taxel import SENSOR as TAXEL_ARRAY

@@ -6,8 +6,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from tactile_driver.recordings.compressed import ImageBagReader as BagReader
+from tactile_driver.recordings.serialization import decode
 
-from ...bags.rosbag import BagReader
 from ...bags.stamped import TRUTH, VOLTAGES, find_prefix
 from ...calibration.files.format import Specimen
 from ...calibration.files.psd import write_psd
@@ -15,7 +16,6 @@ from ...calibration.residuals import Residuals, outliers, report_residuals
 from ...common.progress import Progress
 from ...errors import BadCalibration
 from ...nodes.messages import conversions as convert
-from ...nodes.messages.serialization import MessageCodec
 from ...parameters.file import read_parameters
 from ...parameters.psd import PSD_PARAMETERS
 from ...psd.geometry import log_map
@@ -28,13 +28,13 @@ _EARLY_S = 1e-6  # chosen: tolerance of the comparison of stamps
 
 def read_recording(bag: Path, namespace: str) -> Recording:
     """Samples of one bag, each with the latest ground truth. Raises TactileError for a bag without voltages or truth."""
-    codec, blocks, truths = MessageCodec(), [], []
+    blocks, truths = [], []
     with BagReader(bag) as reader:
         prefix = find_prefix(reader.topics, namespace, 'voltages', VOLTAGES)
         if prefix + TRUTH not in reader.topics:
             raise BadCalibration(f'{bag}: no {prefix}{TRUTH}: calibration needs the positions of the presses')
         for raw in Progress(reader.messages({prefix + 'voltages', prefix + TRUTH}), f'messages of {bag.name}'):
-            message = codec.decode(raw.data, raw.type_name)
+            message = decode(raw.data, raw.type_name)
             (blocks if raw.topic == prefix + 'voltages' else truths).append((convert.stamp_seconds(message.header), message))
     volts, times, period = _samples(blocks, bag)
     if not truths:

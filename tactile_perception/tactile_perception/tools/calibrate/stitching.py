@@ -10,9 +10,10 @@ import numpy as np
 from tactile_driver.frame import PairFrame
 from tactile_driver.nodes.messages.conversions import frame_of_message
 from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
+from tactile_driver.recordings.compressed import ImageBagReader as BagReader
+from tactile_driver.recordings.serialization import decode
 from tactile_driver.sources.dual_camera.pairing import Pairer
 
-from ...bags.rosbag import BagReader
 from ...bags.stamped import TRUTH, find_prefix
 from ...bags.stitched_bag import VIEWS
 from ...calibration.files.format import CalibrationFile, Specimen, write_calibration
@@ -20,7 +21,6 @@ from ...calibration.stitching import SIDES, StitchingFit, fit_stitching
 from ...errors import BadCalibration, BadFrame, BadRecording
 from ...markers.view.sensor import MarkerSensor
 from ...nodes.messages import conversions as convert
-from ...nodes.messages.serialization import MessageCodec
 from ...parameters.file import read_parameters
 from ...parameters.touchpad import DOT_PARAMETERS
 
@@ -53,17 +53,17 @@ def find_stitching(bags: list[Path], params: Path, sensor: MarkerSensor, namespa
 
 def _untouched(bag: Path, namespace: str, skew: float) -> Iterator[tuple[PairFrame, tuple[Matrices, Matrices]]]:
     """Yield untouched pairs, and the matrices of their cameras."""
-    codec, pairer, cameras = MessageCodec(), Pairer(int(skew * 1e9)), {}
+    pairer, cameras = Pairer(int(skew * 1e9)), {}
     with BagReader(bag) as reader:
         try:
             prefix = find_prefix(reader.topics, namespace, VIEWS[0])
         except BadRecording:
             return
-        free = _free_stamps(reader, prefix, codec)
+        free = _free_stamps(reader, prefix)
         sides = {prefix + view: side for side, view in enumerate(VIEWS)}
         infos = {f'{prefix}{name}/camera_info': side for side, name in enumerate(SIDES)}
         for raw in reader.messages({*sides, *infos}):
-            message = codec.decode(raw.data, raw.type_name)
+            message = decode(raw.data, raw.type_name)
             if raw.topic in infos:
                 cameras[infos[raw.topic]] = convert.camera_matrices(message)
                 continue
@@ -78,11 +78,11 @@ def _taken(pairer: Pairer, free: set | None, cameras: dict, last: bool = False):
             yield pair, (cameras.get(0), cameras.get(1))
 
 
-def _free_stamps(reader: BagReader, prefix: str, codec: MessageCodec) -> set[int] | None:
+def _free_stamps(reader: BagReader, prefix: str) -> set[int] | None:
     """Stamps, ns, without contact; None for a recording without ground truth."""
     if prefix + TRUTH not in reader.topics:
         return None
-    found = (codec.decode(raw.data, raw.type_name) for raw in reader.messages({prefix + TRUTH}))
+    found = (decode(raw.data, raw.type_name) for raw in reader.messages({prefix + TRUTH}))
     return {m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in found if not m.contacts}
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from tactile_driver.recordings.compressed import ImageBagReader as BagReader
+from tactile_driver.recordings.serialization import decode
 
-from ...bags.rosbag import BagReader
 from ...bags.stamped import TRUE_WRENCH, find_prefix
 from ...calibration.files.format import Specimen
 from ...calibration.files.taxel import write_taxels
@@ -16,7 +17,6 @@ from ...calibration.residuals import Residuals, outliers, report_residuals
 from ...common.progress import Progress
 from ...errors import BadCalibration, BadFrame
 from ...nodes.messages import conversions as convert
-from ...nodes.messages.serialization import MessageCodec
 from ...nodes.stages.taxel import taxel_values
 from ...parameters.file import read_parameters
 from ...parameters.taxel import TAXEL_PARAMETERS, taxel_array
@@ -85,13 +85,13 @@ def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace:
 
 def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
     """Yield (stamp s, values, normal force N) of each frame; NaN for an unknown force."""
-    codec, waiting = MessageCodec(), None
+    waiting = None
     with BagReader(bag) as reader:
         prefix = find_prefix(reader.topics, namespace)
         if prefix + TRUE_WRENCH not in reader.topics:
             raise BadCalibration(f'{bag}: no {prefix}{TRUE_WRENCH}: calibration needs the normal force')
         for raw in Progress(reader.messages({prefix + 'image_raw', prefix + TRUE_WRENCH}), f'messages of {bag.name}'):
-            message = codec.decode(raw.data, raw.type_name)
+            message = decode(raw.data, raw.type_name)
             stamp = convert.stamp_seconds(message.header)
             if raw.topic == prefix + 'image_raw':
                 if waiting is not None:

@@ -20,8 +20,8 @@ from tactile_driver.frame_names import optical_frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
 from tactile_driver.nodes.messages.transforms import camera_transforms, static_transform
+from tactile_driver.recordings.writer import write_messages
 
-from ...bags.message_bag import write_messages
 from ...calibration.files.taxel import SENSOR as TAXEL_ARRAY
 from .camera import Recording
 from ...common.progress import Progress

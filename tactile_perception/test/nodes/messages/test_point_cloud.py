@@ -7,9 +7,9 @@ import pytest
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 from sensor_msgs.msg import PointField  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
+from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
 from tactile_perception.common.surface_points import UNKNOWN, SurfacePoints  # noqa: E402
 from tactile_perception.nodes.messages.point_cloud import points_to_message  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 
 pytestmark = pytest.mark.ros
 NAMES = ['x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z', 'displacement_x', 'displacement_y', 'displacement_z', 'force_x', 'force_y',
@@ -73,8 +73,7 @@ def test_sensor_msgs_py_reads_it():
 
 
 def test_the_same_points_give_the_same_bytes():
-    codec = MessageCodec()
-    first, second = (codec.encode(points_to_message(some_points(), Header())) for _ in range(2))
+    first, second = (encode(points_to_message(some_points(), Header())) for _ in range(2))
     assert first == second and first[0] == 'sensor_msgs/msg/PointCloud2'
-    back = codec.decode(first[1], first[0])
+    back = decode(first[1], first[0])
     np.testing.assert_array_equal(read(back)['force_y'], columns(some_points())['force_y'])

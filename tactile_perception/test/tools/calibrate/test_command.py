@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 import yaml
 from std_msgs.msg import String
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import encode
+from tactile_driver.recordings.writer import BagWriter
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.bags.rosbag import BagReader, BagWriter
 from tactile_perception.calibration.files.touchpad import read_touchpad
 from tactile_perception.calibration.sphere_presses import Press
 from tactile_perception.common.dots import DotTracks
-from tactile_perception.nodes.messages.serialization import MessageCodec
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.pipeline.dot_stage import make_tracker
@@ -79,8 +80,8 @@ def test_the_report_gives_the_numbers_and_where_they_are(calibrated):
 
 def only(source, target, topics, keep):
     """The messages of source on topics for which keep(number of the image) holds, as a bag."""
-    codec, stamps = MessageCodec(), {}
-    with BagReader(source) as reader, BagWriter(target, codec.store) as writer:
+    stamps = {}
+    with BagReader(source) as reader, BagWriter(target) as writer:
         for message in reader.messages():
             number = stamps.setdefault(message.stamp_ns, len(stamps))
             if message.topic.split('/', 2)[2] in topics and keep(number):
@@ -120,11 +121,10 @@ def test_an_even_choice_of_presses():
 
 
 def test_the_serial_number_is_what_the_recording_says_of_its_device(tmp_path):
-    codec = MessageCodec()
-    with BagWriter(tmp_path / 'bag', codec.store) as writer:
+    with BagWriter(tmp_path / 'bag') as writer:
         for stamp, text in enumerate(('no: yaml: at all', 'source: sim', 'source: device\nserial: 0042A', 'serial: other')):
-            writer.write('/pad/description', *codec.encode(String(data=text))[:1], stamp, codec.encode(String(data=text))[1])
+            writer.write('/pad/description', *encode(String(data=text))[:1], stamp, encode(String(data=text))[1])
     assert module.recorded_serial(tmp_path / 'bag') == '0042A'
-    with BagWriter(tmp_path / 'none', codec.store) as writer:
-        writer.write('/pad/other', *codec.encode(String())[:1], 0, codec.encode(String())[1])
+    with BagWriter(tmp_path / 'none') as writer:
+        writer.write('/pad/other', *encode(String())[:1], 0, encode(String())[1])
     assert module.recorded_serial(tmp_path / 'none') == ''

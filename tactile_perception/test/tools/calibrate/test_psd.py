@@ -9,9 +9,9 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from psd_bags import write_psd  # noqa: E402
 
-from tactile_perception.bags.rosbag import BagReader  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_perception.calibration.files.psd import read_psd  # noqa: E402
-from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 from tactile_perception.tools import process_bag  # noqa: E402
 from tactile_perception.tools.calibrate import command as calibrate  # noqa: E402
 from tactile_perception.tools.calibrate.psd import read_recording  # noqa: E402
@@ -35,9 +35,8 @@ def calibrated(bags):
 
 
 def contacts_of(bag):
-    codec = MessageCodec()
     with BagReader(bag) as reader:
-        return [codec.decode(m.data, m.type_name) for m in reader.messages({'/finger/contacts'})]
+        return [decode(m.data, m.type_name) for m in reader.messages({'/finger/contacts'})]
 
 
 def process(bags, calibrated, output):

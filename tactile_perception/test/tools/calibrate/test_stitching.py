@@ -5,11 +5,11 @@
 import numpy as np
 import pytest
 import yaml
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
 from tactile_driver.stitching.calibration import load_stitching
-from tactile_perception.bags.rosbag import BagReader
 from tactile_perception.calibration.files.markers import read_touch
 from tactile_perception.errors import BadCalibration
-from tactile_perception.nodes.messages.serialization import MessageCodec
 from tactile_perception.tools import process_bag
 from tactile_perception.tools.calibrate import command as calibrate
 from tactile_perception.tools.calibrate.stitching import find_stitching, tell_truth
@@ -50,8 +50,8 @@ def test_with_the_stitching_alone_markers_are_told_and_no_touches(tmp_path, para
         read_touch(output, 'areal_dual').fitted('')
     assert process_bag.main([str(bag), str(tmp_path / 'dots'), '--params', str(params), '--calibration', str(output)]) == 0
     with BagReader(tmp_path / 'dots') as reader:
-        codec, dots = MessageCodec(), [raw for raw in reader.messages() if raw.topic == '/pad/dots']
-        tracks = codec.decode(dots[0].data, dots[0].type_name)
+        dots = [raw for raw in reader.messages() if raw.topic == '/pad/dots']
+        tracks = decode(dots[0].data, dots[0].type_name)
     assert len(dots) == 2 and '/pad/contacts' not in reader.topics
     assert sorted(tracks.id) == list(range(SENSOR.rows * SENSOR.columns)) and tracks.header.frame_id == 'pad'
     places = np.stack([tracks.x, tracks.y], axis=1)[np.argsort(tracks.id)]

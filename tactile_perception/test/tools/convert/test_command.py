@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from tactile_perception.bags.rosbag import BagReader
 from tactile_driver.nodes.messages.images import image_to_array
-from tactile_perception.nodes.messages.serialization import MessageCodec
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS, marker_sensor
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
@@ -30,10 +30,10 @@ def converted(recording_folder, tmp_path):
 def convert(folder, bag):
     """Topic -> [(stamp, message)] of the folder as a bag."""
     assert module.main([str(folder), str(bag), '--namespace', 'pad']) == 0
-    codec, found = MessageCodec(), {}
+    found = {}
     with BagReader(bag) as reader:
         for message in reader.messages():
-            decoded = codec.decode(message.data, message.type_name)
+            decoded = decode(message.data, message.type_name)
             found.setdefault(message.topic.removeprefix('/pad/'), []).append((message.stamp_ns, decoded))
     return found
 

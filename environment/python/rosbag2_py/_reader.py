@@ -1,0 +1,199 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The readers: MCAP by the library mcap, sqlite3 by rosbags."""
+from __future__ import annotations
+
+import struct
+import sys
+from collections import Counter, deque
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import zstandard
+from mcap.exceptions import EndOfFile, RecordLengthLimitExceeded
+from mcap.reader import make_reader
+from mcap.records import Channel, Header, Message, Schema
+from mcap.stream_reader import StreamReader
+from mcap.summary import Summary
+from rosbags.rosbag2 import Reader
+
+from ._storage import (BagMetadata, CompressionMode, ConverterOptions, MetadataIo, StorageFilter, StorageOptions, TopicInformation,
+                       TopicMetadata)
+
+Stored = tuple[str, bytes, int]  # topic, message, time of recording in ns
+
+
+class SequentialReader:
+    """Reads a bag's messages in the order of their recording, file by file; a file that has no index, in the order of the file."""
+
+    def __init__(self):
+        self._metadata, self._files, self._storage = BagMetadata(), deque(), None
+        self._wanted: list[str] = []
+        self._messages: Iterator[Stored] = iter(())
+        self._waiting: Stored | None = None
+
+    def open(self, storage_options: StorageOptions, converter_options: ConverterOptions) -> None:
+        """Open a folder with metadata.yaml, or one file."""
+        folder = Path(storage_options.uri)
+        if MetadataIo().metadata_file_exists(storage_options.uri):
+            self._metadata = MetadataIo().read_metadata(storage_options.uri)
+            self._files = deque(folder / Path(name).name for name in self._metadata.relative_file_paths)
+            self._load_next_file()
+        else:
+            self._storage = _storage(folder)
+            self._metadata = BagMetadata([folder.name], sum(info.message_count for info in self._storage.topics), self._storage.topics)
+            self.set_filter(StorageFilter())
+
+    def get_metadata(self) -> BagMetadata:
+        """The metadata of the open bag."""
+        return self._metadata
+
+    def set_filter(self, storage_filter: StorageFilter) -> None:
+        """Read these topics alone, from the beginning of the present file."""
+        self._wanted, self._waiting = storage_filter.topics, None
+        self._messages = self._storage.messages(self._wanted)
+
+    def has_next(self) -> bool:
+        """Whether there is a message left."""
+        while self._waiting is None:
+            self._waiting = next(self._messages, None)
+            if self._waiting is None and not self._files:
+                return False
+            if self._waiting is None:
+                self._load_next_file()
+        return True
+
+    def read_next(self) -> Stored:
+        """(topic, serialised message, time of recording in ns)."""
+        if not self.has_next():
+            raise RuntimeError('Bag is at end. No next message.')
+        message, self._waiting = self._waiting, None
+        return message
+
+    def _load_next_file(self) -> None:
+        self._storage = _storage(self._plain(self._files.popleft()))
+        self.set_filter(StorageFilter(self._wanted))
+
+    def _plain(self, file: Path) -> Path:
+        return file
+
+
+class SequentialCompressionReader(SequentialReader):
+    """Reads a bag that was compressed by files or by messages."""
+
+    def __init__(self):
+        super().__init__()
+        self._folder = TemporaryDirectory(prefix='unpacked_bag_')
+
+    def __del__(self):
+        self._folder.cleanup()
+
+    def read_next(self) -> Stored:
+        """(topic, serialised message, time of recording in ns)."""
+        topic, data, stamp = super().read_next()
+        if self._metadata.compression_mode.upper() == CompressionMode.MESSAGE.name:
+            try:
+                data = zstandard.ZstdDecompressor().decompressobj().decompress(data)
+            except zstandard.ZstdError as error:
+                raise RuntimeError(f'zstd decompression error: {error}') from error
+        return topic, data, stamp
+
+    def _plain(self, file: Path) -> Path:
+        if self._metadata.compression_mode.upper() != CompressionMode.FILE.name:
+            return file
+        target = Path(self._folder.name, file.stem)
+        try:
+            with open(file, 'rb') as packed, open(target, 'wb') as plain:
+                zstandard.ZstdDecompressor().copy_stream(packed, plain)
+        except (OSError, zstandard.ZstdError) as error:
+            raise RuntimeError(f'zstd decompression error: {error}') from error
+        return target
+
+
+def _storage(path: Path) -> _Mcap | _Sqlite:
+    try:
+        return {'.mcap': _Mcap, '.db3': _Sqlite}[path.suffix](path)
+    except Exception as error:  # the libraries raise errors of their own, of struct, sqlite and zstandard
+        raise RuntimeError(f'No storage could be initialized from the inputs: {path}: {error}') from error
+
+
+class _Mcap:
+    """An MCAP file; one without a summary, as a killed process leaves it, is scanned up to the first record that is not whole."""
+
+    def __init__(self, path: Path):
+        self._path = path
+        with open(path, 'rb') as file:
+            try:
+                found = make_reader(file).get_summary()
+            except Exception:  # a file that is not finished raises various errors
+                found = None
+        if found is not None and found.statistics is not None:
+            counts = found.statistics.channel_message_counts
+        else:
+            found, counts = self._scanned()
+        self._ordered = any(chunk.message_index_length for chunk in found.chunk_indexes)
+        self.topics = [TopicInformation(_topic(channel, found.schemas[channel.schema_id]), counts.get(number, 0))
+                       for number, channel in found.channels.items()]
+
+    def messages(self, topics: list[str]) -> Iterator[Stored]:
+        """Messages up to the first damage, which is told on stderr."""
+        try:
+            if self._ordered:
+                with open(self._path, 'rb') as file:
+                    for _, channel, message in make_reader(file).iter_messages(topics or None):
+                        yield channel.topic, message.data, message.log_time
+                return
+            names: dict[int, str] = {}
+            for record in self._records():
+                if isinstance(record, Channel):
+                    names[record.id] = record.topic
+                elif isinstance(record, Message) and record.channel_id in names and (not topics or names[record.channel_id] in topics):
+                    yield names[record.channel_id], record.data, record.log_time
+        except Exception as error:  # see _storage
+            print(f'[ERROR] [rosbag2_storage_mcap]: {self._path}: {error}', file=sys.stderr)
+
+    def _records(self) -> Iterator[object]:
+        with open(self._path, 'rb') as file:
+            try:
+                yield from StreamReader(file, record_size_limit=self._path.stat().st_size).records
+            except (EndOfFile, RecordLengthLimitExceeded, struct.error):
+                return
+
+    def _scanned(self) -> tuple[Summary, Counter]:
+        summary, counts, records = Summary(), Counter(), self._records()
+        if not isinstance(next(records, None), Header):
+            raise RuntimeError('the file has no header')
+        for record in records:
+            if isinstance(record, Schema):
+                summary.schemas[record.id] = record
+            elif isinstance(record, Channel):
+                summary.channels[record.id] = record
+            elif isinstance(record, Message):
+                counts[record.channel_id] += 1
+        return summary, counts
+
+
+def _topic(channel: Channel, schema: Schema) -> TopicMetadata:
+    return TopicMetadata(channel.id, channel.topic, schema.name, channel.message_encoding,
+                         type_description_hash=channel.metadata.get('topic_type_hash', ''))
+
+
+class _Sqlite:
+    """An sqlite3 file."""
+
+    def __init__(self, path: Path):
+        self._reader = Reader(path)
+        self._reader.open()
+        self.topics = [TopicInformation(TopicMetadata(one.id, one.topic, one.msgtype, one.ext.serialization_format,
+                                                      type_description_hash=one.digest), one.msgcount)
+                       for one in self._reader.connections]
+
+    def messages(self, topics: list[str]) -> Iterator[Stored]:
+        """Messages; a damaged page is a RuntimeError."""
+        try:
+            for connection, stamp, data in self._reader.messages([one for one in self._reader.connections
+                                                                  if not topics or one.topic in topics]):
+                yield connection.topic, bytes(data), stamp
+        except Exception as error:  # see _storage
+            raise RuntimeError(f'Error when processing SQL statement: {error}') from error
