@@ -35,7 +35,8 @@ _TOLD_S = 3.0  # chosen: so long a warning holds, of which nodes report once a s
 class DrawingNode(Node):
     """Subclasses set self.markers, with methods frame (draws) and nothing (clears), and implement follow_demand.
 
-    What the other nodes of the sensor's namespace warn of on /diagnostics becomes self.markers.warning, which is shown even when nothing else is.
+    What the other nodes of the sensor's namespace warn of on /diagnostics becomes self.markers.warning, which is shown even when nothing
+    else is.
 
     table: the node's parameters; host: of the process. Raises BadArgument for an invalid parameter.
     """
