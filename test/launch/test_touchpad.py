@@ -21,7 +21,7 @@ RESULTS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Conta
            'points': PointCloud2}
 DRAWN = {'markers': MarkerArray, 'image_annotated': Image}
 TRUTH = {'ground_truth/contact_region': ContactRegion, 'ground_truth/contacts': Contacts}
-RVIZ_TYPES = {'rviz_default_plugins/Image': 'sensor_msgs/msg/Image',
+RVIZ_TYPES = {'rviz_default_plugins/Image': 'sensor_msgs/msg/Image', 'rviz_default_plugins/Camera': 'sensor_msgs/msg/Image',
               'rviz_default_plugins/MarkerArray': 'visualization_msgs/msg/MarkerArray',
               'rviz_default_plugins/PointCloud2': 'sensor_msgs/msg/PointCloud2'}
 

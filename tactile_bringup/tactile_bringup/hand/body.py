@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import numpy as np
-from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Quaternion, Vector3
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import ColorRGBA
@@ -16,8 +15,8 @@ _BEHIND, _THICK = 0.04, 0.012  # m, chosen: below a palm of sheets, thinner than
 _GREY = ColorRGBA(r=0.45, g=0.46, b=0.5, a=1.0)
 
 
-def body_markers(hand: Hand, stamp: Time) -> MarkerArray:
-    """Rods in the parent frame of each sensor."""
+def body_markers(hand: Hand) -> MarkerArray:
+    """Rods in the parent frame of each sensor, of stamp 0, for which RViz takes the newest transforms."""
     made = []
     for sensor in hand.sensors:
         place = np.array(sensor.xyz)
@@ -25,7 +24,7 @@ def body_markers(hand: Hand, stamp: Time) -> MarkerArray:
         for start, end in ((np.array([0.0, 0.0, -_BEHIND]), corner), (corner, place)):
             if np.linalg.norm(end - start) > _THICK:
                 made.append(_rod(start, end))
-                made[-1].header.frame_id, made[-1].header.stamp, made[-1].id = sensor.parent, stamp, len(made)
+                made[-1].header.frame_id, made[-1].id = sensor.parent, len(made)
     return MarkerArray(markers=made)
 
 

@@ -34,7 +34,8 @@ _TOLD_S = 3.0  # chosen: so long a warning holds, of which nodes report once a s
 class DrawingNode(Node):
     """Subclasses set self.markers, with methods frame (draws) and nothing (clears), and implement follow_demand.
 
-    What the nodes of the sensor's namespace warn of on /diagnostics becomes self.markers.warning, which is shown even when nothing else is.
+    What the other nodes of the sensor's namespace warn of on /diagnostics becomes self.markers.warning, which is shown even when nothing
+    else is.
 
     table: the node's parameters; host: of the process. Raises BadArgument for an invalid parameter.
     """
@@ -84,8 +85,8 @@ class DrawingNode(Node):
             return
         own, now = self.get_namespace().rstrip('/'), time.monotonic()
         for status in message.status:
-            space, _, _ = status.name.split(':')[0].rpartition('/')
-            if space == own:
+            space, _, node = status.name.split(':')[0].rpartition('/')
+            if space == own and node != self.get_name():
                 self._told[status.name] = '' if status.level == OK else status.message, now
         warnings = [text for text, told_s in self._told.values() if text and now - told_s < _TOLD_S]
         self.markers.warning = warnings[0] if warnings else ''

@@ -50,7 +50,7 @@ class HandFramesNode(Node):
         self._output = self.create_publisher(TFMessage, '/tf_static', latched)
         self._output.publish(TFMessage(transforms=mounting_transforms(self._hand, self.get_clock().now())))
         self._body = self.create_publisher(MarkerArray, 'hand_markers', latched)
-        self._body.publish(body_markers(self._hand, Time().to_msg()))  # a stamp of 0: RViz takes the newest transforms
+        self._body.publish(body_markers(self._hand))
         self._diagnostics = NodeDiagnostics(self, 'frames', self._hand.frame, self._examine)
         guard_services(self)
 

@@ -5,7 +5,6 @@ import pytest
 
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 
-from builtin_interfaces.msg import Time  # noqa: E402
 from scipy.spatial.transform import Rotation  # noqa: E402
 
 from tactile_bringup.hand.body import body_markers  # noqa: E402
@@ -22,7 +21,7 @@ def ends(marker):
 def test_rods_lead_from_behind_the_parent_to_the_back_of_each_sensor():
     turned = HandSensor('thumb', 'touchpad', 'palm', (0.1, 0.0, 0.02), (0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)))  # looks along x
     on_it = HandSensor('nail', 'psd_finger', 'thumb', (0.0, 0.0, 0.05))
-    first, second, *others = body_markers(Hand('palm', (turned, on_it)), Time()).markers
+    first, second, *others = body_markers(Hand('palm', (turned, on_it))).markers
     assert ends(first) == pytest.approx(np.array([(0, 0, -0.04), (0.06, 0, 0.02)]))
     assert ends(second) == pytest.approx(np.array([(0.06, 0, 0.02), (0.1, 0, 0.02)]))
     assert [marker.header.frame_id for marker in (first, second, *others)] == ['palm', 'palm', 'thumb', 'thumb']
@@ -30,5 +29,5 @@ def test_rods_lead_from_behind_the_parent_to_the_back_of_each_sensor():
 
 
 def test_a_sensor_in_the_frame_of_the_hand_stands_on_one_rod():
-    (rod,) = body_markers(Hand('palm', (HandSensor('sheet', 'areal_dual', 'palm'),)), Time()).markers
+    (rod,) = body_markers(Hand('palm', (HandSensor('sheet', 'areal_dual', 'palm'),))).markers
     assert ends(rod) == pytest.approx(np.array([(0, 0, -0.04), (0, 0, 0)]))
