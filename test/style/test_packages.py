@@ -23,11 +23,11 @@ PACKAGES = ('tactile_msgs',) + PYTHON_PACKAGES
 KEYS = {'cv2': 'python3-opencv', 'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml', 'serial': 'python3-serial',
         'matplotlib': 'python3-matplotlib', 'psutil': 'python3-psutil', 'PIL': 'python3-pil', 'pytest': 'python3-pytest',
         'hypothesis': 'python3-hypothesis', 'catkin_pkg': 'python3-catkin-pkg-modules', 'Eigen3': 'eigen', 'pybind11': 'pybind11_vendor',
-        'Python3': 'python3-dev'}
+        'Python3': 'python3-dev', 'packaging': 'python3-packaging'}
 #: Needed when the packages run, imported by nobody: the storage plugin of MCAP, the command `ros2 launch`, the limit in pytest.ini.
 RUN_TIME = {'rosbag2_storage_mcap', 'ros2launch', 'rosidl_default_runtime', 'python3-pytest-timeout'}
-#: What the benchmark compares with where it is installed.
-OPTIONAL = {'trackpy'}
+#: What the benchmark compares with, and reads old recordings with, where it is installed.
+OPTIONAL = {'trackpy', 'rosbags'}
 
 
 def manifest(package):

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import cv2
+from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
@@ -18,10 +19,9 @@ from tactile_driver.nodes.runtime.diagnostics import LogOnce
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
-from tactile_msgs.msg import DotTracks
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.nodes.messages.checks import check_message
 from tactile_perception.nodes.messages.conversions import stamp_seconds
-from tactile_perception.nodes.stages.touchpad import RESULTS
 
 from .moments import Moments
 from ..parameters.table import DEMO_PARAMETERS
@@ -30,7 +30,7 @@ from .summary import Reading, Summary
 from .video import Video
 from ..visualization.stamp_sync import StampSync
 
-_TOPICS = {'dots': DotTracks, **RESULTS}
+_TOPICS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
 _QUEUE = QoSProfile(depth=30)
 _CHECK_S = 0.25  # between two checks for the end
 _LINE_S = 1.0  # between two lines
