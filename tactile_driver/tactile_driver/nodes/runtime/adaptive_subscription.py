@@ -107,6 +107,8 @@ class AdaptiveSubscription:
         if subscription is not None and not self._closed:
             for message, info in waiting(subscription):
                 self._take(message, received_ns(info))
+                if self._closed:
+                    return
 
 
 def received_ns(info: dict) -> int:
