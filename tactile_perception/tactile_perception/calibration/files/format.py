@@ -108,9 +108,11 @@ def write_calibration(path: str | Path, content: CalibrationFile) -> None:
     """Write content to path, and its arrays to the .npz file of the same name, each atomically: to a temporary file that is then renamed.
     The same content gives the same bytes.
 
-    Raises BadCalibration for a fitted number that is not finite, OSError when a file cannot be written.
+    Raises BadCalibration for the name of an .npz file and for a fitted number that is not finite, OSError when a file cannot be written.
     """
     path = Path(path)
+    if path.suffix == '.npz':
+        raise BadCalibration(f'{path}: the .npz file holds the arrays of a calibration; give the name of the YAML file, as NAME.yaml')
     check_numbers(content.fitted, 'fitted', path)
     arrays: dict[str, np.ndarray] = {}
     page = {'format': f'{FORMAT} {VERSION}'} | {name: getattr(content, name) for name in SECTIONS} | {'complete': True}

@@ -167,6 +167,11 @@ def test_not_finite_numbers_are_not_even_written(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_the_yaml_file_cannot_have_the_name_of_its_arrays(tmp_path):
+    with pytest.raises(BadCalibration, match='NAME.yaml'):
+        write_calibration(tmp_path / 'pad.npz', CalibrationFile('touchpad', {}, {}, {}, {}))
+
+
 def test_check_numbers_passes_nested_numbers():
     check_numbers({'a': [1, 2.0, {'b': 3}]}, 'fitted', 'x.yaml')
 
