@@ -28,17 +28,20 @@ make_venv() {
     "$venv/bin/python" -m pip install --disable-pip-version-check --progress-bar off "$uv"
 }
 
-# An installer that was interrupted leaves packages that look whole: then begin with an empty venv (the downloads are in uv's cache).
+# An installer that was interrupted leaves packages that look whole: then all are installed anew, from uv's cache.
 install_wheels() {
-    [[ -e $base/installing ]] && make_venv
+    local again=
+    [[ ! -e $base/installing ]] || again=--reinstall
     touch "$base/installing"
-    "$venv/bin/uv" pip install --python "$venv/bin/python" --no-deps --requirement "$here/requirements.txt"
+    # shellcheck disable=SC2086
+    "$venv/bin/uv" pip install --python "$venv/bin/python" --no-deps $again --system-certs --requirement "$here/requirements.txt"
     "$venv/bin/python" "$here/fix_cmake_paths.py" "$venv"
     "$venv/bin/python" "$here/link_tools.py" "$base/tools" "$here/python"
     rm "$base/installing"
 }
 
 fetch_tools() {
+    rm -rf "$base"/download-*
     "$venv/bin/python" "$here/fetch_tools.py" "$base/tools"
 }
 

@@ -54,7 +54,7 @@ fail_step() {
         fail "$1: the disk is full. Free 2 GB on $(df -P "$logs" | awk 'END { print $6 }') and where uv keeps its downloads, then $again."
     fi
     if grep -qiE 'failed to fetch|failed to download|no matching distribution|name resolution|new connection|timed out' "$2"; then
-        fail "$1: PyPI cannot be reached. Check the network (and https_proxy), then $again."
+        fail "$1: PyPI cannot be reached. Check the network (and https_proxy), then $again. More is in $2"
     fi
     tail -n 40 "$2" >&2
     fail "$1: failed. The whole output is in $2; $again."
