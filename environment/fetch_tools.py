@@ -26,22 +26,19 @@ PYTHON_PACKAGES = (
     'sensor_msgs_py',
 )
 PYTHON_MODULES = ('launch_testing_ros_pytest_entrypoint.py',)
-INTERFACE_PACKAGES = ('composition_interfaces', 'tf2_msgs')
+# Of the interface packages only what is used: each definition takes a compiler seconds.
+INTERFACES = {'composition_interfaces': 'srv/LoadNode.srv', 'tf2_msgs': 'msg/TFMessage.msg'}
 PYTHON_PATTERN = re.compile(r'rclpy/(%s)(-[^/]+\.egg-info)?/.*' % '|'.join(PYTHON_PACKAGES))
-INTERFACE_PATTERN = re.compile(r'share/(%s)/((msg|srv|action)/\w+\.(msg|srv|action)|package\.xml)' % '|'.join(INTERFACE_PACKAGES))
 # The definitions come without the CMake file that builds them.
 CMAKE_LISTS = """cmake_minimum_required(VERSION 3.16)
 project({name})
 find_package(ament_cmake REQUIRED)
 find_package(rosidl_default_generators REQUIRED)
-{finds}
-rosidl_generate_interfaces({name} {files} DEPENDENCIES {dependencies})
+find_package({dependency} REQUIRED)
+rosidl_generate_interfaces({name} {file} DEPENDENCIES {dependency})
 ament_package()
 """
-DEPENDENCIES = {
-    'composition_interfaces': ('rcl_interfaces',),
-    'tf2_msgs': ('builtin_interfaces', 'geometry_msgs', 'action_msgs'),
-}
+DEPENDENCIES = {'composition_interfaces': 'rcl_interfaces', 'tf2_msgs': 'geometry_msgs'}
 
 
 def download(folder):
@@ -57,6 +54,7 @@ def download(folder):
 
 def extract(wheel, folder):
     """Copy the wanted files of the wheel to folder/python and folder/interfaces."""
+    wanted = {f'share/{name}/{file}' for name, definition in INTERFACES.items() for file in (definition, 'package.xml')}
     with zipfile.ZipFile(wheel) as archive:
         for name in archive.namelist():
             inner = name.removeprefix(INSIDE)
@@ -64,7 +62,7 @@ def extract(wheel, folder):
                 continue
             if PYTHON_PATTERN.fullmatch(inner) or inner.removeprefix('rclpy/') in PYTHON_MODULES:
                 target = folder / 'python' / inner.removeprefix('rclpy/')
-            elif INTERFACE_PATTERN.fullmatch(inner):
+            elif inner in wanted:
                 target = folder / 'interfaces' / inner.removeprefix('share/')
             else:
                 continue
@@ -74,12 +72,9 @@ def extract(wheel, folder):
 
 def write_cmake(folder):
     """Add a CMakeLists.txt to each interface package in the folder."""
-    for name, dependencies in DEPENDENCIES.items():
-        package = folder / 'interfaces' / name
-        files = sorted(str(path.relative_to(package)) for kind in ('msg', 'srv', 'action') for path in package.glob(f'{kind}/*'))
-        finds = '\n'.join(f'find_package({dependency} REQUIRED)' for dependency in dependencies)
-        (package / 'CMakeLists.txt').write_text(CMAKE_LISTS.format(
-            name=name, finds=finds, files=' '.join(f'"{file}"' for file in files), dependencies=' '.join(dependencies)))
+    for name, dependency in DEPENDENCIES.items():
+        text = CMAKE_LISTS.format(name=name, file=INTERFACES[name], dependency=dependency)
+        (folder / 'interfaces' / name / 'CMakeLists.txt').write_text(text)
 
 
 def main():

@@ -30,6 +30,7 @@ def main():
         text = path.read_text()
         fixed = fix(text)
         if fixed != text:
+            path.unlink()  # its other links, in the installer's cache, stay as they are
             path.write_text(fixed)
 
 

