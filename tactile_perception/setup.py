@@ -8,6 +8,7 @@ behaviour in (make sanitize).
 
 import os
 import pathlib
+import sys
 
 from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
@@ -19,6 +20,12 @@ SOURCE = pathlib.Path(__file__).resolve().parent / 'src'
 FLAGS = ['-std=c++17', '-O3', '-ffp-contract=off', '-fno-math-errno', '-fno-trapping-math', '-fvisibility=hidden', '-Wall', '-Wextra',
          '-g0']
 SANITIZE = ['-O1', '-g', '-fno-omit-frame-pointer', '-fsanitize=address,undefined', '-fno-sanitize-recover=all']
+
+
+def eigen() -> str:
+    """Return the folder of Eigen's headers: of the Python package cmeel-eigen, else of the system."""
+    packaged = (pathlib.Path(folder, 'cmeel.prefix/include/eigen3') for folder in sys.path)
+    return str(next((folder for folder in packaged if folder.is_dir()), '/usr/include/eigen3'))
 
 
 def flags_wanted() -> tuple[list[str], list[str]]:
@@ -35,7 +42,7 @@ class BuildKernels(build_ext):
         """Compile one extension."""
         import pybind11
         from pybind11.setup_helpers import ParallelCompile
-        extension.include_dirs.append(pybind11.get_include())
+        extension.include_dirs += [pybind11.get_include(), eigen()]
         extension.extra_compile_args, extension.extra_link_args = flags_wanted()
         kept = pathlib.Path(self.build_temp) / 'flags'
         flags = ' '.join(extension.extra_compile_args)

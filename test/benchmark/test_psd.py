@@ -17,9 +17,9 @@ SPECIMENS = ['sim:2', pytest.param('recorded', marks=NEEDS_IT)]
 
 @pytest.mark.parametrize('specimen', SPECIMENS)
 def test_the_figures_are_reached_on_specimens_that_nothing_was_tuned_to(specimen):
-    made = psd.fingers(specimen)
+    made, models = psd.fingers(specimen)
     grid = psd.signals(specimen, 'grid')
-    rows = {name: psd.accuracy(make(), grid) for name, make in made.items()}
+    rows = {name: psd.accuracy(make(), models[name], grid) for name, make in made.items()}
     error = {name: np.array([r['error'] for r in found if r['theta'] < psd.FARTHEST]) for name, found in rows.items()}
     assert len(error['map']) == 25
     assert error['map'].mean() < 0.4 and error['map'].max() < 1.2

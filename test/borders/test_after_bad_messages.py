@@ -14,10 +14,10 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 from fed_nodes import NODES, at, fed, sent, stamp_of  # noqa: E402
 from random_messages import hostile  # noqa: E402
 from tactile_perception.errors import BadFrame  # noqa: E402
+from tactile_perception.finger.stage import FingerStage  # noqa: E402
 from tactile_perception.nodes.messages.checks import check_message  # noqa: E402
 from tactile_perception.nodes.messages.conversions import camera_matrices, image_to_array  # noqa: E402
 from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
-from tactile_perception.nodes.stages.psd import check_block  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
 CODEC = MessageCodec()
@@ -86,7 +86,7 @@ def usable(topic, message):
     """Whether its arrays can be read."""
     try:
         check_message(message)
-        {'image_raw': image_to_array, 'camera_info': camera_matrices, 'voltages': check_block}.get(topic, lambda _: None)(message)
+        {'image_raw': image_to_array, 'camera_info': camera_matrices, 'voltages': FingerStage.check}.get(topic, lambda _: None)(message)
     except BadFrame:
         return False
     return True

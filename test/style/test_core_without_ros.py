@@ -25,8 +25,8 @@ for name in sys.argv[1:]:
 
 
 def core_modules(package):
-    """Return the names of all modules of the package outside nodes/, bags/ and tools/, which read and write ROS messages."""
-    root, with_ros = ROOT / package, {'nodes', 'bags', 'tools'}
+    """Return the names of all modules of the package outside nodes, stages, bags and tools, which read and write ROS messages."""
+    root, with_ros = ROOT / package, {'nodes', 'node', 'stage', 'bags', 'tools'}
     found = [path.relative_to(root).with_suffix('') for path in (root / package).rglob('*.py')]
     core = [path for path in found if not with_ros & set(path.parts)]
     return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in core})

@@ -26,7 +26,7 @@ from ...common.progress import Progress
 from ...nodes.messages.conversions import camera_info_message
 from ...nodes.messages.description import camera_pose, description_messages, static_transform
 from ...parameters.touchpad import DOT_PARAMETERS
-from .psd import PsdRecording
+from ...finger.tools import PsdRecording
 from .taxel import TaxelRecording
 
 
