@@ -9,6 +9,7 @@ behaviour in (make sanitize).
 import os
 import pathlib
 import sys
+import sysconfig
 
 from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
@@ -25,7 +26,7 @@ SANITIZE = ['-O1', '-g', '-fno-omit-frame-pointer', '-fsanitize=address,undefine
 def eigen() -> str:
     """Return the folder of Eigen's headers: of the Python package cmeel-eigen, else of the system."""
     packaged = (pathlib.Path(folder, 'cmeel.prefix/include/eigen3') for folder in sys.path)
-    return str(next((folder for folder in packaged if folder.is_dir()), '/usr/include/eigen3'))
+    return str(next((folder for folder in packaged if folder.is_dir()), pathlib.Path(sysconfig.get_config_var('INCLUDEDIR'), 'eigen3')))
 
 
 def flags_wanted() -> tuple[list[str], list[str]]:

@@ -24,8 +24,7 @@ from tactile_perception.markers.touches.touch import TouchEstimate  # noqa: E402
 from tactile_perception.markers.touches.tracker import ACCELERATION, TouchTracker  # noqa: E402
 from tactile_perception.markers.view.marker_field import CameraView  # noqa: E402
 from tactile_perception._core.finger import SphereFilter, centroid_covariance  # noqa: E402
-from tactile_perception.finger.map import MIX, angles, direction, error_angle, exp_map, log_map, position  # noqa: E402
-from tactile_perception.finger.published import EquidistantMap  # noqa: E402
+from tactile_perception.finger.map import MIX, EquidistantMap, angles, direction, error_angle, exp_map, log_map, position  # noqa: E402
 from tactile_perception.taxel.wrench import transform_wrench  # noqa: E402
 from tactile_perception.touchpad.optics.absorption import WaterModel  # noqa: E402
 from tactile_perception.touchpad.optics.colour import RingColours  # noqa: E402

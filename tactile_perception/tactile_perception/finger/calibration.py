@@ -14,7 +14,7 @@ from .._core import finger
 from ..common.statistics import robust_sigma
 from ..errors import BadCalibration
 from .map import CROSS, MIX, TOTAL, error_angle, fit_light_shift, fit_smooth_map, level_basis, log_map, position
-from .model import LOAD_TERMS, Creep, FingerModel, cross_basis, features
+from .model import LOAD_TERMS, Creep, FingerFit, FingerModel, cross_basis, features
 from .published import fit_equidistant_map
 
 # Presses
@@ -210,23 +210,6 @@ def _row(recording: Recording, sums: np.ndarray, volts: np.ndarray, chosen: np.n
     scatter = np.var(np.diff(volts[chosen], n=2, axis=0)) / 6 if len(chosen) > 8 else np.nan
     return (sums[chosen].mean(0), len(chosen), mean / np.linalg.norm(mean), recording.force[begin + chosen].mean(),
             recording.depth[begin + chosen].mean(), scatter, sums[chosen, TOTAL].mean() / 4, recording.when(begin + int(chosen[0])))
-
-
-@dataclass(frozen=True)
-class FingerFit:
-    """model; places: number of positions; errors: (N,) rad, leave-one-out errors, NaN where undetermined; paper_errors: (N,) rad, of the
-    equidistant map; residuals: name -> number for the file; span: name -> [lowest, highest]; notes: on what was not determined; normal:
-    (N, 3) of the positions; when: (N,) their recordings and times."""
-
-    model: FingerModel
-    places: int
-    errors: np.ndarray
-    paper_errors: np.ndarray
-    residuals: dict
-    span: dict
-    notes: list[str]
-    normal: np.ndarray
-    when: np.ndarray
 
 
 def fit_finger(presses: Presses) -> FingerFit:

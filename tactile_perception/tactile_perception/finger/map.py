@@ -60,6 +60,22 @@ def position(sums: np.ndarray) -> np.ndarray:
         return np.where(total > 0, sums[:, :TOTAL] / total, np.nan)
 
 
+#: rad per half width, used without calibration. Derived: the rim of the hemisphere (90 degrees) is imaged to the detector's edge.
+NOMINAL_BETA = np.pi / 2
+
+
+@dataclass(frozen=True)
+class EquidistantMap:
+    """offset: (2,) half widths, image of the pole (x_c0 of eq 2); beta: rad per half width (beta_c of eq 5)."""
+
+    offset: np.ndarray
+    beta: float
+
+    def normals(self, place: np.ndarray) -> np.ndarray:
+        """Unit normals (N, 3) at detector positions (N, 2), half widths (eqs 3, 4, 7)."""
+        return exp_map(self.beta * (place - self.offset))
+
+
 CELLS = 128  # along each axis. Measured: interpolation then adds under 0.02 degrees to a normal (a test holds it)
 
 

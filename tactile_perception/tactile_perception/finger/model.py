@@ -10,17 +10,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, read_calibration, write_calibration
 from ..errors import BadCalibration
-from .map import LightShift, SmoothMap, exp_map, level_basis, tabulated
-from .published import NOMINAL_BETA, EquidistantMap
-
-if TYPE_CHECKING:
-    from .calibration import FingerFit
+from .map import NOMINAL_BETA, EquidistantMap, LightShift, SmoothMap, exp_map, level_basis, tabulated
 
 LOAD_TERMS = 8  # of features
 # Channels of the table, as in src/finger/detector.hpp
@@ -134,6 +129,23 @@ def cross_basis(place: np.ndarray) -> np.ndarray:
     """Basis (N, 6) of the cross term at detector positions (N, 2)."""
     x, y = place.T
     return np.column_stack([np.ones(len(place)), x, y, x * y, x * x, y * y])
+
+
+@dataclass(frozen=True)
+class FingerFit:
+    """model; places: number of positions; errors: (N,) rad, leave-one-out errors, NaN where undetermined; paper_errors: (N,) rad, of the
+    equidistant map; residuals: name -> number for the file; span: name -> [lowest, highest]; notes: on what was not determined; normal:
+    (N, 3) of the positions; when: (N,) their recordings and times."""
+
+    model: FingerModel
+    places: int
+    errors: np.ndarray
+    paper_errors: np.ndarray
+    residuals: dict
+    span: dict
+    notes: list[str]
+    normal: np.ndarray
+    when: np.ndarray
 
 
 SENSOR = 'psd_finger'

@@ -7,34 +7,17 @@ fixed threshold.
 """
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 
 from .._core import finger
 from ..errors import BadCalibration
-from .map import exp_map, log_map
+from .map import NOMINAL_BETA, EquidistantMap, log_map
+from .model import FingerModel
 
-if TYPE_CHECKING:
-    from .model import FingerModel
-
-#: rad per half width, used without calibration. Derived: the rim of the hemisphere (90 degrees) is imaged to the detector's edge.
-NOMINAL_BETA = np.pi / 2
 _POLE_RADIUS = 0.05  # rad: contacts within it count as at the pole. Chosen: 0.8 mm on the surface of the paper's finger
 _MIN_DISTANCE = 1e-6  # half widths, mean distance from the pole: guards the division of eq 5
-
-
-@dataclass(frozen=True)
-class EquidistantMap:
-    """offset: (2,) half widths, image of the pole (x_c0 of eq 2); beta: rad per half width (beta_c of eq 5)."""
-
-    offset: np.ndarray
-    beta: float
-
-    def normals(self, place: np.ndarray) -> np.ndarray:
-        """Unit normals (N, 3) at detector positions (N, 2), half widths (eqs 3, 4, 7)."""
-        return exp_map(self.beta * (place - self.offset))
 
 
 def fit_equidistant_map(place: np.ndarray, normal: np.ndarray) -> tuple[EquidistantMap, list[str]]:

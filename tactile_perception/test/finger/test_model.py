@@ -7,11 +7,9 @@ import pytest
 import yaml
 
 from tactile_perception.errors import BadCalibration
-from tactile_perception.finger.calibration import FingerFit
-from tactile_perception.finger.map import LightShift, error_angle, fit_smooth_map, position
-from tactile_perception.finger.model import Creep, FingerModel, read_psd, write_psd
+from tactile_perception.finger.map import EquidistantMap, LightShift, error_angle, fit_smooth_map, position
+from tactile_perception.finger.model import Creep, FingerFit, FingerModel, read_psd, write_psd
 from tactile_perception.finger.parameters import PsdFinger
-from tactile_perception.finger.published import EquidistantMap
 
 PLACE = np.random.default_rng(0).uniform(-0.7, 0.7, (30, 2))
 

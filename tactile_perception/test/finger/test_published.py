@@ -6,9 +6,9 @@ import played
 import pytest
 
 from tactile_perception.errors import BadArgument, BadCalibration
-from tactile_perception.finger.map import direction, error_angle
+from tactile_perception.finger.map import NOMINAL_BETA, EquidistantMap, direction, error_angle
 from tactile_perception.finger.parameters import PsdFinger
-from tactile_perception.finger.published import NOMINAL_BETA, EquidistantMap, fit_equidistant_map, paper_finger
+from tactile_perception.finger.published import fit_equidistant_map, paper_finger
 
 TRUE = EquidistantMap(np.array([0.04, -0.02]), 1.7)
 
