@@ -39,5 +39,5 @@ class PerceptionNode(StageNode):
         return self.stage.health()
 
     def reset_stage(self) -> None:
-        """Forget all earlier messages."""
+        """Drop all earlier messages."""
         self.stage.reset()

@@ -68,7 +68,7 @@ class Stage(ABC):
 
     @abstractmethod
     def reset(self) -> None:
-        """Forget all earlier messages."""
+        """Drop all earlier messages."""
 
     def check(self, message) -> None:
         """Raise BadFrame for a message that cannot be used, whatever came before it."""

@@ -244,7 +244,7 @@ void bind_finger(py::module_& parent) {
              "Touch of samples begin to end, from the mean of those in contact that are not saturated; NaN where an output is saturated\n"
              "throughout, or stuck. Raises BadArgument where none is in contact.")
         .def("normals", &normals, py::arg("samples"), "Unit normals (N, 3) of single samples; NaN without contact.")
-        .def("set_reference", &PsdFinger::set_reference, "Measure the untouched state anew from the next samples.")
+        .def("set_reference", &PsdFinger::set_reference, "Measure the untouched state again from the next samples.")
         .def("interrupt", &PsdFinger::interrupt, py::arg("seconds"),
              "Samples are missing for so many seconds: what is known of a movement, and of a contact if they are many, ends here.")
         .def_property_readonly("stuck", &PsdFinger::stuck, "[4] whether an output has stopped changing")

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double FAR = std::numeric_limits<double>::infinity();
 constexpr double AT_ONCE = 0.01;    // s, longest time that is judged at once. Derived: one period of lamps on 50 Hz mains
-constexpr double STEP_SAMPLES = 3;  // that tell a step of ambient light, at least. Chosen
+constexpr double STEP_SAMPLES = 3;  // that determine a step of ambient light, at least. Chosen
 constexpr double LIT = 3;           // standard deviations of the total, from which a position is computed. Chosen
 constexpr double LEAST = 4;         // standard deviations of the total, lowest threshold of contact. Chosen
 constexpr double STUCK = 50;    // equal samples in a row that mark an output as stuck. Chosen: noise of one count makes 50 in a row very

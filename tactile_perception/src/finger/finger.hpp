@@ -59,7 +59,7 @@ struct Estimates {
 class PsdFinger {
  public:
     PsdFinger(std::shared_ptr<const FingerModel> model, const FingerSettings& settings);
-    // Measure the untouched state anew from the next samples.
+    // Measure the untouched state again from the next samples.
     void set_reference();
     // Samples are missing for so many seconds: what is known of a movement, and of a contact if they are many, ends here.
     void interrupt(double seconds);

@@ -10,18 +10,18 @@ namespace tactile::finger {
 namespace {
 
 // 1/sqrt(s): changes of the drift within a second, as parts of the fastest. Chosen on simulated rooms that are calm, and that drift by 0.1
-// V within seconds: more filters between them tell no better.
+// V within seconds: more filters between them do no better.
 constexpr double ACCELERATIONS[] = {0.01, 0.3};
-constexpr double MEMORY = 5;  // s in which the weights forget. Chosen: some presses
+constexpr double MEMORY = 5;  // s in which the weights fade. Chosen: some presses
 // Standard deviation of the drift beforehand, as part of the fastest, of each filter. Chosen on such rooms: a calm one is known as calm
 // from its first second on.
 constexpr double FIRST_DRIFTS[] = {0.03, 0.3};
 constexpr double BASE = 5, LEARNT = 20;  // s: changes are those from the mean of the first, and are remembered for the second. Chosen
-constexpr double FIRST_WEIGHT = 3e-4;  // V^2 s: squared changes, over their time, that tell as much as the first direction. Chosen: a tenth
+constexpr double FIRST_WEIGHT = 3e-4;  // V^2 s: squared changes, over their time, that count as much as the first direction. Chosen: a tenth
                                        // is as good
 
 constexpr double SLOW = 0.1;          // s of the fastest drift that are no object. Chosen: 10 mV of 0.1 V/s
-constexpr double UNSEEN = 0.5;        // s, longest time for which drift goes on under a contact. Chosen: a lasting one tells nothing of it
+constexpr double UNSEEN = 0.5;        // s, longest time for which drift goes on under a contact. Chosen: a lasting one shows nothing of it
 constexpr double FAST = 0.02;         // s, time constant of falling light, which no contact causes. Chosen: one update
 constexpr double NOISE = 5;           // s, time constant of the noise. Chosen
 constexpr double UPDATE = 0.02;       // s, between updates. Chosen: two periods of lamps on 50 Hz mains

@@ -58,7 +58,7 @@ class Reference {
  public:
     // seconds: of the measurement; fastest: V/s, fastest drift of the total. What rises faster is an approaching object.
     Reference(double seconds, double fastest);
-    // Measure it anew from the next samples.
+    // Measure it again from the next samples.
     void reset();
     // Measure with the first of finite outputs (4, N), V; returns how many it used.
     std::ptrdiff_t measure(const Eigen::Ref<const Eigen::Matrix4Xd>& volts, double period);

@@ -1,7 +1,7 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
 // The contact that samples of a PSD finger make: position and normal on the hemisphere (Maekawa et al., eqs 1 and 7), force, depth and
-// their covariance; and its way over the hemisphere from result to result.
+// their covariance; and its path over the hemisphere from result to result.
 #pragma once
 
 #include <Eigen/Core>

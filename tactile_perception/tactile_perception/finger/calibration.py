@@ -20,7 +20,7 @@ from .published import fit_equidistant_map
 # Presses
 _REST_S, _CLEAR_S, _AFTER_S = 0.6, 0.03, 0.1  # s, untouched time before a press: its length, gap to the press, gap to the last one. Chosen
 _FEWEST_REST, _FEWEST_LINE = 5, 4  # untouched samples before a press, and presses for a line of the offset. Chosen
-_AROUND_S = 2.0  # s around a press in which untouched samples tell its offset. Chosen: drift of a room is straight within it
+_AROUND_S = 2.0  # s around a press in which untouched samples show its offset. Chosen: drift of a room is straight within it
 _STRAIGHT = 3.0  # mean squared deviation from a straight line, of its noise, up to which the offset drifts evenly. Chosen
 _ONE_PLACE = 0.005  # rad within which normals count as one position. Chosen: 0.3 degrees, under the error of a map
 _LONGEST_S = 0.05  # s, longest segment. Chosen: force changes little within it
@@ -263,7 +263,7 @@ def _places(segments: Segments, noise: np.ndarray) -> tuple[np.ndarray, ...]:
 
 def _smooth(place, normal, noise, light, paper_errors):
     """(SmoothMap, LightShift, leave-one-out errors (N,), notes); None in place of the map where the equidistant one predicts as well, and
-    in place of the shift where the light tells nothing."""
+    in place of the shift where the light shows nothing."""
     count = len(place)
     if count < _SMOOTH or np.linalg.matrix_rank(place - place.mean(0), tol=0.05) < 2:
         return None, None, paper_errors, [f'{count} positions: too few for a map of the distortion; using offset and scale of the paper']

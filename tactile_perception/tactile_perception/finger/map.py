@@ -202,7 +202,7 @@ def level_basis(place: np.ndarray, terms: int) -> np.ndarray:
 # How a contact's place on the detector moves with its light: the patch of a stronger contact is larger and reaches farther to either side.
 # More light arrives from the side of the pole than from that of the rim, so the centroid moves to the pole as the light grows.
 _LIGHT_TERMS = 5  # of the logarithm of the typical light
-_LARGEST = 1.0  # relative light that is corrected for at most: a calibration with a few forces tells no more. Chosen
+_LARGEST = 1.0  # relative light that is corrected for at most: a calibration with a few forces shows no more. Chosen
 _LARGEST_LOG = 20.0  # keeps the exponential finite far from calibrated places
 
 

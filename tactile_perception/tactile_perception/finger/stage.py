@@ -40,7 +40,7 @@ class FingerStage(Stage):
         self.reset()
 
     def reset(self) -> None:
-        """Forget all earlier samples."""
+        """Drop all earlier samples."""
         self.finger = copy.copy(self._fresh)
 
     def set_reference(self) -> None:
