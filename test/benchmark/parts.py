@@ -172,7 +172,7 @@ class Finger:
         for method in found[0]['accuracy']:
             off = [row['error'] for one in found for row in one['accuracy'][method] if row['theta'] < psd.FARTHEST]
             false = [one['contacts'][f'{method}, light']['false samples (%)'] for one in found]
-            ms = [1e-3 * one['speed'][f'{method}, 5'][1] for one in found]
+            ms = [1e-3 * one['speed'][f'{method}, 5'] for one in found]
             rows.append(Row('finger', 'psd_finger', method, '', float(np.mean(ms)),
                             {'normal': float(np.nanmean(off)), 'false samples': float(np.mean(false))}))
         return rows

@@ -22,15 +22,11 @@ from psd_scenes import Signals, recorded, simulated
 
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.psd.finger import DESIGN_B, Design
-from tactile_perception.parameters.psd import PSD_PARAMETERS
-from tactile_perception.pipeline.psd_stage import PsdStage
-from tactile_perception.psd.finger import FingerSettings, PsdFinger
-from tactile_perception.psd.geometry import MIX, angles, error_angle, position
-from tactile_perception.psd.model import FingerModel
-from tactile_perception.psd.model_fit import fit_finger
-from tactile_perception.psd.equidistant_map import fit_equidistant_map
-from tactile_perception.psd.presses import Presses, find_presses
-from tactile_perception.psd.published import PaperFinger
+from tactile_perception.finger.calibration import Presses, find_presses, fit_finger
+from tactile_perception.finger.map import MIX, angles, error_angle, position
+from tactile_perception.finger.model import FingerModel
+from tactile_perception.finger.parameters import PSD_PARAMETERS, PsdFinger, make_finger
+from tactile_perception.finger.published import fit_equidistant_map, paper_finger
 
 SATURATION, THRESHOLD, FARTHEST = 4.9, 0.2, 61.0  # V, V, degrees
 SECOND_PLACE = math.radians(30)
@@ -50,47 +46,47 @@ def paper_model(presses: Presses) -> FingerModel:
     return FingerModel(paper=fit_equidistant_map(position(presses.segments.sums[chosen]), presses.segments.normal[chosen])[0])
 
 
-def fingers(specimen: str) -> dict[str, callable]:
-    """Name -> makes the method's finger, calibrated."""
+def fingers(specimen: str) -> tuple[dict[str, callable], dict[str, FingerModel]]:
+    """Name -> makes the method's finger, calibrated; name -> its model."""
     presses = find_presses([signals(specimen, 'calibration').recording], SATURATION)
     model, paper = fit_finger(presses).model, paper_model(presses)
-    return {'map': lambda: PsdFinger(model), 'paper': lambda: PaperFinger(paper, FingerSettings(), THRESHOLD)}
+    return {'map': lambda: PsdFinger(model), 'paper': lambda: paper_finger(paper, THRESHOLD)}, {'map': model, 'paper': paper}
 
 
-def accuracy(finger: PsdFinger, scene: Signals) -> list[dict]:
+def accuracy(finger: PsdFinger, model: FingerModel, scene: Signals) -> list[dict]:
     """One row a held contact: theta, error of the mean place (eq 12), mean deviation (eq 14), what the noise allows, degrees."""
-    samples = finger.process(scene.volts, scene.period_s)
+    samples = finger.detect(scene.volts, scene.period_s)
     normals, rows = finger.normals(samples), []
     for held in scene.held():
         row = {'theta': math.degrees(angles(scene.normal[held.start])[1]), 'error': math.nan, 'deviation': math.nan, 'bound': math.nan}
         rows.append(row)
         if not samples.contact[held].all():
             continue
-        touch = finger.touch(samples, held)
+        touch = finger.touch(samples, held.start, held.stop)
         row.update({'error': math.degrees(error_angle(touch.normal, scene.normal[held.start])),
                     'deviation': math.degrees(error_angle(normals[held], touch.normal).mean()),
-                    'bound': math.degrees(bound(finger, samples.sums[held].mean(0)))})
+                    'bound': math.degrees(bound(finger, model, samples.sums[held].mean(0)))})
     return rows
 
 
-def bound(finger: PsdFinger, sums: np.ndarray) -> float:
+def bound(finger: PsdFinger, model: FingerModel, sums: np.ndarray) -> float:
     """Mean deviation, rad, that the outputs' noise at rest leaves to the best estimator (Cramer-Rao; a bilinear detector)."""
     total, (x, y) = sums[2], np.clip(position(sums[None])[0], -1, 1)
     sides = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)
     a, b = 1 + sides[:, 0] * x, 1 + sides[:, 1] * y
     slopes = 0.25 * np.column_stack([total * sides[:, 0] * b, total * sides[:, 1] * a, a * b])
     unmixed = np.linalg.inv(MIX)
-    noise = unmixed.T @ finger.reference.noise @ unmixed
+    noise = unmixed.T @ finger.noise @ unmixed
     place = np.linalg.inv(slopes.T @ np.linalg.inv(noise) @ slopes)[:2, :2]
     around = np.array([x, y]) + 1e-3 * np.array([(1, 0), (-1, 0), (0, 1), (0, -1)])
-    normals = finger.model.normals(around)
+    normals = model.normals(around)
     led = np.column_stack([normals[0] - normals[1], normals[2] - normals[3]]) / 2e-3
     return math.sqrt(math.pi / 4 * np.trace(led @ place @ led.T))
 
 
 def contacts(finger: PsdFinger, scene: Signals) -> dict:
     """False and missed contacts, and how many onsets and releases are within one sample of the truth."""
-    contact = finger.process(scene.volts, scene.period_s).contact
+    contact = finger.detect(scene.volts, scene.period_s).contact
     events = [np.flatnonzero(np.diff(s.astype(np.int8)) == sign) for s in (scene.touching, contact) for sign in (1, -1)]
     pairs = (events[0], events[2]), (events[1], events[3])
     near = [np.abs(found - event).min(initial=10**9) <= 1 for true, found in pairs for event in true]
@@ -101,54 +97,50 @@ def contacts(finger: PsdFinger, scene: Signals) -> dict:
 
 
 def touches(model: FingerModel, scene: Signals, block: int = 5) -> dict:
-    """Touches as messages tell them: mean and largest error, degrees, of a touch's mean place; false results; normalised squared error."""
-    stage, told, errors, squares = PsdStage(model, defaults(PSD_PARAMETERS)), [], [], []
+    """Touches as messages report them: mean and largest error, degrees, of a touch's mean; false results; normalised squared error."""
+    finger, found, errors, squares = make_finger(model, defaults(PSD_PARAMETERS)), [], [], []
     for first in range(0, len(scene.volts), block):
         part = np.asarray(scene.volts[first:first + block], np.float32)
-        told += [(first + k, *found) for k, found in stage.process(part, first * scene.period_s, scene.period_s)]
-    told = [row for row in told if len(row) > 1 and np.isfinite(row[1].normal).all()]
+        found += [(first + one.at, one.touch) for one in finger.estimate(part, first * scene.period_s, scene.period_s).estimates]
+    found = [(k, touch) for k, touch in found if touch is not None and np.isfinite(touch.normal).all()]
     edges = np.flatnonzero(np.diff(np.r_[False, scene.touching, False].astype(np.int8)))
     for begin, end in zip(edges[::2], edges[1::2]):
-        inside = [(k, touch) for k, touch in told if begin <= k < end]
+        inside = [(k, touch) for k, touch in found if begin <= k < end]
         mean, true = (np.mean(rows, axis=0) for rows in ([touch.normal for _, touch in inside], scene.normal[begin:end]))
         errors.append(math.degrees(error_angle(mean / np.linalg.norm(mean), true / np.linalg.norm(true))))
         for k, touch in inside:
             off = touch.position - np.linalg.norm(touch.position) * scene.normal[int(k)]
             squares.append(off @ np.linalg.pinv(touch.covariance, rcond=1e-5) @ off / 2)
     near = np.convolve(scene.touching, np.ones(4 * block + 1), 'same') > 0
-    return {'mean': float(np.mean(errors)), 'largest': float(np.max(errors)), 'false': sum(not near[int(k)] for k, _ in told),
+    return {'mean': float(np.mean(errors)), 'largest': float(np.max(errors)), 'false': sum(not near[int(k)] for k, _ in found),
             'normalised squared error': float(np.mean(squares))}
 
 
 def speed(made: dict, scene: Signals, repeats: int = 150) -> dict:
-    """Median time, us, of batches of 1000 and 5 samples in contact, methods in turn; with the contact that a message needs."""
+    """Median time, us, of batches of 1000 and 5 samples in contact with the contact that a message needs, methods in turn."""
     held = scene.held()[0]
     rest, touch = scene.volts[:held.start], np.tile(scene.volts[held], (1000, 1))[:1000]
-    running = {name: make() for name, make in made.items()}
+    running = {(name, size): make() for name, make in made.items() for size in (1000, 5)}
     for finger in running.values():
-        finger.process(rest, scene.period_s)
-    times = {(name, size): [] for name in running for size in (1000, 5)}
+        finger.detect(rest, scene.period_s)
+    times, at = {key: [] for key in running}, dict.fromkeys(running, 1.0)
     for k in range(repeats):
         for (name, size), taken in times.items():
             part = touch[(5 * k) % (len(touch) - size + 1):][:size]
             begin = time.thread_time()
-            samples = running[name].process(part, scene.period_s)
-            middle = time.thread_time()
-            for run in samples.runs():
-                if samples.id[run.start]:
-                    running[name].touch(samples, run)
-            taken.append((middle - begin, time.thread_time() - begin))
-    return {f'{name}, {size}': [1e6 * x for x in np.median(taken, axis=0).tolist()] for (name, size), taken in times.items()}
+            running[name, size].estimate(part, at[name, size], scene.period_s)
+            taken.append(time.thread_time() - begin)
+            at[name, size] += size * scene.period_s
+    return {f'{name}, {size}': 1e6 * float(np.median(taken)) for (name, size), taken in times.items()}
 
 
 def run(specimen: str) -> dict:
     """All figures of one specimen."""
-    made = fingers(specimen)
+    made, models = fingers(specimen)
     scenes = {name: signals(specimen, name) for name in ('grid', 'taps', 'light')}
     shown = ('grid', 'bright', 'lamp', 'slide', *(['weak'] if specimen != 'recorded' else []))
-    model = made['map']().model
-    return {'touches': {name: touches(model, signals(specimen, name)) for name in shown},
-            'accuracy': {name: accuracy(make(), scenes['grid']) for name, make in made.items()},
+    return {'touches': {name: touches(models['map'], signals(specimen, name)) for name in shown},
+            'accuracy': {name: accuracy(make(), models[name], scenes['grid']) for name, make in made.items()},
             'contacts': {f'{name}, {scene}': contacts(make(), scenes[scene]) for name, make in made.items() for scene in ('taps', 'light')},
             'speed': speed(made, scenes['grid'])}
 
@@ -173,8 +165,8 @@ def text(specimen: str, result: dict) -> str:
     lines += ['', '| scene | mean of a touch, degrees | largest | false results | normalised squared error |', '|---|---|---|---|---|']
     lines += [f'| {name} | {t["mean"]:.2f} | {t["largest"]:.2f} | {t["false"]} | {t["normalised squared error"]:.2f} |'
               for name, t in result['touches'].items()]
-    lines += ['', '| method, batch | samples, us | million samples/s | with the contact for a message, us |', '|---|---|---|---|']
-    lines += [f'| {name} | {a:.0f} | {int(name.split(", ")[1]) / a:.2f} | {b:.0f} |' for name, (a, b) in result['speed'].items()]
+    lines += ['', '| method, batch | with the contact for a message, us | million samples/s |', '|---|---|---|']
+    lines += [f'| {name} | {taken:.0f} | {int(name.split(", ")[1]) / taken:.2f} |' for name, taken in result['speed'].items()]
     return '\n'.join(lines) + '\n'
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from tactile_driver.simulation.psd.finger import Design
 from tactile_driver.simulation.psd.scene import open_psd_scene
 
-from tactile_perception.psd.presses import Recording
+from tactile_perception.finger.calibration import Recording
 
 _VOLT, _RATE, _CONTACT = 5 / 4096, 1000.0, 2
 _RECORDED = {'calibration': 'psd_cal_dense', 'grid': 'psd_grid25', 'taps': 'psd_inter_32_670', 'light': 'psd_nocontact_drift',

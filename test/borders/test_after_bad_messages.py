@@ -16,9 +16,9 @@ from random_messages import hostile  # noqa: E402
 from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
 from tactile_driver.recordings.serialization import encode  # noqa: E402
 from tactile_perception.errors import BadFrame  # noqa: E402
+from tactile_perception.finger.stage import FingerStage  # noqa: E402
 from tactile_perception.nodes.messages.checks import check_message  # noqa: E402
 from tactile_perception.nodes.messages.conversions import camera_matrices  # noqa: E402
-from tactile_perception.nodes.stages.psd import check_block  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
 _BEGIN = 14  # messages after which every node has processed a frame, so that later stamps can be checked against its stamp
@@ -86,7 +86,7 @@ def usable(topic, message):
     """Whether its arrays can be read."""
     try:
         check_message(message)
-        {'image_raw': image_to_array, 'camera_info': camera_matrices, 'voltages': check_block}.get(topic, lambda _: None)(message)
+        {'image_raw': image_to_array, 'camera_info': camera_matrices, 'voltages': FingerStage.check}.get(topic, lambda _: None)(message)
     except BadFrame:
         return False
     return True

@@ -10,14 +10,13 @@ import numpy as np
 from hard_engine import Estimator
 from tactile_bringup.installed import share
 from tactile_driver.simulation.psd.scene import open_psd_scene
-from tactile_perception.calibration.files.psd import read_psd
+from tactile_perception._core.finger import SphereFilter
+from tactile_perception.finger.map import MIX, angles, direction, exp_map, log_map, position
+from tactile_perception.finger.model import read_psd
+from tactile_perception.finger.parameters import PsdFinger
+from tactile_perception.finger.published import fit_equidistant_map, paper_finger
 from tactile_perception.markers.touches.touch import TouchEstimate
 from tactile_perception.markers.touches.tracker import TouchTracker
-from tactile_perception.psd.finger import FingerSettings, PsdFinger
-from tactile_perception.psd.geometry import MIX, angles, exp_map, direction, log_map, position
-from tactile_perception.psd.equidistant_map import fit_equidistant_map
-from tactile_perception.psd.published import PaperFinger
-from tactile_perception.psd.sphere_filter import SphereFilter
 
 PERIOD, VOLT, REST = 1e-3, 5 / 4096, 400
 THRESHOLD = 0.15  # V, of the published method
@@ -31,8 +30,8 @@ def model():
 
 @functools.cache
 def _begun(method):
-    made = PsdFinger(model()) if method == 'map' else PaperFinger(model(), FingerSettings(), THRESHOLD)
-    made.process(scene()[0][:REST], PERIOD)
+    made = PsdFinger(model()) if method == 'map' else paper_finger(model(), THRESHOLD)
+    made.detect(scene()[0][:REST], PERIOD)
     return made
 
 
@@ -55,18 +54,18 @@ def _press():
     return {'volts': volts[first - 30:first + 200]}
 
 
-def told(made, volts):
+def reported(made, volts):
     """Normal of the last contact in samples, and how many were in contact; NaN and 0 where there was none."""
-    samples = made.process(volts, PERIOD)
-    runs = [run for run in samples.runs() if samples.contact[run].any()]
+    samples = made.detect(volts, PERIOD)
+    runs = [run for run in samples.runs() if samples.contact[slice(*run)].any()]
     if not runs:
         return {'normal': np.full(3, np.nan), 'spread': np.full((3, 3), np.nan)}
-    touch = made.touch(samples, runs[-1])
+    touch = made.touch(samples, *runs[-1])
     return {'normal': touch.normal, 'spread': touch.covariance}
 
 
 def _run(method):
-    return lambda inputs: told(finger(method), inputs['volts'])
+    return lambda inputs: reported(finger(method), inputs['volts'])
 
 
 def _places():

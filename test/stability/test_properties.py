@@ -14,7 +14,6 @@ from hypothesis.extra import numpy as arrays  # noqa: E402
 from hard_dots import COLUMNS, ROWS, SIZE, bulge, grid, random_pattern  # noqa: E402
 from hard_geometry import CAMERA  # noqa: E402
 from outline_reference import signed_area  # noqa: E402
-from tactile_perception._core import place_values  # noqa: E402
 from tactile_perception import _core  # noqa: E402
 from tactile_perception.common.dot_grid import fill_unseen  # noqa: E402
 from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust  # noqa: E402
@@ -27,9 +26,8 @@ from tactile_perception.markers.published.gaussian_peak import gaussian  # noqa:
 from tactile_perception.markers.touches.touch import TouchEstimate  # noqa: E402
 from tactile_perception.markers.touches.tracker import TouchTracker  # noqa: E402
 from tactile_perception.pipeline.clock import StampClock  # noqa: E402
-from tactile_perception.psd.geometry import angles, exp_map, direction, error_angle, log_map  # noqa: E402
-from tactile_perception.psd.maps import tabulated  # noqa: E402
-from tactile_perception.psd.sphere_filter import SphereFilter  # noqa: E402
+from tactile_perception._core.finger import SphereFilter  # noqa: E402
+from tactile_perception.finger.map import angles, direction, error_angle, exp_map, log_map  # noqa: E402
 from tactile_perception.taxel.estimator import ContinuousDirection  # noqa: E402
 from tactile_perception.taxel.repair import fill  # noqa: E402
 
@@ -201,14 +199,6 @@ def test_the_clock_names_what_goes_back_and_begins_anew_only_then(stamps):
             continue
         assert not (anew and stamp > last)
         last = stamp if anew or (np.isfinite(stamp) and stamp > last) else last
-
-
-@few
-@given(arrays.arrays(float, (30, 2), elements=st.floats(-1.5, 1.5)))
-def test_a_table_gives_nothing_that_its_corners_do_not_hold(places):
-    found = place_values(places, tabulated(lambda at: np.column_stack([np.sin(3 * at[:, 0]) * at[:, 1], at[:, 0], at[:, 1]])))
-    assert np.abs(found).max() <= 1 + 1e-12
-    assert np.abs(found[:, 1] - np.clip(places[:, 0], -1, 1)).max() < 1e-9
 
 
 @few

@@ -20,9 +20,8 @@ from tactile_perception.markers.published.gaussian_peak import gaussian  # noqa:
 from tactile_perception.markers.touches.touch import TouchEstimate  # noqa: E402
 from tactile_perception.markers.touches.tracker import ACCELERATION, TouchTracker  # noqa: E402
 from tactile_perception.markers.view.marker_field import CameraView  # noqa: E402
-from tactile_perception.psd.geometry import MIX, angles, exp_map, direction, error_angle, log_map, position, position_covariance  # noqa: E402
-from tactile_perception.psd.equidistant_map import EquidistantMap  # noqa: E402
-from tactile_perception.psd.sphere_filter import SphereFilter  # noqa: E402
+from tactile_perception._core.finger import SphereFilter, centroid_covariance  # noqa: E402
+from tactile_perception.finger.map import MIX, EquidistantMap, angles, direction, error_angle, exp_map, log_map, position  # noqa: E402
 from tactile_perception.taxel.wrench import transform_wrench  # noqa: E402
 from tactile_perception.touchpad.optics.absorption import WaterModel  # noqa: E402
 from tactile_perception.touchpad.optics.colour import RingColours  # noqa: E402
@@ -180,7 +179,7 @@ def place_covariance():
     slope = plain(mp.matrix([[mp.diff(lambda *s: s[k] / s[2], tuple(sums), tuple(int(n == j) for n in range(3))) for j in range(3)]
                              for k in (0, 1)]))
     true = slope @ noise[:3, :3] @ slope.T
-    found = position_covariance(sums[:2] / sums[2], sums[2], noise, 0.0)
+    found = centroid_covariance(sums[:2] / sums[2], sums[2], noise, 0.0)
     return found / true, np.ones((2, 2)), 1
 
 

@@ -19,7 +19,7 @@ from tactile_perception.calibration.files.markers import METHODS, best_method
 from tactile_perception.errors import BadArgument
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
 from tactile_perception.tools.calibrate.markers import calibrate_markers
-from tactile_perception.tools.calibrate.psd import calibrate_psd
+from tactile_perception.finger.tools import calibrate_psd
 from tactile_perception.tools.calibrate.taxel import calibrate_taxels
 
 from .camera import write_scene

@@ -11,19 +11,19 @@ from tactile_driver.parameters.table import Parameter
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
 
 from ..calibration.files.markers import read_touch
-from ..calibration.files.psd import SENSOR as PSD_FINGER
 from ..calibration.files.taxel import SENSOR as TAXEL_ARRAY
+from ..finger.model import SENSOR as PSD_FINGER
+from ..finger.stage import FingerStage
 from ..markers.view.sensor import MARKER_SENSORS
 from ..nodes.stages.markers import TouchMessages
-from ..nodes.stages.psd import PsdMessages
 from ..nodes.stages.taxel import TaxelMessages
 from ..nodes.stages.touchpad import ContactMessages, DotMessages
 from ..parameters.file import read_parameters
 from ..parameters.markers import POINT_PARAMETERS
-from ..parameters.psd import PSD_PARAMETERS
 from ..parameters.taxel import TAXEL_PARAMETERS
 from ..parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
-from .stamped import DOTS, IMAGE, VOLTAGES
+from ..stage import Stage
+from .stamped import DOTS, IMAGE
 
 SENSOR_TYPE = (Parameter('sensor_type', str, 'touchpad', '', 'kind of sensor'),)
 
@@ -79,21 +79,17 @@ class Replay:
                 yield from self._from_stage(number + 1, result)
 
 
-class PsdReplay:
-    """Processing of a PSD finger's node; values: of PSD_PARAMETERS."""
+class StageReplay:
+    """A Stage as a ReplayStage, until all sensors have one."""
 
-    raw, raw_type = 'voltages', VOLTAGES
-
-    def __init__(self, values: dict):
-        self._messages = PsdMessages(values)
-
-    def on_camera_info(self, message) -> None:
-        """Ignored: the sensor has no camera."""
+    def __init__(self, stage: Stage):
+        self._stage = stage
+        self.raw, self.raw_type, self.on_camera_info = stage.input.topic, stage.input.type_name, stage.on_camera_info
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
-        """Yield the contacts of one block."""
-        for contacts in self._messages.on_voltages(message):
-            yield 'contacts', contacts
+        """Yield the estimates from one message."""
+        for topic, results in self._stage.process(message).items():
+            yield from ((topic, result) for result in results)
 
 
 class TaxelReplay:
@@ -168,7 +164,7 @@ def make_replay(params: Path, calibration: Path | None = None) -> Replay:
     if sensor_type == TAXEL_ARRAY:
         return Replay([TaxelReplay(read_parameters(params, 'taxel_contact_node', TAXEL_PARAMETERS) | own)])
     if sensor_type == PSD_FINGER:
-        return Replay([PsdReplay(read_parameters(params, 'psd_contact_node', PSD_PARAMETERS) | own)])
+        return Replay([StageReplay(FingerStage(read_parameters(params, FingerStage.node, FingerStage.parameters) | own))])
     dots = DotMessages(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS) | own)
     markers, stitching, contact = dots.values['sensor_type'] in MARKER_SENSORS, None, None
     if markers and dots.values['calibration']:

@@ -108,7 +108,11 @@ class StageNode(Node):
             if not self.context.ok():  # ROS ends
                 raise
             self.log.refuse(self.net.catch(error, topic))
-            self.stage.begin_anew()
+            self.reset_stage()
+
+    def reset_stage(self) -> None:
+        """Forget all earlier messages, after a defect."""
+        self.stage.begin_anew()
 
     def _process_in_time(self, message, received_ns: int) -> None:
         stamp_ns = stamp_ns_of(message.header)

@@ -4,7 +4,8 @@
 import numpy as np
 from tactile_driver.simulation.psd.scene import PsdScene, open_psd_scene
 
-from tactile_perception.psd.presses import Recording
+from tactile_perception.finger.calibration import Recording
+from tactile_perception.finger.map import position
 
 RATE = 1000.0
 PERIOD = 1 / RATE
@@ -45,3 +46,18 @@ def onsets(state):
 def lags(true, found):
     """Samples by which each true event is late (early: below 0) in found."""
     return np.array([(found - event)[np.argmin(np.abs(found - event))] for event in true])
+
+
+def runs(samples):
+    """Slices of samples with one contact, or with none."""
+    return [slice(*run) for run in samples.runs()]
+
+
+def touch(finger, samples, run):
+    """The contact of a slice of samples."""
+    return finger.touch(samples, run.start, run.stop)
+
+
+def place(samples):
+    """Centroids (N, 2) on the detector, half widths; NaN without contact."""
+    return np.where(samples.contact[:, None], position(samples.sums), np.nan)

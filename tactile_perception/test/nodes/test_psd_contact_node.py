@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node over ROS: contacts under the samples' stamps, no work without subscribers, reference on request; its stage on messages."""
+"""The node over ROS: contacts under the samples' stamps, no work without subscribers, reference on request."""
 import os
 import time
 
@@ -11,17 +11,12 @@ rclpy = pytest.importorskip('rclpy')
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
-from tactile_driver.nodes.messages.conversions import header_of  # noqa: E402
 from tactile_driver.nodes.streams.voltage import voltages_message  # noqa: E402
-from tactile_driver.parameters.table import defaults  # noqa: E402
 from tactile_driver.samples import SampleBlock  # noqa: E402
 from tactile_driver.simulation.psd.scene import open_psd_scene  # noqa: E402
 from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402
 
-from tactile_perception.errors import BadFrame, ClockSetBack  # noqa: E402
 from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
-from tactile_perception.nodes.stages.psd import PsdMessages, later  # noqa: E402
-from tactile_perception.parameters.psd import PSD_PARAMETERS  # noqa: E402
 
 pytestmark = pytest.mark.ros
 BATCH = 10
@@ -65,11 +60,11 @@ def test_contacts_come_while_subscribed_and_the_reference_on_request(bench, bloc
     stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in heard]
     assert stamps == sorted(set(stamps)) and heard[0].header.frame_id == 'finger'
     assert any(m.contacts for m in heard)
-    assert node.stage.stage.finger.reference.ready
+    assert node.stage.finger.ready
     client = helper.create_client(Trigger, 'set_reference')
     future = client.call_async(Trigger.Request())
     until(future.done)
-    assert future.result().success and not node.stage.stage.finger.reference.ready
+    assert future.result().success and not node.stage.finger.ready
 
 
 def test_without_voltages_there_is_no_reference_to_take(bench):
@@ -78,31 +73,3 @@ def test_without_voltages_there_is_no_reference_to_take(bench):
     future = client.call_async(Trigger.Request())
     until(future.done)
     assert not future.result().success and 'voltages' in future.result().message
-
-
-def test_invalid_blocks_are_refused(blocks):
-    side = PsdMessages(defaults(PSD_PARAMETERS))
-    for count in (0, 3, 7):
-        with pytest.raises(BadFrame, match='a sample has four'):
-            side.on_voltages(PsdVoltages(header=header_of(10**9, 'f'), sample_period=1e-3, voltages=[1.0] * count))
-    for block in blocks:
-        side.on_voltages(block)
-    assert side.stage.finger.reference.ready
-    with pytest.raises(ClockSetBack):
-        side.on_voltages(blocks[0])
-    with pytest.raises(ClockSetBack):
-        side.on_voltages(blocks[1])
-    assert side.on_voltages(blocks[2]) == [] and not side.stage.finger.reference.ready
-
-
-def test_stamps_within_a_block():
-    header = header_of(1_999_999_000, 'f')
-    moved = later(header, 5e-3)
-    assert (moved.stamp.sec, moved.stamp.nanosec, moved.frame_id) == (2, 4_999_000, 'f')
-    assert later(header, 0.0) is header
-
-
-@pytest.mark.parametrize(('samples', 'period', 'covered'), [(5, 0.001, 5_000_000), (5, 0.0, 0), (5, float('nan'), 0), (5, float('inf'), 0),
-                                                            (0, 0.001, 0), (5, -1.0, 0)])
-def test_duration_of_a_block(samples, period, covered):
-    assert PsdContactNode.covered_ns(None, PsdVoltages(sample_period=period, voltages=[1.0] * 4 * samples)) == covered

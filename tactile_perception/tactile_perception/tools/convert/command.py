@@ -28,7 +28,7 @@ from ...common.progress import Progress
 from ...nodes.messages.conversions import camera_info_message
 from ...nodes.messages.description import description_messages
 from ...parameters.touchpad import DOT_PARAMETERS
-from .psd import PsdRecording
+from ...finger.tools import PsdRecording
 from .taxel import TaxelRecording
 
 

@@ -1,0 +1,103 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// The PSD finger: batches of voltages in, contacts out. One object holds all that a batch hands to the next.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "finger/contact_detector.hpp"
+#include "finger/detector.hpp"
+#include "finger/held_light.hpp"
+#include "finger/reference.hpp"
+#include "finger/touch.hpp"
+
+namespace tactile::finger {
+
+using Volts = Eigen::Ref<const Eigen::Matrix4Xd>;  // outputs of samples, V, a column each
+
+struct FingerSettings {
+    double radius = 0.016;           // m, outer radius of the cover
+    double saturation = 4.9;         // V, at which an output saturates
+    double reference_seconds = 0.2;  // s, that the untouched outputs are measured for
+    double fastest_drift = 0.1;      // V/s, fastest drift of the total of the untouched outputs
+    double threshold = UNKNOWN;      // V, of the total: the published method; NaN: contact by noise and calibration, ambient light followed
+    double acceleration = UNKNOWN;   // rad/s^2, of the Kalman filter of results; NaN: no filter
+    bool each_sample = false;        // a result for each sample, not for each run of them
+};
+
+// Single samples of a batch.
+struct Samples {
+    std::vector<std::uint8_t> known;      // the reference is available and the outputs are finite
+    std::vector<std::uint8_t> contact;    // something touches
+    std::vector<std::uint8_t> saturated;  // an output saturates
+    std::vector<std::int64_t> id;         // of the contact, 0 for none
+    Eigen::Matrix4Xd sums;                // V, net of ambient light; NaN where not known
+
+    std::ptrdiff_t size() const { return static_cast<std::ptrdiff_t>(id.size()); }
+    // (begin, end) of samples with one contact, or with none; unknown samples belong to the run before them.
+    std::vector<std::pair<std::ptrdiff_t, std::ptrdiff_t>> runs() const;
+};
+
+// The result of some samples; at: the mean of their numbers in the batch.
+struct Estimate {
+    double at;
+    std::optional<Touch> touch;
+};
+
+struct Estimates {
+    std::vector<Estimate> estimates;
+    bool needs_period = false;  // a single sample of unknown rate that follows no other: it has no result
+};
+
+class PsdFinger {
+ public:
+    PsdFinger(std::shared_ptr<const FingerModel> model, const FingerSettings& settings);
+    // Measure the untouched state again from the next samples.
+    void set_reference();
+    // Samples are missing for so many seconds: what is known of a movement, and of a contact if they are many, ends here.
+    void interrupt(double seconds);
+    // States of samples period apart, s.
+    Samples detect(const Volts& volts, double period);
+    // The contact of the mean of samples begin to end; none where nothing touches.
+    std::optional<Touch> touch(const Samples& samples, std::ptrdiff_t begin, std::ptrdiff_t end) const;
+    // Results of a batch, the first sample of which was taken at stamp_s; period: s, NaN for a single sample of unknown rate. None for
+    // samples without a reference.
+    Estimates estimate(const Volts& volts, double stamp_s, double period);
+
+    // Whether each output has stopped changing.
+    std::array<bool, 4> stuck() const;
+    const Reference& reference() const { return reference_; }
+    const FingerModel& model() const { return *model_; }
+
+ private:
+    bool is_stuck() const;
+    void count_repeats(const Volts& volts);
+    std::ptrdiff_t detect_some(const Volts& volts, double period, Samples& found);
+    std::ptrdiff_t pass_unknown(std::ptrdiff_t count, Samples& found) const;
+    void follow_ambient_light(const Eigen::Matrix4Xd& sums, const ContactStates& states, double period);
+    void hold(Eigen::Matrix4Xd& sums, const ContactStates& states, const std::vector<std::uint8_t>& saturated, double period, bool begins);
+    Estimate estimate_run(const Samples& samples, std::pair<std::ptrdiff_t, std::ptrdiff_t> run, double stamp_s, double period);
+
+    std::shared_ptr<const FingerModel> model_;
+    FingerSettings settings_;
+    Reference reference_;
+    ContactDetector detector_;
+    HeldLight held_;
+    std::int64_t id_ = 0;  // of the last contact
+    double apart_s_;       // s since it ended
+    Eigen::Vector4d last_ = Eigen::Vector4d::Constant(UNKNOWN),
+                    same_ = Eigen::Vector4d::Zero();  // outputs, V; samples for which they are so
+    CreepCorrection creep_;
+    std::optional<SphereFilter> filter_;
+    std::int64_t filtered_id_ = 0;
+    double filtered_s_ = 0, last_s_ = UNKNOWN, next_s_ = UNKNOWN;  // stamps: of the filter, of the last batch, of the sample after it
+};
+
+}  // namespace tactile::finger

@@ -1,0 +1,189 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#include "finger/touch.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace tactile::finger {
+namespace {
+
+constexpr double CROSS_LIMIT = 6;   // standard deviations of the cross term for one contact; more are several contacts. Chosen
+constexpr double LARGEST_LOG = 50;  // keeps exp finite
+constexpr double DARK = 1e-6;       // V, least light of which a logarithm is taken
+constexpr double SURE = 0.3;  // of the creep that is taken off, its standard deviation. Chosen: a position may lag by another share than
+                              // light
+constexpr double SLIGHT =
+    0.01;  // of the covariance: a smaller square of the creep is left alone. Chosen: a tenth of the standard deviation
+constexpr double FIRST_SPEED =
+    10;  // rad/s, standard deviation of a new contact's speed. Chosen: 16 cm/s on a 16 mm finger, as a hand slides
+
+Eigen::Matrix3d across(const Eigen::Vector3d& normal) {
+    return Eigen::Matrix3d::Identity() - normal * normal.transpose();
+}
+
+// Light over that of a typical contact at its place, less 1 and at most 1 in size.
+double relative_light(const Cell& cell, double total) {
+    return std::min(std::max(total / cell.value(LIGHT) - 1, -1.0), 1.0);
+}
+
+// Covariance of a centroid: of the mean's noise; of light of the room that is taken off wrongly, which moves it towards or away from the
+// room's centroid; and what it would move by without the light that may be a lamp's.
+Eigen::Matrix2d place_spread(const MeanLight& mean, const Eigen::Vector2d& place, const LightErrors& errors, double shot) {
+    Eigen::Matrix2d found = centroid_covariance(place, mean.sums[TOTAL], errors.noise, shot) / static_cast<double>(mean.used);
+    const Eigen::Vector2d room = centroid(errors.room);
+    if (!room.hasNaN()) {
+        const Eigen::Vector2d moved = errors.room_volts / mean.sums[TOTAL] * (room - place);
+        found += moved * moved.transpose();
+    }
+    const Eigen::Vector4d without_lamp = mean.sums - errors.lamp;
+    if (without_lamp[TOTAL] > 0) {
+        const Eigen::Vector2d moved = centroid(without_lamp) - place;
+        found += moved * moved.transpose();
+    }
+    return found;
+}
+
+// Load, N or m, of light, V, at a place whose part of the logarithm is known (finger/model.py); NaN where not calibrated.
+double load(const FingerModel& model, int which, double at_place, const Eigen::Vector2d& place, double light) {
+    const auto terms = model.load_terms.row(which);
+    const double log = std::log(std::max(light, DARK)), square = place.squaredNorm();
+    const double whole = at_place + (terms[1] + terms[7] * square + terms[2] * log) * log;
+    return std::isnan(whole) ? UNKNOWN : std::exp(std::min(whole, LARGEST_LOG));
+}
+
+// Two unit tangents, rows, across a unit normal and each other; with it they are a right-handed frame.
+Eigen::Matrix<double, 2, 3> tangents(const Eigen::Vector3d& normal) {
+    Eigen::Index least;
+    normal.cwiseAbs().minCoeff(&least);
+    const Eigen::Vector3d axis = Eigen::Vector3d::Unit(least), first = (axis - axis.dot(normal) * normal).normalized();
+    Eigen::Matrix<double, 2, 3> found;
+    found << first.transpose(), normal.cross(first).transpose();
+    return found;
+}
+
+}  // namespace
+
+Eigen::Matrix2d centroid_covariance(const Eigen::Vector2d& place, double total, const Eigen::Matrix4d& noise, double shot) {
+    const double x = place.x(), y = place.y(), square = total * total, tt = noise(TOTAL, TOTAL);
+    const double xy = (noise(X, Y) - x * noise(Y, TOTAL) - y * noise(X, TOTAL) + x * y * tt) / square;
+    Eigen::Matrix2d found;
+    found << (noise(X, X) - 2 * x * noise(X, TOTAL) + x * x * tt + shot * total * (1 - x * x)) / square, xy, xy,
+        (noise(Y, Y) - 2 * y * noise(Y, TOTAL) + y * y * tt + shot * total * (1 - y * y)) / square;
+    return found;
+}
+
+Eigen::Vector3d normal_of(const Eigen::Vector4d& sums, const FingerModel& model) {
+    const Cell cell(model, centroid(sums));
+    return (cell.vector(NORMAL) + relative_light(cell, sums[TOTAL]) * cell.vector(BEND)).normalized();
+}
+
+Touch estimate_touch(const MeanLight& mean, const LightErrors& errors, const FingerModel& model, double radius) {
+    Touch found;
+    const double total = mean.sums[TOTAL];
+    const Eigen::Vector2d place = centroid(mean.sums);
+    if (mean.saturated) found.flags |= SATURATED;
+    if (errors.stuck && mean.used > 0) found.flags |= AMBIGUOUS;
+    if (errors.stuck || !(total > 0) || place.hasNaN()) return found;
+    const Cell cell(model, place);
+    const double relative = relative_light(cell, total), deviation = cell.value(DEVIATION);
+    const Eigen::Vector3d direction = cell.vector(NORMAL) + relative * cell.vector(BEND);
+    const double length = direction.norm(), cells = 0.5 * static_cast<double>(model.nodes - 1);
+    found.normal = direction / length;
+    found.position = radius * found.normal;
+    const Eigen::Matrix3d along = across(found.normal);
+    const Eigen::Matrix<double, 3, 2> slopes = along * (cells / length * (cell.slopes(NORMAL) + relative * cell.slopes(BEND)));
+    const Eigen::Matrix3d of_place = slopes * place_spread(mean, place, errors, model.shot) * slopes.transpose();
+    found.covariance = radius * radius * (of_place + deviation * deviation * along);
+    if (cell.value(INSIDE) < 0.5 || place.cwiseAbs().maxCoeff() >= 1) found.flags |= OUT_OF_RANGE;
+    const double apart = mean.sums[CROSS] - cell.value(CROSS_PART) * total;
+    const double noise = std::sqrt(errors.noise(CROSS, CROSS) / static_cast<double>(mean.used));
+    if (std::abs(apart) > CROSS_LIMIT * std::hypot(noise, model.cross_volts)) found.flags |= AMBIGUOUS;
+    found.force = load(model, 0, cell.value(FORCE), place, total);
+    found.depth = load(model, 1, cell.value(DEPTH), place, total);
+    return found;
+}
+
+void CreepCorrection::correct(Touch& touch, double at_s, double radius) {
+    const Eigen::Vector3d found = without_creep(touch.id, touch.normal, at_s);
+    double away = radius * (found - touch.normal).norm();
+    if (!(away * away > SLIGHT * touch.covariance.trace())) return;
+    if (creep_.measured) {
+        touch.normal = found.normalized();
+        touch.position = radius * touch.normal;
+        away *= SURE;
+    }
+    const Eigen::Matrix3d along = across(touch.normal);  // the covariance stays along the surface where the normal has moved
+    touch.covariance = (along * touch.covariance * along + away * away * along).eval();
+}
+
+// The normal without the creep, not of unit length; NaN for one that is NaN. The contact's first normal, and the first one after the clock
+// was set back, comes back as it is. Between two results the contact moves at constant speed.
+Eigen::Vector3d CreepCorrection::without_creep(std::int64_t id, const Eigen::Vector3d& normal, double at_s) {
+    if (!normal.allFinite()) return normal;
+    const double seconds = at_s - at_s_;
+    if (id != id_ || !(seconds > 0)) {
+        last_ = normal;
+        past_.setZero();
+        weight_ = 0;
+    } else {
+        const double share = creep_.share, steps = seconds / creep_.seconds, fade = std::exp(-steps), mean = -std::expm1(-steps) / steps;
+        weight_ = 1 - (1 - weight_) * fade;
+        const double scale = 1 / (1 - share * mean), shown = scale * (1 - share + share * weight_);
+        const Eigen::Vector3d known = fade * past_ + (mean - fade) * last_;
+        last_ = shown * normal - scale * share * known;
+        past_ = known + (1 - mean) * last_;
+    }
+    id_ = id;
+    at_s_ = at_s;
+    return last_;
+}
+
+void SphereFilter::update(Eigen::Vector3d& normal, Eigen::Matrix3d& covariance, double seconds) {
+    if (!started_) {
+        started_ = true;
+        normal_ = normal;
+        basis_ = tangents(normal);
+        speed_.setZero();
+        spread_.setZero();
+        spread_.topLeftCorner<2, 2>() = basis_ * covariance * basis_.transpose();
+        spread_.bottomRightCorner<2, 2>() = FIRST_SPEED * FIRST_SPEED * Eigen::Matrix2d::Identity();
+        return;
+    }
+    seconds = std::max(seconds, 0.0);
+    Eigen::Matrix4d step = Eigen::Matrix4d::Identity();
+    step(0, 2) = step(1, 3) = seconds;
+    Eigen::Matrix<double, 4, 2> push;
+    push << 0.5 * seconds * seconds * Eigen::Matrix2d::Identity(), seconds * Eigen::Matrix2d::Identity();
+    spread_ = (step * spread_ * step.transpose() + acceleration_ * acceleration_ * push * push.transpose()).eval();
+    move(seconds * speed_);
+    const Eigen::Matrix2d noise = basis_ * covariance * basis_.transpose() + 1e-12 * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d expected = spread_.topLeftCorner<2, 2>() + noise;
+    const Eigen::Matrix<double, 4, 2> gain = spread_.leftCols<2>() * expected.inverse();
+    const Eigen::Vector2d off = basis_ * normal;
+    const double length = off.norm();
+    const Eigen::Vector2d innovation = length > 0 ? Eigen::Vector2d(off * (std::atan2(length, normal_.dot(normal)) / length)) : off;
+    const Eigen::Vector4d change = gain * innovation;
+    speed_ += change.tail<2>();
+    Eigen::Matrix4d rest = Eigen::Matrix4d::Identity();
+    rest.leftCols<2>() -= gain;
+    spread_ = (rest * spread_ * rest.transpose() + gain * noise * gain.transpose()).eval();  // Joseph form: stays positive definite
+    move(change.head<2>());
+    normal = normal_;
+    covariance = basis_.transpose() * spread_.topLeftCorner<2, 2>() * basis_;
+}
+
+// Moves by (2,) rad along a great circle, with parallel transport of the basis.
+void SphereFilter::move(const Eigen::Vector2d& by) {
+    const double angle = by.norm();
+    if (angle < 1e-15) return;
+    const Eigen::Vector3d ahead = basis_.transpose() * (by / angle), old = normal_;
+    normal_ = std::cos(angle) * old + std::sin(angle) * ahead;
+    const Eigen::Vector3d turned = std::cos(angle) * ahead - std::sin(angle) * old;
+    basis_ += (basis_ * ahead).eval() * (turned - ahead).transpose();
+    normal_.normalize();
+}
+
+}  // namespace tactile::finger

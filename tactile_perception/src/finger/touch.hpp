@@ -1,0 +1,99 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// The contact that samples of a PSD finger make: position and normal on the hemisphere (Maekawa et al., eqs 1 and 7), force, depth and
+// their covariance; and its path over the hemisphere from result to result.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "finger/detector.hpp"
+
+namespace tactile::finger {
+
+enum Flags { OUT_OF_RANGE = 1, AMBIGUOUS = 4, SATURATED = 8 };  // of tactile_msgs/Contact
+
+struct Touch {
+    std::int64_t id = 0;                                                               // constant while the contact lasts, from 1 on
+    Eigen::Vector3d position = Eigen::Vector3d::Constant(UNKNOWN), normal = position;  // m; unit vector
+    double force = UNKNOWN, depth = UNKNOWN;                                           // N, m; NaN where not calibrated
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Constant(UNKNOWN);                   // of the position, m^2
+    int flags = 0;                                                                     // sum of Flags
+};
+
+// The mean of the samples of a contact.
+struct MeanLight {
+    std::ptrdiff_t samples = 0, used = 0;                       // in contact; of them, those that are not saturated
+    Eigen::Vector4d sums = Eigen::Vector4d::Constant(UNKNOWN);  // V, of those used
+    bool saturated = false;                                     // an output was saturated in any sample
+};
+
+// What is known of the outputs, V.
+struct LightErrors {
+    Eigen::Matrix4d noise;  // V^2, covariance of a sample's sums
+    Eigen::Vector4d room;   // light of the room, whose centroid an error of it has; 0 where it is not known
+    double room_volts;      // standard deviation of the total that is taken off as the room's light
+    Eigen::Vector4d lamp;   // part of the contact's light that may be a lamp's
+    bool stuck;             // an output has stopped changing
+};
+
+// The contact of a mean, on a cover of that radius, m. NaN throughout where its total is not positive or an output is stuck.
+Touch estimate_touch(const MeanLight& mean, const LightErrors& errors, const FingerModel& model, double radius);
+
+// Covariance, half widths squared, of a centroid that is measured with that total, V: first-order propagation of eq 1. noise: of the sums,
+// V^2; shot: V, variance of an output per V of its signal.
+Eigen::Matrix2d centroid_covariance(const Eigen::Vector2d& place, double total, const Eigen::Matrix4d& noise, double shot);
+
+// The unit normal of a single sample of light with these sums.
+Eigen::Vector3d normal_of(const Eigen::Vector4d& sums, const FingerModel& model);
+
+// Takes the creep of the cover off the normals of one contact after the other.
+//
+// The cover is a standard linear solid (Zener; Ferry, Viscoelastic Properties of Polymers, chapter 3): of a new load it shows all but a
+// share at once, and that share with one time constant. A contact that slides is seen at (1 - share) of its position and a share of the
+// fading average over its past, which leaves the position behind, and towards the middle of a bent path. Before a contact the cover bears
+// nothing; then a load that does not change.
+class CreepCorrection {
+ public:
+    explicit CreepCorrection(const Creep& creep) : creep_(creep) {}
+    // Where the creep is measured, takes it off a touch at a time, s; else its covariance gains what a typical cover would creep.
+    void correct(Touch& touch, double at_s, double radius);
+
+ private:
+    Eigen::Vector3d without_creep(std::int64_t id, const Eigen::Vector3d& normal, double at_s);
+
+    Creep creep_;
+    std::int64_t id_ = 0;
+    double at_s_ = UNKNOWN, weight_ = 0;                             // of the last normal; of the fading sum
+    Eigen::Vector3d last_ = Eigen::Vector3d::Zero(), past_ = last_;  // the last normal without creep; the fading sum of all
+};
+
+// A Kalman filter for a point on the unit sphere with nearly constant velocity.
+//
+// The state is a unit vector and its velocity in the tangent plane. Their covariance refers to a tangent basis that is parallel
+// transported, so neither the pole nor azimuth pi is singular. Constant velocity is followed without lag, a change of velocity within about
+// sqrt(2 s / a): s is the standard deviation of a measurement, rad, a the acceleration, rad/s^2.
+class SphereFilter {
+ public:
+    // acceleration: rad/s^2, standard deviation of the process noise.
+    explicit SphereFilter(double acceleration) : acceleration_(acceleration) {}
+    // The next measurement is the first.
+    void reset() { started_ = false; }
+    // Takes a unit vector with its covariance, rad^2, seconds after the last one, and replaces both by the filter's.
+    void update(Eigen::Vector3d& normal, Eigen::Matrix3d& covariance, double seconds);
+
+ private:
+    void move(const Eigen::Vector2d& by);
+
+    double acceleration_;
+    bool started_ = false;
+    Eigen::Vector3d normal_;
+    Eigen::Matrix<double, 2, 3> basis_;  // rows: tangents
+    Eigen::Vector2d speed_;              // rad/s in the basis
+    Eigen::Matrix4d spread_;             // of angle and speed
+};
+
+}  // namespace tactile::finger

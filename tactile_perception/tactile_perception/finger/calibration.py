@@ -1,0 +1,434 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration of a finger: presses at known positions, and the model that is fitted to them.
+
+What the presses do not determine keeps its default, with a note.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._core import finger
+from ..common.statistics import robust_sigma
+from ..errors import BadCalibration
+from .map import CROSS, MIX, TOTAL, error_angle, fit_light_shift, fit_smooth_map, level_basis, log_map, position
+from .model import LOAD_TERMS, Creep, FingerFit, FingerModel, cross_basis, features
+from .published import fit_equidistant_map
+
+# Presses
+_REST_S, _CLEAR_S, _AFTER_S = 0.6, 0.03, 0.1  # s, untouched time before a press: its length, gap to the press, gap to the last one. Chosen
+_FEWEST_REST, _FEWEST_LINE = 5, 4  # untouched samples before a press, and presses for a line of the offset. Chosen
+_AROUND_S = 2.0  # s around a press in which untouched samples show its offset. Chosen: drift of a room is straight within it
+_STRAIGHT = 3.0  # mean squared deviation from a straight line, of its noise, up to which the offset drifts evenly. Chosen
+_ONE_PLACE = 0.005  # rad within which normals count as one position. Chosen: 0.3 degrees, under the error of a map
+_LONGEST_S = 0.05  # s, longest segment. Chosen: force changes little within it
+_DARK = 4.0  # standard deviations above the darkest samples within which samples count as untouched. Chosen
+_BRIGHT = 5.0  # standard deviations of the total, from which light counts as contact. Chosen
+# Map, light and cross term
+_SAME_PLACE = 0.006  # rad within which presses count as one position. Chosen: a little more than one segment spans (_ONE_PLACE)
+_RADIAL, _SMOOTH = 16, 8  # positions needed for the radial trend, and for a Gaussian process. Chosen: about 3 for each trend coefficient
+_MOST = 250  # positions: bounds the time of the fit, which grows with their cube. Chosen
+_MOST_LOADS = 600  # segments: bounds the memory of the leave-one-out errors. Chosen
+_CROSS_LEAST = 0.1  # part of the cross term's variance that is not noise, at least. Chosen: the noise is known to a tenth
+_CROSS_FEWEST = 12  # segments. Chosen: two for each of the 6 coefficients
+# half widths, see _reach. Chosen: 1.5 spacings of the calibration close its gaps, within fixed bounds.
+_REACH_SPACINGS, _REACH_LEAST, _REACH_MOST = 1.5, 0.02, 0.25
+# Creep of the cover
+_CREEP_FEWEST = 6  # presses. Chosen: their scatter is then known to a third
+_CREEP_SHORTEST_S = 0.06  # s, that a press has to last after its rise. Chosen: twice a rubber's usual time constant
+_TIMES_S = np.geomspace(0.005, 0.12, 49)  # s, time constants tried. Chosen: shorter ones hardly matter, longer need long presses
+_CREEP_CERTAIN = 5.0  # standard errors of the share, from which it is used. Chosen
+# Share of the place that comes late, over that of the light, which grows faster than a patch. Chosen: 0.6 to 1 in simulated covers.
+_PLACE = 0.8
+_CREEP_LARGEST = 0.2  # share. Chosen: a cover that creeps more is no sensor
+_CREEP_HELD = 0.97  # of a press's light, above which it is not being released. Chosen
+# Loads, and the light at first contact
+_LOADS_FEWEST = 12  # contacts. Chosen: 1.5 for each of the 8 coefficients
+_LOADS_SPREAD = 1.3  # largest load over the smallest one. Chosen: less does not determine the slope
+_RIDGE = 1e-4  # for each contact; keeps the normal equations definite where all light is alike. Chosen
+_LEVEL_TERMS = {12: 5, 6: 3, 3: 1}  # presses -> coefficients. Chosen: two presses or more for each
+_RISING = 0.35  # of a press's brightest light: a brighter onset was labelled late. Chosen
+_USABLE = 0.6  # part of the onsets that must be labelled in time. Chosen
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Samples (N,) with ground truth. volts: (N, 4); touching: (N,) bool; normal: (N, 3), force: (N,) N, depth: (N,) m, NaN where unknown;
+    times: (N,) s, None for multiples of period_s; name: for messages."""
+
+    volts: np.ndarray
+    period_s: float
+    touching: np.ndarray
+    normal: np.ndarray
+    force: np.ndarray
+    depth: np.ndarray
+    times: np.ndarray | None = None
+    name: str = 'recording'
+
+    def when(self, sample: int) -> str:
+        """Name and time of a sample, for messages."""
+        return f'{self.name} at {sample * self.period_s if self.times is None else self.times[sample]:.3f} s'
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Short segments of contact, each at one position.
+
+    sums: (N, 4) mean net voltages @ MIX; count: (N,) samples; normal: (N, 3); force, depth: (N,) means; scatter: (N,) V^2, variance of an
+    output from sample to sample, and output: (N,) V, its mean; when: (N,) names by recording and time.
+    """
+
+    sums: np.ndarray
+    count: np.ndarray
+    normal: np.ndarray
+    force: np.ndarray
+    depth: np.ndarray
+    scatter: np.ndarray
+    output: np.ndarray
+    when: np.ndarray
+
+
+@dataclass(frozen=True)
+class Onsets:
+    """One for each press. sums: (N, 4) mean of its segments; level: (N,) V, light as contact begins; brightest: (N,) V."""
+
+    sums: np.ndarray
+    level: np.ndarray
+    brightest: np.ndarray
+
+
+@dataclass(frozen=True)
+class Presses:
+    """Presses of all recordings; noise: (4, 4) covariance of the untouched sums, V^2; room: (4,) V, their mean outputs; left_out: one note
+    per press that was skipped; lights: (s between samples, (N,) V light) of each press, from the sample before it."""
+
+    segments: Segments
+    onsets: Onsets
+    noise: np.ndarray
+    room: np.ndarray
+    left_out: list[str]
+    lights: list[tuple[float, np.ndarray]]
+
+
+def find_presses(recordings: list[Recording], saturation: float) -> Presses:
+    """The presses in recordings; samples at or above saturation, V, are skipped. Raises BadCalibration without untouched samples or without
+    a usable press."""
+    rows, onsets, rests, rooms, left_out, lights = [], [], [], [], [], []
+    for recording in recordings:
+        runs = _runs(recording.touching)
+        untouched = [_rest_before(recording, begin) for begin, _ in runs]
+        for k, (begin, end) in enumerate(runs):
+            offset = _offset(recording, runs, untouched, k)
+            if offset is None:
+                left_out.append(f'press in {recording.when(begin)}: no untouched samples before it')
+                continue
+            sums = (recording.volts - offset)[max(begin - 1, 0):end] @ MIX
+            segments = _segments(recording, sums[-(end - begin):], begin, end, saturation)
+            if not segments:
+                left_out.append(f'press in {recording.when(begin)}: no light, or saturated')
+                continue
+            rows += segments
+            light = np.mean([row[0] for row in segments], axis=0)
+            onsets.append((light, sums[:2, TOTAL].mean() if begin else np.nan, sums[:, TOTAL].max()))
+            lights.append((recording.period_s, sums[:, TOTAL]))
+        known = [rest for rest in untouched if len(rest) >= _FEWEST_REST]
+        rests += [(rest - rest.mean(0)) @ MIX for rest in known]
+        rooms += [rest.mean(0) for rest in known]
+    if not any(recording.touching.any() for recording in recordings):
+        raise BadCalibration('no usable press: the ground truth holds no contact')
+    if not rests:
+        raise BadCalibration('no untouched samples before the presses: begin each recording, and each press, with nothing touching')
+    if not rows:
+        raise BadCalibration('no usable press at a known position: ' + '; '.join(left_out[:3]))
+    noise = np.concatenate(rests)
+    return Presses(Segments(*map(np.array, zip(*rows))), Onsets(*map(np.array, zip(*onsets))), noise.T @ noise / len(noise),
+                   np.mean(rooms, axis=0), left_out, lights)
+
+
+def _runs(touching: np.ndarray) -> list[tuple[int, int]]:
+    """(begin, end) of each press."""
+    edges = np.flatnonzero(np.diff(np.r_[False, touching, False].astype(np.int8)))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist()))
+
+
+def _offset(recording: Recording, runs: list[tuple[int, int]], untouched: list[np.ndarray], press: int) -> np.ndarray | None:
+    """Untouched outputs (4,), V, at a press: a line through the means of the untouched samples before the presses around, if they drift
+    evenly, else the mean before it; None where nothing precedes it."""
+    known = [k for k, rest in enumerate(untouched) if len(rest) >= _FEWEST_REST]
+    if not known or known[0] > press:
+        return None
+    own = untouched[max(k for k in known if k <= press)].mean(0)
+    times = np.array([runs[k][0] - runs[press][0] for k in known]) * recording.period_s
+    near = [(t, untouched[k]) for t, k in zip(times, known) if abs(t) < _AROUND_S]
+    if len(near) < _FEWEST_LINE:
+        return own
+    count = np.array([len(rest) for _, rest in near])
+    means = np.array([rest.mean(0) for _, rest in near])
+    noise = np.mean([rest.var(0) for _, rest in near])
+    basis = np.column_stack([np.ones(len(near)), [t for t, _ in near]])
+    line = np.linalg.lstsq(basis * np.sqrt(count)[:, None], means * np.sqrt(count)[:, None], rcond=None)[0]
+    off = (count[:, None] * (means - basis @ line) ** 2).sum() / (means.size - line.size)
+    return line[0] if off < _STRAIGHT * noise else own
+
+
+def _rest_before(recording: Recording, begin: int) -> np.ndarray:
+    """The darkest finite samples (N, 4) between the last press and this one. A stage reports contact once it stands still, so the object
+    may touch earlier than labelled."""
+    long, clear, after = (int(seconds / recording.period_s) for seconds in (_REST_S, _CLEAR_S, _AFTER_S))
+    before = np.flatnonzero(recording.touching[:begin])
+    first = max(begin - long, before[-1] + 1 + after if len(before) else 0)
+    rest = recording.volts[first:max(begin - clear, first)]
+    rest = rest[np.isfinite(rest).all(1)]
+    if len(rest) < _FEWEST_REST:
+        return rest
+    total = rest.sum(1)
+    noise = 1.05 * np.median(np.abs(np.diff(total)))  # standard deviation from sample to sample: 1.4826 / sqrt(2) times the median
+    return rest[total <= np.percentile(total, 20) + _DARK * noise]
+
+
+def _segments(recording: Recording, sums: np.ndarray, begin: int, end: int, saturation: float) -> list[tuple]:
+    """Rows of Segments of one press."""
+    volts, normal = recording.volts[begin:end], recording.normal[begin:end]
+    floor = _BRIGHT * max(np.std(np.diff(sums[:, TOTAL])) / np.sqrt(2), 1e-9)
+    with np.errstate(invalid='ignore'):
+        good = (volts < saturation).all(1) & np.isfinite(normal).all(1) & np.isfinite(sums).all(1) & (sums[:, TOTAL] > 0)
+    good &= sums[:, TOTAL] > min(floor, 0.5 * np.nanmax(sums[:, TOTAL]))
+    longest = max(int(_LONGEST_S / recording.period_s), 1)
+    rows, place = [], np.flatnonzero(good)
+    while len(place):
+        near = np.linalg.norm(normal[place] - normal[place[0]], axis=1) < _ONE_PLACE
+        chosen = place[:longest][np.logical_and.accumulate(near[:longest])]
+        rows.append(_row(recording, sums, volts, chosen, begin))
+        place = place[len(chosen):]
+    return rows
+
+
+def _row(recording: Recording, sums: np.ndarray, volts: np.ndarray, chosen: np.ndarray, begin: int) -> tuple:
+    mean = recording.normal[begin + chosen].mean(0)
+    scatter = np.var(np.diff(volts[chosen], n=2, axis=0)) / 6 if len(chosen) > 8 else np.nan
+    return (sums[chosen].mean(0), len(chosen), mean / np.linalg.norm(mean), recording.force[begin + chosen].mean(),
+            recording.depth[begin + chosen].mean(), scatter, sums[chosen, TOTAL].mean() / 4, recording.when(begin + int(chosen[0])))
+
+
+def fit_finger(presses: Presses) -> FingerFit:
+    """The model fitted to presses. Raises BadCalibration without a usable press."""
+    segments = presses.segments
+    place, normal, noise, light, when = _places(segments, presses.noise)
+    paper, notes = fit_equidistant_map(place, normal)
+    paper_errors = error_angle(paper.normals(place), normal)
+    smooth, shift, errors, more = _smooth(place, normal, noise * paper.beta, light, paper_errors)
+    if smooth is None:
+        errors = _leave_one_out_equidistant(place, normal)
+    shot = _shot(segments, presses.noise)
+    level, level_limits, level_notes = _level(presses)
+    cross, cross_volts = _cross(segments, presses.noise[CROSS, CROSS])
+    force, force_error, force_notes = _load(segments, segments.force, 'force')
+    depth, depth_error, depth_notes = _load(segments, segments.depth, 'depth')
+    creep = fit_creep(presses.lights)
+    creep_notes = [] if creep else ['creep of the cover: the presses do not show it; a contact that slides is reported behind the object']
+    model = FingerModel(paper, smooth, shift, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(place), level, level_limits, cross,
+                        cross_volts, force, depth, shot, presses.room, creep)
+    theta = np.linalg.norm(log_map(normal), axis=1)
+    residuals = {'places': len(place), 'left_out_mean': float(errors.mean()), 'left_out_largest': float(errors.max()),
+                 'paper_mean': float(paper_errors.mean()), 'paper_largest': float(paper_errors.max()),
+                 'force_relative': force_error, 'depth_relative': depth_error}
+    span = {'theta': [float(theta.min()), float(theta.max())],
+            'light': [float(segments.sums[:, TOTAL].min()), float(segments.sums[:, TOTAL].max())]}
+    return FingerFit(model, len(place), errors, paper_errors, residuals, span, [*notes, *more, *level_notes, *force_notes, *depth_notes,
+                                                                   *creep_notes],
+                     normal, when)
+
+
+def _places(segments: Segments, noise: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Detector positions (N, 2), normals (N, 3), standard deviations (N,), half widths, light (N,), V, and times (N,); near presses are
+    averaged."""
+    free = np.ones(len(segments.normal), bool)
+    found = []
+    while free.any():
+        first = np.flatnonzero(free)[0]
+        same = free & (error_angle(segments.normal, segments.normal[first]) < _SAME_PLACE)
+        weight = segments.count[same]
+        sums = np.average(segments.sums[same], axis=0, weights=weight)[None]
+        place = position(sums)
+        normal = np.average(segments.normal[same], axis=0, weights=weight)
+        covariance = finger.centroid_covariance(place[0], float(sums[0, TOTAL]), noise, 0.0) / weight.sum()
+        found.append((place[0], normal / np.linalg.norm(normal), np.sqrt(0.5 * np.trace(covariance)),
+                      sums[0, TOTAL], segments.when[first]))
+        free &= ~same
+    chosen = np.unique(np.linspace(0, len(found) - 1, min(len(found), _MOST)).round().astype(int))
+    return tuple(np.array(part) for part in zip(*(found[k] for k in chosen)))
+
+
+def _smooth(place, normal, noise, light, paper_errors):
+    """(SmoothMap, LightShift, leave-one-out errors (N,), notes); None in place of the map where the equidistant one predicts as well, and
+    in place of the shift where the light shows nothing."""
+    count = len(place)
+    if count < _SMOOTH or np.linalg.matrix_rank(place - place.mean(0), tol=0.05) < 2:
+        return None, None, paper_errors, [f'{count} positions: too few for a map of the distortion; using offset and scale of the paper']
+    terms = 5 if count >= _RADIAL else 3
+    smooth, shift, errors = _with_shift(place, log_map(normal), noise, light, terms)
+    if errors.mean() > paper_errors.mean():
+        return None, None, paper_errors, [
+            f'{count} positions: a map of the distortion predicts no better than offset and scale of the paper']
+    notes = [] if terms == 5 else [f'{count} positions: affine trend; {_RADIAL} allow a radial one']
+    return smooth, shift, errors, notes
+
+
+def _with_shift(place, values, noise, light, terms):
+    """(SmoothMap, LightShift or None, leave-one-out errors (N,)): the shift stays if it lowers the criterion of Akaike."""
+    smooth, left_out = fit_smooth_map(place, values, noise, terms)
+    shift = fit_light_shift(place, values, light, smooth)
+    better, left = fit_smooth_map(place, values - shift.values(place, light), noise, terms)
+    if left_out.size * np.log((left**2).sum() / (left_out**2).sum()) + 2 * shift.slopes.size < 0:
+        return better, shift, np.linalg.norm(left, axis=1)
+    return smooth, None, np.linalg.norm(left_out, axis=1)
+
+
+def _leave_one_out_equidistant(place: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """(N,) rad: leave-one-out errors of the equidistant map; NaN where the other positions do not determine one."""
+    errors = np.full(len(place), np.nan)
+    for k in range(len(place)):
+        others = np.arange(len(place)) != k
+        try:
+            paper, _ = fit_equidistant_map(place[others], normal[others])
+        except BadCalibration:
+            continue
+        errors[k] = error_angle(paper.normals(place[k:k + 1]), normal[k:k + 1])[0]
+    return errors
+
+
+def _reach(place: np.ndarray) -> float:
+    """Half widths within which a calibrated position covers its surroundings: 1.5 times the median distance to the third neighbour."""
+    if len(place) < 4:
+        return _REACH_MOST
+    distance = np.sort(np.linalg.norm(place[:, None] - place[None], axis=-1), axis=1)
+    return float(np.clip(_REACH_SPACINGS * np.median(distance[:, 3]), _REACH_LEAST, _REACH_MOST))
+
+
+def _shot(segments: Segments, noise: np.ndarray) -> float:
+    """V: variance of an output per V of its signal."""
+    known = np.isfinite(segments.scatter)
+    if known.sum() < 5:
+        return 0.0
+    output = segments.output[known]
+    return float(max((output @ (segments.scatter[known] - noise[TOTAL, TOTAL] / 4)) / (output @ output), 0.0))
+
+
+def _level(presses: Presses):
+    onsets = presses.onsets
+    sigma = float(np.sqrt(presses.noise[TOTAL, TOTAL]))
+    try:
+        level, limits = fit_touch_level(position(onsets.sums), onsets.level, onsets.brightest, sigma)
+    except BadCalibration as error:
+        return None, FingerModel.level_limits, [f'contact is detected by the noise threshold alone: {error}']
+    return level, limits, []
+
+
+def _cross(segments: Segments, noise: float) -> tuple[np.ndarray | None, float]:
+    """Coefficients of the cross term over the total, and the standard deviation, V, of the cross term about them beyond that of samples of
+    variance noise, V^2."""
+    if len(segments.count) < _CROSS_FEWEST:
+        return None, 0.0
+    total = segments.sums[:, TOTAL]
+    basis = cross_basis(position(segments.sums))
+    weight = total * np.sqrt(segments.count)
+    found = segments.sums[:, CROSS] / total
+    fitted = np.linalg.lstsq(basis * weight[:, None], found * weight, rcond=None)[0]
+    whole, part = robust_sigma((found - basis @ fitted) * total) ** 2, float(np.median(noise / segments.count))
+    return fitted, float(np.sqrt(max(whole - part, _CROSS_LEAST * whole)))
+
+
+def _load(segments: Segments, known: np.ndarray, name: str) -> tuple[np.ndarray | None, float, list[str]]:
+    usable = np.flatnonzero(np.isfinite(known) & (known > 0))
+    usable = usable[np.unique(np.linspace(0, max(len(usable) - 1, 0), min(len(usable), _MOST_LOADS)).round().astype(int))]
+    try:
+        fitted, error = fit_load(position(segments.sums[usable]), segments.sums[usable, TOTAL], known[usable])
+    except BadCalibration as problem:
+        return None, float('nan'), [f'{name} is not estimated: {problem}']
+    return fitted, error, []
+
+
+def fit_load(place: np.ndarray, light: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, float]:
+    """Coefficients (8,) for known loads (N,), N or m, at positions (N, 2) with light (N,), V, and the median leave-one-out relative error.
+
+    Raises BadCalibration for loads that are too few, too much alike or not positive.
+    """
+    if len(known) < _LOADS_FEWEST or not (known > 0).all() or known.max() < _LOADS_SPREAD * known.min():
+        raise BadCalibration(f'{len(known)} contacts with known loads from {known.min(initial=np.inf):.3g} to {known.max(initial=0):.3g}; '
+                             f'{_LOADS_FEWEST} are needed, the largest {_LOADS_SPREAD} times the smallest')
+    basis = features(place, light)
+    scale = _RIDGE * len(basis) * np.eye(LOAD_TERMS)
+    scale[0, 0] = 0.0
+    hat = basis @ np.linalg.solve(basis.T @ basis + scale, basis.T)
+    fitted = np.linalg.solve(basis.T @ basis + scale, basis.T @ np.log(known))
+    error = (np.log(known) - hat @ np.log(known)) / (1 - np.diag(hat)).clip(1e-3)
+    return fitted, float(np.median(np.abs(np.expm1(error))))
+
+
+def fit_touch_level(place: np.ndarray, level: np.ndarray, brightest: np.ndarray, noise: float) -> tuple[np.ndarray, tuple]:
+    """Coefficients (terms,) of the light at first contact; its 5th and 95th percentile, V, and the largest distance from the centre.
+
+    level: (N,) V, light at each press's onset at position (N, 2); brightest: (N,) V, of each press; noise: V, of the total. Raises
+    BadCalibration where onsets were labelled too late or too early.
+    """
+    usable = (level > noise) & (level < _RISING * brightest)
+    if usable.sum() < max(3, _USABLE * len(level)):
+        raise BadCalibration(f'light at the onset: only {usable.sum()} of {len(level)} presses are labelled in time')
+    terms = next(t for fewest, t in _LEVEL_TERMS.items() if usable.sum() >= fewest)
+    basis = level_basis(place[usable], terms)
+    fitted = np.linalg.lstsq(basis, level[usable], rcond=None)[0]
+    rest = level[usable] - basis @ fitted
+    if np.std(rest) > max(2 * noise, 0.5 * np.median(level[usable])):
+        raise BadCalibration(f'light at the onsets differs by {np.std(rest):.3f} V from press to press')
+    low, high = np.percentile(level[usable], [5, 95]).tolist()
+    return fitted, (low, high, float(np.hypot(*place[usable].T).max()) + 1e-6)
+
+
+def fit_creep(lights: list[tuple[float, np.ndarray]]) -> Creep | None:
+    """The creep of presses that rest; None where they do not show it.
+
+    lights: (s between samples, (N,) V light from before the press to its end) of each press.
+    """
+    held = [found for period, light in lights if (found := _held(period, light)) is not None]
+    if len(held) < _CREEP_FEWEST:
+        return None
+    fits = [_best_share(held, seconds) for seconds in _TIMES_S]
+    best = int(np.argmin([left for _, _, left in fits]))
+    share, error, _ = fits[best]
+    if not (0 < best < len(fits) - 1 and _CREEP_CERTAIN * error < share < _CREEP_LARGEST):
+        return None
+    return Creep(_PLACE * float(share), float(_TIMES_S[best]))
+
+
+def _held(period: float, light: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Times (N,), s, since the middle of a press's rise, and its light (N,) over its mean, while it rests; None where that is too short."""
+    light = light[np.isfinite(light)]
+    if len(light) * period < _CREEP_SHORTEST_S:
+        return None
+    level = float(np.median(light[len(light) // 2:]))
+    if not level > 0:
+        return None
+    low, middle, high = (int(np.argmax(light > part * level)) for part in (0.1, 0.5, 0.9))
+    begin = middle + max(high - low, 2)
+    end = len(light) if light[-1] > _CREEP_HELD * level else int(np.flatnonzero(light > _CREEP_HELD * level)[-1]) - (high - low)
+    if (end - begin) * period < _CREEP_SHORTEST_S:
+        return None
+    return period * (np.arange(begin, end) - middle), light[begin:end] / light[begin:end].mean()
+
+
+def _best_share(held: list[tuple[np.ndarray, np.ndarray]], seconds: float) -> tuple[float, float, float]:
+    """Share of the light that comes late, its standard error by the scatter of the presses, and the sum of squares that is left, with a
+    time constant; each press has its own level."""
+    shares, weights, left = np.zeros(len(held)), np.zeros(len(held)), 0.0
+    for k, (times, light) in enumerate(held):
+        late = np.exp(-times / seconds)
+        late -= late.mean()
+        weights[k] = late @ late
+        shares[k] = -(late @ light) / weights[k]
+        left += float((light - light.mean()) @ (light - light.mean()))
+    share = float(np.average(shares, weights=weights))
+    left -= share * float(weights @ shares)
+    scatter = np.average((shares - share) ** 2, weights=weights)
+    return share, float(np.sqrt(scatter / (len(held) - 1))), left

@@ -1,0 +1,241 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the detector to the sphere.
+
+Geometry of the hemisphere (Maekawa et al., eqs 6 to 8, 12, 13) and of the detector (eq 1); the calibrated map, a Gaussian process with a
+polynomial trend; and its shift with the light.
+"""
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+def direction(phi: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """Unit normals (..., 3) at azimuth phi and polar angle theta, rad (eq 7)."""
+    return np.stack([np.cos(phi) * np.sin(theta), np.sin(phi) * np.sin(theta), np.cos(theta) + 0 * phi], axis=-1)
+
+
+def angles(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Azimuth in (-pi, pi], 0 at the pole, and polar angle, rad, of unit vectors (..., 3); NaN for non-finite vectors."""
+    normal = np.where(np.isfinite(normal), normal, np.nan)
+    across = np.hypot(normal[..., 0], normal[..., 1])
+    return np.arctan2(normal[..., 1], normal[..., 0]) * (across > 0), np.arctan2(across, normal[..., 2])
+
+
+def error_angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Angles, rad, between unit vectors (..., 3) (eqs 12, 13). The arc sine of half the chord keeps small angles exact."""
+    return 2 * np.arcsin(np.clip(0.5 * np.linalg.norm(a - b, axis=-1), 0.0, 1.0))
+
+
+def log_map(normal: np.ndarray) -> np.ndarray:
+    """Logarithmic map at the pole: unit vectors (..., 3) to tangent vectors (..., 2), rad, whose length is the polar angle."""
+    across = np.hypot(normal[..., 0], normal[..., 1])
+    theta = np.arctan2(across, np.where(np.isfinite(normal[..., 2]), normal[..., 2], np.nan))
+    with np.errstate(invalid='ignore', divide='ignore'):
+        return normal[..., :2] * np.where(across > 0, theta / across, 1.0)[..., None]
+
+
+def exp_map(plane: np.ndarray) -> np.ndarray:
+    """Exponential map at the pole, the inverse of log_map: tangent vectors (..., 2), rad, to unit vectors (..., 3)."""
+    theta = np.hypot(plane[..., 0], plane[..., 1])
+    return np.concatenate([plane * np.sinc(theta / np.pi)[..., None], np.cos(theta)[..., None]], axis=-1)
+
+
+#: Rows: outputs x1, y1, x2, y2. Columns: difference along x and along y (numerators of eq 1), total (its denominator), cross term.
+MIX = np.array([[-1.0, -1.0, 1.0, 1.0], [1.0, -1.0, 1.0, -1.0], [1.0, 1.0, 1.0, 1.0], [-1.0, 1.0, 1.0, -1.0]])
+X, Y, TOTAL, CROSS = range(4)
+
+
+def position(sums: np.ndarray) -> np.ndarray:
+    """Centroids (N, 2) of the light on the detector from sums (N, 4) = net voltages @ MIX (eq 1 without its offset).
+
+    In half widths L_d / 2 of the detector, -1 to 1; NaN where the total is not positive.
+    """
+    total = sums[:, TOTAL:CROSS]
+    with np.errstate(divide='ignore', invalid='ignore'):
+        return np.where(total > 0, sums[:, :TOTAL] / total, np.nan)
+
+
+#: rad per half width, used without calibration. Derived: the rim of the hemisphere (90 degrees) is imaged to the detector's edge.
+NOMINAL_BETA = np.pi / 2
+
+
+@dataclass(frozen=True)
+class EquidistantMap:
+    """offset: (2,) half widths, image of the pole (x_c0 of eq 2); beta: rad per half width (beta_c of eq 5)."""
+
+    offset: np.ndarray
+    beta: float
+
+    def normals(self, place: np.ndarray) -> np.ndarray:
+        """Unit normals (N, 3) at detector positions (N, 2), half widths (eqs 3, 4, 7)."""
+        return exp_map(self.beta * (place - self.offset))
+
+
+CELLS = 128  # along each axis. Measured: interpolation then adds under 0.02 degrees to a normal (a test holds it)
+
+
+def tabulated(evaluate: Callable[[np.ndarray], np.ndarray], cells: int = CELLS) -> np.ndarray:
+    """Table (nodes, nodes, channels) of evaluate(places (N, 2)) -> (N, channels) on a grid of nodes over the square from -1 to 1, rows
+    along y: what the kernels interpolate bilinearly (src/finger/detector.hpp)."""
+    line = np.linspace(-1, 1, cells + 1)
+    return evaluate(np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)).reshape(cells + 1, cells + 1, -1).astype(float).copy()
+
+
+# Grid of hyperparameters that the likelihood chooses from. Chosen: from the spacing of a dense calibration to the detector's half width,
+# from a tenth of a degree to the distortion of the paper's finger (6 degrees, fig 8).
+_LENGTHS = (0.15, 0.25, 0.4, 0.65, 1.0)  # half widths
+_AMPLITUDES = (0.003, 0.01, 0.03, 0.1)  # rad
+_EXTRA = (0.0005, 0.001, 0.002, 0.004, 0.008)  # rad: errors of positions and labels beside the noise of the light
+
+
+_AROUND, _EVERYWHERE = 0.15, 1e-2  # half widths around a position whose residuals count, and the weight of all others. Chosen
+
+
+def trend(place: np.ndarray, terms: int) -> np.ndarray:
+    """Basis (N, terms) at positions (N, 2): 3 terms are affine, 5 add radial distortion of third order."""
+    x, y = place.T
+    square = x * x + y * y
+    return np.column_stack([np.ones(len(place)), x, y, x * square, y * square])[:, :terms]
+
+
+def _kernel(a: np.ndarray, b: np.ndarray, length: float) -> np.ndarray:
+    return np.exp(-0.5 * ((a[:, None] - b[None]) ** 2).sum(-1) / length**2)
+
+
+@dataclass(frozen=True)
+class SmoothMap:
+    """Gaussian process (squared exponential kernel) with a polynomial trend.
+
+    place: (N, 2) half widths, training positions; slopes: (terms, 2) of the trend; weights: (N, 2) of the kernels; length: half widths, of
+    the kernel; amplitude: rad, its standard deviation; extra: rad, of the labels; noise: (N,) rad, of each position by the light's noise;
+    left_out: (N,) root mean square of the two residuals where the map is fitted to all other positions, over the deviation that is then
+    predicted.
+    """
+
+    place: np.ndarray
+    slopes: np.ndarray
+    weights: np.ndarray
+    length: float
+    amplitude: float
+    extra: float
+    noise: np.ndarray
+    left_out: np.ndarray
+
+    def values(self, place: np.ndarray) -> np.ndarray:
+        """Predicted values (M, 2), rad, at positions (M, 2)."""
+        return trend(place, len(self.slopes)) @ self.slopes + self.amplitude**2 * _kernel(place, self.place, self.length) @ self.weights
+
+    def deviation(self, place: np.ndarray) -> np.ndarray:
+        """Standard deviation (M,), rad, of either value at positions (M, 2), without the noise of the light: that of the
+        process, times what it is wrong by for the positions around, which is less at the pole than at the rim."""
+        inverse = np.linalg.inv(self._covariance())
+        cross = self.amplitude**2 * _kernel(place, self.place, self.length)
+        explained = (cross @ inverse * cross).sum(1)
+        basis = trend(self.place, len(self.slopes))
+        free = trend(place, len(self.slopes)) - cross @ (inverse @ basis)
+        freedom = np.linalg.pinv(basis.T @ inverse @ basis)
+        variance = self.amplitude**2 - explained + ((free @ freedom) * free).sum(1)
+        near = _kernel(place, self.place, _AROUND) + _EVERYWHERE
+        around = near @ self.left_out**2 / near.sum(1)
+        return np.sqrt((np.maximum(variance, 0.0) + self.extra**2) * around)
+
+    def precision(self) -> np.ndarray:
+        """Inverse covariance (N, N), rad^-2, of either value at the training positions, with the trend projected out."""
+        inverse = np.linalg.inv(self._covariance())
+        basis = trend(self.place, len(self.slopes))
+        return _without_trend(inverse, basis, basis.T @ inverse @ basis)
+
+    def _covariance(self) -> np.ndarray:
+        return _covariance_of(self.place, self.noise, self.length, self.amplitude, self.extra)
+
+
+def _covariance_of(place: np.ndarray, noise: np.ndarray, length: float, amplitude: float, extra: float) -> np.ndarray:
+    return amplitude**2 * _kernel(place, place, length) + np.diag(noise**2 + extra**2)
+
+
+def _without_trend(inverse: np.ndarray, basis: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """The inverse covariance (N, N) with the trend of basis (N, terms) projected out; normal: (terms, terms), of its least squares."""
+    return inverse - inverse @ basis @ np.linalg.solve(normal, basis.T @ inverse)
+
+
+def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int, hyper: tuple[float, float, float]):
+    """(log restricted likelihood, slopes, weights, leave-one-out residuals (N, 2), their predicted deviations (N,)) for hyper = length,
+    amplitude, extra."""
+    covariance = _covariance_of(place, noise, *hyper)
+    basis = trend(place, terms)
+    inverse = np.linalg.inv(covariance)
+    normal = basis.T @ inverse @ basis
+    slopes = np.linalg.solve(normal, basis.T @ inverse @ values)
+    weights = inverse @ (values - basis @ slopes)
+    # Leave-one-out residuals in closed form: weights over the diagonal of the precision with the trend projected out.
+    precision = _without_trend(inverse, basis, normal)
+    left_out = weights / np.diag(precision)[:, None]
+    fit = 0.5 * ((values - basis @ slopes) * weights).sum()
+    count = values.shape[1]
+    likelihood = -fit - 0.5 * count * np.linalg.slogdet(covariance)[1] - 0.5 * count * np.linalg.slogdet(normal)[1]
+    return likelihood, slopes, weights, left_out, 1 / np.sqrt(np.diag(precision))
+
+
+def fit_smooth_map(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int = 5) -> tuple[SmoothMap, np.ndarray]:
+    """The map from positions (N, 2), half widths, to values (N, 2), rad, and its leave-one-out residuals (N, 2), rad.
+
+    noise: (N,) rad, of each position; terms: of the trend. Hyperparameters maximise the restricted likelihood over a grid.
+    """
+    choices = itertools.product(_LENGTHS, _AMPLITUDES, _EXTRA)
+    best = max(choices, key=lambda hyper: _solved(place, values, noise, terms, hyper)[0])
+    _, slopes, weights, left_out, predicted = _solved(place, values, noise, terms, best)
+    return SmoothMap(place, slopes, weights, *best, noise, np.sqrt(np.mean(left_out**2, axis=1)) / predicted), left_out
+
+
+def level_basis(place: np.ndarray, terms: int) -> np.ndarray:
+    """Basis (N, terms) of the light at first contact at positions (N, 2)."""
+    x, y = place.T
+    square = x * x + y * y
+    return np.column_stack([np.ones(len(place)), square, square * square, x, y])[:, :terms]
+
+
+# How a contact's place on the detector moves with its light: the patch of a stronger contact is larger and reaches farther to either side.
+# More light arrives from the side of the pole than from that of the rim, so the centroid moves to the pole as the light grows.
+_LIGHT_TERMS = 5  # of the logarithm of the typical light
+_LARGEST = 1.0  # relative light that is corrected for at most: a calibration with a few forces shows no more. Chosen
+_LARGEST_LOG = 20.0  # keeps the exponential finite far from calibrated places
+
+
+@dataclass(frozen=True)
+class LightShift:
+    """typical: (5,) coefficients of the logarithm of the light, V, of a typical contact at a position; slopes: (4, 2), rad for a contact of
+    twice that light, of the four terms that grow with the distance from the detector's centre."""
+
+    typical: np.ndarray
+    slopes: np.ndarray
+
+    def light(self, place: np.ndarray) -> np.ndarray:
+        """Light (N,), V, of a typical contact at positions (N, 2), half widths."""
+        return np.exp(np.clip(level_basis(place, _LIGHT_TERMS) @ self.typical, -_LARGEST_LOG, _LARGEST_LOG))
+
+    def relative(self, place: np.ndarray, light: np.ndarray) -> np.ndarray:
+        """Light (N,), V, over the typical one, less 1 and at most 1 in size."""
+        return np.clip(light / self.light(place) - 1, -_LARGEST, _LARGEST)
+
+    def bend(self, place: np.ndarray) -> np.ndarray:
+        """What a contact of twice the typical light adds to the map, (N, 2) rad."""
+        return trend(place, 5)[:, 1:] @ self.slopes
+
+    def values(self, place: np.ndarray, light: np.ndarray) -> np.ndarray:
+        """What contacts at positions (N, 2), half widths, with light (N,), V, add to the map, (N, 2) rad."""
+        return self.relative(place, light)[:, None] * self.bend(place)
+
+
+def fit_light_shift(place: np.ndarray, values: np.ndarray, light: np.ndarray, smooth: SmoothMap) -> LightShift:
+    """The shift that remains of values (N, 2), rad, at positions (N, 2) with light (N,), V, beside a map of the positions: generalised
+    least squares with the covariance of that map."""
+    typical = np.linalg.lstsq(level_basis(place, _LIGHT_TERMS), np.log(light), rcond=None)[0]
+    found = LightShift(typical, np.zeros((4, 2)))
+    basis = found.relative(place, light)[:, None] * trend(place, 5)[:, 1:]
+    weight = smooth.precision()
+    return LightShift(typical, np.linalg.lstsq(basis.T @ weight @ basis, basis.T @ weight @ values, rcond=None)[0])

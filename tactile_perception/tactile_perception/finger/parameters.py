@@ -1,0 +1,61 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The finger's parameters, all fixed at start, and its contact methods by name."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from math import nan
+
+from tactile_driver.parameters.table import Parameter
+
+from .._core import finger
+from ..errors import BadArgument
+from .model import FingerModel
+from .published import paper_finger
+
+PsdFinger, FingerSettings = finger.PsdFinger, finger.FingerSettings
+
+
+def _settings(values: Mapping) -> dict:
+    return {'radius': values['radius'], 'saturation': values['saturation'], 'reference_seconds': values['reference.seconds'],
+            'fastest_drift': values['reference.fastest_drift'], 'each_sample': values['results'] == 'sample',
+            'acceleration': values['filter.acceleration'] if values['filter'] else nan}
+
+
+#: Name -> makes a finger of a model and the values of PSD_PARAMETERS.
+PSD_METHODS: dict[str, Callable[[FingerModel, Mapping], PsdFinger]] = {
+    'map': lambda model, values: PsdFinger(model, FingerSettings(**_settings(values))),
+    'paper': lambda model, values: paper_finger(model, values['paper.threshold'], **_settings(values)),
+}
+
+_fixed = partial(Parameter, read_only=True)
+
+PSD_SENSOR_PARAMETERS = (
+    _fixed('sensor_type', str, 'psd_finger', '', 'sensor type; a calibration file must be for the same type', choices=('psd_finger',)),
+    _fixed('radius', float, 0.016, 'm', "outer radius of the hemisphere", 1e-4, 1.0),
+    _fixed('saturation', float, 4.9, 'V', 'output voltage at which an output saturates', 1e-3, 1e3),
+    _fixed('calibration', str, '', '', 'calibration file from calibrate; empty: nominal values'),
+)
+
+PSD_PARAMETERS = PSD_SENSOR_PARAMETERS + (
+    _fixed('method', str, 'map', '', 'contact estimation method; map: the calibrated map; paper: offset, factor and threshold of the paper',
+           choices=tuple(PSD_METHODS)),
+    _fixed('results', str, 'batch', '',
+           'batch: one result a message and one at each begin and end of a contact; sample: one result a sample',
+           choices=('batch', 'sample')),
+    _fixed('filter', bool, False, '', 'Kalman filter of constant velocity on the sphere'),
+    _fixed('filter.acceleration', float, 50.0, 'rad/s^2',
+           'filter: standard deviation of the acceleration; larger follows faster and smooths less', 1e-3, 1e6),
+    _fixed('reference.seconds', float, 0.2, 's', 'untouched time at the start, averaged for the reference', 0.001, 60.0),
+    _fixed('reference.fastest_drift', float, 0.1, 'V/s',
+           'fastest drift of the sum of the outputs that the reference follows while nothing touches', 1e-4, 100.0),
+    _fixed('paper.threshold', float, 0.2, 'V', 'paper: sum of the outputs above which something touches', 1e-4, 100.0),
+)
+
+
+def make_finger(model: FingerModel, values: Mapping) -> PsdFinger:
+    """A finger of the method that values, of PSD_PARAMETERS, name. Raises BadArgument for an unknown one."""
+    if values['method'] not in PSD_METHODS:
+        raise BadArgument(f'method {values["method"]!r} is unknown; choose one of {", ".join(sorted(PSD_METHODS))}')
+    return PSD_METHODS[values['method']](model, values)

@@ -1,0 +1,193 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the tools do for a PSD finger: calibrate fits its model to bags of presses at known positions (ground_truth/contacts), and
+convert_recording reads a folder with meta.json, input.npz (t, volts; label_phi, label_theta of a stage) and truth.npz.
+"""
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+from tactile_driver.nodes.messages.conversions import header_of
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
+from tactile_driver.nodes.streams.voltage import instants, voltages_message
+from tactile_driver.recordings.compressed import ImageBagReader as BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_driver.samples import SampleBlock
+from tactile_driver.simulation.truth import Touch
+
+from ..bags.stamped import TRUTH, VOLTAGES, find_prefix
+from ..calibration.files.format import Specimen
+from ..calibration.residuals import Residuals, outliers, report_residuals
+from ..common.progress import Progress
+from ..errors import BadCalibration, BadRecording
+from ..nodes.messages import conversions as convert
+from ..parameters.file import read_parameters
+from .calibration import FingerFit, Recording, find_presses, fit_finger
+from .map import direction, log_map
+from .model import write_psd
+from .parameters import PSD_PARAMETERS
+
+_LONGEST_S = 0.25  # chosen: the latest ground truth holds at most this long
+_EARLY_S = 1e-6  # chosen: tolerance of the comparison of stamps
+
+
+def read_recording(bag: Path, namespace: str) -> Recording:
+    """Samples of one bag, each with the latest ground truth. Raises TactileError for a bag without voltages or truth."""
+    blocks, truths = [], []
+    with BagReader(bag) as reader:
+        prefix = find_prefix(reader.topics, namespace, 'voltages', VOLTAGES)
+        if prefix + TRUTH not in reader.topics:
+            raise BadCalibration(f'{bag}: no {prefix}{TRUTH}: calibration needs the positions of the presses')
+        for raw in Progress(reader.messages({prefix + 'voltages', prefix + TRUTH}), f'messages of {bag.name}'):
+            message = decode(raw.data, raw.type_name)
+            (blocks if raw.topic == prefix + 'voltages' else truths).append((convert.stamp_seconds(message.header), message))
+    volts, times, period = _samples(blocks, bag)
+    if not truths:
+        raise BadCalibration(f'{bag}: nothing on {prefix}{TRUTH}: calibration needs the positions of the presses')
+    return _with_truth(volts, times, period, sorted(truths, key=lambda pair: pair[0]), bag.name)
+
+
+def _samples(blocks: list, bag: Path) -> tuple[np.ndarray, np.ndarray, float]:
+    """Voltages (N, 4), their times (N,), s, and the median sample period, s."""
+    usable = [(stamp, m) for stamp, m in blocks if len(m.voltages) and len(m.voltages) % 4 == 0]
+    periods = np.array([m.sample_period for _, m in usable])
+    if not len(usable) or not (periods > 0).any():
+        raise BadCalibration(f'{bag}: no voltages with a sample_period above 0')
+    period = float(np.median(periods[periods > 0]))
+    volts = [np.frombuffer(m.voltages, np.float32).reshape(-1, 4) for _, m in usable]
+    times = [stamp + period * np.arange(len(v)) for (stamp, _), v in zip(usable, volts)]
+    order = np.argsort(np.concatenate(times), kind='stable')
+    return np.concatenate(volts).astype(float)[order], np.concatenate(times)[order], period
+
+
+def _with_truth(volts: np.ndarray, times: np.ndarray, period: float, truths: list, name: str) -> Recording:
+    """The samples with known contact state; samples with several contacts have no position."""
+    rows = np.array([_reported(message.contacts) for _, message in truths])
+    stamps = np.array([stamp for stamp, _ in truths])
+    last = np.searchsorted(stamps, times + _EARLY_S, side='right') - 1
+    known = (last >= 0) & (times - stamps[np.maximum(last, 0)] <= _LONGEST_S)
+    latest = rows[last[known]]
+    return Recording(volts[known], period, latest[:, 0] > 0, latest[:, 1:4], latest[:, 4], latest[:, 5], times[known], name)
+
+
+def _reported(contacts: list) -> tuple[float, ...]:
+    """Number of contacts, and normal, force and depth of a single one; NaN for none or several."""
+    if len(contacts) != 1:
+        return len(contacts), *[np.nan] * 5
+    places = (np.array([part.x, part.y, part.z]) for part in (contacts[0].position, contacts[0].normal))
+    known = next((place / np.linalg.norm(place) for place in places if np.linalg.norm(place) > 0), np.full(3, np.nan))
+    return 1, *known, contacts[0].force, contacts[0].depth
+
+
+def calibrate_psd(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
+    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
+
+    Raises TactileError for recordings that cannot determine the model.
+    """
+    values = read_parameters(params, 'psd_contact_node', PSD_PARAMETERS)
+    presses = find_presses([read_recording(bag, namespace) for bag in bags], values['saturation'])
+    fit = fit_finger(presses)
+    residuals = held_out_residuals(fit)
+    standing_out = outliers(residuals)
+    write_psd(output, fit, presses.left_out, Specimen(serial, values), standing_out)
+    return '\n'.join([report(fit, presses.left_out, output), *report_residuals(residuals, standing_out, output, 'PSD finger')])
+
+
+def held_out_residuals(fit: FingerFit) -> list[Residuals]:
+    """Cross-validation errors of the map over the tilt of the normal."""
+    tilt = np.degrees(log_map(fit.normal))
+    return [Residuals('normal', 'degrees', np.degrees(fit.errors), tilt, ('tilt along x (degrees)', 'tilt along y (degrees)'), fit.when)]
+
+
+def report(fit: FingerFit, left_out: list[str], output: Path) -> str:
+    """The report of the fit."""
+    def angle(errors: np.ndarray) -> str:
+        return f'{np.degrees(errors.mean()):.2f} degrees mean, {np.degrees(errors.max()):.2f} degrees largest'
+    low, high = np.degrees(fit.span['theta'])
+    lines = [f'{fit.places} places, {low:.0f} to {high:.0f} degrees from the pole']
+    if fit.model.smooth is not None:
+        lines.append(f'cross-validation error of the map: {angle(fit.errors)}')
+    lines.append(f"error of the paper's offset and factor at the places that they were fitted to: {angle(fit.paper_errors)}")
+    for name in ('force', 'depth'):
+        if getattr(fit.model, name) is not None:
+            lines.append(f'{name}, cross-validation error over held-out segments: {fit.residuals[name + "_relative"]:.1%} median')
+    creep = fit.model.creep
+    if creep is not None:
+        lines.append(f'creep of the cover: {creep.share:.1%} of a place comes late, within {creep.seconds * 1e3:.0f} ms')
+    lines += [f'note: {line}' for line in fit.notes] + [f'left out: {line}' for line in left_out]
+    return '\n'.join([*lines, f'written: {output}'])
+
+
+_BLOCK_S = 0.005  # duration of one message, the default of psd_node
+_CONTACT = 2  # value of phase in truth.npz
+_FIRST_S = 1.0  # chosen: much of ROS takes a stamp of zero for an unknown time
+
+
+class PsdRecording:
+    """A recording folder. Raises BadRecording for a missing or damaged file.
+
+    path: the folder. The ground truth position of a press is the label of the stage where there is one, otherwise the true position.
+    """
+
+    def __init__(self, folder: str | Path):
+        self.path = Path(folder)
+        try:
+            self.meta = json.loads((self.path / 'meta.json').read_text())
+            self._input, self._truth = (dict(np.load(self.path / name)) for name in ('input.npz', 'truth.npz'))
+            self.volts, self._t = self._input['volts'].astype(np.float32), self._input['t']
+        except (OSError, ValueError, KeyError, BadZipFile) as error:
+            raise BadRecording(f'recording {self.path}: {error!r}') from error
+        self.period = float(np.median(np.diff(self._t)))
+
+    def __len__(self) -> int:
+        return len(self.volts)
+
+    def messages(self, frame_id: str) -> Iterator[tuple[int, str, object]]:
+        """Yield (stamp in ns, topic, message) in order: blocks of voltages, each followed by the ground truth at its first sample and at
+        samples where contacts begin or end.
+        """
+        numbers, count = TouchNumbers(), max(round(_BLOCK_S / self.period), 1)
+        normals, touching = self._normals(), self._truth['n_contacts'] * (self._truth['phase'] == _CONTACT)
+        for begin in range(0, len(self), count):
+            block = SampleBlock(self.volts[begin:begin + count], self._stamp(begin), self.period)
+            yield block.stamp_ns, 'voltages', voltages_message(block, frame_id)
+            for k in (begin + np.array(instants(touching[begin:begin + count]))).tolist():
+                touches = self._touches(k, normals[k])
+                yield self._stamp(k), 'ground_truth/contacts', contacts_message(touches, numbers.assign(touches),
+                                                                                 header_of(self._stamp(k), frame_id))
+
+    def _stamp(self, k: int) -> int:
+        return round((float(self._t[k]) + _FIRST_S) * 1e9)
+
+    def _touches(self, k: int, normal: np.ndarray) -> list[Touch]:
+        if self._truth['phase'][k] != _CONTACT:
+            return []
+        radius, depth = float(self.meta['R_s_m']), 1e-3 * float(self._truth['indentation_mm'][k])
+        touch = Touch(radius * normal, normal, depth, float(self._truth['force_N'][k]))
+        return [touch] * int(self._truth['n_contacts'][k])
+
+    def _normals(self) -> np.ndarray:
+        """Unit normals (N, 3); those of the label during each labelled press."""
+        normals = np.array(self._truth['normal'], float)
+        labels = self._input.get('label_theta')
+        if labels is None:
+            return normals
+        edges = np.flatnonzero(np.diff(np.r_[False, self._truth['phase'] == _CONTACT, False].astype(np.int8)))
+        for begin, end in zip(edges[::2], edges[1::2]):
+            known = np.flatnonzero(np.isfinite(labels[begin:end]))
+            if len(known):
+                phi, theta = (float(self._input[name][begin + known[0]]) for name in ('label_phi', 'label_theta'))
+                normals[begin:end] = direction(phi, theta)
+        return normals
+
+    def parameters(self) -> dict[str, object]:
+        """Name -> value of the parameters that meta.json contains."""
+        return {'sensor_type': self.meta['sensor'], 'radius': float(self.meta['R_s_m'])}
+
+    def frames(self) -> dict[str, float]:
+        """z in the sensor frame, m, of the sensor's own frames, by name."""
+        return {'tip': float(self.meta['R_s_m'])}

@@ -1,0 +1,115 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The compiled finger at its border: any array that NumPy can make is processed or refused by name, an exception changes nothing, a copy
+goes on by itself."""
+import copy
+from threading import Thread
+
+import numpy as np
+import played
+import pytest
+from border_checks import odd_arrays
+from tactile_perception._core.finger import SphereFilter, centroid_covariance
+
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.finger.model import FingerModel
+from tactile_perception.finger.parameters import FingerSettings, PsdFinger
+
+PERIOD = played.PERIOD
+VOLTS = played.scene('taps')[0][:700]
+
+
+def results(finger, volts=VOLTS, stamp_s=1.0):
+    """All numbers that come of voltages."""
+    rows = []
+    for k in range(0, len(volts), 7):
+        for one in finger.estimate(volts[k:k + 7], stamp_s + k * PERIOD, PERIOD).estimates:
+            touch = one.touch
+            rows.append([k + one.at] + ([] if touch is None else [touch.id, *touch.position, *touch.normal, *touch.covariance.ravel()]))
+    return rows
+
+
+@pytest.mark.parametrize('kind', [np.float32, np.float64])
+def test_any_array_is_processed_or_refused_by_name(kind):
+    good, answered = VOLTS[300:340].astype(kind), 0
+    for name, array in odd_arrays(good):
+        finger = PsdFinger(FingerModel(), FingerSettings(reference_seconds=0.01))
+        results(finger, VOLTS[:100])
+        for call in (lambda: finger.detect(array, PERIOD), lambda: finger.estimate(array, 1.2, PERIOD)):
+            try:
+                call()
+                answered += 1
+            except BadFrame as error:
+                assert str(error).startswith('volts: '), name
+    assert answered > 10
+
+
+@pytest.mark.parametrize('wrong', [None, VOLTS.tolist(), 'text', VOLTS[None], VOLTS.astype(complex), VOLTS.astype(int)])
+def test_what_is_no_array_of_voltages_is_refused(finger, wrong):
+    with pytest.raises(BadFrame, match='^volts: '):
+        finger.detect(wrong, PERIOD)
+
+
+def test_how_an_array_lies_in_memory_changes_nothing(finger):
+    expected = results(copy.copy(finger))
+    still = VOLTS.copy()
+    still.flags.writeable = False
+    for other in (np.asfortranarray(VOLTS), np.repeat(VOLTS, 2, axis=0)[::2], still):
+        assert results(copy.copy(finger), other) == expected
+
+
+@pytest.mark.parametrize('period', [1e-9, 1e-7, 1.0, 1e9])
+def test_any_period_is_safe(finger, period):
+    for size in (1, 3, 200):
+        finger.detect(VOLTS[:size], period)
+
+
+@pytest.mark.parametrize('call', [
+    lambda f: f.detect(VOLTS[:, :3], PERIOD), lambda f: f.detect(VOLTS, -1.0), lambda f: f.estimate(VOLTS, np.nan, PERIOD),
+    lambda f: f.estimate(VOLTS[:2], 1.0, np.nan), lambda f: f.touch(f.detect(VOLTS[:0], PERIOD), 0, 0)])
+def test_after_an_exception_it_is_as_it_was(model, call):
+    finger, plain = PsdFinger(model), PsdFinger(model)
+    assert results(finger) == results(plain)
+    with pytest.raises(BadFrame):
+        call(finger)
+    assert results(finger, stamp_s=2.0) == results(plain, stamp_s=2.0)
+
+
+@pytest.mark.parametrize('copied', [copy.copy, copy.deepcopy])
+def test_a_copy_goes_on_by_itself(finger, copied):
+    results(finger, VOLTS[:500])
+    other = copied(finger)
+    expected = results(other, VOLTS[500:], 1.5)
+    other.set_reference()
+    assert finger.ready and not other.ready and results(finger, VOLTS[500:], 1.5) == expected
+
+
+def test_threads_may_share_it(finger):
+    threads = [Thread(target=results, args=(finger,)) for _ in range(4)]
+    for one in threads:
+        one.start()
+    for one in threads:
+        one.join()
+    assert finger.detect(VOLTS[:300], PERIOD).known[-1]
+
+
+@pytest.mark.parametrize('begin, end', [(-1, 3), (3, 2), (0, 11), (0, 10)])
+def test_a_touch_of_samples_that_are_not_there_or_not_in_contact(finger, begin, end):
+    with pytest.raises(BadArgument, match='^samples '):
+        finger.touch(finger.detect(VOLTS[:10], PERIOD), begin, end)
+
+
+@pytest.mark.parametrize('name', ['radius', 'saturation', 'reference_seconds', 'fastest_drift', 'threshold', 'acceleration'])
+@pytest.mark.parametrize('value', [0.0, -1.0, np.inf])
+def test_settings_that_are_not_positive(name, value):
+    with pytest.raises(BadArgument, match=name):
+        FingerSettings(**{name: value})
+
+
+def test_arrays_of_the_smaller_functions_are_checked():
+    for place, noise in ((np.zeros(3), np.eye(4)), (np.zeros(2), np.eye(3)), (None, np.eye(4))):
+        with pytest.raises(ValueError, match='^(place|noise): '):
+            centroid_covariance(place, 1.0, noise, 0.0)
+    for normal, covariance in ((np.ones(3), np.eye(3)), (np.array([0, 0, 1.0]), np.full((3, 3), np.nan))):
+        with pytest.raises(BadArgument, match='unit vector'):
+            SphereFilter(10.0).update(normal, covariance, 0.1)

@@ -1,0 +1,213 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ambient light before, between and during contacts, on outputs made up for the test: a detector whose four outputs are bilinear, so that
+the cross term of a single contact is x y times its light."""
+import numpy as np
+import pytest
+from tactile_perception.finger.map import MIX, TOTAL, position
+from tactile_perception.finger.model import FingerModel
+from tactile_perception.finger.parameters import FingerSettings, PsdFinger
+
+PERIOD, NOISE = 1e-3, 0.006  # s; V of an output
+ROOM = np.array([0.30, 0.26, 0.36, 0.40])  # V, of the untouched outputs
+PER_SUM = MIX.T / 4  # sums @ PER_SUM are outputs
+REST = 600  # samples before what a test looks at
+
+
+def finger(room=ROOM, cross=True):
+    """A finger that was calibrated in that room."""
+    known = np.array([0, 0, 0, 1.0, 0, 0]) if cross else None
+    return PsdFinger(FingerModel(cross=known, cross_volts=0.005, room=room, deviation=0.002), FingerSettings(saturation=20.0))
+
+
+def spot(x, y, light=1.0):
+    """Outputs (4,), V, of one spot."""
+    return light * np.array([x, y, 1.0, x * y]) @ PER_SUM
+
+
+def lamp(count, at, rise, light):
+    """Outputs (count, 4) of a lamp that lights the room within rise samples."""
+    return np.clip((np.arange(count) - at) / rise, 0, 1)[:, None] * (light * ROOM / ROOM.sum())
+
+
+def approach(outputs):
+    """Light of an object that touches within 15 samples and then sends outputs (N, 4)."""
+    return np.concatenate([np.linspace(0, 1, 15)[:, None] ** 2 * outputs[0], outputs])
+
+
+def noisy(outputs, seed=0):
+    """Outputs (N, 4) with noise."""
+    return outputs + np.random.default_rng(seed).normal(0, NOISE, outputs.shape)
+
+
+def detected(made, volts, size=5):
+    """(contact (N,), net sums (N, 4)) of voltages in batches."""
+    found = [made.detect(volts[k:k + size], PERIOD) for k in range(0, len(volts), size)]
+    return np.concatenate([part.contact for part in found]), np.concatenate([part.sums for part in found])
+
+
+def pressed(outputs, size=5, made=None, room=ROOM):
+    """(net sums (N, 4) of a contact with outputs (N, 4), what the offset has become brighter by (4,)) after a rest in the room."""
+    made = made or finger()
+    detected(made, noisy(np.tile(room, (REST, 1)), 1), size)
+    before = made.offset
+    contact, sums = detected(made, noisy(room + approach(outputs)), size)
+    assert contact[20:60].all()
+    return sums[15:], made.offset - before
+
+
+def far(sums, place):
+    """Largest distance, half widths, of the mean place of 20 samples from a place."""
+    mean = sums[:len(sums) // 20 * 20].reshape(-1, 20, 4).mean(1)
+    return np.linalg.norm(position(mean) - place, axis=1).max()
+
+
+def test_offset_and_noise_are_measured_in_several_calls_and_a_contact_does_less_harm():
+    made, volts = finger(), noisy(np.tile(ROOM, (500, 1)))
+    for k in range(0, 195, 5):
+        made.detect(volts[k:k + 5], PERIOD)
+        assert not made.ready
+    assert made.detect(volts[195:210], PERIOD).known.tolist() == [False] * 5 + [True] * 10 and made.ready
+    assert made.offset == pytest.approx(ROOM, abs=2e-3) and made.sigma == pytest.approx(2 * NOISE, rel=0.2)
+    assert made.noise == pytest.approx(NOISE**2 * MIX.T @ MIX, abs=6e-5)
+    touched = finger()
+    touched.detect(volts[:200] + np.repeat([0, 0.5], [150, 50])[:, None], PERIOD)
+    assert touched.offset == pytest.approx(ROOM, abs=4e-3)
+
+
+def test_drift_and_noise_are_tracked_and_a_calm_room_is_averaged_over_seconds():
+    made, drift = finger(), 0.05 * PERIOD * np.arange(8000)
+    contact, _ = detected(made, noisy(ROOM + drift[:, None] / 4))
+    assert not contact.any() and made.offset.sum() == pytest.approx(ROOM.sum() + drift[-1], abs=0.01)
+    calm = [finger() for _ in range(10)]
+    for seed, one in enumerate(calm):
+        detected(one, noisy(np.tile(ROOM, (5000, 1)), seed), 50)
+    errors = np.array([one.offset.sum() - ROOM.sum() for one in calm])
+    assert np.sqrt(np.mean(errors**2)) < 1e-3 and np.mean(errors**2) < 2 * np.mean([one.uncertainty**2 for one in calm])
+    detected(made, ROOM + drift[-1] / 4 + np.random.default_rng(1).normal(0, 1.5 * NOISE, (8000, 4)))
+    assert made.sigma == pytest.approx(3 * NOISE, rel=0.15)
+
+
+def test_a_drift_goes_on_under_a_contact():
+    made, drift = finger(), 0.08 * PERIOD * np.arange(5000)
+    touch = np.zeros(5000)
+    touch[4000:4015], touch[4015:4400] = np.linspace(0, 1, 15) ** 2, 1.0
+    detected(made, noisy(ROOM + drift[:, None] / 4 + touch[:, None] * spot(0.2, -0.3, 2.0))[:4390])
+    assert made.offset.sum() == pytest.approx(ROOM.sum() + drift[4390], abs=0.02)
+
+
+def test_falling_light_is_tracked_at_once():
+    made = finger()
+    contact, _ = detected(made, noisy(np.concatenate([np.tile(ROOM, (REST, 1)), np.tile(0.8 * ROOM, (150, 1))])))
+    assert not contact.any() and made.offset == pytest.approx(0.8 * ROOM, abs=5e-3)
+
+
+def test_flicker_of_lamps_is_averaged_over_whole_periods():
+    made, errors = finger(), []
+    volts = ROOM + 0.01 * np.sin(200 * np.pi * PERIOD * np.arange(3000))[:, None]
+    for k in range(0, 3000, 7):
+        assert not made.detect(volts[k:k + 7], PERIOD).contact.any()
+        errors += [made.offset.sum() - ROOM.sum()] if k > 200 else []
+    assert np.abs(errors).max() < 1e-4
+
+
+@pytest.mark.parametrize('size', [1, 5, 64, 2000])
+@pytest.mark.parametrize('light', [0.2, 1.0, 4.0])
+def test_a_lamp_is_no_contact_and_its_light_the_offsets(size, light):
+    made, steps = finger(), np.repeat([0, 1, 2], [1000, 500, 500])
+    volts = noisy(ROOM + light * steps[:, None] * ROOM / ROOM.sum())
+    contact, _ = detected(made, volts[:1030], size)
+    assert not contact.any() and made.offset.sum() == pytest.approx(ROOM.sum() + light, abs=0.04), 'within 30 ms'
+    assert not detected(made, volts[1030:], size)[0].any()
+
+
+@pytest.mark.parametrize('size', [1, 5, 64, 2000])
+@pytest.mark.parametrize('rise', [1, 3, 15])
+def test_an_object_that_comes_suddenly_or_slowly_is_a_contact(size, rise):
+    made, grows = finger(), np.zeros(1500)
+    grows[1000:1200] = np.minimum((1 + np.arange(200)) / rise, 1) * (1 + np.minimum(0.15 * np.arange(200), 2.0))
+    contact, _ = detected(made, noisy(ROOM + grows[:, None] * spot(0.1, 0.1, 0.3)), size)
+    assert 1000 <= contact.argmax() <= 1006 and contact[1006:1198].all() and not contact[1205:].any()
+
+
+def test_a_single_spike_is_no_contact():
+    volts = noisy(np.tile(ROOM, (1000, 1)))
+    volts[500] += 0.8
+    assert not detected(finger(), volts)[0].any()
+
+
+@pytest.mark.parametrize('size', [1, 5, 25])
+@pytest.mark.parametrize('light', [0.6, -0.6])
+@pytest.mark.parametrize('rise', [1, 20, 100])
+def test_a_lamp_moves_no_object_that_rests_and_its_light_becomes_the_offsets(size, light, rise):
+    sums, shift = pressed(spot(-0.35, 0.2, 2.5) + lamp(1000, 300, rise, light), size)
+    assert shift.sum() == pytest.approx(light, abs=0.04)
+    assert far(sums[20:], (-0.35, 0.2)) < 0.02
+
+
+def test_an_object_that_is_pressed_harder_is_no_lamp():
+    light = 1.5 + np.clip((np.arange(1000) - 300) / 30, 0, 1)
+    sums, shift = pressed(light[:, None] * spot(-0.35, 0.2))
+    assert np.abs(shift).max() < 5e-3 and sums[-100:, TOTAL].mean() == pytest.approx(2.5, rel=0.05)
+
+
+@pytest.mark.parametrize('samples', [30, 300, 900])
+def test_an_object_that_moves_is_no_lamp(samples):
+    part = np.clip((np.arange(1400) - 300) / samples, 0, 1)
+    sums, shift = pressed(np.array([spot(-0.4 + 0.5 * p, 0.3 - 0.5 * p, 1.5 + 0.4 * p) for p in part]))
+    assert np.abs(shift).max() < 5e-3 and far(sums[-100:], (0.1, -0.2)) < 0.02
+
+
+def test_room_light_that_stays_after_the_object_ends_the_contact():
+    made = finger()
+    _, shift = pressed(np.concatenate([np.tile(spot(-0.35, 0.3, 2.0), (300, 1)), np.tile(0.5 * ROOM, (200, 1))]), made=made)
+    assert shift == pytest.approx(0.5 * ROOM, abs=0.02)
+    assert not detected(made, noisy(np.tile(1.5 * ROOM, (50, 1))))[0].any()
+
+
+@pytest.mark.parametrize('creep', [0.0, 0.03])
+def test_a_lamp_at_the_contacts_own_place_is_told_from_it_when_the_object_goes(creep):
+    beside = position((ROOM @ MIX)[None])[0]
+    grows = 1 - creep * np.exp(-np.maximum(np.arange(1000) - 250, 0) / 80)
+    sums, shift = pressed(spot(*beside, 2.5) * (grows * (np.arange(1000) < 700))[:, None] + lamp(1000, 300, 10, 0.6))
+    assert shift == pytest.approx(0.6 * ROOM / ROOM.sum(), abs=0.02) and np.abs(sums[-100:].mean(0)).max() < 0.03
+
+
+def test_a_contact_that_grows_weak_at_its_own_place_stays_one():
+    light = np.interp(np.arange(1000), [300, 310, 700, 710], [2.0, 2.6, 2.6, 1.0])
+    _, shift = pressed(light[:, None] * spot(0.05, 0.05))
+    assert np.abs(shift).max() < 5e-3
+
+
+@pytest.mark.parametrize('part', [0.0, 0.06])
+def test_the_shaded_part_of_the_rooms_light_is_measured(part):
+    made = finger(room=np.zeros(4))
+    for x, y in ((0.4, 0.4), (-0.4, 0.4), (0.4, -0.4), (-0.4, -0.4)) * 3:
+        sums, _ = pressed(np.tile(spot(x, y, 0.8) - part * ROOM, (300, 1)), made=made)
+    assert far(sums[-100:], (-0.4, -0.4)) < 0.02
+    assert sums[-100:, TOTAL].mean() == pytest.approx(0.8, abs=0.03)
+
+
+def test_a_twentieth_of_what_the_room_has_beyond_that_of_the_calibration_is_expected_to_be_shaded():
+    sums, _ = pressed(np.tile(spot(0.3, 0.3, 0.8), (100, 1)), made=finger(0.4 * ROOM, cross=False))
+    assert sums[-50:].mean(0) == pytest.approx((spot(0.3, 0.3, 0.8) + 0.05 * 0.6 * ROOM) @ MIX, abs=0.02)
+
+
+def test_nothing_is_taken_for_a_lamp_in_a_dark_room():
+    sums, shift = pressed(np.tile(spot(0.4, 0.4, 0.8), (400, 1)) + lamp(400, 200, 5, 0.5), made=finger(np.zeros(4), cross=False),
+                          room=np.zeros(4))
+    assert np.abs(shift).max() < 5e-3 and sums[-100:, TOTAL].mean() == pytest.approx(1.3, abs=0.02)
+
+
+def test_light_that_may_be_a_lamps_widens_the_covariance():
+    """A lamp at the place of the contact, until the object goes."""
+    made, beside = finger(), position((ROOM @ MIX)[None])[0]
+    place = beside + [0.03, 0.0]
+    detected(made, noisy(np.tile(ROOM, (REST, 1)), 1))
+    volts = noisy(ROOM + approach(spot(*place, 2.0) + lamp(600, 300, 10, 0.6)))
+    spreads = []
+    for k in range(0, len(volts), 5):
+        samples = made.detect(volts[k:k + 5], PERIOD)
+        if samples.contact.all():
+            spreads.append(np.trace(made.touch(samples, 0, 5).covariance))
+    assert np.median(spreads[-30:]) > 2 * np.median(spreads[20:50])

@@ -1,0 +1,121 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception._core.finger import centroid_covariance
+from tactile_perception.finger.map import (
+    MIX, TOTAL, LightShift, angles, direction, error_angle, exp_map, fit_light_shift, fit_smooth_map, log_map, position, trend)
+
+PHI = np.array([0.0, 1.0, np.pi, -np.pi, -2.0, 3.1])
+THETA = np.array([0.0, 0.4, 1.2, 1.2, 1e-9, 1.5])
+
+
+def test_angles_there_and_back():
+    normal = direction(PHI, THETA)
+    assert np.linalg.norm(normal, axis=1) == pytest.approx(1.0)
+    phi, theta = angles(normal)
+    assert theta == pytest.approx(THETA)
+    assert np.cos(phi - PHI)[1:] == pytest.approx(1.0)
+    assert angles(np.array([0.0, 0.0, 1.0])) == (0.0, 0.0)
+
+
+def test_the_logarithmic_map_keeps_distances_to_the_pole():
+    normal = direction(PHI, THETA)
+    assert np.linalg.norm(log_map(normal), axis=1) == pytest.approx(THETA)
+    assert exp_map(log_map(normal)) == pytest.approx(normal)
+    assert exp_map(np.zeros(2)) == pytest.approx([0, 0, 1])
+
+
+def test_small_and_large_error_angles_are_exact():
+    a, b = direction(np.array([0.3, 0.3]), np.array([0.5, 0.0])), direction(np.array([0.3, 0.3]), np.array([0.5 + 1e-9, 3.0]))
+    assert error_angle(a, b) == pytest.approx([1e-9, 3.0], rel=1e-6)
+
+
+RNG = np.random.default_rng(0)
+
+
+def test_equation_1():
+    x1, y1, x2, y2 = net = np.array([0.4, 0.7, 1.1, 0.3])
+    total = net.sum()
+    expected = np.array([-x1 + y1 + x2 - y2, -x1 - y1 + x2 + y2]) / total
+    assert position((net @ MIX)[None])[0] == pytest.approx(expected)
+
+
+def test_equal_outputs_are_the_centre_and_no_light_is_nan():
+    assert position(np.full((1, 4), 0.3) @ MIX)[0] == pytest.approx([0, 0])
+    assert np.isnan(position(np.array([[0.0, 0, 0, 0], [-1.0, 0, 0, 0]]) @ MIX)).all()
+
+
+def test_the_covariance_is_that_of_many_noisy_samples_and_grows_as_light_falls():
+    net, sigma, shot = np.array([0.3, 0.9, 0.5, 0.2]), 0.004, 2e-5
+    noisy = net + RNG.normal(0, 1, (200_000, 4)) * np.sqrt(sigma**2 + shot * net)
+    found = np.cov(position(noisy @ MIX).T)
+    sums, noise = net @ MIX, sigma**2 * MIX.T @ MIX
+    estimate = centroid_covariance(position(sums[None])[0], sums[TOTAL], noise, shot)
+    assert estimate == pytest.approx(found, rel=0.05, abs=6e-7)
+    weak = centroid_covariance(position(sums[None])[0], sums[TOTAL] / 10, noise, 0.0)
+    assert weak == pytest.approx(100 * centroid_covariance(position(sums[None])[0], sums[TOTAL], noise, 0.0))
+
+
+MAP_RNG, SHIFT_RNG = np.random.default_rng(4), np.random.default_rng(3)
+
+
+def truth(place):
+    x, y = place.T
+    return np.stack([1.6 * x + 0.3 * x * (x * x + y * y) + 0.02 * np.sin(5 * y), 1.6 * y + 0.02 * np.cos(4 * x)], axis=1)
+
+
+def scattered(count, reach=0.7):
+    place = MAP_RNG.uniform(-reach, reach, (4 * count, 2))
+    return place[np.linalg.norm(place, axis=1) < reach][:count]
+
+
+@pytest.mark.parametrize(('count', 'largest'), [(30, 0.02), (100, 0.008)])
+def test_more_contacts_make_less_error(count, largest):
+    place, noise = scattered(count), np.full(count, 0.002)
+    smooth, left_out = fit_smooth_map(place, truth(place) + MAP_RNG.normal(0, 0.002, (count, 2)), noise)
+    inside = scattered(500, 0.6)
+    error = np.linalg.norm(smooth.values(inside) - truth(inside), axis=1)
+    assert np.sqrt(np.mean(error**2)) < largest
+    assert 0.3 < np.sqrt(np.mean(error**2)) / np.sqrt(2 * np.mean(smooth.deviation(inside)**2)) < 1.3
+    assert np.sqrt(np.mean(left_out**2)) < 2 * largest
+
+
+def test_no_oscillation_between_and_beyond_contacts():
+    place = scattered(40, 0.4)
+    smooth, _ = fit_smooth_map(place, truth(place) + MAP_RNG.normal(0, 0.003, (40, 2)), np.full(40, 0.003), 3)
+    line = np.stack([np.linspace(-1, 1, 400), np.zeros(400)], axis=1)
+    assert (np.diff(smooth.values(line)[:, 0]) > 0).all()
+    assert np.abs(smooth.values(line) - trend(line, 3) @ smooth.slopes).max() < 0.15
+    assert smooth.deviation(np.array([[0.95, 0.0]]))[0] > 2 * smooth.deviation(np.array([[0.0, 0.0]]))[0]
+
+
+def presses(count=100, pull=0.1):
+    """Places, tangent vectors and light of presses whose light pulls them to the pole by a part."""
+    place = SHIFT_RNG.uniform(-0.6, 0.6, (count, 2))
+    strength = SHIFT_RNG.uniform(0.6, 1.4, count)
+    light = 3 * strength * np.exp(-2 * (place**2).sum(1))
+    values = 1.6 * place * (1 - pull * (strength - 1))[:, None] + SHIFT_RNG.normal(0, 0.002, (count, 2))
+    return place, values, light, strength
+
+
+def test_the_pull_of_the_light_is_found():
+    place, values, light, strength = presses()
+    smooth, _ = fit_smooth_map(place, values, np.full(100, 0.002))
+    found = fit_light_shift(place, values, light, smooth)
+    true = -1.6 * 0.1 * place
+    assert np.std(found.bend(place) - true) < 0.15 * np.std(true)
+    assert np.std(np.log(found.light(place) * strength / light)) < 0.1
+
+
+def test_light_that_pulls_nothing_moves_nothing():
+    place, values, light, _ = presses(pull=0.0)
+    smooth, _ = fit_smooth_map(place, values, np.full(100, 0.002))
+    assert np.std(fit_light_shift(place, values, light, smooth).bend(place)) < 5e-3
+
+
+def test_far_from_calibrated_light_it_is_bounded():
+    shift = LightShift(np.array([1.0, 50, 0, 0, 0]), np.ones((4, 2)))
+    corner = np.array([[1.0, 1.0], [0, 0]])
+    assert np.isfinite(shift.light(corner)).all()
+    assert shift.relative(corner, np.array([0.0, 1e9])).tolist() == [-1, 1]

@@ -1,0 +1,159 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""calibrate and process_bag on bags of the simulated finger: the map, honest fall-backs, the same bytes each time; a recording folder
+becomes a bag, and the calibrated finger is exact on it."""
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import played
+import pytest
+
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+from psd_bags import write_psd  # noqa: E402
+
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import decode  # noqa: E402
+from tactile_perception.errors import BadRecording  # noqa: E402
+from tactile_perception.finger.calibration import find_presses, fit_finger  # noqa: E402
+from tactile_perception.finger.map import error_angle  # noqa: E402
+from tactile_perception.finger.model import read_psd  # noqa: E402
+from tactile_perception.finger.parameters import PsdFinger  # noqa: E402
+from tactile_perception.finger.tools import PsdRecording, read_recording  # noqa: E402
+from tactile_perception.tools import process_bag  # noqa: E402
+from tactile_perception.tools.calibrate import command as calibrate  # noqa: E402
+from tactile_perception.tools.convert import command as convert_recording  # noqa: E402
+
+pytestmark = pytest.mark.ros
+FOLDER = Path(os.environ.get('TACTILE_RECORDINGS', 'nowhere'), 'simulated')
+needs_recordings = pytest.mark.skipif(not (FOLDER / 'psd_grid25').is_dir(), reason='TACTILE_RECORDINGS names no folder with psd_grid25')
+
+
+@pytest.fixture(scope='module')
+def bags(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('psd')
+    write_psd(folder / 'calibration', 'calibration', truth_every=20)
+    write_psd(folder / 'taps', 'taps', end=2000)
+    return folder
+
+
+@pytest.fixture(scope='module')
+def calibrated(bags):
+    words = [str(bags / 'calibration'), '--params', str(bags / 'calibration.yaml'), '--output', str(bags / 'finger.yaml')]
+    assert calibrate.main(words) == 0
+    return bags / 'finger.yaml'
+
+
+def contacts_of(bag):
+    with BagReader(bag) as reader:
+        return [decode(m.data, m.type_name) for m in reader.messages({'/finger/contacts'})]
+
+
+def process(bags, calibrated, output):
+    words = [str(bags / 'taps'), str(output), '--params', str(bags / 'taps.yaml'), '--calibration', str(calibrated)]
+    assert process_bag.main(words) == 0
+    return contacts_of(output)
+
+
+def test_truth_goes_with_the_samples(bags):
+    recording = read_recording(bags / 'taps', '')
+    assert recording.period_s == 1e-3 and len(recording.volts) == 2000
+    assert 100 < recording.touching.sum() < 400
+    assert np.linalg.norm(recording.normal[recording.touching], axis=1) == pytest.approx(1.0)
+
+
+def test_a_model_is_fitted_and_reported(bags, calibrated, capsys):
+    model = read_psd(calibrated)
+    assert model.smooth is not None and model.force is not None
+    words = [str(bags / 'calibration'), '--params', str(bags / 'calibration.yaml'), '--output', str(bags / 'again.yaml')]
+    assert calibrate.main(words) == 0
+    shown = capsys.readouterr().out
+    assert '107 places, 0 to 70 degrees' in shown and 'cross-validation error of the map' in shown and 'force, cross-validation' in shown
+
+
+def test_contacts_come_under_the_stamps_of_their_samples(bags, calibrated, tmp_path):
+    found = process(bags, calibrated, tmp_path / 'a')
+    stamps = np.array([m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in found])
+    assert (np.diff(stamps) > 0).all()
+    whole = set(stamps.tolist()) & {10**9 + k * 20_000_000 + 9_500_000 for k in range(100)}
+    assert 80 <= len(whole) <= 82  # but the reference, and begin and end of 5 presses, which may fall between two blocks
+    begins = [s for s, before, m in zip(stamps[1:], found, found[1:]) if m.contacts and not before.contacts]
+    assert len(begins) == 5 and {m.contacts[0].id for m in found if m.contacts} == {1, 2, 3, 4, 5}
+    first = 10**9 + int(np.flatnonzero(read_recording(bags / 'taps', '').touching)[0]) * 1_000_000
+    end = (begins[0] // 20_000_000 + 1) * 20_000_000  # of the block: its last samples are those of the contact, and the stamp their mean
+    assert abs(2 * begins[0] - end + 1_000_000 - first) <= 2_000_000
+
+
+def test_the_same_bytes_each_time(bags, calibrated, tmp_path):
+    process(bags, calibrated, tmp_path / 'a')
+    process(bags, calibrated, tmp_path / 'b')
+    one, other = ([(m.topic, m.stamp_ns, m.data) for m in BagReader(tmp_path / name).__enter__().messages()] for name in 'ab')
+    assert one == other
+
+
+@pytest.mark.parametrize(('begin', 'end', 'reason'), [(0, 400, 'no usable press'), (700, 900, 'untouched')])
+def test_what_cannot_determine_a_model_is_refused(tmp_path, capsys, begin, end, reason):
+    write_psd(tmp_path / 'bag', 'calibration', begin=begin, end=end)
+    words = [str(tmp_path / 'bag'), '--params', str(tmp_path / 'bag.yaml'), '--output', str(tmp_path / 'out.yaml')]
+    assert calibrate.main(words) == 1
+    assert reason in capsys.readouterr().err
+
+
+def test_the_pole_alone_falls_back_and_says_so(tmp_path, capsys):
+    write_psd(tmp_path / 'bag', 'calibration', end=900)
+    words = [str(tmp_path / 'bag'), '--params', str(tmp_path / 'bag.yaml'), '--output', str(tmp_path / 'out.yaml')]
+    assert calibrate.main(words) == 0
+    shown = capsys.readouterr().out
+    assert 'nominal' in shown and 'too few for a map' in shown
+    assert read_psd(tmp_path / 'out.yaml').smooth is None
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Thirty samples; the stage says another place than the truth."""
+    phase = np.repeat([0, 1, 2], 10)
+    touching = phase == 2
+    normal = np.where(touching[:, None], [0.6, 0, 0.8], np.nan)
+    label = np.where(np.arange(30) == 25, 0.5, np.nan)
+    path = tmp_path / 'rec'
+    path.mkdir()
+    (path / 'meta.json').write_text(json.dumps({'sensor': 'psd_finger', 'R_s_m': 0.016}))
+    np.savez(path / 'input.npz', t=np.arange(30) * 1e-3, volts=np.full((30, 4), 0.5), label_phi=label, label_theta=label)
+    np.savez(path / 'truth.npz', phase=phase, normal=normal, force_N=touching * 2.0, indentation_mm=touching * 0.2,
+             n_contacts=touching.astype(int))
+    return path
+
+
+def test_a_folder_becomes_a_bag(folder, tmp_path):
+    assert convert_recording.main([str(folder), str(tmp_path / 'bag'), '--namespace', 'finger']) == 0
+    assert 'sensor_type: psd_finger' in (tmp_path / 'bag.yaml').read_text()
+    found = read_recording(tmp_path / 'bag', 'finger')
+    assert found.volts.shape == (30, 4) and found.touching.tolist() == [False] * 20 + [True] * 10
+    expected = [np.cos(0.5) * np.sin(0.5), np.sin(0.5) ** 2, np.cos(0.5)]
+    assert found.normal[25] == pytest.approx(expected, abs=1e-6)
+    assert (found.force[25], found.depth[25]) == pytest.approx((2.0, 2e-4))
+
+
+def test_a_broken_folder(folder):
+    (folder / 'truth.npz').write_bytes(b'nothing')
+    with pytest.raises(BadRecording, match='rec'):
+        PsdRecording(folder)
+
+
+@needs_recordings
+@pytest.mark.full
+def test_independent_recordings_are_exact_to_the_rim(tmp_path):
+    recordings = {}
+    for name in ('psd_cal_dense', 'psd_grid25'):
+        assert convert_recording.main([str(FOLDER / name), str(tmp_path / name), '--namespace', 'finger']) == 0
+        recordings[name] = read_recording(tmp_path / name, '')
+    finger = PsdFinger(fit_finger(find_presses([recordings['psd_cal_dense']], 4.9)).model)
+    grid = recordings['psd_grid25']
+    samples = finger.detect(grid.volts, grid.period_s)
+    runs = [run for run in played.runs(samples) if samples.contact[run].any()]
+    held = [slice(run.start + 20, run.stop - 20) for run in runs]
+    error = np.degrees([error_angle(played.touch(finger, samples, r).normal, grid.normal[r.start]) for r in held])
+    assert len(error) == 25 and np.mean(error) < 0.4 and np.max(error) < 1.2
+    assert (samples.contact != grid.touching).mean() < 0.01
