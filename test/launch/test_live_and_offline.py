@@ -18,8 +18,7 @@ from tactile_bringup.simulate.psd import write_psd_scene  # noqa: E402
 from tactile_bringup.simulate.taxel import write_taxel_scene  # noqa: E402
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME  # noqa: E402
 from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
-from tactile_driver.recordings.compressed import ImageBagReader as BagReader  # noqa: E402
-from tactile_driver.recordings.reader import RawMessage  # noqa: E402
+from tactile_driver.recordings.reader import BagReader, RawMessage  # noqa: E402
 from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
 from tactile_driver.recordings.writer import write_messages  # noqa: E402
 from tactile_perception.bags.stream import KEPT, FrameDone, Task, stream  # noqa: E402

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import COMPRESSED
-from tactile_driver.recordings.compressed import ImageBagReader as BagReader
+from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.description import descriptions
 
 from ..sensor_types import SENSOR_TYPES

@@ -12,9 +12,11 @@ from typing import NamedTuple
 from rosbag2_py import ConverterOptions, MetadataIo, SequentialCompressionReader, SequentialReader, StorageFilter, StorageOptions
 
 from ..errors import BadRecording
+from ..frame import COMPRESSED
 from .left_out import LeftOut
 
 _FILES = ('.mcap', '.db3')
+COMPRESSED_IMAGE = 'sensor_msgs/msg/CompressedImage'
 
 
 class RawMessage(NamedTuple):
@@ -31,7 +33,8 @@ class BagReader:
     """Reads a rosbag2 folder, or one .mcap or .db3 file; use it in a with statement. Raises BadRecording if it cannot be read.
 
     A folder without metadata.yaml, as a killed recorder leaves it, is read file by file, and an unfinished MCAP file as far as rosbag2
-    scans it. left_out: what was missing or damaged so far. hashes: type description hash (RIHS01) by topic, '' if not recorded.
+    scans it. Where image_raw was not recorded, image_raw/compressed has its name, and its own type. left_out: what was missing or damaged
+    so far. hashes: type description hash (RIHS01) by topic, '' if not recorded.
     """
 
     def __init__(self, path: str | Path):
@@ -42,6 +45,7 @@ class BagReader:
         self._counts: Counter = Counter()
         self._types: dict[str, str] = {}
         self.hashes: dict[str, str] = {}
+        self._recorded: dict[str, str] = {}  # the name in the bag of a topic that has another one here
 
     def __enter__(self) -> BagReader:
         for bag in self._parts():
@@ -51,6 +55,7 @@ class BagReader:
                 if bag == self.path:
                     raise
                 self.left_out.add(bag.name, str(error))
+        self._name_compressed()
         if not self._types:
             raise _unreadable(self.path, '; '.join(self.left_out.lines()) or 'it is empty')
         return self
@@ -77,6 +82,14 @@ class BagReader:
         self.left_out.add(self.path.name, 'there is no metadata.yaml: the recording was cut off')
         return sorted(files, key=lambda file: [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', file.name)])
 
+    def _name_compressed(self) -> None:
+        for topic in [topic for topic, kind in self._types.items() if kind == COMPRESSED_IMAGE and topic.endswith(COMPRESSED)]:
+            name = topic.removesuffix(COMPRESSED)
+            if name not in self._types:
+                self._recorded[name] = topic
+                for table in (self._types, self._counts, self.hashes):
+                    table[name] = table.pop(topic)
+
     @property
     def topics(self) -> dict[str, str]:
         """Topic -> message type name."""
@@ -89,10 +102,11 @@ class BagReader:
     def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
         """Messages of the topics (None: all), file by file, in order of recording; left_out counts those that are missing."""
         wanted = set(self._types) if topics is None else topics & set(self._types)
+        names = {self._recorded.get(topic, topic): topic for topic in wanted}
         expected, read, lost = BagReader.count(self, wanted), 0, 0
         for bag, packed in self._bags if wanted else ():
             reader = _opened(bag, packed)
-            reader.set_filter(StorageFilter(topics=sorted(wanted)))
+            reader.set_filter(StorageFilter(topics=sorted(names)))
             while lost <= expected:  # an error may come again for ever
                 try:
                     if not reader.has_next():
@@ -103,7 +117,7 @@ class BagReader:
                     lost += 1
                     continue
                 read += 1
-                yield RawMessage(topic, self._types[topic], stamp_ns, data)
+                yield RawMessage(names[topic], self._types[names[topic]], stamp_ns, data)
         if read + lost < expected:
             reason = f'messages cannot be read: a file is damaged; {_help(self.path)}'
             self.left_out.add(self.path.name, reason, count=expected - read - lost)

@@ -8,14 +8,14 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from sensor_msgs.msg import CompressedImage, Image  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
-from tactile_driver.recordings.compressed import ImageBagReader  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
 from tactile_driver.recordings.writer import write_messages  # noqa: E402
 
 
 def topics_of(path, **messages):
     """Topics of a bag with these, as read; their counts; topic and type of its messages."""
     write_messages(path, 'pad', [(10**9 + k, name.replace('__', '/'), message) for k, (name, message) in enumerate(messages.items())])
-    with ImageBagReader(path) as reader:
+    with BagReader(path) as reader:
         names = dict(reader.topics)
         assert {topic: reader.count({topic}) for topic in names} == dict.fromkeys(names, 1)
         assert [raw.topic for raw in reader.messages({'/pad/image_raw'})] == ['/pad/image_raw'] * ('/pad/image_raw' in names)

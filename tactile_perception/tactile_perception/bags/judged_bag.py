@@ -12,8 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME
-from tactile_driver.recordings.compressed import ImageBagReader as BagReader
-from tactile_driver.recordings.reader import RawMessage
+from tactile_driver.recordings.reader import BagReader, RawMessage
 from tactile_driver.recordings.serialization import decode
 
 from ..common.progress import Progress

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME
-from tactile_driver.recordings.compressed import COMPRESSED_IMAGE, ImageBagReader as BagReader
+from tactile_driver.recordings.reader import COMPRESSED_IMAGE, BagReader
 from tactile_driver.recordings.serialization import decode
 
 from ..common.progress import Progress

@@ -12,8 +12,7 @@ from typing import NamedTuple
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 from tactile_driver.recordings.description import recorded_frame
 from tactile_driver.recordings.left_out import LeftOut
-from tactile_driver.recordings.compressed import ImageBagReader as BagReader
-from tactile_driver.recordings.reader import RawMessage
+from tactile_driver.recordings.reader import BagReader, RawMessage
 from tactile_driver.recordings.serialization import decode, encode, unusable
 
 from ..errors import BadFrame, BadRecording, TactileError

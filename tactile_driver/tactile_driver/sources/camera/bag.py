@@ -13,9 +13,8 @@ from ..base.protocol import EndOfSource
 from ...errors import BadArgument, BadFrame, BadRecording
 from ...frame import COMPRESSED, CameraCalibration, Frame, frame_of
 from ...nodes.messages.images import image_to_array
-from ...recordings.compressed import COMPRESSED_IMAGE, ImageBagReader
 from ...recordings.description import recorded_description
-from ...recordings.reader import RawMessage
+from ...recordings.reader import COMPRESSED_IMAGE, BagReader, RawMessage
 from ...recordings.serialization import decode
 from ...recordings.truth import RecordedTruth, truth_topics, with_truth
 
@@ -70,7 +69,7 @@ class BagSource:
         """Open the bag at its start. Raises BadRecording if it is missing, unreadable or lacks the topic."""
         self.close()
         try:
-            self._reader = ImageBagReader(self._path).__enter__()
+            self._reader = BagReader(self._path).__enter__()
         except (BadRecording, OSError) as error:
             raise BadRecording(f'path: {self._path} is not a readable rosbag2 recording: {error}') from error
         types = self._reader.topics

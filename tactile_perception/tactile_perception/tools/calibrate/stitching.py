@@ -10,7 +10,7 @@ import numpy as np
 from tactile_driver.frame import PairFrame
 from tactile_driver.nodes.messages.conversions import frame_of_message
 from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
-from tactile_driver.recordings.compressed import ImageBagReader as BagReader
+from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.sources.dual_camera.pairing import Pairer
 

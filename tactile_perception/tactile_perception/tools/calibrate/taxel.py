@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from tactile_driver.recordings.compressed import ImageBagReader as BagReader
+from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 
 from ...bags.stamped import TRUE_WRENCH, find_prefix
