@@ -158,11 +158,12 @@ py::array_t<double> score(const py::object& load, const py::object& places, cons
     return output(found, {grid.size()});
 }
 
-py::array_t<double> with_edges(const py::object& score, const py::object& load, const py::object& places, const py::object& normals, int rows,
-                              int columns, double pitch) {
+py::array_t<double> with_edges(const py::object& score, const py::object& load, const py::object& places, const py::object& normals,
+                               int rows, int columns, double pitch) {
     const Input<double> given(places, "places", {ANY, 3});
     const Grid grid = grid_of(given, "places", rows, columns);
-    const Input<double> likely(score, "score", {grid.size()}), carried(load, "load", {grid.size()}), up(normals, "normals", {grid.size(), 3});
+    const Input<double> likely(score, "score", {grid.size()}), carried(load, "load", {grid.size()}),
+        up(normals, "normals", {grid.size(), 3});
     within(pitch, "pitch", 1e-9, 1e9);
     std::vector<double> found;
     {
@@ -280,11 +281,11 @@ void bind_contact(py::module_& module) {
         "interpolated; where they or their neighbours have a load over settled, they are placed by one step towards the balance along "
         "their\n"
         "rays from origin (3,), m.");
-    module.def(
-        "carried_loads", &carried, py::arg("places"), py::arg("force"), py::arg("load"), py::kw_only(), py::arg("rows"), py::arg("columns"),
-        py::arg("loaded"),
-        "Force (K, 3), N, on dots at places (K, 3), m, that carry a load (K,), over loaded, and a share of it on dots around, 0 on others, of\n"
-        "the force (K, 3) on all; and its wrench (6,), N and N m, about the origin.");
+    module.def("carried_loads", &carried, py::arg("places"), py::arg("force"), py::arg("load"), py::kw_only(), py::arg("rows"),
+               py::arg("columns"), py::arg("loaded"),
+               "Force (K, 3), N, on dots at places (K, 3), m, that carry a load (K,), over loaded, and a share of it on dots around, 0 on "
+               "others, of\n"
+               "the force (K, 3) on all; and its wrench (6,), N and N m, about the origin.");
     module.def(
         "solve_membrane", &membrane_solution, py::arg("rays"), py::arg("ranges"), py::arg("sigma"), py::arg("id"), py::arg("rest"),
         py::arg("places"), py::arg("touched"), py::arg("triangles"), py::arg("residual"), py::arg("response"), py::arg("origin"),
@@ -316,7 +317,8 @@ void bind_contact(py::module_& module) {
         "stick_slip", &states, py::arg("last"), py::arg("now"), py::arg("held"), py::arg("objects"), py::arg("origin"), py::kw_only(),
         py::arg("rows"), py::arg("columns"), py::arg("tolerance"), py::arg("noise"), py::arg("depth_noise"), py::arg("friction"),
         "States (K,) uint8 of dots, the object that holds each (K,) int64, from 1, what is known of the objects (O, 27), noise along\n"
-        "the normal and friction. last: places (K, 3), m, seen (K,) bool and scores (K,) of the last frame; now: places, scores, seen, normals\n"
+        "the normal and friction. last: places (K, 3), m, seen (K,) bool and scores (K,) of the last frame; now: places, scores, seen, "
+        "normals\n"
         "and force (K, 3); held, objects: of the last frame; see stick_slip.StickSlipTracker.");
     module.def(
         "rigid_motion", &motion, py::arg("before"), py::arg("after"), py::arg("weights"), py::kw_only(), py::arg("steps"),

@@ -91,8 +91,8 @@ py::array_t<double> pressed_dome(const py::object& numbers, const py::object& ed
 
 py::tuple fitted_dome(const py::object& numbers, const py::object& edges, const py::object& even_table, const py::object& odd_table,
                       const py::object& even_modes, const py::object& odd_modes, const py::object& points, const py::object& eyes,
-                      double plane_z, const py::object& shift, const py::object& weight, const py::object& shared,
-                      const py::object& starts, const py::object& prior) {
+                      double plane_z, const py::object& shift, const py::object& weight, const py::object& shared, const py::object& starts,
+                      const py::object& prior) {
     const DomeArrays dome(numbers, edges, even_table, odd_table, even_modes, odd_modes, points, eyes);
     const Input<double> seen(shift, "shift", {dome.count(), 2}), sure(weight, "weight", {dome.count()});
     const Input<double> alike(shared, "shared", {ANY, dome.count()});
@@ -109,9 +109,8 @@ py::tuple fitted_dome(const py::object& numbers, const py::object& edges, const 
     DomeFit fit;
     {
         py::gil_scoped_release others_run;
-        fit = fit_dome(dome.library(), dome.markers(plane_z), seen.data(),
-                       {sure.data(), alike.data(), static_cast<int>(alike.length())}, given.data(), count,
-                       {rows, rows + PRESS, rows + 2 * PRESS, rows + 3 * PRESS, rows + 4 * PRESS});
+        fit = fit_dome(dome.library(), dome.markers(plane_z), seen.data(), {sure.data(), alike.data(), static_cast<int>(alike.length())},
+                       given.data(), count, {rows, rows + PRESS, rows + 2 * PRESS, rows + 3 * PRESS, rows + 4 * PRESS});
     }
     return py::make_tuple(output(fit.presses, {count, PRESS}), output(fit.covariance, {count * PRESS, count * PRESS}),
                           output(fit.left, {dome.count(), 2}), fit.squares);

@@ -281,7 +281,8 @@ void bind_dots(py::module_& module) {
         "typical, contrast, ground, noise: of the dots, appearance.Look.");
     module.def(
         "find_blob_regions", &blob_regions, py::arg("mask"), py::kw_only(), py::arg("speck"), py::arg("least"), py::arg("most"),
-        "Connected regions of a mask (H, W) uint8 that its border does not cut, with areas between least and most times the upper median of\n"
+        "Connected regions of a mask (H, W) uint8 that its border does not cut, with areas between least and most times the upper median "
+        "of\n"
         "those above speck px: box (N, 4) int32 left, top, width, height; centre (N, 2) float64; area (N,) int64; label (N,) uint16; and\n"
         "labels (H, W) uint16 of all regions, 0 ground.");
     module.def(

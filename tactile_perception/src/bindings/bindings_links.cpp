@@ -85,9 +85,9 @@ py::tuple field_of_markers(const py::object& id, const py::object& uv, const py:
     FieldArrays field;
     {
         py::gil_scoped_release others_run;
-        field = make_field(*tracks, {apparent.data(), apparent.data() + 3 * count, eyes.data(), eyes.length() == 1 ? 0 : 3, noise.data(),
-                                     metres_per_px},
-                           areas.data(), markers);
+        field = make_field(
+            *tracks, {apparent.data(), apparent.data() + 3 * count, eyes.data(), eyes.length() == 1 ? 0 : 3, noise.data(), metres_per_px},
+            areas.data(), markers);
     }
     return py::make_tuple(output(field.rest, {markers, 2}), output(field.shift, {markers, 2}), output(field.growth, {markers}),
                           output(field.eye, {markers, 3}), output(field.sigma, {markers}), output(field.uv, {markers, 2}),
@@ -184,7 +184,8 @@ void bind_links(py::module_& module) {
         "marker_field", &field_of_markers, py::arg("id"), py::arg("uv"), py::arg("duv"), py::arg("area"), py::arg("sigma"),
         py::arg("places"), py::arg("eye"), py::arg("known_area"), py::kw_only(), py::arg("metres_per_px"),
         "rest, shift, growth, eye, sigma, uv, duv, area of a MarkerField (K), from a frame's markers (N): places: (2 N, 3) apparent\n"
-        "x, y, m, and area of a pixel, m^2, now, then untouched; eye: (N or more, 3) m, or (1, 3) of all; known_area: (K,) px^2, untouched.");
+        "x, y, m, and area of a pixel, m^2, now, then untouched; eye: (N or more, 3) m, or (1, 3) of all; known_area: (K,) px^2, "
+        "untouched.");
     module.def("rest_moved", &any_rest_moved, py::arg("id"), py::arg("places"), py::arg("motions"), py::arg("known"), py::kw_only(),
                py::arg("limit"),
                "Whether any dot id (N,) int64 at places less motions (N, 2), px, is farther than limit, px, along an axis from its known\n"

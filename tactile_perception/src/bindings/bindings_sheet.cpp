@@ -42,8 +42,8 @@ py::tuple pressed_sheet(const py::object& value, const py::object& slope, const 
 
 constexpr double LARGEST_PLACE_M = 10;  // m. Chosen: beyond any sheet
 
-// The arrays of a SheetTable, checked: numbers (half, reach, scale, depth, spread, power, widening), sizes (n, order, levels, modes of each class),
-// coefficients, shapes.
+// The arrays of a SheetTable, checked: numbers (half, reach, scale, depth, spread, power, widening), sizes (n, order, levels, modes of each
+// class), coefficients, shapes.
 class Table {
  public:
     explicit Table(const py::tuple& given)
@@ -56,7 +56,8 @@ class Table {
         for (int k = 0; k < 8; ++k) within(x[k], "table", 1e-6, LARGEST_PLACE_M);
         within(x[8], "table", 0, 1);
         for (int k = 0; k < 2; ++k) within(x[2 + k] / x[k], "table", 0, 0.9999);  // presses within the clamp
-        table_ = {{x[0], x[1]}, {x[2], x[3]}, x[4], x[5], x[6], x[7], x[8], size[0], size[1], size[2], {}, coefficients_.data(), shapes_.data()};
+        table_ = {{x[0], x[1]}, {x[2], x[3]},         x[4],          x[5], x[6], x[7], x[8], size[0], size[1], size[2],
+                  {},           coefficients_.data(), shapes_.data()};
         within(size[0], "table", 1, 100), within(size[1], "table", 1, 8), within(size[2], "table", 1, 1000);
         py::ssize_t coefficients = 0, shapes = 0;
         for (int c = 0; c < 4; ++c) {

@@ -175,14 +175,16 @@ void bind_taxel_motion(py::module_& module) {
     module.def(
         "taxel_edges", &edges_of_taxels, py::arg("pressure"), py::kw_only(), py::arg("scale"), py::arg("steep"), py::arg("rim"),
         py::arg("most"),
-        "Edge taxels of the image that is positive pressure (rows, columns) float32 times scale: places (M, 2) row and column, values (M,), slopes (M, 4) by shift along\n"
+        "Edge taxels of the image that is positive pressure (rows, columns) float32 times scale: places (M, 2) row and column, values "
+        "(M,), slopes (M, 4) by shift along\n"
         "columns and rows, turn times reach, growth; and of all edge taxels, also those left out: sums of products of the slopes (4, 4),\n"
         "middle (2,) row and column, reach, taxels, and their number. steep: 1/taxel, least slope; rim: taxels at the array's border\n"
         "that are ignored; most: about how many are used.");
     module.def(
         "taxel_register", &register_taxels, py::arg("pressure"), py::arg("place"), py::arg("value"), py::arg("slopes"), py::arg("middle"),
         py::arg("reach"), py::kw_only(), py::arg("scale"), py::arg("turns"), py::arg("guess"),
-        "Motion of edges (taxel_edges) to the image that is positive pressure (rows, columns) float32 times scale: fit (4,) shift along columns and rows, turn times reach,\n"
+        "Motion of edges (taxel_edges) to the image that is positive pressure (rows, columns) float32 times scale: fit (4,) shift along "
+        "columns and rows, turn times reach,\n"
         "growth, taxels; standard deviation of the residuals; share of inliers. turns: whether a turn is fitted; guess: (4,) to begin "
         "with.");
     module.def(
@@ -213,10 +215,11 @@ void bind_taxel_motion(py::module_& module) {
         "change of a taxel in the shift along columns and rows, taxels, and in the traction along both, over pressure; the first row and\n"
         "column of these taxels; and the variance of the traction for noise of 1. thickness: taxels, of the pad; spreads: (2, 2) share\n"
         "and width, taxels, of each Gaussian that spreads the pressure that traction causes.");
-    module.def("taxel_traction", &traction_of_taxels, py::arg("share"), py::arg("pressure"), py::arg("before"), py::kw_only(),
-               py::arg("top"), py::arg("left"),
-               "Shift along columns and rows, taxels, and traction along both, over pressure, of pressure (rows, columns) float32 since the\n"
-               "picture before, by the share (R, C, 4) float32 of taxel_traction_fit, whose first taxel is at top, left.");
+    module.def(
+        "taxel_traction", &traction_of_taxels, py::arg("share"), py::arg("pressure"), py::arg("before"), py::kw_only(), py::arg("top"),
+        py::arg("left"),
+        "Shift along columns and rows, taxels, and traction along both, over pressure, of pressure (rows, columns) float32 since the\n"
+        "picture before, by the share (R, C, 4) float32 of taxel_traction_fit, whose first taxel is at top, left.");
     module.def(
         "taxel_motion", &motion_of_object, py::arg("past"), py::arg("now"), py::kw_only(), py::arg("window"), py::arg("reported"),
         py::arg("fewest"), py::arg("latest"), py::arg("arm"), py::arg("reach"), py::arg("least"), py::arg("bound"),

@@ -98,18 +98,21 @@ py::array_t<double> depths_of_sheet(const py::object& bending, const py::object&
 }  // namespace
 
 void bind_touches(py::module_& module) {
-    module.def("follow_touches", &followed_touches, py::arg("states"), py::arg("covariances"), py::arg("values"), py::arg("spreads"),
-               py::kw_only(), py::arg("elapsed"), py::arg("acceleration"), py::arg("gate"),
-               "States (T, 8) and covariances (T, 8, 8) of touches in the next frame, after elapsed s, with the measured places and depths\n"
-               "values (E, 4), m, and their covariances spreads (E, 4, 4); and the touch that each continues (E,), -1 for none within gate.");
-    module.def("touch_region", &found_region, py::arg("tips"), py::arg("rest"), py::arg("shift"), py::arg("eye"), py::kw_only(),
-               py::arg("size"), py::arg("rim_radius"), py::arg("height"), py::arg("plane"),
-               "Numbers (N,) of the markers seen and whether each is under a tip (N,); contact discs (T, 7), centre, normal and radius, and\n"
-               "their outlines (T, 36, 3), m, of round tips (T, 5): lowest point, depth and radius, m.\n\n"
-               "rest, shift, eye: of a MarkerField; size, or rim_radius and height: of the sheet or dome; plane: height of the viewing plane.");
-    module.def("sheet_depths", &depths_of_sheet, py::arg("bending"), py::arg("strain"), py::arg("slope"), py::arg("shifts"),
-               "Depths (M, K), m, of a sheet's markers by M displacements (M, K, 2), m, in the image; slope (K, 2) of their rays; bending and\n"
-               "strain (K, K) of a SheetSurface. NaN where the equations have no solution.");
+    module.def(
+        "follow_touches", &followed_touches, py::arg("states"), py::arg("covariances"), py::arg("values"), py::arg("spreads"),
+        py::kw_only(), py::arg("elapsed"), py::arg("acceleration"), py::arg("gate"),
+        "States (T, 8) and covariances (T, 8, 8) of touches in the next frame, after elapsed s, with the measured places and depths\n"
+        "values (E, 4), m, and their covariances spreads (E, 4, 4); and the touch that each continues (E,), -1 for none within gate.");
+    module.def(
+        "touch_region", &found_region, py::arg("tips"), py::arg("rest"), py::arg("shift"), py::arg("eye"), py::kw_only(), py::arg("size"),
+        py::arg("rim_radius"), py::arg("height"), py::arg("plane"),
+        "Numbers (N,) of the markers seen and whether each is under a tip (N,); contact discs (T, 7), centre, normal and radius, and\n"
+        "their outlines (T, 36, 3), m, of round tips (T, 5): lowest point, depth and radius, m.\n\n"
+        "rest, shift, eye: of a MarkerField; size, or rim_radius and height: of the sheet or dome; plane: height of the viewing plane.");
+    module.def(
+        "sheet_depths", &depths_of_sheet, py::arg("bending"), py::arg("strain"), py::arg("slope"), py::arg("shifts"),
+        "Depths (M, K), m, of a sheet's markers by M displacements (M, K, 2), m, in the image; slope (K, 2) of their rays; bending and\n"
+        "strain (K, K) of a SheetSurface. NaN where the equations have no solution.");
 }
 
 }  // namespace tactile::border

@@ -18,7 +18,7 @@ constexpr double MEMORY = 5;  // s in which the weights fade. Chosen: some press
 constexpr double FIRST_DRIFTS[] = {0.03, 0.3};
 constexpr double BASE = 5, LEARNT = 20;  // s: changes are those from the mean of the first, and are remembered for the second. Chosen
 constexpr double FIRST_WEIGHT = 3e-4;    // V^2 s: squared changes, over their time, that count as much as the first direction. Chosen: a
-                                       // tenth is as good
+                                         // tenth is as good
 
 constexpr double SLOW = 0.1;          // s of the fastest drift that are no object. Chosen: 10 mV of 0.1 V/s
 constexpr double UNSEEN = 0.5;        // s, longest time for which drift goes on under a contact. Chosen: a lasting one shows nothing of it

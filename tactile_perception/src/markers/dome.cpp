@@ -254,8 +254,8 @@ struct AtSpot {
 // Slopes (PRESS) of a marker's displacement along one axis of the meridian's frame, but for the turn of that frame.
 TACTILE_INLINE void chain(const Meridian& meridian, const Spot& spot, const AtSpot<FIELDS>& at, double* slopes) {
     const double by_shift = at.field[BY_SHIFT] + at.by_far * spot.far_by_shift + at.by_turn * spot.turn_by_shift;
-    const double by_meridian = at.by_far * spot.far_by_meridian + at.by_turn * spot.turn_by_meridian +
-                               at.along * meridian.across - at.across * meridian.along;
+    const double by_meridian =
+        at.by_far * spot.far_by_meridian + at.by_turn * spot.turn_by_meridian + at.along * meridian.across - at.across * meridian.along;
     slopes[X] = by_shift * meridian.by_away * meridian.cosine - by_meridian * meridian.sine / meridian.away;
     slopes[Y] = by_shift * meridian.by_away * meridian.sine + by_meridian * meridian.cosine / meridian.away;
     slopes[DEPTH] = at.field[BY_DEPTH];

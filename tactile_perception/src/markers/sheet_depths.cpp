@@ -74,12 +74,14 @@ TACTILE_WIDE void solve(const double* matrix, std::ptrdiff_t size, double* x) {
 TACTILE_WIDE void assemble(const SheetEnergies& sheet, const double* x, const double* y, double* matrix) {
     for (std::ptrdiff_t i = 0; i < sheet.markers; ++i) {
         const double *bending = sheet.bending + i * sheet.markers, *strain = sheet.strain + i * sheet.markers;
-        for (std::ptrdiff_t j = i; j < sheet.markers; ++j) matrix[i * sheet.markers + j] = bending[j] + strain[j] * (x[i] * x[j] + y[i] * y[j]);
+        for (std::ptrdiff_t j = i; j < sheet.markers; ++j)
+            matrix[i * sheet.markers + j] = bending[j] + strain[j] * (x[i] * x[j] + y[i] * y[j]);
     }
 }
 
 TACTILE_WIDE void load(const SheetEnergies& sheet, const double* slope, const double* shift, double* right) {
-    for (std::ptrdiff_t i = 0; i < sheet.markers; ++i) right[i] += slope[i] * product(sheet.strain + i * sheet.markers, shift, sheet.markers);
+    for (std::ptrdiff_t i = 0; i < sheet.markers; ++i)
+        right[i] += slope[i] * product(sheet.strain + i * sheet.markers, shift, sheet.markers);
 }
 
 }  // namespace

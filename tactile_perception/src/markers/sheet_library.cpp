@@ -78,8 +78,8 @@ struct Sums {
 };
 
 // Adds one polynomial's coefficients at the depth, and their change with it, times its value and slopes.
-TACTILE_INLINE void add_polynomial(const float* now, const float* change, std::ptrdiff_t columns, float value, float slope_x,
-                                   float slope_y, const Sums& sums) {
+TACTILE_INLINE void add_polynomial(const float* now, const float* change, std::ptrdiff_t columns, float value, float slope_x, float slope_y,
+                                   const Sums& sums) {
     float* __restrict total = sums.value, * __restrict by_x = sums.by_x, * __restrict by_y = sums.by_y, * __restrict by_depth = sums.by_depth;
     for (std::ptrdiff_t c = 0; c < columns; ++c) {
         total[c] += value * now[c];
@@ -209,7 +209,8 @@ struct NodeSums {
 
 // Adds up the first READ variants of a field: a fixed number, so that the compiler handles several channels at once.
 template <int READ>
-TACTILE_INLINE void add_nodes(const SheetTable& table, const Splines& x, const Splines& y, const float* field, int variants, NodeSums& found) {
+TACTILE_INLINE void add_nodes(const SheetTable& table, const Splines& x, const Splines& y, const float* field, int variants,
+                              NodeSums& found) {
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) {
             const float* node = field + ((x.first + i) * table.side() + y.first + j) * 3 * variants;

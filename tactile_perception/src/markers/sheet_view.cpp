@@ -30,7 +30,7 @@ void appear(const double deformed[3][3], const double* rest, const double* eye, 
     const double safe = std::abs(area) > 1e-9 ? area : 1e-9;
     const double by_along_x[2] = {along_y[1] / safe, -along_y[0] / safe}, by_along_y[2] = {-along_x[1] / safe, along_x[0] / safe};
     const double tilt_x = by_x[2] * nearer, tilt_y = by_y[2] * nearer;
-    double (&growth)[3][3] = slopes[2];
+    double(&growth)[3][3] = slopes[2];
     for (int k = 0; k < 2; ++k) {
         growth[1][k] = by_along_x[k], growth[2][k] = by_along_y[k];
         growth[1][2] += by_along_x[k] * drawn[k], growth[2][2] += by_along_y[k] * drawn[k];

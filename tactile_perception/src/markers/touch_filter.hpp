@@ -28,8 +28,8 @@ struct TouchMotion {
     double gate;          // squared Mahalanobis distance, largest of a measurement that continues a touch
 };
 
-// Predicts the touches at constant velocity, pairs them with the measurements one to one, and updates those that have one. Returns the touch
-// that each measurement continues, -1 without.
+// Predicts the touches at constant velocity, pairs them with the measurements one to one, and updates those that have one. Returns the
+// touch that each measurement continues, -1 without.
 std::vector<std::ptrdiff_t> follow_touches(std::vector<TouchState>& touches, const std::vector<TouchMeasurement>& measured,
                                            const TouchMotion& motion);
 

@@ -10,9 +10,9 @@
 namespace tactile {
 namespace {
 
-constexpr double STEEPEST = 0.95;  // largest contact radius over tip radius. Chosen: below a hemisphere's 1, where the slope is infinite
-constexpr int HALVINGS = 30;       // of the bracket: to 1e-9 of it
-constexpr double LEAST = 1e-9;     // m, of a contact radius: a region has a centre
+constexpr double STEEPEST = 0.95;   // largest contact radius over tip radius. Chosen: below a hemisphere's 1, where the slope is infinite
+constexpr int HALVINGS = 30;        // of the bracket: to 1e-9 of it
+constexpr double LEAST = 1e-9;      // m, of a contact radius: a region has a centre
 constexpr double AT_CLAMP = 0.499;  // of a side: places are no nearer to the clamp
 
 bool is_dome(const ClampedSkin& skin) {

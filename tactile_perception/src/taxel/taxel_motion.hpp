@@ -13,16 +13,16 @@ using PastFrame = std::array<double, 4>;
 
 // How an object is followed.
 struct FollowRule {
-    double window, reported;           // s, longest stretch of a steady motion, and the stretch of the velocity that is reported
-    std::ptrdiff_t fewest, latest;     // frames that are kept at least, and for a velocity; last frames in which it must move on
-    std::array<double, 2> arm;         // m, of the contact's middle
-    double reach;                      // m, of its edges from there
-    double least, bound;               // m, noise of a place at least; standard deviations of steady_motion
+    double window, reported;        // s, longest stretch of a steady motion, and the stretch of the velocity that is reported
+    std::ptrdiff_t fewest, latest;  // frames that are kept at least, and for a velocity; last frames in which it must move on
+    std::array<double, 2> arm;      // m, of the contact's middle
+    double reach;                   // m, of its edges from there
+    double least, bound;            // m, noise of a place at least; standard deviations of steady_motion
 };
 
 // Motion of an object in the last of its frames.
 struct ObjectMotion {
-    std::vector<PastFrame> past;               // that are kept
+    std::vector<PastFrame> past;                // that are kept
     std::array<double, 3> place{}, velocity{};  // without noise, at the origin: m, m, rad and per s
     std::array<double, 3> reported{};           // velocity over the reported stretch, NaN with fewer than fewest frames
     double noise = 0;                           // m, of a place

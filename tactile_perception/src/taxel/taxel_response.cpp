@@ -12,8 +12,8 @@ namespace {
 
 // What is hidden of the load, and the held load after this frame. Solves the law for the load where the held load stays, and where it
 // follows from below or above; NaN stays for its frame.
-TACTILE_WIDE void hide(const float* pressure, const float* last, const float* before, std::ptrdiff_t taxels, const Loop& loop, float* hidden,
-                       float* held) {
+TACTILE_WIDE void hide(const float* pressure, const float* last, const float* before, std::ptrdiff_t taxels, const Loop& loop,
+                       float* hidden, float* held) {
     const float share = loop.share, reach = loop.reach, relative = loop.relative, crept = loop.crept;
     const float rest = 1 / (1 - share), rising = 1 / (1 - share * relative), falling = 1 / (1 + share * relative), lag = share * reach;
 #pragma GCC ivdep

@@ -17,8 +17,8 @@ struct Curve {
 std::vector<float> pressure_of(const float* change, const float* by_gain, std::ptrdiff_t taxels, const Curve& curve);
 
 // How a sensing layer lags behind a load (Visintin 1994): it shows 1 - share of it, and share of a held load that stays until the load is
-// farther from it than reach, and relative of the load, and then follows at that distance. Between frames it goes the part crept of its way to
-// the load.
+// farther from it than reach, and relative of the load, and then follows at that distance. Between frames it goes the part crept of its way
+// to the load.
 struct Loop {
     float share, reach, relative, crept;
 };
@@ -30,6 +30,7 @@ struct Undone {
 
 // After pressure (rows, columns) is shown, with the load and the held load (rows, columns) of the last frame, NaN where unknown. Neighbours
 // tell together what is hidden, by a Gaussian of standard deviation smooth, taxels.
-Undone undone(const float* pressure, const float* last, const float* held, std::ptrdiff_t rows, std::ptrdiff_t columns, const Loop& loop, double smooth);
+Undone undone(const float* pressure, const float* last, const float* held, std::ptrdiff_t rows, std::ptrdiff_t columns, const Loop& loop,
+              double smooth);
 
 }  // namespace tactile

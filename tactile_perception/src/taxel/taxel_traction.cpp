@@ -11,8 +11,8 @@
 namespace tactile {
 namespace {
 
-constexpr double SMOOTH = 0.5;   // taxels, of the Gaussian against noise before slopes are taken. Chosen
-constexpr double LEAST = 1e-9;   // of the largest eigenvalue, from which a combination of the terms is told
+constexpr double SMOOTH = 0.5;      // taxels, of the Gaussian against noise before slopes are taken. Chosen
+constexpr double LEAST = 1e-9;      // of the largest eigenvalue, from which a combination of the terms is told
 constexpr int TERMS = 7, WIDE = 8;  // of a taxel; and the place of one more, so that they fill registers
 constexpr int TOLD = 4;
 
@@ -97,8 +97,14 @@ Values terms_of(const Values& before, const std::vector<std::uint8_t>& touched, 
         for (std::ptrdiff_t c = 0; c < columns; ++c) {
             const auto x = static_cast<float>(static_cast<double>(c) - column / count);
             const std::ptrdiff_t k = r * columns + c;
-            const float here[WIDE] = {-across[k], -down[k], along_x[k], along_y[k], y * across[k] - x * down[k],
-                                      std::sqrt(across[k] * across[k] + down[k] * down[k]), before[k], 0};
+            const float here[WIDE] = {-across[k],
+                                      -down[k],
+                                      along_x[k],
+                                      along_y[k],
+                                      y * across[k] - x * down[k],
+                                      std::sqrt(across[k] * across[k] + down[k] * down[k]),
+                                      before[k],
+                                      0};
             std::copy(here, here + WIDE, terms.data() + WIDE * k);
         }
     }
@@ -107,8 +113,8 @@ Values terms_of(const Values& before, const std::vector<std::uint8_t>& touched, 
 
 }  // namespace
 
-TractionFit traction_fit(const float* before, const std::uint8_t* touched, std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t reach,
-                         double thickness, const Spread (&spreads)[2]) {
+TractionFit traction_fit(const float* before, const std::uint8_t* touched, std::ptrdiff_t rows, std::ptrdiff_t columns,
+                         std::ptrdiff_t reach, double thickness, const Spread (&spreads)[2]) {
     TractionFit found;
     const Box inside = box_around(touched, rows, columns);
     if (inside.rows() == 0) return found;

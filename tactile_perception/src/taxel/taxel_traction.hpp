@@ -22,8 +22,8 @@ struct TractionFit {
 
 // reach: taxels around the touched ones, (rows, columns), that are fitted; thickness: taxels, of the pad; spreads: of the pressure that
 // traction causes, taxels.
-TractionFit traction_fit(const float* before, const std::uint8_t* touched, std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t reach,
-                         double thickness, const Spread (&spreads)[2]);
+TractionFit traction_fit(const float* before, const std::uint8_t* touched, std::ptrdiff_t rows, std::ptrdiff_t columns,
+                         std::ptrdiff_t reach, double thickness, const Spread (&spreads)[2]);
 
 // Shift and traction of pressure (rows, columns of the array) since the picture before; share: of the fit, in its box.
 std::array<double, 4> traction_seen(const float* share, const Box& box, const float* pressure, const float* before, std::ptrdiff_t columns);

@@ -67,8 +67,8 @@ struct Levels {
     double slope_x, slope_y;
 };
 
-// Rows of a region, each padded to stride, a multiple of WIDE, with pixels that are not its own. level: grey levels; own: all bits of pixels
-// of the region, else none; weight = level * scale - offset, 0 to 1; y: of the first row.
+// Rows of a region, each padded to stride, a multiple of WIDE, with pixels that are not its own. level: grey levels; own: all bits of
+// pixels of the region, else none; weight = level * scale - offset, 0 to 1; y: of the first row.
 struct RegionRows {
     const std::uint16_t* level;
     const std::int16_t* own;
@@ -315,11 +315,11 @@ class Fitter {
     const int step_;
     const std::vector<std::uint16_t> labels_;  // grown by a pixel
     const std::vector<BlobRegion>& regions_;
-    std::ptrdiff_t side_ = 0;                 // of the regions' patches, px of the small image
-    double way_[RING][2];                     // samples of the ground from a region's centre, of its size
-    std::vector<std::uint16_t> levels_;       // of one region
+    std::ptrdiff_t side_ = 0;            // of the regions' patches, px of the small image
+    double way_[RING][2];                // samples of the ground from a region's centre, of its size
+    std::vector<std::uint16_t> levels_;  // of one region
     std::vector<std::int16_t> own_;
-    std::vector<float> sums_;                 // of its columns
+    std::vector<float> sums_;  // of its columns
 };
 
 }  // namespace

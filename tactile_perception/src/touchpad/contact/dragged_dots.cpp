@@ -10,10 +10,10 @@
 namespace tactile {
 namespace {
 
-constexpr double TIGHT = 0.15;           // of the tolerance: dots that stick move with their object within that; chosen
-constexpr double BACK = 0.7;             // mean cosine between their motions and -drags from which dots spring back; chosen
-constexpr double LAG = 0.4;              // of the tolerance: standard deviation of a sticking dot's lag behind its object; chosen
-constexpr double LOOSE = 1e-3;           // weight of a twist, in dots, that is kept where nothing else tells; chosen
+constexpr double TIGHT = 0.15;   // of the tolerance: dots that stick move with their object within that; chosen
+constexpr double BACK = 0.7;     // mean cosine between their motions and -drags from which dots spring back; chosen
+constexpr double LAG = 0.4;      // of the tolerance: standard deviation of a sticking dot's lag behind its object; chosen
+constexpr double LOOSE = 1e-3;   // weight of a twist, in dots, that is kept where nothing else tells; chosen
 constexpr double ONE_WAY = 0.5;  // of the sum of the drags' lengths: drags with a smaller sum are those of a turn; chosen
 constexpr double LOADED = 0.65;  // of the friction coefficient: ratio from which dots may slip grossly; chosen
 

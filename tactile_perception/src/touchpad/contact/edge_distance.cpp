@@ -1,9 +1,9 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
 // A network of two hidden layers (rectified linear units) tells a dot's distance from the border: from the loads, the scores and the skin's
-// bends within two dots, and from the spread of all loads, which is small where glare leaves the ranges little weight and the balance places
-// the dots. It was fitted to the true outlines of simulated contacts of random tools (test/benchmark/fit_contact_score.py). Its mean over the
-// grid's eight symmetries does not depend on how the grid is turned.
+// bends within two dots, and from the spread of all loads, which is small where glare leaves the ranges little weight and the balance
+// places the dots. It was fitted to the true outlines of simulated contacts of random tools (test/benchmark/fit_contact_score.py). Its mean
+// over the grid's eight symmetries does not depend on how the grid is turned.
 #include "touchpad/contact/edge_distance.hpp"
 
 #include <algorithm>
@@ -21,8 +21,8 @@
 namespace tactile {
 namespace {
 
-constexpr std::ptrdiff_t REACH = 2, SIDE = 2 * REACH + 1, NEXT = SIDE * SIDE;          // dots, of what is fed in around each
-constexpr std::ptrdiff_t KINDS = 3, MAPPED = KINDS * NEXT, FED = MAPPED + 1;           // loads, scores, bends; and the spread
+constexpr std::ptrdiff_t REACH = 2, SIDE = 2 * REACH + 1, NEXT = SIDE * SIDE;                    // dots, of what is fed in around each
+constexpr std::ptrdiff_t KINDS = 3, MAPPED = KINDS * NEXT, FED = MAPPED + 1;                     // loads, scores, bends; and the spread
 constexpr std::ptrdiff_t FIRST = std::size(edge::BIASES_1), SECOND = std::size(edge::BIASES_2);  // units of the hidden layers
 constexpr int SYMMETRIES = 8;
 constexpr double HALF = 0.5;   // score of the border of a contact
@@ -47,8 +47,8 @@ struct Padded {
 
 // How far the four dots next to an inner dot stand out of its tangent plane, pitches.
 double bend(Grid grid, std::ptrdiff_t k, const double* places, const double* normals, double pitch) {
-    const Vec3 here = vec3_at(places, k), beside = vec3_at(places, k - 1) + vec3_at(places, k + 1) +
-                                                   vec3_at(places, k - grid.columns) + vec3_at(places, k + grid.columns);
+    const Vec3 here = vec3_at(places, k), beside = vec3_at(places, k - 1) + vec3_at(places, k + 1) + vec3_at(places, k - grid.columns) +
+                                                   vec3_at(places, k + grid.columns);
     return dot(beside - 4.0 * here, vec3_at(normals, k)) / pitch;
 }
 
@@ -91,8 +91,7 @@ TACTILE_INLINE float answer(const float* fed) {
     return distance;
 }
 
-TACTILE_WIDE void judge(Grid grid, const std::vector<std::uint8_t>& near, const Padded (&maps)[KINDS], float spread,
-                        double* found) {
+TACTILE_WIDE void judge(Grid grid, const std::vector<std::uint8_t>& near, const Padded (&maps)[KINDS], float spread, double* found) {
     const Offsets offsets(maps[0].width);
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
         if (!near[k]) continue;

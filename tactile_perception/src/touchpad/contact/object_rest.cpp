@@ -15,15 +15,15 @@ namespace {
 
 // Frames with dots at rest before an object rests that slid, and one that turned in place and did not clearly stop; chosen.
 constexpr int REST_AFTER_GROSS = 3, REST_AFTER_TURN = 15;
-constexpr double QUIET = 1.0 / 3;        // of the tolerance: dots that move less are at rest; chosen: a sixth of what sliding dots move
-constexpr double SWIFT = 50;     // tolerances: an object that slides over its dots by more in a frame moves some in each; chosen: half a mm
-constexpr double BRISK = 12;     // tolerances: an object that slides on by more in a frame takes its region along visibly; chosen
-constexpr double TAKEN = 0.3;    // share of that way by which its region has to move at least; chosen: an edge may stay behind
-constexpr std::ptrdiff_t ENOUGH = 20;    // dots: the place of their region is known well enough for that; chosen
-constexpr double SUDDEN = 0.5;   // share of what even fading leaves of the dots' mean motion: if less is left, the object stops; chosen
-constexpr double CLEAR = 5;      // standard deviations of noise above which the dots' mean motion is clear; chosen
-constexpr double FADING = 0.5;   // share of the liveliness that is left a frame later; chosen
-constexpr double LIVELY = 3;     // tolerances: dots that moved by more just before they came to rest were stopped; chosen
+constexpr double QUIET = 1.0 / 3;  // of the tolerance: dots that move less are at rest; chosen: a sixth of what sliding dots move
+constexpr double SWIFT = 50;   // tolerances: an object that slides over its dots by more in a frame moves some in each; chosen: half a mm
+constexpr double BRISK = 12;   // tolerances: an object that slides on by more in a frame takes its region along visibly; chosen
+constexpr double TAKEN = 0.3;  // share of that way by which its region has to move at least; chosen: an edge may stay behind
+constexpr std::ptrdiff_t ENOUGH = 20;  // dots: the place of their region is known well enough for that; chosen
+constexpr double SUDDEN = 0.5;  // share of what even fading leaves of the dots' mean motion: if less is left, the object stops; chosen
+constexpr double CLEAR = 5;     // standard deviations of noise above which the dots' mean motion is clear; chosen
+constexpr double FADING = 0.5;  // share of the liveliness that is left a frame later; chosen
+constexpr double LIVELY = 3;    // tolerances: dots that moved by more just before they came to rest were stopped; chosen
 
 }  // namespace
 
@@ -50,7 +50,9 @@ void ObjectRest::watch_rest(TouchingObject& thing) {
     thing.slid = thing.gross ? std::min(thing.slid + 1, 1 << 20) : 0;
 }
 
-bool ObjectRest::is_swift() const { return dots_.mean_size(dots_.expected()) > SWIFT * memory_.tolerance; }
+bool ObjectRest::is_swift() const {
+    return dots_.mean_size(dots_.expected()) > SWIFT * memory_.tolerance;
+}
 
 int ObjectRest::rest_frames(const TouchingObject& thing) const {
     if (!thing.gross || is_swift()) return 1;
@@ -69,7 +71,9 @@ double ObjectRest::taken_along() const {
     return dot(centre(now_.score) - centre(last_.score), lag) / (way * way);
 }
 
-double ObjectRest::clear() const { return CLEAR * memory_.noise * std::sqrt(2 / static_cast<double>(dots_.count())); }
+double ObjectRest::clear() const {
+    return CLEAR * memory_.noise * std::sqrt(2 / static_cast<double>(dots_.count()));
+}
 
 bool ObjectRest::stopped(const TouchingObject& thing) const {
     double middle[3];  // medians of three frames each, the newest first

@@ -17,8 +17,8 @@ constexpr double LEVER = 5e-3;  // m, distance at which rotation and translation
 constexpr double LEADS = 0.3, LEADING_WEIGHT = 0.04;
 // Weight of the prior, in dots, that keeps a fit regular, and for turns, in sticking dots: a few dots do not tell a turn from slip. Chosen.
 constexpr double RIDGE = 1e-4, TURN_RIDGE = 0.1;
-constexpr double OFF = 3;       // standard deviations along the normal at which a dot loses half its weight; chosen
-constexpr int ITERATIONS = 4;   // of reweighting; chosen
+constexpr double OFF = 3;      // standard deviations along the normal at which a dot loses half its weight; chosen
+constexpr int ITERATIONS = 4;  // of reweighting; chosen
 
 Vec3 motion_at(Vec3 offset, const Twist& twist) {
     return Vec3{twist[0], twist[1], twist[2]} + cross(Vec3{twist[3], twist[4], twist[5]}, offset);

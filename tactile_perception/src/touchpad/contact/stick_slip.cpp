@@ -33,8 +33,8 @@ constexpr double HELD = 0.25;            // share of dots, four or more, that mo
 constexpr double FEW_SLIP = 0.6;         // share of slipping dots below which an object that slows down is told from one that slips; chosen
 constexpr double LIFTS = 2;              // noises along the normal by which an object that is lifted rises in a frame at least; chosen
 constexpr std::ptrdiff_t TWELVE = 12;    // dots that tell the noise along the normal: twice the unknowns of their motion
-constexpr double STARTS = 0.75;  // of the tolerance: dots of an object at rest after gross slip that move less stay at rest; chosen
-constexpr double ALONG = 0.5;    // mean cosine between lags and drags from which dots slip grossly; half of it while they do; chosen
+constexpr double STARTS = 0.75;          // of the tolerance: dots of an object at rest after gross slip that move less stay at rest; chosen
+constexpr double ALONG = 0.5;  // mean cosine between lags and drags from which dots slip grossly; half of it while they do; chosen
 
 // One object in one frame: how it moves, and which of its dots slip.
 class ObjectMotion {

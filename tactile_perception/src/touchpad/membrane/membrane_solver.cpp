@@ -204,7 +204,9 @@ class Steps {
     }
 
     // Dot in slot 0 to 8 of the 3 x 3 around an inner dot, row by row.
-    std::ptrdiff_t neighbour(std::ptrdiff_t k, int place) const { return k + (place / 3 - 1) * grid_.columns + place % 3 - 1; }
+    std::ptrdiff_t neighbour(std::ptrdiff_t k, int place) const {
+        return k + (place / 3 - 1) * grid_.columns + place % 3 - 1;
+    }
 
     static double product(const std::vector<double>& a, const std::vector<double>& b) {
         double sum = 0;
