@@ -45,8 +45,11 @@ def _profile(radius, diameter, blur):
     along, share = half * np.sin(angle), half * np.cos(angle) * np.pi / strips
     chord = 2 * np.interp(half * np.cos(angle) / s, _T, _NORMAL) - 1
     near = radius[radius < half + _REACH * s]  # radius ascends
-    density = np.exp(-0.5 * ((near[:, None] - along) / s) ** 2) / (s * np.sqrt(2 * np.pi))
-    return np.concatenate([density @ (share * chord), np.zeros(len(radius) - len(near))])
+    exponent = (near[:, None] - along) / s
+    exponent *= exponent
+    exponent *= -0.5
+    density = np.exp(exponent, out=exponent)
+    return np.concatenate([density @ (share * chord / (s * np.sqrt(2 * np.pi))), np.zeros(len(radius) - len(near))])
 
 
 @dataclass

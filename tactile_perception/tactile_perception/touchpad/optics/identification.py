@@ -82,7 +82,9 @@ class _Misfit:
     def __init__(self, colours: Colours, camera: CameraModel, prior: OpticsPrior):
         self._colours, self._centre = colours, tuple(camera.centre)
         self.mean, self.sd = prior.as_lengths(camera)
-        self._root = np.linalg.inv(np.linalg.cholesky(colours.covariances))
+        root = np.linalg.inv(np.linalg.cholesky(colours.covariances))
+        self._root = [np.ascontiguousarray(root[:, i, j]) for i, j in ((0, 0), (1, 0), (1, 1))]
+        self._ratios = np.ascontiguousarray(colours.ratios.T)
         self._rays = rays_from(self._centre, colours.places)
 
     def lengths(self, light: np.ndarray) -> np.ndarray:
@@ -90,24 +92,27 @@ class _Misfit:
         return LightPath(*light, self._centre).lengths(self._colours.places, self._colours.normals, self._rays)[0]
 
     def _whitened(self, q: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        gap, root = q[:2] - lengths[:, None] * q[2:4] - self._colours.ratios, self._root
-        return np.stack([root[:, 0, 0] * gap[:, 0], root[:, 1, 0] * gap[:, 0] + root[:, 1, 1] * gap[:, 1]], axis=1)
+        """(2, M)."""
+        (first, second), (a, b, c) = q[:2, None] - lengths * q[2:4, None] - self._ratios, self._root
+        return np.stack([a * first, b * first + c * second])
 
     def residuals(self, q: np.ndarray) -> np.ndarray:
-        """(2 M + 4,)."""
+        """(2 M + 4,): of the first log ratios, of the second ones, of the prior."""
         plain = self._whitened(q, self.lengths(q[4:]))
-        return np.concatenate([(np.sign(plain) * _soften(np.abs(plain))).ravel(), (q[4:] - self.mean) / self.sd])
+        return np.concatenate([np.copysign(_soften(np.abs(plain)), plain).ravel(), (q[4:] - self.mean) / self.sd])
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """(2 M + 4, 8) derivatives of the residuals: analytic for constants and absorptions, finite differences for the light path."""
-        lengths, root = self.lengths(q[4:]), self._root
-        columns = [root[:, :, 0], root[:, :, 1], -lengths[:, None] * root[:, :, 0], -lengths[:, None] * root[:, :, 1]]
-        for step in np.diag(_STEP * self.sd):
-            change = (self.lengths(q[4:] + step) - lengths) / step.sum()
-            columns.append(-change[:, None] * (root @ q[2:4]))
+        lengths, (a, b, c) = self.lengths(q[4:]), self._root
         size = np.abs(self._whitened(q, lengths))
-        slopes = np.stack(columns, axis=2) * np.where(size <= 3, 1.0, 3 / _soften(size))[:, :, None]
-        return np.concatenate([slopes.reshape(-1, 8), np.hstack([np.zeros((4, 4)), np.diag(1 / self.sd)])])
+        soft = np.where(size <= 3, 1.0, 3 / _soften(size))
+        both = soft * np.stack([a, b]), soft * np.stack([np.zeros_like(c), c])
+        dyed = q[2] * both[0] + q[3] * both[1]
+        changes = [(self.lengths(q[4:] + step) - lengths) / step.sum() for step in np.diag(_STEP * self.sd)]
+        slopes = np.zeros((8, 2 * len(lengths) + 4))
+        slopes[:, :-4] = np.reshape([*both, *(-lengths * part for part in both), *(-change * dyed for change in changes)], (8, -1))
+        slopes[4:, -4:] = np.diag(1 / self.sd)
+        return slopes.T
 
 
 def fit(colours: Colours, camera: CameraModel, prior: OpticsPrior) -> tuple[np.ndarray, np.ndarray, float]:
