@@ -71,23 +71,22 @@ def measure_look(image: np.ndarray, sign: int) -> Look:
     """
     planes = {channel: select_channel(image, channel) for channel in (CHANNELS if image.ndim == 3 else CHANNELS[-1:])}
     noises = {channel: _noise(grey) for channel, grey in planes.items()}
-    rows, columns = image.shape[0] // 4, image.shape[1] // 4
-    channel, seen = _clearest({name: grey[rows:-rows, columns:-columns] for name, grey in planes.items()}, noises, sign)
-    if seen < _ENOUGH:
-        channel, seen = _clearest(planes, noises, sign)
-    blobs = _find_blobs(planes[channel], sign, noises[channel])
+    channel = CHANNELS[-1] if image.ndim == 2 else _clearest(planes, noises, sign)
+    blobs = _find_blobs(planes[channel], sign, noises[channel], _LEVELS)
     if blobs is None:
         raise BadFrame(f'no {"bright" if sign > 0 else "dark"} dots found in the frame: check light, focus and the parameter polarity')
     return _describe(channel, planes[channel], noises[channel], blobs, sign)
 
 
 def _clearest(planes, noises, sign):
-    """The channel of planes, name -> (H, W), with the most salient dots, and their number, 0 for none."""
-    if len(planes) == 1:
-        return *planes, _ENOUGH
-    blobs = {name: _find_blobs(grey, sign, noises[name]) for name, grey in planes.items()}
-    best = max(planes, key=lambda name: blobs[name].score / noises[name] if blobs[name] else 0.0)
-    return best, len(blobs[best].diameter) if blobs[best] else 0
+    """The channel, of planes by name, with the most salient dots: in the middle of the image, in the whole if it has few."""
+    rows, columns = (side // 4 for side in planes['grey'].shape)
+    for part, levels in (np.s_[rows:-rows, columns:-columns], _LEVELS[1:]), (np.s_[:, :], _LEVELS):
+        blobs = {name: _find_blobs(grey[part], sign, noises[name], levels) for name, grey in planes.items()}
+        best = max(planes, key=lambda name: blobs[name].score / noises[name] if blobs[name] else 0.0)
+        if blobs[best] and len(blobs[best].diameter) >= _ENOUGH:
+            break
+    return best
 
 
 def _noise(grey):
@@ -98,13 +97,13 @@ def _noise(grey):
     return max(float(np.median(np.abs(second))) / (0.6745 * 6), 0.3)
 
 
-def _find_blobs(grey, sign, noise):
+def _find_blobs(grey, sign, noise, levels):
     smooth = cv2.GaussianBlur(grey, (3, 3), 0).astype(np.float32) * sign
     best = None
     for block in _BLOCKS:
         above = smooth - cv2.blur(smooth, (block, block))
         strongest = np.percentile(above[::2, ::2], 99.5)
-        for level in _LEVELS:
+        for level in levels:
             if level * strongest < 3 * noise:
                 continue
             blobs = _roundish(above, level * strongest)
