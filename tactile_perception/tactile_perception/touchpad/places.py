@@ -19,7 +19,7 @@ from .membrane.state import MembraneState
 from .optics.absorption import RestLight, WaterModel
 from .optics.colour import RingColours, log_ratios
 from .optics.glare import GlaringPad, SeenGlare
-from .optics.identification import find_glare, fit_rest, update_constants
+from .optics.identification import identify
 from .sensor import Touchpad
 
 _MOVED = 0.02  # px; chosen: a smaller drift of the reference does not update the membrane
@@ -120,10 +120,8 @@ class DotPlaces:
 
     def _initialise(self, image: np.ndarray, tracks: DotTracks) -> None:
         """Identify the water's colour from an untouched image, or adapt the calibrated model to today's illumination and white balance."""
-        self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap) if self._calibrated is None else \
-            update_constants(self._calibrated, image, tracks.uv, self._camera)
+        self._water, glare = identify(image, tracks.uv, self._camera, self._sensor.cap, self._calibrated)
         self._scale, self._light, self._initialised = RangeScale(self._water.scale_sigma), None, True
-        glare = find_glare(self._water, image, tracks.uv, self._camera)
         self._glare = None
         if glare is not None:
             self._glare = GlaringPad(glare, self._water.path, self._water.absorptions, self._sensor.rows, self._sensor.columns)

@@ -44,8 +44,12 @@ def _profile(radius, diameter, blur):
     angle = (np.arange(strips) + 0.5) / strips * np.pi - np.pi / 2
     along, share = half * np.sin(angle), half * np.cos(angle) * np.pi / strips
     chord = 2 * np.interp(half * np.cos(angle) / s, _T, _NORMAL) - 1
-    density = np.exp(-0.5 * ((radius[:, None] - along) / s) ** 2) / (s * np.sqrt(2 * np.pi))
-    return density @ (share * chord)
+    near = radius[radius < half + _REACH * s]  # radius ascends
+    exponent = (near[:, None] - along) / s
+    exponent *= exponent
+    exponent *= -0.5
+    density = np.exp(exponent, out=exponent)
+    return np.concatenate([density @ (share * chord / (s * np.sqrt(2 * np.pi))), np.zeros(len(radius) - len(near))])
 
 
 @dataclass

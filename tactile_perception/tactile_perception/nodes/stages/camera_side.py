@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
 import numpy as np
+import numpy.ma  # noqa: F401 - np.median loads it, 0.1 s for which the first image would wait otherwise
 from sensor_msgs.msg import CameraInfo, Image
 from tactile_msgs.msg import DotTracks
 

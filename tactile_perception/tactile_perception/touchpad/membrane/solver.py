@@ -17,7 +17,6 @@ from .mesh import GridMesh
 from .range_scale import RangeScale
 from .state import MembraneState
 
-_KNOWN = 3e-6  # m, standard deviation of a range that counts as known; chosen
 _MOST = 4096  # dots, 64 x 64; chosen for memory: the response is a dense matrix of the inner dots (64 MB)
 
 
@@ -84,10 +83,8 @@ class Membrane:
         rows[np.arange(len(inner))[:, None], self.mesh.stencil[inner]] = self.forces.slopes(
             self.rest, rays, self.material.rest_pressure)[inner]
         squared = np.linalg.inv(rows[:, inner])**2
-        # posterior variance of each load with all others nearly fixed, then without its own balance
-        stiff = 1e-3 * np.sqrt(squared.sum(axis=0).min())**-1 * _KNOWN
-        posterior = np.einsum('ij,ji->i', rows, np.linalg.solve(np.eye(size) / _KNOWN**2 + rows.T @ rows / stiff**2, rows.T))
-        alone = 1 / (1 / posterior - 1 / stiff**2) / _KNOWN**2
+        stiff = 1e-6 / squared.sum(axis=0).min()  # variance of each load with all others nearly fixed, without its own balance
+        alone = 1 / np.diag(np.linalg.inv(rows @ rows.T + stiff * np.eye(len(inner)))) - stiff
         return (squared / (alone * squared.sum(axis=0))).astype(np.float32)
 
 

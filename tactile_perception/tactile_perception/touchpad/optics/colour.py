@@ -95,10 +95,11 @@ def background_ratios(image: np.ndarray, radius: float, step: int = 12) -> Backg
     background if it is nearly as bright as the brightest around it.
     """
     values = np.ascontiguousarray(image, np.float32)
-    smooth = cv2.blur(values.sum(2), (3, 3))
+    blue, green, red = cv2.split(values)
+    smooth = cv2.blur(blue + green + red, (3, 3))
     size = 2 * int(np.ceil(radius)) + 1
     ground = smooth > GROUND * cv2.dilate(cv2.blur(smooth, (5, 5)), np.ones((size, size), np.uint8))
-    ground &= (smooth > 0.2 * np.percentile(smooth[::4, ::4], 90)) & (cv2.blur(values[..., 2], (3, 3)) < CLIPPED)
+    ground &= (smooth > 0.2 * np.percentile(smooth[::4, ::4], 90)) & (cv2.blur(red, (3, 3)) < CLIPPED)
     ground = cv2.erode(ground.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
     return _cells(values, ground, step)
 

@@ -75,7 +75,8 @@ def smooth_light(rays: np.ndarray, brightness: np.ndarray) -> tuple[np.ndarray, 
     every = terms(rays)
     design, light, weight = every[known], brightness[known], np.ones(known.sum())
     for number in range(_ROUNDS):
-        field = np.linalg.lstsq(design * weight[:, None], light * weight, rcond=None)[0]
+        weighted = (design * np.square(weight)[:, None]).T
+        field = np.linalg.lstsq(weighted @ design, weighted @ light, rcond=None)[0]
         excess = light - design @ field
         below = -excess[excess < 0]
         limit = max(BRIGHT * SIGMA_PER_MAD * float(np.median(below)), LEAST_BRIGHT) if len(below) else LEAST_BRIGHT

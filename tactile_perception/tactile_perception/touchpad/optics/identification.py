@@ -16,7 +16,7 @@ from ...common.spherical_cap import Cap
 from ...common.statistics import robust_sigma
 from ...errors import BadArgument, BadFrame
 from .glare import COMMON, COMMON_AT_DOTS, Glare, learn_glare, smooth_light
-from .light_path import LightPath
+from .light_path import LightPath, rays_from
 
 MODEL_FLOOR = 5e-4  # standard deviation of the path model's error in a log ratio; chosen
 CHECK_LIGHT = 'check light and exposure (too dark, or red saturated)'
@@ -82,31 +82,37 @@ class _Misfit:
     def __init__(self, colours: Colours, camera: CameraModel, prior: OpticsPrior):
         self._colours, self._centre = colours, tuple(camera.centre)
         self.mean, self.sd = prior.as_lengths(camera)
-        self._root = np.linalg.inv(np.linalg.cholesky(colours.covariances))
+        root = np.linalg.inv(np.linalg.cholesky(colours.covariances))
+        self._root = [np.ascontiguousarray(root[:, i, j]) for i, j in ((0, 0), (1, 0), (1, 1))]
+        self._ratios = np.ascontiguousarray(colours.ratios.T)
+        self._rays = rays_from(self._centre, colours.places)
 
     def lengths(self, light: np.ndarray) -> np.ndarray:
         """Lengths (M,), m, of the paths to all colours' places; light: (4,) window_z, lamp_z, lamp_radius, ambient."""
-        return LightPath(*light, self._centre).lengths(self._colours.places, self._colours.normals)[0]
+        return LightPath(*light, self._centre).lengths(self._colours.places, self._colours.normals, self._rays)[0]
 
     def _whitened(self, q: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        gap, root = q[:2] - lengths[:, None] * q[2:4] - self._colours.ratios, self._root
-        return np.stack([root[:, 0, 0] * gap[:, 0], root[:, 1, 0] * gap[:, 0] + root[:, 1, 1] * gap[:, 1]], axis=1)
+        """(2, M)."""
+        (first, second), (a, b, c) = q[:2, None] - lengths * q[2:4, None] - self._ratios, self._root
+        return np.stack([a * first, b * first + c * second])
 
     def residuals(self, q: np.ndarray) -> np.ndarray:
-        """(2 M + 4,)."""
+        """(2 M + 4,): of the first log ratios, of the second ones, of the prior."""
         plain = self._whitened(q, self.lengths(q[4:]))
-        return np.concatenate([(np.sign(plain) * _soften(np.abs(plain))).ravel(), (q[4:] - self.mean) / self.sd])
+        return np.concatenate([np.copysign(_soften(np.abs(plain)), plain).ravel(), (q[4:] - self.mean) / self.sd])
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """(2 M + 4, 8) derivatives of the residuals: analytic for constants and absorptions, finite differences for the light path."""
-        lengths, root = self.lengths(q[4:]), self._root
-        columns = [root[:, :, 0], root[:, :, 1], -lengths[:, None] * root[:, :, 0], -lengths[:, None] * root[:, :, 1]]
-        for step in np.diag(_STEP * self.sd):
-            change = (self.lengths(q[4:] + step) - lengths) / step.sum()
-            columns.append(-change[:, None] * (root @ q[2:4]))
+        lengths, (a, b, c) = self.lengths(q[4:]), self._root
         size = np.abs(self._whitened(q, lengths))
-        slopes = np.stack(columns, axis=2) * np.where(size <= 3, 1.0, 3 / _soften(size))[:, :, None]
-        return np.concatenate([slopes.reshape(-1, 8), np.hstack([np.zeros((4, 4)), np.diag(1 / self.sd)])])
+        soft = np.where(size <= 3, 1.0, 3 / _soften(size))
+        both = soft * np.stack([a, b]), soft * np.stack([np.zeros_like(c), c])
+        dyed = q[2] * both[0] + q[3] * both[1]
+        changes = [(self.lengths(q[4:] + step) - lengths) / step.sum() for step in np.diag(_STEP * self.sd)]
+        slopes = np.zeros((8, 2 * len(lengths) + 4))
+        slopes[:, :-4] = np.reshape([*both, *(-lengths * part for part in both), *(-change * dyed for change in changes)], (8, -1))
+        slopes[4:, -4:] = np.diag(1 / self.sd)
+        return slopes.T
 
 
 def fit(colours: Colours, camera: CameraModel, prior: OpticsPrior) -> tuple[np.ndarray, np.ndarray, float]:
@@ -133,7 +139,11 @@ def _start(colours: Colours, misfit: _Misfit) -> np.ndarray:
 def rest_colours(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float, noise: np.ndarray) -> Colours:
     """Colours of the untouched pad's ground between its dots, without glare; noise: (2, 2) covariance of one pixel's log ratios. Raises
     BadFrame."""
-    ground = _ground(image, camera, cap, radius)
+    return _plain(_ground(image, camera, cap, radius), camera, noise)
+
+
+def _plain(ground: _Ground, camera: CameraModel, noise: np.ndarray) -> Colours:
+    """See rest_colours."""
     (window_z, lamp_z, lamp_radius, ambient), _ = OpticsPrior().as_lengths(camera)
     irradiance = LightPath(window_z, lamp_z, lamp_radius, ambient, tuple(camera.centre)).irradiance(ground.places, ground.normals)
     plain = ~smooth_light(ground.rays, ground.brightness - np.log(irradiance))[2]
@@ -164,13 +174,22 @@ def _ground(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float) -> 
     return _Ground(rays[on], places[on], normals, seen.ratios[on], seen.brightness[on], seen.pixels[on])
 
 
-def find_glare(model: WaterModel, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> Glare | None:
-    """The glare of a pad from its untouched image (H, W, 3) uint8 BGR with dots at uv (N, 2), px; None where there is next to none.
+def identify(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap,
+             calibrated: WaterModel | None = None) -> tuple[WaterModel, Glare | None]:
+    """Model and glare of a pad from its untouched image (H, W, 3) uint8 BGR with dots at uv (N, 2), px: the calibrated model adapted to
+    it, else fit_rest; None where there is next to no glare. Raises BadFrame and BadArgument as fit_rest does."""
+    if calibrated is None:
+        model, ground = _fit_rest(image, uv, camera, cap, OpticsPrior())
+    else:
+        model = update_constants(calibrated, image, uv, camera)
+        ground = _ground(image, camera, model.cap, model.ring)
+    return model, _find_glare(model, ground, image, uv, camera)
 
-    A highlight hides the ground around it, where its light is weaker. So glare is learnt from the rings around the dots, and where they
-    show next to none, from the ground between them. Raises BadFrame.
-    """
-    ground, colours, rays = _ground(image, camera, model.cap, model.ring), log_ratios(image, uv, model.ring), camera.rays(uv)
+
+def _find_glare(model: WaterModel, ground: _Ground, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> Glare | None:
+    """A highlight hides the ground around it, where its light is weaker. So glare is learnt from the rings around the dots, and where
+    they show next to none, from the ground between them."""
+    colours, rays = log_ratios(image, uv, model.ring), camera.rays(uv)
     places = model.cap.meet(camera.centre, rays)
     rings = _Ground(rays, places, (places - [0, 0, model.cap.centre_z]) / model.cap.curvature_radius, colours.ratios, colours.brightness,
                     colours.count)
@@ -191,12 +210,18 @@ def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = 
     image: (H, W, 3) uint8 BGR, untouched; uv: (N, 2) px, its dots; camera, cap: known. Raises BadFrame where the image shows too little,
     BadArgument where the water leaves no colour.
     """
+    return _fit_rest(image, uv, camera, cap, prior)[0]
+
+
+def _fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap, prior: OpticsPrior) -> tuple[WaterModel, _Ground]:
+    """See fit_rest; and the ground that the model was fitted to."""
     share = ring_share(check_image(image), uv)
     radius = share * pitch_px(uv)
     noise = _noise_at_rest(log_ratios(image, uv, radius), uv, camera, cap)
-    q, covariance, _ = fit(rest_colours(image, camera, cap, radius, noise * RING_PIXELS), camera, prior)
+    ground = _ground(image, camera, cap, radius)
+    q, covariance, _ = fit(_plain(ground, camera, noise * RING_PIXELS), camera, prior)
     model = replace(model_from(q, covariance, noise, radius, camera, cap), ring_share=share)
-    return update_constants(model, image, uv, camera) if share > RING else model
+    return update_constants(model, image, uv, camera) if share > RING else model, ground
 
 
 def as_ring_colours(ground: Colours, model: WaterModel, centre: np.ndarray) -> Colours:

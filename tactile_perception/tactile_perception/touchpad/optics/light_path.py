@@ -7,6 +7,7 @@ vignetting, exposure) cancel in the ratio of two channels; its logarithm is line
 """
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -52,6 +53,11 @@ class LightPath:
     def _paths(self, places: np.ndarray, normals: np.ndarray, rays: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
         """Lengths, derivatives, irradiance (N,)."""
         if rays is None:
-            away = places - np.asarray(self.centre)
-            rays = away / np.sqrt(np.einsum('ij,ij->i', away, away))[:, None]
+            rays = rays_from(self.centre, places)
         return path_lengths(self.numbers, np.asarray(places, float), np.asarray(normals, float), rays)
+
+
+def rays_from(centre: Sequence[float], places: np.ndarray) -> np.ndarray:
+    """Unit rays (N, 3) from centre (3,), m, to places (N, 3), m."""
+    away = places - np.asarray(centre)
+    return away / np.sqrt(np.einsum('ij,ij->i', away, away))[:, None]
