@@ -102,8 +102,8 @@ def test_dots_against_the_cramer_rao_bound(name):
 
 @pytest.mark.parametrize('specimen', ['sim:2', pytest.param('recorded', marks=needs('simulated/psd_cal_dense'))])
 def test_the_finger_on_specimens_that_nothing_was_tuned_to(specimen):
-    made, grid = psd.fingers(specimen), psd.signals(specimen, 'grid')
-    rows = {name: psd.accuracy(make(), grid) for name, make in made.items()}
+    (made, models), grid = psd.fingers(specimen), psd.signals(specimen, 'grid')
+    rows = {name: psd.accuracy(make(), models[name], grid) for name, make in made.items()}
     error = {name: np.array([r['error'] for r in found if r['theta'] < psd.FARTHEST]) for name, found in rows.items()}
     assert len(error['map']) == 25 and error['map'].mean() < 0.4 and error['map'].max() < 1.2
     assert error['paper'].mean() > 2 * error['map'].mean()

@@ -34,6 +34,8 @@ def arguments(space: str, sensor: str) -> list[str]:
 
 def own_parameters(name: str, sensor: str) -> dict[str, str]:
     """What a launch file adds to the parameter file."""
+    if name == 'dot_tracker_node':
+        return {'frame_id': sensor}
     return {'calibration': str(share('calibration', f'{sensor}_sim.yaml'))} if name == 'contact_point_node' else {}
 
 

@@ -28,17 +28,15 @@ def frame_of(message):
 
 def frames_told(bench, nodes, space):
     """Topic, relative to the namespace -> frames named on it, of all topics of the nodes."""
-    found, subscribed = {}, []
+    found = {}
     for node in nodes:
         for topic, kinds in node.get_publisher_names_and_types_by_node(node.get_name(), node.get_namespace()):
             name = topic.removeprefix(f'/{space}/')
             if name != topic and not name.endswith(WITHOUT_HEADER):
                 frames = found.setdefault(name, set())
-                subscribed.append(bench.ear.node.create_subscription(
-                    get_message(kinds[0]), topic, lambda message, frames=frames: frames.add(frame_of(message)), 10))
+                bench.ear.node.create_subscription(
+                    get_message(kinds[0]), topic, lambda message, frames=frames: frames.add(frame_of(message)), 10)
     bench.until(lambda: all(found.values()), 120.0)
-    for subscription in subscribed:
-        bench.ear.node.destroy_subscription(subscription)
     return found
 
 
@@ -47,7 +45,7 @@ def test_headers_name_the_frame_that_their_data_are_in(bench, sensor_type):
     space, places = bench.fresh('framed').strip('/'), []
     plan = planned(sensor_type, space)
     latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    listening = bench.ear.node.create_subscription(TFMessage, '/tf_static', places.append, latched)
+    bench.ear.node.create_subscription(TFMessage, '/tf_static', places.append, latched)
     nodes = [made(plan, name) for name in plan.nodes]
     runners = [Runner(node) for node in nodes]
     try:
@@ -57,7 +55,6 @@ def test_headers_name_the_frame_that_their_data_are_in(bench, sensor_type):
     finally:
         for runner in runners:
             runner.end()
-        bench.ear.node.destroy_subscription(listening)
     frame, by_camera = space.replace('/', '_'), SENSOR_TYPES[sensor_type].driver in BY_CAMERA
     wanted = {}
     for topic in told:

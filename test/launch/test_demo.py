@@ -25,7 +25,7 @@ def check_files(log, folder, wanted):
     pictures = sorted(path.stem for path in folder.glob('*.png'))
     assert wanted & set(pictures), (pictures, log)
     for name in pictures:
-        assert cv2.imread(str(folder / f'{name}.png')).shape == (526, 640, 3)
+        assert cv2.imread(str(folder / f'{name}.png')).shape == (552, 640, 3)
         assert str(folder / f'{name}.png') in log
     assert frames_in(folder / 'demo.mp4') > 20
 

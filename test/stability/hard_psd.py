@@ -85,7 +85,7 @@ def _way():
 
 def _filtered(inputs):
     smooth = SphereFilter(20.0)
-    for normal in inputs['normal']:
+    for normal in np.asarray(inputs['normal'], float):
         found, spread = smooth.update(normal, 1e-4 * (np.eye(3) - np.outer(normal, normal)), PERIOD)
     return {'normal': found, 'spread': spread}
 

@@ -54,16 +54,16 @@ def test_any_voltages(name, blocks):
     made = finger(name)
     for volts in blocks:
         with np.errstate(all='ignore'):
-            samples = made.process(volts, PERIOD)
-            for run in samples.runs():
-                if samples.contact[run].any():
-                    normal = made.touch(samples, run).normal
+            samples = made.detect(volts, PERIOD)
+            for begin, end in samples.runs():
+                if samples.contact[begin:end].any():
+                    normal = made.touch(samples, begin, end).normal
                     assert np.isnan(normal).all() or abs(np.linalg.norm(normal) - 1) < 1e-9
         assert not samples.contact[~np.isfinite(volts).all(axis=1)].any()
     rest = np.tile(scene()[0][:REST], (4, 1))
     made.set_reference()
-    made.process(rest, PERIOD)
-    assert not made.process(rest, PERIOD).contact.any()
+    made.detect(rest, PERIOD)
+    assert not made.detect(rest, PERIOD).contact.any()
 
 
 @pytest.mark.parametrize('contact', ['membrane', 'paper'])

@@ -88,11 +88,11 @@ def _psd(level, seed):
     volts, truth = scene()
     rng, made = np.random.default_rng(seed), finger()
     made.set_reference()
-    samples = made.process(volts + rng.normal(0, 1, volts.shape) * level, 1e-3)
-    runs = [r for r in samples.runs() if samples.contact[r].any() and r.start > 450]
+    samples = made.detect(volts + rng.normal(0, 1, volts.shape) * level, 1e-3)
+    runs = [(begin, end) for begin, end in samples.runs() if samples.contact[begin:end].any() and begin > 450]
     if not runs:
         return np.nan, np.nan
-    touch, run = made.touch(samples, runs[0]), runs[0]
+    touch, run = made.touch(samples, *runs[0]), slice(*runs[0])
     true = truth.normal[run][truth.touching[run] > 0]
     if not len(true):
         return np.inf, np.nan  # where nothing touches

@@ -109,7 +109,7 @@ def test_any_step_ahead_tells_the_same_of_what_does_not_move(record, name, step)
 @pytest.mark.parametrize('method', ['map', 'paper'])
 def test_samples_of_no_period_are_refused(method, period):
     with pytest.raises(BadFrame):
-        finger(method).process(scene()[0], period)
+        finger(method).detect(scene()[0], period)
 
 
 @pytest.mark.parametrize('method', ['map', 'paper'])
@@ -120,17 +120,17 @@ def test_samples_gone_for_a_second_and_back(record, method):
     pressed = volts[inside[inside > REST][0]:][:150]
     ramp = np.linspace(0, 1, 30)[:, None] * (pressed[0] - volts[:REST].mean(axis=0)) + volts[:REST].mean(axis=0)
     made = finger(method)
-    made.process(ramp, PERIOD)
-    first = made.process(pressed, PERIOD)
-    before = made.touch(first, slice(50, 150)).normal
-    gone = made.process(np.full((1000, 4), np.nan), PERIOD)
+    made.detect(ramp, PERIOD)
+    first = made.detect(pressed, PERIOD)
+    before = made.touch(first, 50, 150).normal
+    gone = made.detect(np.full((1000, 4), np.nan), PERIOD)
     assert not gone.known.any() and not gone.contact.any()
-    again = made.process(pressed, PERIOD)
-    after = made.touch(again, slice(50, 150)).normal
+    again = made.detect(pressed, PERIOD)
+    after = made.touch(again, 50, 150).normal
     error = float(np.linalg.norm(after - before))
     record.note(f'PSD {method}', 'samples gone for 1 s', 'the same contact', 'told', error, 'rad')
     assert error < 0.01 and again.contact[50:].all()
-    assert not made.process(np.tile(volts[:REST], (3, 1))[:1000], PERIOD).contact[-500:].any()
+    assert not made.detect(np.tile(volts[:REST], (3, 1))[:1000], PERIOD).contact[-500:].any()
 
 
 def _gone(name):
