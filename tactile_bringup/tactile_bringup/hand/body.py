@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import numpy as np
 from geometry_msgs.msg import Point, Quaternion, Vector3
-from scipy.spatial.transform import Rotation
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -20,7 +19,7 @@ def body_markers(hand: Hand) -> MarkerArray:
     made = []
     for sensor in hand.sensors:
         place = np.array(sensor.xyz)
-        corner = place - _BEHIND * Rotation.from_quat(sensor.quaternion).apply([0.0, 0.0, 1.0])
+        corner = place - _BEHIND * _outwards(np.array(sensor.quaternion))
         for start, end in ((np.array([0.0, 0.0, -_BEHIND]), corner), (corner, place)):
             if np.linalg.norm(end - start) > _THICK:
                 made.append(_rod(start, end))
@@ -28,10 +27,19 @@ def body_markers(hand: Hand) -> MarkerArray:
     return MarkerArray(markers=made)
 
 
+def _outwards(quaternion: np.ndarray) -> np.ndarray:
+    """The z axis (3,) of a frame that a quaternion x, y, z, w turns. scipy.spatial would take a second of each start."""
+    x, y, z, w = quaternion / np.linalg.norm(quaternion)
+    return np.array([2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)])
+
+
 def _rod(start: np.ndarray, end: np.ndarray) -> Marker:
     """A cylinder between two places (3,), m."""
     length, middle = float(np.linalg.norm(end - start)), 0.5 * (start + end)
     rod = Marker(ns='body', type=Marker.CYLINDER, scale=Vector3(x=_THICK, y=_THICK, z=length), color=_GREY)
-    x, y, z, w = Rotation.align_vectors((end - start)[None] / length, [[0.0, 0.0, 1.0]])[0].as_quat().tolist()
-    rod.pose.position, rod.pose.orientation = Point(x=middle[0], y=middle[1], z=middle[2]), Quaternion(x=x, y=y, z=z, w=w)
+    x, y, z = (end - start) / length
+    turn = np.array([-y, x, 0.0, 1 + z]) if z > -1 + 1e-9 else np.array([1.0, 0.0, 0.0, 0.0])  # from the z axis by the shortest way
+    turn /= np.linalg.norm(turn)
+    rod.pose.position = Point(x=middle[0], y=middle[1], z=middle[2])
+    rod.pose.orientation = Quaternion(x=turn[0], y=turn[1], z=turn[2], w=turn[3])
     return rod

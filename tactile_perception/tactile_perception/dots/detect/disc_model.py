@@ -17,6 +17,7 @@ _PHASES = 4  # nodes from 0 to 1 px along each axis. Chosen: the model is linear
 _NODE_DIAMETERS = 0.65  # widths of the blurred edge, greatest spacing of the nodes' diameters. Chosen likewise; dots of 3 px: 0.002 px
 _TAIL = 2.2  # blurs outside the dot's edge where the window ends: 1 % of the information about its position lies beyond
 _TAPER = 2.0  # px over which the window falls from one to zero. Chosen
+_LEAST_HALF = 3  # px: a smaller patch has fewer independent directions than the basis
 _SECTORS = {(1, 1): 12, (1, -1): 8, (-1, 1): 8, (-1, -1): 4}  # parity down and across: dimensions. They shift positions by below 0.001 px
 _BASIS_UNITS = 32768  # of the kernel: the basis in whole numbers
 _LANES = 8  # of the kernel: rows of the basis are padded to a multiple
@@ -40,7 +41,7 @@ class DiscModel:
         edge = np.hypot(blur, 0.3)
         self.diameters = np.linspace(smallest, largest, 2 + int((largest - smallest) / (_NODE_DIAMETERS * edge)))
         self._tail, self._blur = _TAIL * edge, blur
-        self.half = int(np.ceil(largest / 2 + self._tail - 0.3))
+        self.half = max(_LEAST_HALF, int(np.ceil(largest / 2 + self._tail - 0.3)))
         self.tables = {'half': self.half, 'smallest': float(smallest), 'largest': float(largest), 'blur': float(blur),
                        'per_square': _PER_SQUARE, 'profile': self._profiles(smallest, largest), **self._nodes()}
 
