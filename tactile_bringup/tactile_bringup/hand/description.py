@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import yaml
-from scipy.spatial.transform import Rotation
 from tactile_driver.errors import BadArgument
 
 from ..sensor_types import SENSOR_TYPES
@@ -141,6 +140,7 @@ def _numbers(entry: Mapping, key: str, count: int) -> list[float]:
 def _quaternion(entry: Mapping) -> tuple[float, ...]:
     """Unit quaternion (x, y, z, w) from the key quaternion or from rpy, rad: rotations about the parent's fixed x, y, z axes."""
     if 'quaternion' not in entry:
+        from scipy.spatial.transform import Rotation  # takes a second to import, and few hands need it
         return tuple(Rotation.from_euler('xyz', _numbers(entry, 'rpy', 3)).as_quat().tolist())
     if 'rpy' in entry:
         raise BadArgument('rpy and quaternion are both given; give one')

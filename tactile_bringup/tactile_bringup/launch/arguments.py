@@ -73,8 +73,9 @@ def values_of(context: LaunchContext, arguments: Sequence[DeclareLaunchArgument]
 
 
 def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[DeclareLaunchArgument] = (),
-                   drawn: Mapping[str, object] | None = None) -> list:
-    """The actions for the arguments in context. more: further arguments of the launch file; drawn: parameters of the node that draws.
+                   drawn: Mapping[str, object] | None = None, apart: bool = False) -> list:
+    """The actions for the arguments in context. more: further arguments of the launch file; drawn: parameters of the node that draws;
+    apart: a simulated sensor has a process of its own, since it computes as much as all other nodes.
 
     Raises LaunchError.
     """
@@ -82,7 +83,8 @@ def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[Decl
     plan = sensor_plan(values, sensor_type)
     markers = SENSOR_TYPES[sensor_type].markers
     plan = replace(plan, nodes={**plan.nodes, markers: {**plan.nodes[markers], **(drawn or {})}})
-    return [*processes(plan, _BOOLEANS[values['composed']]), *(LogInfo(msg=note) for note in plan.notes),
+    own = SENSOR_TYPES[sensor_type].driver if apart and values['source'] == 'sim' else ''
+    return [*processes(plan, _BOOLEANS[values['composed']], own), *(LogInfo(msg=note) for note in plan.notes),
             *_rviz(values, sensor_type, plan.frame)]
 
 

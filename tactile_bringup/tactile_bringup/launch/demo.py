@@ -27,7 +27,7 @@ def demo_arguments() -> list[DeclareLaunchArgument]:
 
 def demo_actions(context: LaunchContext) -> list:
     """The actions of the touchpad and the demo; launch ends with the demo. Raises LaunchError."""
-    sensor = sensor_actions(context, SENSOR_TYPE, demo_arguments(), {'picture_rate': VIDEO_RATE})
+    sensor = sensor_actions(context, SENSOR_TYPE, demo_arguments(), {'picture_rate': VIDEO_RATE}, apart=True)
     given = {name: LaunchConfiguration(name).perform(context) for name in ('out', 'seconds', 'source', 'namespace')}
     own = {'out': str(Path(given['out']).expanduser().absolute()), 'panel': sys.stdout.isatty(), 'seconds': duration(given)}
     # The sensor goes before the video where both want a core: nice. Without output_format launch would write the name of the process before

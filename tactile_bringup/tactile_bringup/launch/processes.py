@@ -36,16 +36,21 @@ class SensorPlan:
     notes: tuple[str, ...] = ()
 
 
-def processes(plan: SensorPlan, composed: bool) -> list[Node]:
-    """The processes of the sensor: one for all nodes, or one per node. The recorder is always a process of its own, since a slow or full
-    disk must not delay the sensor; it is not restarted, since its bag exists."""
+def processes(plan: SensorPlan, composed: bool, apart: str = '') -> list[Node]:
+    """The processes of the sensor: one for all nodes, or one per node; apart: a node that has its own in any case.
+
+    The recorder is always a process of its own, since a slow or full disk must not delay the sensor; it is not restarted, since its bag
+    exists.
+    """
     given = {'namespace': plan.namespace, 'output': 'screen', 'parameters': [plan.params, own_parameters(plan)], 'on_exit': end_if_wrong}
     again = {**given, 'respawn': True, 'respawn_delay': _RESPAWN_S}
     if composed:
-        started = [Node(package='tactile_bringup', executable='sensor_nodes', exec_name=plan.frame, arguments=list(plan.nodes), **again)]
+        together = [name for name in plan.nodes if name != apart]
+        started = [Node(package='tactile_bringup', executable='sensor_nodes', exec_name=plan.frame, arguments=together, **again)]
     else:
-        started = [Node(package=NODES[name][0].partition('.')[0], executable=name, exec_name=f'{plan.frame}/{name}', **again)
-                   for name in plan.nodes]
+        started = []
+    started += [Node(package=NODES[name][0].partition('.')[0], executable=name, exec_name=f'{plan.frame}/{name}', **again)
+                for name in plan.nodes if not composed or name == apart]
     if plan.bag:
         # It does not wait for somebody who works on raw data where that is in one process with the driver and is not seen.
         own = {'bag': plan.bag, **({'patience': 0.0} if composed else {})}
