@@ -104,11 +104,10 @@ class BagSource:
     def read(self, wanted: bool = True) -> Frame | None:
         """The next frame, when it is due; None if not wanted. Raises EndOfSource, or BadFrame for a message without a valid image."""
         found, truth = self._next()
-        name = found.type_name
         message = self._decoded(found)
         stamp = message.header.stamp.sec * NS + message.header.stamp.nanosec or found.stamp_ns
         due = 0 if self._pace is None else self._pace.next() if self._rate > 0 else self._pace.next(stamp)
-        frame = self._frame(message, name, stamp) if wanted else None
+        frame = self._frame(message, stamp) if wanted else None
         if frame is not None and truth is not None:
             frame = replace(frame, truth=truth)
         wait_until(due)
@@ -134,7 +133,7 @@ class BagSource:
         except BadFrame as error:
             raise BadFrame(f'a message of {self._topic} in {self._path} is broken ({error}); it is skipped') from error
 
-    def _frame(self, message, name: str, stamp: int) -> Frame:
+    def _frame(self, message, stamp: int) -> Frame:
         place = f'the image of {self._topic} at {stamp} ns'
         return frame_of(image_to_array(message, place), place, stamp)
 

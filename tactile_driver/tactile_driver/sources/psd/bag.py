@@ -17,7 +17,7 @@ class PsdBagSource(BagSource):
 
     kinds, content = (_VOLTAGES,), 'voltage'
 
-    def _frame(self, message, name: str, stamp: int) -> SampleBlock:
+    def _frame(self, message, stamp: int) -> SampleBlock:
         if len(message.voltages) % CHANNELS or not len(message.voltages):
             raise BadFrame(f'{len(message.voltages)} voltages at {stamp} ns; a sample has four; the message is skipped')
         volts = np.array(message.voltages, np.float32).reshape(-1, CHANNELS)

@@ -16,6 +16,6 @@ class TaxelBagSource(BagSource):
         super().__init__(path, topic, rate, loop)
         self._shape = shape
 
-    def _frame(self, message, name: str, stamp: int) -> Frame:
+    def _frame(self, message, stamp: int) -> Frame:
         place = f'the image of {self._topic} at {stamp} ns'
         return matrix_frame(grey_to_array(message, place), self._shape, stamp, place)
