@@ -22,11 +22,6 @@ class Input(NamedTuple):
     depth: int
     patience_s: float | None = None
 
-    @property
-    def type_name(self) -> str:
-        """The type as in bags, package/msg/Name."""
-        return f'{self.type.__module__.split(".")[0]}/msg/{self.type.__name__}'
-
 
 class Stage(ABC):
     """Messages of a sensor in, estimates out. It holds what a message hands to the next.

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 from tactile_driver.parameters.table import Parameter
+from tactile_driver.recordings.serialization import type_name_of
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
 
 from ..calibration.files.markers import read_touch
@@ -84,7 +85,7 @@ class StageReplay:
 
     def __init__(self, stage: Stage):
         self._stage = stage
-        self.raw, self.raw_type, self.on_camera_info = stage.input.topic, stage.input.type_name, stage.on_camera_info
+        self.raw, self.raw_type, self.on_camera_info = stage.input.topic, type_name_of(stage.input.type), stage.on_camera_info
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
         """Yield the estimates from one message."""

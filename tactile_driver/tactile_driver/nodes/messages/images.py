@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The border where image messages become arrays, and arrays messages: checked here, converted by cv_bridge.
 
-Jazzy's cv_bridge and the pure Python one of PyPI give the same arrays. Messages of rosbags are taken as those of rclpy are.
+Jazzy's cv_bridge and the pure Python one of PyPI give the same arrays.
 """
 from __future__ import annotations
 
