@@ -12,7 +12,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.nodes.messages.images import image_to_array
-from tactile_driver.nodes.streams.voltage import voltages_message
+from tactile_driver.nodes.messages.conversions import voltages_message
 from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_driver.simulation.sensors.scenes import open_scene

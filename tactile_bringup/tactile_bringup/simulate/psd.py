@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
-from tactile_driver.nodes.streams.voltage import instants, voltages_message
+from tactile_driver.nodes.messages.conversions import instants, voltages_message
 from tactile_driver.recordings.writer import write_messages
 from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.finger import COVER_RADIUS

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 
 from .driver_node import DriverNode
 from ..frame import load_calibration
 from ..parameters.camera import CAMERA_PARAMETERS, known_pose
 from .runtime.host import Host
 from .runtime.run import run_node
-from ..sources.camera.registry import make_source
+from ..sources.registry import CAMERA_SOURCES, make_source
 from .streams.image import ImagePublishers, ImageStream
 
 
@@ -25,7 +26,7 @@ class CameraNode(DriverNode):
         """See DriverNode."""
         given = load_calibration(values['camera_info_path']) if values['camera_info_path'] else None
         poses = known_pose(values)
-        source = self.opened(make_source, values)
+        source = self.opened(partial(make_source, CAMERA_SOURCES), values)
         self._outputs.place_cameras(values['frame_id'], poses)
         return ImageStream(self, self._outputs, source, values, given or source.calibration())
 

@@ -21,7 +21,7 @@ from .runtime.ros_defaults import steady_timer
 from ..sources.base.capture import Backoff
 from ..sources.base.protocol import Clock, Source
 from .streams.base import BaseStream
-from .streams.camera_health import unconfigured_health
+from .health import unconfigured_health
 
 _SUPERVISION_S = 0.1  # chosen: a device that is plugged in again is open within a frame or two of a slow camera
 

@@ -10,7 +10,7 @@ from ..frame import load_calibration
 from ..parameters.dual_camera import DUAL_CAMERA_PARAMETERS, check_pair
 from .runtime.host import Host
 from .runtime.run import run_node
-from ..sources.dual_camera.registry import make_dual_source
+from ..sources.registry import make_dual_source
 from ..stitching.calibration import load_stitching
 from .streams.dual_camera import DualPublishers, DualStream
 from .streams.topic_source import TopicSource

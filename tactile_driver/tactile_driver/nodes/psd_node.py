@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 
 from .driver_node import DriverNode
 from ..parameters.psd import PSD_DRIVER_PARAMETERS
 from .runtime.host import Host
 from .runtime.run import run_node
-from ..sources.psd.registry import make_psd_source
+from ..sources.registry import PSD_SOURCES, make_source
 from .streams.voltage import VoltageStream, voltage_publishers
 
 
@@ -22,7 +23,7 @@ class PsdNode(DriverNode):
 
     def open_stream(self, values: dict) -> VoltageStream:
         """See DriverNode."""
-        return VoltageStream(self, self._outputs, self.opened(make_psd_source, values), values)
+        return VoltageStream(self, self._outputs, self.opened(partial(make_source, PSD_SOURCES), values), values)
 
 
 def main(args: list[str] | None = None) -> None:

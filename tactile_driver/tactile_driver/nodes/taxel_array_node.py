@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 
 from .driver_node import DriverNode
 from ..parameters.taxel import TAXEL_DRIVER_PARAMETERS
 from .runtime.host import Host
 from .runtime.run import run_node
-from ..sources.taxel.registry import make_taxel_source
+from ..sources.registry import TAXEL_SOURCES, make_source
 from .streams.taxel import TaxelStream, taxel_publishers
 
 
@@ -22,7 +23,7 @@ class TaxelArrayNode(DriverNode):
 
     def open_stream(self, values: dict) -> TaxelStream:
         """See DriverNode."""
-        return TaxelStream(self, self._outputs, self.opened(make_taxel_source, values), values)
+        return TaxelStream(self, self._outputs, self.opened(partial(make_source, TAXEL_SOURCES), values), values)
 
 
 def main(args: list[str] | None = None) -> None:

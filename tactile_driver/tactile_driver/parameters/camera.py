@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from ..errors import BadArgument
 from ..frame import ENCODINGS
 from .shared import AUTOSTART, SCENE, SEED, sensor_parameters
-from ..sources.camera.registry import SOURCES
+from ..sources.registry import CAMERA_SOURCES
 from .table import Parameter
 
 CAMERA_PARAMETERS = (
     Parameter('source', str, 'sim', '', 'origin of the images: sim (simulated sensor), device (camera), file (video or folder of images) '
-              'or bag (rosbag2 recording)', choices=tuple(SOURCES)),
+              'or bag (rosbag2 recording)', choices=tuple(CAMERA_SOURCES)),
     Parameter('device', str, '0', '', 'source device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number'),
     Parameter('path', str, '', '', 'source file: the video or folder of images; source bag: the rosbag2 folder'),
     Parameter('topic', str, '', '', 'source bag: the image topic; empty if the bag has only one'),

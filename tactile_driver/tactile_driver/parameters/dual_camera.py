@@ -9,7 +9,7 @@ from dataclasses import replace
 from .camera import CAMERA_PARAMETERS
 from ..errors import BadArgument
 from .shared import SCENE, check_together, sensor_parameters
-from ..sources.dual_camera.registry import DUAL_SOURCES, LAYOUTS
+from ..sources.registry import DUAL_SOURCES, LAYOUTS
 from ..stitching.methods import STITCHERS
 from .table import Parameter
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from .shared import AUTOSTART, SCENE, SEED, SERIAL_DEVICE, sensor_parameters
-from ..sources.psd.registry import PSD_SOURCES
+from ..sources.registry import PSD_SOURCES
 from ..sources.psd.serial import FORMATS
 from .table import Parameter
 

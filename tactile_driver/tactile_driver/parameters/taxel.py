@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from ..serial_frames.binary import LARGEST
 from .shared import AUTOSTART, SCENE, SEED, SERIAL_DEVICE, sensor_parameters
-from ..sources.taxel.registry import TAXEL_SOURCES
+from ..sources.registry import TAXEL_SOURCES
 from .table import Parameter
 
 TAXEL_DRIVER_PARAMETERS = (

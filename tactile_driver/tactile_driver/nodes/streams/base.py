@@ -11,7 +11,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import HistoryPolicy, QoSProfile
 from std_msgs.msg import String
 
-from .camera_health import capture_health
+from ..health import capture_health
 from ..messages.conversions import header_of
 from ..messages.ground_truth import GroundTruth
 from ..runtime.diagnostics import Health, LogOnce
@@ -78,7 +78,7 @@ class BaseStream:
         self._log = LogOnce(node)
         self._remarks: list[str] = []
         self._active = self._stopped = False
-        publishers.truth.offer(getattr(source, 'truths', ()))
+        publishers.truth.offer(source.truths)
         self._describe()
         self._capture = Capture(source, self._wanted, self._report, keep=self.keep)
         self._thread = threading.Thread(target=self._run, name='publish', daemon=True)
@@ -91,7 +91,7 @@ class BaseStream:
 
     def change(self, changes: dict) -> None:
         """Apply changed parameters (see parameters.shared.LIVE)."""
-        if 'exposure' in changes and hasattr(self.source, 'set_exposure'):
+        if 'exposure' in changes:
             self.source.set_exposure(changes['exposure'])
 
     def resume(self) -> None:

@@ -10,11 +10,10 @@ from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Header
 
 from .base import BaseStream
-from .camera_health import CAMERA_IS_SLOW
 from ...errors import BadFrame
 from ...frame import CameraCalibration, Frame, PairFrame, as_encoding
 from ...frame_names import optical_frame
-from .image import ImagePublishers, ImageTopic, info_of_size, size_remark
+from .image import ImagePublishers, ImageStream, ImageTopic, info_of_size, size_remark
 from ..messages.conversions import RIGHT_TIME, header_of, right_time_message
 from ..runtime.diagnostics import Health
 from ..runtime.ros_defaults import STREAM_QOS
@@ -54,7 +53,7 @@ class DualStream(BaseStream):
     node's parameters.
     """
 
-    slow = CAMERA_IS_SLOW
+    slow = ImageStream.slow
 
     def __init__(self, node: LifecycleNode, publishers: DualPublishers, source: DualSource, values: dict,
                  stitching: Stitching | None, calibrations: tuple[CameraCalibration | None, CameraCalibration | None]):

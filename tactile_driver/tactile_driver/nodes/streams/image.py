@@ -11,7 +11,6 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from .base import ACKNOWLEDGE, BaseStream, RawPublishers
-from .camera_health import CAMERA_IS_SLOW
 from ...frame import CameraCalibration, Frame
 from ...frame_names import optical_frame
 from ..messages.conversions import calibration_to_message, header_of, image_to_message
@@ -71,7 +70,7 @@ class ImageStream(BaseStream):
     values: the node's parameters; calibration: for camera_info, None if unknown.
     """
 
-    slow = CAMERA_IS_SLOW
+    slow = 'too little light (long exposure), a slow USB port or pixel format, or '
 
     def __init__(self, node: LifecycleNode, publishers: ImagePublishers, source: Source, values: dict,
                  calibration: CameraCalibration | None):

@@ -11,11 +11,11 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CompressedImage, Image
 
 from ...errors import BadArgument
-from ...frame import CameraCalibration, Frame
+from ...frame import Frame
 from ..messages.conversions import frame_of_message
 from ..runtime.adaptive_subscription import AdaptiveSubscription
 from ...sources.base.pacing import NS
-from ...sources.base.protocol import NothingYet
+from ...sources.base.protocol import NothingYet, Source
 from ...stamp_gaps import StampGaps
 
 _MOMENT_S = 0.1  # longest wait of read; chosen
@@ -23,16 +23,15 @@ _LONGEST_QUEUE = 4  # frames; chosen: the pairing keeps 8 more
 _QUEUE = QoSProfile(depth=10)
 
 
-class TopicSource:
+class TopicSource(Source):
     """The images of a topic, relative to node's namespace: sensor_msgs/CompressedImage if it is named .../compressed, else Image. It
     subscribes only while frames are wanted."""
 
-    live, on_demand, corrupt = True, False, 0
+    live = True
 
     def __init__(self, node: Node, topic: str):
         if not topic:
             raise BadArgument('topic: source topics needs the names of two image topics')
-        self.skipped = 0
         self._node, self._topic = node, topic
         self._image: AdaptiveSubscription | None = None
         self._gaps = StampGaps(topic)
@@ -81,7 +80,3 @@ class TopicSource:
     def remark(self) -> str:
         """The warning that frames are lost in transport, ''."""
         return self._gaps.remark
-
-    def calibration(self) -> CameraCalibration | None:
-        """None: the publisher of the images publishes camera_info."""
-        return None

@@ -3,15 +3,12 @@
 """The stream of a PSD finger's samples."""
 from __future__ import annotations
 
-from array import array
-
-import numpy as np
 from rclpy.lifecycle import LifecycleNode
 from tactile_msgs.msg import PsdVoltages
 
 from .base import ACKNOWLEDGE, BaseStream, SeriesPublishers
-from ..messages.conversions import header_of
-from .psd_health import SampleMeter, sample_health
+from ..messages.conversions import header_of, instants, voltages_message
+from ..health import SampleMeter, capture_health
 from ..runtime.diagnostics import Health
 from ...recordings.truth import RecordedTruth
 from ...samples import SampleBlock
@@ -25,13 +22,6 @@ def voltage_publishers(node: LifecycleNode) -> SeriesPublishers:
     return SeriesPublishers(node, PsdVoltages, 'voltages', _DEPTH)
 
 
-def voltages_message(block: SampleBlock, frame_id: str) -> PsdVoltages:
-    """The block as a message."""
-    data = array('f')
-    data.frombytes(np.ascontiguousarray(block.volts, np.float32).tobytes())
-    return PsdVoltages(header=header_of(block.stamp_ns, frame_id), sample_period=float(block.period_s), voltages=data)
-
-
 class VoltageStream(BaseStream):
     """Publishes the blocks of source; values: of PSD_DRIVER_PARAMETERS."""
 
@@ -43,7 +33,7 @@ class VoltageStream(BaseStream):
 
     def health(self) -> Health:
         """For /diagnostics."""
-        return sample_health(self.status, self.source.describe(), self.meter, self.source.live, self.remark)
+        return capture_health(self.status, self.source.describe(), self.source.live, self.remark, meter=self.meter)
 
     def _publish(self, block: SampleBlock) -> None:
         self.meter.add(block.volts)
@@ -57,8 +47,3 @@ class VoltageStream(BaseStream):
             for k in instants(block.truth.touching):
                 stamp = block.stamp_ns + (round(k * block.period_s * NS) if k else 0)
                 self._publishers.truth.publish_contacts(block.truth.touches(k), header_of(stamp, self._values['frame_id']))
-
-
-def instants(touching: np.ndarray) -> list[int]:
-    """The first sample of a block and those at which contacts begin or end. touching: (N,) number of contacts at each sample."""
-    return [0, *(np.flatnonzero(np.diff(touching)) + 1).tolist()]

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from ...errors import BadArgument
 from .pacing import EvenPace, stamp_of, wait_until
-from .protocol import Clock
+from .protocol import Clock, Source
 
 
-class SceneSource:
+class SceneSource(Source):
     """A scene of a simulated sensor in real time, again from its start when it is over.
 
     scene: its name; rate: Hz, or -1 for usual_rate; seed: of noise and specimen; clock: ns for the stamps; count: steps of the scene per
@@ -16,13 +16,11 @@ class SceneSource:
     """
 
     truths = ('contacts', 'contact_region', 'slip', 'wrench')
-    live, on_demand = True, False
-    remark = ''
+    live = True
     usual_rate = 30.0
     longest_leap = 2  # steps caught up at once; chosen: computing more would delay the next one
 
     def __init__(self, scene: str, rate: float, seed: int, clock: Clock, count: int = 1):
-        self.corrupt = 0
         self.rate = self.rate_of(rate)
         self._name, self._seed, self._clock, self._count = scene, seed, clock, count
         self._scene = self._pace = None
@@ -68,9 +66,6 @@ class SceneSource:
     def describe(self) -> dict:
         """The scene, its seed and rate."""
         return {'source': 'sim', 'device': 'simulated', 'scene': self._name, 'seed': self._seed, 'rate': self.rate}
-
-    def calibration(self) -> None:
-        """None: no camera."""
 
     def _open_scene(self):
         raise NotImplementedError

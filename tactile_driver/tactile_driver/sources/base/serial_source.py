@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from typing import Protocol
 
-from .protocol import Clock, NothingYet
+from .protocol import Clock, NothingYet, Source
 from ...serial_frames.counts import CountFrame, FrameCounts
 from .serial_port import SerialPort
 
@@ -18,12 +18,12 @@ class FrameReader(Protocol):
         """The frames that are complete with data."""
 
 
-class SerialSource:
+class SerialSource(Source):
     """device: see serial_port.find_port; baud: bit/s; clock: ns for the stamps; deaf_bytes: so many bytes without a frame mean wrong
     settings. Subclasses return a new reader from _new_reader and fill _ready in _poll.
     """
 
-    live, on_demand = True, False
+    live = True
 
     def __init__(self, device: str, baud: int, clock: Clock, deaf_bytes: int):
         self._port, self._baud, self._clock, self._deaf_bytes = SerialPort(device, baud), baud, clock, deaf_bytes
@@ -92,6 +92,3 @@ class SerialSource:
 
     def _deafness(self) -> str:
         raise NotImplementedError
-
-    def calibration(self) -> None:
-        """None: no camera."""

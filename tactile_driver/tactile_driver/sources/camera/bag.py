@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 from ..base.pacing import NS, EvenPace, StampPace, wait_until
-from ..base.protocol import EndOfSource
+from ..base.protocol import EndOfSource, Source
 from ...errors import BadArgument, BadFrame, BadRecording
 from ...frame import COMPRESSED, CameraCalibration, Frame, frame_of
 from ...nodes.messages.images import image_to_array
@@ -45,20 +45,18 @@ def _named(topics: list[str], wanted: str) -> list[str]:
     return [name for name in topics if wanted in ('', name, name.lstrip('/'))] or [name for name in topics if name.endswith('/' + wanted)]
 
 
-class BagSource:
+class BagSource(Source):
     """Plays a rosbag2 folder or file, sqlite3 or MCAP; an unfinished one as far as rosbag2 reads it.
 
     topic: of sensor_msgs/Image or CompressedImage, '' if the bag has only one; rate: Hz; -1: as recorded; 0: as fast as consumed; loop:
     restart at the end (the stamps then go back). Raises BadArgument for an empty path.
     """
 
-    live = False
     kinds, content = (_IMAGE, COMPRESSED_IMAGE), 'image'
 
     def __init__(self, path: str, topic: str, rate: float, loop: bool):
         if not path:
             raise BadArgument('path: source bag needs the path of a rosbag2 folder')
-        self.skipped = self.corrupt = 0
         self.on_demand = rate == 0
         self._path, self._wanted, self._rate, self._loop = Path(path).expanduser(), topic, rate, loop
         self._reader = self._messages = self._calibration = self._pace = None

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import cv2
 
 from ..base.pacing import stamp_of
-from ..base.protocol import Clock
+from ..base.protocol import Clock, Source
 from ...errors import BadArgument, DeviceLost
-from ...frame import CameraCalibration, Frame, frame_of
+from ...frame import Frame, frame_of
 from .frozen_frames import FrameWatch
 from .video_devices import VideoDevice, find_device
 
@@ -36,14 +36,13 @@ class DeviceSettings:
             raise BadArgument(f'pixel_format: {self.pixel_format!r} is no FOURCC; give four letters as MJPG, YUYV or GREY, or none')
 
 
-class DeviceSource:
+class DeviceSource(Source):
     """A V4L2 camera. device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number; clock: returns the time for the
     stamps, ns."""
 
-    live, on_demand = True, False
+    live = True
 
     def __init__(self, device: str, settings: DeviceSettings, clock: Clock):
-        self.skipped = self.corrupt = 0
         self._watch = FrameWatch()
         self.settings = settings
         self._device = device
@@ -129,10 +128,6 @@ class DeviceSource:
             about.update(width=int(self._capture.get(cv2.CAP_PROP_FRAME_WIDTH)), height=int(self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT)),
                          rate=float(self._capture.get(cv2.CAP_PROP_FPS)), pixel_format=_fourcc(self._capture.get(cv2.CAP_PROP_FOURCC)))
         return about
-
-    def calibration(self) -> CameraCalibration | None:
-        """None: V4L2 provides no calibration."""
-        return None
 
 
 def _fourcc(code: float) -> str:

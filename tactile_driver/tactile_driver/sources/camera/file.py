@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 
 from ..base.pacing import NS, EvenPace, stamp_of, wait_until
-from ..base.protocol import Clock, EndOfSource
+from ..base.protocol import Clock, EndOfSource, Source
 from ...errors import BadArgument, BadRecording
-from ...frame import CameraCalibration, Frame, frame_of
+from ...frame import Frame, frame_of
 
 IMAGE_ENDINGS = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
 _FOLDER_RATE = 30.0  # Hz, for a folder and for a video without a rate; chosen: the rate of most cameras
@@ -88,20 +88,16 @@ class _Video:
         self._capture.release()
 
 
-class FileSource:
+class FileSource(Source):
     """A video or a folder of images.
 
     rate: Hz; -1: rate of the video (30 for a folder); 0: as fast as consumed, stamped at the rate of the video; loop: restart at the end;
     clock: returns the time for the stamps, ns. Raises BadArgument for an empty path.
     """
 
-    live = False
-    remark = ''
-
     def __init__(self, path: str, rate: float, loop: bool, clock: Clock):
         if not path:
             raise BadArgument('path: source file needs the path of a video or of a folder of images')
-        self.skipped = self.corrupt = 0
         self.on_demand = rate == 0
         self._path, self._asked_rate, self._loop, self._clock = Path(path).expanduser(), rate, loop, clock
         self._reader = self._pace = self._first_stamp = None
@@ -174,7 +170,3 @@ class FileSource:
     def describe(self) -> dict:
         """The path and the rate."""
         return {'source': 'file', 'path': str(self._path), 'rate': self.rate, 'loop': self._loop}
-
-    def calibration(self) -> CameraCalibration | None:
-        """None: videos and images hold no calibration."""
-        return None

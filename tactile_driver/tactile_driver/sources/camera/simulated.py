@@ -56,7 +56,7 @@ class DualSimulatedSource(SimulatedSource):
 
     def __init__(self, scene: str, rate: float, seed: int, clock: Clock):
         super().__init__(scene, rate, seed, (0, 0), clock)
-        self.shutters = ShutterOffset()
+        self.shutters: ShutterOffset | None = ShutterOffset()
 
     def _open_scene(self):
         return scenes.open_dual_scene(self._name, self.rate, self._seed)

@@ -8,15 +8,13 @@ from dataclasses import replace
 from ..base.protocol import Clock, EndOfSource
 from ..camera.file import FileSource
 from ...errors import BadFrame
-from ...frame import CameraCalibration, PairFrame
+from ...frame import PairFrame
+from .pairs import DualSource
 
 
-class TwoFilesSource:
+class TwoFilesSource(DualSource):
     """Pairs of two files. left, right: paths; rate, loop, clock: as in FileSource, rate -1 is that of the left file. Ends with the shorter
     file."""
-
-    live = False
-    remark, shutters = '', None
 
     def __init__(self, left: str, right: str, rate: float, loop: bool, clock: Clock):
         self._left = FileSource(left, rate, False, clock)
@@ -77,7 +75,3 @@ class TwoFilesSource:
         """Both paths, the rate, Hz, and the number of unpaired frames."""
         left, right = self._left.describe(), self._right.describe()
         return {**left, 'path': f'{left["path"]} + {right["path"]}', 'unpaired': self._unpaired}
-
-    def calibrations(self) -> tuple[CameraCalibration | None, CameraCalibration | None]:
-        """None for both: videos and images hold no calibration."""
-        return None, None

@@ -6,8 +6,6 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Iterable
-from typing import Protocol
 
 from ..base.capture import Capture, CaptureStatus
 from ..base.pacing import NS
@@ -23,19 +21,20 @@ _MOMENT_S = 0.2  # longest wait of one read; chosen
 _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods, and s: a camera silent for longer than both is absent; chosen
 
 
-class DualSource(Source, Protocol):
+class DualSource(Source):
     """A source whose frames are PairFrames.
 
     shutters: how far apart the two cameras expose; None where each pair has one stamp.
     """
 
-    shutters: ShutterOffset | None
+    shutters: ShutterOffset | None = None
 
     def calibrations(self) -> Calibrations:
         """Calibrations of the left and the right camera, None where unknown; valid once open."""
+        return None, None
 
 
-class PairedSource:
+class PairedSource(DualSource):
     """Two sources of one kind, each read in its own thread; frames are paired by stamps.
 
     left, right: not yet open; max_skew: largest stamp difference of a pair, s, negative for half a frame period (see Pairer). If one of
@@ -61,7 +60,7 @@ class PairedSource:
             raise DeviceLost('; '.join(f'{name}: {text}' for name, text in zip(NAMES, lost)))
         rates = [about['rate'] for about in (source.describe() for source in self._sources) if self.live and about.get('rate', 0) > 0]
         self._pairer = Pairer(self._max_skew, min((NS / rate for rate in rates), default=None))
-        self._captures = [Capture(source, lambda: self._wanted, _say_nothing, changed=self._changed, lost=text)
+        self._captures = [Capture(source, lambda: self._wanted, lambda *_: None, changed=self._changed, lost=text)
                           for source, text in zip(self._sources, lost)]
         for capture in self._captures:
             capture.resume()
@@ -153,8 +152,9 @@ class PairedSource:
         raise NothingYet
 
     def set_exposure(self, exposure: float) -> None:
-        """Set the exposure time, s, of cameras that support it; 0: automatic exposure."""
-        _set_exposure(self._sources, exposure)
+        """See Source."""
+        for source in self._sources:
+            source.set_exposure(exposure)
 
     def close(self) -> None:
         """Close both."""
@@ -189,7 +189,7 @@ class PairedSource:
     @property
     def truths(self) -> tuple[str, ...]:
         """See Source; that of the left frames."""
-        return getattr(self._sources[LEFT], 'truths', ())
+        return self._sources[LEFT].truths
 
     def _told(self, name: str, capture: Capture, source: Source) -> str:
         """Warning about one camera, '' without one."""
@@ -214,20 +214,8 @@ class PairedSource:
         return tuple(source.calibration() for source in self._sources)
 
 
-def _set_exposure(sources: Iterable[Source], exposure: float) -> None:
-    for source in sources:
-        if hasattr(source, 'set_exposure'):
-            source.set_exposure(exposure)
-
-
-def _say_nothing(_level: str, _text: str) -> None:
-    """Log nothing: remark and the errors of read report the state of both sources."""
-
-
-class SplitSource:
+class SplitSource(DualSource):
     """One source whose images hold both views side by side, the left view in the left half."""
-
-    shutters = None
 
     def __init__(self, source: Source):
         self.live, self.on_demand, self._source = source.live, source.on_demand, source
@@ -246,8 +234,8 @@ class SplitSource:
                          Frame(frame.image[:, -half:], frame.stamp_ns, frame.encoding), frame.truth)
 
     def set_exposure(self, exposure: float) -> None:
-        """As PairedSource.set_exposure."""
-        _set_exposure([self._source], exposure)
+        """See Source."""
+        self._source.set_exposure(exposure)
 
     def close(self) -> None:
         """Close the source."""
@@ -261,7 +249,7 @@ class SplitSource:
     @property
     def truths(self) -> tuple[str, ...]:
         """See Source."""
-        return getattr(self._source, 'truths', ())
+        return self._source.truths
 
     @property
     def corrupt(self) -> int:
@@ -276,7 +264,3 @@ class SplitSource:
     def describe(self) -> dict:
         """The description of the source, with the layout side_by_side."""
         return {**self._source.describe(), 'layout': 'side_by_side'}
-
-    def calibrations(self) -> Calibrations:
-        """None for both: a calibration of the whole image fits neither camera."""
-        return None, None

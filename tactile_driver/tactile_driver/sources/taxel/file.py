@@ -9,7 +9,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from ..base.pacing import NS, EvenPace, StampPace, stamp_of, wait_until
-from ..base.protocol import Clock, EndOfSource
+from ..base.protocol import Clock, EndOfSource, Source
 from ...errors import BadArgument, BadRecording
 from ...frame import Frame
 from ...matrix import matrix_frame
@@ -18,7 +18,7 @@ _RATE = 100.0  # Hz of a recording without times; that of the simulated array
 _TIMES = {'t': 1.0, 'stamps': 1.0, 't_ms': 1e-3}  # name of the times in an .npz: their unit, s
 
 
-class TaxelFileSource:
+class TaxelFileSource(Source):
     """path: .npz with an array (frames, rows, columns) and maybe times t, stamps (s) or t_ms; .npy with such an array; .csv with a line a
     frame, row-major in the given shape, optionally preceded by its time (s).
 
@@ -26,13 +26,9 @@ class TaxelFileSource:
     end; shape: (rows, columns); clock: ns for the stamps.
     """
 
-    live = False
-    remark = ''
-
     def __init__(self, path: str, array: str, rate: float, loop: bool, shape: tuple[int, int], clock: Clock):
         if not path:
             raise BadArgument('path: source file needs a .npz, .npy or .csv file')
-        self.skipped = self.corrupt = 0
         self.on_demand = rate == 0
         self._path, self._array, self._rate, self._loop, self._shape = Path(path).expanduser(), array, rate, loop, shape
         self._clock = clock
@@ -98,6 +94,3 @@ class TaxelFileSource:
     def describe(self) -> dict:
         """The path and the rate (-1: as recorded)."""
         return {'source': 'file', 'path': str(self._path), 'topic': self._array, 'rate': self._rate, 'loop': self._loop}
-
-    def calibration(self) -> None:
-        """None: no camera."""

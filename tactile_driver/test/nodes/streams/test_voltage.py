@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from tactile_driver.nodes.streams.voltage import instants, voltages_message  # noqa: E402
+from tactile_driver.nodes.messages.conversions import instants, voltages_message  # noqa: E402
 from tactile_driver.samples import SampleBlock  # noqa: E402
 
 
