@@ -74,8 +74,8 @@ def playing(folder: Path, open_scene):
 def main() -> None:
     """Replace what opens scenes, and run sensor_nodes."""
     from tactile_driver.simulation.sensors import scenes
-    from tactile_driver.sources.psd import simulated as psd_simulated
-    from tactile_driver.sources.taxel import simulated as taxel_simulated
+    from tactile_driver.serial import psd as psd_simulated
+    from tactile_driver.serial import taxel as taxel_simulated
     folder = Path(sys.argv[1])
     for module, name in ((scenes, 'open_scene'), (scenes, 'open_dual_scene'), (taxel_simulated, 'open_taxel_scene'),
                          (psd_simulated, 'open_psd_scene')):

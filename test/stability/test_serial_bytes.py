@@ -5,11 +5,8 @@ import numpy as np
 import pytest
 
 hypothesis = pytest.importorskip('hypothesis', reason='pip install hypothesis')
-from hypothesis import HealthCheck, given, settings  # noqa: E402
-from hypothesis import strategies as st  # noqa: E402
-from tactile_driver.serial_frames.binary import MATRIX, SAMPLES, BinaryReader, Expected, write_frame  # noqa: E402
-from tactile_driver.serial_frames.counts import CountFrame  # noqa: E402
-from tactile_driver.serial_frames.lines import LineReader, write_line  # noqa: E402
+from hypothesis import HealthCheck, given, settings, strategies as st  # noqa: E402
+from tactile_driver.serial.frames import BinaryReader, CountFrame, Expected, LineReader, MATRIX, SAMPLES, write_frame, write_line  # noqa: E402
 
 FEW = settings(derandomize=True, database=None, deadline=None, max_examples=120, suppress_health_check=list(HealthCheck))
 MANY = settings(FEW, max_examples=6000)

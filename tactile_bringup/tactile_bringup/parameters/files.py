@@ -9,11 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from scipy.spatial.transform import Rotation
-from tactile_driver.parameters.camera import CAMERA_PARAMETERS
-from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
-from tactile_driver.parameters.psd import PSD_DRIVER_PARAMETERS
+from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, DUAL_CAMERA_PARAMETERS, PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS
 from tactile_driver.parameters.table import Parameter, defaults, to_yaml
-from tactile_driver.parameters.taxel import TAXEL_DRIVER_PARAMETERS
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.taxel.pad import PadSpecimen
 from tactile_perception.markers.view.sensor import MARKER_SENSORS

@@ -17,7 +17,7 @@ from tactile_driver.recordings.writer import write_messages
 from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.shutters import Shutters
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
-from tactile_driver.sources.dual_camera.pairs import NAMES
+from tactile_driver.camera.pairs import NAMES
 from tactile_perception.nodes.messages.description import description_messages
 from tactile_perception.sensor_types import MARKER_SENSOR_TYPES
 

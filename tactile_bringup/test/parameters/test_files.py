@@ -4,11 +4,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from tactile_driver.parameters.camera import CAMERA_PARAMETERS
-from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
-from tactile_driver.parameters.psd import PSD_DRIVER_PARAMETERS
+from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, DUAL_CAMERA_PARAMETERS, PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS
 from tactile_driver.parameters.table import defaults
-from tactile_driver.parameters.taxel import TAXEL_DRIVER_PARAMETERS
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor

@@ -11,11 +11,9 @@ import pytest
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.parameters.camera import CAMERA_PARAMETERS  # noqa: E402
-from tactile_driver.parameters.taxel import TAXEL_DRIVER_PARAMETERS  # noqa: E402
-from tactile_driver.sources.base.protocol import EndOfSource  # noqa: E402
-from tactile_driver.sources.camera.registry import make_source  # noqa: E402
-from tactile_driver.sources.taxel.registry import make_taxel_source  # noqa: E402
+from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, TAXEL_DRIVER_PARAMETERS  # noqa: E402
+from tactile_driver.sources.source import EndOfSource  # noqa: E402
+from tactile_driver.sources.registry import CAMERA_SOURCES, TAXEL_SOURCES, make_source  # noqa: E402
 from tactile_perception.nodes.stages.taxel import TaxelMessages  # noqa: E402
 from tactile_perception.nodes.stages.touchpad import DotMessages  # noqa: E402
 from tactile_perception.parameters.file import read_parameters  # noqa: E402
@@ -45,7 +43,7 @@ def images(source, most):
 def dots_of(name, path, most, **changes):
     """Dots of each image, as camera_node and dot_tracker_node make them of a file with these parameters."""
     file = FOLDER / f'{name}.yaml'
-    source = make_source(read_parameters(file, 'camera_node', CAMERA_PARAMETERS) | {'source': 'file', 'path': str(path)}, time.time_ns)
+    source = make_source(CAMERA_SOURCES, read_parameters(file, 'camera_node', CAMERA_PARAMETERS) | {'source': 'file', 'path': str(path)}, time.time_ns)
     stage = DotMessages(read_parameters(file, 'dot_tracker_node', DOT_PARAMETERS) | changes)
     return [stage.on_image(image) for image in images(source, most)]
 
@@ -76,7 +74,7 @@ def test_markers_in_any_arrangement(path, polarity, true, allowed):
 def test_a_pressure_array_in_a_grasp(pad):
     file, most = FOLDER / 'pressure_array_14x6.yaml', 360
     own = {'source': 'file', 'path': str(GRASP), 'topic': pad}
-    source = make_taxel_source(read_parameters(file, 'taxel_array_node', TAXEL_DRIVER_PARAMETERS) | own, time.time_ns)
+    source = make_source(TAXEL_SOURCES, read_parameters(file, 'taxel_array_node', TAXEL_DRIVER_PARAMETERS) | own, time.time_ns)
     stage = TaxelMessages(read_parameters(file, 'taxel_contact_node', TAXEL_PARAMETERS))
     results = [stage.on_image(image) for image in images(source, most)]
     told = np.array([len(result['contacts'].contacts) > 0 for result in results])

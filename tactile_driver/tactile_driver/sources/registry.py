@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from .base.protocol import Clock, Source
 from ..errors import BadArgument
+from .source import Clock, Source
 
 #: Name of a source -> function that makes it, not yet open, of the node's parameters and its clock.
 Sources = dict[str, Callable[[Mapping, Clock], Source]]
@@ -21,39 +21,39 @@ def _simulated(values: Mapping) -> tuple:
 
 
 def _camera_device(values: Mapping, clock: Clock) -> Source:
-    from .camera.device import DeviceSettings, DeviceSource
+    from ..camera.device import DeviceSettings, DeviceSource
     names = ('width', 'height', 'rate', 'pixel_format', 'exposure')
     return DeviceSource(values['device'], DeviceSettings(*(values[name] for name in names)), clock)
 
 
 def _camera_file(values: Mapping, clock: Clock) -> Source:
-    from .camera.file import FileSource
+    from ..camera.file import FileSource
     return FileSource(values['path'], values['rate'], values['loop'], clock)
 
 
 def _camera_bag(values: Mapping, clock: Clock) -> Source:
-    from .camera.bag import BagSource
+    from .bag import BagSource
     return BagSource(*_played(values))
 
 
 def _camera_simulated(values: Mapping, clock: Clock) -> Source:
-    from .camera.simulated import SimulatedSource
+    from ..camera.simulated import SimulatedSource
     return SimulatedSource(*_simulated(values), (values['width'], values['height']), clock)
 
 
 def _psd_device(values: Mapping, clock: Clock) -> Source:
-    from .psd.serial import PsdSerialSource, SerialSettings
+    from ..serial.psd import PsdSerialSource, SerialSettings
     names = ('format', 'baud', 'adc.full_scale', 'adc.bits', 'batch_period', 'modulation', 'saturation')
     return PsdSerialSource(values['device'], SerialSettings(*(values[name] for name in names)), clock)
 
 
 def _psd_bag(values: Mapping, clock: Clock) -> Source:
-    from .psd.bag import PsdBagSource
+    from .bag import PsdBagSource
     return PsdBagSource(*_played(values))
 
 
 def _psd_simulated(values: Mapping, clock: Clock) -> Source:
-    from .psd.simulated import PsdSimulatedSource
+    from ..serial.psd import PsdSimulatedSource
     return PsdSimulatedSource(*_simulated(values), values['batch_period'], clock)
 
 
@@ -64,22 +64,22 @@ def _shape(values: Mapping) -> tuple[int, int]:
 
 
 def _taxel_device(values: Mapping, clock: Clock) -> Source:
-    from .taxel.serial import TaxelSerialSource
+    from ..serial.taxel import TaxelSerialSource
     return TaxelSerialSource(values['device'], values['baud'], _shape(values), clock)
 
 
 def _taxel_file(values: Mapping, clock: Clock) -> Source:
-    from .taxel.file import TaxelFileSource
+    from ..serial.taxel import TaxelFileSource
     return TaxelFileSource(*_played(values), _shape(values), clock)
 
 
 def _taxel_bag(values: Mapping, clock: Clock) -> Source:
-    from .taxel.bag import TaxelBagSource
+    from .bag import TaxelBagSource
     return TaxelBagSource(*_played(values), _shape(values))
 
 
 def _taxel_simulated(values: Mapping, clock: Clock) -> Source:
-    from .taxel.simulated import TaxelSimulatedSource
+    from ..serial.taxel import TaxelSimulatedSource
     return TaxelSimulatedSource(*_simulated(values), clock)
 
 
@@ -100,10 +100,10 @@ def make_source(sources: Sources, values: Mapping, clock: Clock) -> Source:
 
 def make_dual_source(values: Mapping, clock: Clock, make_topic: Callable[[str], Source]) -> Source:
     """As make_source, for two cameras, of DUAL_SOURCES; its frames are PairFrames. make_topic: makes the source of one image topic."""
-    from .dual_camera.pairs import PairedSource, SplitSource
+    from ..camera.pairs import PairedSource, SplitSource
     name = values['source']
     if name == 'sim':
-        from .camera.simulated import DualSimulatedSource
+        from ..camera.simulated import DualSimulatedSource
         return DualSimulatedSource(*_simulated(values), clock)
     if name == 'topics':
         return PairedSource(make_topic(values['topic']), make_topic(values['right_topic']), values['max_skew'])
@@ -112,7 +112,7 @@ def make_dual_source(values: Mapping, clock: Clock, make_topic: Callable[[str], 
     if values['layout'] == 'side_by_side':
         return SplitSource(CAMERA_SOURCES[name](values, clock))
     if name == 'file':
-        from .dual_camera.file import TwoFilesSource
+        from ..camera.file import TwoFilesSource
         return TwoFilesSource(values['path'], values['right_path'], values['rate'], values['loop'], clock)
     right = {**values, 'device': values['right_device'], 'path': values['right_path'] or values['path'], 'topic': values['right_topic']}
     return PairedSource(CAMERA_SOURCES[name](values, clock), CAMERA_SOURCES[name](right, clock), values['max_skew'])

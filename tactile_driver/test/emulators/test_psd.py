@@ -10,8 +10,8 @@ import pytest
 from tactile_driver.emulators.port import FAULTS
 from tactile_driver.emulators.psd import Emulator, main
 from tactile_driver.errors import BadArgument, DeviceLost
-from tactile_driver.sources.base.protocol import NothingYet
-from tactile_driver.sources.psd.serial import PsdSerialSource, SerialSettings
+from tactile_driver.sources.source import NothingYet
+from tactile_driver.serial.psd import PsdSerialSource, SerialSettings
 
 VOLT = 5 / 4096
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from tactile_driver.emulators.taxel import TaxelEmulator, main
 from tactile_driver.errors import BadArgument, DeviceLost
-from tactile_driver.sources.base.protocol import NothingYet
-from tactile_driver.sources.taxel.serial import TaxelSerialSource
+from tactile_driver.sources.source import NothingYet
+from tactile_driver.serial.taxel import TaxelSerialSource
 
 pytestmark = pytest.mark.full  # a device in a thread keeps its own time
 

@@ -35,7 +35,7 @@ from tactile_driver.errors import DeviceLost  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes import camera_node, driver_node  # noqa: E402
 from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
-from tactile_driver.sources.base.capture import Backoff  # noqa: E402
+from tactile_driver.sources.capture import Backoff  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
 

@@ -13,7 +13,7 @@ from tactile_driver.nodes.driver_node import DriverNode  # noqa: E402
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health  # noqa: E402
 from tactile_driver.nodes.runtime.host import Host  # noqa: E402
 from tactile_driver.parameters.table import Parameter  # noqa: E402
-from tactile_driver.sources.base.capture import CaptureStatus  # noqa: E402
+from tactile_driver.sources.capture import CaptureStatus  # noqa: E402
 
 pytestmark = pytest.mark.ros
 TABLE = (Parameter('autostart', bool, False, '', 'start by itself', read_only=True),

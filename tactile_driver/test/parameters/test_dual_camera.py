@@ -3,7 +3,7 @@
 import pytest
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS, check_pair
+from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS, check_pair
 from tactile_driver.parameters.table import defaults
 
 

@@ -3,11 +3,8 @@
 import pytest
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.parameters.camera import CAMERA_PARAMETERS
-from tactile_driver.parameters.psd import PSD_DRIVER_PARAMETERS
-from tactile_driver.parameters.shared import LIVE, check_together
+from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, LIVE, PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS, check_together
 from tactile_driver.parameters.table import defaults
-from tactile_driver.parameters.taxel import TAXEL_DRIVER_PARAMETERS
 
 TABLES = pytest.mark.parametrize('table', [CAMERA_PARAMETERS, PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS])
 

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.parameters.camera import CAMERA_PARAMETERS
+from tactile_driver.parameters.drivers import CAMERA_PARAMETERS
 from tactile_driver.parameters.table import Parameter, defaults, to_yaml
 
 RATE = Parameter('rate', float, 30.0, 'Hz', 'frames a second', 0.0, 100.0)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tactile_driver.serial_frames.assemble import SampleAssembler
-from tactile_driver.serial_frames.counts import CountFrame
+from tactile_driver.serial.clock import SampleAssembler
+from tactile_driver.serial.frames import CountFrame
 
 
 def frame(k, rows=5, period_us=200, interval=True, timed=True):

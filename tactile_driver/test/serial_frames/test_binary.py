@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.serial_frames.binary import END, MATRIX, SAMPLES, SYNC, BinaryReader, Expected, frame_size, write_frame
-from tactile_driver.serial_frames.counts import CountFrame
+from tactile_driver.serial.frames import BinaryReader, CountFrame, END, Expected, MATRIX, SAMPLES, SYNC, frame_size, write_frame
 
 RNG = np.random.default_rng(5)
 

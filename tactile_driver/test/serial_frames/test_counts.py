@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-from tactile_driver.serial_frames.counts import FrameCounts, SequenceCheck
+from tactile_driver.serial.frames import FrameCounts, SequenceCheck
 
 
 def test_a_step_beyond_the_longest_gap_is_a_reset():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tactile_driver.serial_frames.device_clock import DeviceClock
+from tactile_driver.serial.clock import DeviceClock
 
 
 def played(skew, delays, start_us=0, step_us=5000, host_ns=7_000_000_000):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.serial_frames.lines import LineReader, write_line
+from tactile_driver.serial.frames import LineReader, write_line
 
 
 def test_lines_with_time_and_check_sum():

@@ -16,7 +16,7 @@ from ...errors import BadFrame
 from ...frame import CameraCalibration, Frame, as_encoding, frame_of
 from .images import array_to_image, image_to_array
 from ...samples import SampleBlock
-from ...sources.base.pacing import NS
+from ...sources.source import NS
 
 #: topic of two cameras: when the right view of a picture was exposed
 RIGHT_TIME = 'right/time_reference'

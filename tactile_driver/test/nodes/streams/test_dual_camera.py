@@ -15,10 +15,10 @@ from sensor_msgs.msg import CameraInfo, Image, TimeReference  # noqa: E402
 from stitchings import SIZE, stitching  # noqa: E402
 
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame  # noqa: E402
-from tactile_driver.nodes.streams.dual_camera import DualPublishers, DualStream  # noqa: E402
-from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS  # noqa: E402
+from tactile_driver.nodes.dual_camera_node import DualPublishers, DualStream  # noqa: E402
+from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS  # noqa: E402
 from tactile_driver.parameters.table import defaults  # noqa: E402
-from tactile_driver.sources.base.shutter_offset import ShutterOffset  # noqa: E402
+from tactile_driver.camera.pairs import ShutterOffset  # noqa: E402
 
 pytestmark = pytest.mark.ros
 

@@ -13,8 +13,8 @@ from rclpy.qos import qos_profile_sensor_data  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 
 from tactile_driver.frame import CameraCalibration, Frame  # noqa: E402
-from tactile_driver.nodes.streams.image import ImagePublishers, ImageStream  # noqa: E402
-from tactile_driver.parameters.camera import CAMERA_PARAMETERS  # noqa: E402
+from tactile_driver.nodes.camera_node import ImagePublishers, ImageStream  # noqa: E402
+from tactile_driver.parameters.drivers import CAMERA_PARAMETERS  # noqa: E402
 from tactile_driver.parameters.table import defaults  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -15,8 +15,8 @@ from sensor_msgs.msg import CompressedImage, Image  # noqa: E402
 from tactile_driver.errors import BadArgument, BadFrame  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.nodes.streams.topic_source import TopicSource  # noqa: E402
-from tactile_driver.sources.base.protocol import NothingYet  # noqa: E402
+from tactile_driver.nodes.dual_camera_node import TopicSource  # noqa: E402
+from tactile_driver.sources.source import NothingYet  # noqa: E402
 
 pytestmark = pytest.mark.ros
 

@@ -8,9 +8,9 @@ import pytest
 
 from tactile_driver.errors import BadFrame, BadRecording, DeviceLost
 from tactile_driver.frame import Frame
-from tactile_driver.sources.base import capture as capture_module
-from tactile_driver.sources.base.capture import Backoff, Capture
-from tactile_driver.sources.base.protocol import EndOfSource
+from tactile_driver.sources import capture as capture_module
+from tactile_driver.sources.capture import Backoff, Capture
+from tactile_driver.sources.source import EndOfSource
 
 
 class ScriptedSource:

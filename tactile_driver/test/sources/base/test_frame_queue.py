@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from tactile_driver.sources.base import frame_queue
-from tactile_driver.sources.base.frame_queue import FrameQueue
+from tactile_driver.sources import capture as frame_queue
+from tactile_driver.sources.capture import FrameQueue
 
 
 @pytest.fixture

@@ -4,8 +4,8 @@ import time
 
 import pytest
 
-from tactile_driver.sources.base import pacing
-from tactile_driver.sources.base.pacing import NS, EvenPace, StampPace, stamp_of, wait_until
+from tactile_driver.sources import source as pacing
+from tactile_driver.sources.source import NS, EvenPace, StampPace, stamp_of, wait_until
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument
-from tactile_driver.sources.base.scene_source import SceneSource
+from tactile_driver.sources.source import SceneSource
 
 
 class Counting(SceneSource):

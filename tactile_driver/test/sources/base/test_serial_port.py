@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from tactile_driver.errors import DeviceLost
-from tactile_driver.sources.base import serial_port
-from tactile_driver.sources.base.serial_port import SerialPort, find_port
+from tactile_driver.serial import port as serial_port
+from tactile_driver.serial.port import SerialPort, find_port
 
 PORTS = [SimpleNamespace(device='/dev/ttyUSB0', description='FT232R', serial_number='A901'),
          SimpleNamespace(device='/dev/ttyUSB1', description='FT232R', serial_number='A902')]

@@ -6,8 +6,8 @@ import tty
 
 import pytest
 
-from tactile_driver.sources.base.protocol import NothingYet
-from tactile_driver.sources.base.serial_source import SerialSource
+from tactile_driver.sources.source import NothingYet
+from tactile_driver.serial.port import SerialSource
 
 
 class Lines(SerialSource):

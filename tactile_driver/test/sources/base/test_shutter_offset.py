@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from tactile_driver.sources.base.shutter_offset import ShutterOffset
+from tactile_driver.camera.pairs import ShutterOffset
 
 MS, START = 1_000_000, 1_700_000_000 * 10**9
 PERIOD = 33_333_333

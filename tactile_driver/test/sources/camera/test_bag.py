@@ -15,8 +15,8 @@ from std_msgs.msg import Header  # noqa: E402
 
 from tactile_driver.errors import BadArgument, BadFrame, BadRecording  # noqa: E402
 from tactile_driver.recordings.serialization import encode, type_name_of  # noqa: E402
-from tactile_driver.sources.base.protocol import EndOfSource  # noqa: E402
-from tactile_driver.sources.camera.bag import BagSource, choose_topic  # noqa: E402
+from tactile_driver.sources.source import EndOfSource  # noqa: E402
+from tactile_driver.sources.bag import BagSource, choose_topic  # noqa: E402
 
 START, PERIOD = 1_700_000_000_123_000_000, 20_000_000
 K = (600.0, 0.0, 32.0, 0.0, 600.0, 24.0, 0.0, 0.0, 1.0)

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument, BadFrame, DeviceLost
-from tactile_driver.sources.camera import device, frozen_frames
-from tactile_driver.sources.camera.device import DeviceSettings, DeviceSource
-from tactile_driver.sources.camera.video_devices import VideoDevice
+from tactile_driver.camera import device, device as frozen_frames
+from tactile_driver.camera.device import DeviceSettings, DeviceSource, VideoDevice
 
 PAD = VideoDevice('/dev/video3', 'Pad', 'A111', 'usb-Pad_A111-video-index0', True)
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument, BadFrame, BadRecording
-from tactile_driver.sources.base.protocol import EndOfSource
-from tactile_driver.sources.camera.file import FileSource, natural_key
+from tactile_driver.sources.source import EndOfSource
+from tactile_driver.camera.file import FileSource, natural_key
 
 
 @pytest.fixture

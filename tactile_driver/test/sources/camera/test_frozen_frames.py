@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tactile_driver.sources.camera import frozen_frames
-from tactile_driver.sources.camera.frozen_frames import FrameWatch
+from tactile_driver.camera import device as frozen_frames
+from tactile_driver.camera.device import FrameWatch
 
 RNG = np.random.default_rng(0)
 

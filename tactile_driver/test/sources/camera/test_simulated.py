@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.sources.camera import simulated
-from tactile_driver.sources.camera.simulated import DualSimulatedSource, SimulatedSource
+from tactile_driver.camera import simulated
+from tactile_driver.camera.simulated import DualSimulatedSource, SimulatedSource
 
 
 class FakeScene:

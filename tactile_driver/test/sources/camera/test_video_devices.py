@@ -3,7 +3,7 @@
 import pytest
 
 from tactile_driver.errors import DeviceLost
-from tactile_driver.sources.camera.video_devices import find_device, list_devices
+from tactile_driver.camera.device import find_device, list_devices
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadFrame, BadRecording
-from tactile_driver.sources.base import pacing
-from tactile_driver.sources.base.protocol import EndOfSource
-from tactile_driver.sources.dual_camera.file import TwoFilesSource
+from tactile_driver.sources import source as pacing
+from tactile_driver.sources.source import EndOfSource
+from tactile_driver.camera.file import TwoFilesSource
 
 
 @pytest.fixture

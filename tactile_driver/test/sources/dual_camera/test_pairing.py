@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tactile_driver.frame import Frame
-from tactile_driver.sources.dual_camera.pairing import LEFT, RIGHT, Pairer
+from tactile_driver.camera.pairs import LEFT, RIGHT, Pairer
 
 MS = 1_000_000
 

@@ -9,8 +9,8 @@ import pytest
 
 from tactile_driver.errors import BadRecording, DeviceLost
 from tactile_driver.frame import CameraCalibration, Frame
-from tactile_driver.sources.base.protocol import EndOfSource, NothingYet
-from tactile_driver.sources.dual_camera.pairs import PairedSource, SplitSource
+from tactile_driver.sources.source import EndOfSource, NothingYet
+from tactile_driver.camera.pairs import PairedSource, SplitSource
 
 PERIOD = 20_000_000
 

@@ -9,8 +9,8 @@ from tactile_msgs.msg import PsdVoltages  # noqa: E402
 from tactile_driver.errors import BadFrame, BadRecording  # noqa: E402
 from tactile_driver.nodes.messages.conversions import header_of  # noqa: E402
 from tactile_driver.recordings.writer import write_messages  # noqa: E402
-from tactile_driver.sources.base.protocol import EndOfSource  # noqa: E402
-from tactile_driver.sources.psd.bag import PsdBagSource  # noqa: E402
+from tactile_driver.sources.source import EndOfSource  # noqa: E402
+from tactile_driver.sources.bag import PsdBagSource  # noqa: E402
 
 
 def write(path, counts):

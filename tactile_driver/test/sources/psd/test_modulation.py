@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tactile_driver.samples import SampleBlock
-from tactile_driver.sources.psd.modulation import Demodulator
+from tactile_driver.serial.psd import Demodulator
 
 RATE = 10_000.0
 PERIOD_NS = round(1e9 / RATE)

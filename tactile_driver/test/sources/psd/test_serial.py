@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument, DeviceLost
-from tactile_driver.serial_frames.binary import MATRIX, write_frame
-from tactile_driver.serial_frames.counts import CountFrame
-from tactile_driver.sources.base.protocol import NothingYet
-from tactile_driver.sources.psd.serial import PsdSerialSource, SerialSettings
+from tactile_driver.serial.frames import CountFrame, MATRIX, write_frame
+from tactile_driver.sources.source import NothingYet
+from tactile_driver.serial.psd import PsdSerialSource, SerialSettings
 
 SETTINGS = SerialSettings('binary', 921600, 5.0, 12, 0.005)
 

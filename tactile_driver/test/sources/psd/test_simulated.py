@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.sources.psd.simulated import PsdSimulatedSource
+from tactile_driver.serial.psd import PsdSimulatedSource
 
 
 def test_batches_come_when_they_are_due():

@@ -10,8 +10,8 @@ from sensor_msgs.msg import Image  # noqa: E402
 from tactile_driver.errors import BadFrame  # noqa: E402
 from tactile_driver.nodes.messages.conversions import header_of  # noqa: E402
 from tactile_driver.recordings.writer import write_messages  # noqa: E402
-from tactile_driver.sources.base.protocol import EndOfSource  # noqa: E402
-from tactile_driver.sources.taxel.bag import TaxelBagSource  # noqa: E402
+from tactile_driver.sources.source import EndOfSource  # noqa: E402
+from tactile_driver.sources.bag import TaxelBagSource  # noqa: E402
 
 
 def bag_of(path, images):

@@ -5,8 +5,8 @@ import time
 import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument, BadFrame, BadRecording
-from tactile_driver.sources.base.protocol import EndOfSource
-from tactile_driver.sources.taxel.file import TaxelFileSource
+from tactile_driver.sources.source import EndOfSource
+from tactile_driver.serial.taxel import TaxelFileSource
 
 FRAMES = np.arange(3 * 2 * 4, dtype=np.uint8).reshape(3, 2, 4)
 

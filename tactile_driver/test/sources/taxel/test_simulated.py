@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument
-from tactile_driver.sources.taxel.simulated import TaxelSimulatedSource
+from tactile_driver.serial.taxel import TaxelSimulatedSource
 
 
 def test_frames_come_at_their_pace_with_truth():
