@@ -43,7 +43,8 @@ def images(source, most):
 def dots_of(name, path, most, **changes):
     """Dots of each image, as camera_node and dot_tracker_node make them of a file with these parameters."""
     file = FOLDER / f'{name}.yaml'
-    source = make_source(CAMERA_SOURCES, read_parameters(file, 'camera_node', CAMERA_PARAMETERS) | {'source': 'file', 'path': str(path)}, time.time_ns)
+    values = read_parameters(file, 'camera_node', CAMERA_PARAMETERS) | {'source': 'file', 'path': str(path)}
+    source = make_source(CAMERA_SOURCES, values, time.time_ns)
     stage = DotMessages(read_parameters(file, 'dot_tracker_node', DOT_PARAMETERS) | changes)
     return [stage.on_image(image) for image in images(source, most)]
 
