@@ -39,7 +39,7 @@ setup(
             'sensor_nodes = tactile_bringup.nodes.compose:main',
             'hand_config = tactile_bringup.hand.configurations:main',
             'status = tactile_bringup.nodes.status:main',
-            'simulate = tactile_bringup.simulate.command:main',
+            'simulate = tactile_bringup.simulate.bags:main',
             'demo = tactile_bringup.demo.main:main',
             'grip_reflex = tactile_bringup.nodes.grip_reflex:main',
             'simulated_gripper = tactile_bringup.nodes.simulated_gripper:main',

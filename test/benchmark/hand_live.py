@@ -30,7 +30,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from tactile_bringup.hand.description import HandSensor
 from tactile_bringup.launch.hand import planned_sensor
-from tactile_bringup.launch.processes import SensorPlan, own_parameters
+from tactile_bringup.launch.arguments import SensorPlan, own_parameters
 from tactile_driver.nodes.runtime.run import make_room_for_images
 from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 from tactile_bringup.installed import share
-from tactile_bringup.simulate.taxel import write_taxel_scene
+from tactile_bringup.simulate.bags import write_taxel_scene
 from tactile_perception.tools.calibrate import taxel as calibrate_taxels
 from tactile_perception.tools.convert.command import convert, open_recording
 

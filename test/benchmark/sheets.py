@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 from tactile_bringup.installed import share
-from tactile_bringup.simulate.camera import write_scene
+from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.simulation.optics.rendering import Renderer
 from tactile_driver.simulation.scene.shutters import Shutters
 from tactile_driver.simulation.scene.specimen import Act, Script, Specimen, act, drag, one_after_the_other, one_of_two, press

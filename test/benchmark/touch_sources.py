@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 from tactile_bringup.installed import share
-from tactile_bringup.simulate.camera import write_scene
+from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.simulation.sensors.scenes import open_dual_scene
 from tactile_driver.stitching.calibration import Stitching

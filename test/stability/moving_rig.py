@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from tactile_bringup.installed import share
-from tactile_bringup.simulate.camera import write_scene
+from tactile_bringup.simulate.bags import write_scene
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.evaluation.scores import normalised_square
 from tactile_perception.evaluation.touches import pairs

@@ -19,8 +19,7 @@ ROOMS = {
         'calibration.files', 'finger', 'parameters', 'pipeline', 'api', 'evaluation', 'nodes.messages', 'stage', 'finger.stage',
         'nodes.stages', 'nodes.shedding', 'nodes.work_log', 'nodes.stage_node', 'node', 'nodes', 'bags', 'finger.tools', 'tools.convert',
         'tools.calibrate', 'tools'),
-    'tactile_bringup': ('sensor_types', 'installed', 'grip', 'parameters', 'recording', 'visualization', 'visualization.markers',
-        'hand', 'launch', 'simulate', 'nodes', 'demo'),
+    'tactile_bringup': ('sensor_types', 'installed', 'parameters', 'visualization', 'hand', 'launch', 'simulate', 'nodes', 'demo'),
 }
 
 

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 
-from tactile_bringup.demo.moments import Moments
-from tactile_bringup.demo.summary import Reading
+from tactile_bringup.demo.summary import Moments, Reading
 
 
 def image(k):

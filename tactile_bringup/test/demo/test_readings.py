@@ -10,7 +10,7 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 from geometry_msgs.msg import Quaternion, Transform, Vector3, WrenchStamped  # noqa: E402
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip  # noqa: E402
 
-from tactile_bringup.demo.readings import reading_of  # noqa: E402
+from tactile_bringup.demo.summary import reading_of  # noqa: E402
 
 
 def test_all_messages_of_a_touch():

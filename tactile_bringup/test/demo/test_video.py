@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_bringup.demo import video
-from tactile_bringup.demo.video import Video
+from tactile_bringup.demo import summary as video
+from tactile_bringup.demo.summary import Video
 
 
 def frames_of(path):

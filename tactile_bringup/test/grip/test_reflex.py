@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tactile_bringup.grip.reflex import LONGEST_S, Reflex
+from tactile_bringup.nodes.grip_reflex import LONGEST_S, Reflex
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.taxel.held_object import HeldScene
 from tactile_driver.simulation.truth import INCIPIENT, NO_SLIP

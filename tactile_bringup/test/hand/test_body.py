@@ -7,7 +7,7 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from scipy.spatial.transform import Rotation  # noqa: E402
 
-from tactile_bringup.hand.body import body_markers  # noqa: E402
+from tactile_bringup.nodes.hand_frames_node import body_markers  # noqa: E402
 from tactile_bringup.hand.description import Hand, HandSensor  # noqa: E402
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-from tactile_bringup.hand.status_table import ERROR, OK, WARN, HandStatus
+from tactile_bringup.nodes.status import ERROR, OK, WARN, HandStatus
 
 GOOD = {'state': 'running', 'rate (Hz)': '29.97', 'latency (ms)': '12.34', 'age (s)': '0.0213', 'dropped': '2', 'lost frames': '7'}
 

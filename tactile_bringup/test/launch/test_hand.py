@@ -13,7 +13,7 @@ from launch.actions import LogInfo  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
 
 from tactile_bringup.hand.description import HandSensor  # noqa: E402
-from tactile_bringup.launch import hand, processes, recorded  # noqa: E402
+from tactile_bringup.launch import hand, arguments as processes, recorded  # noqa: E402
 from tactile_bringup.launch.arguments import LaunchError  # noqa: E402
 from tactile_bringup.launch.hand import hand_actions, hand_arguments, planned_sensor, sensor_values  # noqa: E402
 

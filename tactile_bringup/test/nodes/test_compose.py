@@ -20,7 +20,7 @@ from tactile_perception.tools import process_bag  # noqa: E402
 
 from tactile_bringup.nodes.compose import made  # noqa: E402
 from tactile_bringup.sensor_types import NODES  # noqa: E402
-from tactile_bringup.simulate.camera import write_scene  # noqa: E402
+from tactile_bringup.simulate.bags import write_scene  # noqa: E402
 from tactile_driver.recordings.reader import BagReader  # noqa: E402
 from tactile_driver.recordings.serialization import decode  # noqa: E402
 

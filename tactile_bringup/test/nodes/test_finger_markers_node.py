@@ -13,8 +13,7 @@ from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
-from tactile_bringup.nodes.finger_markers_node import FingerMarkersNode  # noqa: E402
-from tactile_bringup.visualization.markers.finger import finger_picture  # noqa: E402
+from tactile_bringup.nodes.finger_markers_node import FingerMarkersNode, finger_picture  # noqa: E402
 
 pytestmark = pytest.mark.ros
 

@@ -14,12 +14,12 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from tactile_driver.recordings.reader import BagReader  # noqa: E402
 
-from tactile_bringup.recording.live_bag import LiveBag  # noqa: E402
+from tactile_bringup.nodes.record_node import LiveBag  # noqa: E402
 
 SIZE = 100_000
 WRITING = """
 import sys, time
-from tactile_bringup.recording.live_bag import LiveBag
+from tactile_bringup.nodes.record_node import LiveBag
 bag = LiveBag(sys.argv[1]).__enter__()
 for number in range(1, 51):
     bag.write('/raw', 'std_msgs/msg/String', number, number.to_bytes(4, 'little') * 1000)

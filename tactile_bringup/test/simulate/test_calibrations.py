@@ -10,7 +10,7 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from tactile_bringup.installed import share  # noqa: E402
 from tactile_bringup.simulate.calibrations import calibrate_specimen, main  # noqa: E402
-from tactile_bringup.simulate.camera import write_scene  # noqa: E402
+from tactile_bringup.simulate.bags import write_scene  # noqa: E402
 from tactile_driver.recordings.reader import BagReader  # noqa: E402
 from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_perception.calibration.files.markers import read_touch  # noqa: E402

@@ -9,7 +9,7 @@ import yaml
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from tactile_bringup.simulate.camera import write_scene  # noqa: E402
+from tactile_bringup.simulate.bags import write_scene  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
 from tactile_driver.nodes.messages.ground_truth import TRUTH  # noqa: E402
 from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tactile_bringup.visualization import annotated_image as picture, colours
-from tactile_bringup.visualization.annotated_image import Annotation, annotate, states_of
+from tactile_bringup.visualization import pictures as picture, pictures as colours
+from tactile_bringup.visualization.pictures import Annotation, annotate, states_of
 
 GREY = np.full((480, 640), 100, np.uint8)
 

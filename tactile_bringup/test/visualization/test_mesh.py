@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tactile_bringup.visualization import mesh
+from tactile_bringup.visualization import markers as mesh
 
 
 def circle(radius, n=60, z=0.0):

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-from tactile_bringup.visualization.stamp_sync import StampSync
+from tactile_bringup.nodes.drawing_node import StampSync
 
 MS = 1_000_000
 

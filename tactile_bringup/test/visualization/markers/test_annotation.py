@@ -11,7 +11,7 @@ from tactile_driver.stitching.calibration import SideView, Stitching  # noqa: E4
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip  # noqa: E402
 from tactile_perception.nodes.messages.conversions import camera_matrices  # noqa: E402
 
-from tactile_bringup.visualization.markers.annotation import Projection, annotation_of, text_of  # noqa: E402
+from tactile_bringup.visualization.annotation import Projection, annotation_of, text_of  # noqa: E402
 
 K = [500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0]
 DOTS = DotTracks(rows=23, columns=23, id=[4, 7], u=[10.0, 20.0], v=[1.0, 2.0], du=[3.0, float('nan')], dv=[4.0, float('nan')],

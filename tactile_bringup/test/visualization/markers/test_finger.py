@@ -10,7 +10,7 @@ from std_msgs.msg import Header  # noqa: E402
 from tactile_msgs.msg import Contact, Contacts  # noqa: E402
 from visualization_msgs.msg import Marker  # noqa: E402
 
-from tactile_bringup.visualization.markers.finger import FingerMarkers, finger_picture, hemisphere  # noqa: E402
+from tactile_bringup.nodes.finger_markers_node import FingerMarkers, finger_picture, hemisphere  # noqa: E402
 
 SIZES = {'radius': 0.016, 'point_size': 1.5e-3, 'normal_length': 8e-3, 'trail': 1.0}
 

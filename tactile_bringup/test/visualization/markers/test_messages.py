@@ -11,8 +11,8 @@ from std_msgs.msg import Header  # noqa: E402
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip  # noqa: E402
 from visualization_msgs.msg import Marker  # noqa: E402
 
-from tactile_bringup.visualization import colours  # noqa: E402
-from tactile_bringup.visualization.markers.messages import MarkerSet  # noqa: E402
+from tactile_bringup.visualization import pictures as colours  # noqa: E402
+from tactile_bringup.visualization.markers import MarkerSet  # noqa: E402
 
 SIZES = {'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_length': 8e-3, 'full_force': 4.0,
          'full_torque': 0.02, 'sensor_type': 'areal_single', 'dome.rim_radius': 0.0, 'dome.height': 0.0}

@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 
-from tactile_bringup.visualization.markers.skin import SkinMarkers  # noqa: E402
+from tactile_bringup.visualization.markers import SkinMarkers  # noqa: E402
 
 
 def grid(side):

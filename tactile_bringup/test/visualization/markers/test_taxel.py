@@ -12,8 +12,8 @@ from tactile_driver.nodes.messages.conversions import image_to_message, polygon 
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip  # noqa: E402
 from visualization_msgs.msg import Marker  # noqa: E402
 
-from tactile_bringup.visualization import colours  # noqa: E402
-from tactile_bringup.visualization.markers.taxel import TaxelMarkers  # noqa: E402
+from tactile_bringup.visualization import pictures as colours  # noqa: E402
+from tactile_bringup.nodes.taxel_markers_node import TaxelMarkers  # noqa: E402
 
 SIZES = {'pitch': 1e-3, 'cell_height': 2e-3, 'full_value': 100.0, 'normal_length': 6e-3, 'force_length': 9e-3, 'full_force': 10.0,
          'full_torque': 1.0, 'flow_scale': 0.5}

@@ -8,8 +8,8 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped  # noqa: E402
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip  # noqa: E402
 
-from tactile_bringup.visualization.annotated_image import annotate  # noqa: E402
-from tactile_bringup.visualization.markers.taxel_annotation import coloured, taxel_annotation  # noqa: E402
+from tactile_bringup.visualization.pictures import annotate  # noqa: E402
+from tactile_bringup.nodes.taxel_markers_node import coloured, taxel_annotation  # noqa: E402
 
 pytestmark = pytest.mark.ros
 SIZES = {'pitch': 1e-3, 'flow_scale': 0.5}

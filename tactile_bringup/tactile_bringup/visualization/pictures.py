@@ -8,8 +8,33 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from . import colours
-from .colours import bgr
+#: Colours (r, g, b), 0 to 1, by dot state: untouched, sticking, slipping (the constants of ContactRegion). All colours are chosen.
+STATE_COLOURS = ((0.45, 0.62, 0.80), (0.20, 0.85, 0.35), (1.00, 0.15, 0.90))
+STATE_NAMES = ('untouched', 'sticking', 'slipping')
+REGION = (1.00, 0.82, 0.10)
+HOLE = (0.30, 0.90, 1.00)
+CONTACT = (1.00, 1.00, 1.00)
+ARROW = (1.00, 1.00, 0.35)
+FORCE = (1.00, 0.55, 0.10)
+TORQUE = (0.60, 0.40, 1.00)
+TEXT = (1.00, 1.00, 1.00)
+
+
+#: Colour scale from untouched to full depth, chosen.
+_DEPTH_COLOURS = np.array([STATE_COLOURS[0], (0.25, 0.80, 0.60), (0.95, 0.85, 0.20), (1.00, 0.35, 0.10)])
+
+
+def of_depth(share: np.ndarray) -> np.ndarray:
+    """Colours (N, 3) of relative depths (N,): 0 is untouched; 1 and above is full depth."""
+    at = np.clip(np.asarray(share, float), 0.0, 1.0) * (len(_DEPTH_COLOURS) - 1)
+    return np.column_stack([np.interp(at, np.arange(len(_DEPTH_COLOURS)), channel) for channel in _DEPTH_COLOURS.T])
+
+
+def bgr(colour: tuple[float, float, float]) -> tuple[int, int, int]:
+    """The colour as 8-bit (blue, green, red) for OpenCV."""
+    red, green, blue = (round(255 * c) for c in colour)
+    return blue, green, red
+
 
 _SHIFT = 4  # OpenCV's fixed-point coordinates: 4 fractional bits, 1/16 px
 _SHORTEST = 1.2  # px of the picture, chosen: shorter arrows show mostly noise
@@ -110,17 +135,17 @@ def draw_region(picture: np.ndarray, outlines: list[np.ndarray], holes: list[np.
     part = picture[y0:y1, x0:x1]
     if part.size:
         veiled = part.copy()
-        cv2.fillPoly(veiled, [_fixed(points - (x0, y0)) for points in outlines + holes], bgr(colours.REGION), shift=_SHIFT)
+        cv2.fillPoly(veiled, [_fixed(points - (x0, y0)) for points in outlines + holes], bgr(REGION), shift=_SHIFT)
         cv2.addWeighted(veiled, 0.22, part, 0.78, 0.0, dst=part)
-    cv2.polylines(picture, [_fixed(points) for points in outlines], True, bgr(colours.REGION), round(2 * thick), cv2.LINE_AA, _SHIFT)
+    cv2.polylines(picture, [_fixed(points) for points in outlines], True, bgr(REGION), round(2 * thick), cv2.LINE_AA, _SHIFT)
     if holes:
-        cv2.polylines(picture, [_fixed(points) for points in holes], True, bgr(colours.HOLE), round(2 * thick), cv2.LINE_AA, _SHIFT)
+        cv2.polylines(picture, [_fixed(points) for points in holes], True, bgr(HOLE), round(2 * thick), cv2.LINE_AA, _SHIFT)
 
 
 def draw_dots(picture: np.ndarray, uv: np.ndarray, state: np.ndarray, radius: float, thick: float = 1.0) -> None:
     """Draw a ring of radius px around each dot at uv (N, 2), coloured by state (N,); rings of touched dots are thicker."""
     rings = _fixed(uv[:, None] + radius * _CORNERS)
-    for value, colour in enumerate(colours.STATE_COLOURS):
+    for value, colour in enumerate(STATE_COLOURS):
         chosen = rings[(state == value) | (state < 0)] if value == 0 else rings[state == value]
         if len(chosen):
             width, kind = (round(2 * thick), cv2.LINE_AA) if value else (round(thick), cv2.LINE_8)
@@ -140,7 +165,7 @@ def draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray, thick: 
     strokes = _fixed(np.stack([start, end, end - back + side, end, end - back - side], axis=1))
     if len(start) <= _FEW:
         cv2.polylines(picture, list(strokes), False, (0, 0, 0), round(3 * thick), cv2.LINE_8, _SHIFT)
-    cv2.polylines(picture, list(strokes), False, bgr(colours.ARROW), round(thick), cv2.LINE_AA, _SHIFT)
+    cv2.polylines(picture, list(strokes), False, bgr(ARROW), round(thick), cv2.LINE_AA, _SHIFT)
 
 
 def draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray, thick: float = 1.0) -> None:
@@ -154,7 +179,7 @@ def draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray, thick: f
         place = round(uv[k, 0]) + 5, round(uv[k, 1]) - 5
         text = f'{row[k]}.{column[k]}'
         cv2.putText(picture, text, place, _FONT, 0.45 * thick, (0, 0, 0), round(3 * thick), cv2.LINE_8)
-        cv2.putText(picture, text, place, _FONT, 0.45 * thick, bgr(colours.TEXT), round(thick), cv2.LINE_AA)
+        cv2.putText(picture, text, place, _FONT, 0.45 * thick, bgr(TEXT), round(thick), cv2.LINE_AA)
 
 
 def draw_contacts(picture: np.ndarray, places: np.ndarray, thick: float = 1.0) -> None:
@@ -162,8 +187,8 @@ def draw_contacts(picture: np.ndarray, places: np.ndarray, thick: float = 1.0) -
     for u, v in places[np.isfinite(places).all(axis=1)]:
         centre = round(u), round(v)
         cv2.circle(picture, centre, round(9 * thick), (0, 0, 0), round(4 * thick), cv2.LINE_AA)
-        cv2.circle(picture, centre, round(9 * thick), bgr(colours.CONTACT), round(2 * thick), cv2.LINE_AA)
-        cv2.drawMarker(picture, centre, bgr(colours.CONTACT), cv2.MARKER_CROSS, round(26 * thick), round(2 * thick))
+        cv2.circle(picture, centre, round(9 * thick), bgr(CONTACT), round(2 * thick), cv2.LINE_AA)
+        cv2.drawMarker(picture, centre, bgr(CONTACT), cv2.MARKER_CROSS, round(26 * thick), round(2 * thick))
 
 
 def text_bar(lines: list[str], width: int, thick: float = 1.0) -> np.ndarray:
@@ -171,7 +196,7 @@ def text_bar(lines: list[str], width: int, thick: float = 1.0) -> np.ndarray:
     bar = np.full((round(thick * (20 * len(lines) + 6)), width, 3), 24, np.uint8)
     for k, line in enumerate(lines):
         size = _SIZE * thick * min(1.0, (width - 16 * thick) / max(1, cv2.getTextSize(line, _FONT, _SIZE * thick, 1)[0][0]))
-        cv2.putText(bar, line, (round(8 * thick), round(thick * (18 + 20 * k))), _FONT, size, bgr(colours.TEXT), round(thick), cv2.LINE_AA)
+        cv2.putText(bar, line, (round(8 * thick), round(thick * (18 + 20 * k))), _FONT, size, bgr(TEXT), round(thick), cv2.LINE_AA)
     return bar
 
 
@@ -184,6 +209,6 @@ def legend_bar(entries: list[tuple[str, tuple[float, float, float]]], width: int
         top, side = round(13 * thick - 6 * thick * scale), 12 * thick * scale
         cv2.rectangle(bar, (round(left), top), (round(left + side), round(top + side)), bgr(colour), -1)
         place = round(left + 1.5 * side), round(top + side)
-        cv2.putText(bar, name, place, _FONT, _SIZE * thick * scale, bgr(colours.TEXT), round(thick), cv2.LINE_AA)
+        cv2.putText(bar, name, place, _FONT, _SIZE * thick * scale, bgr(TEXT), round(thick), cv2.LINE_AA)
         left += length * scale
     return bar

@@ -13,11 +13,9 @@ from tactile_driver.stitching.calibration import Stitching
 from tactile_msgs.msg import ContactRegion, DotTracks
 from tactile_perception.common.camera import CameraModel
 
-from .. import colours
-from ..annotated_image import Annotation, states_of
-from .messages import rings_of
-from .words import touch_words
-
+from . import pictures as colours
+from .markers import rings_of, touch_words
+from .pictures import Annotation, states_of
 
 _LEGEND = [*zip(colours.STATE_NAMES, colours.STATE_COLOURS), ('displacement', colours.ARROW), ('region', colours.REGION),
            ('contact', colours.CONTACT)]

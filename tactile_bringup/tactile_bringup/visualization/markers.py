@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Converts results to RViz markers."""
+"""Results as RViz markers."""
 from __future__ import annotations
 
 import textwrap
@@ -14,10 +14,136 @@ from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.common.spherical_cap import Cap
 from visualization_msgs.msg import Marker, MarkerArray
 
-from .. import colours, mesh
-from ..annotated_image import states_of
-from .skin import SkinMarkers
-from .words import touch_words
+from . import pictures as colours
+from .pictures import states_of
+
+_LONGEST = 3.0  # times the median edge, chosen: longer edges bridge a notch in the border of the pattern
+_AMBIENT = 0.35  # share of ambient light, chosen
+_LIGHT = np.array([0.35, 0.25, 0.9]) / np.linalg.norm([0.35, 0.25, 0.9])  # direction to the light, chosen: oblique from above
+
+
+def inside(points: np.ndarray, rings: list[np.ndarray]) -> np.ndarray:
+    """Whether each of the points (P, 2) lies within an odd number of the closed rings, each (n, 2); (P,) bool."""
+    odd = np.zeros(len(points), bool)
+    x, y = points[:, 0, None], points[:, 1, None]
+    for ring in rings:
+        after = np.roll(ring, -1, axis=0)
+        (x0, y0), (x1, y1) = ring.T[:, None], after.T[:, None]
+        crossing = (y0 > y) != (y1 > y)
+        with np.errstate(divide='ignore', invalid='ignore'):
+            odd ^= (crossing & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))).sum(axis=1) % 2 == 1
+    return odd
+
+
+def fill(rings: list[np.ndarray], within: np.ndarray) -> np.ndarray:
+    """Corners (3 T, 3), m, of triangles that fill outlines less holes, each (n, 3); within: (M, 3) further points on the surface."""
+    if not rings:
+        return np.zeros((0, 3))
+    flat = [ring[:, :2] for ring in rings]
+    corners = np.concatenate([*rings, within[inside(within[:, :2], flat)]])
+    corners = np.unique(corners[np.isfinite(corners).all(axis=1)], axis=0)
+    triangles = _triangles(corners)
+    kept = triangles[inside(corners[triangles].mean(axis=1)[:, :2], flat)]
+    return corners[kept].reshape(-1, 3)
+
+
+def skin(places: np.ndarray) -> np.ndarray:
+    """Vertex indices (T, 3) of the triangles between places (N, 3), m, without long edges; triangulated in x and y."""
+    triangles = _triangles(places)
+    if not len(triangles):
+        return triangles
+    edges = np.linalg.norm(places[triangles] - places[np.roll(triangles, 1, axis=1)], axis=2)
+    return triangles[edges.max(axis=1) < _LONGEST * np.median(edges)]
+
+
+def _triangles(places: np.ndarray) -> np.ndarray:
+    """Vertex indices (T, 3) of the Delaunay triangulation of places (N, 3), m, in x and y; (0, 3) for collinear places."""
+    from scipy.spatial import Delaunay, QhullError  # imported only when markers are drawn
+    if len(places) < 3:
+        return np.zeros((0, 3), np.int64)
+    try:
+        return Delaunay(places[:, :2]).simplices.astype(np.int64)
+    except QhullError:  # collinear
+        return np.zeros((0, 3), np.int64)
+
+
+def light(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Brightness (N,), 0 to 1, of a matt surface at its vertices (N, 3), m: ambient light and Lambert's cosine law."""
+    a, b, c = places[triangles].transpose(1, 0, 2)
+    faces = np.cross(b - a, c - a)
+    faces *= np.where(faces[:, 2:] < 0, -1.0, 1.0)  # pointing outwards
+    normals = np.zeros((len(places), 3))
+    np.add.at(normals, triangles.ravel(), np.repeat(faces, 3, axis=0))
+    cosine = normals @ _LIGHT / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)
+    return _AMBIENT + (1 - _AMBIENT) * np.clip(cosine, 0.0, 1.0)
+
+
+# RViz neither lights nor blends by opacity triangles whose colours are one a triangle; with one a corner it blends, and the colours hold
+# the light.
+
+_DEPTHS, _SHADES = 32, 16  # steps of colour and shading, chosen: finer than the eye resolves
+_OPACITY = 0.55  # chosen
+_MOST = 300  # dots, chosen: rclpy converts each point and colour
+
+
+def _palette() -> list[ColorRGBA]:
+    """_DEPTHS * _SHADES colours, one row of shades per depth."""
+    tones = colours.of_depth(np.linspace(0.0, 1.0, _DEPTHS))
+    lit = tones[:, None] * np.linspace(0.0, 1.0, _SHADES)[:, None]
+    return [ColorRGBA(r=r, g=g, b=b, a=_OPACITY) for r, g, b in lit.reshape(-1, 3).tolist()]
+
+
+class SkinMarkers:
+    """Triangulates the dots once and again when the set of dot ids changes."""
+
+    def __init__(self):
+        self._palette = _palette()
+        self._id = np.zeros(0, np.int64)
+        self._triangles = np.zeros((0, 3), np.int64)
+
+    def corners(self, id: np.ndarray, places: np.ndarray, columns: int) -> list[int]:
+        """Dot index of each triangle corner (3 T); id (N,) and places (N, 3), m, of the dots; columns of their grid, 0 without one.
+
+        A grid of more than _MOST dots uses every other dot, as on the white squares of a chessboard.
+        """
+        if not np.array_equal(id, self._id):
+            used = np.arange(len(id))
+            if columns and len(id) > _MOST:
+                used = np.flatnonzero((id // columns + id % columns) % 2 == 0)
+            self._id, self._triangles = id, used[skin(places[used])]
+        return self._triangles.ravel().tolist()
+
+    def colours(self, places: np.ndarray, share: np.ndarray) -> list[ColorRGBA]:
+        """Colour of each triangle corner; places (N, 3), m, and share (N,), the depths of the dots over the full depth."""
+        depth = np.clip(np.round((_DEPTHS - 1) * share), 0, _DEPTHS - 1)
+        shade = np.round((_SHADES - 1) * light(places, self._triangles))
+        return [self._palette[k] for k in (_SHADES * depth + shade).astype(np.int64)[self._triangles.ravel()].tolist()]
+
+
+SLIP_NAMES = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS: 'gross slip'}
+
+
+def touch_words(found: Mapping) -> list[str]:
+    """Depth, force and slip state, as far as they are known, from messages by topic (contacts, wrench, slip; any may be missing)."""
+    contacts = found['contacts'].contacts if 'contacts' in found else []
+    depths = [contact.depth for contact in contacts if np.isfinite(contact.depth)]
+    forces = [contact.force for contact in contacts if np.isfinite(contact.force)]
+    words = [f'{1e3 * max(depths):.1f} mm deep' if depths else '']
+    if 'wrench' in found:
+        words.append(force_word(found['wrench'].wrench.force))
+    elif forces:
+        words.append(f'{sum(forces):.2f} N')
+    words.append(SLIP_NAMES.get(found['slip'].state, '') if 'slip' in found else '')
+    return [word for word in words if word]
+
+
+def force_word(force) -> str:
+    """Magnitude of the force; its z component where only that is known; '' where neither is."""
+    size = float(np.linalg.norm([force.x, force.y, force.z]))
+    if np.isfinite(size):
+        return f'{size:.1f} N'
+    return f'{abs(force.z):.1f} N along z' if np.isfinite(force.z) else ''
+
 
 #: s, chosen: RViz removes markers this long after the last data.
 STALE_S = 2.0
@@ -159,7 +285,7 @@ class MarkerSet:
                 ends = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1).reshape(-1, 3) for ring in rings]
                 lines = np.concatenate(ends) + (0.0, 0.0, _LIFTED)
                 self._add(ns, Marker.LINE_LIST, (0.5 * self._sizes['dot_size'], 0.0, 0.0), _colour(colour), points_of(lines))
-        corners = mesh.fill(outlines + holes, places[np.isfinite(places).all(axis=1)])
+        corners = fill(outlines + holes, places[np.isfinite(places).all(axis=1)])
         if len(corners):
             lifted = points_of(corners + (0.0, 0.0, 0.5 * _LIFTED))
             self._add('region', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.REGION, 0.4), lifted)
