@@ -24,7 +24,7 @@ from tactile_driver.parameters.table import Parameter
 from tactile_perception.parameters.file import read_parameters
 
 from ..installed import share
-from ..sensor_types import NODES, SENSOR_TYPES
+from tactile_perception.sensors import NODES, SENSOR_TYPES
 
 _RESPAWN_S = 0.5
 
@@ -59,7 +59,7 @@ def processes(plan: SensorPlan, composed: bool, apart: str = '') -> list[Node]:
         started = [Node(package='tactile_bringup', executable='sensor_nodes', exec_name=plan.frame, arguments=together, **again)]
     else:
         started = []
-    started += [Node(package=NODES[name][0].partition('.')[0], executable=name, exec_name=f'{plan.frame}/{name}', **again)
+    started += [Node(package=NODES[name].partition('.')[0], executable=name, exec_name=f'{plan.frame}/{name}', **again)
                 for name in plan.nodes if not composed or name == apart]
     if plan.bag:
         # It does not wait for somebody who works on raw data where that is in one process with the driver and is not seen.
@@ -153,7 +153,7 @@ def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[Decl
     """
     values = values_of(context, [*sensor_arguments(sensor_type), *more])
     plan = sensor_plan(values, sensor_type)
-    markers = SENSOR_TYPES[sensor_type].markers
+    markers = SENSOR_TYPES[sensor_type].view
     plan = replace(plan, nodes={**plan.nodes, markers: {**plan.nodes[markers], **(drawn or {})}})
     own = SENSOR_TYPES[sensor_type].driver if apart and values['source'] == 'sim' else ''
     return [*processes(plan, _BOOLEANS[values['composed']], own), *(LogInfo(msg=note) for note in plan.notes),
@@ -175,7 +175,7 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
         notes = (f'not calibrated (calibration:=FILE): {kind.uncalibrated} and run `ros2 run tactile_perception calibrate`',)
     nodes = {kind.driver: driver_parameters(values, sensor_type) | {'frame_id': frame} | stitching,
              **{name: calibrated | ({'frame_id': frame} if name == 'dot_tracker_node' else {}) for name in perception},
-             kind.markers: {'frame_id': frame} | (calibrated if kind.stitched else {})}
+             kind.view: {'frame_id': frame} | (calibrated if kind.stitched else {})}
     return SensorPlan(frame, values['namespace'], values['params'], nodes, values['record'], notes)
 
 

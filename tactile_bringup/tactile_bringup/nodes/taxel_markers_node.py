@@ -17,12 +17,12 @@ from std_msgs.msg import ColorRGBA, Header
 from tactile_driver.errors import TactileError
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message
-from tactile_driver.nodes.messages.images import message_type
+from tactile_driver.nodes.messages.images import grey_to_array, message_type
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import ContactRegion, Slip
-from tactile_perception.nodes.stages.taxel import RESULTS, taxel_values
+from tactile_perception.nodes.messages.conversions import RESULTS
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ..parameters.table import TAXEL_MARKERS_PARAMETERS
@@ -83,7 +83,7 @@ class TaxelMarkers(MarkerSet):
 
         Triangles, because RViz darkens the upper side of cubes; and few, because rclpy converts each point: of many pressed taxels, blocks.
         """
-        values = taxel_values(image).astype(np.float32)
+        values = grey_to_array(image, 'taxel image').astype(np.float32)
         self._shape, full = values.shape, self._array_sizes['full_value']
         side = math.ceil(math.sqrt(np.count_nonzero(values > _FAINT * full) / _MOST_CELLS))
         if side > 1:
@@ -245,7 +245,7 @@ class TaxelMarkersNode(DrawingNode):
 
     def _picture(self, found: dict) -> Image:
         """The taxels in colours, with what was found."""
-        values = taxel_values(found['image_raw'])
+        values = grey_to_array(found['image_raw'], 'taxel image')
         picture = annotate(coloured(values, self.settings['full_value']), taxel_annotation(found, values.shape, self.settings))
         return image_to_message(Frame(picture, 0, 'bgr8'), 'bgr8', found['image_raw'].header)
 
