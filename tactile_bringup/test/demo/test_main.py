@@ -3,19 +3,14 @@
 
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from sensor_msgs.msg import Image  # noqa: E402
-from std_msgs.msg import Header  # noqa: E402
-from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.messages.conversions import image_to_message  # noqa: E402
-from tactile_msgs.msg import DotTracks  # noqa: E402
-
-from tactile_bringup.demo import main  # noqa: E402
-
-pytestmark = pytest.mark.ros
+import rclpy
+from sensor_msgs.msg import Image
+from std_msgs.msg import Header
+from tactile_bringup.demo import main
+from tactile_driver.errors import BadArgument
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import image_to_message
+from tactile_msgs.msg import DotTracks
 
 
 @pytest.fixture

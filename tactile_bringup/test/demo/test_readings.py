@@ -4,13 +4,9 @@ import math
 
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from geometry_msgs.msg import Quaternion, Transform, Vector3, WrenchStamped  # noqa: E402
-from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip  # noqa: E402
-
-from tactile_bringup.demo.summary import reading_of  # noqa: E402
+from geometry_msgs.msg import Quaternion, Transform, Vector3, WrenchStamped
+from tactile_bringup.demo.summary import reading_of
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
 
 def test_all_messages_of_a_touch():

@@ -2,13 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from scipy.spatial.transform import Rotation  # noqa: E402
-
-from tactile_bringup.nodes.hand_frames_node import body_markers  # noqa: E402
-from tactile_bringup.hand.description import Hand, HandSensor  # noqa: E402
+from scipy.spatial.transform import Rotation
+from tactile_bringup.hand.description import Hand, HandSensor
+from tactile_bringup.nodes.hand_frames_node import body_markers
 
 
 def ends(marker):

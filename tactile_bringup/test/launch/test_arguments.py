@@ -5,18 +5,13 @@ from pathlib import Path
 
 import pytest
 import yaml
-
-pytest.importorskip('launch_ros', reason='ROS is not sourced')
-
-from launch import LaunchContext  # noqa: E402
-from launch.actions import LogInfo  # noqa: E402
-
-from tactile_bringup.launch.arguments import (  # noqa: E402
+from launch import LaunchContext
+from launch.actions import LogInfo
+from tactile_bringup.installed import share
+from tactile_bringup.launch.arguments import (
     LaunchError, check, completed, driver_parameters, sensor_actions, sensor_arguments, sensor_plan)
-from tactile_bringup.installed import share  # noqa: E402
-from tactile_perception.sensors import SENSOR_TYPES  # noqa: E402
+from tactile_perception.sensors import SENSOR_TYPES
 
-pytestmark = pytest.mark.ros
 SOURCES = ('sim', 'device', 'file', 'bag')
 
 

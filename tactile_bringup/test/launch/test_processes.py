@@ -3,16 +3,11 @@
 from types import SimpleNamespace
 
 import pytest
+import yaml
+from tactile_bringup.launch import arguments as module
+from tactile_bringup.launch.arguments import LaunchError, SensorPlan, end_if_wrong, hand_frames, processes
+from tactile_driver.nodes.runtime.run import WRONG
 
-pytest.importorskip('launch_ros', reason='ROS is not sourced')
-
-import yaml  # noqa: E402
-from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
-
-from tactile_bringup.launch import arguments as module  # noqa: E402
-from tactile_bringup.launch.arguments import LaunchError, SensorPlan, end_if_wrong, hand_frames, processes  # noqa: E402
-
-pytestmark = pytest.mark.ros
 NODES = {'camera_node': {'device': '1e3', 'rate': 60.0, 'loop': True}, 'dot_tracker_node': {}, 'markers_node': {'frame_id': 'left_pad'}}
 
 

@@ -1,18 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from sensor_msgs.msg import CompressedImage, Image  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-from tactile_driver.errors import BadArgument  # noqa: E402
-
-from tactile_bringup.launch.recorded import bag_of, recorded_topics  # noqa: E402
-from tactile_driver.recordings.serialization import encode  # noqa: E402
-from tactile_driver.recordings.writer import BagWriter  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import String
+from tactile_bringup.launch.recorded import bag_of, recorded_topics
+from tactile_driver.errors import BadArgument
+from tactile_driver.recordings.serialization import encode
+from tactile_driver.recordings.writer import BagWriter
 
 
 RAW = {'touchpad': ['image_raw'], 'areal_dual': ['left/image_raw', 'right/image_raw', 'image_raw'], 'psd_finger': ['voltages'],

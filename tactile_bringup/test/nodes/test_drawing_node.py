@@ -4,22 +4,17 @@
 import time
 
 import pytest
-
-pytest.importorskip('rclpy')
-import rclpy  # noqa: E402
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
-from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_driver.nodes.runtime.defect_guard import DefectGuard  # noqa: E402
-from tactile_driver.parameters.table import Parameter  # noqa: E402
-from std_msgs.msg import Header  # noqa: E402
-from tactile_msgs.msg import Slip  # noqa: E402
-from tf2_msgs.msg import TFMessage  # noqa: E402
-from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
-
-from tactile_bringup.nodes.drawing_node import DrawingNode  # noqa: E402
-
-pytestmark = pytest.mark.ros
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import Header
+from tactile_bringup.nodes.drawing_node import DrawingNode
+from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.runtime.defect_guard import DefectGuard
+from tactile_driver.parameters.table import Parameter
+from tactile_msgs.msg import Slip
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
 
 
 class Lookers(DrawingNode):

@@ -2,20 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """finger_markers_node draws for those who look, and nothing for nobody."""
 import numpy as np
-import pytest
-
-pytest.importorskip('rclpy')
-from geometry_msgs.msg import Vector3  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
-from tactile_msgs.msg import Contact, Contacts  # noqa: E402
-from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
-from tf2_msgs.msg import TFMessage  # noqa: E402
-from visualization_msgs.msg import MarkerArray  # noqa: E402
-
-from tactile_bringup.nodes.finger_markers_node import FingerMarkersNode, finger_picture  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from geometry_msgs.msg import Vector3
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import Image
+from tactile_bringup.nodes.finger_markers_node import FingerMarkersNode, finger_picture
+from tactile_driver.nodes.messages.images import image_to_array
+from tactile_msgs.msg import Contact, Contacts
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
 
 
 def test_markers_for_somebody_and_the_tip_for_all(bench):

@@ -1,17 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """markers_node draws what belongs together, for those who look, and nothing for nobody."""
-import pytest
-
-pytest.importorskip('rclpy')
-from geometry_msgs.msg import Point32, Polygon  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
-from tactile_bringup.nodes.markers_node import MarkersNode  # noqa: E402
-from tactile_driver.nodes.runtime.host import Host  # noqa: E402
-from tactile_msgs.msg import ContactRegion, DotTracks  # noqa: E402
-from visualization_msgs.msg import MarkerArray  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from geometry_msgs.msg import Point32, Polygon
+from sensor_msgs.msg import Image
+from tactile_bringup.nodes.markers_node import MarkersNode
+from tactile_driver.nodes.runtime.host import Host
+from tactile_msgs.msg import ContactRegion, DotTracks
+from visualization_msgs.msg import MarkerArray
 
 
 def sent_dots(stamp, nanosec=0):

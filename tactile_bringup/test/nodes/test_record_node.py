@@ -4,21 +4,18 @@
 import time
 
 import pytest
+import rclpy
 import yaml
-
-rclpy = pytest.importorskip('rclpy')
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-from tactile_bringup.nodes.record_node import RecordNode  # noqa: E402
-from tactile_driver.errors import TactileError  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode  # noqa: E402
-from tactile_msgs.msg import DotTracks  # noqa: E402
-from tf2_msgs.msg import TFMessage  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import Image
+from std_msgs.msg import String
+from tactile_bringup.nodes.record_node import RecordNode
+from tactile_driver.errors import TactileError
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_msgs.msg import DotTracks
+from tf2_msgs.msg import TFMessage
 
 
 def recorder(**values):

@@ -3,15 +3,9 @@
 """The command status, beside a node that reports."""
 
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from rclpy.node import Node  # noqa: E402
-from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, NodeDiagnostics, common_values  # noqa: E402
-
-from tactile_bringup.nodes.status import main  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from rclpy.node import Node
+from tactile_bringup.nodes.status import main
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, NodeDiagnostics, common_values
 
 
 @pytest.fixture

@@ -2,20 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """taxel_markers_node draws for those who look, and nothing for nobody."""
 import numpy as np
-import pytest
-
-pytest.importorskip('rclpy')
-from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
-from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
-from tactile_perception.nodes.stages.taxel import RESULTS  # noqa: E402
-from tf2_msgs.msg import TFMessage  # noqa: E402
-from visualization_msgs.msg import MarkerArray  # noqa: E402
-
-from tactile_bringup.nodes.taxel_markers_node import TaxelMarkersNode  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import Image
+from tactile_bringup.nodes.taxel_markers_node import TaxelMarkersNode
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_perception.nodes.stages.taxel import RESULTS
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
 
 
 def test_markers_of_one_instant_for_somebody_and_the_array_for_all(bench):

@@ -7,18 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, TAXEL_DRIVER_PARAMETERS  # noqa: E402
-from tactile_driver.sources.source import EndOfSource  # noqa: E402
-from tactile_driver.sources.registry import CAMERA_SOURCES, TAXEL_SOURCES, make_source  # noqa: E402
-from tactile_perception.dots.stage import DotStage  # noqa: E402
-from tactile_perception.taxel.stage import TaxelStage  # noqa: E402
-from tactile_perception.parameters.file import read_parameters  # noqa: E402
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS  # noqa: E402
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS  # noqa: E402
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, TAXEL_DRIVER_PARAMETERS
+from tactile_driver.sources.registry import CAMERA_SOURCES, TAXEL_SOURCES, make_source
+from tactile_driver.sources.source import EndOfSource
+from tactile_perception.dots.stage import DotStage
+from tactile_perception.parameters.file import read_parameters
+from tactile_perception.parameters.taxel import TAXEL_PARAMETERS
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS
+from tactile_perception.taxel.stage import TaxelStage
 
 FOLDER = Path(__file__).resolve().parents[2] / 'params'
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))

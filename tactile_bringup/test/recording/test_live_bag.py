@@ -8,13 +8,8 @@ import subprocess
 import sys
 from collections import namedtuple
 
-import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-
-from tactile_bringup.nodes.record_node import LiveBag  # noqa: E402
+from tactile_bringup.nodes.record_node import LiveBag
+from tactile_driver.recordings.reader import BagReader
 
 SIZE = 100_000
 WRITING = """

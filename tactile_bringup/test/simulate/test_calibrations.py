@@ -4,17 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from tactile_bringup.installed import share  # noqa: E402
-from tactile_bringup.simulate.calibrations import calibrate_specimen, main  # noqa: E402
-from tactile_bringup.simulate.bags import write_scene  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode  # noqa: E402
-from tactile_perception.calibration.files.markers import read_touch  # noqa: E402
-from tactile_perception.tools.process_bag import main as process_bag  # noqa: E402
+from tactile_bringup.installed import share
+from tactile_bringup.simulate.bags import write_scene
+from tactile_bringup.simulate.calibrations import calibrate_specimen, main
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_perception.calibration.files.markers import read_touch
+from tactile_perception.tools.process_bag import main as process_bag
 
 LARGEST = 1_500_000  # bytes of a file that ships
 # sensor: errors (m) of place and depth in the median over the frames of one press

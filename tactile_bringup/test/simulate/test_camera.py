@@ -5,18 +5,14 @@ from collections import defaultdict
 import numpy as np
 import pytest
 import yaml
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from tactile_bringup.simulate.bags import write_scene  # noqa: E402
-from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_driver.nodes.messages.ground_truth import TRUTH  # noqa: E402
-from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode  # noqa: E402
-from tactile_driver.simulation.sensors.scenes import open_scene  # noqa: E402
-from tactile_perception.nodes.messages.conversions import camera_matrices  # noqa: E402
+from tactile_bringup.simulate.bags import write_scene
+from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.messages.ground_truth import TRUTH
+from tactile_driver.nodes.messages.images import image_to_array
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_driver.simulation.sensors.scenes import open_scene
+from tactile_perception.nodes.messages.conversions import camera_matrices
 
 
 def messages_of(path):

@@ -1,16 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-import pytest
 import yaml
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from ament_index_python.packages import get_package_share_directory  # noqa: E402
-from tactile_bringup.simulate.bags import main  # noqa: E402
-from tactile_driver.nodes.messages.ground_truth import TRUTH  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_perception.tools.process_bag import main as process_bag  # noqa: E402
+from ament_index_python.packages import get_package_share_directory
+from tactile_bringup.simulate.bags import main
+from tactile_driver.nodes.messages.ground_truth import TRUTH
+from tactile_driver.recordings.reader import BagReader
+from tactile_perception.tools.process_bag import main as process_bag
 
 
 def topics(path):

@@ -2,17 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from tactile_bringup.installed import share  # noqa: E402
-from tactile_bringup.simulate.bags import write_taxel_scene  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode  # noqa: E402
-from tactile_perception.tools.process_bag import main as process_bag  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from tactile_bringup.installed import share
+from tactile_bringup.simulate.bags import write_taxel_scene
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_perception.tools.process_bag import main as process_bag
 
 
 def told(bag, topic):

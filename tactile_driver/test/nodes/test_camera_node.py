@@ -7,19 +7,21 @@ from functools import partial
 
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-import yaml  # noqa: E402
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from lifecycle_msgs.srv import ChangeState  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-from tactile_msgs.msg import ContactRegion  # noqa: E402
-from watching import (  # noqa: E402
+import rclpy
+import yaml
+from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.srv import ChangeState
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String
+from tactile_driver.errors import DeviceLost
+from tactile_driver.frame import Frame
+from tactile_driver.nodes import camera_node, driver_node
+from tactile_driver.nodes.runtime.run import WRONG
+from tactile_driver.sources.capture import Backoff
+from tactile_msgs.msg import ContactRegion
+from watching import (
     ACTIVATE,
     CLEANUP,
     CONFIGURE,
@@ -30,12 +32,6 @@ from watching import (  # noqa: E402
     ended,
     stamps,
 )
-
-from tactile_driver.errors import DeviceLost  # noqa: E402
-from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes import camera_node, driver_node  # noqa: E402
-from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
-from tactile_driver.sources.capture import Backoff  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
 

@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node that all drivers share, over a fake stream: what it refuses, retries and lets change."""
 import pytest
+import rclpy
+from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.parameter import Parameter as RosParameter
+from tactile_driver.errors import BadArgument, DeviceLost
+from tactile_driver.nodes.driver_node import DriverNode
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.parameters.table import Parameter
+from tactile_driver.sources.capture import CaptureStatus
 
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from rclpy.lifecycle import TransitionCallbackReturn  # noqa: E402
-from rclpy.parameter import Parameter as RosParameter  # noqa: E402
-
-from tactile_driver.errors import BadArgument, DeviceLost  # noqa: E402
-from tactile_driver.nodes.driver_node import DriverNode  # noqa: E402
-from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health  # noqa: E402
-from tactile_driver.nodes.runtime.host import Host  # noqa: E402
-from tactile_driver.parameters.table import Parameter  # noqa: E402
-from tactile_driver.sources.capture import CaptureStatus  # noqa: E402
-
-pytestmark = pytest.mark.ros
 TABLE = (Parameter('autostart', bool, False, '', 'start by itself', read_only=True),
          Parameter('exposure', float, 0.0, 's', 'live', 0.0, 1.0), Parameter('path', str, '', '', 'fixed'))
 

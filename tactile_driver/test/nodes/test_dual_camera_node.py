@@ -7,22 +7,17 @@ from functools import partial
 import cv2
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-import yaml  # noqa: E402
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
-from stitchings import stitching, view  # noqa: E402
-from tactile_msgs.msg import Contacts  # noqa: E402
-from watching import Watcher, ended, stamps  # noqa: E402
-
-from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
-from tactile_driver.recordings.writer import write_messages  # noqa: E402
-from tactile_driver.stitching.methods import make_stitcher  # noqa: E402
+import yaml
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import CameraInfo, Image
+from stitchings import stitching, view
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.nodes.runtime.run import WRONG
+from tactile_driver.recordings.writer import write_messages
+from tactile_driver.stitching.methods import make_stitcher
+from tactile_msgs.msg import Contacts
+from watching import Watcher, ended, stamps
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
 WARN = b'\x01'

@@ -5,13 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN  # noqa: E402
-from tactile_driver.nodes import health as module  # noqa: E402
-from tactile_driver.nodes.health import SampleMeter, capture_health, unconfigured_health  # noqa: E402
-from tactile_driver.sources.capture import CaptureStatus  # noqa: E402
+from tactile_driver.nodes import health as module
+from tactile_driver.nodes.health import SampleMeter, capture_health, unconfigured_health
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN
+from tactile_driver.sources.capture import CaptureStatus
 
 GOOD = CaptureStatus('running', 300, 2, 1, 29.9, 0.02, '')
 ABOUT = {'source': 'device', 'path': '/dev/video0', 'serial': 'A111', 'rate': 30.0}

@@ -7,14 +7,10 @@ from functools import partial
 
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
-from tactile_msgs.msg import Slip  # noqa: E402
-from watching import ERROR, Watcher, ended, stamps  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import Image
+from tactile_msgs.msg import Slip
+from watching import ERROR, Watcher, ended, stamps
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
 

@@ -1,15 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Compressed images stand in for raw ones that were not recorded, and only for those."""
-import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from sensor_msgs.msg import CompressedImage, Image  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.writer import write_messages  # noqa: E402
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import String
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.writer import write_messages
 
 
 def topics_of(path, **messages):

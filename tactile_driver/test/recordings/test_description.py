@@ -2,15 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 import pytest
 import yaml
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from std_msgs.msg import String  # noqa: E402
-
-from tactile_driver.errors import BadRecording  # noqa: E402
-from tactile_driver.recordings.description import descriptions, original, recorded_description  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.writer import write_messages  # noqa: E402
+from std_msgs.msg import String
+from tactile_driver.errors import BadRecording
+from tactile_driver.recordings.description import descriptions, original, recorded_description
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.writer import write_messages
 
 SIMULATED = {'sensor_type': 'touchpad', 'source': 'sim', 'scene': 'rest'}
 

@@ -3,13 +3,10 @@
 """Bags are read byte by byte, in both storages, compressed or not; unfinished ones as far as rosbag2 reads them."""
 import pytest
 import yaml
-
-pytest.importorskip('rosbag2_py', reason='ROS is not sourced')
-from small_bags import FILE, MESSAGE, TYPE, message, numbers, write_bag  # noqa: E402
-
-from tactile_driver.errors import BadRecording  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import type_hash  # noqa: E402
+from small_bags import FILE, MESSAGE, TYPE, message, numbers, write_bag
+from tactile_driver.errors import BadRecording
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import type_hash
 
 
 @pytest.mark.parametrize('storage, compression, preset', [

@@ -6,19 +6,13 @@ import random
 
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from geometry_msgs.msg import Point32, Polygon  # noqa: E402
-from rosidl_parser.definition import AbstractSequence, AbstractString, Array, NamespacedType  # noqa: E402
-from rosidl_runtime_py.utilities import get_message  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
-from tactile_driver.recordings.serialization import decode, encode, type_hash, type_name_of, unusable  # noqa: E402
-from tactile_msgs.msg import ContactRegion, DotTracks, Slip  # noqa: E402
-from tactile_driver.errors import BadFrame  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from geometry_msgs.msg import Point32, Polygon
+from rosidl_parser.definition import AbstractSequence, AbstractString, Array, NamespacedType
+from rosidl_runtime_py.utilities import get_message
+from sensor_msgs.msg import Image
+from tactile_driver.errors import BadFrame
+from tactile_driver.recordings.serialization import decode, encode, type_hash, type_name_of, unusable
+from tactile_msgs.msg import ContactRegion, DotTracks, Slip
 
 
 def region():

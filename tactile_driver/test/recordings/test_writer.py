@@ -3,18 +3,13 @@
 """Bags are written once, read back byte by byte, and hold what `ros2 bag play` of Jazzy reads of a bag."""
 import pytest
 import yaml
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('rosbag2_py', reason='ROS is not sourced')
-
-from rclpy.qos import DurabilityPolicy, Duration, LivelinessPolicy, QoSProfile  # noqa: E402
-from small_bags import TYPE, encoded  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-
-from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode, type_hash  # noqa: E402
-from tactile_driver.recordings.writer import AT_ONCE, COMPRESSED, BagWriter, recorded_qos, usual_qos, write_messages  # noqa: E402
+from rclpy.qos import DurabilityPolicy, Duration, LivelinessPolicy, QoSProfile
+from small_bags import TYPE, encoded
+from std_msgs.msg import String
+from tactile_driver.errors import BadArgument
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode, type_hash
+from tactile_driver.recordings.writer import AT_ONCE, COMPRESSED, BagWriter, recorded_qos, usual_qos, write_messages
 
 OTHER = usual_qos('/other') | {'reliability': 'best_effort'}
 OFFERED = {'/pad/image_raw': [], '/pad/description': [], '/pad/camera_info': [], '/tf_static': [], '/other/image': [OTHER, OTHER]}

@@ -2,16 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from geometry_msgs.msg import Point, Point32, Polygon, WrenchStamped  # noqa: E402
-from sensor_msgs.msg import CameraInfo  # noqa: E402
-from tactile_driver.stitching.calibration import SideView, Stitching  # noqa: E402
-from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip  # noqa: E402
-from tactile_perception.nodes.messages.conversions import camera_matrices  # noqa: E402
-
-from tactile_bringup.visualization.annotation import Projection, annotation_of, text_of  # noqa: E402
+from geometry_msgs.msg import Point, Point32, Polygon, WrenchStamped
+from sensor_msgs.msg import CameraInfo
+from tactile_bringup.visualization.annotation import Projection, annotation_of, text_of
+from tactile_driver.stitching.calibration import SideView, Stitching
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
+from tactile_perception.nodes.messages.conversions import camera_matrices
 
 K = [500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0]
 DOTS = DotTracks(rows=23, columns=23, id=[4, 7], u=[10.0, 20.0], v=[1.0, 2.0], du=[3.0, float('nan')], dv=[4.0, float('nan')],

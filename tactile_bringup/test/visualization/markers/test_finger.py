@@ -2,15 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from geometry_msgs.msg import Point, Vector3  # noqa: E402
-from std_msgs.msg import Header  # noqa: E402
-from tactile_msgs.msg import Contact, Contacts  # noqa: E402
-from visualization_msgs.msg import Marker  # noqa: E402
-
-from tactile_bringup.nodes.finger_markers_node import FingerMarkers, finger_picture, hemisphere  # noqa: E402
+from geometry_msgs.msg import Point, Vector3
+from std_msgs.msg import Header
+from tactile_bringup.nodes.finger_markers_node import FingerMarkers, finger_picture, hemisphere
+from tactile_msgs.msg import Contact, Contacts
+from visualization_msgs.msg import Marker
 
 SIZES = {'radius': 0.016, 'point_size': 1.5e-3, 'normal_length': 8e-3, 'trail': 1.0}
 

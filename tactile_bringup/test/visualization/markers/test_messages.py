@@ -2,17 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped  # noqa: E402
-from scipy.spatial.transform import Rotation  # noqa: E402
-from std_msgs.msg import Header  # noqa: E402
-from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip  # noqa: E402
-from visualization_msgs.msg import Marker  # noqa: E402
-
-from tactile_bringup.visualization import pictures as colours  # noqa: E402
-from tactile_bringup.visualization.markers import MarkerSet  # noqa: E402
+from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped
+from scipy.spatial.transform import Rotation
+from std_msgs.msg import Header
+from tactile_bringup.visualization import pictures as colours
+from tactile_bringup.visualization.markers import MarkerSet
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
+from visualization_msgs.msg import Marker
 
 SIZES = {'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_length': 8e-3, 'full_force': 4.0,
          'full_torque': 0.02, 'sensor_type': 'areal_single', 'dome.rim_radius': 0.0, 'dome.height': 0.0}

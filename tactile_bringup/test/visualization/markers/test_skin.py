@@ -2,10 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from tactile_bringup.visualization.markers import SkinMarkers  # noqa: E402
+from tactile_bringup.visualization.markers import SkinMarkers
 
 
 def grid(side):

@@ -2,18 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from geometry_msgs.msg import Point, Vector3, WrenchStamped  # noqa: E402
-from std_msgs.msg import Header  # noqa: E402
-from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.messages.conversions import image_to_message, polygon  # noqa: E402
-from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip  # noqa: E402
-from visualization_msgs.msg import Marker  # noqa: E402
-
-from tactile_bringup.visualization import pictures as colours  # noqa: E402
-from tactile_bringup.nodes.taxel_markers_node import TaxelMarkers  # noqa: E402
+from geometry_msgs.msg import Point, Vector3, WrenchStamped
+from std_msgs.msg import Header
+from tactile_bringup.nodes.taxel_markers_node import TaxelMarkers
+from tactile_bringup.visualization import pictures as colours
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import image_to_message, polygon
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
+from visualization_msgs.msg import Marker
 
 SIZES = {'pitch': 1e-3, 'cell_height': 2e-3, 'full_value': 100.0, 'normal_length': 6e-3, 'force_length': 9e-3, 'full_force': 10.0,
          'full_torque': 1.0, 'flow_scale': 0.5}

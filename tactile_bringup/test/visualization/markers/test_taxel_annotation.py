@@ -3,15 +3,11 @@
 """The annotated image of an array shows values, the region, contacts and the slip where they are."""
 import numpy as np
 import pytest
+from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped
+from tactile_bringup.nodes.taxel_markers_node import coloured, taxel_annotation
+from tactile_bringup.visualization.pictures import annotate
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
 
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped  # noqa: E402
-from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip  # noqa: E402
-
-from tactile_bringup.visualization.pictures import annotate  # noqa: E402
-from tactile_bringup.nodes.taxel_markers_node import coloured, taxel_annotation  # noqa: E402
-
-pytestmark = pytest.mark.ros
 SIZES = {'pitch': 1e-3, 'flow_scale': 0.5}
 
 

@@ -2,11 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from tactile_driver.frame import CameraCalibration, Frame  # noqa: E402
-from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message  # noqa: E402
+from tactile_driver.frame import CameraCalibration, Frame
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 
 HEADER = header_of(12_000_000_345, 'pad')
 

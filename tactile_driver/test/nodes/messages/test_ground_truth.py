@@ -4,13 +4,9 @@ import math
 
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from tactile_driver.nodes.messages.conversions import header_of  # noqa: E402
-from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message  # noqa: E402
-from tactile_driver.simulation.truth import Touch, TruthFrame  # noqa: E402
+from tactile_driver.nodes.messages.conversions import header_of
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
+from tactile_driver.simulation.truth import Touch, TruthFrame
 
 HEADER = header_of(1_000, 'pad')
 

@@ -8,13 +8,10 @@ from array import array
 import cv2
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from sensor_msgs.msg import CompressedImage, Image  # noqa: E402
-from std_msgs.msg import Header  # noqa: E402
-from tactile_driver.errors import BadFrame  # noqa: E402
-from tactile_driver.nodes.messages.images import (GREY, PICTURES, array_to_image, grey_to_array, image_to_array,  # noqa: E402
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import Header
+from tactile_driver.errors import BadFrame
+from tactile_driver.nodes.messages.images import (GREY, PICTURES, array_to_image, grey_to_array, image_to_array,
                                                   message_type)
 
 COLOUR = np.random.default_rng(0).integers(0, 255, (4, 6, 3), dtype=np.uint8)

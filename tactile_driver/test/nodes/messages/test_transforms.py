@@ -4,12 +4,7 @@
 import cv2
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from tactile_driver.nodes.messages.transforms import camera_transforms  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from tactile_driver.nodes.messages.transforms import camera_transforms
 
 
 def turned(quaternion, point):

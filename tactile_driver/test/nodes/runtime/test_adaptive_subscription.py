@@ -9,15 +9,12 @@ import time
 from pathlib import Path
 
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-
-from tactile_driver.nodes.runtime.adaptive_subscription import AdaptiveSubscription, received_ns  # noqa: E402
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import Image
+from std_msgs.msg import String
+from tactile_driver.nodes.runtime.adaptive_subscription import AdaptiveSubscription, received_ns
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT

@@ -2,15 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What no check foresaw is counted and logged with its traceback; requests that cannot be met are answered."""
 import pytest
-
-rclpy = pytest.importorskip('rclpy')
-from lifecycle_msgs.srv import ChangeState  # noqa: E402
-from rcl_interfaces.msg import Parameter, ParameterValue  # noqa: E402
-from rcl_interfaces.srv import SetParameters, SetParametersAtomically  # noqa: E402
-from rclpy.lifecycle import LifecycleNode  # noqa: E402
-from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services  # noqa: E402
-
-pytestmark = pytest.mark.ros
+import rclpy
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.lifecycle import LifecycleNode
+from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 
 
 class Log:

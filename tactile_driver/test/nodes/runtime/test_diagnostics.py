@@ -4,19 +4,14 @@ import math
 import time
 
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from rclpy.context import Context  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.node import Node  # noqa: E402
-from rclpy.parameter import Parameter  # noqa: E402
-
-from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, LogOnce, NodeDiagnostics, common_values, remedy_of  # noqa: E402
-
-pytestmark = pytest.mark.ros
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, LogOnce, NodeDiagnostics, common_values, remedy_of
 
 
 @pytest.fixture

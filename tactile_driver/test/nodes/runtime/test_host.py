@@ -4,19 +4,14 @@
 import time
 
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from rcl_interfaces.msg import ParameterDescriptor  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.lifecycle import LifecycleNode  # noqa: E402
-from rclpy.node import Node  # noqa: E402
-from rclpy.qos import QoSProfile  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-
-from tactile_driver.nodes.runtime.host import Host, SharedPublisher  # noqa: E402
-
-pytestmark = pytest.mark.ros
+import rclpy
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import LifecycleNode
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from std_msgs.msg import String
+from tactile_driver.nodes.runtime.host import Host, SharedPublisher
 
 
 @pytest.fixture

@@ -3,18 +3,14 @@
 import math
 
 import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.runtime.parameter_server import NodeParameters
+from tactile_driver.parameters.table import Parameter
 
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from rclpy.context import Context  # noqa: E402
-from rclpy.node import Node  # noqa: E402
-from rclpy.parameter import Parameter as RosParameter  # noqa: E402
-
-from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_driver.nodes.runtime.parameter_server import NodeParameters  # noqa: E402
-from tactile_driver.parameters.table import Parameter  # noqa: E402
-
-pytestmark = pytest.mark.ros
 TABLE = (Parameter('rate', float, 30.0, 'Hz', 'frames a second', 0.0, 100.0), Parameter('device', str, '0', '', 'which'),
          Parameter('width', int, 640, 'px', 'of the image', 1, 4096), Parameter('places', list[float], [], 'm', 'where'),
          Parameter('autostart', bool, True, '', 'by itself', read_only=True))

@@ -2,17 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 import time
 
-import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from rclpy.clock import ClockType  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.parameter import Parameter  # noqa: E402
-
-from tactile_driver.nodes.runtime.ros_defaults import steady_timer  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from rclpy.clock import ClockType
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 
 
 def test_it_runs_where_simulated_time_stands_still(node):

@@ -7,10 +7,7 @@ import sys
 import time
 
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from tactile_driver.nodes.runtime import run  # noqa: E402
+from tactile_driver.nodes.runtime import run
 
 PROGRAM = """
 import sys

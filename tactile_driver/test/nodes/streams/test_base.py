@@ -5,14 +5,10 @@ import time
 
 import numpy as np
 import pytest
+import rclpy
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.taxel_array_node import TaxelArrayNode
 
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from tactile_driver.nodes.runtime.host import Host  # noqa: E402
-from tactile_driver.nodes.taxel_array_node import TaxelArrayNode  # noqa: E402
-
-pytestmark = pytest.mark.ros
 BLOCKED_S = 0.3
 
 

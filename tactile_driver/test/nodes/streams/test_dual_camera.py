@@ -5,28 +5,21 @@ import time
 
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import qos_profile_sensor_data  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image, TimeReference  # noqa: E402
-from stitchings import SIZE, stitching  # noqa: E402
-
-from tactile_driver.frame import CameraCalibration, Frame, PairFrame  # noqa: E402
-from tactile_driver.nodes.dual_camera_node import DualPublishers, DualStream  # noqa: E402
-from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS  # noqa: E402
-from tactile_driver.parameters.table import defaults  # noqa: E402
-from tactile_driver.camera.pairs import ShutterOffset  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo, Image, TimeReference
+from stitchings import SIZE, stitching
+from tactile_driver.camera.pairs import ShutterOffset
+from tactile_driver.frame import CameraCalibration, Frame, PairFrame
+from tactile_driver.nodes.dual_camera_node import DualPublishers, DualStream
+from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
+from tactile_driver.parameters.table import defaults
 
 
-class TwoCameras:
+class TwoCameras(DualSource):
     """Pairs at 100 Hz, the right frame a millisecond later; sides: which views there are."""
 
-    live, on_demand, skipped, corrupt, remark = True, False, 0, 0, ''
+    live = True
 
     def __init__(self, size=SIZE, sides=('left', 'right'), shutters=None):
         self.shutters = shutters

@@ -4,26 +4,20 @@ import time
 
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import qos_profile_sensor_data  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
-
-from tactile_driver.frame import CameraCalibration, Frame  # noqa: E402
-from tactile_driver.nodes.camera_node import ImagePublishers, ImageStream  # noqa: E402
-from tactile_driver.parameters.drivers import CAMERA_PARAMETERS  # noqa: E402
-from tactile_driver.parameters.table import defaults  # noqa: E402
-
-pytestmark = pytest.mark.ros
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo, Image
+from tactile_driver.frame import CameraCalibration, Frame
+from tactile_driver.nodes.camera_node import ImagePublishers, ImageStream
+from tactile_driver.parameters.drivers import CAMERA_PARAMETERS
+from tactile_driver.parameters.table import defaults
 
 
-class FakeCamera:
+class FakeCamera(Source):
     """A camera of 6 x 4 px and 100 Hz that notes whether its frames were wanted."""
 
-    live, on_demand, skipped, corrupt, remark = True, False, 0, 0, ''
+    live = True
 
     def __init__(self):
         self.wanted, self.closed = [], False

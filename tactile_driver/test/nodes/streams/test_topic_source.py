@@ -6,19 +6,13 @@ from contextlib import suppress
 import cv2
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from sensor_msgs.msg import CompressedImage, Image  # noqa: E402
-
-from tactile_driver.errors import BadArgument, BadFrame  # noqa: E402
-from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.nodes.dual_camera_node import TopicSource  # noqa: E402
-from tactile_driver.sources.source import NothingYet  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from rclpy.executors import SingleThreadedExecutor
+from sensor_msgs.msg import CompressedImage, Image
+from tactile_driver.errors import BadArgument, BadFrame
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.dual_camera_node import TopicSource
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.sources.source import NothingYet
 
 
 def message(k):

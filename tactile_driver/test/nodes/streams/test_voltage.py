@@ -1,13 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
-import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from tactile_driver.nodes.messages.conversions import instants, voltages_message  # noqa: E402
-from tactile_driver.samples import SampleBlock  # noqa: E402
+from tactile_driver.nodes.messages.conversions import instants, voltages_message
+from tactile_driver.samples import SampleBlock
 
 
 def test_a_block_as_a_message():

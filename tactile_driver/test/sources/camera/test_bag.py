@@ -5,18 +5,14 @@ import time
 import cv2
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from builtin_interfaces.msg import Time  # noqa: E402
-from rosbag2_py import ConverterOptions, SequentialWriter, StorageOptions, TopicMetadata  # noqa: E402
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image  # noqa: E402
-from std_msgs.msg import Header  # noqa: E402
-
-from tactile_driver.errors import BadArgument, BadFrame, BadRecording  # noqa: E402
-from tactile_driver.recordings.serialization import encode, type_name_of  # noqa: E402
-from tactile_driver.sources.source import EndOfSource  # noqa: E402
-from tactile_driver.sources.bag import BagSource, choose_topic  # noqa: E402
+from builtin_interfaces.msg import Time
+from rosbag2_py import ConverterOptions, SequentialWriter, StorageOptions, TopicMetadata
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from std_msgs.msg import Header
+from tactile_driver.errors import BadArgument, BadFrame, BadRecording
+from tactile_driver.recordings.serialization import encode, type_name_of
+from tactile_driver.sources.bag import BagSource, choose_topic
+from tactile_driver.sources.source import EndOfSource
 
 START, PERIOD = 1_700_000_000_123_000_000, 20_000_000
 K = (600.0, 0.0, 32.0, 0.0, 600.0, 24.0, 0.0, 0.0, 1.0)

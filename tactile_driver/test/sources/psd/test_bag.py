@@ -1,16 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import pytest
-
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from tactile_msgs.msg import PsdVoltages  # noqa: E402
-
-from tactile_driver.errors import BadFrame, BadRecording  # noqa: E402
-from tactile_driver.nodes.messages.conversions import header_of  # noqa: E402
-from tactile_driver.recordings.writer import write_messages  # noqa: E402
-from tactile_driver.sources.source import EndOfSource  # noqa: E402
-from tactile_driver.sources.bag import PsdBagSource  # noqa: E402
+from tactile_driver.errors import BadFrame, BadRecording
+from tactile_driver.nodes.messages.conversions import header_of
+from tactile_driver.recordings.writer import write_messages
+from tactile_driver.sources.bag import PsdBagSource
+from tactile_driver.sources.source import EndOfSource
+from tactile_msgs.msg import PsdVoltages
 
 
 def write(path, counts):

@@ -2,16 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from sensor_msgs.msg import Image  # noqa: E402
-
-from tactile_driver.errors import BadFrame  # noqa: E402
-from tactile_driver.nodes.messages.conversions import header_of  # noqa: E402
-from tactile_driver.recordings.writer import write_messages  # noqa: E402
-from tactile_driver.sources.source import EndOfSource  # noqa: E402
-from tactile_driver.sources.bag import TaxelBagSource  # noqa: E402
+from sensor_msgs.msg import Image
+from tactile_driver.errors import BadFrame
+from tactile_driver.nodes.messages.conversions import header_of
+from tactile_driver.recordings.writer import write_messages
+from tactile_driver.sources.bag import TaxelBagSource
+from tactile_driver.sources.source import EndOfSource
 
 
 def bag_of(path, images):
