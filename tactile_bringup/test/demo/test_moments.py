@@ -18,14 +18,3 @@ def test_the_best_frame_of_each_moment_is_kept():
     assert list(found) == ['first', 'largest_contact', 'most_slip', 'last']
     assert [p.stamp_s for p in found.values()] == [0.0, 2.0, 3.0, 4.0]
     assert found['most_slip'].image[0, 0, 0] == 3
-
-
-def test_without_contact_the_displacement_counts():
-    moments = Moments()
-    for k, moved in enumerate((float('nan'), 0.3, 12.0, 4.0)):
-        moments.add(Reading(float(k), displacement=moved), image(k))
-    assert list(moments.pictures()) == ['first', 'largest_displacement', 'last']
-
-
-def test_nothing_gives_nothing():
-    assert Moments().pictures() == {}

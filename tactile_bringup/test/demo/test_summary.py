@@ -32,11 +32,6 @@ def test_stamps_of_a_recording_tell_no_latency():
     assert math.isnan(summary.latency_ms(50)) and 'latency - ms' in summary.report()[0]
 
 
-def test_the_panel_has_always_as_many_lines():
-    summary = filled()
-    assert len({len(summary.panel(r)) for r in (Reading(1.0), Reading(1.0, 0.01, **TOUCH), Reading(1.0, states=(529, 0, 0)))}) == 1
-
-
 def test_the_panel_says_the_numbers_in_their_units():
     text = '\n'.join(filled(**TOUCH).panel(Reading(3.0, 0.02, **TOUCH)))
     for words in ('3.0 s', '30.0 Hz', '529', '400 untouched, 100 sticking, 29 slipping', '1 touch, 84 mm^2, 2.50 mm deep, 1.50 N',

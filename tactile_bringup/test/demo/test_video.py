@@ -38,14 +38,6 @@ def test_a_gap_is_shown_as_a_still(tmp_path):
     assert len(frames_of(it.path)[1]) == 16
 
 
-def test_frames_of_another_size_are_left_out(tmp_path):
-    it = Video(tmp_path / 'demo')
-    it.add(0.0, np.zeros((48, 64, 3), np.uint8))
-    it.add(1.0, np.zeros((40, 64, 3), np.uint8))
-    it.close()
-    assert it.frames == 1
-
-
 def test_without_frames_there_is_no_file(tmp_path):
     Video(tmp_path / 'demo').close()
     assert list(tmp_path.iterdir()) == []

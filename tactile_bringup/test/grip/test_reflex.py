@@ -26,15 +26,6 @@ def test_it_closes_while_the_object_slips_as_fast_as_it_may():
     assert REFLEX.next_force(0.0, True, True, 0.01) == pytest.approx(1.2)
 
 
-def test_it_never_closes_by_more_than_it_may():
-    assert REFLEX.next_force(3.9, True, True, 0.1) == 4.0
-
-
-@pytest.mark.parametrize('slips', [True, False])
-def test_it_lets_go_when_nothing_touches(slips):
-    assert REFLEX.next_force(3.0, False, slips, 0.01) == 0.0
-
-
 @pytest.mark.parametrize('interval, counts', [(float('nan'), 0.0), (-1.0, 0.0), (0.0, 0.0), (30.0, LONGEST_S)])
 def test_time_that_is_not_known_or_a_gap_does_not_close_it_far(interval, counts):
     assert REFLEX.next_force(1.0, True, True, interval) == pytest.approx(1.0 + 20.0 * counts)

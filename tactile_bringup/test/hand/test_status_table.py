@@ -43,9 +43,3 @@ def test_a_sensor_of_which_nothing_is_heard_is_missing():
     status.add('/thumb/camera_node: camera', OK, '30 Hz', GOOD, 10.0)
     assert status.missing == ['index'] and status.faulty(10.0) == 1
     assert 'has the sensor been launched?' in next(line for line in status.text(10.0).splitlines() if line.startswith('index'))
-
-
-def test_colours_only_where_asked_for():
-    status = HandStatus()
-    status.add('/thumb/camera_node: camera', OK, '30 Hz', GOOD, 10.0)
-    assert '\033' in status.text(10.0, colour=True) and '\033' not in status.text(10.0)

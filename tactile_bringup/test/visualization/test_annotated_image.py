@@ -30,12 +30,6 @@ def test_nothing_known_leaves_the_image_as_it_is():
     assert (annotate(image, Annotation()) == image).all()
 
 
-def test_the_image_given_is_not_touched():
-    image = np.full((480, 640, 3), 100, np.uint8)
-    annotate(image, dots_at((100, 100), state=1))
-    assert (image == 100).all()
-
-
 @pytest.mark.parametrize('state', [0, 1, 2])
 def test_a_ring_in_the_colour_of_its_state_lies_round_its_dot(state):
     result = annotate(GREY, dots_at((200.25, 100.75), state=state))
@@ -43,10 +37,6 @@ def test_a_ring_in_the_colour_of_its_state_lies_round_its_dot(state):
     assert abs(u - 200.25) < 0.2 and abs(v - 100.75) < 0.2
     assert (result == colours.bgr(colours.STATE_COLOURS[state])).all(axis=2).any()
     assert not changed(result)[101, 200]
-
-
-def test_a_dot_of_unknown_state_is_drawn_as_untouched():
-    assert (annotate(GREY, dots_at((200, 100), state=-1)) == annotate(GREY, dots_at((200, 100), state=0))).all()
 
 
 def test_an_arrow_goes_from_rest_to_where_the_dot_is():
@@ -89,34 +79,12 @@ def test_a_region_beyond_the_border_does_not_fail():
     assert not changed(annotate(GREY, Annotation(outlines=[far]))).any()
 
 
-def test_text_stands_below_the_image():
-    result = annotate(GREY, Annotation(text=['a line', 'another']))
-    assert result.shape == (480 + 46, 640, 3)
-    assert (result[:480] == 100).all()
-    assert (result[480:] > 200).sum() > 100
-
-
 def test_a_legend_stands_below_the_text_in_its_colours_and_fits():
     names = [(name * 3, colour) for name, colour in zip(colours.STATE_NAMES, colours.STATE_COLOURS)]
     result = annotate(GREY, Annotation(text=['a line'], legend=names))
     assert result.shape == (480 + 26 + 26, 640, 3)
     places = [np.nonzero((result[506:] == colours.bgr(colour)).all(axis=2).any(axis=0))[0].mean() for _, colour in names]
     assert places == sorted(places) and (result[506:, 632:] == 24).all()
-
-
-def test_a_wide_picture_has_larger_letters_and_thicker_lines():
-    what = dots_at((200, 100), state=1)
-    what.text = ['a line']
-    small, large = (annotate(np.full((3 * width // 4, width, 3), 100, np.uint8), what) for width in (640, 1280))
-    assert (small.shape[0] - 480, large.shape[0] - 960) == (26, 52)
-    assert (large[960:] > 200).sum() > 2.5 * (small[480:] > 200).sum()
-    green = [(picture == colours.bgr(colours.STATE_COLOURS[1])).all(axis=2).sum() for picture in (small, large)]
-    assert green[1] > 1.5 * green[0]
-
-
-def test_a_line_that_is_too_long_is_written_smaller():
-    bar = picture.text_bar(['a word ' * 30], 640)
-    assert bar.shape == (26, 640, 3) and (bar[:, 634:] == 24).all() and (bar[:, 560:] > 150).any()
 
 
 def test_a_contact_is_marked_and_an_unknown_place_is_not():
@@ -138,11 +106,6 @@ def test_states_are_found_by_the_dots_numbers():
     found = states_of(np.array([5, 1, 9, 3]), np.array([9, 1, 5]), np.array([2, 0, 1]))
     assert found.tolist() == [1, 0, 2, -1]
     assert states_of(np.array([5, 1]), np.zeros(0, int), np.zeros(0, int)).tolist() == [-1, -1]
-
-
-def test_enlargement():
-    sizes = (640, 480), (600, 400), (320, 240), (160, 120), (1280, 720), (240, 320), (44, 44)
-    assert [picture.enlargement(*size) for size in sizes] == [1, 1, 2, 4, 1, 3, 14]
 
 
 @pytest.mark.parametrize('shape', [(1, 300_000), (300_000, 1), (3, 100_000)])

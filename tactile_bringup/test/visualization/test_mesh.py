@@ -20,10 +20,6 @@ def polygon_area(radius, n=60):
     return 0.5 * n * radius**2 * np.sin(2 * np.pi / n)
 
 
-def test_a_disc_is_filled():
-    assert area(mesh.fill([circle(0.01)], np.zeros((0, 3)))) == pytest.approx(polygon_area(0.01), rel=1e-9)
-
-
 def test_a_hole_stays_open():
     filled = mesh.fill([circle(0.01), circle(0.005)[::-1]], np.zeros((0, 3)))
     assert area(filled) == pytest.approx(polygon_area(0.01) - polygon_area(0.005), rel=1e-6)
@@ -37,11 +33,6 @@ def test_places_within_lift_the_fill_to_the_surface():
 @pytest.mark.parametrize('rings', [[], [np.zeros((2, 3))], [np.array([(0, 0, 0), (1, 1, 0), (2, 2, 0)], float)]])
 def test_what_has_no_area_gives_no_triangles(rings):
     assert len(mesh.fill(rings, np.zeros((0, 3)))) == 0
-
-
-def test_inside_counts_rings():
-    points = np.array([(0, 0), (0.007, 0), (0.02, 0)])
-    assert mesh.inside(points, [circle(0.01)[:, :2], circle(0.005)[:, :2]]).tolist() == [False, True, False]
 
 
 def test_the_skin_does_not_bridge_a_notch_in_the_border():

@@ -22,19 +22,6 @@ def test_a_set_is_handed_over_when_it_is_complete():
     assert it.sets == [{'a': 'a1', 'b': 'b1'}]
 
 
-def test_stamps_are_not_mixed():
-    it = Collected('a', 'b')
-    for topic, ms in (('a', 1), ('a', 2), ('b', 1), ('b', 2)):
-        it.add(topic, ms)
-    assert it.sets == [{'a': 'a1', 'b': 'b1'}, {'a': 'a2', 'b': 'b2'}]
-
-
-def test_what_is_absent_is_not_waited_for():
-    it = Collected('a')
-    it.add('a', 1)
-    assert it.sets == [{'a': 'a1'}]
-
-
 def test_of_a_stream_with_gaps_only_complete_sets_are_handed_over():
     it = Collected('dots', 'region', 'contacts', patience=8)
     lost = {('region', 3), ('contacts', 4), ('contacts', 5), ('dots', 9), ('region', 12)}
@@ -57,15 +44,6 @@ def test_a_topic_that_has_a_publisher_and_is_silent_is_waited_for_two_seconds_an
     assert it.sets == []
     it.add('contacts', 3000)
     assert it.sets == [{'dots': 'dots3000', 'contacts': 'contacts3000'}]
-
-
-def test_after_a_pause_sets_are_complete_again_from_the_first():
-    it = Collected('dots', 'contacts')
-    for ms in (0, 200, 60_000, 60_200):
-        it.add('dots', ms)
-        assert len(it.sets) == (0, 1, 2, 3)[[0, 200, 60_000, 60_200].index(ms)]
-        it.add('contacts', ms)
-    assert all(len(found) == 2 for found in it.sets) and len(it.sets) == 4
 
 
 def test_older_sets_are_let_go_and_late_messages_ignored():

@@ -14,15 +14,3 @@ from tactile_driver.parameters.table import defaults
 def test_what_does_not_fit_together_is_named(changes, named):
     with pytest.raises(BadArgument, match=f'parameters? {named}'):
         check_pair({**defaults(DUAL_CAMERA_PARAMETERS), **changes})
-
-
-@pytest.mark.parametrize('changes', [{}, {'source': 'device'}, {'source': 'file', 'path': 'a', 'right_path': 'b'}, {'source': 'topics'},
-                                     {'source': 'bag', 'path': 'a', 'right_path': 'b', 'topic': 'x', 'right_topic': 'x'},
-                                     {'source': 'file', 'path': 'a', 'layout': 'side_by_side'}])
-def test_what_fits_together(changes):
-    check_pair({**defaults(DUAL_CAMERA_PARAMETERS), **changes})
-
-
-def test_no_name_twice():
-    names = [p.name for p in DUAL_CAMERA_PARAMETERS]
-    assert len(names) == len(set(names)) and {'rate', 'exposure', 'encoding', 'autostart'} <= set(names)

@@ -6,8 +6,7 @@ import pytest
 import yaml
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.parameters.drivers import CAMERA_PARAMETERS
-from tactile_driver.parameters.table import Parameter, defaults, to_yaml
+from tactile_driver.parameters.table import Parameter, to_yaml
 
 RATE = Parameter('rate', float, 30.0, 'Hz', 'frames a second', 0.0, 100.0)
 MODE = Parameter('mode', str, 'fast', '', 'how', choices=('fast', 'exact'))
@@ -60,8 +59,3 @@ def test_the_yaml_file_holds_the_defaults():
     read = yaml.safe_load(to_yaml(table, '/**/node'))['/**/node']['ros__parameters']
     assert math.isnan(read.pop('scale'))
     assert read == {'rate': 30.0, 'mode': 'fast', 'places': [1.0, 2.0]}
-
-
-def test_the_cameras_yaml_file_is_read_back_as_its_defaults():
-    read = yaml.safe_load(to_yaml(CAMERA_PARAMETERS, '/**/camera_node'))['/**/camera_node']['ros__parameters']
-    assert read == defaults(CAMERA_PARAMETERS)

@@ -20,12 +20,3 @@ def test_so_many_reasons_are_told_apart_and_no_more():
         for other in 'abcd':
             found.add('topic', f'reason {chr(97 + k)}{other}')
     assert found.total == 104 and len(found.lines()) == 51 and found.lines()[0] == '54 of elsewhere: other reasons'
-
-
-def test_counts_are_added_up():
-    one, other = LeftOut(), LeftOut()
-    one.add('dots', 'late', 10)
-    other.add('dots', 'late', 20)
-    other.add('dots', 'early', 30)
-    one.merge(other)
-    assert one.total == 3 and one.lines() == ['2 of dots: late (first at 0.000 s)', '1 of dots: early (first at 0.000 s)']

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from geometry_msgs.msg import Point, Point32, Polygon, WrenchStamped
+from geometry_msgs.msg import Point, Point32, Polygon
 from sensor_msgs.msg import CameraInfo
-from tactile_bringup.visualization.annotation import Projection, annotation_of, text_of
+from tactile_bringup.visualization.annotation import Projection, annotation_of
 from tactile_driver.stitching.calibration import SideView, Stitching
-from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks
 from tactile_perception.nodes.messages.conversions import camera_matrices
 
 K = [500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0]
@@ -57,21 +57,3 @@ def test_all_that_is_known_comes_into_the_picture():
     assert what.outlines[0] == pytest.approx(np.array([(420, 240), (320, 340), (220, 240)]))
     assert what.contacts.tolist() == [[320, 240]]
     assert what.text == ['2 dots, largest displacement 5.0 px', '50 mm2, 2.0 mm deep, 0.00 N, 0 stick, 1 slip']
-
-
-def test_text_of_less():
-    assert text_of({}) == ['no dots', '']
-    unknown = DotTracks(id=[1], u=[1.0], v=[1.0], du=[float('nan')], dv=[float('nan')], area=[1.0])
-    assert text_of({'dots': unknown}) == ['1 dots, largest displacement not known yet', '']
-    wrench = WrenchStamped()
-    wrench.wrench.force.z = -1.25
-    found = {'dots': DOTS, 'contact_region': REGION, 'wrench': wrench, 'slip': Slip(state=Slip.GROSS)}
-    assert text_of(found)[1] == '50 mm2, 1.2 N, gross slip, 0 stick, 1 slip'
-    wrench.wrench.force.x = float('nan')
-    assert text_of(found)[1] == '50 mm2, 1.2 N along z, gross slip, 0 stick, 1 slip'
-    assert text_of({'dots': DOTS, 'contact_region': ContactRegion()})[1] == 'nothing touches'
-
-
-def test_nothing_makes_an_empty_annotation():
-    what = annotation_of({}, None)
-    assert len(what.uv) == 0 and what.outlines == [] and what.text == ['no dots', '']

@@ -64,10 +64,6 @@ def test_outlines_holes_axes_flow_and_slip():
     assert found['text'].text == 'pad\ngross slip'
 
 
-def test_no_direction_no_axes():
-    assert 'axes' not in drawn(TaxelMarkers(SIZES), contact_region=region(orientation=float('nan')))
-
-
 def test_contacts_and_a_wrench_of_which_only_a_part_is_known():
     wrench = WrenchStamped(header=HEADER)
     wrench.wrench.force = Vector3(x=float('nan'), y=float('nan'), z=-5.0)

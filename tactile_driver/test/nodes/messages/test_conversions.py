@@ -2,14 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_driver.frame import CameraCalibration, Frame
-from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 
 HEADER = header_of(12_000_000_345, 'pad')
-
-
-def test_header():
-    assert (HEADER.stamp.sec, HEADER.stamp.nanosec, HEADER.frame_id) == (12, 345, 'pad')
 
 
 @pytest.mark.parametrize(('shape', 'own', 'asked', 'encoding', 'step'), [
@@ -27,9 +23,3 @@ def test_images(shape, own, asked, encoding, step):
 def test_an_image_that_is_a_view_is_put_in_order():
     pixels = np.arange(96, dtype=np.uint8).reshape(4, 8, 3)[:, ::2]
     assert bytes(image_to_message(Frame(pixels, 0, 'bgr8'), '', HEADER).data) == np.ascontiguousarray(pixels).tobytes()
-
-
-def test_calibration():
-    message = calibration_to_message(CameraCalibration(64, 48, (1.0,) * 9, (0.1, 0.2), (2.0,) * 9, (3.0,) * 12, 'plumb_bob'))
-    assert (message.width, message.height, message.distortion_model) == (64, 48, 'plumb_bob')
-    assert list(message.d) == [0.1, 0.2] and set(message.k) == {1.0} and set(message.r) == {2.0} and set(message.p) == {3.0}

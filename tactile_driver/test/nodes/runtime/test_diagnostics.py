@@ -11,7 +11,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from tactile_driver.errors import BadArgument
-from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, LogOnce, NodeDiagnostics, common_values, remedy_of
+from tactile_driver.nodes.runtime.diagnostics import OK, WARN, Health, LogOnce, NodeDiagnostics
 
 
 @pytest.fixture
@@ -56,16 +56,6 @@ def test_the_period_is_fixed_at_the_start(node):
     for value in (math.inf, math.nan, 2.0):
         assert not node.set_parameters([Parameter(name, value=value)])[0].successful
     assert node.get_parameter(name).value == 0.5
-
-
-def test_what_to_do_follows_what_is_wrong():
-    assert remedy_of(Health(ERROR, 'no frame for 3 s; check the cable')) == 'check the cable'
-    assert remedy_of(Health(ERROR, 'check the cable')) == 'check the cable'
-    assert remedy_of(Health(OK, '30 Hz; all is well')) == ''
-
-
-def test_every_node_reports_the_same_keys():
-    assert list(common_values('running', 30.0, 0.01, 2)) == ['state', 'rate (Hz)', 'age (s)', 'dropped']
 
 
 def test_a_message_is_said_once_until_it_is_forgotten():

@@ -9,7 +9,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, TimeReference
 from stitchings import SIZE, stitching
-from tactile_driver.camera.pairs import ShutterOffset
+from tactile_driver.camera.pairs import DualSource, ShutterOffset
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame
 from tactile_driver.nodes.dual_camera_node import DualPublishers, DualStream
 from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
@@ -84,11 +84,6 @@ def test_each_view_has_its_stamp_and_the_picture_the_left_ones(node):
     assert streamed.stream.remark == ''
 
 
-def test_the_right_exposure_is_told_to_whom_wants_nothing_else(node):
-    found, = Streamed(node, TwoCameras()).received(('right/time_reference', TimeReference))
-    assert found.source == 'right camera'
-
-
 def test_the_right_exposure_of_each_picture_is_told(node):
     found, image = Streamed(node, TwoCameras(), frame_id='pad').received(('right/time_reference', TimeReference), ('image_raw', Image))
     assert stamp(found) % 10**7 == 0 and found.header.frame_id == image.header.frame_id == 'pad_camera_optical'
@@ -149,12 +144,3 @@ def test_without_a_stitching_the_views_stand_side_by_side(node):
     streamed = Streamed(node, TwoCameras(), known=False, overlap=16)
     image, = streamed.received(('image_raw', Image))
     assert (image.width, image.height) == (2 * 96 - 16, 80) and 'stitching_path is empty' in streamed.stream.remark
-
-
-def test_the_exposure_goes_to_the_cameras(node):
-    source = TwoCameras()
-    stream = Streamed(node, source).stream
-    stream.change({'exposure': 0.01})
-    stream.change({'rate': 3.0})
-    stream.stop()
-    assert source.exposures == [0.01]

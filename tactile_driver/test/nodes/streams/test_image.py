@@ -7,11 +7,12 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo
 from tactile_driver.frame import CameraCalibration, Frame
 from tactile_driver.nodes.camera_node import ImagePublishers, ImageStream
 from tactile_driver.parameters.drivers import CAMERA_PARAMETERS
 from tactile_driver.parameters.table import defaults
+from tactile_driver.sources.source import Source
 
 
 class FakeCamera(Source):
@@ -58,14 +59,6 @@ class Streamed:
         self.executor.shutdown()
         self.stream.stop()
         return messages[0]
-
-
-def test_images_in_the_encoding_asked_for(node):
-    streamed = Streamed(node, encoding='mono8', frame_id='pad')
-    image = streamed.received(Image, 'image_raw')
-    assert (image.encoding, image.width, image.height, image.header.frame_id) == ('mono8', 6, 4, 'pad_camera_optical')
-    assert set(image.data) == {9}
-    assert streamed.camera.closed and streamed.stream.remark == ''
 
 
 def test_nothing_is_decoded_for_nobody(node):

@@ -1,9 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from tactile_driver.simulation.optics.led_light import Lamps
 
@@ -21,17 +19,3 @@ def test_light_falls_off_with_distance_and_slant():
     # squarely at its reach; at 45 degrees and twice the square of the distance; squarely at twice the distance
     expected = 20 + 100 * np.array([1, 0.5 * np.sqrt(0.5), 0.25])
     np.testing.assert_allclose(light[0], expected[:, None] * [0.5, 1.0, 0.25], rtol=1e-5)
-
-
-def test_a_skin_that_faces_away_gets_what_goes_astray():
-    shape = np.array([[[0, 0, -0.06]]], np.float32)
-    up = np.array([[[0, 0, 1]]], np.float32)
-    light, _ = LAMPS.seen_by(None, 0.8).look(shape, up, None)
-    assert light[0, 0, 1] == pytest.approx(20)
-
-
-def test_exposure_is_a_factor_and_nothing_mirrors():
-    shape = np.zeros((2, 2, 3))
-    (light, spots), (double, _) = look(LAMPS, shape), look(replace(LAMPS, exposure=2.0), shape)
-    np.testing.assert_allclose(double, 2 * light)
-    assert [len(part) for part in spots] == [0, 0, 0]

@@ -21,16 +21,6 @@ def test_light_rises_with_depth_before_and_after_touch_and_falls_towards_the_rim
     assert (np.diff(rim) < 0).all() and rim[-1] < 0.25 * rim[0]
 
 
-def test_the_fibre_plate_is_smooth_one_to_one_and_its_own():
-    theta, phi = np.meshgrid(np.radians(np.arange(1, 75)), np.linspace(0, 2 * np.pi, 60, endpoint=False))
-    n = np.stack([np.cos(phi) * np.sin(theta), np.sin(phi) * np.sin(theta), np.cos(theta)], axis=-1)
-    places = FingerSpecimen(0).plate(n)
-    assert np.abs(places).max() < 1
-    outwards = np.diff(np.linalg.norm(places - places[:, :1].mean(0), axis=-1), axis=1)
-    assert (outwards > 0).all()
-    assert 0.01 < np.abs(places - FingerSpecimen(1).plate(n)).max() < 0.4
-
-
 def test_electrodes_share_all_the_light_by_place():
     finger = FingerSpecimen(0)
     shares = finger.electrodes(np.array([[0.0, 0.0], [-0.6, -0.6], [0.6, -0.6], [0.6, 0.6], [-0.6, 0.6]]))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.simulation.psd.scene import PSD_SCENES, Ambient, PsdScene, PsdScript, open_psd_scene
+from tactile_driver.simulation.psd.scene import PSD_SCENES, open_psd_scene
 
 RATE = 1000.0
 
@@ -27,15 +27,6 @@ def test_taps_last_what_the_paper_has():
     assert len(edges) == 32
     assert np.median(edges[1::2] - edges[::2]) / RATE == pytest.approx(0.06, abs=0.02)
     assert np.median(np.diff(edges[::2])) / RATE == pytest.approx(1 / 3.2, abs=2e-3)
-
-
-def test_lamps_are_switched_and_flicker():
-    script = PsdScript([], 2.0, Ambient(0.4, 0.0, 1.0, 0.0, ((1.0, 0.5),)))
-    counts, _ = PsdScene(script, RATE).play(0, 2000)
-    total = counts.sum(1) * 5 / 4096
-    assert total[1100:].mean() - total[:900].mean() == pytest.approx(0.5, rel=0.05)
-    flicker = Ambient(0.4, flicker=0.1).at(np.arange(1000) / RATE)
-    assert abs(np.fft.rfft(flicker))[1:].argmax() == 99
 
 
 def test_it_goes_on_from_where_it_was_and_begins_again():

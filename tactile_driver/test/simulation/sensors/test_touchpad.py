@@ -2,14 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 
-from tactile_driver.simulation.sensors.touchpad import TOUCHPAD_SCENES, touchpad
-
-
-def test_a_touchpad_has_one_camera_and_529_dots():
-    specimen = touchpad(1, 320)
-    assert specimen.sensor == 'touchpad' and len(specimen.cameras) == len(specimen.renderers) == 1
-    assert (specimen.pattern.rows, specimen.pattern.columns, len(specimen.pattern.radius)) == (23, 23, 529)
-    assert (specimen.cameras[0].width, specimen.cameras[0].height, specimen.cameras[0].scale) == (320, 240, 0.5)
+from tactile_driver.simulation.sensors.touchpad import TOUCHPAD_SCENES
 
 
 def test_glare_is_brighter_and_noise_noisier_than_usual():

@@ -4,18 +4,12 @@ import numpy as np
 import pytest
 
 from tactile_driver.simulation.skin.dome import Membrane
-from tactile_driver.simulation.skin.grid import cross
 from tactile_driver.simulation.skin.sheet import Sheet
 
 
 @pytest.fixture(params=[lambda: Membrane(nodes=25), lambda: Sheet(0.06, 0.045, 40.0, 1.3, 1e-4, 25)], ids=['dome', 'sheet'])
 def skin(request):
     return request.param()
-
-
-def test_cross_is_the_cross_product():
-    a, b = np.random.default_rng(0).normal(0, 1, (2, 4, 5, 3))
-    np.testing.assert_allclose(cross(a, b), np.cross(a, b), atol=1e-14)
 
 
 def test_border_is_held_and_the_rest_is_free(skin):
@@ -43,14 +37,3 @@ def test_volume_is_that_under_a_lifted_skin(skin):
     lifted = skin.rest + [0, 0, 1e-3]
     area = skin.area_vectors(skin.rest)[:, 2].sum()
     assert skin.volume_of(lifted) - skin.volume_of(skin.rest) == pytest.approx(1e-3 * area, rel=1e-9)
-
-
-def test_coarse_shape_of_a_fine_skin_spans_it():
-    fine = Sheet(0.06, 0.045, 40.0, 1.3, 1e-4, 97)
-    coarse = fine.coarse(fine.rest)
-    assert coarse.shape == (49, 49, 3) and coarse.dtype == np.float32
-    np.testing.assert_allclose(coarse[[0, -1], [0, -1]], fine.rest[[0, -1], [0, -1]])
-
-
-def test_coarse_shape_of_a_skin_of_few_nodes_is_the_skin(skin):
-    np.testing.assert_allclose(skin.coarse(skin.rest), skin.rest, atol=1e-8)

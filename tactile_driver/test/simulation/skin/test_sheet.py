@@ -31,26 +31,6 @@ def deep(sheet):
     return pressed(sheet, Key(0, 0.004, -0.003, 0.0), Key(1, 0.004, -0.003, 0.009))
 
 
-def test_rest_is_flat_and_in_its_frame(sheet):
-    assert sheet.rest.shape == (41, 41, 3) and not sheet.rest[..., 2].any()
-    assert sheet.rest[0, 0] == pytest.approx([-0.030, -0.0225, 0]) and sheet.rest[-1, -1] == pytest.approx([0.030, 0.0225, 0])
-    assert sheet.spacing == pytest.approx(np.sqrt(0.060 * 0.045) / 40)
-    rim = sheet.rim(400)
-    assert len(rim) == 400 and ((np.abs(rim[:, 0]) > 0.0299999) | (np.abs(rim[:, 1]) > 0.0224999)).all()
-
-
-def test_material_places_are_found_again(sheet):
-    square = np.random.default_rng(5).uniform(-1, 1, (50, 2))
-    np.testing.assert_allclose(sheet.square_of(sheet.surface(square)), square, atol=1e-12)
-    hit = sheet.seen_at_rest(np.array([0, 0, -0.05]), np.array([[0.6, 0, 0.8]]))
-    np.testing.assert_allclose(hit, [[0.0375, 0, 0]], atol=1e-12)
-
-
-def test_touching_height_is_a_ball_s_radius_anywhere(sheet):
-    assert sheet.touching_height(tool_named('ball_6mm').distance, np.eye(3), 0.011, -0.004) == pytest.approx(0.006, abs=1e-7)
-    assert sheet.touching_height(tool_named('fingertips_18mm').distance, np.eye(3), 0, 0) == pytest.approx(0.005, abs=1e-6)
-
-
 def test_even_load_bends_the_sheet_as_the_series_of_sines_says(sheet):
     load, cell = 200.0, 0.060 / 40 * 0.045 / 40
     force = np.zeros((39 * 39, 3))

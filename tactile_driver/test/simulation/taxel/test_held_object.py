@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The held object: balance of forces while friction suffices, loss where it does not."""
-import numpy as np
 import pytest
 from tactile_driver.simulation.taxel.held_object import HeldScene
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP
@@ -32,25 +31,6 @@ def test_what_is_hardly_touched_slips_more_and_more_and_is_lost():
     assert scene.lost and not told[-1].contacts
     assert states.index(INCIPIENT) < states.index(GROSS)
     assert all(frame.wrench[1] <= scene.specimen.grip * -frame.wrench[2] * 1.001 for frame in told)
-
-
-def test_a_grip_that_comes_in_time_holds_it():
-    scene, told = played(1.9)
-    assert not scene.lost
-    scene.grip, before = 12.0, scene.slid
-    for k in range(191, 350):
-        scene.render(k / RATE)
-    assert not scene.lost and scene.slid - before < 0.3e-3
-
-
-@pytest.mark.full
-def test_it_is_put_there_and_taken_away_in_each_round():
-    scene, told = played(12.5, grip=12.0)
-    touched = np.array([bool(frame.contacts) for frame in told])
-    for at in (0.4, 5.6, 6.9, 12.1):
-        assert not touched[round(at * RATE)]
-    for at in (0.6, 5.4, 7.1, 11.9):
-        assert touched[round(at * RATE)]
 
 
 def test_a_lost_object_is_back_in_the_next_round():

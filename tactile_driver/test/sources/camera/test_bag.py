@@ -9,7 +9,7 @@ from builtin_interfaces.msg import Time
 from rosbag2_py import ConverterOptions, SequentialWriter, StorageOptions, TopicMetadata
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
-from tactile_driver.errors import BadArgument, BadFrame, BadRecording
+from tactile_driver.errors import BadFrame, BadRecording
 from tactile_driver.recordings.serialization import encode, type_name_of
 from tactile_driver.sources.bag import BagSource, choose_topic
 from tactile_driver.sources.source import EndOfSource
@@ -83,12 +83,6 @@ def test_a_loop_begins_again_with_the_recorded_stamps(bag):
     assert stamps[6:] == stamps[:2]
 
 
-def test_unwanted_frames_are_passed_over(bag):
-    source = opened(bag)
-    assert source.read(wanted=False) is None
-    assert source.read().stamp_ns == START + PERIOD
-
-
 def compressed(k):
     data = cv2.imencode('.png', np.full((48, 64, 3), 90 + k, np.uint8))[1]
     return CompressedImage(header=header(k), format='png', data=data.tobytes())
@@ -100,12 +94,6 @@ def test_compressed_images_take_the_place_of_raw_ones(tmp_path, wanted):
                                     '/pad/image_annotated': [image(7)]})
     source = opened(path, wanted)
     assert [(source.read().image == 90 + k).all() for k in range(2)] == [True, True] and source.calibration().k == K
-
-
-@pytest.mark.parametrize('wanted, value', [('', 7), ('image_raw', 7), ('image_raw/compressed', 90), ('/pad/image_raw/compressed', 90)])
-def test_raw_images_come_before_compressed_ones(tmp_path, wanted, value):
-    path = write(tmp_path / 'bag', {'/pad/image_raw/compressed': [compressed(0)], '/pad/image_raw': [image(7)]})
-    assert (opened(path, wanted).read().image == value).all()
 
 
 def test_a_corrupt_compressed_image_is_bad_and_the_next_one_good(tmp_path):
@@ -180,13 +168,3 @@ def test_what_is_no_bag_is_named(tmp_path, content):
         (path / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: 9}')
     with pytest.raises(BadRecording, match=str(path)):
         opened(path)
-
-
-def test_a_bag_without_images(tmp_path):
-    with pytest.raises(BadRecording, match='none'):
-        opened(write(tmp_path / 'bag', {'/camera_info': [info()]}))
-
-
-def test_without_a_path():
-    with pytest.raises(BadArgument, match='path'):
-        BagSource('', '', -1.0, False)

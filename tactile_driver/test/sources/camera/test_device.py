@@ -73,11 +73,6 @@ def test_settings_are_asked_for_the_format_first(fake):
     assert asked[-2:] == [(cv2.CAP_PROP_AUTO_EXPOSURE, 1), (cv2.CAP_PROP_EXPOSURE, 50)]
 
 
-def test_what_is_not_asked_stays_the_cameras_own(fake):
-    opened().read()
-    assert [prop for prop, _ in fake.opened.asked] == [cv2.CAP_PROP_BUFFERSIZE, cv2.CAP_PROP_AUTO_EXPOSURE]
-
-
 def test_exposure_changes_while_frames_are_read(fake):
     source = opened()
     source.read()

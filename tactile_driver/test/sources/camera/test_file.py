@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_driver.errors import BadArgument, BadFrame, BadRecording
+from tactile_driver.errors import BadFrame, BadRecording
 from tactile_driver.sources.source import EndOfSource
-from tactile_driver.camera.file import FileSource, natural_key
+from tactile_driver.camera.file import FileSource
 
 
 @pytest.fixture
@@ -74,21 +74,10 @@ def test_a_loop_starts_again_and_time_goes_on(video):
     assert np.all(np.diff([f.stamp_ns for f in frames]) == 20_000_000)
 
 
-def test_unwanted_frames_are_passed_over(video):
-    source = opened(video)
-    assert source.read(wanted=False) is None
-    assert round(source.read().image.mean() / 20 - 0.5) == 1
-
-
 def test_a_folder_is_played_in_natural_order(folder):
     frames = played(opened(folder))
     assert [int(f.image[0, 0]) for f in frames] == [1, 2, 10]
     assert frames[0].encoding == 'mono8'
-
-
-def test_natural_order(tmp_path):
-    names = ['b1.png', 'a10.png', 'a2.png', '7.png', 'A1.png']
-    assert [p.name for p in sorted((tmp_path / n for n in names), key=natural_key)] == ['7.png', 'A1.png', 'a2.png', 'a10.png', 'b1.png']
 
 
 def test_a_broken_image_is_bad_and_the_next_one_good(folder):
@@ -135,8 +124,3 @@ def test_what_is_no_recording_is_named(tmp_path, name):
     (tmp_path / 'empty').mkdir()
     with pytest.raises(BadRecording, match=name):
         opened(tmp_path / name)
-
-
-def test_without_a_path():
-    with pytest.raises(BadArgument, match='path'):
-        FileSource('', -1.0, False, time.time_ns)

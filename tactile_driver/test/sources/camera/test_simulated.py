@@ -43,17 +43,6 @@ def opened(rate=50.0):
     return source
 
 
-def test_frames_come_at_the_rate_with_even_stamps(scene):
-    source = opened(50.0)
-    source.read()
-    start = time.monotonic()
-    frames = [source.read() for _ in range(10)]
-    assert time.monotonic() - start == pytest.approx(0.2, abs=0.05)
-    assert np.allclose(np.diff([f.stamp_ns for f in frames]), 20e6, atol=2e5)
-    assert scene.times == pytest.approx([k / 50 for k in range(11)])
-    assert source.skipped == 0
-
-
 def test_the_time_before_a_frame_is_used_for_three_seconds_of_the_scene(scene):
     source = opened(10.0)
     for steps in (0, 32, 33):  # the first frame is due at once
@@ -74,31 +63,6 @@ def test_a_frame_is_handed_over_when_it_shows_not_when_it_is_rendered(scene):
     source.read()
     lateness = [time.time_ns() - source.read().stamp_ns for _ in range(5)]
     assert np.median(lateness) < 8e6
-
-
-def test_time_goes_on_after_the_scenes_end(scene):
-    source = opened(20.0)
-    for _ in range(12):
-        source.read()
-    assert scene.times == pytest.approx([k / 20 for k in range(12)])
-
-
-def test_nothing_is_rendered_that_nobody_wants(scene):
-    source = opened(100.0)
-    start = time.monotonic()
-    assert [source.read(wanted=False) for _ in range(10)] == [None] * 10
-    assert time.monotonic() - start == pytest.approx(0.09, abs=0.03)
-    source.read()
-    assert scene.times == [0.0]
-
-
-def test_a_slow_renderer_skips_frames_and_keeps_the_clock(scene):
-    scene.slow = 0.035
-    source = opened(50.0)
-    frames = [source.read() for _ in range(6)]
-    assert source.skipped >= 3
-    assert abs(time.time_ns() - frames[-1].stamp_ns) < 60e6
-    assert np.max(np.diff(scene.times)) <= 3 / 50 + 1e-9
 
 
 def test_the_touchpad_itself():

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadFrame, BadRecording
-from tactile_driver.sources import source as pacing
 from tactile_driver.sources.source import EndOfSource
 from tactile_driver.camera.file import TwoFilesSource
 
@@ -46,39 +45,6 @@ def test_the_nth_frames_are_pairs_until_the_shorter_file_ends(folders):
 def test_a_loop_begins_both_again(folders):
     source = opened(folders, loop=True)
     assert [numbers(source.read()) for _ in range(8)] == [(k % 5, k % 5) for k in range(8)]
-
-
-class StillClock:
-    """Time that passes only in sleep()."""
-
-    def __init__(self):
-        self._now = 10**12
-
-    def monotonic_ns(self):
-        return self._now
-
-    def sleep(self, seconds):
-        self._now += round(1e9 * seconds)
-
-
-@pytest.fixture
-def still(monkeypatch):
-    """Replace the clock of the sources."""
-    clock = StillClock()
-    monkeypatch.setattr(pacing, 'time', clock)
-    return clock.monotonic_ns
-
-
-def test_the_pace_is_even(folders, still):
-    source = opened(folders, rate=50.0, clock=still)
-    stamps = [source.read().stamp_ns for _ in range(5)]
-    assert np.diff(stamps).tolist() == [20_000_000] * 4 and source.describe()['rate'] == 50.0
-
-
-def test_a_loop_keeps_the_pace(folders, still):
-    source = opened(folders, rate=50.0, loop=True, clock=still)
-    stamps = [source.read().stamp_ns for _ in range(11)]
-    assert np.diff(stamps).tolist() == [20_000_000] * 10
 
 
 @pytest.mark.parametrize('broken', ['left', 'right'])
