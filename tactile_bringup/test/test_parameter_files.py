@@ -52,7 +52,7 @@ def test_the_files_of_marker_sensors_describe_the_sensor_to_every_node(name):
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
 GEL, PINS = RECORDINGS / 'gelsight_mini' / 'mini_example.avi', RECORDINGS / 'pin_array_127'
 GRASP = RECORDINGS / 'dsa_slip' / 'slip_hockey_ball.npz'
-pytestmark = pytest.mark.skipif(not GEL.is_file(), reason='TACTILE_RECORDINGS holds no gelsight_mini')
+recorded = pytest.mark.skipif(not GEL.is_file(), reason='TACTILE_RECORDINGS holds no gelsight_mini')
 
 
 def images(source, most):
@@ -81,17 +81,20 @@ def counts(dots):
     return np.array([len(message.id) for message in dots])
 
 
+@recorded
 def test_a_gel_with_a_grid_of_dark_markers():
     dots = dots_of('marker_gel', GEL, 219)
     assert len(dots) == 219 and np.median(counts(dots)) >= 67 and counts(dots).max() <= 70, '7 x 10 markers are in view in full'
     assert np.nanmedian(np.hypot(dots[-1].du, dots[-1].dv)) < 0.7, 'px; the finger has gone'
 
 
+@recorded
 def test_a_dome_of_127_pins():
     dots = dots_of('pin_dome', PINS, 125)
     assert len(dots) == 125 and counts(dots).min() >= 126 and np.mean(counts(dots) == 127) > 0.95
 
 
+@recorded
 @pytest.mark.full
 @pytest.mark.parametrize(('path', 'polarity', 'true', 'allowed'), [(PINS, 'bright', 127, 4), (GEL, 'dark', 70, 3)])
 def test_markers_in_any_arrangement(path, polarity, true, allowed):
@@ -99,6 +102,7 @@ def test_markers_in_any_arrangement(path, polarity, true, allowed):
     assert len(dots) == 40 and abs(np.median(counts(dots)) - true) <= allowed
 
 
+@recorded
 @pytest.mark.parametrize('pad', ['pad0', 'pad4'])
 def test_a_pressure_array_in_a_grasp(pad):
     file, most = FOLDER / 'pressure_array_14x6.yaml', 360
