@@ -24,7 +24,7 @@ from tactile_driver.nodes.runtime.defect_guard import DefectGuard
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.parameters.table import Parameter
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
-from tactile_perception.nodes.stages.taxel import RESULTS
+from tactile_perception.nodes.messages.conversions import RESULTS
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
