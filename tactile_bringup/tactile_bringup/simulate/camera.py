@@ -27,13 +27,15 @@ _TWO_CAMERAS = tuple(f'{name}_' for name, kind in MARKER_SENSOR_TYPES.items() if
 
 
 def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0,
-                shutters: Shutters | None = None) -> int:
+                shutters: Shutters | None = None, size: tuple[int, int] = (640, 480)) -> int:
     """Write a scene to a new bag at rate Hz under namespace (empty: the sensor's type); the number of frames written.
 
-    frames: how many to write, 0 for the whole scene; shutters: of two cameras, None for those of the scene.
+    frames: how many to write, 0 for the whole scene; shutters: of two cameras, None for those of the scene; size: of the picture of one
+    camera, (width, height) px.
     Raises BadArgument for an unknown scene or an existing bag.
     """
-    scene = open_dual_scene(name, rate, seed, shutters) if name.startswith(_TWO_CAMERAS) else open_scene(name, rate, seed)
+    scene = open_dual_scene(name, rate, seed, shutters) if name.startswith(_TWO_CAMERAS) else open_scene(
+        name, rate, seed, width=size[0], height=size[1])
     numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
     described = _description(scene, namespace, {'scene': name, 'seed': seed, 'rate': rate})
     frames_of = chain.from_iterable(_messages(scene, number, numbers, namespace) for number in range(count))

@@ -11,7 +11,7 @@ from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.recordings.writer import write_messages
-from tactile_driver.simulation.taxel.scene import open_taxel_scene
+from tactile_driver.simulation.taxel.scene import TaxelScene, open_taxel_scene
 from tactile_driver.nodes.messages.transforms import static_transform
 from tactile_perception.nodes.messages.description import description_messages
 
@@ -20,12 +20,13 @@ SENSOR_TYPE = 'taxel_array'
 _SECOND_NS = 10**9
 
 
-def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = SENSOR_TYPE) -> int:
+def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = SENSOR_TYPE,
+                      scene: TaxelScene | None = None) -> int:
     """Write a scene to a new bag as taxel_array_node publishes it, at rate frames/s, with ground truth; the number of frames written.
 
-    Raises BadArgument for an unknown scene or an existing bag.
+    scene: of another device, instead of the one of that name. Raises BadArgument for an unknown scene or an existing bag.
     """
-    scene = open_taxel_scene(name, rate, seed)
+    scene = scene or open_taxel_scene(name, rate, seed)
     pad = scene.specimen
     about = {'source': 'sim', 'device': f'simulated {SENSOR_TYPE}', 'scene': name, 'seed': seed, 'rate': rate, 'width': pad.columns,
              'height': pad.rows, 'encoding': 'mono8'}
