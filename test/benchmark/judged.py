@@ -23,8 +23,7 @@ from tactile_bringup.simulate.taxel import write_taxel_scene
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.errors import BadArgument
-from tactile_perception.evaluation.evaluation import Evaluation
-from tactile_perception.evaluation.frames import Instant
+from tactile_perception.evaluation.evaluation import Evaluation, Instant
 from tactile_perception.evaluation.scores import f1
 from tactile_perception.tools.calibrate.command import calibrator
 from tactile_perception.tools.convert.command import convert, open_recording, parameters
@@ -141,23 +140,23 @@ class Judged:
         return found
 
 
-Changed = Callable[[Instant, Instant], bool]
+Counts = Callable[[Instant, Instant], bool]
 
 
 def judge(cases: Iterable[Case], calibration: Path | None = None, changes: Mapping = {},
-          counts: Changed = lambda told, true: True) -> Judged:
-    """A method, by the changes that it needs to the parameters, on some bags; counts: whether an instant is judged, by (told, true)."""
+          counts: Counts = lambda estimated, true: True) -> Judged:
+    """A method, by the changes that it needs to the parameters, on some bags; counts: which instants (estimated, true) are judged."""
     judged = Judged()
     for case in cases:
         path = case.bag.with_name(f'{case.bag.name}_changed.yaml')
         params = parameter_file(path, case.params, changes) if changes else case.params
         with contextlib.redirect_stderr(io.StringIO()):
             bag = JudgedBag(case.bag, params=params, calibration=calibration)
-            for stamp, told, true in bag.instants():
+            for stamp, estimated, true in bag.instants():
                 clear(true, case.unclear.get(round(stamp * 1e9)))
-                if counts(told, true):
+                if counts(estimated, true):
                     judged.instants += 1
-                    judged.evaluation.add(stamp, told, true)
+                    judged.evaluation.add(stamp, estimated, true)
         stages = bag.times.stages
         judged.ms += (1e3 * (np.array(stages['all']) - stages['decoding'])).tolist()
         judged.refused += sum(bag.times.refused.values())

@@ -5,9 +5,9 @@
     python3 test/benchmark/live.py [thumb index tip array palm] [--composed true] [--share 1.0] [--duration 20] [--faults 10]
 
 The sensors: thumb and index, touchpads of 640 x 480 at 60 frames/s; tip, a PSD finger at 5 kHz; array, a taxel array at 500 frames/s; palm,
-a sheet with two cameras at 30; --share scales all rates. They are started by hand.launch.py, with simulated cameras that play films (films/)
-and emulated serial ports. This process subscribes to the last result of each. Latency: from the stamp to the receipt here (a PSD message is
-stamped with its first sample). A frame without a result is lost. --faults PERIOD kills a sensor or spoils a port every so many s.
+a sheet with two cameras at 30; --share scales all rates. They are started by hand.launch.py, with simulated cameras that play films
+(films/) and emulated serial ports. This process subscribes to the last result of each. Latency: from the stamp to the receipt here (a PSD
+message is stamped with its first sample). A frame without a result is lost. --faults PERIOD kills a sensor or spoils a port every so many s.
 """
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from lucas_kanade import LucasKanade
 from tactile_bringup.installed import share
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
-from tactile_perception.evaluation.frames import Instant
+from tactile_perception.evaluation.evaluation import Instant
 from tactile_perception.nodes.messages.estimates import slip_from_message
 
 import dots
@@ -180,7 +180,7 @@ def sheet(sensor: str, bags: Path, from_recordings: bool) -> tuple[str, tuple[li
 
 def judge_sheet(sensor: str, cases: list[Case], methods: dict) -> dict[str, Judged]:
     """Presses by one tip, and untouched frames, by each method."""
-    def counts(_told: Instant, true: Instant) -> bool:
+    def counts(_estimated: Instant, true: Instant) -> bool:
         return not true.contacts or (len(true.contacts) == 1 and true.contacts[0].depth >= SHALLOWEST[sensor])
     return {method: judge(cases, calibration, changes, counts) for method, (calibration, changes) in methods.items()}
 
@@ -215,13 +215,14 @@ class Finger:
         for method in ('map', 'paper'):
             grids, lights = ([judge([of[k]], file, {'method': method}, in_reach) for of, file in zip(self._specimens, self._files)]
                              for k in (1, 2))
-            false = [100 * judged.evaluation.touches.frames['false'] / judged.instants for judged in lights]
-            normal, ms = (float(np.mean(found)) for found in ([one.mean('normal', 180 / np.pi) for one in grids], [np.median(one.ms) for one in grids]))
+            false = [100 * judged.evaluation.evaluation.frames['false'] / judged.instants for judged in lights]
+            normal = float(np.mean([judged.mean('normal', 180 / np.pi) for judged in grids]))
+            ms = float(np.mean([np.median(judged.ms) for judged in grids]))
             rows.append(Row('finger', 'psd_finger', method, '', ms, {'normal': normal, 'false samples': float(np.mean(false))}))
         return rows
 
 
-def in_reach(_told: Instant, true: Instant) -> bool:
+def in_reach(_estimated: Instant, true: Instant) -> bool:
     """Whether a finger is judged: untouched, or touched where the map reaches."""
     return not true.contacts or np.arccos(np.clip(true.contacts[0].normal[2], -1, 1)) < FARTHEST
 
@@ -235,7 +236,8 @@ class Taxels:
         folder = plan.bags / 'taxel_array'
         folder.mkdir(parents=True, exist_ok=True)
         if plan.recorded:
-            zero, flat, *self._cases = (recorded(folder, f'tac_{name}', 'taxel_array') for name in ('cal_zero', 'cal_flat', *TAXEL_RECORDINGS))
+            names = ('cal_zero', 'cal_flat', *TAXEL_RECORDINGS)
+            zero, flat, *self._cases = (recorded(folder, f'tac_{name}', 'taxel_array') for name in names)
             self._calibration = calibrated(flat, 'taxel_array', folder / 'calibration.yaml', [zero.bag])
         else:
             names = ('drag', 'grip') if plan.quick else ('demo', 'drag', 'turn', 'grip', 'ring')

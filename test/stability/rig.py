@@ -21,7 +21,7 @@ from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import open_taxel_scene
 from tactile_driver.stitching.calibration import load_stitching
 from tactile_driver.stitching.methods import make_stitcher
-from tactile_perception.bags.replay import make_replay
+from tactile_perception.bags.chain import make_chain
 
 SENSORS = ('touchpad', 'areal_single', 'areal_dual', 'air_cushion', 'psd_finger', 'taxel_array')
 SHEETS = SENSORS[1:4]
@@ -32,8 +32,8 @@ _FOLDER = Path(tempfile.mkdtemp(prefix='stability_'))
 
 
 class Seen:
-    """What a sensor sees. rest: untouched images (voltages, pressures); pressed: one with a press; truth: its contacts; untouched, touched: the
-    whole truth of the first and of that one; info: camera_info, None without a camera; values: parameters beyond the file that ships."""
+    """What a sensor sees. rest: untouched images (voltages, pressures); pressed: one with a press; truth: its contacts; untouched, touched:
+    the whole truth of the first and of that one; info: camera_info, None without a camera; values: parameters beyond those that ship."""
 
     def __init__(self, sensor, rest, pressed, truth, info=None, values=None, untouched=None, touched=None):
         self.sensor, self.rest, self.pressed, self.truth, self.info = sensor, rest, pressed, truth, info
@@ -107,7 +107,7 @@ class Chain:
             page['/**']['ros__parameters'] |= dict(changes)
             params = Path(tempfile.mkstemp(suffix='.yaml', dir=_FOLDER)[1])
             params.write_text(yaml.safe_dump(page))
-        self.of, self.stamp_ns, self.replay = of, FIRST_NS, make_replay(params, of.calibration)
+        self.of, self.stamp_ns, self._chain = of, FIRST_NS, make_chain(params, of.calibration)
         if of.info is not None:
             self.look(of.info)
 
@@ -117,7 +117,7 @@ class Chain:
         for name, value in changes.items():
             setattr(info, name, value)
         info.header = header_of(self.stamp_ns, self.of.sensor)
-        self.replay.on_camera_info(info)
+        self._chain.take('camera_info', info)
 
     def message(self, raw, stamp_ns=None):
         """The message of an image, voltages or pressures, at the next stamp."""
@@ -127,20 +127,26 @@ class Chain:
         encoding = 'bgr8' if raw.ndim == 3 else 'mono8' if raw.dtype == np.uint8 else 'mono16'
         return image_to_message(Frame(raw, self.stamp_ns, encoding), '', header_of(self.stamp_ns, 'sensor'))
 
-    def take(self, message):
-        """Results of a message; of several on a topic the last."""
-        return dict(self.replay.on_raw(message))
+    def take(self, message, first=0):
+        """Results of a message, from a stage on; of several on a topic the last. Raises what a stage refuses it with."""
+        results = {}
+        for _, topic, result in self._chain.process(message, first):
+            if isinstance(result, Exception):
+                raise result
+            results[topic] = result
+        return results
 
     def __call__(self, raw, stamp_ns=None):
         return self.take(self.message(raw, stamp_ns))
 
     def contact(self, dots):
         """Results of the contact stage for a message of dots."""
-        return dict(self.replay.stages[1].on_raw(dots))
+        return self.take(dots, 1)
 
     def dots(self, raw):
         """The message of dots of an image."""
-        return dict(self.replay.stages[0].on_raw(self.message(raw)))['dots']
+        found, = self._chain.stages[0].process(self.message(raw))['dots']
+        return found
 
     def begun(self, count=None):
         """This chain after the untouched frames, or so many of them."""
@@ -167,7 +173,8 @@ def untouched(results):
     """Whether nothing touches, by all that is published."""
     region, wrench = results.get('contact_region'), results.get('wrench')
     force = [] if wrench is None else [getattr(wrench.wrench.force, axis) for axis in 'xyz']
-    return not results['contacts'].contacts and (region is None or (region.area == 0 and not any(region.dot_state))) and not np.nansum(np.abs(force))
+    flat = region is None or (region.area == 0 and not any(region.dot_state))
+    return not results['contacts'].contacts and flat and not np.nansum(np.abs(force))
 
 
 def duv(dots):

@@ -103,7 +103,7 @@ def without(image, places):
 
 @pytest.mark.parametrize('share', [0.05, 0.1, 0.5])
 def test_scattered_dots_gone(pad, running, share):
-    """Dots painted over in a pressed frame: refused where hardly a row is left; else those seen keep their numbers, and the contact is there."""
+    """Dots painted over in a pressed frame: refused where hardly a row is left; else those seen keep their numbers, and the contact."""
     running(pad.rest[2])
     gone, true = np.random.default_rng(2).random(529) < share, pad.touched.dot_uv
     try:

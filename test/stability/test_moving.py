@@ -18,7 +18,7 @@ from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_driver.simulation.sensors.scenes import SCENES
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.evaluation.scores import normalised_square
-from tactile_perception.evaluation.touches import pairs
+from tactile_perception.evaluation.evaluation import pairs
 
 TRACE = 0.3e-3  # m: a shallower tip stands on one node of the simulated sheet, up to 0.7 mm beside its place
 LEAST, APART = 5e-4, 0.0145  # m: two tips count from this depth, and this far apart

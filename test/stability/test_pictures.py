@@ -47,7 +47,7 @@ NOTHING = {
 
 
 def largest_error(method, stated):
-    """px that the worst of many dots may be off; stated: the method's own standard error, the measure for discs, fitted in a smaller picture."""
+    """px that the worst of many dots may be off; stated: the method's own standard error, which is the measure for discs."""
     return 4 * stated if method == 'discs' else 0.5 if 'paper' in method else 0.06
 
 

@@ -80,7 +80,8 @@ def test_markers_hidden_here_and_there(sheet, share, most):
     results = chain.contact(hidden(dots, keep))
     assert len(contacts(results)) == most
     if most:
-        check_right(results, sheet, *{'areal_single': (1.5e-3, 6e-4), 'areal_dual': (3e-3, 4e-4), 'air_cushion': (9e-3, 4e-3)}[sheet.sensor])
+        most = {'areal_single': (1.5e-3, 6e-4), 'areal_dual': (3e-3, 4e-4), 'air_cushion': (9e-3, 4e-3)}
+        check_right(results, sheet, *most[sheet.sensor])
 
 
 def test_a_glaring_spot_over_the_touch_makes_up_nothing_far_away():
