@@ -7,7 +7,8 @@
 The sensors: thumb and index, touchpads of 640 x 480 at 60 frames/s; tip, a PSD finger at 5 kHz; array, a taxel array at 500 frames/s; palm,
 a sheet with two cameras at 30; --share scales all rates. They are started by hand.launch.py, with simulated cameras that play films
 (films/) and emulated serial ports. This process subscribes to the last result of each. Latency: from the stamp to the receipt here (a PSD
-message is stamped with its first sample). A frame without a result is lost. --faults PERIOD kills a sensor or spoils a port every so many s.
+message is stamped with its first sample). A frame without a result is lost. --faults PERIOD: every so many s, a sensor is killed or a port
+is spoilt.
 """
 from __future__ import annotations
 

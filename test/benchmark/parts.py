@@ -215,7 +215,7 @@ class Finger:
         for method in ('map', 'paper'):
             grids, lights = ([judge([of[k]], file, {'method': method}, in_reach) for of, file in zip(self._specimens, self._files)]
                              for k in (1, 2))
-            false = [100 * judged.evaluation.evaluation.frames['false'] / judged.instants for judged in lights]
+            false = [100 * judged.evaluation.touches.frames['false'] / judged.instants for judged in lights]
             normal = float(np.mean([judged.mean('normal', 180 / np.pi) for judged in grids]))
             ms = float(np.mean([np.median(judged.ms) for judged in grids]))
             rows.append(Row('finger', 'psd_finger', method, '', ms, {'normal': normal, 'false samples': float(np.mean(false))}))

@@ -46,7 +46,7 @@ def check_touchpad(judged, contact, stick, slip, overlap):
     found = {**judged.dots_f1(), 'overlap': judged.mean('region_overlap')}
     for reached, least in zip(found.values(), (contact, stick, slip, overlap), strict=True):
         assert not reached < least, found
-    assert judged.evaluation.evaluation.frames['false'] == judged.refused == 0
+    assert judged.evaluation.touches.frames['false'] == judged.refused == 0
 
 
 @pytest.mark.parametrize('name, least', [('tp_rect_drag', (0.95, 0.85, 0.85, 0.87)), ('tp_ring_press', (0.87, 0.85, np.nan, 0.64)),
@@ -86,7 +86,7 @@ def test_the_touchpad_on_recordings_when_calibrated(tmp_path, name):
 def test_nothing_touches_in_the_touchpads_recording_of_noise(tmp_path):
     for method in ('membrane', 'paper'):
         found = touchpad(tmp_path, 'tp_noise', method=method)
-        assert found.instants > 10 and found.evaluation.evaluation.frames['false'] == found.refused == 0
+        assert found.instants > 10 and found.evaluation.touches.frames['false'] == found.refused == 0
 
 
 @pytest.mark.parametrize('name, least, overlap', [('ring_press', 0.85, 0.58), ('two_spheres', 0.74, 0.58), ('rectangle_drag', 0.88, 0.76),
@@ -117,7 +117,7 @@ def test_the_finger_on_specimens_that_nothing_was_tuned_to(tmp_path, seed):
     assert ours.mean('normal', 180 / np.pi) < 0.5 and papers.mean('normal') > 2 * ours.mean('normal')
     touches = ours.evaluation.summary()['touches']
     assert touches['there'] >= 25 and touches['never_told'] == touches['made_up'] == 0 and touches['told_after_ms']['worst'] < 12
-    assert judge([light], file).evaluation.evaluation.frames['false'] == 0
+    assert judge([light], file).evaluation.touches.frames['false'] == 0
 
 
 @pytest.fixture(scope='module')

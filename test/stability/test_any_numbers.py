@@ -3,7 +3,6 @@
 """Numbers at the edges of floating point, few entries, another order, single numbers spoilt at random: a result on the sensor, none, or a
 named error; and the next good message is processed as if there had been no bad one."""
 import copy
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -118,7 +117,7 @@ def test_spoilt_at_random(pressed):
 def test_any_raw_numbers(sensor):
     """Any voltages, and any counts, between good frames: the good ones are as without them."""
     of, rng = rig.seen(sensor), np.random.default_rng(5)
-    chain, state = of.chain().begun(), SimpleNamespace(good=0)
+    chain, good = of.chain().begun(), 0
     for _ in range(40):
         if sensor == 'psd_finger':
             raw = rng.normal(1, 2, (rng.integers(1, 40), 4))
@@ -126,8 +125,10 @@ def test_any_raw_numbers(sensor):
         else:
             raw = rng.integers(0, 2**rng.integers(1, 9), of.rest[0].shape).astype(np.uint8)
         try:
-            on_sensor(sensor, chain(raw))
-            state.good += 1
+            results = chain(raw)
+            if results:  # a few samples may be too few for a result
+                on_sensor(sensor, results)
+                good += 1
         except TactileError as error:
             assert str(error)
     fresh = of.chain().begun()
@@ -135,4 +136,4 @@ def test_any_raw_numbers(sensor):
         for raw in of.rest:
             results = chain(raw)
         assert rig.untouched(results) and on_sensor(sensor, chain(of.pressed))
-    assert state.good and len(on_sensor(sensor, fresh(of.pressed))) == 1
+    assert good and len(on_sensor(sensor, fresh(of.pressed))) == 1

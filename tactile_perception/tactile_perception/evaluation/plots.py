@@ -153,7 +153,7 @@ def states(pyplot, evaluation: Evaluation):
 
 def covariance(pyplot, evaluation: Evaluation):
     """Histogram of the normalised squared position errors, with the chi-square distribution of consistent covariances."""
-    squares = evaluation.evaluation.squares
+    squares = evaluation.touches.squares
     if len(squares) < 2:
         return None
     values = np.array([square / directions for square, directions in squares])
