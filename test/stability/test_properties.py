@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as arrays  # noqa: E402
 from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust  # noqa: E402
 from tactile_perception.common.rotations import rotation_matrix, rotation_vector  # noqa: E402
 from tactile_perception.errors import BadFrame, TactileError  # noqa: E402
-from tactile_perception.pipeline.clock import StampClock  # noqa: E402
+from tactile_perception.clock import StampClock  # noqa: E402
 from tactile_perception._core.finger import SphereFilter  # noqa: E402
 from tactile_perception.finger.map import angles, direction, error_angle, exp_map, log_map  # noqa: E402
 
