@@ -2,16 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a recording to figures, for all sensors: a bag with ground truth is judged with each method as `evaluate` judges it.
 
+    python3 test/benchmark/judged.py touchpad tp_rect_drag tp_ring_press --set contact=paper
+    python3 test/benchmark/judged.py areal_single as_test --presses as_calib_small
+
 Bags are made of simulated scenes, which ship, or of recordings (TACTILE_RECORDINGS), as `convert_recording` makes them.
 """
 from __future__ import annotations
 
+import argparse
 import contextlib
 import io
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
@@ -22,12 +28,14 @@ from tactile_bringup.simulate.psd import write_psd_scene
 from tactile_bringup.simulate.taxel import write_taxel_scene
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.bags.judged_bag import JudgedBag
-from tactile_perception.errors import BadArgument
+from tactile_perception.errors import BadArgument, TactileError
 from tactile_perception.evaluation.evaluation import Evaluation, Instant
+from tactile_perception.evaluation.report import text
 from tactile_perception.evaluation.scores import f1
 from tactile_perception.tools.calibrate.command import calibrator
 from tactile_perception.tools.convert.command import convert, open_recording, parameters
 
+RATES = {'psd_finger': 1000.0, 'taxel_array': 100.0}  # Hz, of scenes; else 30
 _WRITERS = {'psd_finger': write_psd_scene, 'taxel_array': write_taxel_scene}
 _NEAR = 50e-6  # m: a free dot nearer to the tool is in neither class, as the description of the recordings asks
 _TOLERANCE = 10e-6  # m, of the touchpad: a slip of half to three times this value is in neither class
@@ -168,3 +176,37 @@ def clear(true: Instant, unclear: np.ndarray | None) -> None:
     if unclear is not None and true.region is not None:
         kept = ~np.isin(true.region.dot_id, unclear)
         true.region.dot_id, true.region.dot_state = true.region.dot_id[kept], true.region.dot_state[kept]
+
+
+def main() -> None:
+    """Print the figures of some recordings, or scenes, together."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('sensor', help='type of the sensor')
+    parser.add_argument('names', nargs='+', help='recordings (tp_rect_drag), or scene:NAME of the simulated sensor')
+    parser.add_argument('--presses', nargs='*', default=[], metavar='NAME', help='what to calibrate with first')
+    parser.add_argument('--set', nargs='*', default=[], metavar='NAME=VALUE', help='changes of the parameters, such as contact=paper')
+    given = parser.parse_args()
+    cv2.setNumThreads(1)
+    with TemporaryDirectory() as place:
+        folder, scene = Path(place), 'scene:'
+        rate = RATES.get(given.sensor, 30.0)
+        cases = {name: simulated(folder, name.removeprefix(scene), rate, given.sensor) if name.startswith(scene) else
+                 recorded(folder, name, given.sensor) for name in (*given.names, *given.presses)}
+        first, *more = (cases[name] for name in given.presses) if given.presses else [None]
+        file = first and calibrated(first, given.sensor, folder / 'calibration.yaml', [case.bag for case in more])
+        changes = yaml.safe_load('\n'.join(one.replace('=', ': ', 1) for one in given.set)) or {}
+        judged = judge([cases[name] for name in given.names], file, changes)
+    ms = {'median': float(np.median(judged.ms)), 'within_95': float(np.percentile(judged.ms, 95)), 'worst': max(judged.ms)}
+    times = {'latency_ms': {}, 'stages_ms': {'all': ms}, 'memory_mb': np.nan, 'refused': {'frames': judged.refused} if judged.refused else {}}
+    instants = {'judged': judged.instants, 'without an estimate': 0, 'without truth': 0}
+    print(text({'instants': instants, **judged.evaluation.summary(), 'times': times}))
+    if judged.evaluation.dots.any():
+        print('F1 of dots that are ' + ', '.join(f'{name} {value:.3f}' for name, value in judged.dots_f1().items()) +
+              f"; mean overlap of the regions {judged.mean('region_overlap'):.3f}")
+
+
+if __name__ == '__main__':
+    try:
+        main()
+    except TactileError as error:
+        sys.exit(str(error))
