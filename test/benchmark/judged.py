@@ -197,7 +197,8 @@ def main() -> None:
         changes = yaml.safe_load('\n'.join(one.replace('=', ': ', 1) for one in given.set)) or {}
         judged = judge([cases[name] for name in given.names], file, changes)
     ms = {'median': float(np.median(judged.ms)), 'within_95': float(np.percentile(judged.ms, 95)), 'worst': max(judged.ms)}
-    times = {'latency_ms': {}, 'stages_ms': {'all': ms}, 'memory_mb': np.nan, 'refused': {'frames': judged.refused} if judged.refused else {}}
+    refused = {'frames': judged.refused} if judged.refused else {}
+    times = {'latency_ms': {}, 'stages_ms': {'all': ms}, 'memory_mb': np.nan, 'refused': refused}
     instants = {'judged': judged.instants, 'without an estimate': 0, 'without truth': 0}
     print(text({'instants': instants, **judged.evaluation.summary(), 'times': times}))
     if judged.evaluation.dots.any():

@@ -213,13 +213,37 @@ class Finger:
         """A row for each method: means over specimens, out to 60 degrees."""
         rows = []
         for method in ('map', 'paper'):
-            grids, lights = ([judge([of[k]], file, {'method': method}, in_reach) for of, file in zip(self._specimens, self._files)]
-                             for k in (1, 2))
-            false = [100 * judged.evaluation.touches.frames['false'] / judged.instants for judged in lights]
-            normal = float(np.mean([judged.mean('normal', 180 / np.pi) for judged in grids]))
-            ms = float(np.mean([np.median(judged.ms) for judged in grids]))
-            rows.append(Row('finger', 'psd_finger', method, '', ms, {'normal': normal, 'false samples': float(np.mean(false))}))
+            normals, ms, false = [], [], []
+            for (_, grid, light), file in zip(self._specimens, self._files):
+                touches = Touches()
+                ms.append(np.median(judge([grid], file, {'method': method}, touches.take).ms))
+                normals.append(float(np.mean(touches.errors())))
+                judged = judge([light], file, {'method': method})
+                false.append(100 * judged.evaluation.touches.frames['false'] / judged.instants)
+            rows.append(Row('finger', 'psd_finger', method, '', float(np.mean(ms)),
+                            {'normal': float(np.mean(normals)), 'false samples': float(np.mean(false))}))
         return rows
+
+
+class Touches:
+    """Normals of each touch within reach of the map, estimated and true."""
+
+    def __init__(self):
+        self._normals: dict[int, list] = {}
+
+    def take(self, estimated: Instant, true: Instant) -> bool:
+        """Take an instant; whether it is judged."""
+        if in_reach(estimated, true) and len(true.contacts) == len(estimated.contacts or []) == 1:
+            self._normals.setdefault(true.contacts[0].id, []).append((estimated.contacts[0].normal, true.contacts[0].normal))
+        return in_reach(estimated, true)
+
+    def errors(self) -> list[float]:
+        """Error of the mean normal of the middle half of each touch, degrees."""
+        errors = []
+        for pairs in self._normals.values():
+            mean, true = np.nanmean(pairs[len(pairs) // 4:len(pairs) - len(pairs) // 4], axis=0)
+            errors.append(float(np.degrees(np.arctan2(np.linalg.norm(np.cross(mean, true)), mean @ true))))
+        return errors
 
 
 def in_reach(_estimated: Instant, true: Instant) -> bool:

