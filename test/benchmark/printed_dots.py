@@ -12,7 +12,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-FINE = 6  # samples per pixel in each direction. Chosen
+FINE = 6  # samples per pixel in each direction
 NAMES = ('plain', 'bulged', 'compressed', 'sheared', 'uneven light', 'glare', 'missing and merged', 'all at once')
 
 
@@ -52,8 +52,7 @@ class Scene:
 
 
 def make_scene(name: str, seed: int = 0, *, size=(640, 480), pitch: float = 18.0, psf: float = 0.9, amplitude: float = 130.0,
-    ground: float = 185.0,
-               dark: bool = True, shift=(0.0, 0.0), diameters=(5.0, 9.0)) -> Scene:
+               ground: float = 185.0, dark: bool = True, shift=(0.0, 0.0), diameters=(5.0, 9.0)) -> Scene:
     """One of the scenes in NAMES, with dot sizes and sub-pixel places drawn from the seed.
 
     size: (width, height) px; shift: (2,) px added to all dots; ValueError names the scenes if the name is unknown.
@@ -83,7 +82,7 @@ def make_scene(name: str, seed: int = 0, *, size=(640, 480), pitch: float = 18.0
     covered = reach[at[:, 1], at[:, 0]] > 0
     merged |= _touching(uv, diameter, present)
     return Scene(name, np.clip(clean, 0, 255), uv, row, column, diameter, amplitude * scale[at[:, 1], at[:, 0]], present, covered,
-        merged, psf)
+                 merged, psf)
 
 
 def _deform(plane, name, everything, pitch):
@@ -149,7 +148,7 @@ def _coverage(uv, diameter, size):
         right, bottom = np.minimum(np.floor(centre).astype(int) + reach + 2, [width * FINE, height * FINE])
         if right <= left or bottom <= top:
             continue
-        # tests four by four points in each fine sample
+        # four by four points in each fine sample
         across = (np.arange(left * 4, right * 4) + 0.5) / 4 - 0.5 - centre[0]
         down = (np.arange(top * 4, bottom * 4) + 0.5) / 4 - 0.5 - centre[1]
         inside = (across**2 + down[:, None] ** 2 < (d / 2 * FINE) ** 2).astype(np.float32)
