@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 from tactile_driver.parameters.table import defaults
 
-from .calibration.files.markers import read_touch
+from .press.calibration import read_touch
 from .common.dots import Dots
 from .dots.detect.methods import DotDetector
 from .errors import BadArgument
 from .finger.parameters import PSD_PARAMETERS
-from .markers.view.camera_views import view_maker
+from .press.camera_views import view_maker
 from .parameters.file import read_parameters
-from .parameters.markers import POINT_PARAMETERS, marker_sensor
+from .press.parameters import POINT_PARAMETERS, marker_sensor
 from .parameters.taxel import TAXEL_PARAMETERS
 from .parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
 from .pipeline.marker_stage import TouchStage

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from tactile_perception.evaluation.scores import relative_errors
-from tactile_perception.markers.touches.cross_validation import score
-from tactile_perception.markers.touches.presses import Presses
-from tactile_perception.markers.touches.touch import TouchEstimate
-from tactile_perception.markers.view.sensor import MarkerSensor
+from tactile_perception.press.cross_validation import score
+from tactile_perception.press.presses import Presses
+from tactile_perception.press.estimate import TouchEstimate
+from tactile_perception.press.sensor import MarkerSensor
 
 #: m: shallower presses are not judged, by sensor type; they count neither as missed nor as false.
 SHALLOWEST = {'areal_single': 0.3e-3, 'areal_dual': 1e-3, 'air_cushion': 8e-3}

@@ -18,10 +18,10 @@ from tactile_driver.stitching.calibration import Stitching
 from tactile_driver.stitching.methods import Stitcher, make_stitcher
 from tactile_perception.bags.stamped import TRUE_WRENCH, TRUTH, pairs_of
 from tactile_perception.bags.stitched_bag import bag_opener
-from tactile_perception.calibration.stitching import fit_stitching
+from tactile_perception.press.stitching import fit_stitching
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadArgument
-from tactile_perception.markers.view.sensor import MARKER_SENSORS, MarkerSensor
+from tactile_perception.press.sensor import MARKER_SENSORS, MarkerSensor
 from tactile_perception.nodes.messages import conversions as convert
 from tactile_perception.tools.convert.camera import Recording
 from tactile_perception.tools.convert.command import convert as convert_folder, sensor_parameters

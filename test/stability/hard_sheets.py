@@ -12,14 +12,14 @@ import numpy as np
 from hard_engine import Estimator
 from pad_rig import RATE, shared_pad
 from sheet_rig import PRESSED_AT, Sheet
-from tactile_perception.calibration.camera_poses import SideMarkers, fit_sides
+from tactile_perception.press.camera_poses import SideMarkers, fit_sides
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.rotations import rotation_matrix
-from tactile_perception.markers.methods import TOUCH_METHODS, make_method
-from tactile_perception.markers.touches.presses import Presses
-from tactile_perception.markers.view.marker_field import MarkerField, RestMarkers
-from tactile_perception.markers.view.sensor import MARKER_SENSORS
+from tactile_perception.press.methods import TOUCH_METHODS, make_method
+from tactile_perception.press.presses import Presses
+from tactile_perception.press.field import MarkerField, RestMarkers
+from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.pipeline.contact_stage import ContactStage
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad

@@ -7,10 +7,10 @@ from tactile_bringup.installed import share
 from tactile_driver.simulation.sensors import scenes
 from tactile_driver.stitching.calibration import stitching_from_dict
 from tactile_driver.stitching.methods import make_stitcher
-from tactile_perception.calibration.files.markers import read_touch
-from tactile_perception.markers.view.camera_views import view_maker
+from tactile_perception.press.calibration import read_touch
+from tactile_perception.press.camera_views import view_maker
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor
+from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.pipeline.dot_stage import make_tracker
 from tactile_perception.pipeline.marker_stage import TouchStage

@@ -9,13 +9,13 @@ from tactile_bringup.installed import share
 from tactile_driver.simulation.scene.specimen import Script, drag, one_after_the_other, press
 from tactile_driver.simulation.sensors import scenes
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
-from tactile_perception.calibration.files.markers import read_touch
+from tactile_perception.press.calibration import read_touch
 from tactile_perception.common.dots import DotTracks
-from tactile_perception.markers.methods import make_method
-from tactile_perception.markers.view.camera_views import view_maker
-from tactile_perception.markers.view.marker_field import RestMarkers
+from tactile_perception.press.methods import make_method
+from tactile_perception.press.camera_views import view_maker
+from tactile_perception.press.field import RestMarkers
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor
+from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
 from tactile_perception.touchpad.sensor import camera_pose
 
 RATE, NOISE, WAY = 5.0, 0.02, (-0.021, 0.021)  # Hz, px, m

@@ -19,7 +19,7 @@ from tactile_perception.errors import BadFrame  # noqa: E402
 from tactile_perception.nodes.stages.markers import TouchMessages  # noqa: E402
 from tactile_perception.nodes.stages.touchpad import DotMessages  # noqa: E402
 from tactile_perception.parameters.file import read_parameters  # noqa: E402
-from tactile_perception.parameters.markers import POINT_PARAMETERS  # noqa: E402
+from tactile_perception.press.parameters import POINT_PARAMETERS  # noqa: E402
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -16,10 +16,10 @@ from tactile_perception.common.rigid_motion import fit_rigid  # noqa: E402
 from tactile_perception.common.rotations import quaternion, rotation_matrix, rotation_vector  # noqa: E402
 from tactile_perception.common.slip import planar_twist  # noqa: E402
 from tactile_perception.common.spherical_cap import Cap  # noqa: E402
-from tactile_perception.markers.published.gaussian_peak import gaussian  # noqa: E402
-from tactile_perception.markers.touches.touch import TouchEstimate  # noqa: E402
-from tactile_perception.markers.touches.tracker import ACCELERATION, TouchTracker  # noqa: E402
-from tactile_perception.markers.view.marker_field import CameraView  # noqa: E402
+from tactile_perception.press.published.gaussian_peak import gaussian  # noqa: E402
+from tactile_perception.press.estimate import TouchEstimate  # noqa: E402
+from tactile_perception.press.tracker import ACCELERATION, TouchTracker  # noqa: E402
+from tactile_perception.press.field import CameraView  # noqa: E402
 from tactile_perception._core.finger import SphereFilter, centroid_covariance  # noqa: E402
 from tactile_perception.finger.map import MIX, EquidistantMap, angles, direction, error_angle, exp_map, log_map, position  # noqa: E402
 from tactile_perception.taxel.wrench import transform_wrench  # noqa: E402

@@ -11,12 +11,12 @@ from tactile_driver.nodes.messages.conversions import calibration_to_message, he
 from tactile_driver.simulation.scene.specimen import Script, one_after_the_other, press
 from tactile_driver.simulation.sensors import scenes
 from tactile_driver.simulation.sensors.areal_single import areal_single
-from tactile_perception.calibration.files.markers import read_touch
+from tactile_perception.press.calibration import read_touch
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadCalibration, BadFrame
-from tactile_perception.markers.methods import make_method
-from tactile_perception.markers.touches.touch import AT_EDGE, OUT_OF_RANGE
-from tactile_perception.markers.view.marker_field import RestMarkers
+from tactile_perception.press.methods import make_method
+from tactile_perception.press.estimate import AT_EDGE, OUT_OF_RANGE
+from tactile_perception.press.field import RestMarkers
 from tactile_perception.nodes.stages.touchpad import DotMessages
 
 from sheet_rig import PRESSED_AT, RATE, SENSORS, Sheet, check_right, nothing

@@ -5,8 +5,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tactile_perception.markers.methods import make_method
-from tactile_perception.markers.view.marker_field import RestMarkers
+from tactile_perception.press.methods import make_method
+from tactile_perception.press.field import RestMarkers
 
 from sheet_rig import PRESSED_AT, RATE, SENSORS, Sheet
 

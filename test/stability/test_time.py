@@ -13,8 +13,8 @@ from hard_sheets import pad_inputs, pad_tracks, sheet, stage_of_pad
 from tactile_perception.dots.index.linker import Linker
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadFrame
-from tactile_perception.markers.touches.touch import TouchEstimate
-from tactile_perception.markers.touches.tracker import TouchTracker
+from tactile_perception.press.estimate import TouchEstimate
+from tactile_perception.press.tracker import TouchTracker
 from tactile_perception.pipeline.marker_stage import TouchStage
 from tactile_perception.touchpad.contact.published import PaperRegion
 from tactile_perception.touchpad.contact.region import ContactDots

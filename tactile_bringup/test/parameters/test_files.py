@@ -9,9 +9,9 @@ from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
 from tactile_driver.parameters.psd import PSD_DRIVER_PARAMETERS
 from tactile_driver.parameters.table import defaults
 from tactile_driver.parameters.taxel import TAXEL_DRIVER_PARAMETERS
-from tactile_perception.markers.view.sensor import MARKER_SENSORS
+from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor
+from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
 from tactile_perception.finger.parameters import PSD_PARAMETERS
 from tactile_perception.parameters.taxel import TAXEL_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS, SHEET_PARAMETERS

@@ -13,7 +13,7 @@ from tactile_bringup.simulate.calibrations import calibrate_specimen, main  # no
 from tactile_bringup.simulate.camera import write_scene  # noqa: E402
 from tactile_driver.recordings.reader import BagReader  # noqa: E402
 from tactile_driver.recordings.serialization import decode  # noqa: E402
-from tactile_perception.calibration.files.markers import read_touch  # noqa: E402
+from tactile_perception.press.calibration import read_touch  # noqa: E402
 from tactile_perception.tools.process_bag import main as process_bag  # noqa: E402
 
 LARGEST = 1_500_000  # bytes of a file that ships

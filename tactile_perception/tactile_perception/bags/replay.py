@@ -11,16 +11,16 @@ from tactile_driver.parameters.table import Parameter
 from tactile_driver.recordings.serialization import type_name_of
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
 
-from ..calibration.files.markers import read_touch
+from ..press.calibration import read_touch
 from ..calibration.files.taxel import SENSOR as TAXEL_ARRAY
 from ..finger.model import SENSOR as PSD_FINGER
 from ..finger.stage import FingerStage
-from ..markers.view.sensor import MARKER_SENSORS
+from ..press.sensor import MARKER_SENSORS
 from ..nodes.stages.markers import TouchMessages
 from ..nodes.stages.taxel import TaxelMessages
 from ..nodes.stages.touchpad import ContactMessages, DotMessages
 from ..parameters.file import read_parameters
-from ..parameters.markers import POINT_PARAMETERS
+from ..press.parameters import POINT_PARAMETERS
 from ..parameters.taxel import TAXEL_PARAMETERS
 from ..parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
 from ..stage import Stage

@@ -12,7 +12,7 @@ from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import DotTracks
 
 from .messages.point_cloud import POINTS
-from ..parameters.markers import POINT_PARAMETERS
+from ..press.parameters import POINT_PARAMETERS
 from .stage_node import StageNode
 from .stages.markers import RESULTS, TouchMessages
 

@@ -9,20 +9,20 @@ from functools import partial
 
 import numpy as np
 
-from ..calibration.files.markers import TouchCalibration
+from ..press.calibration import TouchCalibration
 from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
 from ..common.dot_grid import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..dots.reference.calibrated_rest import CalibratedRest
 from ..errors import BadFrame
-from ..markers.methods import make_method
-from ..markers.touches.region import region_of
-from ..markers.touches.touch import TouchEstimate
-from ..markers.touches.tracker import Touch, TouchTracker
-from ..markers.view.marker_field import MarkerField, MarkerView, RestMarkers
-from ..markers.view.sensor import MarkerSensor, rest_points
-from ..parameters.markers import AUTO
+from ..press.methods import make_method
+from ..press.region import region_of
+from ..press.estimate import TouchEstimate
+from ..press.tracker import Touch, TouchTracker
+from ..press.field import MarkerField, MarkerView, RestMarkers
+from ..press.sensor import MarkerSensor, rest_points
+from ..press.parameters import AUTO
 
 _NO_DOTS = np.zeros(0, bool)
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Plain NumPy references of the kernels of src/markers/touch_filter.cpp and src/markers/touch_region.cpp."""
+"""Plain NumPy references of the kernels of src/press/touch_filter.cpp and src/press/touch_region.cpp."""
 import itertools
 
 import numpy as np

@@ -36,7 +36,7 @@ from tactile_perception.nodes.messages.conversions import camera_info_message  #
 from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
 from tactile_perception.nodes.stage_node import CAMERA_QUEUE, StageNode  # noqa: E402
 from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
-from tactile_perception.parameters.markers import POINT_PARAMETERS  # noqa: E402
+from tactile_perception.press.parameters import POINT_PARAMETERS  # noqa: E402
 from tactile_perception.finger.parameters import PSD_PARAMETERS  # noqa: E402
 from tactile_perception.parameters.taxel import TAXEL_PARAMETERS  # noqa: E402
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS  # noqa: E402

@@ -8,13 +8,13 @@ from collections.abc import Collection, Mapping
 from geometry_msgs.msg import WrenchStamped
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks
 
-from ...calibration.files.markers import read_touch
+from ...press.calibration import read_touch
 from .camera_side import CameraSide, Matrices
 from ...errors import BadArgument, BadFrame
-from ...markers.view.camera_views import view_maker
+from ...press.camera_views import view_maker
 from ..messages import conversions as convert
 from ..messages.point_cloud import POINTS
-from ...parameters.markers import marker_sensor
+from ...press.parameters import marker_sensor
 from ...pipeline.marker_stage import TouchStage
 from ...touchpad.sensor import camera_pose
 

@@ -13,13 +13,13 @@ from tactile_driver.stitching.calibration import stitching_from_dict
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
 from ...calibration.files.format import read_calibration
-from ...calibration.files.markers import read_touch
+from ...press.calibration import read_touch
 from ...calibration.files.touchpad import read_touchpad
 from .camera_side import CameraSide, Matrices
 from ...common.camera import CameraModel
 from ...errors import BadFrame
-from ...markers.view.camera_views import view_maker
-from ...markers.view.sensor import MARKER_SENSORS
+from ...press.camera_views import view_maker
+from ...press.sensor import MARKER_SENSORS
 from ..messages import conversions as convert
 from ..messages.point_cloud import POINTS
 from ...pipeline.contact_stage import ContactStage
@@ -58,7 +58,7 @@ class DotMessages(_TouchpadSide):
         super().__init__(values)
         self._surface = None
         if values['surface'] in ('sheet', 'dome'):
-            from ...parameters.markers import marker_sensor  # a touchpad needs no methods of sheets and domes
+            from ...press.parameters import marker_sensor  # a touchpad needs no methods of sheets and domes
             self._surface = marker_sensor(values)
         markers = values['sensor_type'] in MARKER_SENSORS and values['calibration']
         self._markers = read_touch(values['calibration'], values['sensor_type']) if markers else None
@@ -85,17 +85,17 @@ class DotMessages(_TouchpadSide):
         """The RightShutter of two cameras; None for one."""
         if not self.two_cameras:
             return None
-        from ...pipeline.shutters import right_shutter
+        from ...press.shutters import right_shutter
         return right_shutter(stitching_from_dict(self._markers.stitching, 'calibration: stitching'), self._surface)
 
     def _places(self, make_view):
         """The SheetPlaces or DomePlaces of markers; None for a pattern without a grid that is not calibrated."""
         sensor, known = self._surface, self._markers
         if sensor.is_sheet:
-            from ...markers.places.sheet import SheetPlaces
+            from ...press.sheet.positions import SheetPlaces
             return SheetPlaces(sensor, make_view)
-        from ...markers.places.dome import DomePlaces
-        from ...markers.methods import make_method
+        from ...press.dome.positions import DomePlaces
+        from ...press.methods import make_method
         count = sensor.rows * sensor.columns if known is None or known.pattern is None else len(known.pattern)
         method = make_method('model', known.fitted('model'), sensor) if known and 'model' in known.methods else None
         return DomePlaces(sensor, count, make_view, method) if count else None

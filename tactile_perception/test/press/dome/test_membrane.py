@@ -1,0 +1,125 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import json
+import os
+import pathlib
+
+import numpy as np
+import pytest
+from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.errors import BadArgument
+from tactile_perception.press.dome import membrane
+from tactile_perception.press.dome.membrane import DomeMaterial, press_dome
+from tactile_perception.press.dome.mesh import DomeMesh, MeshPlan, evaluate, shift_of
+
+CAP, MESH = Cap(0.15375, 0.12), MeshPlan(even=10, rings=18, width=0.0145, harmonics=3, around=8)
+FOLDER = pathlib.Path(os.environ.get('TACTILE_RECORDINGS', ''), 'simulated', 'ac_calib_small')
+TIP = 0.025
+
+
+def pressed(across, depths, material, radius=TIP):
+    """Mesh and fields of a press."""
+    mesh = DomeMesh(shift_of(across, radius, CAP), CAP, MESH)
+    return mesh, press_dome(mesh, np.array(depths), radius, material)
+
+
+def test_the_skin_lies_on_the_tip_and_does_not_enter_it():
+    mesh, found = pressed(0.03, np.linspace(0.002, 0.02, 10), DomeMaterial(0.8, 60.0, 0.5))
+    places = mesh.rest.reshape(-1, 3) + evaluate(found.straight[-1], mesh, mesh.rest.reshape(-1, 3))
+    centre = np.array([0.03, 0, CAP.centre_z + np.sqrt((CAP.curvature_radius + TIP)**2 - 0.03**2) - 0.02])
+    gap = np.linalg.norm(places - centre, axis=1) - TIP
+    assert -1e-4 < gap.min() < 2e-5
+
+
+@pytest.mark.parametrize('squeeze', [0.0, 0.8])
+def test_a_gas_that_is_held_gives_way_more_easily_than_one_that_is_sealed(squeeze):
+    push = [pressed(0.0, [0.005, 0.01], DomeMaterial(squeeze, gas, 0.5))[1].push[-1] for gas in (0.0, 60.0)]
+    assert push[1][2] < push[0][2] < 0 and np.abs([one[:2] for one in push]).max() < 1e-6 * abs(push[0][2])
+
+
+def test_a_drag_pulls_the_skin_along_and_is_alike_in_all_directions_on_top():
+    mesh, found = pressed(0.0, [0.005, 0.01, 0.015], DomeMaterial(0.8, 60.0, 0.5))
+    points = np.array([[0.0, 0.0, CAP.height], [0.02, 0.0, np.nan], [0.0, 0.02, np.nan]])
+    points[1:, 2] = CAP.heights(points[1:, :2])
+    along, across = evaluate(found.along[-1], mesh, points), evaluate(found.across[-1], mesh, points, odd=True)
+    assert along[0, 0] == pytest.approx(0.015, rel=0.01), 'as far aside as the tip is deep: it sticks'
+    assert np.allclose(along[0, 1:], 0, atol=1e-9) and np.abs(along[1:, 0]).max() < along[0, 0]
+    assert np.allclose(along[[0, 1, 2]][:, [0, 1]], across[[0, 2, 1]][:, [1, 0]], rtol=1e-3, atol=1e-6)
+
+
+def test_a_tip_that_rubs_carries_the_skin_by_traction_in_proportion_to_its_pressure():
+    """As far in the mean as one that sticks, its middle farther; far away they hardly differ."""
+    points = np.array([[0.0, 0.0, CAP.height], [0.1, 0.0, np.nan]])
+    points[1:, 2] = CAP.heights(points[1:, :2])
+    shown = []
+    for friction in (0.5, 0.0):
+        mesh, found = pressed(0.0, np.linspace(0.002, 0.02, 10), DomeMaterial(0.8, 60.0, friction))
+        along, across = (evaluate(field[-1], mesh, at, odd) for field, at, odd in
+                         ((found.along, points, False), (found.across, points[:, [1, 0, 2]], True)))
+        assert np.allclose(along[:, 0], across[:, 1], rtol=1e-2)
+        shown.append(along[:, 0] / 0.02)
+    stuck, rubs = shown
+    assert stuck[0] == pytest.approx(1.0, rel=0.01) and 1.03 < rubs[0] < 1.2
+    assert rubs[1] == pytest.approx(stuck[1], rel=0.1)
+
+
+def test_friction_holds_the_skin_on_the_slope():
+    slid = [pressed(0.05, np.linspace(0.001, 0.02, 12), DomeMaterial(0.8, 60.0, friction))[1].push[-1] for friction in (0.1, 0.4, 0.8)]
+    lean = [one[0] / -one[2] for one in slid]  # the tip is pushed uphill by less than friction and slope allow
+    assert lean[0] > lean[1] > lean[2] or lean[0] < lean[1] < lean[2]
+
+
+def test_skin_sticks_where_the_tip_meets_it_whatever_the_load_steps():
+    mesh, few = pressed(0.05, np.linspace(0, 0.02, 11)[1:], DomeMaterial(0.0, 73.0, 0.6))
+    many = pressed(0.05, np.linspace(0, 0.02, 61)[1:], DomeMaterial(0.0, 73.0, 0.6))[1]
+    points = mesh.rest.reshape(-1, 3)
+    moved = [evaluate(found.straight[-1], mesh, points) for found in (few, many)]
+    assert np.abs(moved[1]).max() > 0.015 and np.abs(moved[0] - moved[1]).max() < 0.1e-3
+
+
+def test_the_tangent_is_the_derivative_of_the_stress():
+    rng = np.random.default_rng(0)
+    a, b, squeeze, step = rng.normal(0, 1, (1, 1, 3)), rng.normal(0, 1, (1, 1, 3)), np.array([[0.7]]), 1e-6
+
+    def stress(edges):
+        a, b = edges[..., :3], edges[..., 3:]
+        n = np.cross(a, b)
+        return edges - (squeeze / np.sum(n**2, -1)**2)[..., None] * np.concatenate([np.cross(b, n), np.cross(n, a)], -1)
+
+    edges = np.concatenate([a, b], -1)
+    numeric = np.stack([(stress(edges + way) - stress(edges - way))[0, 0] / (2 * step) for way in step * np.eye(6)], axis=1)
+    assert np.allclose(membrane._membrane_tangent(a, b, np.cross(a, b), squeeze)[0, 0], numeric, rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.full
+def test_rings_of_half_the_width_move_the_markers_by_less_than_they_show():
+    points = np.array([[x, y, CAP.centre_z + np.sqrt(CAP.curvature_radius**2 - x * x - y * y)]
+                       for x in np.linspace(-0.1, 0.1, 9) for y in np.linspace(-0.05, 0.05, 5)])
+    moved = []
+    for plan in (MeshPlan(), MeshPlan(even=24, rings=56, width=0.00625)):
+        mesh = DomeMesh(shift_of(0.03, 0.03, CAP), CAP, plan)
+        found = press_dome(mesh, 0.036 * (np.arange(1, 37) / 36)**1.3, 0.03, DomeMaterial(0.0, 73.0, 0.35), drags=0)
+        moved.append(evaluate(found.straight[-1], mesh, points))
+    assert np.linalg.norm(moved[1], axis=1).max() > 0.03
+    assert np.linalg.norm(moved[0] - moved[1], axis=1).max() < 0.25e-3
+
+
+def test_numbers_out_of_range_are_refused():
+    for wrong in ({'squeeze': 1.0}, {'gas': -1.0}, {'friction': np.nan}):
+        with pytest.raises(BadArgument, match='need 0 <= squeeze < 1'):
+            DomeMaterial(**wrong)
+
+
+@pytest.mark.skipif(not (FOLDER / 'truth.npz').exists(), reason='TACTILE_RECORDINGS names no folder with simulated/ac_calib_small')
+def test_markers_move_as_in_an_independent_simulation_of_the_same_dome():
+    truth, sensor = np.load(FOLDER / 'truth.npz'), json.loads((FOLDER / 'sensor.json').read_text())['info']
+    tension = sensor['rest_gauge_pressure'] * CAP.curvature_radius / 2
+    gas = (101325 + sensor['rest_gauge_pressure']) / sensor['rest_gauge_pressure']
+    material = DomeMaterial(1 - tension / sensor['shear_modulus_times_thickness'], gas, 0.6)
+    depths = truth['depth'][truth['segment'] == 5]
+    steps = np.union1d(depths[-1] * (np.arange(1, 25) / 24)**1.3, depths)
+    mesh, found = pressed(0.0, steps, material)
+    for frame, depth in zip(np.flatnonzero(truth['segment'] == 5), depths):
+        moved = evaluate(found.straight[np.searchsorted(steps, depth)], mesh, truth['dot_rest_xyz'].astype(float))
+        off = moved - (truth['dot_xyz'][frame] - truth['dot_rest_xyz'])
+        assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < 0.15e-3
