@@ -14,7 +14,7 @@ from .common.dots import Dots
 from .dots.detect.methods import DotDetector
 from .errors import BadArgument
 from .finger.parameters import PSD_PARAMETERS
-from .press.camera_views import view_maker
+from .press.field import view_maker
 from .parameters.file import read_parameters
 from .press.parameters import POINT_PARAMETERS, marker_sensor
 from .parameters.taxel import TAXEL_PARAMETERS

@@ -28,17 +28,15 @@ from tactile_driver.stitching.calibration import Stitching
 from tactile_driver.stitching.methods import STITCHERS
 from tactile_perception.errors import BadFrame, TactileError
 from tactile_perception.press.methods import make_method, methods_for
-from tactile_perception.press.region import region_of
+from tactile_perception.press.estimate import region_of
 from tactile_perception.press.tracker import TouchTracker
-from tactile_perception.press.camera_views import view_maker
-from tactile_perception.press.field import RestMarkers
+from tactile_perception.press.field import RestMarkers, view_maker
 from tactile_perception.press.sensor import MARKER_SENSORS, MarkerSensor
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.pipeline.dot_stage import make_tracker
-from tactile_perception.press.tools import PressReader, fit_wrench
-from tactile_perception.press.stitching_tool import find_stitching
+from tactile_perception.press.tools import PressReader, find_stitching, fit_wrench
 from tactile_perception.touchpad.sensor import Touchpad, camera_pose
 
 import touch_sources

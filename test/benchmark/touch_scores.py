@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from tactile_perception.evaluation.scores import relative_errors
-from tactile_perception.press.cross_validation import score
-from tactile_perception.press.presses import Presses
+from tactile_perception.press.presses import Presses, score
 from tactile_perception.press.estimate import TouchEstimate
 from tactile_perception.press.sensor import MarkerSensor
 

@@ -11,8 +11,8 @@ from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust
 from tactile_perception.common.rotations import rotation_matrix
 from tactile_perception.common.slip import planar_twist
 from tactile_perception.common.spherical_cap import Cap
-from tactile_perception.press.sheet.positions import SheetSurface
-from tactile_perception.press.published.gaussian_peak import grid_point
+from tactile_perception.press.positions import SheetSurface
+from tactile_perception.press.published import grid_point
 from tactile_perception.press.field import CameraView
 from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions

@@ -12,11 +12,11 @@ import numpy as np
 from hard_engine import Estimator
 from pad_rig import RATE, shared_pad
 from sheet_rig import PRESSED_AT, Sheet
-from tactile_perception.press.camera_poses import SideMarkers, fit_sides
+from tactile_perception.press.stitching import SideMarkers, fit_sides
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.rotations import rotation_matrix
-from tactile_perception.press.methods import TOUCH_METHODS, make_method
+from tactile_perception.press.methods import make_method, methods_for
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.field import MarkerField, RestMarkers
 from tactile_perception.press.sensor import MARKER_SENSORS
@@ -72,7 +72,8 @@ def _fitted(name):
     if name in SHIPPED:
         rig, chosen = sheet(SHIPPED[name][0])[0], SHIPPED[name][1]
         return make_method(chosen, rig.calibration.fitted(chosen), rig.sensor)
-    made, sensor = TOUCH_METHODS[FITTED[name]], SINGLE if name.startswith('sheet') else dome_scenes.DOME
+    sensor = SINGLE if name.startswith('sheet') else dome_scenes.DOME
+    made = methods_for(sensor)[FITTED[name]]
     presses = _bell_presses() if sensor is SINGLE else dome_scenes.calibration()
     return made.from_fitted(made.fit(presses, sensor), sensor)
 

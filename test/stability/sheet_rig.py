@@ -8,7 +8,7 @@ from tactile_driver.simulation.sensors import scenes
 from tactile_driver.stitching.calibration import stitching_from_dict
 from tactile_driver.stitching.methods import make_stitcher
 from tactile_perception.press.calibration import read_touch
-from tactile_perception.press.camera_views import view_maker
+from tactile_perception.press.field import view_maker
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS

@@ -12,8 +12,7 @@ from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_perception.press.calibration import read_touch
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.press.methods import make_method
-from tactile_perception.press.camera_views import view_maker
-from tactile_perception.press.field import RestMarkers
+from tactile_perception.press.field import RestMarkers, view_maker
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
 from tactile_perception.touchpad.sensor import camera_pose

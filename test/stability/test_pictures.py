@@ -17,7 +17,7 @@ from tactile_perception.dots.index.point_set_registration import Pattern
 from tactile_perception.dots.reference.drift import Reference
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.press.sheet.positions import SheetSurface
+from tactile_perception.press.positions import SheetSurface
 from tactile_perception.taxel.array import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS
 from tactile_perception.touchpad.contact.published import PaperRegion

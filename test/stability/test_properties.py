@@ -22,7 +22,7 @@ from tactile_perception.common.slip import planar_twist  # noqa: E402
 from tactile_perception.dots.index.grid import number_grid  # noqa: E402
 from tactile_perception.dots.index.linker import Linker, assign  # noqa: E402
 from tactile_perception.errors import BadFrame, TactileError  # noqa: E402
-from tactile_perception.press.published.gaussian_peak import gaussian  # noqa: E402
+from tactile_perception.press.published import gaussian  # noqa: E402
 from tactile_perception.press.estimate import TouchEstimate  # noqa: E402
 from tactile_perception.press.tracker import TouchTracker  # noqa: E402
 from tactile_perception.pipeline.clock import StampClock  # noqa: E402

@@ -16,7 +16,7 @@ from tactile_perception.common.rigid_motion import fit_rigid  # noqa: E402
 from tactile_perception.common.rotations import quaternion, rotation_matrix, rotation_vector  # noqa: E402
 from tactile_perception.common.slip import planar_twist  # noqa: E402
 from tactile_perception.common.spherical_cap import Cap  # noqa: E402
-from tactile_perception.press.published.gaussian_peak import gaussian  # noqa: E402
+from tactile_perception.press.published import gaussian  # noqa: E402
 from tactile_perception.press.estimate import TouchEstimate  # noqa: E402
 from tactile_perception.press.tracker import ACCELERATION, TouchTracker  # noqa: E402
 from tactile_perception.press.field import CameraView  # noqa: E402

@@ -17,8 +17,7 @@ from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..dots.reference.calibrated_rest import CalibratedRest
 from ..errors import BadFrame
 from ..press.methods import make_method
-from ..press.region import region_of
-from ..press.estimate import TouchEstimate
+from ..press.estimate import TouchEstimate, region_of
 from ..press.tracker import Touch, TouchTracker
 from ..press.field import MarkerField, MarkerView, RestMarkers
 from ..press.sensor import MarkerSensor, rest_points

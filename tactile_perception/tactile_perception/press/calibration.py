@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration of a sheet or a dome as a file: fitted numbers of each touch method, its cross-validation errors, and the wrench."""
+"""Calibration of a sheet or a dome as a file: fitted numbers of each method, its cross-validation errors, the stiffness of the skin, from
+which a model's wrench follows."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -9,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import BadCalibration
 from ..calibration.files.format import CalibrationFile, Specimen, read_calibration, write_calibration
-from .cross_validation import Score
+from ..errors import BadCalibration
+from .estimate import TouchMethod
+from .presses import Presses, Score
 
 UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'moment': 'N m', 'stitching': 'm and px', 'pattern': 'px',
          'rest': 'px', 'residuals': 'm; normalised squared error and errors of the wrench 1'}
@@ -115,3 +117,30 @@ def _typical(numbers: dict) -> np.ndarray:
     presses = numbers.get('presses', 0)
     told = presses - numbers.get('missed', 0) - numbers.get('split', 0)
     return errors * (presses / told)**2 if told > 0 else np.full(2, np.nan)
+
+
+FEWEST = 6     # presses needed for a fit. Chosen
+SHALLOWEST = 0.02  # of the deepest press: shallower presses are left out. Chosen
+
+
+def fit_stiffness(presses: Presses, method: TouchMethod) -> tuple[float, dict]:
+    """The stiffness, N/m, and the median relative errors of force and moment at the presses with a recorded wrench. Raises BadCalibration
+    for fewer than FEWEST of these that the method estimates as one touch."""
+    deepest = float(presses.depth.max(initial=0.0))
+    known = presses.touching & np.isfinite(presses.wrench).all(1) & (presses.wrench[:, 2] < 0) & (presses.depth > SHALLOWEST * deepest)
+    presses = presses.select(known)
+    found = [(touches[0].wrench, wrench) for touches, wrench in zip(map(method.estimate, presses.fields), presses.wrench)
+             if len(touches) == 1 and np.isfinite(touches[0].wrench).all()]
+    if len(found) < FEWEST:
+        raise BadCalibration(f'{len(found)} presses with a recorded wrench are too few for the stiffness; {FEWEST} are needed')
+    estimated, truth = np.swapaxes(found, 0, 1)
+    stiffness = float(np.median(truth[:, 2] / estimated[:, 2]))
+    return stiffness, {name: _relative(stiffness * estimated[:, part] - truth[:, part], truth[:, part])
+                       for name, part in (('force', slice(3)), ('moment', slice(3, 6)))}
+
+
+def _relative(error: np.ndarray, truth: np.ndarray) -> float:
+    """Median relative error over the samples whose truth is at least 5 % of the largest."""
+    size = np.linalg.norm(truth, axis=1)
+    good = size > 0.05 * size.max()
+    return float(np.median(np.linalg.norm(error[good], axis=1) / size[good])) if good.any() else float('nan')

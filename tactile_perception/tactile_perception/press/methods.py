@@ -1,54 +1,33 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Registry of touch methods."""
+"""Registry of the methods, for each kind of surface."""
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from ..errors import BadArgument
 from .dome.method import DomeModelMethod
-from .sheet.method import SheetModelMethod
-from .published.dome import PaperCushion
-from .published.sheet import PaperTouch
-from .presses import Presses
 from .estimate import TouchMethod
+from .published import PaperCushion, PaperTouch
 from .sensor import MarkerSensor
+from .sheet.method import SheetModelMethod
 
-
-class ModelTouch:
-    """The mechanics of the sensor's shape; raises BadCalibration for presses that do not determine it or an unreadable calibration."""
-
-    @staticmethod
-    def _of(sensor: MarkerSensor) -> type:
-        return SheetModelMethod if sensor.is_sheet else DomeModelMethod
-
-    @staticmethod
-    def fit(presses: Presses, sensor: MarkerSensor) -> dict:
-        """Parameters for the calibration file."""
-        return ModelTouch._of(sensor).fit(presses, sensor)
-
-    @staticmethod
-    def fit_quickly(presses: Presses, sensor: MarkerSensor, fitted: Mapping) -> dict:
-        """As fit, from the parameters fitted to more presses."""
-        return ModelTouch._of(sensor).fit_quickly(presses, sensor, fitted)
-
-    @staticmethod
-    def from_fitted(fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
-        """From the calibration file."""
-        return ModelTouch._of(sensor).from_fitted(fitted, sensor)
-
-
-TOUCH_METHODS: dict[str, type] = {'paper': PaperTouch, 'paper_cushion': PaperCushion, 'model': ModelTouch}
-_FOR_SHEETS = {'paper': True, 'paper_cushion': False}  # methods for one kind of surface: True sheets, False domes
+#: Name -> method, of each kind of surface.
+SHEET_METHODS: dict[str, type] = {'paper': PaperTouch, 'model': SheetModelMethod}
+DOME_METHODS: dict[str, type] = {'paper_cushion': PaperCushion, 'model': DomeModelMethod}
+#: Names of all methods.
+METHOD_NAMES = tuple(dict.fromkeys((*SHEET_METHODS, *DOME_METHODS)))
 
 
 def methods_for(sensor: MarkerSensor) -> dict[str, type]:
     """The methods for a sensor's kind of surface."""
-    return {name: method for name, method in TOUCH_METHODS.items() if _FOR_SHEETS.get(name, sensor.is_sheet) == sensor.is_sheet}
+    return SHEET_METHODS if sensor.is_sheet else DOME_METHODS
 
 
 def make_method(name: str, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
-    """The method of that name with its parameters from a calibration file. Raises BadArgument for an unknown name."""
-    if name not in TOUCH_METHODS:
-        raise BadArgument(f'unknown touch method {name!r}; choose one of {", ".join(sorted(TOUCH_METHODS))}')
-    return TOUCH_METHODS[name].from_fitted(fitted, sensor)
+    """The method of that name with its parameters from a calibration file. Raises BadArgument for a name that is unknown or of another
+    kind of surface."""
+    methods = methods_for(sensor)
+    if name not in methods:
+        raise BadArgument(f'no touch method {name!r} for a {sensor.type}; choose one of {", ".join(methods)}')
+    return methods[name].from_fitted(fitted, sensor)

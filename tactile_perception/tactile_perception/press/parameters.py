@@ -9,7 +9,7 @@ from functools import partial
 from tactile_driver.parameters.table import Parameter
 
 from ..errors import BadArgument
-from .methods import TOUCH_METHODS
+from .methods import METHOD_NAMES
 from .sensor import MARKER_SENSORS, MarkerSensor
 from ..parameters.touchpad import SHEET_PARAMETERS
 
@@ -29,7 +29,7 @@ MARKER_SENSOR_PARAMETERS = (
 
 POINT_PARAMETERS = MARKER_SENSOR_PARAMETERS + (
     _fixed('touch', str, AUTO, '', 'touch estimation method; auto: the one that cross-validation chose when it was calibrated',
-           choices=(AUTO, *TOUCH_METHODS)),
+           choices=(AUTO, *METHOD_NAMES)),
     _fixed('tip_radius', float, 0.008, 'm', "tip radius assumed for the contact region where the method does not estimate it", 1e-4, 1.0),
     _fixed('filter', bool, True, '', 'Kalman filter over the frames of a touch; false: each frame alone, for evaluation'),
 )

@@ -7,7 +7,7 @@ import numpy as np
 from tactile_driver.stitching.calibration import Stitching
 
 from .sensor import MarkerSensor
-from .sheet.positions import SheetSurface
+from .positions import SheetSurface
 
 _TIP = 2.5  # pitches around the deepest marker that carry the load of a tip and are left out; chosen
 _CORRELATED = 3.0  # residuals of neighbouring loads agree, so the error is so many times the residual; measured on simulated drags

@@ -1,41 +1,124 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrates a sheet or a dome: fits touch methods and the wrench to recordings of a tip pressed at known positions."""
+"""Calibrates a sheet or a dome: fits the stitching of two cameras, press methods and the wrench to recordings of a tip pressed at known
+places."""
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-from tactile_driver.nodes.messages.conversions import RIGHT_TIME
+from tactile_driver.frame import PairFrame
+from tactile_driver.nodes.messages.conversions import RIGHT_TIME, frame_of_message
 from tactile_driver.nodes.messages.images import image_to_array
+from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_driver.sources.dual_camera.pairing import Pairer
 
-from ..bags.stamped import TRUE_WRENCH, TRUTH, pairs_of
-from ..bags.stitched_bag import bag_opener, stitching_in
-from ..calibration.files.format import Specimen
-from .calibration import METHODS, PATTERN, REST, STIFFNESS, STITCHING, WRENCH, best_method, write_touch
+from ..bags.stamped import TRUE_WRENCH, TRUTH, find_prefix, pairs_of
+from ..bags.stitched_bag import VIEWS, bag_opener, stitching_in
+from ..calibration.files.format import CalibrationFile, Specimen, write_calibration
 from ..calibration.residuals import outliers, report_residuals
 from ..common.parallel import in_parallel
 from ..common.progress import log_told
 from ..dots.tracker import DotTracker
-from ..errors import BadCalibration, BadFrame
-from .residuals import marker_residuals, require_coverage
-from .methods import make_method, methods_for
-from .cross_validation import HeldOut, Score, held_out
-from .presses import SAME_PLACE, Presses
-from .camera_views import view_maker
-from .field import RestMarkers
-from .sensor import MarkerSensor
-from .wrench import fit_stiffness
+from ..errors import BadCalibration, BadFrame, BadRecording
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
-from .parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
 from ..parameters.touchpad import DOT_PARAMETERS
 from ..pipeline.dot_stage import find_pattern, make_tracker
-from .shutters import right_shutter
-from .stitching_tool import find_stitching, tell_truth, write_stitching
 from ..touchpad.sensor import Touchpad, camera_pose
+from .calibration import METHODS, PATTERN, REST, STIFFNESS, STITCHING, WRENCH, best_method, fit_stiffness, write_touch
+from .field import RestMarkers, view_maker
+from .presses import SAME_PLACE, HeldOut, Presses, Score, held_out, marker_residuals, require_coverage
+from .methods import make_method, methods_for
+from .parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
+from .sensor import MarkerSensor
+from .shutters import right_shutter
+from .stitching import SIDES, StitchingFit, fit_stitching
+
+_TRIES = 5  # chosen: untouched pairs tried before the fit is given up
+Matrices = tuple[np.ndarray, np.ndarray] | None
+
+
+def find_stitching(bags: list[Path], params: Path, sensor: MarkerSensor, namespace: str) -> StitchingFit | None:
+    """Fit the stitching to the first usable untouched pair of the bags; None when no bag has both views.
+
+    A pair is untouched when ground_truth/contacts is empty or not recorded. Raises BadCalibration, with the reasons, without a usable pair.
+    """
+    if not sensor.is_sheet:
+        return None
+    dots = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
+    skew = read_parameters(params, 'dual_camera_node', DUAL_CAMERA_PARAMETERS)['max_skew']
+    reasons = []
+    for bag in bags:
+        for pair, cameras in _untouched(bag, namespace, skew):
+            try:
+                return fit_stitching((pair.left.image, pair.right.image), cameras, sensor, dots['polarity'], dots['detection'])
+            except (BadFrame, BadCalibration) as error:
+                reasons.append(f'{bag.name}: {error}')
+            if len(reasons) >= _TRIES:
+                break
+    if reasons:
+        raise BadCalibration('no stitching from untouched pairs: ' + '; '.join(dict.fromkeys(reasons)))
+    return None
+
+
+def _untouched(bag: Path, namespace: str, skew: float) -> Iterator[tuple[PairFrame, tuple[Matrices, Matrices]]]:
+    """Yield untouched pairs, and the matrices of their cameras."""
+    pairer, cameras = Pairer(int(skew * 1e9)), {}
+    with BagReader(bag) as reader:
+        try:
+            prefix = find_prefix(reader.topics, namespace, VIEWS[0])
+        except BadRecording:
+            return
+        free = _free_stamps(reader, prefix)
+        sides = {prefix + view: side for side, view in enumerate(VIEWS)}
+        infos = {f'{prefix}{name}/camera_info': side for side, name in enumerate(SIDES)}
+        for raw in reader.messages({*sides, *infos}):
+            message = decode(raw.data, raw.type_name)
+            if raw.topic in infos:
+                cameras[infos[raw.topic]] = convert.camera_matrices(message)
+                continue
+            pairer.add(sides[raw.topic], frame_of_message(message, 'image'))
+            yield from _taken(pairer, free, cameras)
+        yield from _taken(pairer, free, cameras, last=True)
+
+
+def _taken(pairer: Pairer, free: set | None, cameras: dict, last: bool = False):
+    while (pair := pairer.take(last)) is not None:
+        if free is None or pair.left.stamp_ns in free:
+            yield pair, (cameras.get(0), cameras.get(1))
+
+
+def _free_stamps(reader: BagReader, prefix: str) -> set[int] | None:
+    """Stamps, ns, without contact; None for a recording without ground truth."""
+    if prefix + TRUTH not in reader.topics:
+        return None
+    found = (decode(raw.data, raw.type_name) for raw in reader.messages({prefix + TRUTH}))
+    return {m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in found if not m.contacts}
+
+
+def tell_truth(bags: list[Path], namespace: str) -> bool:
+    """Whether one of the bags has ground truth of contacts."""
+    for bag in bags:
+        with BagReader(bag) as reader:
+            if find_prefix(reader.topics, namespace, VIEWS[0]) + TRUTH in reader.topics:
+                return True
+    return False
+
+
+def write_stitching(output: Path, sensor_type: str, found: StitchingFit, specimen: Specimen) -> str:
+    """Write a calibration that holds only the stitching, for dual_camera_node; a report of the fit."""
+    residuals = {'markers_off_grid': found.residual, 'views_apart': found.overlap}
+    units = {'lengths': 'm', 'scale': 'px/m', 'size, origin, seam, cut, matrix': 'px', 'residuals': 'm'}
+    write_calibration(output, CalibrationFile(sensor_type, units, {'stitching': found.stitching.to_dict()}, residuals, {},
+                                              serial=specimen.serial, parameters=specimen.parameters(sensor_type)))
+    return '\n'.join([*found.lines(), f'written: {output}, the stitching alone: no ground_truth/contacts in the recordings'])
+
 
 _TOUCHES = 1e-4  # m, chosen: smallest depth of a press
 

@@ -6,9 +6,8 @@ import functools
 import numpy as np
 from dome_scenes import DOME, EYE, NOISE, PX, markers, seen
 from tactile_perception.press.dome.library import DomePlan, build_library
-from tactile_perception.press.dome.membrane import DomeMaterial
-from tactile_perception.press.dome.mesh import MeshPlan
-from tactile_perception.press.dome.solver import DomeInverse, FieldNoise
+from tactile_perception.press.dome.mechanics import DomeMaterial, MeshPlan
+from tactile_perception.press.dome.fit import DomeInverse, FieldNoise
 from tactile_perception.press.field import MarkerField
 
 MATERIAL = DomeMaterial(0.7, 60.0, 0.5)

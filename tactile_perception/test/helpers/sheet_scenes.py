@@ -4,10 +4,8 @@
 import functools
 
 import numpy as np
-from tactile_perception.press.sheet.membrane_fem import SheetMaterial, press_sheet
-from tactile_perception.press.sheet.mesh import SheetMesh, uniform
-from tactile_perception.press.sheet.projection import field_appearance
-from tactile_perception.press.sheet.reduced_model import LibraryPlan, build_library
+from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, press_sheet, uniform
+from tactile_perception.press.sheet.library import LibraryPlan, build_library, field_appearance
 from tactile_perception.press.field import MarkerField
 from tactile_perception.press.sensor import MARKER_SENSORS
 

@@ -6,8 +6,8 @@ import pytest
 from sheet_reference import appearance, disc, interaction, looked_up, read_field, widening
 from sheet_scenes import EYE, GRID, MATERIAL, library
 from tactile_perception import _core
-from tactile_perception.press.sheet.projection import Press, field_appearance
-from tactile_perception.press.sheet.solver import show
+from tactile_perception.press.sheet.library import Press, field_appearance
+from tactile_perception.press.sheet.fit import show
 
 ONE = Press(np.array([0.011, -0.006]), 4e-3, 0.08, (0.3, -0.2))
 OTHER = Press(np.array([-0.009, 0.004]), 2.5e-3, -0.2, (-0.4, 0.1))
@@ -65,16 +65,6 @@ def test_a_press_that_is_shown_is_found_again(press):
     assert np.linalg.eigvalsh(covariance).min() > 0
 
 
-def test_two_presses_that_are_shown_are_found_again():
-    presses = [Press(press.place, press.depth, press.log_radius) for press in (ONE, OTHER)]
-    seen, _ = show(library(), presses, GRID, EYE, 0.5)
-    start = [Press(press.place + 1e-3, 0.9 * press.depth) for press in presses]
-    state, covariance, _, _ = fit(seen, start, drags=False, noise=(1e-7, 1e-4, 1e-9, 1e-9))
-    for k, press in enumerate(presses):
-        assert np.abs(state[6 * k:6 * k + 3] - press.vector[:3]).max() < 3e-4
-    assert covariance.shape == (13, 13) and not covariance[4].any()
-
-
 @pytest.mark.parametrize('late', [-0.15, 0.0, 0.15])
 def test_markers_that_are_late_by_an_unknown_share_of_their_motion_tell_the_press(late):
     """The right half is seen while the tip is on its way from BEFORE to ONE, and beyond."""
@@ -87,17 +77,6 @@ def test_markers_that_are_late_by_an_unknown_share_of_their_motion_tell_the_pres
     error, without = (np.hypot(*(found[:2] - ONE.place)) for found in (state, fit(seen, [ONE])[0]))
     assert error < 1e-5 + 0.1 * without
     assert covariance[0, 0] > 2 * fit(seen, [ONE])[1][0, 0], 'less is known of the place along the motion'
-
-
-def test_covariance_is_that_of_many_trials():
-    """In a world that is the table's own, noise alone scatters the estimate, as much as is said."""
-    rng, squares = np.random.default_rng(0), []
-    clean = show(library(), [ONE], GRID, EYE)[0]
-    for _ in range(100):
-        state, covariance, _, _ = fit(clean + rng.normal(0, 1, clean.shape) * [1e-5, 1e-5, 5e-3], [ONE], noise=(1e-5, 5e-3, 1e-9, 1e-9))
-        error = state[:3] - ONE.vector[:3]
-        squares.append(error @ np.linalg.solve(covariance[:3, :3], error) / 3)
-    assert 0.7 < np.mean(squares) < 1.3
 
 
 def test_markers_that_are_unknown_or_wild_change_little():

@@ -3,7 +3,7 @@
 import pytest
 from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.press.methods import make_method, methods_for
-from tactile_perception.press.published.sheet import PaperTouch
+from tactile_perception.press.published import PaperTouch
 from tactile_perception.press.sensor import MARKER_SENSORS
 
 SHEET, DOME = MARKER_SENSORS['areal_single'], MARKER_SENSORS['air_cushion']
@@ -21,5 +21,5 @@ def test_a_method_is_made_of_its_numbers(bell_presses):
 
 
 def test_an_unknown_method_is_refused():
-    with pytest.raises(BadArgument, match='unknown touch method'):
+    with pytest.raises(BadArgument, match='no touch method'):
         make_method('magic', {}, SHEET)

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.press.region import region_of
-from tactile_perception.press.estimate import TouchEstimate
+from tactile_perception.press.estimate import TouchEstimate, region_of
 from tactile_perception.press.field import MarkerField
 from tactile_perception.press.sensor import MARKER_SENSORS
 

@@ -9,7 +9,7 @@ from tactile_perception.press.calibration import TouchCalibration
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.surface_points import UNKNOWN
 from tactile_perception.errors import BadCalibration, BadFrame
-from tactile_perception.press.methods import TOUCH_METHODS
+from tactile_perception.press.methods import SHEET_METHODS
 from tactile_perception.press.estimate import AT_EDGE, TouchEstimate
 from tactile_perception.press.field import StitchedView
 from tactile_perception.press.sensor import MARKER_SENSORS
@@ -38,7 +38,7 @@ class Tells:
 @pytest.fixture
 def make_stage(monkeypatch):
     def make(stiffness=np.nan, best='tells', rest=None, **changes):
-        monkeypatch.setitem(TOUCH_METHODS, 'tells', Tells)
+        monkeypatch.setitem(SHEET_METHODS, 'tells', Tells)
         calibration = TouchCalibration({'tells': {}}, stiffness, None, best, CalibrationFile('areal_single', {}, {}, {}, {}), rest=rest)
         return TouchStage(SENSOR, lambda uv: VIEW, {**defaults(POINT_PARAMETERS), 'filter': False, **changes}, calibration)
     return make

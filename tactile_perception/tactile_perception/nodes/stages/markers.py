@@ -11,7 +11,7 @@ from tactile_msgs.msg import ContactRegion, Contacts, DotTracks
 from ...press.calibration import read_touch
 from .camera_side import CameraSide, Matrices
 from ...errors import BadArgument, BadFrame
-from ...press.camera_views import view_maker
+from ...press.field import view_maker
 from ..messages import conversions as convert
 from ..messages.point_cloud import POINTS
 from ...press.parameters import marker_sensor

@@ -18,7 +18,7 @@ from ...calibration.files.touchpad import read_touchpad
 from .camera_side import CameraSide, Matrices
 from ...common.camera import CameraModel
 from ...errors import BadFrame
-from ...press.camera_views import view_maker
+from ...press.field import view_maker
 from ...press.sensor import MARKER_SENSORS
 from ..messages import conversions as convert
 from ..messages.point_cloud import POINTS
@@ -92,9 +92,9 @@ class DotMessages(_TouchpadSide):
         """The SheetPlaces or DomePlaces of markers; None for a pattern without a grid that is not calibrated."""
         sensor, known = self._surface, self._markers
         if sensor.is_sheet:
-            from ...press.sheet.positions import SheetPlaces
+            from ...press.positions import SheetPlaces
             return SheetPlaces(sensor, make_view)
-        from ...press.dome.positions import DomePlaces
+        from ...press.positions import DomePlaces
         from ...press.methods import make_method
         count = sensor.rows * sensor.columns if known is None or known.pattern is None else len(known.pattern)
         method = make_method('model', known.fitted('model'), sensor) if known and 'model' in known.methods else None

@@ -16,10 +16,9 @@ from ...common.parallel import in_parallel
 from ...common.spherical_cap import Cap
 from ...common.splines import spline_fit
 from ...errors import BadCalibration
-from ..sheet.reduced_model import pack, unpack
-from .membrane import DomeMaterial, PressedDome, press_dome
-from .mesh import DomeMesh, MeshPlan, disc_scale, evaluate, shift_of
-from .outlines import STRETCH, appear_at, outlines
+from ..sheet.library import pack, unpack
+from .mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, PressedDome, appear_at, disc_scale, evaluate, outlines, press_dome,
+                        shift_of)
 
 RADIUS_SPREAD = np.log(2.2)    # simulated log tip radii, to either side of the middle one. Chosen
 RADII = 4                      # simulated tips. Chosen

@@ -10,7 +10,7 @@ import numpy as np
 
 from .calibration import DomeCalibration, calibrate_dome
 from .library import RADIUS_SPREAD
-from .solver import DEPTH, DRAG, DRAGGED, FRICTION, OF_TWO, PRESS, RADIUS, X, Y, DomeFound, DomeInverse
+from .fit import DEPTH, DRAG, DRAGGED, FRICTION, OF_TWO, PRESS, RADIUS, X, Y, DomeFound, DomeInverse
 from ...common.vectors import cross
 from ...errors import BadArgument
 from ..presses import Presses

@@ -9,10 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .calibration import SheetCalibration, calibrate_sheet
-from .matched_filter import SheetStart
-from .projection import Press
-from .reduced_model import SheetLibrary
-from .solver import ANY_TIP, SURE, Inverse, Seen, SheetInverse, show
+from .fit import ANY_TIP, SURE, Inverse, Seen, SheetInverse, SheetStart, show
+from .library import Press, SheetLibrary
 from ...common.vectors import cross
 from ..presses import Presses
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate

@@ -7,9 +7,7 @@ import pytest
 from dome_library import EYES, MATERIAL, MESH, PLAN, POINTS, press, small_library
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.dome.library import RADIUS_SPREAD, AsSeen, library_from_numbers, library_numbers
-from tactile_perception.press.dome.membrane import DomeMaterial, press_dome
-from tactile_perception.press.dome.mesh import DomeMesh, MeshPlan, evaluate, shift_of
-from tactile_perception.press.dome.outlines import appear_at, outlines
+from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, evaluate, outlines, press_dome, shift_of
 
 pytestmark = pytest.mark.full  # simulates a small library
 KNOWN = np.isfinite(POINTS).all(1)
@@ -106,7 +104,7 @@ def test_numbers_of_the_calibration_file_give_it_back():
 
 
 def test_a_dome_that_cannot_be_simulated_is_refused(monkeypatch):
-    from tactile_perception.press.dome import library, membrane
-    monkeypatch.setattr(membrane, 'STEPS', 1)
+    from tactile_perception.press.dome import library, mechanics
+    monkeypatch.setattr(mechanics, 'STEPS', 1)
     with pytest.raises(BadCalibration, match='do not converge'):
         library.build_library(type(PLAN)(**vars(PLAN) | {'order': 1, 'levels': 2}), DomeMaterial(), MESH)

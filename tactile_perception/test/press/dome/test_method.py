@@ -10,7 +10,7 @@ from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.press.dome.calibration import DomeCalibration
 from tactile_perception.press.dome.library import RADIUS_SPREAD
 from tactile_perception.press.dome.method import DomeModelMethod
-from tactile_perception.press.dome.solver import FieldNoise
+from tactile_perception.press.dome.fit import FieldNoise
 from tactile_perception.press.estimate import OUT_OF_RANGE
 from tactile_perception.press.sensor import first_touch_height
 

@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 from sheet_scenes import EYE, GRID, MATERIAL, PLAN, SENSOR, field_of, library, pressed
 from tactile_perception.errors import BadCalibration
-from tactile_perception.press.sheet.calibration import SheetCalibration
-from tactile_perception.press.sheet.identification import EyeShifts
-from tactile_perception.press.sheet.membrane_fem import press_sheet
-from tactile_perception.press.sheet.mesh import SheetMesh
-from tactile_perception.press.sheet.matched_filter import SheetStart
+from tactile_perception.press.sheet.calibration import EyeShifts, SheetCalibration
+from tactile_perception.press.sheet.mechanics import SheetMesh, press_sheet
+from tactile_perception.press.sheet.fit import FieldNoise, SheetInverse, SheetStart, show
 from tactile_perception.press.sheet.method import STANDS_OUT, SheetModelMethod, SheetPresses, Tip, tips_of
-from tactile_perception.press.sheet.projection import Press
-from tactile_perception.press.sheet.solver import FieldNoise, SheetInverse, show
+from tactile_perception.press.sheet.library import Press
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
-from tactile_perception.press.dome.positions import DomePlaces
+from tactile_perception.press.positions import DomePlaces
 from tactile_perception.press.field import CameraView
 
 from dome_scenes import DOME, EYE, dented, markers

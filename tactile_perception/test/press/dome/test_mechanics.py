@@ -6,11 +6,12 @@ import pathlib
 
 import numpy as np
 import pytest
+from dome_scenes import DOME, EYE, markers
 from tactile_perception.common.spherical_cap import Cap
 from tactile_perception.errors import BadArgument
-from tactile_perception.press.dome import membrane
-from tactile_perception.press.dome.membrane import DomeMaterial, press_dome
-from tactile_perception.press.dome.mesh import DomeMesh, MeshPlan, evaluate, shift_of
+from tactile_perception.press.dome.mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, appear_at, centres_of, disc_of, evaluate,
+                                                     outlines, press_dome, shift_of)
+from tactile_perception.press.sensor import dome_cap
 
 CAP, MESH = Cap(0.15375, 0.12), MeshPlan(even=10, rings=18, width=0.0145, harmonics=3, around=8)
 FOLDER = pathlib.Path(os.environ.get('TACTILE_RECORDINGS', ''), 'simulated', 'ac_calib_small')
@@ -77,20 +78,6 @@ def test_skin_sticks_where_the_tip_meets_it_whatever_the_load_steps():
     assert np.abs(moved[1]).max() > 0.015 and np.abs(moved[0] - moved[1]).max() < 0.1e-3
 
 
-def test_the_tangent_is_the_derivative_of_the_stress():
-    rng = np.random.default_rng(0)
-    a, b, squeeze, step = rng.normal(0, 1, (1, 1, 3)), rng.normal(0, 1, (1, 1, 3)), np.array([[0.7]]), 1e-6
-
-    def stress(edges):
-        a, b = edges[..., :3], edges[..., 3:]
-        n = np.cross(a, b)
-        return edges - (squeeze / np.sum(n**2, -1)**2)[..., None] * np.concatenate([np.cross(b, n), np.cross(n, a)], -1)
-
-    edges = np.concatenate([a, b], -1)
-    numeric = np.stack([(stress(edges + way) - stress(edges - way))[0, 0] / (2 * step) for way in step * np.eye(6)], axis=1)
-    assert np.allclose(membrane._membrane_tangent(a, b, np.cross(a, b), squeeze)[0, 0], numeric, rtol=1e-5, atol=1e-5)
-
-
 @pytest.mark.full
 def test_rings_of_half_the_width_move_the_markers_by_less_than_they_show():
     points = np.array([[x, y, CAP.centre_z + np.sqrt(CAP.curvature_radius**2 - x * x - y * y)]
@@ -123,3 +110,104 @@ def test_markers_move_as_in_an_independent_simulation_of_the_same_dome():
         moved = evaluate(found.straight[np.searchsorted(steps, depth)], mesh, truth['dot_rest_xyz'].astype(float))
         off = moved - (truth['dot_xyz'][frame] - truth['dot_rest_xyz'])
         assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < 0.15e-3
+
+
+PLAN = MeshPlan(even=6, rings=12, width=0.02, harmonics=3, around=8)
+
+
+def test_rings_grow_from_the_touch_to_the_rim():
+    widths = np.diff(PLAN.edges)
+    assert PLAN.edges[[0, -1]] == pytest.approx([0, 1]) and np.ptp(widths[:6]) < 1e-9 and (np.diff(widths[5:]) > 0).all()
+
+
+@pytest.mark.parametrize('across', [0.0, 0.05])
+def test_points_lie_on_the_dome_around_the_touch_and_slopes_are_their_derivatives(across):
+    mesh = DomeMesh(shift_of(across, 0.02, CAP), CAP, PLAN)
+    from_centre = mesh.rest - [0, 0, CAP.centre_z]
+    assert np.allclose(np.linalg.norm(from_centre, axis=-1), CAP.curvature_radius) and mesh.rest[..., 2].min() > 0
+    touch = np.array([across, 0, np.sqrt((CAP.curvature_radius + 0.02)**2 - across**2)]) / (CAP.curvature_radius + 0.02)
+    assert np.allclose(from_centre[0].mean(0) / CAP.curvature_radius, touch, atol=0.02)
+    for slope in (mesh.along, mesh.across):  # angles are preserved: both have the length of the scale, and are perpendicular
+        assert np.allclose(np.linalg.norm(slope, axis=-1), mesh.scale)
+        assert np.abs(np.sum(slope * from_centre, axis=-1)).max() < 1e-9
+    assert np.abs(np.sum(mesh.along * mesh.across, axis=-1)).max() < 1e-9
+    area = 2 * np.sum(mesh.weight * mesh.scale**2)
+    assert area == pytest.approx(2 * np.pi * CAP.curvature_radius * CAP.height, rel=2e-3)
+
+
+@pytest.mark.parametrize('odd', [False, True])
+def test_the_basis_at_the_points_is_the_field_there(odd):
+    mesh = DomeMesh(0.2, CAP, PLAN)
+    field = np.where(mesh.free(odd), np.random.default_rng(0).normal(0, 1e-3, PLAN.size), 0.0)
+    value, _ = mesh.basis(odd)
+    by_basis = np.matmul(value, field[mesh.of][..., None]).reshape(-1, 3)
+    assert np.allclose(by_basis, evaluate(field, mesh, mesh.rest.reshape(-1, 3), odd), atol=1e-9)
+
+
+def test_the_rim_is_the_unit_circle_and_beyond_it_nothing_moves():
+    turn = np.linspace(0, 6, 7)
+    rim = CAP.rim_radius * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+    assert np.allclose(np.abs(disc_of(rim, CAP)), 1.0)
+    mesh = DomeMesh(0.2, CAP, PLAN)
+    assert not evaluate(np.ones(PLAN.size), mesh, rim - [0, 0, 0.01]).any()
+
+
+DOME_CAP, MARKER = dome_cap(DOME), 4.6e-3
+POINTS = markers()[np.isfinite(markers()).all(1)]
+
+
+def seen(points):
+    """Tangents of the directions of points (..., 3), m, from EYE."""
+    return (points - EYE)[..., :2] / (points - EYE)[..., 2:]
+
+
+def pixels_mean(point, radius, steps=400):
+    """Where the middle of the pixels lies that look at a disc around a point of the dome."""
+    edge = seen(outlines(point[None], 1.02 * radius, DOME_CAP)[0, 1:])
+    low, high = edge.min(0), edge.max(0)
+    grid = np.stack(np.meshgrid(*(np.linspace(*ends, steps) for ends in zip(low, high))), axis=-1).reshape(-1, 2)
+    rays = np.column_stack([grid, np.ones(len(grid))])
+    meets = DOME_CAP.meet(EYE, rays / np.linalg.norm(rays, axis=1, keepdims=True))
+    arc = 2 * DOME_CAP.curvature_radius * np.arcsin(np.linalg.norm(meets - point, axis=1) / (2 * DOME_CAP.curvature_radius))
+    return grid[arc < radius].mean(0)
+
+
+def test_an_outline_lies_around_its_point_on_the_dome():
+    found = outlines(POINTS, MARKER, DOME_CAP)
+    from_centre = found - [0, 0, DOME_CAP.centre_z]
+    assert np.allclose(np.linalg.norm(from_centre, axis=-1), DOME_CAP.curvature_radius) and np.allclose(found[:, 0], POINTS)
+    angle = np.arccos(np.sum(from_centre[:, :1] * from_centre[:, 1:], axis=-1) / DOME_CAP.curvature_radius**2)
+    assert np.allclose(angle * DOME_CAP.curvature_radius, STRETCH * MARKER) and np.allclose(found[:, 1:].mean(1), POINTS, atol=1e-4)
+
+
+def test_a_marker_appears_in_the_middle_of_the_pixels_that_look_at_it():
+    slanted = POINTS[np.argsort(POINTS[:, 2])[[0, 40, 80]]]
+    found = appear_at(outlines(slanted, MARKER, DOME_CAP), EYE)
+    true = np.array([pixels_mean(point, MARKER) for point in slanted])
+    off_centre = np.linalg.norm(seen(slanted) - true, axis=1)
+    # at the plane through the top: some 0.165 m away
+    assert off_centre.max() * 0.165 > 1e-4 and np.linalg.norm(found - true, axis=1).max() * 0.165 < 4e-6
+
+
+def test_a_folded_outline_appears_within_itself():
+    rng = np.random.default_rng(0)
+    folded = outlines(POINTS[:50], MARKER, DOME_CAP) + rng.normal(0, 4e-3, (50, 13, 3))
+    found, edge = appear_at(folded, EYE), seen(folded)
+    assert (found >= edge.min(1)).all() and (found <= edge.max(1)).all()
+
+
+def test_centres_of_untouched_markers_are_told_from_where_they_appear():
+    away = DOME.plane_z - EYE[2]
+    rest = EYE[:2] + away * appear_at(outlines(POINTS, MARKER, DOME_CAP), EYE)
+    eyes = np.tile(EYE, (len(POINTS), 1))
+    assert np.linalg.norm(centres_of(rest, eyes, MARKER, DOME) - POINTS, axis=1).max() < 2e-6
+    assert np.linalg.norm(centres_of(rest, eyes, 1e-6, DOME) - POINTS, axis=1).max() > 5e-5
+    rest[3] = np.nan
+    assert np.isnan(centres_of(rest, eyes, MARKER, DOME)[3]).all()
+
+
+@pytest.mark.parametrize('scale', [0.5, 1.0])
+def test_a_plane_seen_from_the_front_is_seen_at_its_centre(scale):
+    disc = np.exp(2j * np.pi * np.arange(12) / 12) * MARKER * scale
+    flat = np.column_stack([np.r_[0, disc.real] + 0.01, np.r_[0, disc.imag], np.full(13, 0.1)])
+    assert appear_at(flat, np.zeros(3)) == pytest.approx([0.1, 0.0], abs=1e-12)

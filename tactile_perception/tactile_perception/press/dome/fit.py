@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import _core
-from .identification import seen_at
-from .library import RADIUS_SPREAD, ROUGHER, DomeLibrary
 from ..field import MarkerField
+from .mechanics import seen_at
+from .library import RADIUS_SPREAD, ROUGHER, DomeLibrary
 
 X, Y, DEPTH, RADIUS, FRICTION, DRAG = 0, 1, 2, 3, 4, slice(5, 7)  # numbers of a press: see _core.press_dome
 PRESS = 7

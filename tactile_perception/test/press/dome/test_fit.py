@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dome_library import inverse, library_field, press
-from tactile_perception.press.dome.solver import DEPTH, DRAGGED, RADIUS, STRAIGHT, UNKNOWN_FRICTION
+from tactile_perception.press.dome.fit import DEPTH, DRAGGED, RADIUS, STRAIGHT, UNKNOWN_FRICTION
 
 pytestmark = pytest.mark.full  # simulates a small library
 PRESS = press(0.022, -0.031, 0.021, 0.3, 0.2, (0.1, -0.05))

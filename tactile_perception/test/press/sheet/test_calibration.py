@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from sheet_scenes import field_of, pressed
 from tactile_perception.errors import BadCalibration
-from tactile_perception.press.sheet.identification import (
+from tactile_perception.press.sheet.calibration import (
     PRIOR, SETTLED, STARTS, EyeShifts, _GaussNewton, chosen_places, fit_numbers, marker_radius)
-from tactile_perception.press.sheet.membrane_fem import SheetMaterial
-from tactile_perception.press.sheet.reduced_model import LibraryPlan
+from tactile_perception.press.sheet.mechanics import SheetMaterial
+from tactile_perception.press.sheet.library import LibraryPlan
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.field import MarkerField
 

@@ -6,7 +6,7 @@ import pytest
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadArgument
-from tactile_perception.press.sheet.positions import SheetPlaces, SheetSurface
+from tactile_perception.press.positions import SheetPlaces, SheetSurface
 from tactile_perception.press.field import camera_view
 from tactile_perception.press.sensor import MARKER_SENSORS
 

@@ -4,18 +4,15 @@ import dataclasses
 
 import numpy as np
 import pytest
-from sheet_reference import looked_up, read_field
+from sheet_reference import appearance, looked_up, read_field
 from sheet_scenes import EYE, GRID, MATERIAL, PLAN, library
 from tactile_perception.calibration.files.format import CalibrationFile, read_calibration, write_calibration
 from tactile_perception.errors import BadCalibration
-from tactile_perception.press.sheet import reduced_model
-from tactile_perception.press.sheet.membrane_fem import SheetMaterial, press_sheet
-from tactile_perception.press.sheet.mesh import SheetMesh, uniform
-from tactile_perception.press.sheet.projection import Press, field_appearance
-from tactile_perception.press.sheet.solver import show
-from tactile_perception.press.sheet.reduced_model import (
-    LibraryPlan, build_library, library_from_numbers, library_numbers, pack, unpack)
-
+from tactile_perception.press.sheet import library as module
+from tactile_perception.press.sheet.fit import show
+from tactile_perception.press.sheet.library import (LibraryPlan, Press, build_library, field_appearance, library_from_numbers,
+                                                    library_numbers, pack, unpack)
+from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, press_sheet, uniform
 
 @pytest.mark.parametrize('place, depth, radius', [((0.0, 0.0), 3e-3, 7e-3), ((0.011, -0.006), 5e-3, 8e-3), ((-0.014, 0.009), 2e-3, 6e-3)])
 def test_a_press_looked_up_is_one_worked_out(place, depth, radius):
@@ -91,7 +88,7 @@ def test_the_way_goes_through_its_stops():
 
 
 def test_a_sheet_that_cannot_be_solved_is_refused(monkeypatch):
-    monkeypatch.setattr(reduced_model, 'press_sheet', lambda mesh, way, *more: (
+    monkeypatch.setattr(module, 'press_sheet', lambda mesh, way, *more: (
         np.full((len(way), mesh.side**2, 3), np.nan), np.full((len(way), 9), np.nan)))
     with pytest.raises(BadCalibration, match='converge'):
         build_library(PLAN, MATERIAL)
@@ -104,7 +101,7 @@ def test_a_few_that_cannot_be_solved_go_on_in_a_straight_line(monkeypatch):
         field = np.ones((mesh.side**2, 3)) * way[:, None, None]
         field[(way > 0.99 * plan.depth) & (mesh.place[0] > 0.9 * plan.reach[0]) & (mesh.place[1] > 0.9 * plan.reach[1])] = np.nan
         return field, np.ones((len(way), 9)) * -way[:, None]
-    monkeypatch.setattr(reduced_model, 'press_sheet', ramp)
+    monkeypatch.setattr(module, 'press_sheet', ramp)
     deep = Press(plan.places[:, 0], 0.999999 * plan.depth)
     nodes = looked_up(build_library(plan, MATERIAL), deep)[0].reshape(6, 6, 3)
     assert nodes[1:-1, 1:-1] == pytest.approx(np.full((4, 4, 3), plan.depth), rel=1e-4)
@@ -119,7 +116,7 @@ def test_drags_solved_at_one_depth_only_are_told_as_there(monkeypatch):
         if drag:
             field[1:], wrench[1:] = np.nan, np.nan
         return field, wrench
-    monkeypatch.setattr(reduced_model, 'press_sheet', ramp)
+    monkeypatch.setattr(module, 'press_sheet', ramp)
     for part in build_library(plan, MATERIAL).classes:
         assert np.isfinite(part.coefficients).all()
 
@@ -161,3 +158,23 @@ def test_a_shortened_array_is_refused(part):
     numbers['classes'][0][part]['digits'] = numbers['classes'][0][part]['digits'][:2]
     with pytest.raises(BadCalibration, match='calibrate again'):
         library_from_numbers(numbers, MATERIAL)
+
+
+def test_a_press_is_its_vector():
+    press = Press(np.array([0.011, -0.006]), 4e-3, 0.08, (0.2, -0.1))
+    again = Press.of(press.vector)
+    assert again.vector.tolist() == press.vector.tolist() == [0.011, -0.006, 4e-3, 0.08, 0.2, -0.1]
+
+
+def test_a_sheet_at_rest_looks_as_at_rest():
+    field = np.zeros(((2 * PLAN.n + 2)**2, 3))
+    assert np.abs(field_appearance(field, PLAN, (0.003, 0.002), GRID, EYE, 1.2e-3)).max() < 1e-12
+
+
+def test_a_sheet_that_comes_nearer_as_a_whole_looks_larger():
+    field = np.zeros(((2 * PLAN.n + 2)**2, 3))
+    field[:, 2] = -0.002
+    seen, deformed = field_appearance(field, PLAN, (0.0, 0.0), GRID, EYE, 1e-6), np.zeros((len(GRID), 3, 3))
+    deformed[:, 0, 2] = -0.002
+    assert seen == pytest.approx(appearance(deformed, GRID, EYE), abs=1e-6)
+    assert seen[:, :2] == pytest.approx(GRID * (0.062 / 0.060 - 1), abs=1e-7)
