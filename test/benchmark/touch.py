@@ -29,7 +29,7 @@ from tactile_driver.stitching.methods import STITCHERS
 from tactile_perception.errors import BadFrame, TactileError
 from tactile_perception.press.methods import make_method, methods_for
 from tactile_perception.press.estimate import region_of
-from tactile_perception.press.tracker import TouchTracker
+from tactile_perception.press.estimator import TouchTracker
 from tactile_perception.press.field import RestMarkers, view_maker
 from tactile_perception.press.sensor import MARKER_SENSORS, MarkerSensor
 from tactile_perception.parameters.file import read_parameters

@@ -16,7 +16,7 @@ from tactile_perception.finger.model import read_psd
 from tactile_perception.finger.parameters import PsdFinger
 from tactile_perception.finger.published import fit_equidistant_map, paper_finger
 from tactile_perception.press.estimate import TouchEstimate
-from tactile_perception.press.tracker import TouchTracker
+from tactile_perception.press.estimator import TouchTracker
 
 PERIOD, VOLT, REST = 1e-3, 5 / 4096, 400
 THRESHOLD = 0.15  # V, of the published method

@@ -20,7 +20,7 @@ from tactile_perception.press.methods import make_method, methods_for
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.field import MarkerField, RestMarkers
 from tactile_perception.press.sensor import MARKER_SENSORS
-from tactile_perception.pipeline.contact_stage import ContactStage
+from tactile_perception.pipeline.contact_stage import ContactEstimator
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 
@@ -128,11 +128,11 @@ def _pad_tracks():
 
 
 def stage_of_pad(contact='membrane'):
-    """A ContactStage that has seen the untouched pad until 1.3 s."""
+    """A ContactEstimator that has seen the untouched pad until 1.3 s."""
     pad = shared_pad()
     values = pad.values(contact=contact)
     sensor = Touchpad.from_parameters(values)
-    stage = ContactStage(sensor, sensor.camera(pad.scene.camera.matrix, pad.scene.camera.distortion), values)
+    stage = ContactEstimator(sensor, sensor.camera(pad.scene.camera.matrix, pad.scene.camera.distortion), values)
     for k, tracks in enumerate(_pad_tracks()[:3]):
         stage.process(tracks, 1.1 + k / RATE)
     return stage

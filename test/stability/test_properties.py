@@ -24,8 +24,8 @@ from tactile_perception.dots.index.linker import Linker, assign  # noqa: E402
 from tactile_perception.errors import BadFrame, TactileError  # noqa: E402
 from tactile_perception.press.published import gaussian  # noqa: E402
 from tactile_perception.press.estimate import TouchEstimate  # noqa: E402
-from tactile_perception.press.tracker import TouchTracker  # noqa: E402
-from tactile_perception.pipeline.clock import StampClock  # noqa: E402
+from tactile_perception.press.estimator import TouchTracker  # noqa: E402
+from tactile_perception.clock import StampClock  # noqa: E402
 from tactile_perception._core.finger import SphereFilter  # noqa: E402
 from tactile_perception.finger.map import angles, direction, error_angle, exp_map, log_map  # noqa: E402
 from tactile_perception.taxel.estimator import ContinuousDirection  # noqa: E402

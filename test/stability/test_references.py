@@ -18,7 +18,7 @@ from tactile_perception.common.slip import planar_twist  # noqa: E402
 from tactile_perception.common.spherical_cap import Cap  # noqa: E402
 from tactile_perception.press.published import gaussian  # noqa: E402
 from tactile_perception.press.estimate import TouchEstimate  # noqa: E402
-from tactile_perception.press.tracker import ACCELERATION, TouchTracker  # noqa: E402
+from tactile_perception.press.estimator import ACCELERATION, TouchTracker  # noqa: E402
 from tactile_perception.press.field import CameraView  # noqa: E402
 from tactile_perception._core.finger import SphereFilter, centroid_covariance  # noqa: E402
 from tactile_perception.finger.map import MIX, EquidistantMap, angles, direction, error_angle, exp_map, log_map, position  # noqa: E402

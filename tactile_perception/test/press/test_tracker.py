@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.press.estimate import TouchEstimate
-from tactile_perception.press.tracker import TouchTracker
+from tactile_perception.press.estimator import TouchTracker
 
 SIGMA = 1e-4
 
