@@ -24,7 +24,7 @@ constexpr double SHALLOW = 1e-5;                                          // m: 
 constexpr double MIXED = 0.1, MIXED_SIGMA = 0.15;                         // interaction factor: prior mean and standard deviation
 constexpr double LEAST_MIXED = -0.6, MOST_MIXED = 0.9;
 constexpr double WIDENS = 0.4;  // share of Widening that steep slopes leave: of simulated pairs of tips, 0.35 to 0.5 are alike
-constexpr double LATE_SIGMA = 0.1, MOST_LATE = 1.0;  // lateness of a second camera, in motions: prior standard deviation, and largest
+constexpr double LATE_SIGMA = 0.3, MOST_LATE = 1.0;  // lateness of a second camera, in motions: prior standard deviation, and largest
 constexpr double DRAG_DOUBT = 8.0;                   // how much the model error in proportion to displacement grows with a drag of 1
 constexpr double BETWEEN[3] = {0.02, 0.02, 2.0};     // error of the interaction over the lesser of two displacements (growth: 1/m)
 

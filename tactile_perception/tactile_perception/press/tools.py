@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from tactile_driver.frame import PairFrame
-from tactile_driver.nodes.messages.conversions import RIGHT_TIME, frame_of_message
+from tactile_driver.nodes.messages.conversions import frame_of_message
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
 from tactile_driver.recordings.reader import BagReader
@@ -37,7 +37,6 @@ from .presses import SAME_PLACE, HeldOut, Presses, Score, held_out, marker_resid
 from .methods import make_method, methods_for
 from .parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
 from .sensor import MarkerSensor
-from .shutters import right_shutter
 from .stitching import SIDES, StitchingFit, fit_stitching
 
 _TRIES = 5  # chosen: untouched pairs tried before the fit is given up
@@ -144,7 +143,6 @@ class PressReader:
     def read(self, bag: Path) -> None:
         """Read every usable frame of one bag. Raises TactileError for a bag without images, camera or ground truth."""
         tracker, rest = None, None
-        right = right_shutter(self.stitching, self.sensor)
         for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera,
                                     open_bag=bag_opener(self._params, self.stitching)):
             stamp_s, image = convert.stamp_seconds(found['image_raw'].header), image_to_array(found['image_raw'])
@@ -152,10 +150,7 @@ class PressReader:
                 if rest is None:
                     tracker, rest = self._begin(image, self._view_maker(bag))
                 tracks = tracker.process(image, stamp_s)
-                if right is not None and RIGHT_TIME in found:
-                    tracks = right.process(tracks, stamp_s, convert.skew_of(found[RIGHT_TIME]))
-                field = rest.field(tracks)
-                self._rows.append((field, *_truth(found)))
+                self._rows.append((rest.field(tracks), *_truth(found)))
                 self.names.append(name)
             except BadFrame as error:
                 self.left_out.append(f'{name}: {error}')

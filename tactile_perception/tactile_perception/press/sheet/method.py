@@ -200,7 +200,7 @@ class SheetModelMethod:
             return []
         self._lasts = True
         found = self._presses.explain(field, start, motion)
-        if begins and motion is not None and found.misfit > UNEXPLAINED:
+        if begins and motion is not None and found.misfit > WRONG:
             return []
         touches = [self._touch(tip, found.misfit) for k, tip in enumerate(tips_of(self._calibration.library, found)) if found.is_sure(k)]
         touches = [touch for touch in touches if self._is_seen(touch, field)]
