@@ -15,7 +15,8 @@ from ..parameters.file import read_parameters
 from ..sensors import SENSOR_TYPES, load
 from ..stage import Stage
 
-_SENSOR_TYPE = (Parameter('sensor_type', str, 'touchpad', '', 'kind of sensor'),)
+#: The parameter by which a file says of what sensor it is.
+SENSOR_TYPE = (Parameter('sensor_type', str, 'touchpad', '', 'kind of sensor'),)
 
 
 class Chain:
@@ -65,7 +66,7 @@ class Chain:
 def make_chain(params: Path, calibration: Path | None = None) -> Chain:
     """The stages that a parameter file describes, without those whose parameters are not enough for them; calibration: replaces the file
     that params names. Raises TactileError."""
-    name = read_parameters(params, 'dot_tracker_node', _SENSOR_TYPE)['sensor_type']
+    name = read_parameters(params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
     if name not in SENSOR_TYPES:
         raise BadArgument(f'{params}: sensor_type {name!r} is unknown; choose one of {", ".join(SENSOR_TYPES)}')
     kinds = [load(node) for node in SENSOR_TYPES[name].perception]
