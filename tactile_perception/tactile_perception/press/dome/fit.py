@@ -37,13 +37,12 @@ class FieldNoise:
 @dataclass(frozen=True)
 class PressPrior:
     """What is known of a press beforehand: drag: standard deviation of the way of the drag over the depth; friction: of its number (see
-    friction_of in library.py); tip, tip_sigma: mean and standard deviation of the log radius over the library's spread; together: what the
+    friction_of in library.py); tip_sigma: of the log radius over the library's spread; together: what the
     sum of the presses' fields lacks: its RMS over the greatest displacement; rougher, wider: by how much that number and that log radius
     may really differ from their means, standard deviations: covariances count them where they are larger than those of the fit."""
 
     drag: float
     friction: float
-    tip: float = 0.0
     tip_sigma: float = 0.35
     together: float = 0.0
     rougher: float = 0.0
@@ -63,13 +62,12 @@ OF_TWO = PressPrior(0.1, 0.01, together=0.1)
 
 @dataclass(frozen=True)
 class DomeFound:
-    """presses: (n, 7); covariance: (7 n, 7 n), of one press in proportion to the misfit: mean squared residual over its variance; told:
-    (7 n,) variances as far as the markers tell, without what else friction and radius may be."""
+    """presses: (n, 7); covariance: (7 n, 7 n), of one press in proportion to the misfit: mean squared
+    residual over its variance."""
 
     presses: np.ndarray
     covariance: np.ndarray
     misfit: float
-    told: np.ndarray
 
 
 class DomeInverse:
@@ -151,7 +149,7 @@ class DomeInverse:
             prior=self._prior(prior))
         misfit = float(np.sum(left**2 / (variance + model)[:, None])) / max(2 * int(seen.sum()), 1)
         amiss = max(misfit, LEAST_MISFIT) if len(starts) == 1 else 1.0  # what a sum of two fields lacks is in the covariance
-        return DomeFound(presses, covariance * amiss + self._unknown(covariance, prior), misfit, np.diag(covariance) * amiss)
+        return DomeFound(presses, covariance * amiss + self._unknown(covariance, prior), misfit)
 
     def _unknown(self, covariance: np.ndarray, prior: PressPrior) -> np.ndarray:
         """What a covariance (7 n, 7 n) lacks as friction and radius differ from their means by more than the fit was told: the fit holds
@@ -176,7 +174,7 @@ class DomeInverse:
         weight = np.array([1e-6, 1e-6, 1e-6, prior.tip_sigma**-2, prior.friction**-2, prior.drag**-2, prior.drag**-2])
         least = [-reach, -reach, np.log(FAINTEST), -1.0, -1.0, -2.0, -2.0]
         most = [reach, reach, deepest, 1.0, 1.0, 2.0, 2.0]
-        return np.array([[0.0] * RADIUS + [prior.tip, 0.0, 0.0, 0.0], weight, least, most, LIMIT])
+        return np.array([[0.0] * PRESS, weight, least, most, LIMIT])
 
     def sigma(self, field: MarkerField) -> np.ndarray:
         """(K,) m, noise of each marker per axis."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from .calibration import DomeCalibration, calibrate_dome
 from .library import RADIUS_SPREAD
-from .fit import DEPTH, DRAG, DRAGGED, FRICTION, OF_TWO, PRESS, RADIUS, X, Y, DomeFound, DomeInverse
+from .fit import DEPTH, DRAG, DRAGGED, OF_TWO, PRESS, RADIUS, X, Y, DomeFound, DomeInverse
 from ...common.vectors import cross
 from ...errors import BadArgument
 from ..presses import Presses
@@ -25,22 +25,18 @@ QUIETER = 1.5        # detection threshold over the greatest match of untouched 
 SURE = 2.5           # least depth over its standard deviation, and tip radius over that of the place: fainter touches are not told
 FAINT = 8.0          # times the detection threshold, up to which other places may explain a frame as well
 PLACE_AND_DEPTH = 3  # numbers that a faint press tells
-AMISS = 1.5          # misfit, alone and over the least one of the touch's straight presses, from which a drag is tried
+AMISS = 1.5          # misfit from which a drag is tried
 WRONG = 3.0          # misfit from which other starts, and two presses, are tried
 ASIDE = 0.06         # way over depth, from which a drag is tried, and followed from frame to frame
 DRAG_BETTER = 0.85   # largest misfit of a drag over that of a straight press
-BETTER = 0.5         # largest misfit of two presses, or of a drag that begins, over that of one straight press
+BETTER = 0.5         # largest misfit of two presses over that of one straight press
 APART = 2.0          # least distance of two tips, of the smaller radius
 SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
-DRAGS = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])  # way over depth of the starts of drags
-RUBS = -0.8          # number of friction of the starts of drags by a tip that rubs
 NOT_LINEAR = 0.07, 0.1  # error of place, and of depth, over the way of a drag, which is linearised
 ADDED = 0.12         # error of the depth of each of two presses, whose fields are added. Chosen on simulated pairs
 LEANS = 0.5          # share of the slope that one of two presses gives the skin, that moves the other's contact. Chosen likewise
 BESIDE = 3e-3        # m, over which that slope is taken. Chosen
 SCALED = 0.5         # error of a scale over the correction that the calibrated tip needs: another tip may need another
-SAME_TIP = 0.02      # standard deviation of the log radius, over the library's spread, by which a dragged tip may differ from that of the
-                     # touch's straight presses
 UNEXPLAINED = 12.0   # misfit from which an estimate is ambiguous
 BEYOND = 1.02        # times the calibrated depth: deeper is out of range
 EDGE = 0.98          # of the library's reach, from which a touch is at the edge
@@ -62,10 +58,7 @@ class DomeModelMethod:
     def _forget(self) -> None:
         """What comes next is another touch."""
         self._last: DomeFound | None = None
-        self._searched = 1.0          # misfit of the touch where last all starts were tried; of a pair over that of one straight press
-        self._usual = 1.0             # least misfit of the touch's straight presses
-        self._straight = np.zeros(3)  # of the touch's straight presses: sums of weights, of weighted log radii and of their variances
-        self._dragged = DRAGGED
+        self._searched = 1.0  # misfit of the touch where last all starts were tried; of a pair over that of one straight press
 
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
@@ -137,13 +130,13 @@ class DomeModelMethod:
         grows with depth, as what one straight press leaves does."""
         known = last is not None and len(last.presses) == 1
         if known and _is_dragged(last):
-            one = self.solver.solve(field, last.presses, self._dragged)
+            one = self.solver.solve(field, last.presses, DRAGGED)
             if one.misfit < AMISS * self._searched:
                 return one
         straight = self.solver.solve(field, self.solver.start(match))
         if straight.misfit < AMISS and not _is_dragged(straight):
-            self._searched, self._usual = 1.0, min(self._usual, straight.misfit)
-            return self._learnt(straight) if straight.misfit < AMISS * self._usual else self._begun(field, straight)
+            self._searched = 1.0
+            return straight
         if last is not None and len(last.presses) == 2:
             two = self.solver.solve(field, last.presses, OF_TWO)
             if two.misfit < max(WRONG, AMISS * self._searched * straight.misfit) and self._are_two(straight, two):
@@ -152,43 +145,15 @@ class DomeModelMethod:
         self._searched = max(1.0, found.misfit) if len(found.presses) == 1 else found.misfit / straight.misfit
         return found
 
-    def _begun(self, field: MarkerField, straight: DomeFound) -> DomeFound:
-        """The straight press, or the drag that has just begun and explains the frame much better."""
-        one = self.solver.solve(field, straight.presses, self._dragged)
-        return one if one.misfit < BETTER * straight.misfit else self._learnt(straight)
-
     def _best(self, field: MarkerField, match: np.ndarray, straight: DomeFound, known: list[np.ndarray]) -> DomeFound:
         """The explanation from all starts, and from known presses (1, 7)."""
-        one = self._drag(field, [straight.presses, *self._drags(straight), *known])
+        start = min([straight.presses, *known], key=lambda presses: self.solver.squares(field, presses))
+        one = self.solver.solve(field, start, DRAGGED)
         one = one if one.misfit < DRAG_BETTER * straight.misfit else straight
         if one.misfit < WRONG:
-            return one if _is_dragged(one) else self._learnt(one)
+            return one
         two = self._two(field, match, one)
         return two if self._are_two(one, two) else one
-
-    def _drag(self, field: MarkerField, starts: list[np.ndarray]) -> DomeFound:
-        """The drag from the best of the starts; from the best solution, where that one does not explain the frame."""
-        one = self.solver.solve(field, min(starts, key=lambda start: self.solver.squares(field, start)), self._dragged)
-        if one.misfit < WRONG:
-            return one
-        return min([one, *(self.solver.solve(field, start, self._dragged) for start in starts[1:])], key=lambda solution: solution.misfit)
-
-    def _learnt(self, straight: DomeFound) -> DomeFound:
-        """The straight press. A drag will be by the tip of the touch's straight presses so far, the mean by their variances: what the model
-        lacks in a drag would else pass for another tip. Their errors are alike, so that the mean's is not smaller."""
-        weight, error = 1 / straight.told[RADIUS], straight.covariance[RADIUS, RADIUS]
-        wider = float(np.log(self.calibration.radius_scale(np.exp(straight.presses[0, DEPTH])))) / RADIUS_SPREAD
-        self._straight = self._straight + weight * np.array([1.0, straight.presses[0, RADIUS] - wider, error])
-        tip, error = self._straight[1:] / self._straight[0]
-        self._dragged = replace(DRAGGED, tip=float(tip) + wider, tip_sigma=SAME_TIP, wider=float(np.sqrt(error)))
-        return straight
-
-    def _drags(self, one: DomeFound) -> list[np.ndarray]:
-        """(1, 7) starts of drags, where a straight press would be: of a tip that sticks, and of one that rubs."""
-        starts = np.repeat(one.presses, 2 * len(DRAGS), axis=0)
-        starts[:, RADIUS] = self._dragged.tip
-        starts[:, FRICTION], starts[:, DRAG] = np.repeat([0.0, RUBS], len(DRAGS)), np.tile(DRAGS, (2, 1))
-        return list(starts[:, None])
 
     def _two(self, field: MarkerField, match: np.ndarray, one: DomeFound) -> DomeFound:
         """Two presses, from the best pair of starts, or from one press and the best start for what it leaves: straight, and dragged from

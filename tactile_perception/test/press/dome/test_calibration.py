@@ -46,7 +46,7 @@ def test_scales_of_tip_place_and_depth_are_those_of_the_presses_and_none_where_t
         fitted = [depth * deeper(place, depth) for place, depth in zip(places, depths)]
         told = [np.array([*place * wider * (curvature + tip * rounder(depth)) / (curvature + tip), np.log(depth),
                           np.log(rounder(depth)) / RADIUS_SPREAD, 0, 0, 0]) for place, depth in zip(places, fitted)]
-        found = [DomeFound(one[None], 1e-12 * np.eye(7), 0.5, np.full(7, 1e-12)) for one in told]
+        found = [DomeFound(one[None], 1e-12 * np.eye(7), 0.5) for one in told]
         count = len(places)
         presses = Presses((None,) * count, np.column_stack([places, np.zeros(count)]), depths, np.arange(count), np.zeros((count, 6)),
                           np.full(count, tip))
@@ -71,7 +71,7 @@ def test_the_error_of_shallow_depths_is_that_of_shallow_presses_and_none_of_too_
     known = DomeCalibration(small_library(), MATERIAL, np.zeros((0, 2)), np.zeros((0, 3)), FieldNoise(1e-5, 0.0, 0.0), 0.0, 0.0, 0.0, 1.0,
                             0.0, 0.0, 1.0, 1.0, 0.0, 0.04, 0.08, 0.0)
     depths, places = np.linspace(1e-3, 7e-3, count), np.zeros((count, 3))
-    found = [DomeFound(press(0, 0, depth - 3e-4)[None], 1e-12 * np.eye(7), 0.5, np.full(7, 1e-12)) for depth in depths]
+    found = [DomeFound(press(0, 0, depth - 3e-4)[None], 1e-12 * np.eye(7), 0.5) for depth in depths]
     presses = Presses((None,) * count, places, depths, np.arange(count), np.zeros((count, 6)), np.full(count, 0.025))
     assert calibration._shallow_error(known, found, presses) == pytest.approx(error, abs=1e-6)
 

@@ -44,30 +44,6 @@ def test_straight_and_dragged_presses_of_any_tip_are_told_as_one(method):
         assert touch.position[2] < DOME.height and 0.01 < touch.radius < 0.06 and not touch.flags
 
 
-def test_a_dragged_tip_keeps_the_radius_of_its_straight_presses(method):
-    """What the model lacks in a drag may look like another tip, and that like another depth."""
-    straight, drag = press(0.02, 0.0, 0.02, 0.4), press(0.02, 0.0, 0.02, 0.4, drag=(0.3, 0.2))
-    seen_drag, other = library_field(drag, seed=1), library_field(press(0.02, 0.0, 0.02, 1.0, drag=(0.3, 0.2)), seed=1)
-    field = dataclasses.replace(seen_drag, shift=(seen_drag.shift + other.shift) / 2)
-    for k in range(3):
-        before, = method.estimate(library_field(straight, seed=2 + k))
-    touch, = method.estimate(field)
-    assert touch.radius == pytest.approx(before.radius, rel=0.05)
-    assert method.estimate(library_field()) == []
-    forgotten, = method.estimate(field)
-    assert forgotten.radius > 1.1 * before.radius
-
-
-def test_a_drag_that_begins_is_told_before_a_straight_press_fails(calibration):
-    """Where the model error is large, a straight press still explains a short way."""
-    noise = FieldNoise(1.5e-5, 0.006, 0.006)
-    method, one = DomeModelMethod(dataclasses.replace(calibration, noise=noise), DOME), press(0.02, 0.01, 0.025, drag=(0.05, 0.0))
-    for seed in range(3):
-        method.estimate(library_field(press(0.02, 0.01, 0.025), seed=seed))
-    touch, = method.estimate(library_field(one, seed=5))
-    assert np.hypot(*(touch.position[:2] - one[:2] - np.exp(one[2]) * one[5:])) < 4e-4
-
-
 def test_the_force_of_one_press_acts_where_the_tip_is(method):
     one = press(0.03, 0.02, 0.02)
     touch, = method.estimate(library_field(one))
@@ -97,7 +73,7 @@ def test_a_pair_that_the_model_explains_badly_is_followed_without_trying_all_sta
     monkeypatch.setattr(method.solver, 'solve', lambda *given: solved.append(given) or solve(*given))
     field = library_field(press(0.045, 0.02, 0.02), press(-0.04, -0.01, 0.02))
     field.shift[:] += np.random.default_rng(5).normal(0, 2e-4, field.shift.shape)
-    for fewest, most in ((10, 20), (2, 2), (2, 2)):
+    for fewest, most in ((4, 8), (2, 2), (2, 2)):
         solved.clear()
         assert len(method.find(field).presses) == 2 and fewest <= len(solved) <= most
     field.shift[:] += np.random.default_rng(6).normal(0, 1e-3, field.shift.shape)
