@@ -18,7 +18,7 @@ _PUBLIC = {
     'ContactDots': 'touchpad.contact.region:ContactDots',
     'find_contact_regions': 'touchpad.contact.region:find_regions',
     'SlipEstimator': 'touchpad.contact.slip:SlipEstimator',
-    'MarkerSensor': 'markers.view.sensor:MarkerSensor',
+    'MarkerSensor': 'press.sensor:MarkerSensor',
     'load_marker_touch': 'api:load_marker_touch',
     'PsdFinger': 'finger.parameters:PsdFinger',
     'FingerModel': 'finger.model:FingerModel',

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from border_checks import check_any_array, check_memory, check_wrong_type
 from tactile_perception import _core
-from tactile_perception.markers.mechanics.mesh import SheetMesh
+from tactile_perception.press.sheet.mechanics import SheetMesh
 from tactile_perception.dots.detect.disc_model import DiscModel
 
 IMAGE = np.random.default_rng(0).integers(0, 256, (60, 80), dtype=np.uint8)

@@ -17,8 +17,8 @@ from ...bags.chain import SENSOR_TYPE
 from ...finger.model import SENSOR as PSD_FINGER
 from ...calibration.files.taxel import SENSOR as TAXEL_ARRAY
 from ...errors import BadArgument
-from .markers import calibrate_markers
-from ...markers.view.sensor import MARKER_SENSORS
+from ...press.tools import calibrate_markers
+from ...press.sensor import MARKER_SENSORS
 from ...parameters.file import read_parameters
 from ...finger.tools import calibrate_psd
 from .taxel import calibrate_taxels
