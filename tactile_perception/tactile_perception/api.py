@@ -17,7 +17,7 @@ from .finger.parameters import PSD_PARAMETERS
 from .markers.view.camera_views import view_maker
 from .parameters.file import read_parameters
 from .parameters.markers import POINT_PARAMETERS, marker_sensor
-from .parameters.taxel import TAXEL_PARAMETERS
+from .taxel.parameters import TAXEL_PARAMETERS
 from .parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
 from .pipeline.marker_stage import TouchEstimator
 from .touchpad.sensor import camera_pose

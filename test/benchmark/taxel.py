@@ -17,11 +17,11 @@ import cv2
 import numpy as np
 
 from tactile_perception.evaluation.scores import macro_f1
-from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelResult, TaxelSettings
 from tactile_perception.taxel.response import Response, fit_gains
 from tactile_perception.taxel.wrench import GraspedObject, transform_wrench
-from tactile_perception.tools.calibrate.taxel import Loads, calibrated_response, find_loop
+from tactile_perception.taxel.calibration import Loads, calibrated_response, find_loop
 
 CALIBRATION = ('tac_cal_zero', 'tac_cal_flat')
 STATES = ('none', 'incipient', 'gross')

@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene
-from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.response import Response, fit_gains
-from tactile_perception.tools.calibrate.taxel import Loads, calibrated_response, find_loop
+from tactile_perception.taxel.calibration import Loads, calibrated_response, find_loop
 
 from taxel import STATES, macro_f1
 

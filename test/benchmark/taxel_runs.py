@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from tactile_driver.simulation.taxel.pad import PadSpecimen
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, Key, TaxelScene, TaxelScript
-from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.response import Response, fit_gains, fit_response
 

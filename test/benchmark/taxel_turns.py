@@ -14,7 +14,7 @@ from tactile_perception.evaluation.frames import Instant
 from tactile_perception.nodes.messages import conversions as convert
 from tactile_perception.nodes.messages.estimates import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS, taxel_estimator
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, taxel_estimator
 from tactile_perception.taxel.estimator import TAXEL_METHODS
 
 from lucas_kanade import LucasKanade

@@ -6,7 +6,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from hard_engine import Estimator
-from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.response import Response, fit_response
 

@@ -15,7 +15,7 @@ import hard_taxels  # noqa: E402
 from hard_psd import PERIOD, REST, finger, scene  # noqa: E402
 from hard_sheets import SHIPPED, field_of, method, pad_inputs, pad_tracks, sheet, stage_of_pad, track_inputs  # noqa: E402
 from tactile_perception.errors import TactileError  # noqa: E402
-from tactile_perception.taxel.array import TaxelArray  # noqa: E402
+from tactile_perception.taxel.pressure import TaxelArray  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('ignore::RuntimeWarning')
 few = settings(derandomize=True, database=None, deadline=None, max_examples=40, suppress_health_check=list(HealthCheck))

@@ -18,7 +18,7 @@ from tactile_perception.dots.reference.drift import Reference
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.markers.places.sheet import SheetSurface
-from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS
 from tactile_perception.touchpad.contact.published import PaperRegion
 from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions

@@ -29,7 +29,7 @@ from tactile_perception.clock import StampClock  # noqa: E402
 from tactile_perception._core.finger import SphereFilter  # noqa: E402
 from tactile_perception.finger.map import angles, direction, error_angle, exp_map, log_map  # noqa: E402
 from tactile_perception.taxel.estimator import ContinuousDirection  # noqa: E402
-from tactile_perception.taxel.repair import fill  # noqa: E402
+from tactile_perception.taxel.pressure import fill  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('ignore::RuntimeWarning')
 few = settings(derandomize=True, database=None, deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))

@@ -13,7 +13,7 @@ from tactile_perception.markers.view.sensor import MARKER_SENSORS
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor
 from tactile_perception.finger.parameters import PSD_PARAMETERS
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS, SHEET_PARAMETERS
 
 from tactile_bringup.parameters.files import parameter_files

@@ -19,7 +19,7 @@ from tactile_driver.sources.taxel.registry import make_taxel_source  # noqa: E40
 from tactile_perception.dots.stage import DotStage  # noqa: E402
 from tactile_perception.taxel.stage import TaxelStage  # noqa: E402
 from tactile_perception.parameters.file import read_parameters  # noqa: E402
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS  # noqa: E402
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS  # noqa: E402
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS  # noqa: E402
 
 FOLDER = Path(__file__).resolve().parents[2] / 'params'

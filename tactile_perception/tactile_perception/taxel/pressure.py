@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the values of a taxel array to pressure: geometry and pad, untouched values, dead taxels, response, and the layer's hysteresis."""
+"""Geometry of a taxel array and its pad; untouched values and noise of the taxels; dead taxels."""
 from __future__ import annotations
 
 import math
@@ -15,7 +15,6 @@ from ..common.statistics import SIGMA_PER_MAD, upper_median
 from ..errors import BadArgument, BadFrame
 
 LARGEST = 256  # rows or columns: the largest size that the tests cover
-MOST_HELD = 0.9  # largest share of a loop, and of late parts: beyond, noise is ten times as large
 _QUANTUM = 0.29  # standard deviation of rounding to whole numbers: 1 / sqrt(12)
 _AROUND = 3  # taxels around a quiet one that must be untouched: the pad spreads pressure over its thickness, 2 mm of 1 mm taxels in the paper
 _SETTLED = 5  # quiet frames of a taxel before it contributes to the noise: its mean is then known better than its noise
@@ -25,8 +24,6 @@ _LOOKS_PRESSED = 0.1  # of the full scale: range of a smoothed first frame from 
 _SILENT = 0.1  # of both neighbours, up to which a taxel is silent: pressure blurred by the pad does not fall so far
 _PRESSED = 12.0  # standard deviations of the noise, from which a taxel is pressed
 _SILENT_FRAMES = 10  # without any response before, after which a taxel is dead
-_SMOOTH = 1.0  # taxels, of the Gaussian by which neighbours show together whether their load rises or falls
-_HIDDEN_NOISE = 0.3  # of the hidden part's share of changes: how much of it adds to the noise, as it is blurred by a taxel
 _ROUND = np.ones((3, 3), np.uint8)
 
 
@@ -235,128 +232,3 @@ class DeadTaxels:
         if silent.any():
             self._silent[silent] = np.minimum(self._silent[silent] + 1, _SILENT_FRAMES)
             self.dead |= self._silent >= _SILENT_FRAMES
-
-
-@dataclass(frozen=True)
-class Loop:
-    """How a sensing layer shows a load: a part of it late, a part of the rest held by play with relaxation.
-
-    late: parts of a load that are shown after late_s, s, each (creep, a chain of Kelvin elements); share: part of the held load in the
-    rest, 0 for no loop. The held load stays until the load is farther from it than its reach, follows at that distance (play operator,
-    Visintin 1994), and creeps towards a load that rests within relaxation, s. reach: Pa, and relative: part of the load, farthest distance
-    of load and held load. Raises BadArgument for numbers that are no loop.
-    """
-
-    share: float = 0.0
-    reach: float = 0.0
-    relative: float = 0.0
-    relaxation: float = 1.0
-    late: tuple[float, ...] = ()
-    late_s: tuple[float, ...] = ()
-
-    def __post_init__(self):
-        if not (0 <= self.share <= MOST_HELD and 0 <= self.reach < np.inf and 0 <= self.relative <= 1 and 0 < self.relaxation < np.inf):
-            raise BadArgument(f'taxel response: a loop needs a share from 0 to {MOST_HELD}, a reach of at least 0, a relative reach from '
-                              f'0 to 1 and a positive relaxation, got {self.share}, {self.reach}, {self.relative}, {self.relaxation}')
-        if not (len(self.late) == len(self.late_s) and all(0 <= part for part in self.late) and self.at_once >= 1 - MOST_HELD and
-                all(0 < time < np.inf for time in self.late_s)):
-            raise BadArgument(f'taxel response: late parts of a loop need a positive time each, and a sum up to {MOST_HELD}, got '
-                              f'{self.late}, {self.late_s}')
-
-    @property
-    def is_none(self) -> bool:
-        """Whether nothing is held and nothing late."""
-        return not self.share and not self.late
-
-    @property
-    def at_once(self) -> float:
-        """Part of a load that is not shown late."""
-        return 1 - sum(self.late)
-
-    def width(self, load: float | np.ndarray) -> float | np.ndarray:
-        """Largest difference, Pa, between what is shown of the same load as it rises to load, Pa, and as it falls from there."""
-        held = 2 * self.share * np.minimum(self.reach + self.relative * load, 0.5 * load)
-        return self.at_once * held + sum(self.late) * load
-
-    @property
-    def noise_gain(self) -> float:
-        """Noise of the loads over that of what is shown."""
-        return (1 + _HIDDEN_NOISE * self.share / (1 - self.share)) / self.at_once
-
-
-class Hysteresis:
-    """Undoes a loop frame by frame."""
-
-    def __init__(self, loop: Loop):
-        self._loop = loop
-        self.reset()
-
-    def reset(self) -> None:
-        """Loads are as shown in the next frame."""
-        self._load: np.ndarray | None = None
-
-    def undone(self, shown: np.ndarray, interval_s: float) -> np.ndarray:
-        """The load (rows, columns) Pa behind the pressure shown (rows, columns) float32, interval_s after the last frame."""
-        loop = self._loop
-        if loop.is_none:
-            return shown
-        if self._load is None:
-            self._late = np.repeat(shown[None], len(loop.late), axis=0)
-            self._load = self._held = shown
-        if loop.late:
-            gone = -np.expm1(-interval_s / np.float32(loop.late_s))
-            self._late += (self._load - self._late) * gone[:, None, None]
-            shown = (shown - np.tensordot(np.float32(loop.late), self._late, 1)) / np.float32(loop.at_once)
-        held = self._held + (self._load - self._held) * np.float32(-math.expm1(-interval_s / loop.relaxation))
-        load = self._without_held(shown, held)
-        reach = loop.reach + loop.relative * np.maximum(load, 0)
-        self._held = np.clip(held, load - reach, load + reach)
-        # Neighbours show together what is hidden, so that it adds little noise.
-        self._load = shown + cv2.GaussianBlur(load - shown, (0, 0), _SMOOTH, borderType=cv2.BORDER_REPLICATE)
-        return self._load
-
-    def _without_held(self, shown: np.ndarray, held: np.ndarray) -> np.ndarray:
-        """Solve the loop for the load where the held load stays, and where it follows from below or above."""
-        loop = self._loop
-        load = (shown - loop.share * held) / (1 - loop.share)
-        off, free = load - held, loop.reach + loop.relative * np.maximum(load, 0)
-        for side, follows in ((1, off > free), (-1, off < -free)):
-            led = shown + side * loop.share * loop.reach
-            load = np.where(follows, led / np.where(led > 0, 1 - side * loop.share * loop.relative, 1), load)
-        return load
-
-
-@dataclass(frozen=True)
-class Response:
-    """pressure = scale[0] c + scale[1] c |c| + scale[2] c knee / (|c| + knee), Pa, of a change c of the value over the taxel's gain.
-
-    gain: (rows, columns), mean about 1, None for 1; zero: (rows, columns) untouched values, None if unknown; known: whether pressure is in
-    Pa, else in the sensor's units; loop: between rising and falling loads. Raises BadArgument for a scale with which pressure would not
-    rise.
-    """
-
-    scale: tuple[float, float, float] = (1.0, 0.0, 0.0)
-    knee: float = 1.0
-    gain: np.ndarray | None = None
-    known: bool = False
-    zero: np.ndarray | None = None
-    loop: Loop = Loop()
-
-    def __post_init__(self):
-        if not (len(self.scale) == 3 and np.isfinite(self.scale).all() and min(self.scale) >= 0 and any(self.scale) and self.knee > 0):
-            raise BadArgument(f'taxel response: scale must be three finite numbers, none negative and not all 0, and knee positive, got '
-                              f'{self.scale}, {self.knee}')
-
-    def pressure(self, change: np.ndarray) -> np.ndarray:
-        """Pressure (rows, columns) float32, Pa if known, for change (rows, columns) of the values."""
-        value = np.asarray(change if self.gain is None else change / self.gain, np.float32)
-        first, second, third = map(np.float32, self.scale)
-        if not (second or third):
-            return first * value
-        size, knee = np.abs(value), np.float32(self.knee)
-        return value * (first + second * size + third * knee / (size + knee))
-
-    def slope(self, value: float) -> float:
-        """Derivative of pressure, Pa per unit, at a change of value."""
-        first, second, third = self.scale
-        return first + 2 * second * abs(value) + third * (self.knee / (abs(value) + self.knee))**2

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 
 
 def test_origin_is_the_middle_x_along_columns():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument
-from tactile_perception.taxel.baseline import Baseline
+from tactile_perception.taxel.pressure import Baseline
 
 OFFSET = np.random.default_rng(5).uniform(0, 20, (12, 12)).astype(np.float32)
 

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.contact_tracker import ContactTracker
-from tactile_perception.taxel.regions import find_regions
-from tactile_perception.taxel.score import ContactScore
+from tactile_perception.taxel.pressure import SoftPad
+from tactile_perception.taxel.region import ContactTracker
+from tactile_perception.taxel.region import find_regions
+from tactile_perception.taxel.region import ContactScore
 from taxel_pictures import ARRAY, bar, both, picture
 
 SCORE = ContactScore(ARRAY, SoftPad())

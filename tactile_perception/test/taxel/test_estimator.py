@@ -8,9 +8,9 @@ from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecim
 from tactile_driver.simulation.taxel.scene import Key, TaxelScene, TaxelScript
 from tactile_perception.common.estimates import AMBIGUOUS, AT_EDGE, NONE, SATURATED
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, ContinuousDirection, TaxelEstimator, TaxelSettings
-from tactile_perception.taxel.hysteresis import Loop
+from tactile_perception.taxel.response import Loop
 from tactile_perception.taxel.response import Response
 from tactile_perception.taxel.wrench import GraspedObject
 from taxel_pictures import ARRAY, bar, both, disc, picture, ring

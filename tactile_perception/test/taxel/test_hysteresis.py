@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument
-from tactile_perception.taxel.hysteresis import Hysteresis, Loop, Memory, fit_loop
+from tactile_perception.taxel.response import Hysteresis, Loop, Memory, fit_loop
 
 STEP_S = 0.01
 HARD, SOFT, GROWING = Loop(0.5, 4e3, 0.0, 0.5), Loop(0.12, 8e3, 0.0, 1.0), Loop(0.5, 500.0, 0.08, 1.0)

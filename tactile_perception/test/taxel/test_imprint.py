@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.imprint import ImprintTracker
-from tactile_perception.taxel.score import LEVEL, ContactScore
+from tactile_perception.taxel.region import LEVEL, ContactScore
 from taxel_pictures import ARRAY, bar, picture
 
 PAD = SoftPad()

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from tactile_perception.common.estimates import GROSS, NONE, SlipEstimate
 from tactile_perception.common.surface_points import SLIPPING, STICKING, UNKNOWN
-from tactile_perception.taxel.array import SoftPad
+from tactile_perception.taxel.pressure import SoftPad
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.imprint import ImprintMotion
-from tactile_perception.taxel.points import taxel_forces, taxel_points, taxel_states
-from tactile_perception.taxel.regions import find_regions
+from tactile_perception.taxel.wrench import taxel_forces, taxel_points, taxel_states
+from tactile_perception.taxel.region import find_regions
 from tactile_perception.taxel.response import Response
 from tactile_perception.taxel.wrench import GraspedObject
 from taxel_pictures import ARRAY, bar, both, disc, picture

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.taxel.array import SoftPad
+from tactile_perception.taxel.pressure import SoftPad
 from tactile_perception.taxel.registration import KeyCentroid, Keyframe
-from tactile_perception.taxel.score import ContactScore
+from tactile_perception.taxel.region import ContactScore
 from taxel_pictures import ARRAY, bar, disc, picture
 
 SCORE = ContactScore(ARRAY, SoftPad())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from taxel_pictures import bar, picture
 from tactile_perception.errors import BadArgument
-from tactile_perception.taxel.repair import DeadTaxels, dead_mask, fill
+from tactile_perception.taxel.pressure import DeadTaxels, dead_mask, fill
 
 
 def test_gap_is_filled_from_its_neighbours():

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.taxel.array import SoftPad
+from tactile_perception.taxel.pressure import SoftPad
 from tactile_perception.taxel.shear import SurfaceShear
 from taxel_pictures import ARRAY, bar, picture
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
 from tactile_perception.taxel.imprint import ImprintMotion
-from tactile_perception.taxel.slip import TaxelSlip
+from tactile_perception.taxel.motion import TaxelSlip
 from taxel_pictures import ARRAY, bar, picture
 
 TOUCHED = picture(bar(2, 0), blur=0.1) > 30

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 from taxel_pictures import ARRAY, bar, picture
-from tactile_perception.taxel.array import SoftPad
+from tactile_perception.taxel.pressure import SoftPad
 from tactile_perception.taxel.traction_watch import TractionWatch, is_curved
 
 PAD = SoftPad()
