@@ -28,7 +28,6 @@ from tactile_perception.markers.touches.tracker import TouchTracker  # noqa: E40
 from tactile_perception.clock import StampClock  # noqa: E402
 from tactile_perception._core.finger import SphereFilter  # noqa: E402
 from tactile_perception.finger.map import angles, direction, error_angle, exp_map, log_map  # noqa: E402
-from tactile_perception.taxel.estimator import ContinuousDirection  # noqa: E402
 from tactile_perception.taxel.pressure import fill  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('ignore::RuntimeWarning')
@@ -176,15 +175,6 @@ def test_links_are_one_to_one_and_within_reach(seed, gate):
     a, b = assign(places, dots, gate)
     assert len(set(a.tolist())) == len(a) == len(b) == len(set(b.tolist()))
     assert (np.hypot(*(places[a] - dots[b]).T) <= gate).all()
-
-
-@few
-@given(st.lists(st.floats(-4 * np.pi, 4 * np.pi), min_size=2, max_size=20))
-def test_a_direction_never_jumps_and_stays_the_same_but_for_half_turns(raw):
-    follow = ContinuousDirection()
-    found = np.array([follow.process(angle) for angle in raw])
-    assert (np.abs(np.diff(found)) <= np.pi / 2 + 1e-9).all()
-    assert np.abs(np.sin(found - raw)).max() < 1e-9
 
 
 @few

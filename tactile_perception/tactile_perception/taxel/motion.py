@@ -360,6 +360,7 @@ class MotionTracker:
         self._loads: deque[tuple[float, float]] = deque()
         self._lags: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=Limits.summed)  # slip and motion of each of the last frames
         self._slip_fraction = self._pulled = self._pulled_at_rest = 0.0  # pulled: traction over pressure
+        self._varied = 0.0  # relative change of the load over the last frames
         self._waited = False  # since the last frames, for a load that varies
         self._key_load, self._key_count = 0.0, 1  # sum of pressure in the keyframe, Pa, and taxels
         self._followed = 1.0  # object's part of the picture's motion
@@ -410,8 +411,9 @@ class MotionTracker:
         while self._loads[0][0] < stamp_s - Limits.load_s * (1 + 1e-6):
             self._loads.popleft()
         least, most = min(value for _, value in self._loads), max(value for _, value in self._loads)
+        self._varied = 1 - least / max(most, 1e-9)
         moved = few and seen.largest > Limits.evident and load < (1 + Limits.load_change) * self._loads[0][1]
-        return least < (1 - Limits.load_change) * most and not moved
+        return self._varied > Limits.load_change and not moved
 
     def _step(self, seen: KeyframeMotion, mean: float) -> np.ndarray:
         """m, m, rad since the last frame, at the keyframe's centre, under a mean pressure, Pa. The pressure of the last frame's
@@ -452,11 +454,12 @@ class MotionTracker:
 
     def _is_evident(self, speed: float, sigma: float, lasting: float) -> bool:
         """Whether a speed, m/s, with a standard deviation sigma, over lasting, s, is a motion of the object. It begins by a path longer
-        than the registration's own error, by which pressure wanders without motion."""
+        than the registration's own error, by which pressure wanders without motion, and than that of the traction that a load lets go."""
         pitch = self._array.pitch
         if speed <= max((Limits.goes_on if self._moves else Limits.begins) * sigma, Limits.creep * pitch):
             return False
-        return self._moves or speed * lasting > Limits.path * self._seen.sigma * pitch * self._followed
+        released = BORDER_LEAD * self._pad.thickness * self._pulled * self._varied
+        return self._moves or speed * lasting > (Limits.path * self._seen.sigma * pitch + released) * self._followed
 
     def _has_stopped(self, places: np.ndarray, velocity: np.ndarray, noise: float) -> bool:
         """Whether an object has not moved on in the latest frames, though a line through its places (N, 3) still has a velocity (3,): the

@@ -95,14 +95,15 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray, rea
     touched = score > LEVEL
     if not touched.any():
         return Regions([], np.zeros(score.shape, np.uint16), touched, np.zeros(score.shape, np.uint16))
-    count, labels = cv2.connectedComponents(grown(touched, round(0.5 * reach)).view(np.uint8), ltype=cv2.CV_16U)
-    labels *= touched
+    count, labels = cv2.connectedComponents(touched.view(np.uint8), connectivity=4, ltype=cv2.CV_16U)
     broken = count - 1 > _MOST
     if broken:
-        sizes = np.bincount(labels.ravel(), minlength=count)
-        sizes[0] = 0
-        labels[~np.isin(labels, np.argsort(-sizes)[:_MOST])] = 0
+        largest = 1 + np.argsort(-np.bincount(labels.ravel())[1:], kind='stable')[:_MOST]
+        labels[~np.isin(labels, largest)] = 0
         score, touched = np.where(touched & (labels == 0), 0, score), labels > 0
+    elif count > 2:  # one outline surrounds taxels that meet at a corner, too
+        _, labels = cv2.connectedComponents(grown(touched, round(0.5 * reach)).view(np.uint8), ltype=cv2.CV_16U)
+        labels *= touched
     around = cv2.dilate(labels, np.ones((2 * _AROUND + 1,) * 2, np.uint8))
     near = np.where(touched, labels, around)
     regions = [_region(label, pieces, labels, (near, pressure), array) for label, pieces in _pieces(score, labels, array).items()]

@@ -48,7 +48,7 @@ def test_a_jump_and_a_gap_make_a_new_contact():
 def told(tracker, inside, least):
     image = picture(inside)
     regions = find_regions(SCORE.compute(image, 0.05), image, ARRAY)
-    return [one.told for one in tracker.assign(regions, least)]
+    return [one.reported for one in tracker.assign(regions, least)]
 
 
 def test_a_light_contact_beside_another_is_told_when_it_lasts():
