@@ -100,7 +100,8 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray, rea
     if broken:
         largest = 1 + np.argsort(-np.bincount(labels.ravel())[1:], kind='stable')[:_MOST]
         labels[~np.isin(labels, largest)] = 0
-        score, touched = np.where(touched & (labels == 0), 0, score), labels > 0
+        touched = labels > 0
+        score = score * touched
     elif count > 2:  # one outline surrounds taxels that meet at a corner, too
         _, labels = cv2.connectedComponents(grown(touched, round(0.5 * reach)).view(np.uint8), ltype=cv2.CV_16U)
         labels *= touched
