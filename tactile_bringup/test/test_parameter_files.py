@@ -17,7 +17,7 @@ from tactile_perception.dots.stage import DotStage
 from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.taxel.stage import TaxelStage
 

@@ -16,7 +16,7 @@ from tactile_driver.simulation.taxel.pad import PadSpecimen
 from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, POINT_PARAMETERS
 from tactile_perception.finger.parameters import PSD_PARAMETERS, PSD_SENSOR_PARAMETERS
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS, SENSOR_PARAMETERS, SHEET_PARAMETERS
 
 from tactile_perception.sensors import MARKER_SENSOR_TYPES, SENSOR_TYPES

@@ -1,19 +1,20 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+import cv2
 import numpy as np
 import pytest
+from scipy import ndimage
 from taxel_pictures import ARRAY, bar, both, disc, picture, ring
 from tactile_perception.common.region_moments import axes
-from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.regions import find_regions, joined, without
-from tactile_perception.taxel.score import ContactScore
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
+from tactile_perception.taxel.region import LEVEL, ContactScore, find_regions
 
 SCORE = ContactScore(ARRAY, SoftPad())
 
 
-def regions_of(inside, load=60.0):
+def regions_of(inside, load=60.0, reach=0.0):
     image = picture(inside, load)
-    return find_regions(SCORE.compute(image, 0.05), image, ARRAY)
+    return find_regions(SCORE.compute(image, 0.05), image, ARRAY, reach)
 
 
 @pytest.mark.parametrize('angle', [0.0, 0.3, -0.7, 1.2])
@@ -70,33 +71,41 @@ def pads(gap):
     return both(bar(-4 - gap / 2, 0, 0, 8, 8), bar(4 + gap / 2, 0, 0, 8, 6))
 
 
-@pytest.mark.parametrize(('gap', 'light', 'count'), [(2.0, 0.0, 1), (4.0, 0.0, 2), (4.0, 1e3, 1), (8.0, 1e3, 2)])
-def test_regions_that_one_object_can_make_are_one(gap, light, count):
-    apart = regions_of(pads(gap))
-    regions = joined(apart, 2.0, light)
+@pytest.mark.parametrize(('gap', 'count'), [(2.0, 1), (4.0, 2)])
+def test_pieces_nearer_than_the_pad_hands_on_pressure_are_one_region(gap, count):
+    apart, regions = regions_of(pads(gap)), regions_of(pads(gap), reach=2.0)
     assert len(apart.all) == 2 and len(regions.all) == count
     assert sorted(set(np.unique(regions.labels)) - {0}) == sorted(region.label for region in regions.all)
     assert regions.total.area == pytest.approx(apart.total.area) and len([o for r in regions.all for o in r.outlines]) == 2
     assert sum(region.force for region in regions.all) == pytest.approx(60 * 112e-6, rel=0.05)
+    assert sum(region.count for region in regions.all) == sum(piece.count for piece in apart.all)
+    assert regions.total.centroid[:2] == pytest.approx(apart.total.centroid[:2])
 
 
-def test_a_joined_region_is_that_of_its_pieces():
-    apart = regions_of(pads(4.0))
-    region, = joined(apart, 2.0, 1e3).all
-    assert region.count == sum(piece.count for piece in apart.all) and region.peak == max(piece.peak for piece in apart.all)
-    assert region.box[1].start == min(piece.box[1].start for piece in apart.all)
-    assert region.moments.centroid[:2] == pytest.approx(apart.total.centroid[:2])
+@pytest.mark.parametrize('size', [(1, 1), (1, 9), (7, 1), (2, 2), (13, 6), (44, 44)])
+@pytest.mark.parametrize('seed', range(3))
+def test_any_score_has_regions_with_their_taxels_loads_and_integrals(seed, size):
+    rng = np.random.default_rng(seed)
+    rough = ndimage.gaussian_filter(rng.normal(0, 1, size), 1.5, mode='constant')
+    score = np.clip(0.4 + 3 * rough, 0, 1).astype(np.float32)
+    pressure = (3e4 * score + 1e3 * rng.normal(0, 1, size)).astype(np.float32)
+    regions = find_regions(score, pressure, TaxelArray(*size, 1e-3))
+    assert (regions.touched == (score > LEVEL)).all() and (regions.near[regions.touched] == regions.labels[regions.touched]).all()
+    for region in regions.all:
+        mine, near = regions.labels == region.label, regions.near == region.label
+        assert region.count == mine.sum() and mine[region.box].sum() == mine.sum()
+        load = np.where(near, np.maximum(pressure, 0), 0).astype(float)
+        assert [region.force, region.peak] == pytest.approx([1e-6 * load.sum(), load.max()], rel=1e-6, abs=1e-15)
+        loops = [(1, outline.points) for outline in region.outlines] + [(-1, hole) for o in region.outlines for hole in o.holes]
+        found = [(sign, cv2.moments(points[:, None, :2].astype(np.float32) * np.float32(1e3))) for sign, points in loops]
+        sums = np.array([sum(sign * one[name] for sign, one in found) for name in ('m00', 'm10', 'm01', 'm20', 'm11', 'm02')])
+        moments = [1e6 * region.moments.area, *1e9 * region.moments.first[:2], *1e12 * region.moments.second]
+        assert moments == pytest.approx(sums.tolist(), rel=1e-4, abs=1e-3)
 
 
-def test_one_region_is_left_as_it_is():
-    regions = regions_of(ring())
-    assert joined(regions, 2.0, 1e3) is regions
-
-
-def test_a_region_that_is_taken_out_leaves_no_trace():
-    regions = regions_of(both(disc(-11, 0, 5), disc(11, 0, 7)))
-    large, small = regions.all
-    kept = without(regions, [large.label])
-    assert kept.all == [small] and (kept.labels[regions.labels != large.label] == regions.labels[regions.labels != large.label]).all()
-    assert not (kept.near == large.label).any() and (kept.touched == (regions.labels == small.label)).all()
-    assert without(regions, []) is regions
+def test_of_too_many_regions_the_largest_are_reported():
+    score = np.zeros((40, 40), np.float32)
+    score[::3, ::3] = 1
+    score[9, 9:12] = 1
+    regions = find_regions(score, score, TaxelArray(40, 40, 1e-3))
+    assert regions.broken and len(regions.all) == 64 and regions.all[0].count == 4

@@ -1,9 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrates a taxel array: fits pressure against value to recordings of known normal loads (ground_truth/wrench)."""
+"""Calibrates a taxel array: fits its response, pressure against value, and the loop of its layer to recordings of known normal loads
+(ground_truth/wrench)."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -11,26 +13,42 @@ from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 
-from ...bags.stamped import TRUE_WRENCH, find_prefix
-from ...calibration.files.format import Specimen
-from ...calibration.files.taxel import write_taxels
-from ...calibration.residuals import Residuals, outliers, report_residuals
-from ...common.progress import Progress
-from ...errors import BadCalibration, BadFrame
-from ...nodes.messages import conversions as convert
-from ...parameters.file import read_parameters
-from ...parameters.taxel import TAXEL_PARAMETERS, taxel_array
-from ...taxel.array import TaxelArray
-from ...taxel.repair import dead_mask, fill
-from ...taxel.hysteresis import Hysteresis, Loop, fit_loop
-from ...taxel.response import Response, fit_gains, fit_response, force_terms
+from .parameters import TAXEL_PARAMETERS, taxel_array
+from .pressure import TaxelArray, fill
+from .response import MOST_HELD, Hysteresis, Loop, Response, followed, write_taxels
+from ..bags.stamped import TRUE_WRENCH, find_prefix
+from ..calibration.files.format import Specimen
+from ..calibration.residuals import Residuals, outliers, report_residuals
+from ..common.progress import Progress
+from ..errors import BadCalibration, BadFrame
+from ..nodes.messages import conversions as convert
+from ..parameters.file import read_parameters
 
-_SAME = 0.02  # chosen: relative difference below which loads count as equal
-_LONGEST_S = 0.1  # chosen: equal loads that last longer are several, since what the sensor shows creeps
-_PARTS = 3  # chosen: folds of the cross-validation
-_LIGHT = 0.3  # chosen: of the largest force, added to each in the weights of the loop's fit, as in fit_response
-_ZERO = 1e-3  # N, chosen: smaller forces count as untouched
-_AFTER_S = 30.0  # s after a load, in which what is left of it is fitted, too. Chosen: later it no longer changes
+_SAME = 0.02  # relative difference below which loads count as equal
+_LONGEST_S = 0.1  # equal loads that last longer are several, since what the sensor shows creeps
+_PARTS = 3  # folds of the cross-validation
+_LIGHT = 0.3  # of the largest force, added to each in the weights of the loop's fit, as in fit_response
+_ZERO = 1e-3  # N, smaller forces count as untouched
+_AFTER_S = 30.0  # s after a load, in which what is left of it is fitted, too: later it no longer changes
+# Tried in the fit: reaches, of the largest load, and of each load; s: a layer that comes back through less than the whole range
+# shows its reach.
+_REACHES = (0.0, 0.005, *np.geomspace(0.01, 0.32, 8).tolist())
+_RELATIVE = (0.0, 0.04, 0.08, 0.16, 0.32)
+_RELAXATIONS = np.geomspace(0.1, 10, 5).tolist()
+_LATE_S = (0.1, 0.4, 1.6, 6.4, 25.6)  # s, after which parts of a load are shown: what lies between is a sum of two of them
+_FARTHEST = 0.5  # of the largest load, up to which both reaches together are tried: farther, it is not seen on the way back
+_BETTER = 0.7  # of the residuals without a loop, below which those with one must be: noise alone gains a few percent
+# Of the residuals without late parts, below which those with them must be: a hard loop that is not quite that of the layer looks
+# like a softer one with a little that is late.
+_SLOWER = 0.5
+_RESTED_S = 1e6  # s, before the first load
+_KNEE = 0.05  # of the largest calibrated change, below which pressure may rise faster (a sensor with a dead zone).
+_FEWEST = 3  # loads: one for each coefficient of the curve
+_SMALL = 0.3  # of the largest force, added to each force in the weights: relative error of large forces, absolute of small ones.
+_REACHED = 0.95  # part of the taxels that an even load must reach.
+_RESPONDING = 0.3  # of the mean change, from which a taxel is reached: below the least gain
+_LOADED = 0.05  # of the largest mean change, from which a frame is used for gains.
+_GAINS = (0.5, 2.0)  # plausible range; a taxel outside it keeps gain 1.
 
 
 @dataclass
@@ -106,6 +124,91 @@ def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
                 waiting = None
 
 
+def fit_loop(times: np.ndarray, loads: np.ndarray, terms: np.ndarray, weights: np.ndarray) -> Loop:
+    """The loop by loads (N,), Pa, at times (N,) s in their order, some of them rising and some falling, and none after them.
+
+    terms: (N, K), nonnegative combinations of which are what the layer shows; weights: (N,) of the residuals, 0 to leave one out. No loop
+    where one does not explain the loads much better than none. What the layer shows late and what it holds add up to the load: for a
+    reach and a relaxation, nonnegative least squares give all shares.
+    """
+    from scipy.optimize import nnls  # calibration alone needs it
+    intervals, most = np.diff(times, prepend=times[0] - _RESTED_S), float(loads.max())
+    lasts = [time for time in _LATE_S if time <= intervals[intervals < 0.5 * _RESTED_S].sum()]
+    terms = terms / np.maximum(np.abs(terms).max(axis=0), 1e-300)
+
+    loops = [Loop(0.0, most * reach, relative, relaxation) for reach, relative, relaxation in product(_REACHES, _RELATIVE, _RELAXATIONS)
+             if 0 < reach + relative <= _FARTHEST]
+    held_back = [loads - loop.held(loads, intervals) for loop in loops]
+
+    def fitted(hidden: list[np.ndarray]) -> tuple[np.ndarray, float]:
+        """Shares of what is hidden, and the residual."""
+        parts, left = nnls(np.column_stack([terms, *hidden]) * weights[:, None], loads * weights)
+        return parts[terms.shape[1]:], left
+
+    def best(late_s: list[float]) -> tuple[float, Loop]:
+        """The least residual with parts that are shown after late_s, s, and its loop."""
+        least, found = np.inf, Loop()
+        late = [loads - followed(loads, intervals, time) for time in late_s]
+        for loop, hidden in zip(loops, held_back):
+            parts, left = fitted([*late, hidden])
+            slow = parts[:-1]
+            if left < least and parts.sum() <= MOST_HELD:
+                least, found = left, replace(loop, share=float(parts[-1] / (1 - slow.sum())), late=tuple(slow[slow > 0].tolist()),
+                                             late_s=tuple(np.array(late_s)[slow > 0].tolist()))
+        return least, found
+
+    none, (least, loop), (with_late, late_loop) = fitted([])[1], best([]), best(lasts)
+    if with_late < _SLOWER * least:
+        least, loop = with_late, late_loop
+    return loop if least < _BETTER * none else Loop()
+
+
+def curve_terms(value: np.ndarray, knee: float) -> np.ndarray:
+    """(3, ...) terms that scale multiplies."""
+    size = np.abs(value)
+    return np.stack([value, value * size, value * knee / (size + knee)])
+
+
+def fit_gains(changes: np.ndarray) -> np.ndarray | None:
+    """Gains (rows, columns), mean about 1, from changes (N, rows, columns) under even loads; None with fewer than 3 even loads."""
+    mean = changes.mean(axis=(1, 2))
+    even = mean > _LOADED * max(float(mean.max(initial=0.0)), 1e-9)
+    spread = (changes > _RESPONDING * mean[:, None, None]).mean(axis=(1, 2))
+    even &= spread > _REACHED
+    if even.sum() < _FEWEST:
+        return None
+    gains = np.einsum('n,nij->ij', mean[even], changes[even]) / np.sum(mean[even]**2)
+    return np.where((gains > _GAINS[0]) & (gains < _GAINS[1]), gains, 1.0).astype(np.float32)
+
+
+def force_terms(changes: np.ndarray, taxel_area: float, gain: np.ndarray | None = None) -> tuple[np.ndarray, float]:
+    """What scale multiplies in the forces (N,) of changes (N, rows, columns), (N, 3), and the curve's knee; see fit_response."""
+    value = (changes if gain is None else changes / gain).reshape(len(changes), -1).astype(float)
+    knee = _KNEE * float(value.max(initial=0))
+    return taxel_area * curve_terms(value, max(knee, 1e-12)).sum(axis=2).T, knee
+
+
+def fit_response(changes: np.ndarray, forces: np.ndarray, taxel_area: float,
+                 gain: np.ndarray | None = None) -> tuple[Response, np.ndarray]:
+    """Nonnegative least squares fit of the response to normal forces (N,), N, with changes (N, rows, columns), and its predictions (N,), N.
+
+    taxel_area: m^2; gain: (rows, columns). Forces that are NaN or not positive are skipped. Raises BadCalibration where the loads do not
+    determine the response.
+    """
+    forces = np.asarray(forces, float)
+    known = np.isfinite(forces) & (forces > 0)
+    if np.unique(np.round(forces[known], 6)).size < _FEWEST:
+        raise BadCalibration(f'normal force: {np.unique(np.round(forces[known], 6)).size} different loads; at least {_FEWEST} are needed')
+    rows, knee = force_terms(changes, taxel_area, gain)
+    if not (rows[known, 0] > 0).all():
+        raise BadCalibration('normal force: the sensor does not respond to some of the loads')
+    unit = rows[known].mean(axis=0)
+    weight = forces[known] + _SMALL * forces[known].max()
+    from scipy.optimize import nnls  # calibration alone needs it
+    scale = nnls(rows[known] / unit / weight[:, None], forces[known] / weight)[0] / unit
+    return Response(tuple(float(s) for s in scale), knee, gain, True), rows @ scale
+
+
 def loaded_areas(loads: Loads, taxel_area: float) -> np.ndarray:
     """(N,) m^2 under each load: that of even pressure with the same sum and sum of squares of changes; after a load, as under it."""
     flat = np.maximum(loads.changes, 0).reshape(len(loads.changes), -1)
@@ -168,7 +271,7 @@ def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: st
     """
     values = read_parameters(params, 'taxel_contact_node', TAXEL_PARAMETERS)
     array = taxel_array(values)
-    loads = read_loads(bags, array, dead_mask(array.shape, [n for n in values['dead_taxels'] if n >= 0]), namespace)
+    loads = read_loads(bags, array, array.dead([n for n in values['dead_taxels'] if n >= 0]), namespace)
     gain = fit_gains(loads.changes)
     loop, shown = find_loop(loads, array, gain)
     response = calibrated_response(loads, array, gain, loop, shown)

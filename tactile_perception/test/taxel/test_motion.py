@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.taxel.array import SoftPad, TaxelArray
-from tactile_perception.taxel.imprint import ImprintTracker
-from tactile_perception.taxel.score import LEVEL, ContactScore
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
+from tactile_perception.taxel.motion import MotionTracker, SeenPressure
+from tactile_perception.taxel.region import LEVEL, ContactScore
 from taxel_pictures import ARRAY, bar, picture
 
 PAD = SoftPad()
@@ -13,11 +13,10 @@ SCORE = ContactScore(ARRAY, PAD)
 
 def played(places, load=lambda k: 3e4, rate=100.0):
     """Motions of each frame of a bar at places (x mm, y mm, turn), seen without the lead that traction makes."""
-    imprint, found = ImprintTracker(ARRAY, PAD), []
-    imprint.traction_pressure = lambda: None
+    tracker, found = MotionTracker(ARRAY, PAD), []
     for k, (x, y, turn) in enumerate(places):
         image = picture(bar(x, y, turn), load(k))
-        found.append(imprint.process(image, SCORE.compute(image, 20.0) > LEVEL, 1 + k / rate))
+        found.append(tracker.process(image, SCORE.compute(image, 20.0) > LEVEL, 1 + k / rate, SeenPressure(image, 20.0)))
     return found
 
 
@@ -41,9 +40,9 @@ def test_traction_that_a_falling_load_lets_go_is_no_slip():
 
 
 def test_motion_of_a_picture_without_features_is_not_known():
-    imprint = ImprintTracker(ARRAY, PAD)
+    tracker = MotionTracker(ARRAY, PAD)
     full = np.ones((44, 44), np.float32)
-    motion = imprint.process(full * 3e4, full > 0, 1.0)
+    motion = tracker.process(full * 3e4, full > 0, 1.0, SeenPressure(full * 3e4, 20.0))
     assert np.isnan(motion.linear).all() and not motion.slipping.any()
 
 
@@ -53,8 +52,8 @@ def test_few_coarse_taxels_show_a_jump_of_the_object_and_not_a_change_of_load():
     values[3:6, 2:4] = 3e4
 
     def slips(pictures):
-        imprint = ImprintTracker(coarse, PAD)
-        found = [imprint.process(p, p > 0, 0.03 * k) for k, p in enumerate(pictures)]
+        tracker = MotionTracker(coarse, PAD)
+        found = [tracker.process(p, p > 0, 0.03 * k, SeenPressure(p, 20.0)) for k, p in enumerate(pictures)]
         return [bool(motion.slipping.any()) for motion in found], found
     assert not any(slips([values * load for load in (1, 1, 1.2, 1.5, 2, 1, 0.7, 0.7, 0.7)])[0])
     seen, found = slips([values] * 6 + [np.roll(values, 2, axis=0)] * 3)
@@ -65,11 +64,11 @@ def test_few_coarse_taxels_show_a_jump_of_the_object_and_not_a_change_of_load():
 def test_a_load_that_flickers_and_leans_with_itself_is_no_slip(seed):
     rng, coarse = np.random.default_rng(seed), TaxelArray(13, 6, 3.4e-3)
     profile, lean = np.array([36, 55, 216, 138, 35], np.float32), np.array([0.45, 0.4, 0.05, 0.05, -0.1], np.float32)
-    imprint = ImprintTracker(coarse, PAD)
+    tracker = MotionTracker(coarse, PAD)
     for k in range(200):
         image = np.zeros((13, 6), np.float32)
         image[6:11, 4] = 100 * profile * (1 + 0.25 * lean * rng.normal() + 0.1 * rng.normal())
-        motion = imprint.process(image, image > 4500, k / 31)
+        motion = tracker.process(image, image > 4500, k / 31, SeenPressure(image, 20.0))
         assert not motion.slipping.any(), k
 
 

@@ -5,31 +5,32 @@
 // The level of pressure inside a contact is fitted to each patch of touched taxels, a plane or a quadratic. A flat face ends with a
 // step, of which a fixed share is seen at its border. Under a curved face the level is a dome that runs out to zero as a ramp, which the
 // pad rounds off: a Gaussian of width sigma leaves sigma / sqrt(2 pi) times the slope at its foot.
-#include "taxel/taxel_score.hpp"
+#include "taxel/score.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
 
-#include "common/cholesky.hpp"
 #include "common/grid.hpp"
 #include "common/pi.hpp"
 #include "common/wide.hpp"
 
-namespace tactile {
+namespace tactile::taxel {
 namespace {
 
 using Values = std::vector<float>;
-using Six = std::array<double, 6>;
+using Six = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr float LEVEL = 0.5f;          // score at the border of a contact
-constexpr float GAP = 0.35f;           // of the level, down to which a dip in a contact is closed. Chosen: well below the share
-constexpr std::ptrdiff_t ENOUGH = 16;  // taxels from which a level is fitted. Chosen: over two for each of the 6 coefficients
+constexpr float GAP = 0.35f;           // of the level, down to which a dip in a contact is closed; well below the share
+constexpr std::ptrdiff_t ENOUGH = 16;  // taxels from which a level is fitted; over two for each of the 6 coefficients
 // Parts of the plane's residual variance that a quadratic explains, from which it has a share in the level, and from which it is the level.
-// Chosen: between them both count, since a hard choice would shift the border of a contact from frame to frame.
+// Between them both count, since a hard choice would shift the border of a contact from frame to frame.
 constexpr double BENT_FROM = 0.2, BENT_WHOLLY = 0.4;
-constexpr float LEAST = 0.3f, MOST = 1.7f;  // bounds of the level relative to what is near it. Chosen
+constexpr float LEAST = 0.3f, MOST = 1.7f;  // bounds of the level relative to what is near it
 constexpr double WIDEST = 2.5;              // see Level::find_dome; 2 for a paraboloid, over 4 for a disc wider than 4 thicknesses
 
 // Within 0 and 1; 0 for NaN.
@@ -65,12 +66,11 @@ Values nearby(Values smooth, std::ptrdiff_t rows, std::ptrdiff_t columns, const 
     return found;
 }
 
-// Solves for the first count of six unknowns; the others, and what cannot be solved, are 0.
-Six solved(std::array<Six, 6> matrix, Six right, int count) {
-    if (!factorise(matrix[0].data(), count, 6, LEAST_PIVOT)) return {};
-    substitute(matrix[0].data(), count, 6, right.data());
-    std::fill(right.begin() + count, right.end(), 0.0);
-    return right;
+// Solves for the first count of six unknowns; the others are 0.
+Six solved(const Matrix6& matrix, const Six& right, int count) {
+    Six found = Six::Zero();
+    found.head(count) = matrix.topLeftCorner(count, count).ldlt().solve(right.head(count));
+    return found;
 }
 
 // Level of a patch: coefficients of 1, y, x, yy, xy, xx, in taxels from the middle of its box; mean of the fitted pressure.
@@ -146,25 +146,19 @@ std::optional<Level> fitted(const float* pressure, std::ptrdiff_t columns, const
     }
     if (count < ENOUGH) return {};
     constexpr int DOWN[] = {0, 1, 0, 2, 1, 0}, ACROSS[] = {0, 0, 1, 0, 1, 2};  // powers of y and x of each term
-    std::array<Six, 6> normal{};
-    Six sums{};
+    Matrix6 normal;
+    Six sums;
     for (int i = 0; i < 6; ++i) {
-        for (int j = 0; j <= i; ++j) normal[i][j] = moments[DOWN[i] + DOWN[j]][ACROSS[i] + ACROSS[j]];
+        for (int j = 0; j < 6; ++j) normal(i, j) = moments[DOWN[i] + DOWN[j]][ACROSS[i] + ACROSS[j]];
         sums[i] = loads[DOWN[i]][ACROSS[i]];
     }
-    level.mean = sums[0] / normal[0][0];
-    for (int i = 0; i < 6; ++i) normal[i][i] += 1e-6 * static_cast<double>(count);
+    level.mean = sums[0] / normal(0, 0);
+    normal.diagonal().array() += 1e-6 * static_cast<double>(count);
     const Six plane = solved(normal, sums, 3), bent = solved(normal, sums, 6);
-    const auto left = [&](const Six& share) {
-        double sum = square;
-        for (int i = 0; i < 6; ++i) sum -= share[i] * sums[i];
-        return sum;
-    };
-    const double explained = 1 - left(bent) / std::max(left(plane), 1e-300);
+    const double explained = 1 - (square - bent.dot(sums)) / std::max(square - plane.dot(sums), 1e-300);
     const double curved = std::clamp((explained - BENT_FROM) / (BENT_WHOLLY - BENT_FROM), 0.0, 1.0);
-    for (int i = 0; i < 6; ++i) level.share[i] = plane[i] + curved * (bent[i] - plane[i]);
-    const Six unit{1, scale, scale, scale * scale, scale * scale, scale * scale};
-    for (int i = 0; i < 6; ++i) level.share[i] *= unit[i];
+    const double second = scale * scale;
+    level.share = (plane + curved * (bent - plane)).cwiseProduct((Six() << 1, scale, scale, second, second, second).finished());
     return level;
 }
 
@@ -274,8 +268,8 @@ void close(Values& score, std::ptrdiff_t rows, std::ptrdiff_t columns, float fre
 
 }  // namespace
 
-std::vector<float> taxel_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
-                               const ScoreRule& rule) {
+std::vector<float> contact_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
+                                 const ScoreRule& rule) {
     Values score(rows * columns);
     std::vector<std::uint8_t> pressed(score.size());
     for (std::size_t k = 0; k < score.size(); ++k) pressed[k] = pressure[k] > rule.share * rule.least;
@@ -298,4 +292,4 @@ std::vector<float> taxel_score(const float* pressure, const std::uint8_t* full, 
     return score;
 }
 
-}  // namespace tactile
+}  // namespace tactile::taxel

@@ -10,13 +10,12 @@ from functools import partial
 import numpy as np
 from tactile_driver.parameters.table import Parameter
 
-from ..calibration.files.taxel import SENSOR, read_taxels
+from .estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
+from .pressure import LARGEST, SoftPad, TaxelArray
+from .response import SENSOR, Response, read_taxels
+from .wrench import GraspedObject
 from ..common.frame_tree import FrameTree
 from ..errors import BadArgument
-from ..taxel.array import LARGEST, SoftPad, TaxelArray
-from ..taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
-from ..taxel.response import Response
-from ..taxel.wrench import GraspedObject
 
 _fixed = partial(Parameter, read_only=True)
 _HERE = np.eye(3), np.zeros(3)
@@ -37,7 +36,7 @@ TAXEL_SENSOR_PARAMETERS = (
 
 OBJECT_PARAMETERS = (
     Parameter('object.depth', float, -1.0, 'm',
-              'indentation depth of the object; negative: not known. Tells the force where pressure does not', -1.0, 0.1),
+              'indentation depth of the object; negative: not known. Gives the force where pressure does not', -1.0, 0.1),
     Parameter('object.weight', float, 0.0, 'N',
               'weight of the object between two fingers; 0: not known, friction forces are NaN', 0.0, 1e4),
     Parameter('object.gravity', list[float], [0.0, 1.0, 0.0], '', 'direction of gravity', -1.0, 1.0),

@@ -5,21 +5,34 @@
 // An element that is displaced by u, its neighbours by v, feels the traction over shear stiffness t = u + coupling sum(u - v). It follows
 // the object while |t| stays within friction times pressure over shear stiffness; beyond that t is cut to that length, and the element
 // slips. The displacements are the fixed point of this rule, found by successive over-relaxation.
-#include "taxel/taxel_shear.hpp"
+#include "taxel/shear.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/grid.hpp"
 #include "common/wide.hpp"
 
-namespace tactile {
+namespace tactile::taxel {
 namespace {
 
-constexpr int SWEEPS = 12;          // most a frame. Chosen: continued in the next one
-constexpr float RELAXATION = 1.4f;  // Derived: best for a coupling of 2, whose slowest mode Jacobi's method shrinks by 8/9
-constexpr float CONVERGED = 1e-8f;  // m, largest change in a sweep. Chosen: a hundred thousandth of a taxel of 1 mm
+constexpr int SWEEPS = 12;          // most a frame, continued in the next one
+constexpr float RELAXATION = 1.4f;  // best for a coupling of 2, whose slowest mode Jacobi's method shrinks by 8/9
+constexpr float CONVERGED = 1e-8f;  // m, largest change in a sweep: a hundred thousandth of a taxel of 1 mm
 constexpr float TINY = 1e-12f;      // m, against a division by zero
+
+// A bonded layer by the theory of linear elasticity, for Poisson ratios of 0.3 to 0.49, which hardly matter.
+constexpr double FLATTENED = 0.15;  // attenuation of a pressure wave by the pad over (wave number times thickness) squared
+constexpr double SHARPENED = 0.5;   // thicknesses, width of the Gaussian of the unsharp mask that undoes it
+// Stiffness of a surface wave over (wave number times thickness) squared: about the mean of waves along (0.8) and across (0.3).
+constexpr double COUPLED = 0.5;
+// Pressure under the layer by traction on it, over that of a thin layer (thickness times convergence of traction), as a function of wave
+// number times thickness: within 0.03 two Gaussians.
+struct Spread {
+    double share, width;  // width over thickness
+};
+constexpr Spread SPREADS[] = {{0.47, 0.62}, {0.53, 1.85}};
 
 // One field of the box with a margin of one element that repeats its border. Even and odd columns of a row stand apart: the relaxation
 // takes every other element, and finds those side by side.
@@ -48,19 +61,21 @@ class Field {
 // The box of a contact with what the relaxation needs there.
 class Contact {
  public:
-    Contact(const ShearPad& pad, const Box& box, const float* drag, const std::uint8_t* touched, const float* pressure, const Shift& shift)
+    Contact(const ShearPad& pad, const Box& box, const float* drag, const std::uint8_t* touched, const float* pressure, const Shift& shift,
+            double limit)
         : rows_(box.rows()),
           columns_(box.columns()),
-          coupling_(static_cast<float>(pad.coupling)),
+          coupling_(static_cast<float>(COUPLED * pad.thickness * pad.thickness)),
           stiff_(1 + 4 * coupling_),
           carried_{Field(rows_, columns_), Field(rows_, columns_)},
           drag_{carried_[0], carried_[1]},
           limit_(rows_, columns_) {
+        constexpr auto ON_TOP = static_cast<float>(2 * FLATTENED / (SHARPENED * SHARPENED));
         std::vector<float> smooth(rows_ * columns_);
         for (std::ptrdiff_t r = 0; r < rows_; ++r)
             std::copy_n(pressure + (box.top + r) * pad.columns + box.left, columns_, &smooth[r * columns_]);
         const std::vector<float> seen = smooth;
-        blur(smooth, rows_, columns_, pad.sharp, Outside::replicated);
+        blur(smooth, rows_, columns_, SHARPENED * pad.thickness, Outside::replicated);
         const std::ptrdiff_t plane = pad.rows * pad.columns;
         for (std::ptrdiff_t r = 0; r < rows_; ++r) {
             const double y = pad.pitch * (static_cast<double>(box.top + r) - 0.5 * static_cast<double>(pad.rows - 1));
@@ -70,8 +85,8 @@ class Contact {
                 const bool here = touched[at] != 0;
                 carried_[0].at(r, c) = drag[at] + (here ? static_cast<float>(shift.x - shift.turn * y) : 0);
                 carried_[1].at(r, c) = drag[plane + at] + (here ? static_cast<float>(shift.y + shift.turn * x) : 0);
-                const float top = seen[k] + static_cast<float>(pad.on_top) * (seen[k] - smooth[k]);
-                limit_.at(r, c) = here ? std::max(top, 0.0f) * static_cast<float>(pad.limit) : 0;
+                const float top = seen[k] + ON_TOP * (seen[k] - smooth[k]);
+                limit_.at(r, c) = here ? std::max(top, 0.0f) * static_cast<float>(limit) : 0;
             }
         }
         for (int axis : {0, 1}) drag_[axis] = carried_[axis];
@@ -158,48 +173,70 @@ class Contact {
 
 }  // namespace
 
-Sheared moved(const ShearPad& pad, const float* drag, const std::uint8_t* touched, const float* pressure, const Shift& shift) {
-    const std::ptrdiff_t plane = pad.rows * pad.columns;
-    Sheared found{std::vector<float>(2 * plane), std::vector<float>(2 * plane), std::vector<float>(2 * plane), {0, 0}};
-    const auto margin = std::max<std::ptrdiff_t>(1, std::lround(pad.thickness));
-    const Box inside = box_around(touched, pad.rows, pad.columns);
-    if (inside.rows() == 0) return found;
-    const Box box = inside.grown(margin, pad.rows, pad.columns);
-    Contact contact(pad, box, drag, touched, pressure, shift);
-    contact.relax();
-    std::vector<float> half(6 * (box.columns() / 2 + 1));
-    float* in[6];
-    for (int k = 0; k < 6; ++k) in[k] = &half[k * (box.columns() / 2 + 1)];
-    for (std::ptrdiff_t r = 0; r < box.rows(); ++r) {
-        for (std::ptrdiff_t odd : {0, 1}) {
-            contact.read(r, odd, in);
-            const std::ptrdiff_t first = (box.top + r) * pad.columns + box.left + odd;
-            for (std::ptrdiff_t k = 0; k < (box.columns() + 1 - odd) / 2; ++k) {
-                const std::ptrdiff_t at = first + 2 * k;
-                for (int axis : {0, 1}) {
-                    found.drag[axis * plane + at] = in[axis][k];
-                    found.pull[axis * plane + at] = in[2 + axis][k];
-                    found.slip[axis * plane + at] = touched[at] ? in[4 + axis][k] : 0;
-                    found.pulled[axis] += in[2 + axis][k];
+SurfaceShear::SurfaceShear(const ShearPad& pad) : pad_(pad) {
+    reset();
+}
+
+void SurfaceShear::reset() {
+    drag_.assign(2 * pad_.rows * pad_.columns, 0);
+    pull_ = drag_;
+}
+
+std::vector<float> SurfaceShear::move(const std::uint8_t* touched, const float* pressure, const Shift& shift, double friction) {
+    const std::ptrdiff_t plane = pad_.rows * pad_.columns;
+    std::vector<float> drag(2 * plane), pull(2 * plane), slip(2 * plane);
+    const Box inside = box_around(touched, pad_.rows, pad_.columns);
+    if (inside.rows() > 0) {
+        const Box box = inside.grown(std::max<std::ptrdiff_t>(1, std::lround(pad_.thickness)), pad_.rows, pad_.columns);
+        Contact contact(pad_, box, drag_.data(), touched, pressure, shift, friction / pad_.stiffness);
+        contact.relax();
+        const std::ptrdiff_t length = box.columns() / 2 + 1;
+        std::vector<float> half(6 * length);
+        float* in[6];
+        for (int k = 0; k < 6; ++k) in[k] = &half[k * length];
+        for (std::ptrdiff_t r = 0; r < box.rows(); ++r) {
+            for (std::ptrdiff_t odd : {0, 1}) {
+                contact.read(r, odd, in);
+                const std::ptrdiff_t first = (box.top + r) * pad_.columns + box.left + odd;
+                for (std::ptrdiff_t k = 0; k < (box.columns() + 1 - odd) / 2; ++k) {
+                    const std::ptrdiff_t at = first + 2 * k;
+                    for (int axis : {0, 1}) {
+                        drag[axis * plane + at] = in[axis][k];
+                        pull[axis * plane + at] = in[2 + axis][k];
+                        slip[axis * plane + at] = touched[at] ? in[4 + axis][k] : 0;
+                    }
                 }
             }
         }
     }
-    return found;
+    drag_ = std::move(drag);
+    pull_ = std::move(pull);
+    return slip;
 }
 
-std::vector<float> pressure_of_pull(const float* pull, std::ptrdiff_t rows, std::ptrdiff_t columns, double gain,
-                                    const Spread (&spreads)[2]) {
+std::array<double, 2> SurfaceShear::force() const {
+    std::array<double, 2> sum{};
+    const std::ptrdiff_t plane = pad_.rows * pad_.columns;
+    for (std::ptrdiff_t k = 0; k < 2 * plane; ++k) sum[k / plane] += pull_[k];
+    for (double& one : sum) one *= pad_.stiffness * pad_.pitch * pad_.pitch;
+    return sum;
+}
+
+std::vector<float> SurfaceShear::traction_pressure() const {
+    return pressure_of(pull_.data(), pad_.stiffness);
+}
+
+std::vector<float> SurfaceShear::pressure_of(const float* traction, double unit) const {
+    const std::ptrdiff_t rows = pad_.rows, columns = pad_.columns;
     std::vector<float> found(rows * columns);
-    const float *along = pull, *across = pull + rows * columns;
+    const float *along = traction, *across = traction + rows * columns;
     std::vector<std::uint8_t> pulled(rows * columns);
     for (std::ptrdiff_t k = 0; k < rows * columns; ++k) pulled[k] = (along[k] != 0) | (across[k] != 0);
     const Box inside = box_around(pulled.data(), rows, columns);
     if (inside.rows() == 0) return found;
-    const auto reach = static_cast<std::ptrdiff_t>(std::ceil(4 * std::max(spreads[0].width, spreads[1].width))) + 1;
-    const Box box = inside.grown(reach, rows, columns);
+    const Box box = inside.grown(static_cast<std::ptrdiff_t>(std::ceil(4 * SPREADS[1].width * pad_.thickness)) + 1, rows, columns);
     std::vector<float> change(box.rows() * box.columns());
-    const auto scale = static_cast<float>(gain);
+    const auto scale = static_cast<float>(0.5 * pad_.thickness * unit);
     for (std::ptrdiff_t r = box.top; r < box.bottom; ++r) {
         float* out = &change[(r - box.top) * box.columns()] - box.left;
         const float *x = along + r * columns, *y = across + r * columns;
@@ -208,9 +245,9 @@ std::vector<float> pressure_of_pull(const float* pull, std::ptrdiff_t rows, std:
         if (r == 0 || r == rows - 1) continue;
         for (std::ptrdiff_t c = box.left; c < box.right; ++c) out[c] += scale * (y[c - columns] - y[c + columns]);
     }
-    for (const Spread& spread : spreads) {
+    for (const Spread& spread : SPREADS) {
         std::vector<float> wide = change;
-        blur(wide, box.rows(), box.columns(), spread.width, Outside::zero);
+        blur(wide, box.rows(), box.columns(), spread.width * pad_.thickness, Outside::zero);
         for (std::ptrdiff_t r = 0; r < box.rows(); ++r) {
             float* out = &found[(box.top + r) * columns + box.left];
             const float* in = &wide[r * box.columns()];
@@ -220,4 +257,4 @@ std::vector<float> pressure_of_pull(const float* pull, std::ptrdiff_t rows, std:
     return found;
 }
 
-}  // namespace tactile
+}  // namespace tactile::taxel

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace tactile {
+namespace tactile::taxel {
 
 // What the pad makes of the pressure at the border of a contact. Lengths in taxels.
 struct ScoreRule {
@@ -18,7 +18,7 @@ struct ScoreRule {
 };
 
 // Scores (rows, columns) of pressure, 0 to 1, LEVEL at the border of a contact; 0 far from all contacts. full: taxels that are saturated.
-std::vector<float> taxel_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
-                               const ScoreRule& rule);
+std::vector<float> contact_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
+                                 const ScoreRule& rule);
 
-}  // namespace tactile
+}  // namespace tactile::taxel
