@@ -29,7 +29,7 @@ from tactile_perception import _core
 from tactile_perception.common.progress import Progress
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.pipeline.dot_stage import make_tracker
-from tactile_perception.touchpad.contact.loads import LoadEstimator
+from tactile_perception.touchpad.contact import LoadEstimator
 from tactile_perception.touchpad.places import DotPlaces, RestPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 

@@ -21,7 +21,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from tactile_driver.parameters.table import defaults
-from tactile_perception.calibration.files.touchpad import read_touchpad
+from tactile_perception.touchpad.calibration import read_touchpad
 from tactile_perception.errors import BadFrame, TactileError
 from tactile_perception.evaluation.scores import f1, region_iou
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS

@@ -12,13 +12,11 @@ import cv2
 import numpy as np
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.calibration.files.touchpad import write_touchpad
-from tactile_perception.calibration.sphere_presses import Press
-from tactile_perception.calibration.touchpad import fit_touchpad
+from tactile_perception.touchpad.calibration import write_touchpad, Press, fit_touchpad
 from tactile_perception.errors import BadArgument
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.pipeline.dot_stage import make_tracker
-from tactile_perception.tools.calibrate.touchpad import chosen
+from tactile_perception.touchpad.tools import chosen
 from tactile_perception.tools.convert.camera import Recording
 from tactile_perception.tools.convert.command import sensor_parameters
 from tactile_perception.touchpad.sensor import Touchpad

@@ -15,10 +15,8 @@ from tactile_perception.markers.places.sheet import SheetSurface
 from tactile_perception.markers.published.gaussian_peak import grid_point
 from tactile_perception.markers.view.marker_field import CameraView
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
-from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions
-from tactile_perception.touchpad.contact.object_motion import ObjectMotion
-from tactile_perception.touchpad.contact.slip import friction_centre
-from tactile_perception.touchpad.contact.tracker import ContactTracker
+from tactile_perception.touchpad.region import ContactDots, describe, find_regions, ContactTracker
+from tactile_perception.touchpad.slip import ObjectMotion, friction_centre
 
 TURN, SHIFT = np.array([0.02, -0.05, 0.3]), np.array([1e-3, -2e-3, 5e-4])
 CAP, COUNT, PITCH = Cap(), 23, 1.14e-3

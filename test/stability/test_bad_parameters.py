@@ -5,7 +5,7 @@ import math
 
 import pytest
 import yaml
-from tactile_perception.calibration.files.touchpad import read_touchpad
+from tactile_perception.touchpad.calibration import read_touchpad
 from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS

@@ -20,9 +20,9 @@ from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.markers.places.sheet import SheetSurface
 from tactile_perception.taxel.array import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS
-from tactile_perception.touchpad.contact.published import PaperRegion
-from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions
-from tactile_perception.touchpad.membrane.solver import Membrane
+from tactile_perception.touchpad.published import PaperRegion
+from tactile_perception.touchpad.region import ContactDots, describe, find_regions
+from tactile_perception.touchpad.membrane import Membrane
 
 UV = grid(pitch=30.0)
 RNG = np.random.default_rng(1)

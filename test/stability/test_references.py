@@ -23,9 +23,7 @@ from tactile_perception.markers.view.marker_field import CameraView  # noqa: E40
 from tactile_perception._core.finger import SphereFilter, centroid_covariance  # noqa: E402
 from tactile_perception.finger.map import MIX, EquidistantMap, angles, direction, error_angle, exp_map, log_map, position  # noqa: E402
 from tactile_perception.taxel.wrench import transform_wrench  # noqa: E402
-from tactile_perception.touchpad.optics.absorption import WaterModel  # noqa: E402
-from tactile_perception.touchpad.optics.colour import RingColours  # noqa: E402
-from tactile_perception.touchpad.optics.light_path import LightPath  # noqa: E402
+from tactile_perception.touchpad.water import WaterModel, RingColours, LightPath  # noqa: E402
 
 mp.mp.dps = 50
 AXIS = np.array([2.0, -1.0, 2.0]) / 3

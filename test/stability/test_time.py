@@ -16,10 +16,9 @@ from tactile_perception.errors import BadFrame
 from tactile_perception.markers.touches.touch import TouchEstimate
 from tactile_perception.markers.touches.tracker import TouchTracker
 from tactile_perception.pipeline.marker_stage import TouchStage
-from tactile_perception.touchpad.contact.published import PaperRegion
-from tactile_perception.touchpad.contact.region import ContactDots
-from tactile_perception.touchpad.contact.object_motion import MotionEstimate, ObjectMotion
-from tactile_perception.touchpad.contact.slip import SlipEstimator
+from tactile_perception.touchpad.published import PaperRegion
+from tactile_perception.touchpad.region import ContactDots
+from tactile_perception.touchpad.slip import MotionEstimate, ObjectMotion, SlipEstimator
 
 BEGUN = 10.0  # s, stamp of the last frame before the fault
 

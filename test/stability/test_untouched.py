@@ -12,8 +12,8 @@ from tactile_driver.simulation.sensors.touchpad import touchpad
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.pipeline.contact_stage import ContactStage
 from tactile_perception.pipeline.dot_stage import make_tracker
-from tactile_perception.touchpad.membrane.solver import Membrane
-from tactile_perception.touchpad.optics.identification import fit_rest
+from tactile_perception.touchpad.membrane import Membrane
+from tactile_perception.touchpad.identification import fit_rest
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 

@@ -20,11 +20,9 @@ from ..common.dot_grid import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..dots.reference.untouched_shape import rest_suspicion
 from ..errors import BadArgument, BadFrame
-from ..touchpad.contact.methods import DotClassification, make_method
-from ..touchpad.contact.region import ContactDots, describe, find_regions
-from ..touchpad.contact.object_motion import ObjectMotion
-from ..touchpad.contact.slip import SlipEstimator
-from ..touchpad.contact.tracker import ContactTracker
+from ..touchpad.contact import DotClassification, make_method
+from ..touchpad.region import ContactDots, describe, find_regions, ContactTracker
+from ..touchpad.slip import ObjectMotion, SlipEstimator
 from ..touchpad.places import RestPlaces
 from ..touchpad.sensor import Touchpad
 

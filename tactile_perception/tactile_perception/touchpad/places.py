@@ -13,14 +13,10 @@ from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.spherical_cap import Cap
 from ..errors import BadArgument, BadFrame
-from .membrane.range_scale import RangeScale
-from .membrane.solver import Membrane
-from .membrane.state import MembraneState
-from .optics.absorption import RestLight, WaterModel
-from .optics.colour import RingColours, log_ratios
-from .optics.glare import GlaringPad, SeenGlare
-from .optics.identification import identify
+from .identification import identify
+from .membrane import Membrane, MembraneState, RangeScale
 from .sensor import Touchpad
+from .water import GlaringPad, RestLight, RingColours, SeenGlare, WaterModel, log_ratios
 
 _MOVED = 0.02  # px; chosen: a smaller drift of the reference does not update the membrane
 _AT_ONE_PLACE = 1.0  # px from the first dot, within which all lie where the tracks are wrong: they show no shape. Chosen

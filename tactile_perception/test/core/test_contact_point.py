@@ -7,8 +7,7 @@ import contact_point_reference as reference
 import numpy as np
 import pytest
 from cap_with_dots import pad  # noqa: F401
-from tactile_perception.touchpad.contact.contact_point import find_contact
-from tactile_perception.touchpad.contact.region import find_regions
+from tactile_perception.touchpad.region import find_contact, find_regions
 
 
 @pytest.mark.parametrize('seed', range(6))

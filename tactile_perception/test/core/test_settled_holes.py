@@ -4,9 +4,8 @@
 import numpy as np
 import pytest
 from tactile_perception import _core
-from tactile_perception.touchpad.contact.loads import DotLoads
-from tactile_perception.touchpad.membrane.forces import MembraneMaterial
-from tactile_perception.touchpad.membrane.solver import Membrane
+from tactile_perception.touchpad.contact import DotLoads
+from tactile_perception.touchpad.membrane import MembraneMaterial, Membrane
 
 ORIGIN, EXPECTED, SPREAD = np.array([0.0, 0.0, -0.04]), (0.0, 1.3), (0.4, 0.8)
 

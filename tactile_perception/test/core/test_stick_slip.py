@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tactile_perception.touchpad.contact.stick_slip import StickSlipTracker
+from tactile_perception.touchpad.contact import StickSlipTracker
 
 KEPT = Path(__file__).resolve().parents[1] / 'data' / 'stick_slip.npz'
 ORIGIN, SIDE = np.array([0.0, 0.0, -0.04]), 17

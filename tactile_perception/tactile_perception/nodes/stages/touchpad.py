@@ -14,7 +14,7 @@ from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
 from ...calibration.files.format import read_calibration
 from ...calibration.files.markers import read_touch
-from ...calibration.files.touchpad import read_touchpad
+from ...touchpad.calibration import read_touchpad
 from .camera_side import CameraSide, Matrices
 from ...common.camera import CameraModel
 from ...errors import BadFrame
