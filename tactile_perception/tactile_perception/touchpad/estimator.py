@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact stage of the touchpad: region, contacts, slip and wrench from the dots of one frame; run by contact_region_node and
-process_bag."""
+"""Contact region, contacts, slip and wrench of a touchpad from the dots of one frame."""
 from __future__ import annotations
 
 import math
@@ -20,11 +19,11 @@ from ..common.dot_grid import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..dots.reference.untouched_shape import rest_suspicion
 from ..errors import BadArgument, BadFrame
-from ..touchpad.contact import DotClassification, make_method
-from ..touchpad.region import ContactDots, describe, find_regions, ContactTracker
-from ..touchpad.slip import ObjectMotion, SlipEstimator
-from ..touchpad.places import RestPlaces
-from ..touchpad.sensor import Touchpad
+from .contact import DotClassification, make_method
+from .places import RestPlaces
+from .region import ContactDots, ContactTracker, describe, find_regions
+from .sensor import Touchpad
+from .slip import ObjectMotion, SlipEstimator
 
 _FARTHEST = 10.0  # radii of curvature of the cap: farther positions are invalid. Chosen
 _DRIFT = 0.1  # px: a reference that has drifted further is checked again. Chosen
@@ -43,7 +42,7 @@ class ContactResult:
     points: Callable[[], SurfacePoints]
 
 
-class ContactStage:
+class ContactEstimator:
     """Estimates contact frame by frame.
 
     values: of REGION_PARAMETERS; calibration: provides the calibrated range and the range error. While the reference seems to have been
