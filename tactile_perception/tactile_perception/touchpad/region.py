@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -126,19 +125,8 @@ def describe(dots: ContactDots, regions: list[Region], motion: RigidFit | None =
 _NO_FORCE = np.zeros((0, 3))
 
 
-class FoundContact(NamedTuple):
-    """position: (3,) m, on the deformed surface; covariance: (3, 3) m^2, of that; normal: (3,) unit, of the surface there; depth: m;
-    force: N, along the region's mean normal, NaN where forces are unknown."""
-
-    position: np.ndarray
-    covariance: np.ndarray
-    normal: np.ndarray
-    depth: float
-    force: float
-
-
-def find_contact(dots: ContactDots, region: Region, cap: Cap) -> FoundContact:
-    """The contact in a region of one frame. Kernel: src/touchpad/contact/region_contact.cpp.
+def find_contact(dots: ContactDots, region: Region, cap: Cap) -> _core.RegionContact:
+    """The contact in a region of one frame. Kernel: src/touchpad/contact.cpp and contact_point.cpp.
 
     The dots of the region lie on the object. Along a principal direction in which they curve like a fingertip, the contact point is the
     lowest point of the fitted curve; along one without curvature (a face, an edge), it is the area centroid of the region. With too few
@@ -147,14 +135,14 @@ def find_contact(dots: ContactDots, region: Region, cap: Cap) -> FoundContact:
     deepest one. The force is the part along the region's normal of that on all dots to which the region is the nearest.
     """
     moments = region.moments
-    return FoundContact(*_core.region_contact(
+    return _core.region_contact(
         dots.ids, dots.xyz, region.members, dots.score > 0.5, _carried(dots),
         *joined(region.outline.loops), region.surface.wide, moments.centroid, moments.normal, rows=dots.rows, columns=dots.columns,
-        area=moments.area, pitch=region.pitch, sigma=dots.sigma, centre_z=cap.centre_z, radius=cap.curvature_radius))
+        area=moments.area, pitch=region.pitch, sigma=dots.sigma, centre_z=cap.centre_z, radius=cap.curvature_radius)
 
 
 def _carried(dots: ContactDots) -> np.ndarray:
-    """(K, 3) N: force that all dots of the grid carry (DotLoads.carried); that on the seen dots where no more is known; (0, 3) without
+    """(K, 3) N: force that all dots of the grid carry (_core.DotFrame.force); that on the seen dots where no more is known; (0, 3) without
     forces."""
     if dots.force is None:
         return _NO_FORCE
@@ -224,7 +212,7 @@ class ContactTracker:
         flags = self._flags(dots, region, found, merged)
         return ContactEstimate(number, found.position, found.normal, found.depth, found.force, found.covariance, flags, region.members)
 
-    def _flags(self, dots: ContactDots, region: Region, found: FoundContact, merged: bool) -> int:
+    def _flags(self, dots: ContactDots, region: Region, found: _core.RegionContact, merged: bool) -> int:
         place = region.outline.grid_points
         row, column = place.max(axis=0).tolist()
         flags = AT_EDGE if place.min() < 0.5 or row > dots.rows - 1.5 or column > dots.columns - 1.5 else 0

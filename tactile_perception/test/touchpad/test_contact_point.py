@@ -8,7 +8,8 @@ from tactile_perception.touchpad.region import find_contact, find_regions
 
 def test_fingertip_is_at_its_tip(pad):
     dots = pad.sphere(tip=(2e-3, -1e-3, 10.5e-3), radius=8e-3)
-    position, covariance, normal, *_ = find_contact(dots, find_regions(dots)[0], pad.cap)
+    found = find_contact(dots, find_regions(dots)[0], pad.cap)
+    position, covariance, normal = found.position, found.covariance, found.normal
     np.testing.assert_allclose(position, [2e-3, -1e-3, 10.5e-3], atol=20e-6)
     np.testing.assert_allclose(normal, [0, 0, 1], atol=0.01)
     assert (np.linalg.eigvalsh(covariance) > 0).all()
@@ -17,7 +18,7 @@ def test_fingertip_is_at_its_tip(pad):
 def test_tip_at_the_border_of_the_region_is_found(pad):
     dots = pad.sphere(tip=(5e-3, 0.0, 10.0e-3), radius=8e-3)
     region, = find_regions(dots)
-    position, *_ = find_contact(dots, region, pad.cap)
+    position = find_contact(dots, region, pad.cap).position
     assert abs(position[0] - 5e-3) < 0.1e-3 < 0.8e-3 < 5e-3 - region.moments.centroid[0]
 
 
@@ -32,7 +33,8 @@ def test_tip_covariance_is_honest(pad):
     errors, variances = [], []
     for seed in range(60):
         dots = pad.sphere(noise=30e-6, seed=seed)
-        position, covariance, *_ = find_contact(dots, find_regions(dots)[0], pad.cap)
+        found = find_contact(dots, find_regions(dots)[0], pad.cap)
+        position, covariance = found.position, found.covariance
         errors.append((position - [2e-3, -1e-3, 11e-3])[:2])
         variances.append(np.diag(covariance)[:2])
     ratio = np.mean(np.square(errors), axis=0) / np.mean(variances, axis=0)
@@ -61,7 +63,8 @@ def test_light_touch_of_a_fingertip_and_one_too_light(pad):
     for tip, limit, known in ((12.65e-3, 0.15e-3, True), (12.75e-3, 1.5e-3, False)):
         dots = pad.sphere(tip=(3e-3, 0, tip), noise=10e-6)
         region, = find_regions(dots)
-        position, covariance, *_ = find_contact(dots, region, pad.cap)
+        found = find_contact(dots, region, pad.cap)
+        position, covariance = found.position, found.covariance
         assert (region.members.sum() >= 5) == known and region.members.sum() < 9
         error = position[0] - 3e-3
         assert abs(error) < limit and abs(error) < 3 * np.sqrt(covariance[0, 0])
@@ -78,7 +81,8 @@ def test_a_cylinder_is_at_its_lowest_line_over_its_middle(pad):
     x, y = pad.rest[:, :2].T
     dots = pad.pressed(np.maximum(np.abs(x - 1e-3) - 3e-3, np.abs(y) - 5e-3), 10.5e-3 + (x - 2e-3)**2 / 16e-3, noise=10e-6)
     region, = find_regions(dots)
-    position, covariance, *_ = find_contact(dots, region, pad.cap)
+    found = find_contact(dots, region, pad.cap)
+    position, covariance = found.position, found.covariance
     assert position[0] == pytest.approx(2e-3, abs=50e-6)
     assert position[1] == pytest.approx(region.moments.centroid[1], abs=20e-6)
     assert covariance[0, 0] < covariance[1, 1]

@@ -1,7 +1,5 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
@@ -94,23 +92,6 @@ def dragged(xyz):
     return np.tile([2e-3, 0, -5e-3], (len(xyz), 1))
 
 
-def test_gross_translation_of_a_tip_is_seen_by_the_contact_moving_on(pad):
-    chain = Chain(pad)
-    for k in range(12):
-        estimate = chain.process(loaded(pad.sphere(tip=(0.2e-3 * k - 1e-3, 0, 11e-3), state=2), dragged))
-    assert estimate.state == GROSS
-    np.testing.assert_allclose(estimate.linear, [6e-3, 0, 0], atol=0.8e-3)
-    np.testing.assert_allclose(estimate.angular, 0, atol=1e-9)
-    assert np.isnan(estimate.rotation_center).all()
-
-
-def test_speed_of_a_tip_that_has_just_stopped_is_unknown(pad):
-    chain = Chain(pad)
-    for k in (0, 1, 2, 2, 2, 2):
-        estimate = chain.process(loaded(pad.sphere(tip=(0.2e-3 * k, 0, 11e-3), state=2), dragged))
-    assert estimate.state == GROSS and np.isnan(estimate.linear).all() and np.isnan(estimate.vx).all()
-
-
 def test_speed_of_a_face_in_gross_slip_is_unknown(pad):
     chain = Chain(pad)
     for k in range(12):
@@ -128,20 +109,6 @@ def test_speed_of_a_face_in_gross_slip_is_that_by_which_it_slides_as_far_as_know
         estimate = chain.slip.process(dots, contacts, motion, chain.stamp, np.tile(way, (len(dots.ids), 1)))
         np.testing.assert_allclose(estimate.linear[:2], 30 * np.array(way))
         np.testing.assert_allclose(estimate.vx, 30 * way[0])
-
-
-def test_each_of_two_tips_has_a_velocity_of_its_own(pad):
-    chain = Chain(pad)
-    for k in range(12):
-        left, right = (pad.sphere(tip=(x, way * (0.2e-3 * k - 1e-3), 10.5e-3), radius=4e-3, state=2) for x, way in ((-6e-3, 1), (6e-3, -1)))
-        mine = right.score > left.score
-        both = replace(left, xyz=np.where(mine[:, None], right.xyz, left.xyz), score=np.maximum(left.score, right.score),
-                       state=np.maximum(left.state, right.state))
-        estimate = chain.process(loaded(both, lambda xyz: np.outer(np.sign(-xyz[:, 0]), [0, 2e-3, 0]) - [0, 0, 5e-3]))
-    assert estimate.state == GROSS
-    np.testing.assert_allclose(estimate.vy, -6e-3 * np.sign(estimate.x), atol=1e-3)
-    np.testing.assert_allclose(np.abs(estimate.linear[1]), 6e-3, atol=1e-3)
-    assert np.isnan(estimate.rotation_center).all()
 
 
 def test_gross_turn_has_a_centre_but_no_speed(pad):
