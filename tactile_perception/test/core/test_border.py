@@ -194,8 +194,9 @@ ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name i
 def test_every_function_of_the_module_is_tried():
     files = Path(__file__).parent.glob('test_border*.py')
     tried = [name for path in files for name in re.findall(r"^    '(\w+)': \(", path.read_text(), re.MULTILINE)]
-    # The classes of the folders with a room of their own are tried by its tests.
-    assert {name for name in dir(_core) if not name.startswith('__')} - {'finger'} == set(tried)
+    # The finger's module is tried by its tests; classes are tried by their methods.
+    functions = {name for name in dir(_core) if not name.startswith('__') and not isinstance(getattr(_core, name), type)}
+    assert functions - {'finger'} <= set(tried)
 
 
 @pytest.mark.parametrize('check', [check_any_array, check_wrong_type, check_memory])
