@@ -5,20 +5,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_perception.common.dots import DotTracks, Dots
-from tactile_perception.dots.detect.methods import DotDetector
-from tactile_perception.dots.index.grid import Numbered
-from tactile_perception.dots.index.methods import WITHOUT_GRID, numbering_method
-from tactile_perception.dots.reference.drift import Reference
-from tactile_perception.errors import BadArgument, BadFrame
+from ..common.dots import Dots, DotTracks
+from ..errors import BadArgument, BadFrame
+from .detect import DotDetector
+from .number import WITHOUT_GRID, grid_numbering
+from .reference import Reference
 
 
 class DotTracker:
     """Tracks the dots of one camera frame by frame.
 
     rows, columns: size of the printed grid, both 0 for an irregular pattern; polarity: 'dark' or 'bright' dots; detection: a name in
-    detect.methods.METHODS; numbering: a name in index.methods.METHODS or WITHOUT_GRID (without a grid, a grid method's name selects
-    'tracks'); detector: an object with detect(image) -> Dots that replaces the named one; reference: Reference() by default; pattern:
+    detect.METHODS; numbering: a name in number.METHODS or WITHOUT_GRID (without a grid, a grid method's name selects 'tracks'); detector: an object with detect(image) -> Dots that replaces the named one; reference: Reference() by default; pattern:
     (K, 2) px, positions of a pattern to register, the first frame's dots by default. Raises BadArgument for unknown names and bad sizes.
     """
 
@@ -29,22 +27,20 @@ class DotTracker:
         self.rows, self.columns = rows, columns
         self.reference = Reference() if reference is None else reference
         self._detector = DotDetector(polarity, detection) if detector is None else detector
-        self._number_grid, self._linker = self._numbering(numbering, pattern)
-        self._previous: Numbered | None = None
+        self._numbering = self._make_numbering(numbering, pattern)
         self._stamp_s = -np.inf
         self._size: tuple | None = None
 
-    def _numbering(self, name: str, pattern: np.ndarray | None):
-        """(function that indexes a grid, linker for an irregular pattern); one of them is None."""
+    def _make_numbering(self, name: str, pattern: np.ndarray | None):
         if self.rows:
-            return numbering_method(name), None
+            return grid_numbering(name, self.rows, self.columns)
         if name not in WITHOUT_GRID:
-            numbering_method(name)
-        return None, WITHOUT_GRID.get(name, WITHOUT_GRID['tracks'])(pattern)
+            grid_numbering(name, 2, 2)  # an unknown name is refused
+        return WITHOUT_GRID.get(name, WITHOUT_GRID['tracks'])(pattern)
 
     def set_reference(self) -> None:
         """Use the next frame as the untouched reference."""
-        self.reference.restart()
+        self.reference.reset()
 
     def process(self, image: np.ndarray, stamp_s: float, touched: bool | None = None) -> DotTracks:
         """Indexed dots of an image; dots without a certain index are left out.
@@ -77,13 +73,11 @@ class DotTracker:
 
     def _number(self, dots: Dots, stamp_s: float, size: tuple) -> np.ndarray:
         if not self.rows:
-            id = self._linker.update(dots.uv, stamp_s)
+            id = self._numbering.update(dots.uv, stamp_s)
             if not (id >= 0).any():
                 raise BadFrame('dots not indexed: too few match the pattern')
             return id
-        numbers = self._number_grid(dots.uv, self.rows, self.columns, self._previous, size)
-        if not numbers.certain:
+        numbers = self._numbering.number(dots.uv, *size)
+        if numbers.reason:
             raise BadFrame(f'dots not indexed: {numbers.reason}')
-        seen = numbers.id >= 0
-        self._previous = Numbered(dots.uv[seen], numbers.id[seen])
         return numbers.id

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "dots/detect/image.hpp"
+#include "dots/image.hpp"
 
 namespace tactile {
 
