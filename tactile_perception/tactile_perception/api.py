@@ -19,7 +19,7 @@ from .parameters.file import read_parameters
 from .parameters.markers import POINT_PARAMETERS, marker_sensor
 from .parameters.taxel import TAXEL_PARAMETERS
 from .parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
-from .pipeline.marker_stage import TouchStage
+from .pipeline.marker_stage import TouchEstimator
 from .touchpad.sensor import camera_pose
 
 _TABLES = {'dot_tracker_node': DOT_PARAMETERS, 'contact_region_node': REGION_PARAMETERS, 'contact_point_node': POINT_PARAMETERS,
@@ -37,7 +37,7 @@ def detect_dots(image: np.ndarray, polarity: str = 'dark', method: str = 'likeli
     return DotDetector(polarity, method).detect(image)
 
 
-def load_marker_touch(values: Mapping, matrix: np.ndarray | None = None, distortion: np.ndarray | None = None) -> TouchStage:
+def load_marker_touch(values: Mapping, matrix: np.ndarray | None = None, distortion: np.ndarray | None = None) -> TouchEstimator:
     """The calibrated touch estimator of a sheet or a dome with markers, as contact_point_node runs it.
 
     values: of node_parameters('contact_point_node', ...), with calibration the path of a file that `calibrate` wrote; matrix: K (3, 3) and
@@ -51,7 +51,7 @@ def load_marker_touch(values: Mapping, matrix: np.ndarray | None = None, distort
     make_view = view_maker(sensor, matrices, calibration.stitching, camera_pose(values))
     if make_view is None:
         raise BadArgument(f'load_marker_touch: the markers of a {sensor.type} are seen by a calibrated camera; give its matrix')
-    return TouchStage(sensor, make_view, values, calibration)
+    return TouchEstimator(sensor, make_view, values, calibration)
 
 
 def node_parameters(node: str, path: str | Path | None = None) -> dict[str, object]:

@@ -5,7 +5,7 @@ import pytest
 from tactile_perception.calibration.files.format import BELONGS_TO
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
 from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS
-from tactile_perception.sensor_types import MARKER_SENSOR_TYPES
+from tactile_perception.sensors import MARKER_SENSOR_TYPES
 
 
 @pytest.mark.parametrize('name', MARKER_SENSOR_TYPES)

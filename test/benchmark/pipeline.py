@@ -25,7 +25,7 @@ from tactile_perception.calibration.files.touchpad import read_touchpad
 from tactile_perception.errors import BadFrame, TactileError
 from tactile_perception.evaluation.scores import f1, region_iou
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
-from tactile_perception.pipeline.contact_stage import ContactStage
+from tactile_perception.pipeline.contact_stage import ContactEstimator
 from tactile_perception.pipeline.dot_stage import make_tracker
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
@@ -104,7 +104,7 @@ class Method:
     """The stages behind the dots of one method, and its score."""
 
     def __init__(self, sensor: Touchpad, camera, values: dict, water):
-        self.places, self.contact = DotPlaces(sensor, camera, water), ContactStage(sensor, camera, values)
+        self.places, self.contact = DotPlaces(sensor, camera, water), ContactEstimator(sensor, camera, values)
         self.score = Score()
 
     def process(self, image: np.ndarray, tracks, seconds: float, stamp: float, truth: dict, frame: int) -> None:

@@ -7,8 +7,8 @@ from rclpy.node import Node
 from tactile_bringup.hand.description import HandSensor
 from tactile_bringup.launch.hand import hand_arguments, planned_sensor
 from tactile_bringup.launch.processes import SensorPlan
-from tactile_bringup.nodes.compose import kind_of
 from tactile_driver.nodes.runtime.host import Host
+from tactile_perception.node import make_node
 
 
 def planned(sensor_type: str, space: str) -> SensorPlan:
@@ -19,4 +19,4 @@ def planned(sensor_type: str, space: str) -> SensorPlan:
 
 def made(plan: SensorPlan, name: str, **more) -> Node:
     """The node of this name as it is alone in a process; more: parameters that it has besides. Raises TactileError."""
-    return kind_of(name)(Host(['-r', f'__ns:=/{plan.namespace}', '--params-file', plan.params], {**plan.nodes[name], **more}))
+    return make_node(name, Host(['-r', f'__ns:=/{plan.namespace}', '--params-file', plan.params], {**plan.nodes[name], **more}))

@@ -47,7 +47,7 @@ def test_a_bad_calibration_file_is_named(bench, files, monkeypatch, sensor_type,
 @pytest.mark.parametrize('fault', FAULTS)
 def test_a_node_with_a_bad_calibration_file_ends_with_one_line_and_its_own_code(bench, files, fault):
     path = files('psd_finger') / FAULTS[fault]
-    process = bench.zygote.start('tactile_perception.nodes.psd_contact_node', bench.fresh('file'), calibration=path)
+    process = bench.zygote.start('tactile_perception.node:psd_contact_node', bench.fresh('file'), calibration=path)
     assert process.wait() == WRONG
     lines = [line for line in process.log.strip().splitlines() if 'RTPS_' not in line]  # by the middleware, about killed processes
     assert len(lines) == 1 and FAULTS[fault] in lines[0], process.log

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The wall clock or simulated time is set forward and back: stamps follow it, processing continues, and nothing is lost."""
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from rosgraph_msgs.msg import Clock  # noqa: E402
 from tactile_driver.nodes.driver_node import DriverNode  # noqa: E402
 from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
 from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402
-from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
+from tactile_perception.node import make_node  # noqa: E402
 
 pytestmark = pytest.mark.ros
 HOUR = 3600 * 10**9
@@ -34,7 +35,7 @@ def test_the_wall_clock_is_set(bench, beside, bus, nodes, monkeypatch, step):
     volts, contacts = bench.ear.hear(PsdVoltages, f'{space}/voltages'), bench.ear.hear(Contacts, f'{space}/contacts')
     bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
     nodes(PsdNode, space, source='device', device='A1', batch_period=0.02)
-    nodes(PsdContactNode, space)
+    nodes(partial(make_node, 'psd_contact_node'), space)
     bench.until(lambda: len(volts) > 10 and len(contacts) > 10)
     offset[0], begin = step, time.monotonic()
     bench.until(lambda: len(volts) > 10 and abs(stamps(volts)[-1] - stamps(volts)[0] - step) < 10**10 and volts[-1].at > begin + 0.5)

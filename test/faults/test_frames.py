@@ -10,7 +10,7 @@ from fault_rig import Runner  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from rosidl_runtime_py.utilities import get_message  # noqa: E402
 from sensor_nodes import made, planned  # noqa: E402
-from tactile_bringup.sensor_types import SENSOR_TYPES  # noqa: E402
+from tactile_perception.sensors import SENSOR_TYPES  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -20,7 +20,7 @@ from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402
 
 pytestmark = pytest.mark.ros
-PERCEPTION = 'tactile_perception.nodes.psd_contact_node'
+PERCEPTION = 'tactile_perception.node:psd_contact_node'
 STARTED = 30.0  # s, limit for a process to import its modules and be discovered
 JOINED = 3.0  # s, limit for the discovery of each topic of a recorder
 

@@ -17,7 +17,7 @@ from network import Cable, Machine, missing  # noqa: E402
 from witness import written  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.skipif(missing() != '', reason=missing())]
-NODES = ('tactile_driver.nodes.psd_node', 'tactile_perception.nodes.psd_contact_node', 'tactile_driver.nodes.camera_node')
+NODES = ('tactile_driver.nodes.psd_node', 'tactile_perception.node:psd_contact_node', 'tactile_driver.nodes.camera_node')
 STARTED = 30.0  # s, limit for a start
 IMAGES, SIZE = 30.0, (160, 120)  # Hz, px: 1.7 MB/s
 BACK = 3.0  # s, limit until the monitor receives again

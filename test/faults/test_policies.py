@@ -18,7 +18,7 @@ from rosidl_runtime_py.utilities import get_message  # noqa: E402
 from sensor_nodes import made, planned  # noqa: E402
 from tactile_bringup.installed import share  # noqa: E402
 from tactile_bringup.nodes.hand_frames_node import HandFramesNode  # noqa: E402
-from tactile_bringup.sensor_types import NODES  # noqa: E402
+from tactile_perception.sensors import NODES  # noqa: E402
 from tactile_driver.nodes.runtime.host import Host  # noqa: E402
 
 pytestmark = pytest.mark.ros

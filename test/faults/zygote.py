@@ -18,7 +18,7 @@ from importlib import import_module
 from pathlib import Path
 
 MODULES = ('tactile_driver.nodes.psd_node', 'tactile_driver.nodes.camera_node', 'tactile_driver.nodes.taxel_array_node',
-           'tactile_perception.nodes.psd_contact_node', 'tactile_bringup.nodes.record_node')
+           'tactile_perception.node:psd_contact_node', 'tactile_perception.finger.stage', 'tactile_bringup.nodes.record_node')
 _PERIOD_S = 0.02
 _PDEATHSIG = 1  # PR_SET_PDEATHSIG, from linux/prctl.h
 
@@ -74,9 +74,10 @@ class Zygote:
         return json.loads(self._process.stdout.readline())
 
     def start(self, module: str, namespace: str, **parameters) -> Process:
-        """The process of a node under a namespace, with parameters."""
+        """The process of a node under a namespace, with parameters; module: that of its main(), and :name of the command where several
+        have that module."""
         self._count += 1
-        path = self._folder / f'{module.rpartition(".")[2]}_{self._count}.log'
+        path = self._folder / f'{module.rpartition(".")[2].rpartition(":")[2]}_{self._count}.log'
         given = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
         return Process(self, self.ask(start=module, log=str(path), words=['--ros-args', '-r', f'__ns:={namespace}', *given]), path)
 
@@ -96,7 +97,8 @@ def _become(module: str, log: str, words: list[str]) -> None:
     ctypes.CDLL(None).prctl(_PDEATHSIG, signal.SIGKILL)  # no process survives if the tests end early
     for number, path, flags in ((0, os.devnull, os.O_RDONLY), (1, log, os.O_WRONLY | os.O_CREAT), (2, log, os.O_WRONLY | os.O_APPEND)):
         os.dup2(os.open(path, flags, 0o644), number)
-    sys.argv = [module, *words]
+    module, _, name = module.partition(':')
+    sys.argv = [name or module, *words]
     try:
         import_module(module).main()
     except SystemExit as end:
@@ -107,7 +109,7 @@ def _become(module: str, log: str, words: list[str]) -> None:
 
 def main() -> None:
     for module in sys.argv[1:]:
-        import_module(module)
+        import_module(module.partition(':')[0])
     while line := sys.stdin.readline():
         asked = json.loads(line)
         if 'poll' in asked:

@@ -22,21 +22,17 @@ from tactile_driver.recordings.reader import BagReader, RawMessage  # noqa: E402
 from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
 from tactile_driver.recordings.writer import write_messages  # noqa: E402
 from tactile_perception.bags.stream import KEPT, FrameDone, Task, stream  # noqa: E402
-from tactile_perception.nodes.contact_point_node import ContactPointNode  # noqa: E402
-from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
-from tactile_perception.nodes.dot_tracker_node import DotTrackerNode  # noqa: E402
-from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
-from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
+from tactile_perception.node import make_node  # noqa: E402
 
 pytestmark = pytest.mark.ros
-MARKERS = (DotTrackerNode, ContactPointNode)
+MARKERS = ('dot_tracker_node', 'contact_point_node')
 # sensor type: writer of a scene, the scene, rate in Hz, number of raw messages, and the nodes
-SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24, (DotTrackerNode, ContactRegionNode)),
+SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24, ('dot_tracker_node', 'contact_region_node')),
            'areal_single': (write_scene, 'areal_single_demo', 5.0, 20, MARKERS),
            'areal_dual': (write_scene, 'areal_dual_fast', 10.0, 60, MARKERS),
            'air_cushion': (write_scene, 'air_cushion_demo', 5.0, 20, MARKERS),
-           'psd_finger': (write_psd_scene, 'taps', 1000.0, 120, (PsdContactNode,)),
-           'taxel_array': (write_taxel_scene, 'drag', 20.0, 60, (TaxelContactNode,))}
+           'psd_finger': (write_psd_scene, 'taps', 1000.0, 120, ('psd_contact_node',)),
+           'taxel_array': (write_taxel_scene, 'drag', 20.0, 60, ('taxel_contact_node',))}
 COMPRESSED = {'touchpad': '.jpg', 'taxel_array': '.png'}
 
 
@@ -75,7 +71,7 @@ class Bench:
         words += [word for topic in compressed for word in ('-r', f'{topic}:={topic}/compressed')]
         words += ['-p', f'calibration:={task.calibration}'] if task.calibration else []
         rclpy.init(args=['--ros-args', *words])
-        self.nodes = [kind() for kind in SENSORS[name][4]]
+        self.nodes = [make_node(node) for node in SENSORS[name][4]]
         self.helper = rclpy.create_node('helper', use_global_arguments=False, namespace=f'/{name}')
         self._executor = SingleThreadedExecutor()
         for node in (*self.nodes, self.helper):
@@ -120,18 +116,18 @@ def frames_of(items):
 
 def test_estimates_are_those_of_the_live_nodes(sensor):
     name, task = sensor
-    replay, count = task.replay(), SENSORS[name][3]
+    chain, count = task.chain(), SENSORS[name][3]
     offline = frames_of(stream(task))[:count]
     kinds = {topic: items[0][0] for frame in offline for topic, items in frame.items()}
-    with task.open(replay) as reader:
-        raw = {f'/{name}/{topic}' for topic in (replay.raw, 'camera_info', RIGHT_TIME)} & set(reader.topics)
+    with task.open(chain) as reader:
+        raw = {f'/{name}/{topic}' for topic in (chain.raw, 'camera_info', RIGHT_TIME)} & set(reader.topics)
         bench = Bench(name, task, {topic: reader.topics[topic] for topic in raw})
         try:
             bench.listen(kinds)
             done, expected = 0, dict.fromkeys(kinds, 0)
             for message in reader.messages(raw):
                 bench.publishers[message.topic].publish(decode(message.data, message.type_name))
-                if message.topic.endswith(replay.raw):
+                if message.topic.endswith(chain.raw):
                     for topic, items in offline[done].items():
                         expected[topic] += len(items)
                     bench.until(lambda: all(len(bench.heard[topic]) >= n for topic, n in expected.items()))

@@ -20,7 +20,7 @@ from tactile_perception.markers.methods import TOUCH_METHODS, make_method
 from tactile_perception.markers.touches.presses import Presses
 from tactile_perception.markers.view.marker_field import MarkerField, RestMarkers
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
-from tactile_perception.pipeline.contact_stage import ContactStage
+from tactile_perception.pipeline.contact_stage import ContactEstimator
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 
@@ -127,11 +127,11 @@ def _pad_tracks():
 
 
 def stage_of_pad(contact='membrane'):
-    """A ContactStage that has seen the untouched pad until 1.3 s."""
+    """A ContactEstimator that has seen the untouched pad until 1.3 s."""
     pad = shared_pad()
     values = pad.values(contact=contact)
     sensor = Touchpad.from_parameters(values)
-    stage = ContactStage(sensor, sensor.camera(pad.scene.camera.matrix, pad.scene.camera.distortion), values)
+    stage = ContactEstimator(sensor, sensor.camera(pad.scene.camera.matrix, pad.scene.camera.distortion), values)
     for k, tracks in enumerate(_pad_tracks()[:3]):
         stage.process(tracks, 1.1 + k / RATE)
     return stage

@@ -13,7 +13,7 @@ from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.pipeline.dot_stage import make_tracker
-from tactile_perception.pipeline.marker_stage import TouchStage
+from tactile_perception.pipeline.marker_stage import TouchEstimator
 from tactile_perception.touchpad.sensor import Touchpad, camera_pose
 
 RATE = 10.0
@@ -56,7 +56,7 @@ class Chain:
     def __init__(self, sheet, rest):
         self.sheet, self.stamp = sheet, 1.0
         self.tracker = make_tracker(Touchpad.from_parameters(sheet.dot_values), sheet.dot_values, rest=sheet.calibration.rest)
-        self.stage = TouchStage(sheet.sensor, sheet.make_view, sheet.values, sheet.calibration)
+        self.stage = TouchEstimator(sheet.sensor, sheet.make_view, sheet.values, sheet.calibration)
         for image in rest:
             self(image)
 

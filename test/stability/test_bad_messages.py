@@ -10,10 +10,11 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
-from tactile_perception.bags.replay import ContactReplay, DotReplay, Replay  # noqa: E402
+from tactile_perception.bags.chain import Chain  # noqa: E402
+from tactile_perception.dots.stage import DotStage  # noqa: E402
 from tactile_perception.errors import BadArgument, BadFrame, TactileError  # noqa: E402
 from tactile_perception.nodes.messages.conversions import camera_info_message  # noqa: E402
-from tactile_perception.nodes.stages.touchpad import ContactMessages, DotMessages  # noqa: E402
+from tactile_perception.touchpad.stage import ContactRegionStage  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -23,8 +24,8 @@ class Feed:
 
     def __init__(self, pad, **changes):
         values = pad.values(**changes)
-        self.pad, self.contact, self.count = pad, ContactMessages(values), 0
-        self.replay = Replay([DotReplay(DotMessages(values)), ContactReplay(self.contact)])
+        self.pad, self.contact, self.count = pad, ContactRegionStage(values), 0
+        self.chain = Chain([DotStage(values), self.contact])
 
     def header(self):
         self.count += 1
@@ -34,14 +35,19 @@ class Feed:
         message = camera_info_message(self.pad.info, self.header())
         for name, value in changes.items():
             setattr(message, name, value)
-        self.replay.on_camera_info(message)
+        self.chain.take('camera_info', message)
 
     def image(self, image, spoil=None):
         header = self.header()
         message = image_to_message(Frame(image, self.count * 100_000_000 + 10**9, 'bgr8'), '', header)
         if spoil:
             spoil(message)
-        return dict(self.replay.on_raw(message))
+        found = {}
+        for _stage, topic, result in self.chain.process(message):
+            if isinstance(result, TactileError):
+                raise result
+            found[topic] = result
+        return found
 
 
 @pytest.fixture(scope='module')
@@ -104,11 +110,11 @@ def test_without_camera_info_nothing_is_placed(pad):
 def test_a_camera_info_of_zeros_gives_dots_but_no_places_and_no_contact(pad):
     feed = Feed(pad)
     feed.info(k=np.zeros(9), d=[])
-    replay = feed.replay.on_raw(image_to_message(Frame(pad.rest[0], 10**9, 'bgr8'), '', header_of(10**9, 'pad')))
-    topic, dots = next(replay)
+    found = feed.chain.process(image_to_message(Frame(pad.rest[0], 10**9, 'bgr8'), '', header_of(10**9, 'pad')))
+    _stage, topic, dots = next(found)
     assert topic == 'dots' and len(dots.id) > 515 and not len(dots.x)
-    with pytest.raises(BadFrame, match='camera'):
-        next(replay)
+    _stage, topic, error = next(found)
+    assert topic == 'dots' and isinstance(error, BadFrame) and 'camera' in str(error)
     feed.info()
     assert feed.image(pad.rest[1])['contact_region'].area == 0
 

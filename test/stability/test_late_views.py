@@ -16,8 +16,8 @@ from tactile_driver.simulation.sensors.scenes import open_dual_scene  # noqa: E4
 from tactile_driver.stitching.calibration import load_stitching  # noqa: E402
 from tactile_driver.stitching.methods import make_stitcher  # noqa: E402
 from tactile_perception.errors import BadFrame  # noqa: E402
-from tactile_perception.nodes.stages.markers import TouchMessages  # noqa: E402
-from tactile_perception.nodes.stages.touchpad import DotMessages  # noqa: E402
+from tactile_perception.dots.stage import DotStage  # noqa: E402
+from tactile_perception.markers.stage import ContactPointStage  # noqa: E402
 from tactile_perception.parameters.file import read_parameters  # noqa: E402
 from tactile_perception.parameters.markers import POINT_PARAMETERS  # noqa: E402
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS  # noqa: E402
@@ -44,20 +44,20 @@ class Chain:
 
     def __init__(self):
         params, own = Path(share('params', 'areal_dual_sim.yaml')), {'calibration': CALIBRATION}
-        self._dots = DotMessages(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS) | own)
-        self._touch = TouchMessages(read_parameters(params, 'contact_point_node', POINT_PARAMETERS) | own)
+        self._dots = DotStage(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS) | own)
+        self._touch = ContactPointStage(read_parameters(params, 'contact_point_node', POINT_PARAMETERS) | own)
         self._stamp_ns = 10**18
 
     def begin(self, size):
         for stage in (self._dots, self._touch):
-            stage.on_camera_info(CameraInfo(width=size[0], height=size[1]))
-            stage.begin_anew()
+            stage.take('camera_info', CameraInfo(width=size[0], height=size[1]))
+            stage.reset()
 
     def touches(self, picture):
         """How many touches are found in a picture. Raises BadFrame where a node refuses it."""
         self._stamp_ns += 33_333_333
-        dots = self._dots.on_image(image_to_message(Frame(picture, 0, 'bgr8'), '', header_of(self._stamp_ns, 'camera')))
-        return len(self._touch.on_dots(dots, ('contacts',))['contacts'].contacts)
+        dots = self._dots.process(image_to_message(Frame(picture, 0, 'bgr8'), '', header_of(self._stamp_ns, 'camera')))['dots'][0]
+        return len(self._touch.process(dots, ('contacts',))['contacts'][0].contacts)
 
 
 def test_a_hundred_starts_with_one_view_late(pictures):

@@ -25,7 +25,7 @@ from tactile_perception.errors import BadFrame, TactileError  # noqa: E402
 from tactile_perception.markers.published.gaussian_peak import gaussian  # noqa: E402
 from tactile_perception.markers.touches.touch import TouchEstimate  # noqa: E402
 from tactile_perception.markers.touches.tracker import TouchTracker  # noqa: E402
-from tactile_perception.pipeline.clock import StampClock  # noqa: E402
+from tactile_perception.clock import StampClock  # noqa: E402
 from tactile_perception._core.finger import SphereFilter  # noqa: E402
 from tactile_perception.finger.map import angles, direction, error_angle, exp_map, log_map  # noqa: E402
 from tactile_perception.taxel.estimator import ContinuousDirection  # noqa: E402

@@ -17,7 +17,7 @@ from tactile_perception.errors import BadCalibration, BadFrame
 from tactile_perception.markers.methods import make_method
 from tactile_perception.markers.touches.touch import AT_EDGE, OUT_OF_RANGE
 from tactile_perception.markers.view.marker_field import RestMarkers
-from tactile_perception.nodes.stages.touchpad import DotMessages
+from tactile_perception.dots.stage import DotStage
 
 from sheet_rig import PRESSED_AT, RATE, SENSORS, Sheet, check_right, nothing
 
@@ -66,12 +66,12 @@ def test_a_reference_that_is_wrong_and_cannot_be_mended_tells_nothing(any_sheet)
 
 def test_the_tracker_node_reads_the_untouched_places_from_the_calibration(single):
     camera, header = single.scene.camera, header_of(10**9, 'areal_single')
-    dots = DotMessages(single.dot_values | {'calibration': share('calibration', 'areal_single_sim.yaml')})
+    dots = DotStage(single.dot_values | {'calibration': share('calibration', 'areal_single_sim.yaml')})
     info = calibration_to_message(pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height)))
     info.header = header
-    dots.on_camera_info(info)
-    message = dots.on_image(image_to_message(Frame(single.pressed, 10**9, 'bgr8'), '', header))
-    assert 'was touched' in dots.suspicion and np.abs(np.array([message.du, message.dv])).max() > 5
+    dots.take('camera_info', info)
+    message = dots.process(image_to_message(Frame(single.pressed, 10**9, 'bgr8'), '', header))['dots'][0]
+    assert 'was touched' in dots.health()[0] and np.abs(np.array([message.du, message.dv])).max() > 5
     assert min(message.z) == pytest.approx(-single.truth[0].depth, abs=1e-3)
 
 

@@ -15,7 +15,7 @@ from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadFrame
 from tactile_perception.markers.touches.touch import TouchEstimate
 from tactile_perception.markers.touches.tracker import TouchTracker
-from tactile_perception.pipeline.marker_stage import TouchStage
+from tactile_perception.pipeline.marker_stage import TouchEstimator
 from tactile_perception.touchpad.contact.published import PaperRegion
 from tactile_perception.touchpad.contact.region import ContactDots
 from tactile_perception.touchpad.contact.object_motion import MotionEstimate, ObjectMotion
@@ -68,7 +68,7 @@ def _tracker():
 
 def _sheet():
     rig, tracks = sheet('areal_single')
-    stage = TouchStage(rig.sensor, rig.make_view, rig.values, rig.calibration)
+    stage = TouchEstimator(rig.sensor, rig.make_view, rig.values, rig.calibration)
     for k, one in enumerate(tracks):
         stage.process(one, BEGUN + 0.1 * (k + 1 - len(tracks)))
     return lambda stamp: stage.process(tracks[-1], stamp).contacts[0].position

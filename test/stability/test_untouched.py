@@ -10,7 +10,7 @@ from tactile_driver.simulation.optics.water_light import Lighting
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.sensors.touchpad import touchpad
 from tactile_perception.common.dots import DotTracks
-from tactile_perception.pipeline.contact_stage import ContactStage
+from tactile_perception.pipeline.contact_stage import ContactEstimator
 from tactile_perception.pipeline.dot_stage import make_tracker
 from tactile_perception.touchpad.membrane.solver import Membrane
 from tactile_perception.touchpad.optics.identification import fit_rest
@@ -57,7 +57,7 @@ def false_with_glare(count, seed, lighting=None):
     values = Pad().values()
     sensor = Touchpad.from_parameters(values)
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
-    tracker, places, contact = make_tracker(sensor, values), DotPlaces(sensor, camera), ContactStage(sensor, camera, values)
+    tracker, places, contact = make_tracker(sensor, values), DotPlaces(sensor, camera), ContactEstimator(sensor, camera, values)
     false = 0
     for k in range(count):
         image = scene.render(k / 30).image
@@ -108,7 +108,7 @@ class Untouched:
         places = np.full((529, 3), np.nan)
         places[self.id] = self.rest
         membrane = Membrane(places, self.sensor.rows, self.sensor.columns, self.sensor.material)
-        contact, state, false = ContactStage(self.sensor, self.camera, self.values), None, 0
+        contact, state, false = ContactEstimator(self.sensor, self.camera, self.values), None, 0
         rng, ranges = np.random.default_rng(seed), np.linalg.norm(self.rest - self.camera.centre, axis=1)
         for k in range(count):
             uv = self.uv + self.uv_noise * rng.standard_normal(self.uv.shape)

@@ -26,9 +26,9 @@ for name in sys.argv[1:]:
 
 
 def core_modules(package):
-    """Return the names of all modules of the package outside nodes/, recordings/, bags/ and tools/, and not bag.py, node.py, stage.py and
-    tools.py: these read and write ROS messages."""
-    root, with_ros = ROOT / package, {'nodes', 'node.py', 'stage.py', 'recordings', 'bags', 'bag.py', 'tools', 'tools.py'}
+    """Return the names of all modules of the package, without those that read and write ROS messages."""
+    root = ROOT / package
+    with_ros = {'nodes', 'node.py', 'stage.py', 'camera_stage.py', 'work_log.py', 'recordings', 'bags', 'bag.py', 'tools', 'tools.py'}
     found = [path.relative_to(root) for path in (root / package).rglob('*.py')]
     core = [path.with_suffix('') for path in found if not with_ros & set(path.parts)]
     return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in core})

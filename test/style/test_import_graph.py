@@ -13,13 +13,13 @@ ROOMS = {
         'recordings', 'stitching', 'serial_frames', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.scene',
         'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources.base', 'emulators', 'sources.camera', 'sources.dual_camera',
         'sources.psd', 'sources.taxel', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes.streams', 'nodes'),
-    'tactile_perception': ('errors', 'sensor_types', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'touchpad.membrane',
+    'tactile_perception': ('errors', 'sensors', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'touchpad.membrane',
         'touchpad.optics', 'touchpad.contact', 'touchpad', 'markers.view', 'markers.touches', 'markers.mechanics', 'markers.published',
         'markers.dome_model', 'markers.places', 'markers.wrench', 'markers', 'taxel', 'calibration',
-        'calibration.files', 'finger', 'parameters', 'pipeline', 'api', 'evaluation', 'nodes.messages', 'stage', 'finger.stage',
-        'nodes.stages', 'nodes.shedding', 'nodes.work_log', 'nodes.stage_node', 'node', 'nodes', 'bags', 'finger.tools', 'tools.convert',
-        'tools.calibrate', 'tools'),
-    'tactile_bringup': ('sensor_types', 'installed', 'grip', 'parameters', 'recording', 'visualization', 'visualization.markers',
+        'calibration.files', 'finger', 'parameters', 'pipeline', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage',
+        'finger.stage', 'taxel.stage', 'markers.stage', 'touchpad.stage', 'dots.stage', 'shedding', 'work_log',
+        'node', 'bags', 'finger.tools', 'tools.convert', 'tools.calibrate', 'tools'),
+    'tactile_bringup': ('installed', 'grip', 'parameters', 'recording', 'visualization', 'visualization.markers',
         'hand', 'launch', 'simulate', 'nodes', 'demo'),
 }
 

@@ -13,7 +13,8 @@ HEADER = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apach
 ROS_MODULES = re.compile(
     r'(rclpy|launch\w*|cv_bridge|message_filters|diagnostic_updater|ament_index_python|rosbag2_py|rosidl\w*|\w+_msgs|\w+_srvs)(\.|$)')
 MAY_IMPORT_ROS = re.compile(
-    r'(tactile_\w+/tactile_\w+/nodes/|tactile_driver/tactile_driver/recordings/|tactile_perception/tactile_perception/(\w+/)?(node|stage)\.py|'
+    r'(tactile_\w+/tactile_\w+/nodes/|tactile_driver/tactile_driver/recordings/|tactile_perception/tactile_perception/'
+    r'(\w+/)?(node|stage|camera_stage|work_log)\.py|'
     r'tactile_bringup/|environment/|test/|tactile_\w+/test/)')
 ABSOLUTE_PATH = re.compile(r"""['"](/home/|/root/|/work/|/tmp/|/dev/video\d|/opt/ros|/usr/)""")
 LINES_OF_A_FILE = 600

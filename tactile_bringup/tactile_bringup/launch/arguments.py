@@ -21,7 +21,7 @@ from tactile_perception.parameters.file import read_parameters
 
 from ..installed import share
 from .processes import LaunchError, SensorPlan, processes, written
-from ..sensor_types import SENSOR_TYPES
+from tactile_perception.sensors import SENSOR_TYPES
 
 _BOOLEANS = {'true': True, 'false': False}
 # Importing the whole parameter tables takes a second; launch needs only these two.
@@ -81,7 +81,7 @@ def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[Decl
     """
     values = values_of(context, [*sensor_arguments(sensor_type), *more])
     plan = sensor_plan(values, sensor_type)
-    markers = SENSOR_TYPES[sensor_type].markers
+    markers = SENSOR_TYPES[sensor_type].view
     plan = replace(plan, nodes={**plan.nodes, markers: {**plan.nodes[markers], **(drawn or {})}})
     own = SENSOR_TYPES[sensor_type].driver if apart and values['source'] == 'sim' else ''
     return [*processes(plan, _BOOLEANS[values['composed']], own), *(LogInfo(msg=note) for note in plan.notes),
@@ -103,7 +103,7 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
         notes = (f'not calibrated (calibration:=FILE): {kind.uncalibrated} and run `ros2 run tactile_perception calibrate`',)
     nodes = {kind.driver: driver_parameters(values, sensor_type) | {'frame_id': frame} | stitching,
              **{name: calibrated | ({'frame_id': frame} if name == 'dot_tracker_node' else {}) for name in perception},
-             kind.markers: {'frame_id': frame} | (calibrated if kind.stitched else {})}
+             kind.view: {'frame_id': frame} | (calibrated if kind.stitched else {})}
     return SensorPlan(frame, values['namespace'], values['params'], nodes, values['record'], notes)
 
 

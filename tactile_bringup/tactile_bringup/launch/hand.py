@@ -17,7 +17,7 @@ from ..hand.configurations import aggregator_configuration, rviz_configuration
 from ..hand.description import Hand, HandSensor, read_hand
 from ..installed import share
 from .processes import LaunchError, SensorPlan, hand_frames, processes, written
-from ..sensor_types import SENSOR_TYPES
+from tactile_perception.sensors import SENSOR_TYPES
 
 _BOOLEANS = ('true', 'false')
 _CHOICES = {'source': ('sim', 'device', 'bag'), 'composed': _BOOLEANS, 'rviz': _BOOLEANS, 'aggregator': _BOOLEANS}

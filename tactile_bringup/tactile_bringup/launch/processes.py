@@ -14,7 +14,7 @@ from launch.logging import launch_config
 from launch_ros.actions import Node
 from tactile_driver.nodes.runtime.run import WRONG
 
-from ..sensor_types import NODES
+from tactile_perception.sensors import NODES
 
 _RESPAWN_S = 0.5
 
@@ -49,7 +49,7 @@ def processes(plan: SensorPlan, composed: bool, apart: str = '') -> list[Node]:
         started = [Node(package='tactile_bringup', executable='sensor_nodes', exec_name=plan.frame, arguments=together, **again)]
     else:
         started = []
-    started += [Node(package=NODES[name][0].partition('.')[0], executable=name, exec_name=f'{plan.frame}/{name}', **again)
+    started += [Node(package=NODES[name].partition('.')[0], executable=name, exec_name=f'{plan.frame}/{name}', **again)
                 for name in plan.nodes if not composed or name == apart]
     if plan.bag:
         # It does not wait for somebody who works on raw data where that is in one process with the driver and is not seen.

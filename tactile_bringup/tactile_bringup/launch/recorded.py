@@ -11,7 +11,7 @@ from tactile_driver.frame import COMPRESSED
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.description import descriptions
 
-from ..sensor_types import SENSOR_TYPES
+from tactile_perception.sensors import SENSOR_TYPES
 
 
 def bag_of(recording: str, namespace: str) -> str:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
-from importlib import import_module
 from threading import RLock
 
 from rclpy.node import Node
@@ -16,14 +15,8 @@ from rclpy.utilities import remove_ros_args
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.runtime.host import Host, SharedPublisher
 from tactile_driver.nodes.runtime.run import run_nodes
-
-from ..sensor_types import NODES
-
-
-def kind_of(name: str) -> type:
-    """Class of the node of this name; imports its module on demand."""
-    package, kind = NODES[name]
-    return getattr(import_module(f'{package}.{name}'), kind)
+from tactile_perception.node import make_node
+from tactile_perception.sensors import NODES
 
 
 def made(names: Sequence[str]) -> Iterator[Node]:
@@ -37,7 +30,7 @@ def made(names: Sequence[str]) -> Iterator[Node]:
     shared: dict[str, SharedPublisher] = {}
     lock = RLock()
     for name in names:
-        yield kind_of(name)(Host(shared=shared, lock=lock))
+        yield make_node(name, Host(shared=shared, lock=lock))
 
 
 def main(args: list[str] | None = None) -> None:

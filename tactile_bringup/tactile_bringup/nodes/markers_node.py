@@ -18,8 +18,7 @@ from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.stitching.calibration import Stitching, load_stitching
 from tactile_msgs.msg import DotTracks
-from tactile_perception.nodes.messages.conversions import camera_matrices
-from tactile_perception.nodes.stages.touchpad import RESULTS
+from tactile_perception.nodes.messages.conversions import RESULTS, camera_matrices
 
 from .drawing_node import DrawingNode
 from ..parameters.table import MARKERS_PARAMETERS

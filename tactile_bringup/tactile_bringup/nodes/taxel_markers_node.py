@@ -11,11 +11,11 @@ from sensor_msgs.msg import Image
 from tactile_driver.errors import TactileError
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message
-from tactile_driver.nodes.messages.images import message_type
+from tactile_driver.nodes.messages.images import grey_to_array, message_type
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
-from tactile_perception.nodes.stages.taxel import RESULTS, taxel_values
+from tactile_perception.nodes.messages.conversions import RESULTS
 
 from .drawing_node import DrawingNode
 from ..parameters.table import TAXEL_MARKERS_PARAMETERS
@@ -84,7 +84,7 @@ class TaxelMarkersNode(DrawingNode):
 
     def _picture(self, found: dict) -> Image:
         """The taxels in colours, with what was found."""
-        values = taxel_values(found['image_raw'])
+        values = grey_to_array(found['image_raw'], 'taxel image')
         picture = annotate(coloured(values, self.settings['full_value']), taxel_annotation(found, values.shape, self.settings))
         return image_to_message(Frame(picture, 0, 'bgr8'), 'bgr8', found['image_raw'].header)
 

@@ -21,9 +21,8 @@ from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS, POIN
 from tactile_perception.finger.parameters import PSD_PARAMETERS, PSD_SENSOR_PARAMETERS
 from tactile_perception.parameters.taxel import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS, SENSOR_PARAMETERS, SHEET_PARAMETERS
-from tactile_perception.sensor_types import MARKER_SENSOR_TYPES
 
-from ..sensor_types import SENSOR_TYPES
+from tactile_perception.sensors import MARKER_SENSOR_TYPES, SENSOR_TYPES
 from .table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_PARAMETERS
 
 LICENCE = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'

@@ -19,7 +19,7 @@ from tactile_driver.simulation.scene.shutters import Shutters
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.sources.dual_camera.pairs import NAMES
 from tactile_perception.nodes.messages.description import description_messages
-from tactile_perception.sensor_types import MARKER_SENSOR_TYPES
+from tactile_perception.sensors import MARKER_SENSOR_TYPES
 
 _FIRST_NS = 10**9  # chosen: much of ROS takes a stamp of zero for an unknown time
 _SECOND_NS = 10**9

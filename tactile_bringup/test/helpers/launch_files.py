@@ -18,7 +18,7 @@ from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch_testing.actions import ReadyToTest
 from launch_testing_ros import WaitForTopics
 from sensor_msgs.msg import JointState
-from tactile_bringup.sensor_types import SENSOR_TYPES
+from tactile_perception.sensors import SENSOR_TYPES
 from tactile_msgs.msg import Contacts
 
 FOLDER = Path(get_package_share_directory('tactile_bringup')) / 'launch'

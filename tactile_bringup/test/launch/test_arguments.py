@@ -14,7 +14,7 @@ from launch.actions import LogInfo  # noqa: E402
 from tactile_bringup.launch.arguments import (  # noqa: E402
     LaunchError, check, completed, driver_parameters, sensor_actions, sensor_arguments, sensor_plan)
 from tactile_bringup.installed import share  # noqa: E402
-from tactile_bringup.sensor_types import SENSOR_TYPES  # noqa: E402
+from tactile_perception.sensors import SENSOR_TYPES  # noqa: E402
 
 pytestmark = pytest.mark.ros
 SOURCES = ('sim', 'device', 'file', 'bag')

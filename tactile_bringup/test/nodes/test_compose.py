@@ -8,7 +8,6 @@ import time
 import pytest
 
 rclpy = pytest.importorskip('rclpy')
-from importlib import import_module  # noqa: E402
 
 from ament_index_python.packages import get_package_share_directory  # noqa: E402
 from lifecycle_msgs.srv import GetState  # noqa: E402
@@ -19,7 +18,7 @@ from tactile_msgs.msg import ContactRegion  # noqa: E402
 from tactile_perception.tools import process_bag  # noqa: E402
 
 from tactile_bringup.nodes.compose import made  # noqa: E402
-from tactile_bringup.sensor_types import NODES  # noqa: E402
+from tactile_perception.sensors import NODES, load  # noqa: E402
 from tactile_bringup.simulate.camera import write_scene  # noqa: E402
 from tactile_driver.recordings.reader import BagReader  # noqa: E402
 from tactile_driver.recordings.serialization import decode  # noqa: E402
@@ -28,8 +27,8 @@ pytestmark = pytest.mark.ros
 
 
 def test_the_table_names_what_there_is():
-    for name, (package, kind) in NODES.items():
-        assert hasattr(import_module(f'{package}.{name}'), kind), name
+    for name in NODES:
+        assert isinstance(load(name), type), name
 
 
 @pytest.mark.parametrize(('names', 'told'), [(['camera_node', 'x'], "'x'.*camera_node"),

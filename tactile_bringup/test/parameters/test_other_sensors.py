@@ -16,8 +16,8 @@ from tactile_driver.parameters.taxel import TAXEL_DRIVER_PARAMETERS  # noqa: E40
 from tactile_driver.sources.base.protocol import EndOfSource  # noqa: E402
 from tactile_driver.sources.camera.registry import make_source  # noqa: E402
 from tactile_driver.sources.taxel.registry import make_taxel_source  # noqa: E402
-from tactile_perception.nodes.stages.taxel import TaxelMessages  # noqa: E402
-from tactile_perception.nodes.stages.touchpad import DotMessages  # noqa: E402
+from tactile_perception.dots.stage import DotStage  # noqa: E402
+from tactile_perception.taxel.stage import TaxelStage  # noqa: E402
 from tactile_perception.parameters.file import read_parameters  # noqa: E402
 from tactile_perception.parameters.taxel import TAXEL_PARAMETERS  # noqa: E402
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS  # noqa: E402
@@ -46,8 +46,8 @@ def dots_of(name, path, most, **changes):
     """Dots of each image, as camera_node and dot_tracker_node make them of a file with these parameters."""
     file = FOLDER / f'{name}.yaml'
     source = make_source(read_parameters(file, 'camera_node', CAMERA_PARAMETERS) | {'source': 'file', 'path': str(path)}, time.time_ns)
-    stage = DotMessages(read_parameters(file, 'dot_tracker_node', DOT_PARAMETERS) | changes)
-    return [stage.on_image(image) for image in images(source, most)]
+    stage = DotStage(read_parameters(file, 'dot_tracker_node', DOT_PARAMETERS) | changes)
+    return [stage.process(image)['dots'][0] for image in images(source, most)]
 
 
 def counts(dots):
@@ -77,9 +77,9 @@ def test_a_pressure_array_in_a_grasp(pad):
     file, most = FOLDER / 'pressure_array_14x6.yaml', 360
     own = {'source': 'file', 'path': str(GRASP), 'topic': pad}
     source = make_taxel_source(read_parameters(file, 'taxel_array_node', TAXEL_DRIVER_PARAMETERS) | own, time.time_ns)
-    stage = TaxelMessages(read_parameters(file, 'taxel_contact_node', TAXEL_PARAMETERS))
-    results = [stage.on_image(image) for image in images(source, most)]
-    told = np.array([len(result['contacts'].contacts) > 0 for result in results])
+    stage = TaxelStage(read_parameters(file, 'taxel_contact_node', TAXEL_PARAMETERS))
+    results = [stage.process(image) for image in images(source, most)]
+    told = np.array([len(result['contacts'][0].contacts) > 0 for result in results])
     pressed = np.load(GRASP)[pad][:most].any(axis=(1, 2))  # untouched cells of this array give 0
     assert pressed.sum() > 60 and not (told & ~pressed).any() and (told & pressed).sum() >= 0.95 * pressed.sum()
-    assert all(result['contact_region'].area > 0 for result, one in zip(results, told) if one)
+    assert all(result['contact_region'][0].area > 0 for result, one in zip(results, told) if one)

@@ -11,15 +11,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 from tactile_driver.recordings.reader import BagReader, RawMessage
 from tactile_driver.recordings.serialization import decode
 
 from ..common.progress import Progress
-from ..errors import BadFrame, BadRecording
+from ..errors import BadFrame, BadRecording, TactileError
 from ..evaluation.frames import Instant
 from ..nodes.messages.estimates import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
-from .replay import Replay, make_replay
+from .chain import Chain, make_chain
 from .sampled_truth import SampledTruth
 from .stamped import IMAGE, VOLTAGES, find_prefix
 from .stitched_bag import bag_opener
@@ -77,19 +76,19 @@ class JudgedBag:
 
     def __init__(self, bag: Path, namespace: str = '', params: Path | None = None, calibration: Path | None = None):
         self._bag, self.times, self.unmatched = bag, Times(), Counter()
-        self._replay = make_replay(params, calibration) if params else None
-        self._open = bag_opener(params, self._replay.stitching) if params else BagReader
+        self._chain = make_chain(params, calibration) if params else None
+        self._open = bag_opener(params, self._chain.stitching) if params else BagReader
         with self._open(bag) as reader:
             topics = reader.topics
-        self.prefix = _find_sensor(topics, namespace) if self._replay is None else find_prefix(topics, namespace, self._replay.raw,
-                                                                                               self._replay.raw_type)
+        self.prefix = _find_sensor(topics, namespace) if self._chain is None else find_prefix(topics, namespace, self._chain.raw,
+                                                                                               self._chain.raw_type)
         mine = {topic.removeprefix(self.prefix) for topic in topics if topic.startswith(self.prefix)}
         self._live = bool(mine & set(_RAW))
         self.true = [name for name in _FIELDS if TRUE + name in mine]
         self.told = [name for name in _FIELDS if name in mine]
         if not self.true:
             raise BadRecording(f'{bag}: no {self.prefix}{TRUE}*: nothing says what is true')
-        if self._replay is None and not self.told:
+        if self._chain is None and not self.told:
             raise BadRecording(f'{bag}: no estimates in it ({", ".join(_FIELDS)}): make them by process_bag, or name --params FILE '
                                '(and --calibration FILE), and they are computed here')
 
@@ -98,7 +97,7 @@ class JudgedBag:
         stamps of their ground truth too: of a PSD finger each estimate carries the mean time of its samples."""
         truth, alone = SampledTruth(), set()
         waiting: dict[int, _Waiting] = defaultdict(_Waiting)
-        for name, message in self._anew() if self._replay else self._recorded():
+        for name, message in self._anew() if self._chain else self._recorded():
             stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
             at, (part, read) = waiting[stamp], _FIELDS[name.removeprefix(TRUE)]
             try:
@@ -144,8 +143,8 @@ class JudgedBag:
 
     def _anew(self) -> Iterator[tuple[str, object]]:
         """Yield (topic, message) of the truth, and of estimates computed from raw data."""
-        replay = self._replay
-        topics = {self.prefix + name for name in (replay.raw, 'camera_info', RIGHT_TIME, *(TRUE + name for name in self.true))}
+        chain = self._chain
+        topics = {self.prefix + name for name in (chain.raw, *chain.side_topics, *(TRUE + name for name in self.true))}
         with self._open(self._bag) as reader:
             for raw in Progress(reader.messages(topics), 'messages'):
                 name = raw.topic.removeprefix(self.prefix)
@@ -153,12 +152,10 @@ class JudgedBag:
                 message = self._decoded(raw)
                 if message is None:
                     continue
-                if name == 'camera_info':
-                    replay.on_camera_info(message)
-                elif name == RIGHT_TIME:
-                    replay.on_right_time(message)
-                elif name == replay.raw:
-                    yield from self._timed(replay, message, begin)
+                if name in chain.side_topics:
+                    chain.take(name, message)
+                elif name == chain.raw:
+                    yield from self._timed(chain, message, begin)
                 else:
                     yield name, message
         self.times.memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
@@ -171,23 +168,21 @@ class JudgedBag:
             self.times.refused[f'{raw.topic}: {error}'] += 1
             return None
 
-    def _timed(self, replay: Replay, message, begin: float) -> Iterator[tuple[str, object]]:
+    def _timed(self, chain: Chain, message, begin: float) -> Iterator[tuple[str, object]]:
         """Estimates from one raw message; begin: thread time at which its decoding began, s."""
         marks, found = {'decoding': time.thread_time() - begin}, []
         last = time.thread_time()
-        try:
-            for name, result in replay.on_raw(message):
-                now = time.thread_time()
-                stage = 'dots' if name == 'dots' else 'contact'
-                marks[stage] = marks.get(stage, 0.0) + now - last
-                last = now
-                found.append((name, result))
-        except BadFrame as error:
-            self.times.refused[str(error)] += 1
-            return
-        for stage, seconds in (*marks.items(), ('all', sum(marks.values()))):
-            self.times.stages[stage].append(seconds)
-        yield from ((name, result) for name, result in found if name in _FIELDS)
+        for stage, topic, result in chain.process(message):
+            if isinstance(result, TactileError):
+                self.times.refused[str(result)] += 1
+                return
+            now, name = time.thread_time(), 'dots' if 'dots' in stage.outputs else 'contact'
+            marks[name] = marks.get(name, 0.0) + now - last
+            last = now
+            found.append((topic, result))
+        for name, seconds in (*marks.items(), ('all', sum(marks.values()))):
+            self.times.stages[name].append(seconds)
+        yield from ((topic, result) for topic, result in found if topic in _FIELDS)
 
 
 def _find_sensor(topics: dict[str, str], namespace: str) -> str:

@@ -45,7 +45,7 @@ class ContactResult:
     points: Callable[[], SurfacePoints]
 
 
-class ContactStage:
+class ContactEstimator:
     """Estimates contact frame by frame.
 
     values: of REGION_PARAMETERS; calibration: provides the calibrated range and the range error. While the reference seems to have been

@@ -59,7 +59,7 @@ class RightView(Protocol):
         """The tracks of a stitched image at the left exposure, stamp_s, s; skew_s: s, from it to the right one."""
 
 
-class DotStage:
+class DotEstimator:
     """Tracks and locates dots frame by frame.
 
     camera: None if not calibrated, then a touchpad's dots get no 3D positions; values: of DOT_PARAMETERS; places: 3D positions of the

@@ -38,7 +38,7 @@ class TouchResult:
     points: Callable[[], SurfacePoints]
 
 
-class TouchStage:
+class TouchEstimator:
     """Estimates contacts frame by frame.
 
     make_view: see RestMarkers; values: of POINT_PARAMETERS; calibration: of the same sensor. Raises BadCalibration for a method that the

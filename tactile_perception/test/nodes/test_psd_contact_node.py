@@ -16,7 +16,7 @@ from tactile_driver.samples import SampleBlock  # noqa: E402
 from tactile_driver.simulation.psd.scene import open_psd_scene  # noqa: E402
 from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402
 
-from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
+from tactile_perception.node import make_node  # noqa: E402
 
 pytestmark = pytest.mark.ros
 BATCH = 10
@@ -32,7 +32,7 @@ def blocks():
 @pytest.fixture
 def bench():
     rclpy.init()
-    node, helper = PsdContactNode(), rclpy.create_node('helper')
+    node, helper = make_node('psd_contact_node'), rclpy.create_node('helper')
     executor = SingleThreadedExecutor()
     executor.add_node(node), executor.add_node(helper)
     publisher = helper.create_publisher(PsdVoltages, 'voltages', 200)
@@ -50,7 +50,7 @@ def bench():
 
 def test_contacts_come_while_subscribed_and_the_reference_on_request(bench, blocks):
     node, helper, publisher, until = bench
-    assert publisher.get_subscription_count() == 0 and not node.wanted
+    assert publisher.get_subscription_count() == 0
     heard = []
     helper.create_subscription(Contacts, 'contacts', heard.append, 100)
     until(lambda: publisher.get_subscription_count() == 1)

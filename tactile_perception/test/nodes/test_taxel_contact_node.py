@@ -18,7 +18,7 @@ from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
 from tactile_driver.nodes.runtime.host import Host  # noqa: E402
 from tactile_msgs.msg import Contacts  # noqa: E402
-from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
+from tactile_perception.node import make_node  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -30,7 +30,7 @@ def make_bench():
     executor, nodes = SingleThreadedExecutor(), []
 
     def make(parameters=()):
-        nodes.extend([TaxelContactNode(Host(parameters={p.name: p.value for p in parameters})), rclpy.create_node('helper')])
+        nodes.extend([make_node('taxel_contact_node', Host(parameters={p.name: p.value for p in parameters})), rclpy.create_node('helper')])
         for node in nodes:
             executor.add_node(node)
         return *nodes, until
@@ -56,7 +56,7 @@ def image(level, number):
 def test_contacts_reference_and_object(make_bench):
     node, helper, until = make_bench()
     publisher = helper.create_publisher(Image, 'image_raw', 100)
-    assert publisher.get_subscription_count() == 0 and not node.wanted
+    assert publisher.get_subscription_count() == 0
     heard = []
     helper.create_subscription(Contacts, 'contacts', heard.append, 100)
     until(lambda: publisher.get_subscription_count() == 1)
@@ -89,12 +89,12 @@ def test_transforms_of_the_robot_turn_the_weight_into_the_sensor_frame(make_benc
     until(lambda: publisher.get_subscription_count() == 1 and moving.get_subscription_count() == 1)
     publisher.publish(image(0, 0))
     until(lambda: len(heard) == 1)
-    assert 'no transform leads from world' in node.remarks()[0]
+    assert 'no transform leads from world' in node.stage.health()[0]
     link = TransformStamped(child_frame_id='pad')
     link.header.frame_id = 'world'
     link.transform.rotation.x, link.transform.rotation.w = np.sqrt(0.5), np.sqrt(0.5)  # the pad's y is up
     moving.publish(TFMessage(transforms=[link]))
-    until(lambda: node.remarks()[0] == '')
+    until(lambda: node.stage.health()[0] == '')
     publisher.publish(image(100, 1))
     until(lambda: len(heard) == 2)
     assert [heard[1].wrench.force.x, heard[1].wrench.force.y] == pytest.approx([0.0, -2.0], abs=1e-9)

@@ -10,7 +10,7 @@ from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import AMBIGUOUS, OUT_OF_RANGE
 from tactile_perception.common.surface_points import UNKNOWN
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.pipeline.contact_stage import ContactStage
+from tactile_perception.pipeline.contact_stage import ContactEstimator
 
 
 def tracks_of(ball, truth, keep=slice(None)):
@@ -23,7 +23,7 @@ def tracks_of(ball, truth, keep=slice(None)):
 
 def pressed(ball, **changes):
     """Stage and result after an untouched and two pressed frames."""
-    stage = ContactStage(ball.sensor, ball.camera, {**ball.values, **changes})
+    stage = ContactEstimator(ball.sensor, ball.camera, {**ball.values, **changes})
     stage.process(tracks_of(ball, ball.untouched), 1.0)
     stage.process(tracks_of(ball, ball.truth), 1.1)
     return stage, stage.process(tracks_of(ball, ball.truth), 1.2)
@@ -78,19 +78,19 @@ def test_what_cannot_be_used_is_refused(ball):
     with pytest.raises(BadFrame, match='surface cap'):
         stage.process(dataclasses.replace(tracks, xyz=None), 1.3)
     with pytest.raises(BadArgument, match='surface is none'):
-        ContactStage(dataclasses.replace(ball.sensor, cap=None), ball.camera, ball.values)
+        ContactEstimator(dataclasses.replace(ball.sensor, cap=None), ball.camera, ball.values)
 
 
 def test_a_press_beyond_the_calibrated_range_is_flagged(ball):
     for deepest, flag in ((1e-3, OUT_OF_RANGE), (6e-3, 0)):
         calibration = CalibrationFile('touchpad', {}, {}, {}, {'depth': [0, deepest], 'x': [-8e-3, 8e-3], 'y': [-8e-3, 8e-3]})
-        stage = ContactStage(ball.sensor, ball.camera, ball.values, calibration)
+        stage = ContactEstimator(ball.sensor, ball.camera, ball.values, calibration)
         stage.process(tracks_of(ball, ball.untouched), 1.0)
         assert stage.process(tracks_of(ball, ball.truth), 1.1).contacts[0].flags & OUT_OF_RANGE == flag
 
 
 def test_a_reference_taken_under_a_press_makes_no_numbers(ball):
-    stage = ContactStage(ball.sensor, ball.camera, ball.values)
+    stage = ContactEstimator(ball.sensor, ball.camera, ball.values)
     at_press, released = tracks_of(ball, ball.truth), tracks_of(ball, ball.untouched)
     at_press.duv, released.duv = np.zeros_like(at_press.duv), ball.untouched.dot_uv - ball.truth.dot_uv
     for k in range(3):
@@ -116,7 +116,7 @@ def test_covariance_holds_what_all_ranges_are_wrong_by(ball):
     span = {'depth': [0.0, 1.0], 'x': [-1.0, 1.0], 'y': [-1.0, 1.0]}
     for known, expected in ((0.05e-3, 0.05e-3), (np.nan, 0.15e-3)):
         calibration = CalibrationFile('touchpad', {}, {}, {'held_out_places_range_rms': known}, span)
-        stage = ContactStage(ball.sensor, ball.camera, ball.values, calibration)
+        stage = ContactEstimator(ball.sensor, ball.camera, ball.values, calibration)
         stage.process(tracks_of(ball, ball.untouched), 1.0)
         stage.process(tracks_of(ball, ball.truth), 1.1)
         assert along_the_ray(ball, stage.process(tracks_of(ball, ball.truth), 1.2).contacts[0]) == pytest.approx(expected, rel=0.3)
@@ -143,7 +143,7 @@ def test_points_are_displaced_by_what_they_moved_and_point_outwards(ball):
 
 
 def test_points_of_an_untouched_pad_carry_nothing(ball):
-    stage = ContactStage(ball.sensor, ball.camera, ball.values)
+    stage = ContactEstimator(ball.sensor, ball.camera, ball.values)
     points = stage.process(tracks_of(ball, ball.untouched), 1.0).points()
     assert not points.force.any() and not points.state.any() and np.abs(points.normal_force).max() == 0
 
@@ -167,7 +167,7 @@ def test_the_papers_method_knows_the_places_of_the_dots_that_are_seen_and_no_for
 
 
 def test_forces_on_dots_are_not_told_from_a_reference_under_a_press(ball):
-    stage = ContactStage(ball.sensor, ball.camera, ball.values)
+    stage = ContactEstimator(ball.sensor, ball.camera, ball.values)
     at_press = tracks_of(ball, ball.truth)
     at_press.duv = np.zeros_like(at_press.duv)
     points = [stage.process(at_press, 1.0 + 0.1 * k).points() for k in range(3)][-1]

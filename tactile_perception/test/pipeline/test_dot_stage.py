@@ -6,7 +6,7 @@ import dataclasses
 import numpy as np
 import pytest
 from tactile_perception.errors import BadFrame
-from tactile_perception.pipeline.dot_stage import DotStage, find_pattern, make_tracker
+from tactile_perception.pipeline.dot_stage import DotEstimator, find_pattern, make_tracker
 
 
 def rms(values):
@@ -15,7 +15,7 @@ def rms(values):
 
 @pytest.fixture(scope='module')
 def begun(ball):
-    stage = DotStage(ball.sensor, ball.camera, ball.values)
+    stage = DotEstimator(ball.sensor, ball.camera, ball.values)
     for k, image in enumerate(ball.rest[:3]):
         stage.process(image, 1 + 0.1 * k)
     return stage
@@ -49,7 +49,7 @@ def test_set_reference_takes_the_next_frame(ball, begun):
 
 def test_without_a_camera_or_a_surface_dots_have_no_places(ball):
     flat = dataclasses.replace(ball.sensor, cap=None)
-    for stage in (DotStage(ball.sensor, None, ball.values), DotStage(flat, ball.camera, ball.values)):
+    for stage in (DotEstimator(ball.sensor, None, ball.values), DotEstimator(flat, ball.camera, ball.values)):
         tracks = stage.process(ball.rest[0], 1.0)
         assert tracks.xyz is None and len(tracks) > 515
 

@@ -14,7 +14,7 @@ from tactile_perception.markers.touches.touch import AT_EDGE, TouchEstimate
 from tactile_perception.markers.view.marker_field import StitchedView
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
 from tactile_perception.parameters.markers import POINT_PARAMETERS
-from tactile_perception.pipeline.marker_stage import TouchStage
+from tactile_perception.pipeline.marker_stage import TouchEstimator
 
 SENSOR = MARKER_SENSORS['areal_single']
 VIEW = StitchedView(1e-4, np.array([320.0, 240.0]), 1000.0, np.tile([0.0, 0.0, -0.06], (2, 1)))
@@ -40,7 +40,7 @@ def make_stage(monkeypatch):
     def make(stiffness=np.nan, best='tells', rest=None, **changes):
         monkeypatch.setitem(TOUCH_METHODS, 'tells', Tells)
         calibration = TouchCalibration({'tells': {}}, stiffness, None, best, CalibrationFile('areal_single', {}, {}, {}, {}), rest=rest)
-        return TouchStage(SENSOR, lambda uv: VIEW, {**defaults(POINT_PARAMETERS), 'filter': False, **changes}, calibration)
+        return TouchEstimator(SENSOR, lambda uv: VIEW, {**defaults(POINT_PARAMETERS), 'filter': False, **changes}, calibration)
     return make
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from geometry_msgs.msg import Point, Vector3, Wrench
 from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA, Header
+from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_msgs.msg import ContactRegion, Slip
-from tactile_perception.nodes.stages.taxel import taxel_values
 from visualization_msgs.msg import Marker, MarkerArray
 
 from .. import colours
@@ -70,7 +70,7 @@ class TaxelMarkers(MarkerSet):
 
         Triangles, because RViz darkens the upper side of cubes; and few, because rclpy converts each point: of many pressed taxels, blocks.
         """
-        values = taxel_values(image).astype(np.float32)
+        values = grey_to_array(image, 'taxel image').astype(np.float32)
         self._shape, full = values.shape, self._array_sizes['full_value']
         side = math.ceil(math.sqrt(np.count_nonzero(values > _FAINT * full) / _MOST_CELLS))
         if side > 1:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...common.spherical_cap import Cap
 from ...errors import BadArgument
-from ...sensor_types import MARKER_SENSOR_TYPES
+from ...sensors import MARKER_SENSOR_TYPES
 
 
 @dataclass(frozen=True)

@@ -143,7 +143,9 @@ def slip_to_message(estimate: SlipEstimate, header) -> Slip:
     )
 
 
-#: topic -> (attribute of a stage's result, its conversion)
+#: Topic -> type of the estimates of all sensors.
+RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
+#: topic -> (attribute of an estimator's result, its conversion)
 _RESULTS = {
     'contact_region': ('region', region_to_message),
     'contacts': ('contacts', contacts_to_message),
@@ -153,9 +155,9 @@ _RESULTS = {
 }
 
 
-def results_to_messages(result, header, topics: Collection[str]) -> dict[str, object]:
-    """Topic -> message under the raw message's header, of the requested parts of a stage's result."""
-    return {topic: to_message(getattr(result, part), header) for topic, (part, to_message) in _RESULTS.items() if topic in topics}
+def results_to_messages(result, header, topics: Collection[str]) -> dict[str, list]:
+    """Topic -> messages under the raw message's header, of the requested parts of an estimator's result."""
+    return {topic: [to_message(getattr(result, part), header)] for topic, (part, to_message) in _RESULTS.items() if topic in topics}
 
 
 def camera_info_message(camera: Mapping, header) -> CameraInfo:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 
@@ -17,7 +18,6 @@ from ...calibration.residuals import Residuals, outliers, report_residuals
 from ...common.progress import Progress
 from ...errors import BadCalibration, BadFrame
 from ...nodes.messages import conversions as convert
-from ...nodes.stages.taxel import taxel_values
 from ...parameters.file import read_parameters
 from ...parameters.taxel import TAXEL_PARAMETERS, taxel_array
 from ...taxel.array import TaxelArray
@@ -97,7 +97,7 @@ def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
                 if waiting is not None:
                     yield *waiting, np.nan
                 try:
-                    waiting = stamp, array.frame(taxel_values(message))
+                    waiting = stamp, array.frame(grey_to_array(message, 'taxel image'))
                 except BadFrame as error:
                     left_out.append(f'{bag.name} at {stamp:.3f} s: {error}')
                     waiting = None

@@ -16,7 +16,7 @@ import numpy as np
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP, SLIPPING, Touch, TruthFrame
 
 from ...errors import BadRecording
-from ...sensor_types import MARKER_SENSOR_TYPES
+from ...sensors import MARKER_SENSOR_TYPES
 
 # Slipping fraction from which the ground truth is incipient slip, and from which gross slip; chosen.
 _INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9

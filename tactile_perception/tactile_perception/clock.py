@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ..errors import ClockSetBack
+from .errors import ClockSetBack
 
 _JUMP_S = 1.0  # s; a smaller step back may be frames out of order. Chosen
 _AFTER_JUMP, _AFTER_STEP = 2, 3  # ordered frames that confirm a restart, after a step back of more / less than _JUMP_S. Chosen

@@ -5,7 +5,7 @@ import math
 
 import pytest
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN
-from tactile_perception.nodes.work_log import WorkLog
+from tactile_perception.work_log import WorkLog
 
 
 def test_counts_times_and_latencies_of_processed_frames():

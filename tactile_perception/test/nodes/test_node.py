@@ -18,7 +18,7 @@ rclpy = pytest.importorskip('rclpy')
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
@@ -29,13 +29,10 @@ from tactile_driver.nodes.runtime.host import Host  # noqa: E402
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard  # noqa: E402
 from tactile_driver.simulation.sensors.scenes import open_scene  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages  # noqa: E402
-from tactile_perception.nodes.contact_point_node import ContactPointNode  # noqa: E402
-from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
-from tactile_perception.nodes.dot_tracker_node import DotTrackerNode  # noqa: E402
+from tactile_perception.dots.stage import DotStage  # noqa: E402
+from tactile_perception.node import PerceptionNode, make_node  # noqa: E402
 from tactile_perception.nodes.messages.conversions import camera_info_message  # noqa: E402
-from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
-from tactile_perception.nodes.stage_node import CAMERA_QUEUE, StageNode  # noqa: E402
-from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
+from tactile_perception.stage import Input, Stage  # noqa: E402
 from tactile_perception.parameters.markers import POINT_PARAMETERS  # noqa: E402
 from tactile_perception.finger.parameters import PSD_PARAMETERS  # noqa: E402
 from tactile_perception.parameters.taxel import TAXEL_PARAMETERS  # noqa: E402
@@ -48,7 +45,7 @@ class Bench:
     """Both nodes, a publisher of images and listeners, in one executor."""
 
     def __init__(self):
-        self.nodes = [DotTrackerNode(), ContactRegionNode(), rclpy.create_node('bench')]
+        self.nodes = [make_node('dot_tracker_node'), make_node('contact_region_node'), rclpy.create_node('bench')]
         self.tracker, self.region, self.bench = self.nodes
         self.executor = SingleThreadedExecutor()
         for node in self.nodes:
@@ -138,7 +135,7 @@ def test_from_image_to_region_with_faults_in_between(bench):
 def test_a_tracker_that_starts_after_its_listener(bench):
     bench.bench.create_subscription(DotTracks, '/late/dots', lambda _message: None, 10)
     assert bench.until(lambda: bench.bench.count_subscribers('/late/dots') == 1)
-    tracker = DotTrackerNode(Host(['-r', '__ns:=/late']))
+    tracker = make_node('dot_tracker_node', Host(['-r', '__ns:=/late']))
     try:
         assert bench.until(lambda: bench.bench.count_subscribers('/late/image_raw') == 1)
     finally:
@@ -153,38 +150,38 @@ def test_without_images_there_is_no_reference_to_take(bench):
 
 
 @pytest.mark.parametrize('make, table', [
-    (DotTrackerNode, DOT_PARAMETERS), (ContactRegionNode, REGION_PARAMETERS), (ContactPointNode, POINT_PARAMETERS),
-    (PsdContactNode, PSD_PARAMETERS), (TaxelContactNode, TAXEL_PARAMETERS)])
+    ('dot_tracker_node', DOT_PARAMETERS), ('contact_region_node', REGION_PARAMETERS), ('contact_point_node', POINT_PARAMETERS),
+    ('psd_contact_node', PSD_PARAMETERS), ('taxel_contact_node', TAXEL_PARAMETERS)])
 def test_no_parameter_is_infinite_or_not_a_number_at_the_start(ros, make, table):
     numbers = [p for p in table if p.type in (float, list[float])]
     settings = [f'{p.name}:={value if p.type is float else [value] * 3}'.replace("'", '') for p in numbers for value in ('.nan', '.inf')]
     settings += ['diagnostic_updater.period:=.nan', 'diagnostic_updater.period:=-.inf']
     for setting in settings:
         with pytest.raises(BadArgument, match=re.escape(setting.split(':=')[0])):
-            make(Host(['-p', setting]))
+            make_node(make, Host(['-p', setting]))
 
 
-def no_stage(_values):
-    """Of a node that computes its results itself."""
-
-
-class SlowNode(StageNode):
+class SlowStage(Stage):
     """Takes 25 ms for a message, and notes how old each is then."""
 
-    with_camera = False
+    node, parameters, outputs = 'slow_node', (), {'contacts': Contacts}
+    input = Input('voltages', PsdVoltages, depth=200)
 
-    def __init__(self):
-        super().__init__('slow_node', (), no_stage, ('voltages', PsdVoltages, QoSProfile(depth=200)), {'contacts': Contacts})
-        self.late = []
+    def __init__(self, values):
+        super().__init__(values)
+        self.late, self.resets = [], 0
 
-    def on_message(self, message, topics):
-        self.late.append(time.time() - message.header.stamp.sec - 1e-9 * message.header.stamp.nanosec)
+    def estimate(self, message, stamp_s, topics):
+        self.late.append(time.time() - stamp_s)
         time.sleep(0.025)
-        return {'contacts': Contacts(header=message.header)}
+        return {'contacts': [Contacts(header=message.header)]}
+
+    def reset(self):
+        self.resets += 1
 
 
 def test_a_slow_node_drops_messages_reports_it_and_stays_up_to_date(ros):
-    node, sender, executor = SlowNode(), rclpy.create_node('sender'), SingleThreadedExecutor()
+    node, sender, executor = PerceptionNode(SlowStage), rclpy.create_node('sender'), SingleThreadedExecutor()
     voltages = sender.create_publisher(PsdVoltages, 'voltages', 200)
     heard = []
     sender.create_subscription(Contacts, 'contacts', lambda m: heard.append(m.header.stamp.sec * 10**9 + m.header.stamp.nanosec), 200)
@@ -205,7 +202,7 @@ def test_a_slow_node_drops_messages_reports_it_and_stays_up_to_date(ros):
     finally:
         ended.set(), sending.join()
         executor.shutdown(), node.destroy_node(), sender.destroy_node()
-    assert node.log.shed > 20 and np.median(node.late[10:]) < 0.12, 'twelve messages would wait in the middleware by now'
+    assert node.log.shed > 20 and np.median(node.stage.late[10:]) < 0.12, 'twelve messages would wait in the middleware by now'
     assert health.level == WARN and 'of voltages is dropped' in health.message and health.values['dropped'] == node.log.shed
     steps = np.diff([sent.index(stamp) for stamp in heard[10:]])
     assert np.median(steps) <= 3 and np.mean(steps) > 1.2
@@ -216,16 +213,13 @@ CAMERA = Path(__file__).parents[3] / 'tactile_driver/test/helpers/foreign_camera
 PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTDDS_BUILTIN_TRANSPORTS')
 
 
-class PictureNode(StageNode):
+class PictureStage(SlowStage):
     """Takes the images of a camera as a tracker does."""
 
-    with_camera = False
+    node, input = 'picture_node', DotStage.input
 
-    def __init__(self, *arguments):
-        super().__init__('picture_node', (), no_stage, ('image_raw', Image, CAMERA_QUEUE), {'contacts': Contacts}, Host(arguments))
-
-    def on_message(self, message, topics):
-        return {'contacts': Contacts(header=message.header)}
+    def estimate(self, message, stamp_s, topics):
+        return {'contacts': [Contacts(header=message.header)]}
 
 
 @pytest.mark.parametrize(('skip', 'lost', 'simulated'), [(0, 0, False), (10, 15, False), (10, 15, True)])
@@ -234,7 +228,7 @@ def test_images_of_a_process_without_our_profile_arrive_and_lost_ones_are_report
     for name in PROFILES:
         monkeypatch.delenv(name, raising=False)
     rclpy.init()
-    node = PictureNode('-p', f'use_sim_time:={str(simulated).lower()}')
+    node = PerceptionNode(PictureStage, Host(['-p', f'use_sim_time:={str(simulated).lower()}']))
     listener, executor = rclpy.create_node('listener'), SingleThreadedExecutor()
     listener.create_subscription(Contacts, 'contacts', lambda _message: None, 200)
     reports = []
@@ -254,39 +248,34 @@ def test_images_of_a_process_without_our_profile_arrive_and_lost_ones_are_report
     assert any(b'\1' == report.status[0].level and 'are missing' in report.status[0].message for report in reports) == bool(skip)
 
 
-class CountingStage:
-    """Counts how often it begins anew."""
-
-    def __init__(self, _values):
-        self.begun = 0
-
-    def begin_anew(self):
-        self.begun += 1
-
-
-class BrokenNode(StageNode):
+class BrokenStage(SlowStage):
     """Has a defect that voltages of 7 meet."""
 
-    with_camera = False
+    node = 'broken_node'
 
-    def __init__(self):
-        super().__init__('broken_node', (), CountingStage, ('voltages', PsdVoltages, QoSProfile(depth=200)), {'contacts': Contacts})
-
-    def on_message(self, message, topics):
-        return {'contacts': Contacts(header=message.header)} if list(message.voltages) != [7.0] else [][7]
+    def estimate(self, message, stamp_s, topics):
+        return {'contacts': [Contacts(header=message.header)] if list(message.voltages) != [7.0] else [][7]}
 
 
 def test_a_defect_is_counted_and_reported_and_the_stage_restarts(ros, monkeypatch):
-    node = BrokenNode()
+    monkeypatch.setattr(DefectGuard, 'strict', False)
+    node, sender, executor = PerceptionNode(BrokenStage), rclpy.create_node('sender'), SingleThreadedExecutor()
+    voltages, heard, reports = sender.create_publisher(PsdVoltages, 'voltages', 200), [], []
+    sender.create_subscription(Contacts, 'contacts', heard.append, 200)
+    sender.create_subscription(DiagnosticArray, '/diagnostics', reports.append, 10)
+    executor.add_node(node), executor.add_node(sender)
+
+    def until(condition):
+        end = time.monotonic() + 20
+        while not condition() and time.monotonic() < end:
+            executor.spin_once(timeout_sec=0.05)
+        assert condition()
     try:
-        with pytest.raises(IndexError):
-            node._take(PsdVoltages(voltages=[7.0]), 0)
-        monkeypatch.setattr(DefectGuard, 'strict', False)
-        node._take(PsdVoltages(voltages=[7.0]), 0)
-        assert (node.log.refused, node.net.caught, node.stage.begun, node.log.done) == (1, 1, 1, 0)
-        health = node._examine()
-        assert 'defect of this software' in health.values['last error'] and health.values['defects met'] == 1
-        node._take(PsdVoltages(voltages=[1.0]), 0)
-        assert node.log.done == 1 and node.stage.begun == 1
+        until(lambda: voltages.get_subscription_count() == 1)
+        for number in (7.0, 1.0):
+            voltages.publish(PsdVoltages(header=header_of(time.time_ns(), 'tip'), voltages=[number]))
+        until(lambda: heard and node.stage.resets == 1)
+        until(lambda: any('defect of this software' in pair.value
+                          for report in reports for status in report.status for pair in status.values))
     finally:
-        node.destroy_node()
+        executor.shutdown(), node.destroy_node(), sender.destroy_node()

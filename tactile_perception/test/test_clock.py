@@ -4,7 +4,7 @@ import math
 
 import pytest
 from tactile_perception.errors import BadFrame, ClockSetBack
-from tactile_perception.pipeline.clock import StampClock
+from tactile_perception.clock import StampClock
 
 
 @pytest.fixture
