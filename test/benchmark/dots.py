@@ -15,7 +15,7 @@ import numpy as np
 from scenes import NAMES, make_scene, position_bound
 
 from tactile_perception.common.dots import Dots
-from tactile_perception.dots.detect.methods import METHODS, DotDetector
+from tactile_perception.dots.detect import METHODS, DotDetector
 from tactile_perception.errors import BadFrame
 
 NOISES = (1.0, 2.0, 4.0, 8.0)

@@ -26,7 +26,7 @@ from tactile_perception.errors import BadFrame, TactileError
 from tactile_perception.evaluation.scores import f1, region_iou
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
 from tactile_perception.pipeline.contact_stage import ContactEstimator
-from tactile_perception.pipeline.dot_stage import make_tracker
+from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 

@@ -17,7 +17,7 @@ from tactile_perception.calibration.sphere_presses import Press
 from tactile_perception.calibration.touchpad import fit_touchpad
 from tactile_perception.errors import BadArgument
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
-from tactile_perception.pipeline.dot_stage import make_tracker
+from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.tools.calibrate.touchpad import chosen
 from tactile_perception.tools.convert.camera import Recording
 from tactile_perception.tools.convert.command import sensor_parameters

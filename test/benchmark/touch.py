@@ -36,7 +36,7 @@ from tactile_perception.markers.view.sensor import MARKER_SENSORS, MarkerSensor
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
-from tactile_perception.pipeline.dot_stage import make_tracker
+from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.tools.calibrate.markers import PressReader, fit_wrench
 from tactile_perception.tools.calibrate.stitching import find_stitching
 from tactile_perception.touchpad.sensor import Touchpad, camera_pose

@@ -16,10 +16,10 @@ import cv2
 import numpy as np
 from dots import BlobDetector
 from scenes import NAMES, make_scene
+from scipy.spatial import cKDTree
 
-from tactile_perception.dots.detect.methods import DotDetector
-from tactile_perception.dots.index.grid import Numbered
-from tactile_perception.dots.index.methods import numbering_method
+from tactile_perception.dots.detect import DotDetector
+from tactile_perception.dots.number import grid_numbering
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadFrame
 
@@ -28,20 +28,32 @@ IN_A_ROW = 6  # consecutive frames per method, so that code and tables are cache
 
 
 class FromNothing:
-    """Detection and numbering that know no frame before; keep: numbers are taken from the last frame, as nearest matching does."""
+    """Detection and numbering that know no frame before; nearest: each number is that of the nearest dot of the last frame."""
 
-    def __init__(self, detector, numbering: str, keep: bool = False):
-        self._detector, self._number, self._keep = detector, numbering_method(numbering), keep
+    def __init__(self, detector, numbering: str = 'lattice', nearest: bool = False):
+        self._detector, self._numbering, self._nearest = detector, numbering, nearest
         self._previous = None
 
     def find(self, image, stamp_s):
         """(dots, id (N,)) of an image."""
         dots = self._detector.detect(image)
-        numbers = self._number(dots.uv, 23, 23, self._previous, image.shape[1::-1])
-        if self._keep and numbers.certain:
-            seen = numbers.id >= 0
-            self._previous = Numbered(dots.uv[seen], numbers.id[seen])
-        return dots, numbers.id
+        if self._nearest and self._previous is not None and len(dots):
+            id = self._of_nearest(dots.uv)
+        else:
+            id = grid_numbering(self._numbering, 23, 23).number(dots.uv, *image.shape[1::-1]).id
+        if self._nearest and (id >= 0).any():
+            self._previous = dots.uv[id >= 0], id[id >= 0]
+        return dots, id
+
+    def _of_nearest(self, uv):
+        """One to one: of several dots with the same nearest one, the nearest has its number."""
+        before, number = self._previous
+        distance, place = cKDTree(before).query(uv)
+        id = np.full(len(uv), -1)
+        for dot in np.argsort(-distance):
+            id[id == number[place[dot]]] = -1
+            id[dot] = number[place[dot]]
+        return id
 
 
 def ways() -> dict:
@@ -50,7 +62,7 @@ def ways() -> dict:
             'from nothing, 320 x 240': (FromNothing(DotDetector('dark'), 'lattice'), 2),
             'with a previous frame, 320 x 240': (DotTracker(23, 23), 2),
             "the paper's steps": (FromNothing(DotDetector('dark', 'paper'), 'paper'), 1),
-            'SimpleBlobDetector, nearest': (FromNothing(BlobDetector(), 'nearest', keep=True), 1)}
+            'SimpleBlobDetector, nearest': (FromNothing(BlobDetector(), nearest=True), 1)}
 
 
 def measure(scenes: int, turns: int) -> list[dict]:

@@ -53,7 +53,6 @@ taxels, paper           K R K R N N N R R   - - - N N   S - -
 taxel response fit      K R K R R R R T T   R R R R T   S S -
 numbers, lattice        K N K N N N N N N   N N N N N   S S -
 numbers, paper          N N N N T T T N N   N N N T N   S S -
-numbers, nearest        K N K N N N N N N   N N N N N   S S -
 numbers, register       K N K N N N K N N   N N N N N   S S -
 numbers, tracks         K N K N N N N N N   N T T K T   S S -
 reference               K N K N T T T T T   N T T T T   S S -

@@ -6,10 +6,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from hard_engine import Estimator
-from tactile_perception.dots.index.linker import Linker
-from tactile_perception.dots.index.methods import METHODS
-from tactile_perception.dots.index.point_set_registration import Pattern
-from tactile_perception.dots.reference.drift import Reference
+from tactile_perception.dots.number import METHODS, Linker
+from tactile_perception.dots.pattern import Pattern
+from tactile_perception.dots.reference import Reference
 
 ROWS, COLUMNS, SPACING, SIZE = 9, 13, 34.0, (480, 360)  # rows and columns of the grid; px; px
 FINE = 4
@@ -58,7 +57,7 @@ def numbers(id):
 
 def _grid_numbers(method):
     def run(inputs):
-        found = METHODS[method](inputs['uv'], ROWS, COLUMNS, None, SIZE)
+        found = METHODS[method](ROWS, COLUMNS).number(inputs['uv'], *SIZE)
         return {'id': numbers(found.id) if found.certain else np.full(len(inputs['uv']), np.nan)}
     return run
 
@@ -85,7 +84,7 @@ def _whole(method):
 
 
 DOTS = {
-    'numbers, lattice': _whole('lattice'), 'numbers, paper': _whole('paper'), 'numbers, nearest': _whole('nearest'),
+    'numbers, lattice': _whole('lattice'), 'numbers, paper': _whole('paper'),
     'numbers, register': Estimator(lambda: {'uv': bulge(random_pattern())}, lambda i: {
         'id': numbers(Pattern(random_pattern()).match(i['uv']))}, ('uv',), ('uv',), ('id',)),
     'numbers, tracks': Estimator(lambda: {'before': random_pattern(), 'uv': bulge(random_pattern())}, _linked, ('uv',), ('uv',), ('id',)),

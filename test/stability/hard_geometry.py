@@ -8,9 +8,8 @@ from hard_engine import Estimator
 from tactile_driver.stitching.calibration import SideView
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust
-from tactile_perception.common.rotations import rotation_matrix
-from tactile_perception.common.slip import planar_twist
-from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.common.geometry import Cap, rotation_matrix
+from tactile_perception.common.estimates import planar_twist
 from tactile_perception.markers.places.sheet import SheetSurface
 from tactile_perception.markers.published.gaussian_peak import grid_point
 from tactile_perception.markers.view.marker_field import CameraView

@@ -15,7 +15,7 @@ from sheet_rig import PRESSED_AT, Sheet
 from tactile_perception.calibration.camera_poses import SideMarkers, fit_sides
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
-from tactile_perception.common.rotations import rotation_matrix
+from tactile_perception.common.geometry import rotation_matrix
 from tactile_perception.markers.methods import TOUCH_METHODS, make_method
 from tactile_perception.markers.touches.presses import Presses
 from tactile_perception.markers.view.marker_field import MarkerField, RestMarkers

@@ -8,7 +8,7 @@ from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
 from tactile_perception.pipeline.contact_stage import ContactEstimator
-from tactile_perception.pipeline.dot_stage import DotEstimator
+from tactile_perception.touchpad.places import TouchpadDots
 from tactile_perception.touchpad.sensor import Touchpad
 
 RATE = 10.0
@@ -45,7 +45,7 @@ class Chain:
     def __init__(self, pad, values):
         sensor = Touchpad.from_parameters(values)
         camera = sensor.camera(pad.scene.camera.matrix, pad.scene.camera.distortion)
-        self.dots, self.contact, self.stamp = DotEstimator(sensor, camera, values), ContactEstimator(sensor, camera, values), 1.0
+        self.dots, self.contact, self.stamp = TouchpadDots(sensor, camera, values), ContactEstimator(sensor, camera, values), 1.0
 
     def __call__(self, image, stamp=None):
         self.stamp += 1 / RATE

@@ -12,7 +12,7 @@ from tactile_perception.markers.view.camera_views import view_maker
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
-from tactile_perception.pipeline.dot_stage import make_tracker
+from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.pipeline.marker_stage import TouchEstimator
 from tactile_perception.touchpad.sensor import Touchpad, camera_pose
 

@@ -18,10 +18,10 @@ from hard_psd import finger, scene
 from hard_sheets import DEPTH, PLACE, SHIPPED, bell_field, dome_scenes, field_of, method, sheet, track_inputs
 from pad_rig import shared_pad
 from tactile_perception.common.rigid_motion import fit_rigid_robust
-from tactile_perception.common.rotations import rotation_matrix
-from tactile_perception.dots.detect.methods import DotDetector
-from tactile_perception.dots.index.grid import number_grid
-from tactile_perception.dots.index.point_set_registration import Pattern
+from tactile_perception.common.geometry import rotation_matrix
+from tactile_perception.dots.detect import DotDetector
+from tactile_perception.dots.number import number_grid
+from tactile_perception.dots.pattern import Pattern
 from tactile_perception.errors import TactileError
 
 

@@ -9,12 +9,11 @@ from scipy.spatial import cKDTree
 
 import hard_taxels
 from hard_dots import COLUMNS, ROWS, SIZE, drawn, grid
-from tactile_perception.common.dot_surface import DotSurface
-from tactile_perception.dots.detect.methods import METHODS, DotDetector
-from tactile_perception.dots.index.grid import number_grid
-from tactile_perception.dots.index.linker import Linker
-from tactile_perception.dots.index.point_set_registration import Pattern
-from tactile_perception.dots.reference.drift import Reference
+from tactile_perception.common.surface import DotSurface
+from tactile_perception.dots.detect import METHODS, DotDetector
+from tactile_perception.dots.number import Linker, number_grid
+from tactile_perception.dots.pattern import Pattern
+from tactile_perception.dots.reference import Reference
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.markers.places.sheet import SheetSurface

@@ -7,20 +7,19 @@ import numpy as np
 import pytest
 
 hypothesis = pytest.importorskip('hypothesis', reason='pip install hypothesis')
-from hypothesis import HealthCheck, assume, given, settings  # noqa: E402
-from hypothesis import strategies as st  # noqa: E402
+from hypothesis import HealthCheck, assume, given, settings, strategies as st  # noqa: E402
 from hypothesis.extra import numpy as arrays  # noqa: E402
 
 from hard_dots import COLUMNS, ROWS, SIZE, bulge, grid, random_pattern  # noqa: E402
 from hard_geometry import CAMERA  # noqa: E402
 from outline_reference import signed_area  # noqa: E402
 from tactile_perception import _core  # noqa: E402
-from tactile_perception.common.dot_grid import fill_unseen  # noqa: E402
+from tactile_perception.common.surface import fill_unseen  # noqa: E402
 from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust  # noqa: E402
-from tactile_perception.common.rotations import rotation_matrix, rotation_vector  # noqa: E402
-from tactile_perception.common.slip import planar_twist  # noqa: E402
-from tactile_perception.dots.index.grid import number_grid  # noqa: E402
-from tactile_perception.dots.index.linker import Linker, assign  # noqa: E402
+from tactile_perception.common.geometry import rotation_matrix, rotation_vector  # noqa: E402
+from tactile_perception.common.estimates import planar_twist  # noqa: E402
+from tactile_perception._core.dots import link_places  # noqa: E402
+from tactile_perception.dots.number import Linker, number_grid  # noqa: E402
 from tactile_perception.errors import BadFrame, TactileError  # noqa: E402
 from tactile_perception.markers.published.gaussian_peak import gaussian  # noqa: E402
 from tactile_perception.markers.touches.touch import TouchEstimate  # noqa: E402
@@ -173,7 +172,7 @@ def test_numbers_of_any_places_are_each_given_once(uv):
 def test_links_are_one_to_one_and_within_reach(seed, gate):
     rng = np.random.default_rng(seed)
     places, dots = random_pattern(), rng.permutation(random_pattern())[:60] + rng.normal(0, 8, (60, 2))
-    a, b = assign(places, dots, gate)
+    a, b = link_places(places, dots, gate=gate).T
     assert len(set(a.tolist())) == len(a) == len(b) == len(set(b.tolist()))
     assert (np.hypot(*(places[a] - dots[b]).T) <= gate).all()
 

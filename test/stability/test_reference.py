@@ -6,15 +6,15 @@ import numpy as np
 
 def test_an_untouched_reference_is_not_suspected(pad):
     chain = pad.chain().begun(pad)
-    assert chain.dots.suspicion == ''
+    assert chain.dots.warning == ''
     chain(pad.pressed)
-    assert chain.dots.suspicion == ''
+    assert chain.dots.warning == ''
 
 
 def test_a_pressed_reference_is_noticed_said_and_usable(pad):
     chain = pad.chain()
     tracks, _ = chain(pad.pressed)
-    assert 'set_reference' in chain.dots.suspicion
+    assert 'set_reference' in chain.dots.warning
     assert len(tracks) > 515 and np.abs(tracks.duv).max() == 0
     tracks, result = chain(pad.rest[0])
     assert np.nanmax(np.abs(tracks.duv)) > 3 and np.isnan(result.wrench).all()
@@ -23,7 +23,7 @@ def test_a_pressed_reference_is_noticed_said_and_usable(pad):
 
     chain.dots.set_reference()
     tracks, result = chain(pad.rest[1])
-    assert chain.dots.suspicion == '' and np.abs(tracks.duv).max() == 0
+    assert chain.dots.warning == '' and np.abs(tracks.duv).max() == 0
     for image in pad.rest[2:4]:
         _, result = chain(image)
         assert result.region.area == 0 and not result.contacts

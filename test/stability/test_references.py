@@ -9,13 +9,10 @@ import pytest
 mp = pytest.importorskip('mpmath', reason='pip install mpmath')
 
 from hard_geometry import CAMERA, CAP, MATRIX, SIGMA, _moved, _side, cloud  # noqa: E402
-from tactile_perception.common.contour import region_outlines  # noqa: E402
-from tactile_perception.common.dot_surface import DotSurface  # noqa: E402
-from tactile_perception.common.region_moments import axes  # noqa: E402
+from tactile_perception.common.surface import DotSurface, axes, region_outlines  # noqa: E402
 from tactile_perception.common.rigid_motion import fit_rigid  # noqa: E402
-from tactile_perception.common.rotations import quaternion, rotation_matrix, rotation_vector  # noqa: E402
-from tactile_perception.common.slip import planar_twist  # noqa: E402
-from tactile_perception.common.spherical_cap import Cap  # noqa: E402
+from tactile_perception.common.geometry import Cap, quaternion, rotation_matrix, rotation_vector  # noqa: E402
+from tactile_perception.common.estimates import planar_twist  # noqa: E402
 from tactile_perception.markers.published.gaussian_peak import gaussian  # noqa: E402
 from tactile_perception.markers.touches.touch import TouchEstimate  # noqa: E402
 from tactile_perception.markers.touches.tracker import ACCELERATION, TouchTracker  # noqa: E402

@@ -48,10 +48,10 @@ def test_a_press_that_is_there_from_the_start_is_told_and_ends(any_sheet):
     chain = any_sheet.chain([])
     for _ in range(3):
         check_right(chain(any_sheet.pressed), any_sheet.truth, *LARGEST[any_sheet.kind])
-        assert 'was touched' in chain.tracker.reference.suspicious
+        assert 'was touched' in chain.tracker.reference.warning
     for image in any_sheet.rest:
         assert nothing(chain(image))
-    assert chain.tracker.reference.suspicious == ''
+    assert chain.tracker.reference.warning == ''
     check_right(chain(any_sheet.pressed), any_sheet.truth, *LARGEST[any_sheet.kind])
 
 

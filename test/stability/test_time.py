@@ -10,7 +10,7 @@ from hard_dots import COLUMNS, ROWS, drawn, grid, random_pattern
 from hard_geometry import _moved, cap_dots
 from hard_psd import PERIOD, REST, finger, scene
 from hard_sheets import pad_inputs, pad_tracks, sheet, stage_of_pad
-from tactile_perception.dots.index.linker import Linker
+from tactile_perception.dots.number import Linker
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadFrame
 from tactile_perception.markers.touches.touch import TouchEstimate

@@ -11,7 +11,7 @@ from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.sensors.touchpad import touchpad
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.pipeline.contact_stage import ContactEstimator
-from tactile_perception.pipeline.dot_stage import make_tracker
+from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.touchpad.membrane.solver import Membrane
 from tactile_perception.touchpad.optics.identification import fit_rest
 from tactile_perception.touchpad.places import DotPlaces

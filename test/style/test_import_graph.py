@@ -13,7 +13,7 @@ ROOMS = {
         'recordings', 'stitching', 'serial_frames', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.scene',
         'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources.base', 'emulators', 'sources.camera', 'sources.dual_camera',
         'sources.psd', 'sources.taxel', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes.streams', 'nodes'),
-    'tactile_perception': ('errors', 'sensors', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'touchpad.membrane',
+    'tactile_perception': ('errors', 'sensors', 'common', 'dots', 'touchpad.membrane',
         'touchpad.optics', 'touchpad.contact', 'touchpad', 'markers.view', 'markers.touches', 'markers.mechanics', 'markers.published',
         'markers.dome_model', 'markers.places', 'markers.wrench', 'markers', 'taxel', 'calibration',
         'calibration.files', 'finger', 'parameters', 'pipeline', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage',

@@ -11,7 +11,7 @@ import scipy
 
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
-from ..common.spherical_cap import sphere_ranges
+from ..common.geometry import sphere_ranges
 from ..errors import BadCalibration
 from ..touchpad.optics.absorption import WaterModel
 from ..touchpad.optics.colour import log_ratios

@@ -12,9 +12,8 @@ from tactile_driver.stitching.methods import make_stitcher
 
 from .camera_poses import SideMarkers, fit_sides
 from ..common.dots import Dots
-from ..dots.detect.methods import DotDetector
-from ..dots.index.grid import number_grid
-from ..dots.index.lattice import find_lattice
+from ..dots.detect import DotDetector
+from ..dots.number import find_lattice, number_grid
 from ..errors import BadArgument, BadCalibration, BadFrame
 from ..markers.view.sensor import MarkerSensor
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..common.camera import CameraModel
-from ..common.spherical_cap import Cap
+from ..common.geometry import Cap
 from ..common.statistics import robust_sigma
 from ..errors import BadArgument, BadCalibration, BadFrame
 from .residuals import Residuals

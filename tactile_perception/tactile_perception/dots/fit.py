@@ -4,9 +4,9 @@
 appearance of the dots, measured in one image: colour channel, size, contrast, blur and noise.
 
 The fit's model is linearised at nodes of sub-pixel position and diameter. At each node, the weighted least-squares estimate of the
-differences from the node is a matrix applied to the patch. The rows of these matrices span few dimensions, so a patch is projected onto them
-once, and every Gauss-Newton step works on these dimensions. Each of them is even or odd along both axes: nodes in one quadrant serve all
-four, and a patch is folded first.
+differences from the node is a matrix applied to the patch. The rows of these matrices span few dimensions, so a patch is projected onto
+them once, and every Gauss-Newton step works on these dimensions. Each of them is even or odd along both axes: nodes in one quadrant serve
+all four, and a patch is folded first.
 """
 from __future__ import annotations
 

@@ -3,8 +3,8 @@
 """Numbers of dots, by name of the method: row and column on a printed grid, or tracks and registration of other patterns.
 
 On a grid one image determines row and column of each dot where all printed rows and columns are seen. If an outer row is missing, it either
-left the image (its position lies outside) or the numbers of the last frame continue (motion below half a pitch). A shift by exactly one pitch
-with an occluded outer row is unobservable; such frames are rejected. Kernels: src/dots/lattice.cpp, number.cpp, links.cpp.
+left the image (its position lies outside) or the numbers of the last frame continue (motion below half a pitch). A shift by exactly one
+pitch with an occluded outer row is unobservable; such frames are rejected. Kernels: src/dots/lattice.cpp, number.cpp, links.cpp.
 """
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._core.dots import GridNumbering, GridNumbers, Linker
+from .. import _core
+from .._core.dots import GridNumbering, GridNumbers, Lattice, Linker
 from ..errors import BadArgument
 from .pattern import PatternNumbers
 from .published import PaperNumbering
@@ -39,6 +40,16 @@ def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | No
     if previous is not None:
         numbering.remember(np.asarray(previous.uv, float), np.asarray(previous.id, np.int64))
     return numbering.number(uv, *(image_size or (0, 0)))
+
+
+def find_lattice(uv: np.ndarray, angle_hint: float = 0.0) -> Lattice | None:
+    """Relative row and column indices of dots, or None if they form no grid.
+
+    uv: (N, 2) px, finite; angle_hint: rad, expected direction of the rows; of the four possible directions, the one within 45 degrees of
+    it is returned.
+    """
+    lattice = _core.dots.find_lattice(np.ascontiguousarray(uv, float), angle_hint)
+    return lattice if lattice.found else None
 
 
 def tracks(pattern: np.ndarray | None = None) -> Linker:

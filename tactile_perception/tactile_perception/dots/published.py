@@ -3,7 +3,8 @@
 """Published methods.
 
 Detectors: touchpad_contact_region (section 3.4, six steps, eqs 15 and 16), areal_sensor_contact_position (section 2.2) and
-air_cushion_contact (section III.A). Numbers: touchpad_contact_region (section 3.5: five steps, eqs 17, 18 and the unnumbered one of step 5).
+air_cushion_contact (section III.A). Numbers: touchpad_contact_region (section 3.5: five steps, eqs 17, 18 and the unnumbered one of step
+5).
 """
 from __future__ import annotations
 
@@ -145,8 +146,8 @@ _SEARCH = 0.5  # pitches around a predicted position: the paper gives no value; 
 
 
 class PaperNumbering:
-    """Indices on a printed grid of rows x columns, each frame anew. Steps 1 and 2: the middle row and column start at the dots nearest to two
-    fixed points, Q_x left of and Q_y above the image's centre; here half the grid's size away from it."""
+    """Indices on a printed grid of rows x columns, each frame anew. Steps 1 and 2: the middle row and column start at the dots nearest to
+    two fixed points, Q_x left of and Q_y above the image's centre; here half the grid's size away from it."""
 
     def __init__(self, rows: int, columns: int):
         self._shape = rows, columns

@@ -76,8 +76,8 @@ class Reference:
 
     time_constant_s: of drift; frames: number of untouched frames that are averaged first; known: calibrated positions, used while a sensor
     that starts under contact is not released, and averaged in as 10 frames where the first dots are at them; warning: why the reference may
-    not be untouched, ''. A dot that appears later gets its position in the next untouched frame. Raises BadArgument for a time constant that
-    is not positive or frames below 1.
+    not be untouched, ''. A dot that appears later gets its position in the next untouched frame. Raises BadArgument for a time constant
+    that is not positive or frames below 1.
     """
 
     def __init__(self, time_constant_s: float = 30.0, frames: int = 10, known: CalibratedRest | None = None):
@@ -88,6 +88,16 @@ class Reference:
     def taken(self) -> bool:
         """Whether there is a reference."""
         return len(self._rest.id) > 0
+
+    @property
+    def id(self) -> np.ndarray:
+        """(K,) ids of the dots with a reference position, rising."""
+        return self._rest.id
+
+    @property
+    def uv(self) -> np.ndarray:
+        """(K, 2) px, their reference positions."""
+        return self._rest.uv
 
     @property
     def touched(self) -> bool:

@@ -21,9 +21,10 @@ from ..markers.view.camera_views import view_maker
 from ..markers.view.sensor import MARKER_SENSORS
 from ..nodes.messages import conversions as convert
 from ..parameters.touchpad import DOT_PARAMETERS
-from ..pipeline.dot_stage import DotEstimator
 from ..stage import Input
+from ..touchpad.places import TouchpadDots
 from ..touchpad.sensor import Touchpad, camera_pose
+from .tracker import DotEstimator
 
 _SKEWS = 32  # pictures whose right exposure is kept; chosen: more than wait in the subscription
 
@@ -62,11 +63,11 @@ class DotStage(CameraStage):
         known = {name: self._markers and getattr(self._markers, name) for name in ('pattern', 'rest')}
         if self._surface is not None:
             make_view = view_maker(self._surface, matrices, self._markers and self._markers.stitching, camera_pose(self.values))
-            return DotEstimator(self.sensor, None, self.values, places=self._places(make_view) if make_view else None,
-                                right=self._right_shutter(), **known)
+            return DotEstimator(self.sensor, self.values, self._places(make_view) if make_view else None, right=self._right_shutter(),
+                                **known)
         camera = self.sensor.camera(*matrices) if matrices else None
         water = read_touchpad(self.values['calibration'], camera, size) if self._water and camera else None
-        return DotEstimator(self.sensor, camera, self.values, water, **known)
+        return TouchpadDots(self.sensor, camera, self.values, water, **known)
 
     def _right_shutter(self):
         """The RightShutter of two cameras; None for one."""
@@ -123,5 +124,5 @@ class DotStage(CameraStage):
 
     def health(self) -> tuple[str, dict]:
         """Warns of a reference that may have been taken under a touch."""
-        warning = self.estimator.suspicion if self.estimator is not None else ''
+        warning = self.estimator.warning if self.estimator is not None else ''
         return warning, {'reference': warning or 'in order'}

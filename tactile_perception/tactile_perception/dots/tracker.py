@@ -1,23 +1,27 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Dot tracking: detection, indexing (or linking) and displacement from a reference."""
+"""From an image to dots: detection, indexing (or linking), displacement from a reference, and 3D positions."""
 from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
 
 from ..common.dots import Dots, DotTracks
 from ..errors import BadArgument, BadFrame
 from .detect import DotDetector
-from .number import WITHOUT_GRID, grid_numbering
-from .reference import Reference
+from .number import REGISTER, WITHOUT_GRID, grid_numbering
+from .reference import CalibratedRest, Reference
 
 
 class DotTracker:
     """Tracks the dots of one camera frame by frame.
 
     rows, columns: size of the printed grid, both 0 for an irregular pattern; polarity: 'dark' or 'bright' dots; detection: a name in
-    detect.METHODS; numbering: a name in number.METHODS or WITHOUT_GRID (without a grid, a grid method's name selects 'tracks'); detector: an object with detect(image) -> Dots that replaces the named one; reference: Reference() by default; pattern:
-    (K, 2) px, positions of a pattern to register, the first frame's dots by default. Raises BadArgument for unknown names and bad sizes.
+    detect.METHODS; numbering: a name in number.METHODS or WITHOUT_GRID (without a grid, a grid method's name selects 'tracks'); detector:
+    an object with detect(image) -> Dots that replaces the named one; reference: Reference() by default; pattern: (K, 2) px, positions of a
+    pattern to register, the first frame's dots by default. Raises BadArgument for unknown names and bad sizes.
     """
 
     def __init__(self, rows: int, columns: int, polarity: str = 'dark', detection: str = 'likelihood', numbering: str = 'lattice',
@@ -81,3 +85,80 @@ class DotTracker:
         if numbers.reason:
             raise BadFrame(f'dots not indexed: {numbers.reason}')
         return numbers.id
+
+
+class PrintedGrid(Protocol):
+    """What a tracker needs of a sensor: rows and columns of the printed grid, both 0 for other patterns."""
+
+    rows: int
+    columns: int
+
+
+def make_tracker(sensor: PrintedGrid, values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None) -> DotTracker:
+    """A tracker with the given parameters.
+
+    values: of DOT_PARAMETERS; pattern: (K, 2) px, untouched image positions whose order gives the ids of an irregular pattern; rest:
+    (K, 2) px, calibrated untouched positions, used to detect contact in the first frame.
+    """
+    known = None if rest is None else CalibratedRest(rest)
+    reference = Reference(values['reference.time_constant'], values['reference.frames'], known)
+    numbering = values['numbering'] if pattern is None else REGISTER
+    return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], numbering, reference=reference, pattern=pattern)
+
+
+def find_pattern(image: np.ndarray, values: Mapping) -> np.ndarray:
+    """(K, 2) px, image positions of the dots of the untouched sensor, from top to bottom. Raises BadFrame if there are none."""
+    uv = DotDetector(values['polarity'], values['detection']).detect(image).uv
+    return uv[np.argsort(uv[:, 1])]
+
+
+class Places(Protocol):
+    """3D positions of dots: DotPlaces, SheetPlaces or DomePlaces."""
+
+    def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
+        """Positions (N, 3), m, in the sensor frame, of tracks in an image; NaN if unknown. Raises BadFrame."""
+
+    def renew(self) -> None:
+        """Discard all state that depends on the reference."""
+
+
+class RightView(Protocol):
+    """Brings dots of the right one of two views to the exposure of the left one: RightShutter."""
+
+    def is_in(self, image: np.ndarray) -> bool:
+        """Whether a stitched image shows both views."""
+
+    def process(self, tracks: DotTracks, stamp_s: float, skew_s: float) -> DotTracks:
+        """The tracks of a stitched image at the left exposure, stamp_s, s; skew_s: s, from it to the right one."""
+
+
+class DotEstimator:
+    """Tracks and locates dots frame by frame. values: of DOT_PARAMETERS; places: 3D positions of the dots; pattern, rest: see make_tracker;
+    right: of an image stitched from two cameras."""
+
+    def __init__(self, sensor: PrintedGrid, values: Mapping, places: Places | None = None, pattern: np.ndarray | None = None,
+                 rest: np.ndarray | None = None, right: RightView | None = None):
+        self._tracker, self._places, self._right = make_tracker(sensor, values, pattern, rest), places, right
+
+    @property
+    def warning(self) -> str:
+        """Why the reference may not show the untouched sensor; ''."""
+        return self._tracker.reference.warning
+
+    def set_reference(self) -> None:
+        """Use the next frame as the untouched reference."""
+        self._tracker.set_reference()
+        if self._places is not None:
+            self._places.renew()
+
+    def process(self, image: np.ndarray, stamp_s: float, skew_s: float = 0.0) -> DotTracks:
+        """Dots of an image, uint8 (H, W) or (H, W, 3) BGR, exposed at stamp_s, s; skew_s: s, from it to the exposure of the right view of
+        two cameras. Raises BadFrame for an unusable image or stamp."""
+        if self._right is not None and not self._tracker.reference.taken and not self._right.is_in(image):
+            raise BadFrame('one of the two views is black: both must be there when the reference is taken; check its camera or topic')
+        tracks = self._tracker.process(image, stamp_s)
+        if self._right is not None:
+            tracks = self._right.process(tracks, stamp_s, skew_s)
+        if self._places is not None:
+            tracks.xyz = self._places.locate(image, tracks)
+        return tracks

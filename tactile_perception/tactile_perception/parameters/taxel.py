@@ -11,7 +11,7 @@ import numpy as np
 from tactile_driver.parameters.table import Parameter
 
 from ..calibration.files.taxel import SENSOR, read_taxels
-from ..common.frame_tree import FrameTree
+from ..common.geometry import FrameTree
 from ..errors import BadArgument
 from ..taxel.array import LARGEST, SoftPad, TaxelArray
 from ..taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings

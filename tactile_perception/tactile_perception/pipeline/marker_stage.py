@@ -12,9 +12,9 @@ import numpy as np
 from ..calibration.files.markers import TouchCalibration
 from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
-from ..common.dot_grid import scatter
+from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
-from ..dots.reference.calibrated_rest import CalibratedRest
+from ..dots.reference import CalibratedRest
 from ..errors import BadFrame
 from ..markers.methods import make_method
 from ..markers.touches.region import region_of

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from tactile_driver.stitching.calibration import Stitching
 
-from ..common.dot_grid import scatter
+from ..common.surface import scatter
 from ..common.dots import DotTracks
 from ..markers.places.seam import SeamBalance
 from ..markers.view.sensor import MarkerSensor

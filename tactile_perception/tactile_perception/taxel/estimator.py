@@ -14,7 +14,7 @@ from .._core import taxel_without_traction
 from .array import SoftPad, TaxelArray
 from .baseline import Baseline
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
-from ..common.region_moments import axes
+from ..common.surface import axes
 from ..common.surface_points import SurfacePoints
 from .contact_tracker import TrackedContact, ContactTracker
 from ..errors import BadArgument, BadFrame

@@ -11,8 +11,7 @@ import numpy as np
 
 from .._core import taxel_regions
 from .array import TaxelArray
-from ..common.contour import Outline, grouped
-from ..common.region_moments import Moments
+from ..common.surface import Moments, Outline, grouped
 from .score import LEVEL
 
 _AROUND = 2  # taxels around a region that share its force. Chosen: a pad of 2 mm on taxels of 1 mm (paper)

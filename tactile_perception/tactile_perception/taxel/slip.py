@@ -8,8 +8,7 @@ import math
 import numpy as np
 
 from .array import TaxelArray
-from ..common.estimates import NONE, SlipEstimate
-from ..common.slip import next_state
+from ..common.estimates import NONE, SlipEstimate, next_state
 from .imprint import ImprintMotion
 
 _FAR = 4.0  # radii of the contact within which a centre of rotation is reported; farther ones are translations. Chosen

@@ -5,9 +5,7 @@ import numpy as np
 import outline_reference as reference
 import pytest
 from tactile_perception import _core
-from tactile_perception.common.contour import region_outlines
-from tactile_perception.common.dot_surface import DotSurface
-from tactile_perception.common.region_moments import axes
+from tactile_perception.common.surface import DotSurface, axes, region_outlines
 
 
 def bumpy(seed, rows=15, columns=19):

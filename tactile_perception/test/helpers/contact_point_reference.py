@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from outline_reference import boundary_sd, place_and_normal
 from scipy.linalg import lapack
-from tactile_perception.common.vectors import tangents
+from tactile_perception.common.geometry import tangents
 
 _SIGNIFICANT = 4.0  # standard deviations by which a curvature must differ from zero; chosen
 _BENT = 0.1  # rad, rotation of the normal from the centre of a region to its border below which the region is a face; chosen

@@ -5,9 +5,8 @@ import math
 
 import cv2
 import numpy as np
-from tactile_perception.common.contour import Outline
-from tactile_perception.common.region_moments import Moments
-from tactile_perception.common.vectors import cross
+from tactile_perception.common.surface import Moments, Outline
+from tactile_perception.common.geometry import cross
 
 BEYOND = 2  # nodes extrapolated on each side, as a cubic needs
 _TOP, _RIGHT, _BOTTOM, _LEFT = range(4)

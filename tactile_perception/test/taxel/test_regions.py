@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from taxel_pictures import ARRAY, bar, both, disc, picture, ring
-from tactile_perception.common.region_moments import axes
+from tactile_perception.common.surface import axes
 from tactile_perception.taxel.array import SoftPad
 from tactile_perception.taxel.regions import find_regions, joined, without
 from tactile_perception.taxel.score import ContactScore

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ...common.camera import CameraModel
-from ...common.spherical_cap import Cap
+from ...common.geometry import Cap
 from ...errors import BadArgument, BadCalibration
 from .format import CalibrationFile, Specimen, read_calibration, write_calibration
 from ..residuals import outliers

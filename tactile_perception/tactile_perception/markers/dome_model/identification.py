@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from ...common.parallel import in_parallel
-from ...common.spherical_cap import Cap
+from ...common.progress import in_parallel
+from ...common.geometry import Cap
 from ...errors import BadCalibration
 from .membrane import DomeMaterial, press_dome
 from .mesh import DomeMesh, MeshPlan, evaluate, shift_of

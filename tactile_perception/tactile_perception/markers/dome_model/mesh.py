@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...common.spherical_cap import Cap
+from ...common.geometry import Cap
 
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
 

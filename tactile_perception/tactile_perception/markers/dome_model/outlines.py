@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...common.spherical_cap import Cap
+from ...common.geometry import Cap
 from ..view.sensor import MarkerSensor, dome_cap, rest_points
 
 COUNT = 12      # points of an outline. Chosen: of 24, a centroid differs by less than a micrometre

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from ...common.parallel import in_parallel
+from ...common.progress import in_parallel
 from ...errors import BadCalibration
 from .membrane_fem import SheetMaterial, press_sheet
 from .mesh import SheetMesh, uniform

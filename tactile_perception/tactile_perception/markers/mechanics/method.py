@@ -13,7 +13,7 @@ from .matched_filter import SheetStart
 from .projection import Press
 from .reduced_model import SheetLibrary
 from .solver import ANY_TIP, SURE, Inverse, Seen, SheetInverse, show
-from ...common.vectors import cross
+from ...common.geometry import cross
 from ..touches.presses import Presses
 from ..touches.touch import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..view.marker_field import MarkerField

@@ -10,8 +10,8 @@ from functools import partial
 
 import numpy as np
 
-from ...common.parallel import in_parallel
-from ...common.splines import spline_fit
+from ...common.progress import in_parallel
+from ...common.geometry import spline_fit
 from ...errors import BadCalibration
 from .membrane_fem import SheetMaterial, press_sheet
 from .mesh import SheetMesh, least_length, uniform

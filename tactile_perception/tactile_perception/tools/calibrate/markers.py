@@ -16,9 +16,8 @@ from ...bags.stitched_bag import bag_opener, stitching_in
 from ...calibration.files.format import Specimen
 from ...calibration.files.markers import METHODS, PATTERN, REST, STIFFNESS, STITCHING, WRENCH, best_method, write_touch
 from ...calibration.residuals import outliers, report_residuals
-from ...common.parallel import in_parallel
-from ...common.progress import log_told
-from ...dots.tracker import DotTracker
+from ...common.progress import in_parallel, log_told
+from ...dots.tracker import DotTracker, find_pattern, make_tracker
 from ...errors import BadCalibration, BadFrame
 from .marker_residuals import marker_residuals, require_coverage
 from ...markers.methods import make_method, methods_for
@@ -32,7 +31,6 @@ from ...nodes.messages import conversions as convert
 from ...parameters.file import read_parameters
 from ...parameters.markers import MARKER_SENSOR_PARAMETERS, marker_sensor
 from ...parameters.touchpad import DOT_PARAMETERS
-from ...pipeline.dot_stage import find_pattern, make_tracker
 from ...pipeline.shutters import right_shutter
 from .stitching import find_stitching, tell_truth, write_stitching
 from ...touchpad.sensor import Touchpad, camera_pose

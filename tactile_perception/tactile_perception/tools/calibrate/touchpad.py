@@ -20,7 +20,7 @@ from ...errors import BadCalibration, BadFrame
 from ...nodes.messages import conversions as convert
 from ...parameters.file import read_parameters
 from ...parameters.touchpad import DOT_PARAMETERS
-from ...pipeline.dot_stage import make_tracker
+from ...dots.tracker import make_tracker
 from ...touchpad.sensor import Touchpad
 
 _MOST_PRESSES, _MOST_REST = 80, 10  # frames fitted, chosen

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ... import _core
-from ...common.region_moments import joined
-from ...common.spherical_cap import Cap
+from ...common.surface import joined
+from ...common.geometry import Cap
 from .region import ContactDots, Region
 
 

@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._core import lie_on_a_line
-from ...common.contour import label_score
-from ...common.dot_grid import to_grid
+from ...common.surface import label_score, to_grid
 from ...errors import BadFrame
 from .contact_score import contact_score
 from .loads import LoadEstimator

@@ -10,13 +10,10 @@ import cv2
 import numpy as np
 
 from ..._core import all_within
-from ...common.contour import Outline, region_outlines
-from ...common.dot_grid import to_grid
-from ...common.dot_surface import DotSurface
+from ...common.surface import DotSurface, Moments, Outline, axes, region_outlines, to_grid
 from ...common.estimates import ContactRegionEstimate
-from ...common.region_moments import Moments, axes
 from ...common.rigid_motion import RigidFit
-from ...common.rotations import quaternion
+from ...common.geometry import quaternion
 from ...errors import BadArgument
 
 _MASK_SCALE = 8  # pixels a pitch, of the mask that assigns dots to regions; chosen

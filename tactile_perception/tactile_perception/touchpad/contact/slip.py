@@ -7,8 +7,7 @@ import math
 
 import numpy as np
 
-from ...common.estimates import GROSS, NONE, ContactEstimate, SlipEstimate
-from ...common.slip import STILL_GROSS, next_state, planar_twist
+from ...common.estimates import GROSS, NONE, STILL_GROSS, ContactEstimate, SlipEstimate, next_state, planar_twist
 from ...errors import BadArgument, BadFrame
 from .region import ContactDots
 from .object_motion import MotionEstimate

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..._core import deepest_notch
 from ...common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate
-from ...common.spherical_cap import Cap
+from ...common.geometry import Cap
 from .contact_point import FoundContact, find_contact
 from ...errors import BadArgument
 from .region import ContactDots, Region

@@ -12,7 +12,7 @@ from .glare import PROBABILITY, SeenGlare, no_glare
 from ..._core import water_lengths, water_ranges
 from ...common.camera import CameraModel
 from ...common.dots import DotTracks
-from ...common.spherical_cap import Cap
+from ...common.geometry import Cap
 from ...errors import BadArgument
 from .light_path import LightPath
 

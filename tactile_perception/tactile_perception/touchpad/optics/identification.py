@@ -12,7 +12,7 @@ import scipy
 from .absorption import WaterModel
 from .colour import POINTS, RING, RING_PIXELS, RingColours, background_ratios, check_image, log_ratios, pitch_px, ring_share
 from ...common.camera import CameraModel
-from ...common.spherical_cap import Cap
+from ...common.geometry import Cap
 from ...common.statistics import robust_sigma
 from ...errors import BadArgument, BadFrame
 from .glare import COMMON, COMMON_AT_DOTS, Glare, learn_glare, smooth_light

@@ -6,7 +6,7 @@ import pathlib
 
 import numpy as np
 import pytest
-from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.common.geometry import Cap
 from tactile_perception.errors import BadArgument
 from tactile_perception.markers.dome_model import membrane
 from tactile_perception.markers.dome_model.membrane import DomeMaterial, press_dome

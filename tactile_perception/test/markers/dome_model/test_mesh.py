@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.common.geometry import Cap
 from tactile_perception.markers.dome_model.mesh import DomeMesh, MeshPlan, disc_of, evaluate, shift_of
 
 CAP, PLAN = Cap(0.15375, 0.12), MeshPlan(even=6, rings=12, width=0.02, harmonics=3, around=8)

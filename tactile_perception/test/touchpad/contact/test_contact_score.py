@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.common.geometry import Cap
 from tactile_perception.touchpad.contact.contact_score import contact_score
 from tactile_perception.touchpad.contact.loads import LoadEstimator
 from tactile_perception.touchpad.membrane.forces import MembraneMaterial

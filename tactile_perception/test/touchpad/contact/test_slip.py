@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
-from tactile_perception.common.slip import planar_twist
+from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE, planar_twist
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions
 from tactile_perception.touchpad.contact.object_motion import MotionEstimate, ObjectMotion

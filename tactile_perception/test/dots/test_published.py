@@ -6,9 +6,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from tactile_perception.dots.detect.methods import DotDetector
-from tactile_perception.dots.detect.published import PaperDetector
-from tactile_perception.errors import BadFrame
+from tactile_perception.dots.detect import DotDetector
+from tactile_perception.dots.published import PaperDetector, PaperNumbering
+from tactile_perception.errors import BadArgument, BadFrame
 
 
 @pytest.mark.parametrize('sign, ground, contrast', [(-1, 180.0, -120.0), (1, 40.0, 150.0)])
@@ -81,3 +81,37 @@ def test_a_gaussian_does_no_worse_than_non_local_means():
             found.append(np.hypot(*(dots.uv[:, None] - truth[k]).transpose(2, 0, 1)).min(1))
     paper, fast = (np.sqrt(np.square(found).mean()) for found in error.values())
     assert fast < 1.02 * paper < 0.1
+
+
+def whole(rows=7, columns=9, pitch=20.0, size=(240, 200)):
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    return np.stack([column - (columns - 1) / 2, row - (rows - 1) / 2], axis=1) * pitch + (np.array(size) - 1) / 2, size
+
+
+def test_a_whole_grid_at_rest():
+    uv, size = whole()
+    order = np.random.default_rng(0).permutation(len(uv))
+    numbers = PaperNumbering(7, 9).number(uv[order], *size)
+    assert numbers.certain
+    np.testing.assert_array_equal(numbers.id, order)
+
+
+def test_a_gap_in_the_middle_row_stops_it():
+    uv, size = whole()
+    numbers = PaperNumbering(7, 9).number(np.delete(uv, [3 * 9 + 2, 3 * 9 + 4], axis=0), *size)
+    assert np.all(numbers.id == -1) and 'meet in 0 dots' in numbers.reason
+
+
+def test_a_shift_by_a_pitch_misnumbers_all():
+    uv, size = whole()
+    id = PaperNumbering(7, 9).number(uv + [20.0, 0.0], *size).id
+    assert np.all(id != np.arange(63))  # it starts from fixed points: why number_grid does not
+
+
+def test_too_few_dots():
+    assert PaperNumbering(7, 9).number(np.zeros((3, 2)), 240, 200).reason == 'only 3 dots found'
+
+
+def test_it_needs_the_size_of_the_image():
+    with pytest.raises(BadArgument, match='width and height'):
+        PaperNumbering(7, 9).number(whole()[0])

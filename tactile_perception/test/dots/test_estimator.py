@@ -6,7 +6,8 @@ import dataclasses
 import numpy as np
 import pytest
 from tactile_perception.errors import BadFrame
-from tactile_perception.pipeline.dot_stage import DotEstimator, find_pattern, make_tracker
+from tactile_perception.dots.tracker import find_pattern, make_tracker
+from tactile_perception.touchpad.places import TouchpadDots
 
 
 def rms(values):
@@ -15,7 +16,7 @@ def rms(values):
 
 @pytest.fixture(scope='module')
 def begun(ball):
-    stage = DotEstimator(ball.sensor, ball.camera, ball.values)
+    stage = TouchpadDots(ball.sensor, ball.camera, ball.values)
     for k, image in enumerate(ball.rest[:3]):
         stage.process(image, 1 + 0.1 * k)
     return stage
@@ -35,21 +36,21 @@ def test_dots_and_places_of_a_press(ball, begun):
 def test_nothing_moves_at_rest(ball, begun):
     tracks = begun.process(ball.rest[3], 3.0)
     assert rms(tracks.xyz - ball.untouched.dot_xyz[tracks.id]) < 0.08e-3
-    assert np.nanmedian(np.abs(tracks.duv)) < 0.03 and begun.suspicion == ''
+    assert np.nanmedian(np.abs(tracks.duv)) < 0.03 and begun.warning == ''
 
 
 def test_set_reference_takes_the_next_frame(ball, begun):
     begun.process(ball.rest[3], 4.0)
     begun.set_reference()
     tracks = begun.process(ball.pressed, 4.1)
-    assert np.abs(tracks.duv).max() == 0 and 'touched' in begun.suspicion
+    assert np.abs(tracks.duv).max() == 0 and 'touched' in begun.warning
     begun.set_reference()
-    assert np.abs(begun.process(ball.rest[3], 4.2).duv).max() == 0 and begun.suspicion == ''
+    assert np.abs(begun.process(ball.rest[3], 4.2).duv).max() == 0 and begun.warning == ''
 
 
 def test_without_a_camera_or_a_surface_dots_have_no_places(ball):
     flat = dataclasses.replace(ball.sensor, cap=None)
-    for stage in (DotEstimator(ball.sensor, None, ball.values), DotEstimator(flat, ball.camera, ball.values)):
+    for stage in (TouchpadDots(ball.sensor, None, ball.values), TouchpadDots(flat, ball.camera, ball.values)):
         tracks = stage.process(ball.rest[0], 1.0)
         assert tracks.xyz is None and len(tracks) > 515
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_perception.dots.detect.methods import METHODS, DotDetector
+from tactile_perception.dots.detect import METHODS, DotDetector
 from tactile_perception.errors import BadArgument, BadFrame
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))

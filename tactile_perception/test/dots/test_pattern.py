@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tactile_perception.dots.index.point_set_registration import Pattern, PatternNumbers
+from tactile_perception.dots.pattern import Pattern, PatternNumbers
 from tactile_perception.errors import BadArgument, BadFrame
 
 SIMULATED = Path(os.environ.get('TACTILE_RECORDINGS', '')) / 'simulated'

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_perception.dots.detect.methods import DotDetector
+from tactile_perception.dots.detect import DotDetector
 from tactile_perception.errors import BadFrame
 
 SIMULATED = Path(os.environ.get('TACTILE_RECORDINGS', '')) / 'simulated'

@@ -1,11 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel find_lattice (src/dots/index/lattice.cpp, neighbours.cpp, indices.cpp) against grids whose indices are known."""
+"""Relative rows and columns of grids that are known."""
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
-from tactile_perception._core import find_lattice
+from hypothesis import example, given, settings, strategies as st
+from tactile_perception.dots.number import find_lattice
 
 
 def printed(rows, columns, pitch=20.0, degrees=0.0):
@@ -17,8 +16,7 @@ def printed(rows, columns, pitch=20.0, degrees=0.0):
 
 def offsets(found, rc):
     """The different offsets between found indices and true ones, of members."""
-    indices, member, _, _ = found
-    return np.unique(indices[member] - rc[member], axis=0)
+    return np.unique(found.rc[found.member] - rc[found.member], axis=0)
 
 
 @given(seed=st.integers(0, 2**32 - 1), rows=st.integers(4, 12), columns=st.integers(4, 12), degrees=st.floats(-40, 40),
@@ -31,11 +29,10 @@ def test_indices_of_a_turned_grid_with_gaps(seed, rows, columns, degrees, noise,
     kept = rng.permutation(len(uv))[:len(uv) - int(lost * len(uv))]
     found = find_lattice(uv[kept] + rng.normal(0, noise, (len(kept), 2)))
     assert found is not None
-    _, member, angle, pitch = found
     assert len(offsets(found, rc[kept])) == 1
-    assert member.mean() > 0.75 - 2 * lost
-    assert np.degrees(angle) == pytest.approx(degrees, abs=1.5 + noise)
-    assert pitch == pytest.approx(20.0, abs=0.5 + 2.5 * noise)
+    assert found.member.mean() > 0.75 - 2 * lost
+    assert np.degrees(found.angle) == pytest.approx(degrees, abs=1.5 + noise)
+    assert found.pitch == pytest.approx(20.0, abs=0.5 + 2.5 * noise)
 
 
 def test_a_bulge_and_a_compressed_band_are_followed():
@@ -44,29 +41,29 @@ def test_a_bulge_and_a_compressed_band_are_followed():
     gain = 1 + 0.12 * np.exp(-(x**2 + y**2) / 100.0**2)
     bent = np.stack([x * gain - 24 * np.tanh(x / 60), y * gain], axis=1)
     found = find_lattice(bent)
-    assert found[1].all()
+    assert found.member.all()
     assert len(offsets(found, rc)) == 1
 
 
 def test_the_hint_chooses_among_four_directions():
     uv, _ = printed(6, 8)
-    indices, _, angle, _ = find_lattice(uv, np.pi / 2)
-    assert angle == pytest.approx(np.pi / 2)
-    assert np.ptp(indices[:, 0]) == 7
+    found = find_lattice(uv, np.pi / 2)
+    assert found.angle == pytest.approx(np.pi / 2)
+    assert np.ptp(found.rc[:, 0]) == 7
 
 
 def test_a_hole_is_walked_around():
     uv, rc = printed(9, 9)
     keep = (np.abs(rc - 4) > 1).any(axis=1)
     found = find_lattice(np.ascontiguousarray(uv[keep]))
-    assert found[1].all() and len(offsets(found, rc[keep])) == 1
+    assert found.member.all() and len(offsets(found, rc[keep])) == 1
 
 
 @pytest.mark.parametrize('places', [np.zeros((0, 2)), np.zeros((3, 2)), np.zeros((10, 2)), np.zeros((10_000, 2)),
                                     np.random.default_rng(0).uniform(0, 1, (300, 2)), np.stack([np.arange(50.0), np.zeros(50)], axis=1)])
 def test_no_grid(places):
     found = find_lattice(places)
-    assert found is None or not found[1].all()
+    assert found is None or not found.member.all()
 
 
 def test_order_of_the_dots_does_not_matter():
@@ -74,4 +71,4 @@ def test_order_of_the_dots_does_not_matter():
     uv += np.random.default_rng(3).normal(0, 0.5, uv.shape)
     order = np.random.default_rng(4).permutation(len(uv))
     first, second = find_lattice(uv), find_lattice(np.ascontiguousarray(uv[order]))
-    np.testing.assert_array_equal(first[0][order] - first[0].min(axis=0), second[0] - second[0].min(axis=0))
+    np.testing.assert_array_equal(first.rc[order] - first.rc.min(axis=0), second.rc - second.rc.min(axis=0))
