@@ -57,7 +57,7 @@ def test_the_arguments_are_those_of_the_contract(sensor_type):
 @pytest.mark.parametrize('sensor_type', SENSOR_TYPES)
 def test_a_simulated_sensor_is_one_process_of_all_its_nodes_and_calibrated(processes_of, sensor_type):
     kind, found = SENSOR_TYPES[sensor_type], actions(sensor_type)
-    assert processes_of(found) == [[kind.driver, *kind.perception, kind.markers]]
+    assert processes_of(found) == [[kind.driver, *kind.perception, kind.view]]
     assert notes(found) == []
     assert processes_of(actions(sensor_type, composed='false', record='new'))[-1] == ['record_node']
 
@@ -66,7 +66,7 @@ def test_a_simulated_sensor_is_one_process_of_all_its_nodes_and_calibrated(proce
 def test_an_uncalibrated_sensor_says_what_is_missing(processes_of, sensor_type):
     kind, found = SENSOR_TYPES[sensor_type], actions(sensor_type, source='device', device='x')
     perception = kind.perception[:-1] if kind.needs else kind.perception
-    assert processes_of(found) == [[kind.driver, *perception, kind.markers]]
+    assert processes_of(found) == [[kind.driver, *perception, kind.view]]
     assert len(notes(found)) == 1 and 'not calibrated' in notes(found)[0]
 
 

@@ -9,7 +9,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
-from tactile_perception.nodes.stages.taxel import RESULTS  # noqa: E402
+from tactile_perception.nodes.messages.conversions import RESULTS  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
