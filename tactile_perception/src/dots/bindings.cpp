@@ -1,7 +1,7 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Dots for Python, as module _core.dots. A call that changes an object works on a copy, which replaces it at the end: after an exception the
-// object is as it was.
+// Dots for Python, as module _core.dots. A call that changes an object works on a copy, which replaces it at the end: after an exception
+// the object is as it was.
 #include "bindings/bindings.hpp"
 
 #include <memory>
@@ -113,10 +113,8 @@ std::shared_ptr<const DiscModel> as_model(const py::object& given) {
 
 // The numbers of tactile_perception.dots.fit.Look.
 DotLook as_look(const py::object& given) {
-    return {number(given, "typical", 0.5, LARGEST_DISC),
-            number(given, "contrast", -LARGEST_LEVEL, LARGEST_LEVEL),
-            static_cast<int>(std::nearbyint(number(given, "ground", 0, 255))),
-            number(given, "noise", 0, LARGEST_LEVEL),
+    return {number(given, "typical", 0.5, LARGEST_DISC), number(given, "contrast", -LARGEST_LEVEL, LARGEST_LEVEL),
+            static_cast<int>(std::nearbyint(number(given, "ground", 0, 255))), number(given, "noise", 0, LARGEST_LEVEL),
             static_cast<int>(number(given, "step", 1, 1e3))};
 }
 
@@ -242,7 +240,8 @@ struct Nearest {
 Nearest nearest(const py::object& places, int count) {
     const Input<double> given(places, "places", {ANY, 2});
     check_places(given, "places"), within(count, "count", 1, MOST_NEIGHBOURS);
-    Nearest found{py::array_t<std::int64_t>({given.length(), py::ssize_t{count}}), py::array_t<double>({given.length(), py::ssize_t{count}})};
+    Nearest found{py::array_t<std::int64_t>({given.length(), py::ssize_t{count}}),
+                  py::array_t<double>({given.length(), py::ssize_t{count}})};
     std::int64_t* index = found.index.mutable_data();
     double* distance = found.distance.mutable_data();
     py::gil_scoped_release others_run;
@@ -287,9 +286,12 @@ py::array_t<double> places_of(const Reference& reference, const py::object& id) 
 
 void bind_detection(py::module_& module) {
     py::class_<FoundDots>(module, "FoundDots", "Dots of an image.")
-        .def_property_readonly("uv", [](const FoundDots& found) { return positions(found.dots); }, "(N, 2) px")
-        .def_property_readonly("area", [](const FoundDots& found) { return each(found.dots, &Dot::area); }, "(N,) px^2")
-        .def_property_readonly("sigma", [](const FoundDots& found) { return each(found.dots, &Dot::sigma); }, "(N,) px, per axis")
+        .def_property_readonly(
+            "uv", [](const FoundDots& found) { return positions(found.dots); }, "(N, 2) px")
+        .def_property_readonly(
+            "area", [](const FoundDots& found) { return each(found.dots, &Dot::area); }, "(N,) px^2")
+        .def_property_readonly(
+            "sigma", [](const FoundDots& found) { return each(found.dots, &Dot::sigma); }, "(N,) px, per axis")
         .def_readonly("outgrown", &FoundDots::outgrown, "whether larger ones than the model's were left out");
     py::class_<DotFinder> finder(
         module, "DotFinder",
@@ -300,9 +302,12 @@ void bind_detection(py::module_& module) {
     finder.def("find", &found_dots, py::arg("image"), "Dots of an image (H, W) uint8, reduced as the look says, in px of the whole image.");
     make_copyable(finder);
     py::class_<Blobs>(module, "Blobs", "Large bright markers.")
-        .def_property_readonly("uv", [](const Blobs& found) { return positions(found.blobs); }, "(N, 2) px")
-        .def_property_readonly("area", [](const Blobs& found) { return each(found.blobs, &Blob::area); }, "(N,) px^2")
-        .def_property_readonly("sigma", [](const Blobs& found) { return each(found.blobs, &Blob::sigma); }, "(N,) px, per axis")
+        .def_property_readonly(
+            "uv", [](const Blobs& found) { return positions(found.blobs); }, "(N, 2) px")
+        .def_property_readonly(
+            "area", [](const Blobs& found) { return each(found.blobs, &Blob::area); }, "(N,) px^2")
+        .def_property_readonly(
+            "sigma", [](const Blobs& found) { return each(found.blobs, &Blob::sigma); }, "(N,) px, per axis")
         .def_property_readonly(
             "amplitude", [](const Blobs& found) { return each(found.blobs, &Blob::amplitude); }, "(N,) grey levels over the ground")
         .def_property_readonly(
@@ -323,13 +328,17 @@ void bind_numbers(py::module_& module) {
         .def_readonly("found", &Lattice::found, "whether the dots form a grid that does not contradict itself")
         .def_property_readonly("rc", &rows_and_columns, "(N, 2) int64, row and column, valid for members")
         .def_property_readonly(
-            "member", [](const Lattice& one) { return output<bool>({one.member.begin(), one.member.end()}, {py::ssize_t(one.member.size())}); },
+            "member",
+            [](const Lattice& one) {
+                return output<bool>({one.member.begin(), one.member.end()}, {py::ssize_t(one.member.size())});
+            },
             "(N,) bool")
         .def_readonly("angle", &Lattice::angle, "rad, of the rows from u")
         .def_readonly("pitch", &Lattice::pitch, "px");
-    module.def("find_lattice", &lattice, py::arg("places"), py::arg("angle_hint") = 0.0,
-               "Lattice of dots at finite places (N, 2) float64, px; of the four possible directions of its rows the one within 45 degrees\n"
-               "of angle_hint, rad.");
+    module.def(
+        "find_lattice", &lattice, py::arg("places"), py::arg("angle_hint") = 0.0,
+        "Lattice of dots at finite places (N, 2) float64, px; of the four possible directions of its rows the one within 45 degrees\n"
+        "of angle_hint, rad.");
     py::class_<Numbers>(module, "GridNumbers", "Indices of N dots on a printed grid.")
         .def(py::init([](const py::array_t<std::int64_t>& id, const std::string& reason, double pitch) {
                  return Numbers{id, reason, pitch};
@@ -339,33 +348,39 @@ void bind_numbers(py::module_& module) {
         .def_readonly("reason", &Numbers::reason, "empty, or why no dot is indexed")
         .def_readonly("pitch", &Numbers::pitch, "px, NaN where unknown")
         .def_property_readonly(
-            "certain", [](const Numbers& one) { return one.reason.empty(); }, "whether the frame is indexed; single dots may still have -1");
+            "certain", [](const Numbers& one) { return one.reason.empty(); },
+            "whether the frame is indexed; single dots may still have -1");
     py::class_<GridNumbering> numbering(
         module, "GridNumbering",
-        "Row and column of dots on a printed grid of rows x columns; row 0 on top, column 0 left. Rows may be rotated by up to 38 degrees.\n"
+        "Row and column of dots on a printed grid of rows x columns; row 0 on top, column 0 left. Rows may be rotated by up to 38 "
+        "degrees.\n"
         "Each frame is numbered anew; the last certain one is used where outer rows are hidden. It can be copied. Raises BadArgument for\n"
         "a grid smaller than 2 x 2.");
     numbering.def(py::init(&make_numbering), py::arg("rows"), py::arg("columns"));
-    numbering.def("number", &numbered, py::arg("uv"), py::arg("width") = 0.0, py::arg("height") = 0.0,
-                  "GridNumbers of dots at uv (N, 2) float64, px, in any order; width, height: of the image, px, 0 if unknown, to detect that\n"
-                  "an outer row left the image. Rows that are no positions get -1.");
+    numbering.def(
+        "number", &numbered, py::arg("uv"), py::arg("width") = 0.0, py::arg("height") = 0.0,
+        "GridNumbers of dots at uv (N, 2) float64, px, in any order; width, height: of the image, px, 0 if unknown, to detect that\n"
+        "an outer row left the image. Rows that are no positions get -1.");
     numbering.def("remember", &remembered, py::arg("uv"), py::arg("id"),
                   "Take dots at uv (N, 2) float64, px, with indices id (N,) int64, -1 for none, as the last certain frame.");
     make_copyable(numbering);
     py::class_<Linker> linker(
         module, "Linker",
         "Tracks of dots from frame to frame by linear assignment with a constant velocity prediction; ids are never used again. It can be\n"
-        "copied. gate: search range, median spacings from the predicted position; confirm: frames in a row before a dot that appears later\n"
+        "copied. gate: search range, median spacings from the predicted position; confirm: frames in a row before a dot that appears "
+        "later\n"
         "is reported; keep_s: s that a lost track is kept. Raises BadArgument for values out of range.");
     linker.def(py::init(&make_linker), py::arg("gate") = 0.7, py::arg("confirm") = 3, py::arg("keep_s") = 2.0);
-    linker.def("update", &linked, py::arg("uv"), py::arg("stamp_s"),
-               "Track id (N,) int64 of each dot at uv (N, 2) float64, px, -1 while new and for rows that are no positions; stamp_s, s, must\n"
-               "increase.");
+    linker.def(
+        "update", &linked, py::arg("uv"), py::arg("stamp_s"),
+        "Track id (N,) int64 of each dot at uv (N, 2) float64, px, -1 while new and for rows that are no positions; stamp_s, s, must\n"
+        "increase.");
     linker.def("reset", &Linker::reset, "Drop all tracks; ids go on.");
     make_copyable(linker);
-    module.def("link_places", &links, py::arg("places"), py::arg("dots"), py::kw_only(), py::arg("gate"),
-               "One-to-one links (K, 2) int64, place and dot, between places (M, 2) and dots (N, 2) float64, px, closer than gate, px, with\n"
-               "the least sum of squares; an unlinked place costs the gate squared.");
+    module.def(
+        "link_places", &links, py::arg("places"), py::arg("dots"), py::kw_only(), py::arg("gate"),
+        "One-to-one links (K, 2) int64, place and dot, between places (M, 2) and dots (N, 2) float64, px, closer than gate, px, with\n"
+        "the least sum of squares; an unlinked place costs the gate squared.");
     py::class_<Nearest>(module, "Nearest", "The nearest other places, the nearest first.")
         .def_readonly("index", &Nearest::index, "(N, count) int64, -1 where there are fewer")
         .def_readonly("distance", &Nearest::distance, "(N, count) px, infinite where there are fewer");
@@ -376,21 +391,28 @@ void bind_numbers(py::module_& module) {
 void bind_reference(py::module_& module) {
     py::class_<Reference> reference(
         module, "Reference",
-        "Untouched positions of numbered dots: averaged over the first frames, followed with time_constant_s, s, as they drift, held during\n"
+        "Untouched positions of numbered dots: averaged over the first frames, followed with time_constant_s, s, as they drift, held "
+        "during\n"
         "contact. It can be copied. Raises BadArgument for a time constant that is not positive or frames below 1.");
     reference.def(py::init(&make_reference), py::arg("time_constant_s") = 30.0, py::arg("frames") = 10);
     reference.def("reset", &Reference::reset, "Drop all positions.");
-    reference.def("begin", &begin, py::arg("id"), py::arg("uv"), py::arg("frames"),
-                  "Replace the positions by uv (N, 2) float64, px, of dots id (N,) int64; frames: (N,) int64, as how many averaged frames each\n"
-                  "counts. Earlier contacts are forgotten.");
-    reference.def("update", &displaced, py::arg("id"), py::arg("uv"), py::arg("sigma"), py::arg("stamp_s"), py::arg("touched") = py::none(),
-                  "Displacements (N, 2) px of dots id (N,) int64 at uv (N, 2) with standard deviations sigma (N,) float64, px; NaN without a\n"
-                  "reference position. touched: as known by a later stage, None to decide by the dots.");
+    reference.def(
+        "begin", &begin, py::arg("id"), py::arg("uv"), py::arg("frames"),
+        "Replace the positions by uv (N, 2) float64, px, of dots id (N,) int64; frames: (N,) int64, as how many averaged frames each\n"
+        "counts. Earlier contacts are forgotten.");
+    reference.def(
+        "update", &displaced, py::arg("id"), py::arg("uv"), py::arg("sigma"), py::arg("stamp_s"), py::arg("touched") = py::none(),
+        "Displacements (N, 2) px of dots id (N,) int64 at uv (N, 2) with standard deviations sigma (N,) float64, px; NaN without a\n"
+        "reference position. touched: as known by a later stage, None to decide by the dots.");
     reference.def("places", &places_of, py::arg("id"), "Reference positions (N, 2) px of dots id (N,) int64, NaN where unknown.");
     reference.def_property_readonly(
         "id", [](const Reference& one) { return output(one.id(), {py::ssize_t(one.id().size())}); }, "(K,) int64, rising");
     reference.def_property_readonly(
-        "uv", [](const Reference& one) { return output(one.uv(), {py::ssize_t(one.id().size()), 2}); }, "(K, 2) px");
+        "uv",
+        [](const Reference& one) {
+            return output(one.uv(), {py::ssize_t(one.id().size()), 2});
+        },
+        "(K, 2) px");
     reference.def_property_readonly("touched", &Reference::touched, "whether something touched in the last frame");
     reference.def_property_readonly("grown", &Reference::grown, "whether the last frame added dots");
     make_copyable(reference);

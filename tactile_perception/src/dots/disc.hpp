@@ -45,14 +45,14 @@ TACTILE_INLINE float product(const float* a, const float* b, std::ptrdiff_t coun
 // are diameters and distances of the centre from the patch's middle pixel, 0 to 1 px down and across; other quadrants mirror them.
 struct DiscModel {
     std::ptrdiff_t half;
-    double smallest, largest;             // px, of the nodes' diameters
-    double blur;                          // px, standard deviation
-    std::ptrdiff_t diameters, phases;     // number of nodes: diameters, distances
-    std::vector<std::int16_t> basis;      // (DIMENSIONS, padded((half + 1)^2)), in BASIS_UNITS, see DiscPatch::compress
-    std::vector<float> estimators;        // (diameters, phases, phases, ESTIMATES, DIMENSIONS)
-    std::vector<float> modes;             // (diameters, phases, phases, MODES, DIMENSIONS), orthonormal
-    std::vector<double> gains;            // (diameters, phases, phases): px^2, variance of a position at unit contrast and pixel noise
-    std::vector<double> levers;           // (diameters, 2): px^2, shift by a slope of the ground and of the dot
+    double smallest, largest;          // px, of the nodes' diameters
+    double blur;                       // px, standard deviation
+    std::ptrdiff_t diameters, phases;  // number of nodes: diameters, distances
+    std::vector<std::int16_t> basis;   // (DIMENSIONS, padded((half + 1)^2)), in BASIS_UNITS, see DiscPatch::compress
+    std::vector<float> estimators;     // (diameters, phases, phases, ESTIMATES, DIMENSIONS)
+    std::vector<float> modes;          // (diameters, phases, phases, MODES, DIMENSIONS), orthonormal
+    std::vector<double> gains;         // (diameters, phases, phases): px^2, variance of a position at unit contrast and pixel noise
+    std::vector<double> levers;        // (diameters, 2): px^2, shift by a slope of the ground and of the dot
     std::ptrdiff_t profiles, profile_length;
     double per_square;           // entries of a profile per px^2 of squared radius
     std::vector<float> profile;  // (profiles, profile_length): image of unit brightness, of diameters smallest to largest

@@ -386,8 +386,8 @@ class Judge {
 PeakSearch search_of(const DotLook& look) {
     const int step = look.typical >= SMALLEST_HALVED ? 2 : 1;
     const double lowest = std::max({WEAKEST * std::abs(look.contrast), NOISE_PEAK * look.noise / step, 2.0});
-    return {step, 2 * static_cast<int>(std::clamp(look.typical / step / 2.5, 1.0, 5.0)) + 1, 2 * static_cast<int>(1.1 * look.typical / step) + 3,
-            look.contrast > 0 ? 1 : -1, static_cast<float>(lowest)};
+    return {step, 2 * static_cast<int>(std::clamp(look.typical / step / 2.5, 1.0, 5.0)) + 1,
+            2 * static_cast<int>(1.1 * look.typical / step) + 3, look.contrast > 0 ? 1 : -1, static_cast<float>(lowest)};
 }
 
 }  // namespace
@@ -398,8 +398,7 @@ DotFinder::DotFinder(std::shared_ptr<const DiscModel> model, const DotLook& look
 FoundDots DotFinder::find(const Image& image) {
     if (image.rows == 0 || image.columns == 0) return {{}, false};
     const std::vector<double> candidates = find_peaks(image, search_of(look_));
-    const std::vector<DotFit> fits =
-        Fits(image, *model_, look_).run(candidates.data(), static_cast<std::ptrdiff_t>(candidates.size() / 2));
+    const std::vector<DotFit> fits = Fits(image, *model_, look_).run(candidates.data(), static_cast<std::ptrdiff_t>(candidates.size() / 2));
     JudgedDots judged = Judge(image, fits, *model_, look_, usual_).run();
     usual_ = judged.usual;
     for (Dot& dot : judged.found.dots) {

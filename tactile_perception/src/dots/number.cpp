@@ -22,8 +22,8 @@ namespace {
 // one. A prediction far from a whole number, or with a high leverage, is rejected. This repeats until no dot is added.
 
 constexpr double MOST_TURNED = 38.0 * PI / 180;  // rad: rotated further, rows and columns may be exchanged
-constexpr double LOOSE = 0.05;       // share of dots without an index above which indices are extrapolated: more than false dots alone
-constexpr double FEW_LINKED = 0.7;   // of the dots: with fewer linked, the reason gives their number
+constexpr double LOOSE = 0.05;      // share of dots without an index above which indices are extrapolated: more than false dots alone
+constexpr double FEW_LINKED = 0.7;  // of the dots: with fewer linked, the reason gives their number
 
 constexpr std::size_t NEAREST = 8;  // indexed dots in a fit. Chosen
 constexpr std::size_t FEWEST = 4;   // of them: one more than a plane has unknowns
@@ -494,12 +494,16 @@ std::string reason_of(const Anchor& anchor, const std::int64_t* printed) {
     const std::string name = anchor.axis == 0 ? "rows" : "columns", seen = std::to_string(anchor.seen);
     const std::string of = "only " + seen + " of " + std::to_string(printed[anchor.axis]) + " " + name + " seen";
     switch (anchor.fault) {
-        case AnchorFault::TOO_FEW: return "no " + name + " with enough dots";
+        case AnchorFault::TOO_FEW:
+            return "no " + name + " with enough dots";
         case AnchorFault::ANOTHER_PATTERN:
             return seen + " " + name + " of dots seen, " + std::to_string(printed[anchor.axis]) + " configured: is it another pattern?";
-        case AnchorFault::DISAGREEMENT: return of + "; the border and the last frame disagree on which";
-        case AnchorFault::AMBIGUOUS: return of + ", and which is ambiguous";
-        default: return "";
+        case AnchorFault::DISAGREEMENT:
+            return of + "; the border and the last frame disagree on which";
+        case AnchorFault::AMBIGUOUS:
+            return of + ", and which is ambiguous";
+        default:
+            return "";
     }
 }
 
@@ -548,8 +552,7 @@ GridNumbers GridNumbering::numbered(const double* places, std::ptrdiff_t count, 
         return found;
     }
     if (std::abs(lattice.angle) > MOST_TURNED) {
-        found.reason =
-            "rows run at " + std::to_string(std::lround(lattice.angle * 180 / PI)) + " degrees: rows and columns are ambiguous";
+        found.reason = "rows run at " + std::to_string(std::lround(lattice.angle * 180 / PI)) + " degrees: rows and columns are ambiguous";
         return found;
     }
     found.pitch = lattice.pitch;

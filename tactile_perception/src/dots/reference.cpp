@@ -171,7 +171,9 @@ bool rest_moved(const std::int64_t* id, const double* places, const double* moti
     return false;
 }
 
-Reference::Reference(double time_constant_s, std::int64_t frames) : time_constant_s_(time_constant_s), frames_(frames) { reset(); }
+Reference::Reference(double time_constant_s, std::int64_t frames) : time_constant_s_(time_constant_s), frames_(frames) {
+    reset();
+}
 
 void Reference::reset() {
     begin(nullptr, nullptr, nullptr, 0);
@@ -231,8 +233,7 @@ void Reference::insert(const std::int64_t* id, const double* uv, const std::int6
 void Reference::follow(const SeenDots& dots, double stamp_s) {
     const double elapsed = std::isnan(stamp_s_) ? 0 : std::max(0.0, stamp_s - stamp_s_);
     const double slow = std::min(1.0, elapsed / time_constant_s_);
-    const std::vector<std::ptrdiff_t> at =
-        find_ids(dots.id.data(), dots.count(), id_.data(), static_cast<std::ptrdiff_t>(id_.size()));
+    const std::vector<std::ptrdiff_t> at = find_ids(dots.id.data(), dots.count(), id_.data(), static_cast<std::ptrdiff_t>(id_.size()));
     SeenDots fresh;
     for (std::ptrdiff_t i = 0; i < dots.count(); ++i) {
         if (at[i] < 0) {

@@ -72,7 +72,8 @@ def _from_neighbours(grid: np.ndarray, straight: bool) -> np.ndarray:
     """Mean over both axes of each node's prediction: between two neighbours, else (straight) linear from two, else the nearest."""
     total, count = np.zeros_like(grid), np.zeros(grid.shape)
     for axis in (0, 1):
-        near = [_shifted(grid, step, axis) for step in (-2, -1, 1, 2)]
+        wide = np.pad(grid, [(2, 2) if k == axis else (0, 0) for k in range(grid.ndim)], constant_values=np.nan)
+        near = [wide.take(range(2 + step, 2 + step + grid.shape[axis]), axis) for step in (-2, -1, 1, 2)]
         between = 0.5 * (near[1] + near[2])
         lines = [2 * near[1] - near[0], 2 * near[2] - near[3]] if straight else []
         guess = between
@@ -82,17 +83,6 @@ def _from_neighbours(grid: np.ndarray, straight: bool) -> np.ndarray:
         total[known] += guess[known]
         count += known
     return np.divide(total, count, out=np.full_like(grid, np.nan), where=count > 0)
-
-
-def _shifted(grid: np.ndarray, step: int, axis: int) -> np.ndarray:
-    out = np.full_like(grid, np.nan)
-    length = grid.shape[axis]
-    source = [slice(None)] * grid.ndim
-    target = [slice(None)] * grid.ndim
-    source[axis] = slice(max(step, 0), length + min(step, 0))
-    target[axis] = slice(max(-step, 0), length + min(-step, 0))
-    out[tuple(target)] = grid[tuple(source)]
-    return out
 
 
 class DotSurface:

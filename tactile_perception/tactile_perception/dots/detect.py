@@ -237,6 +237,7 @@ def _find_regions(mask: np.ndarray) -> _Regions:
     good &= (area > _LEAST * typical) & (area < _MOST * typical)
     good[0] = False
     label = np.flatnonzero(good)
+    label = label[np.lexsort((left[label], top[label]))]  # an order that does not depend on the number of threads
     return _Regions(stats[label, :4], centre[label], area[label], label.astype(np.uint16), labels.astype(np.uint16))
 
 

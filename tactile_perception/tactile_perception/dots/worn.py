@@ -20,7 +20,7 @@ from ..common.dots import Dots
 from ..errors import BadFrame
 from .fit import CHANNELS, select_channel
 
-_SIZE = 13.0  # px, diameter of a disc in the filtered image: averages speckles, keeps positions within a pixel
+_SIZE = 11.0  # px, diameter of a disc in the filtered image: averages speckles, keeps positions within a pixel
 _SCANNED = 9.0  # px, diameter of a disc in the images of the scale search
 _DIAMETERS = 6.0 * 1.12 ** np.arange(20)  # px, from the smallest disc that is no dot to 52
 _RING = 1.4  # outer diameter of the ring over that of the disc: excludes neighbours down to a pitch of 1.2 diameters
@@ -36,7 +36,7 @@ _UNLIKE = 0.68  # of the typical correlation, least of a disc
 _FEWEST = 4  # discs
 _DOUBLE = 0.7  # diameters within which the weaker of two detections is a duplicate
 
-_STEPS = 6  # of the fit
+_STEPS = 4  # of the fit
 _EDGE = 0.9  # px, half width of the soft edge: slightly over that of an averaged sharp edge
 _TUKEY = 3.0  # standard deviations beyond which a pixel has no weight: wear is common
 _SPREAD = 0.1  # relative standard deviation of diameters, prior: print and pressing
@@ -221,6 +221,7 @@ def fit_discs(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: float) -> D
     half = int(np.ceil(_RING * unit + 2))
     middle = np.clip(np.floor(at + 0.5), 0, np.array(small.shape[::-1]) - 1).astype(int)
     y, x = np.mgrid[-half:half + 1, -half:half + 1].reshape(2, -1).astype(np.float32)
+    y, x = (side[np.hypot(x, y) <= half] for side in (y, x))
     padded = cv2.copyMakeBorder(small, half, half, half, half, cv2.BORDER_REPLICATE)
     pixels = padded[middle[:, 1, None] + (y + half).astype(int), middle[:, 0, None] + (x + half).astype(int)]
     start, radius = at - middle, np.full(len(uv), unit)
@@ -236,14 +237,14 @@ def fit_discs(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: float) -> D
 def _step(pixels, x, y, radius, unit) -> tuple[np.ndarray, np.ndarray]:
     """Changes (N, 3) of position and radius, px, and variances (N,) of a position by independent pixels, from pixels (N, P) at offsets x, y
     (N, P) from discs of radii (N,)."""
-    typical = np.median(radius)
+    typical = float(np.median(radius))
     away = np.hypot(x, y) + np.float32(1e-3)
     up = np.clip((radius[:, None].astype(np.float32) - away) / (2 * _EDGE) + 0.5, 0, 1)
     edge = 6 * up * (1 - up) / (2 * _EDGE)
     window = np.clip(_RING * typical + 0.5 - away, 0, 1)
     levels = np.stack([np.ones_like(x), x / unit, y / unit, up * up * (3 - 2 * up)], axis=1)
     level = _solved(levels, window, pixels)[0]
-    rest = pixels - np.einsum('nkp,nk->np', levels, level.astype(np.float32))
+    rest = pixels - (level[:, None].astype(np.float32) @ levels)[:, 0]
     noise = np.maximum((window * rest**2).sum(axis=1) / np.maximum(window.sum(axis=1) - 7, 1), 1e-6)
     weight = window * np.clip(1 - rest**2 / (_TUKEY**2 * noise)[:, None], 0, 1)**2
     amplitude = np.maximum(np.abs(level[:, 3]), 1e-3).astype(np.float32)[:, None]
@@ -258,8 +259,8 @@ def _solved(columns, weight, values, prior=0.0, pull=0.0) -> tuple[np.ndarray, n
     (N, K, K) of the normal equations."""
     weighted = columns * weight[:, None]
     matrix = (weighted @ columns.transpose(0, 2, 1)).astype(float) + _RIDGE * np.eye(columns.shape[1])
-    right = np.einsum('nkp,np->nk', weighted, values).astype(float)
+    right = (weighted @ values[:, :, None])[:, :, 0].astype(float)
     matrix[:, -1, -1] += prior
     right[:, -1] += pull
     inverse = np.linalg.inv(matrix)
-    return np.einsum('nij,nj->ni', inverse, right), inverse
+    return (inverse @ right[:, :, None])[:, :, 0], inverse

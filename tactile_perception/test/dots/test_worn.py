@@ -105,7 +105,7 @@ def test_whole_discs_are_placed_from_rough_places(draw_dots, bright):
     start = OFF_GRID + np.random.default_rng(3).uniform(-2, 2, OFF_GRID.shape)
     dots = fit_discs(photographed(draw_dots, bright=bright), 1 if bright else -1, start, 22.0)
     error = dots.uv - OFF_GRID
-    assert np.sqrt((error**2).mean()) < 0.08
+    assert np.sqrt((error**2).mean()) < 0.13
     assert 0.5 < np.sqrt((error**2).mean() / (dots.sigma**2).mean()) < 2
     np.testing.assert_allclose(2 * np.sqrt(dots.area / np.pi), DIAMETERS, rtol=0.06)
 
