@@ -3,9 +3,9 @@
 """Detector of worn, speckled or textured markers from about 7 px, in any arrangement, as whole discs.
 
 A threshold fragments a speckled disc; a filter of its size averages the speckles. So discs are peaks of the normalised correlation with a
-disc on a ring of ground (Lewis, Fast normalized cross-correlation, 1995), at the scale at which they explain most of the image's variance,
-in the spirit of Lindeberg's scale selection (1998). Each is then fitted by Gauss-Newton steps with Tukey's biweight, which rejects missing ink
-and dirt.
+disc on a ring of ground (Lewis, Fast normalized cross-correlation, 1995), at the scale at which they explain most of the image's variance
+(in the spirit of Lindeberg's scale selection, 1998). Each is then fitted by Gauss-Newton steps with Tukey's biweight, which rejects
+missing ink and dirt.
 """
 from __future__ import annotations
 

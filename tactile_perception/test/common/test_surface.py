@@ -3,7 +3,6 @@
 """The surface through dots, and regions on it."""
 import numpy as np
 import pytest
-from outline_reference import signed_area
 from tactile_perception.common.surface import DotSurface, fill_unseen, grid_normals, label_score, region_outlines, scatter, to_grid
 from tactile_perception.errors import BadArgument
 
@@ -150,6 +149,12 @@ def test_pitch_is_that_of_the_dots(pad):
     surface = DotSurface((pad.rest * [1, 1, 0]).reshape(23, 23, 3))
     score = (np.hypot(*pad.rest[:, :2].T) < 4e-3).astype(float).reshape(23, 23)
     assert region_outlines(score, surface)[2] == pytest.approx(pad.pitch)
+
+
+def signed_area(loop):
+    """Positive from +x to +y."""
+    x, y = loop[:, :2].T
+    return (x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
 
 
 def flat(rows=23, columns=23):

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from tactile_driver.frame import PairFrame
 from tactile_driver.nodes.messages.conversions import frame_of_message
-from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
+from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
-from tactile_driver.sources.dual_camera.pairing import Pairer
+from tactile_driver.camera.pairs import Pairer
 
 from ...bags.stamped import TRUTH, find_prefix
 from ...bags.stitched_bag import VIEWS
