@@ -22,7 +22,7 @@ from ...press.sensor import MARKER_SENSORS
 from ...parameters.file import read_parameters
 from ...finger.tools import calibrate_psd
 from ...taxel.calibration import calibrate_taxels
-from .touchpad import calibrate_touchpad
+from ...touchpad.tools import calibrate_touchpad
 
 
 def calibrator(sensor_type: str, sphere_radius: float | None = None) -> Callable[..., str]:
