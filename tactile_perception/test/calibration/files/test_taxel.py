@@ -2,11 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.taxel.response import read_taxels, write_taxels
+from tactile_perception.taxel.response import Loop, Response, read_taxels, write_taxels
 from tactile_perception.errors import BadCalibration
 from tactile_perception.taxel.pressure import TaxelArray
-from tactile_perception.taxel.response import Loop
-from tactile_perception.taxel.response import Response
 
 ARRAY = TaxelArray(3, 4, 1e-3)
 RESPONSE = Response((400.0, 0.3, 150.0), 12.5, np.linspace(0.9, 1.1, 12).reshape(3, 4), True, np.arange(12.0).reshape(3, 4),
