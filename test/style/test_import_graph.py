@@ -11,7 +11,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 ROOMS = {
     'tactile_driver': ('errors', 'command', 'frame', 'nodes.messages.images', 'frame_names', 'samples', 'matrix', 'lens', 'stamp_gaps',
         'recordings', 'stitching', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.scene',
-        'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources', 'camera', 'serial',
+        'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources', 'camera', 'serial', 'sources.registry',
         'emulators', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes'),
     'tactile_perception': ('errors', 'sensors', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'touchpad.membrane',
         'touchpad.optics', 'touchpad.contact', 'touchpad', 'markers.view', 'markers.touches', 'markers.mechanics', 'markers.published',
