@@ -104,7 +104,7 @@ def test_random_bytes_tell_nothing(form, data, step):
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize('form', FORMS)
-def test_a_million_mutated_bytes(record, form):
+def test_a_million_mutated_bytes(form):
     read = []
 
     @MANY
@@ -113,5 +113,4 @@ def test_a_million_mutated_bytes(record, form):
         read.append(check_stream(form, faults, step))
 
     check()
-    record.note(f'serial framing, {form}', f'{sum(read)} mutated bytes', 'no false sample', 'none')
     assert sum(read) > 1e6

@@ -28,7 +28,7 @@ from tactile_driver.simulation.psd.scene import PSD_SCENES, open_psd_scene
 from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.shutters import Shutters
 from tactile_driver.simulation.sensors.scenes import SCENES, open_dual_scene, open_scene
-from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, open_taxel_scene
+from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
 from tactile_perception.nodes.messages.description import description_messages
 from tactile_perception.sensors import MARKER_SENSOR_TYPES
 
@@ -38,13 +38,15 @@ _TWO_CAMERAS = tuple(f'{name}_' for name, kind in MARKER_SENSOR_TYPES.items() if
 
 
 def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0,
-                shutters: Shutters | None = None) -> int:
+                shutters: Shutters | None = None, size: tuple[int, int] = (640, 480)) -> int:
     """Write a scene to a new bag at rate Hz under namespace (empty: the sensor's type); the number of frames written.
 
-    frames: how many to write, 0 for the whole scene; shutters: of two cameras, None for those of the scene.
+    frames: how many to write, 0 for the whole scene; shutters: of two cameras, None for those of the scene; size: of the picture of one
+    camera, (width, height) px.
     Raises BadArgument for an unknown scene or an existing bag.
     """
-    scene = open_dual_scene(name, rate, seed, shutters) if name.startswith(_TWO_CAMERAS) else open_scene(name, rate, seed)
+    scene = open_dual_scene(name, rate, seed, shutters) if name.startswith(_TWO_CAMERAS) else open_scene(
+        name, rate, seed, width=size[0], height=size[1])
     numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
     described = _description(scene, namespace, {'scene': name, 'seed': seed, 'rate': rate})
     frames_of = chain.from_iterable(_camera_messages(scene, number, numbers, namespace) for number in range(count))
@@ -121,12 +123,13 @@ def _stamp(number: int, rate: float) -> int:
 TAXEL_ARRAY = 'taxel_array'
 
 
-def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = TAXEL_ARRAY) -> int:
+def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = TAXEL_ARRAY,
+                      scene: TaxelScene | None = None) -> int:
     """Write a scene to a new bag as taxel_array_node publishes it, at rate frames/s, with ground truth; the number of frames written.
 
-    Raises BadArgument for an unknown scene or an existing bag.
+    scene: of another device, instead of the one of that name. Raises BadArgument for an unknown scene or an existing bag.
     """
-    scene = open_taxel_scene(name, rate, seed)
+    scene = scene or open_taxel_scene(name, rate, seed)
     pad = scene.specimen
     about = {'source': 'sim', 'device': f'simulated {TAXEL_ARRAY}', 'scene': name, 'seed': seed, 'rate': rate, 'width': pad.columns,
              'height': pad.rows, 'encoding': 'mono8'}
