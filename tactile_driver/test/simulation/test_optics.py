@@ -12,8 +12,7 @@ from tactile_driver.simulation.optics.pattern import SurfaceSampler, WidePattern
 from tactile_driver.simulation.optics.rendering import Imaging, Renderer
 from tactile_driver.simulation.optics.water_light import Illumination, Lighting, lamp_places
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
-from tactile_driver.simulation.skin.dome import Membrane
-from tactile_driver.simulation.skin.sheet import Sheet
+from tactile_driver.simulation.skin.surfaces import Membrane, Sheet
 
 PLACES = np.array([[0.0, 0, 0.013], [0.01, 0.004, 0.008], [-0.012, 0.013, 0.004], [0.004, -0.015, 0.006]])
 
