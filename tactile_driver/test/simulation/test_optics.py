@@ -102,9 +102,6 @@ def test_a_wide_disc_on_a_bent_sheet_appears_at_the_centroid_of_its_image():
 MATT = replace(Lighting(), gloss=0.0)
 
 
-@pytest.fixture(scope='module')
-
-
 def drawn(membrane, lighting=MATT, imaging=Imaging(), number=None, width=640, ink=True):
     """A picture of the resting pad and its dots' places."""
     camera = touchpad_camera(width)
@@ -168,9 +165,6 @@ def test_reflections_of_the_window_stay_in_place_and_are_white(membrane):
         assert extra[v, u, :2] == pytest.approx([60, 60], abs=6)
         rows, columns = np.mgrid[:extra.shape[0], :extra.shape[1]]
         assert extra[np.hypot(rows - v, columns - u) > 20 * scale].max() <= 1
-
-
-@pytest.fixture(scope='module')
 
 
 def look_water(membrane, lighting, flatten=0.0):
