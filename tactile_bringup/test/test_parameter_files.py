@@ -14,10 +14,10 @@ from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, TAXEL_DRIVER_PA
 from tactile_driver.sources.registry import CAMERA_SOURCES, TAXEL_SOURCES, make_source
 from tactile_driver.sources.source import EndOfSource
 from tactile_perception.dots.stage import DotStage
-from tactile_perception.markers.view.sensor import MARKER_SENSORS
+from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS
+from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.taxel.stage import TaxelStage
 

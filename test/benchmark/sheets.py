@@ -34,7 +34,7 @@ from tactile_driver.simulation.skin.tools import TOOLS, Tool, sphere
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.evaluation.scores import normalised_square, relative_errors
 from tactile_perception.evaluation.evaluation import pairs
-from tactile_perception.tools.calibrate.markers import calibrate_markers
+from tactile_perception.press.tools import calibrate_markers
 
 RATE, SLOW = 30.0, 3.0  # Hz: of scenes, of calibrations
 LEAST = 0.3e-3          # m: shallower touches are not judged

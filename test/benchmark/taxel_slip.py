@@ -17,7 +17,7 @@ from rosbags.rosbag1 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tactile_perception.common.estimates import NONE
-from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.response import Response
 

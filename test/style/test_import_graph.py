@@ -13,13 +13,12 @@ ROOMS = {
         'recordings', 'stitching', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.scene',
         'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources', 'camera', 'serial',
         'emulators', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes'),
-    'tactile_perception': ('errors', 'sensors', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'touchpad.membrane',
-        'touchpad.optics', 'touchpad.contact', 'touchpad', 'markers.view', 'markers.touches', 'markers.mechanics', 'markers.published',
-        'markers.dome_model', 'markers.places', 'markers.wrench', 'markers', 'taxel', 'calibration',
-        'calibration.files', 'finger', 'parameters', 'pipeline', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage',
-        'finger.stage', 'taxel.stage', 'markers.stage', 'touchpad.stage', 'dots.stage', 'shedding', 'work_log',
-        'node', 'bags', 'finger.tools', 'tools.convert', 'tools.calibrate', 'tools'),
-    'tactile_bringup': ('installed', 'parameters', 'visualization', 'hand', 'launch', 'simulate', 'nodes', 'demo'),
+    'tactile_perception': ('errors', 'sensors', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'taxel', 'press.sensor',
+        'calibration', 'calibration.files', 'touchpad', 'finger', 'parameters', 'press', 'pipeline', 'api', 'evaluation', 'nodes', 'clock',
+        'stage', 'camera_stage', 'finger.stage', 'taxel.stage', 'press.stage', 'touchpad.stage', 'dots.stage', 'shedding', 'work_log',
+        'node', 'bags', 'finger.tools', 'press.tools', 'touchpad.tools', 'tools.convert', 'tools.calibrate', 'tools'),
+    'tactile_bringup': ('installed', 'parameters', 'visualization',
+        'hand', 'launch', 'simulate', 'nodes', 'demo'),
 }
 
 

@@ -13,10 +13,10 @@ from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, DUAL_CAMERA_PAR
 from tactile_driver.parameters.table import Parameter, defaults, to_yaml
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.taxel.pad import PadSpecimen
-from tactile_perception.markers.view.sensor import MARKER_SENSORS
-from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS, POINT_PARAMETERS
+from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, POINT_PARAMETERS
 from tactile_perception.finger.parameters import PSD_PARAMETERS, PSD_SENSOR_PARAMETERS
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS, SENSOR_PARAMETERS, SHEET_PARAMETERS
 
 from tactile_perception.sensors import MARKER_SENSOR_TYPES, SENSOR_TYPES

@@ -15,12 +15,12 @@ from tempfile import TemporaryDirectory
 
 from tactile_driver.command import tells_errors
 from tactile_perception.calibration.files.format import read_calibration, write_calibration
-from tactile_perception.calibration.files.markers import METHODS, best_method
+from tactile_perception.press.calibration import METHODS, best_method
 from tactile_perception.errors import BadArgument
-from tactile_perception.markers.view.sensor import MARKER_SENSORS
-from tactile_perception.tools.calibrate.markers import calibrate_markers
+from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.press.tools import calibrate_markers
 from tactile_perception.finger.tools import calibrate_psd
-from tactile_perception.tools.calibrate.taxel import calibrate_taxels
+from tactile_perception.taxel.calibration import calibrate_taxels
 
 from .bags import write_psd_scene, write_scene, write_taxel_scene
 from ..installed import share

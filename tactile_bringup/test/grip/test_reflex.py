@@ -9,7 +9,7 @@ from tactile_bringup.nodes.grip_reflex import LONGEST_S, Reflex
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.taxel.held_object import HeldScene
 from tactile_driver.simulation.truth import INCIPIENT, NO_SLIP
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS, taxel_estimator
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, taxel_estimator
 
 REFLEX = Reflex(hold=1.0, most=4.0, closing=20.0)
 CALIBRATION = Path(__file__).resolve().parents[2] / 'calibration' / 'taxel_array_sim.yaml'

@@ -15,6 +15,7 @@ from ..parameters.file import read_parameters
 from ..sensors import SENSOR_TYPES, load
 from ..stage import Stage
 
+#: The parameter by which a file says of what sensor it is.
 SENSOR_TYPE = (Parameter('sensor_type', str, 'touchpad', '', 'kind of sensor'),)
 
 

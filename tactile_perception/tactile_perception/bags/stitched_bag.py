@@ -61,7 +61,7 @@ class StitchedBag(BagReader):
         sides = {prefix + view: (prefix, side) for prefix in prefixes for side, view in enumerate(VIEWS)}
         made = {prefix + name for prefix in prefixes for name in _MADE}
         pairers = {prefix: Pairer(self._max_skew) for prefix in prefixes}
-        wanted = set(super().topics) if topics is None else topics
+        wanted = {*super().topics, *made} if topics is None else topics
         for raw in super().messages((wanted - made) | set(sides)):
             if raw.topic not in sides:
                 yield raw
@@ -74,9 +74,9 @@ class StitchedBag(BagReader):
             except BadFrame as error:
                 self.left_out.add(raw.topic, str(error), raw.stamp_ns)
                 continue
-            yield from self._pictures(prefix, pairers[prefix].take)
+            yield from (one for one in self._pictures(prefix, pairers[prefix].take) if one.topic in wanted)
         for prefix, pairer in pairers.items():
-            yield from self._pictures(prefix, partial(pairer.take, last=True))
+            yield from (one for one in self._pictures(prefix, partial(pairer.take, last=True)) if one.topic in wanted)
             pairer.clear()
             if pairer.unpaired:
                 why = pairer.shutters.remark or 'one camera\'s view without the other\'s'
