@@ -103,7 +103,8 @@ def touchpad_parameters(scene) -> dict[str, object]:
     """Name -> value of the sensor's parameters of a simulated touchpad."""
     camera, skin = scene.camera, scene.membrane
     return {'sensor_type': 'touchpad', 'rows': scene.rows, 'columns': scene.columns, 'cap.curvature_radius': float(skin.radius),
-            'cap.height': float(skin.height), 'membrane.shear_stiffness': float(skin.tension), 'membrane.rest_pressure': float(skin.pressure),
+            'cap.height': float(skin.height), 'membrane.shear_stiffness': float(skin.tension),
+            'membrane.rest_pressure': float(skin.pressure),
             'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(), 'camera.translation': camera.translation.tolist()}
 
 

@@ -128,8 +128,8 @@ class Chain:
         return image_to_message(Frame(raw, self.stamp_ns, encoding), '', header_of(self.stamp_ns, 'sensor'))
 
     def take(self, message, first=0):
-        """Results of a message, from a stage on; of several on a topic the first with a contact, or the last. Raises what a stage refuses it
-        with."""
+        """Results of a message, from a stage on; of several on a topic the first with a contact, or the last. Raises the error of
+        a stage that refuses it."""
         results = {}
         for _, topic, result in self._chain.process(message, first):
             if isinstance(result, Exception):
