@@ -15,10 +15,10 @@ ROOMS = {
         'sources.psd', 'sources.taxel', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes.streams', 'nodes'),
     'tactile_perception': ('errors', 'sensors', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'touchpad.membrane',
         'touchpad.optics', 'touchpad.contact', 'touchpad', 'markers.view', 'markers.touches', 'markers.mechanics', 'markers.published',
-        'markers.dome_model', 'markers.places', 'markers.wrench', 'markers', 'taxel', 'calibration',
-        'calibration.files', 'finger', 'parameters', 'pipeline', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage',
+        'markers.dome_model', 'markers.places', 'markers.wrench', 'markers', 'calibration',
+        'calibration.files', 'finger', 'taxel', 'parameters', 'pipeline', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage',
         'finger.stage', 'taxel.stage', 'markers.stage', 'touchpad.stage', 'dots.stage', 'shedding', 'work_log',
-        'node', 'bags', 'finger.tools', 'tools.convert', 'tools.calibrate', 'tools'),
+        'node', 'bags', 'finger.tools', 'taxel.tools', 'tools.convert', 'tools.calibrate', 'tools'),
     'tactile_bringup': ('installed', 'grip', 'parameters', 'recording', 'visualization', 'visualization.markers',
         'hand', 'launch', 'simulate', 'nodes', 'demo'),
 }

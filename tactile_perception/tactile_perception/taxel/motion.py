@@ -3,9 +3,9 @@
 """Tangential motion of the object from images of its pressure, and its slip over the pad.
 
 Images are registered relative to the mean pressure of a keyframe, grown with the load. Pressure rises where traction converges, so the
-image leads an object that sticks: its motion is a known part of the image's (BORDER_LEAD). The pad's surface follows it up to friction times
-pressure (SurfaceShear); where it lags behind, the object slips. What the pad cannot know, the traction's own pressure shows (TractionWatch):
-an object that is smoother than expected, or that rolls.
+image leads an object that sticks: its motion is a known part of the image's (BORDER_LEAD). The pad's surface follows it up to friction
+times pressure (SurfaceShear); where it lags behind, the object slips. What the pad cannot know, the traction's own pressure shows
+(TractionWatch): an object that is smoother than expected, or that rolls.
 """
 from __future__ import annotations
 
@@ -30,8 +30,9 @@ class Limits:
     # Registration
     edge = 0.08  # gradient of an image, 1/taxel, from which a taxel belongs to an edge: above the roughness of gains and faces
     fewest_edges, most_edges = 6, 250  # taxels: needed (4 unknowns), and used at most, which bounds the time
-    # Least information on a shift, over the best direction: the rough edge of a half plane has up to 0.06, a bar of 5 : 2 has 0.4. On a turn:
-    # a face of 3 : 2 has 0.06, a ring has only that of its roughness, which is larger where edges are few (plus roughness over their number).
+    # Least information on a shift, over the best direction: the rough edge of a half plane has up to 0.06, a bar of 5 : 2 has 0.4. On a
+    # turn: a face of 3 : 2 has 0.06, a ring has only that of its roughness, which is larger where edges are few (plus roughness over their
+    # number).
     shift_information, turn_information, roughness = 0.08, 0.035, 3.0
     large = 20  # rows and columns, from which two at the array's border are ignored, else one: what moves over it is not seen
     farthest = 5.0  # from a keyframe; farther the fit does not converge
@@ -49,7 +50,7 @@ class Limits:
     least_noise = 2e-3  # of a position: what registration leaves of the phase between object and taxels
     begins, goes_on, path = 5.0, 3.0, 2.0  # sigmas: of a velocity from which an object moves, and moves on; of the path by which it begins
     creep = 0.2  # taxels/s, up to which the picture creeps by itself: pad and sensing layer relax
-    latest, stopped, expected = 3, 0.25, 2.5  # frames in which an object goes this part of its way, which is that many sigmas, or has stopped
+    latest, stopped, expected = 3, 0.25, 2.5  # frames in which an object goes this part of its way, of so many sigmas, or has stopped
     # Slip
     summed = 3  # frames over which slip is summed against noise
     lag = 0.1  # of the object's motion, by which the pad's surface lags where it slips: coupled neighbours creep a little
@@ -211,9 +212,9 @@ class TractionWatch:
     """Whether the traction of a moving object has ceased to grow, so that it slides, or is none, so that it rolls.
 
     While an object sticks, its traction grows with its motion, and so does the pressure before it at the expense of that behind it, over
-    some two thicknesses of the pad. Once all of it slides, the picture moves on and that difference grows no more. So a picture is fitted by
-    one before the motion, shifted, turned, grown, of another load, and with some traction (least squares). The picture of an object that
-    rolls moves on without any traction; only curved faces roll, and only theirs show an even traction well.
+    some two thicknesses of the pad. Once all of it slides, the picture moves on and that difference grows no more. So a picture is fitted
+    by one before the motion, shifted, turned, grown, of another load, and with some traction (least squares). The picture of an object
+    that rolls moves on without any traction; only curved faces roll, and only theirs show an even traction well.
     """
 
     def __init__(self, array: TaxelArray, pad: SoftPad, shear: _kernel.SurfaceShear):
@@ -280,8 +281,8 @@ class TractionWatch:
         return slides, rolls, sticks
 
     def _roll(self, traction: float, least: float, shift: float, curved: bool) -> bool:
-        """Whether the object rolls, or is still to show by its traction that it does not; traction along a shift, taxels, is seen from least
-        on; curved: whether its face is."""
+        """Whether the object rolls, or is still to show by its traction that it does not; traction along a shift, taxels, is seen from
+        least on; curved: whether its face is."""
         if traction > (2 if self._rolls else 1) * least:  # growth and load disturb what is seen of one that rolls on
             self._pulls, self._rolls = True, False
         if self._rolls:
@@ -405,8 +406,8 @@ class MotionTracker:
         return ObjectMotion(linear[:2], math.nan if math.isnan(found.turn) else float(linear[2]), slipping, step[:2], float(turned))
 
     def _load_varies(self, seen: KeyframeMotion, few: bool, load: float, stamp_s: float) -> bool:
-        """Whether the load varies, so that motion since the keyframe is estimated when it has settled: a new keyframe at each variation would
-        add up the errors of those positions."""
+        """Whether the load varies, so that motion since the keyframe is estimated when it has settled: a new keyframe at each variation
+        would add up the errors of those positions."""
         self._loads.append((stamp_s, load))
         while self._loads[0][0] < stamp_s - Limits.load_s * (1 + 1e-6):
             self._loads.popleft()

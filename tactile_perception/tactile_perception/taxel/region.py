@@ -73,9 +73,9 @@ class TaxelRegion:
 
 @dataclass(frozen=True)
 class Regions:
-    """Regions of one frame. all: largest first; labels: (rows, columns) uint16, 0 outside; touched: (rows, columns) bool, inside; near:
+    """Regions of one frame. all: largest first; labels: (rows, columns) uint16, 0 outside; touched: (rows, columns) bool, in contact; near:
     labels extended to the taxels around, which share a region's force; broken: whether the image has more than 64 regions, of which all
-    holds the largest."""
+    and labels hold the largest."""
 
     all: list[TaxelRegion]
     labels: np.ndarray
@@ -100,13 +100,12 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray, rea
     if broken:
         largest = 1 + np.argsort(-np.bincount(labels.ravel())[1:], kind='stable')[:_MOST]
         labels[~np.isin(labels, largest)] = 0
-        touched = labels > 0
-        score = score * touched
+        score = score * (labels > 0)
     elif count > 2:  # one outline surrounds taxels that meet at a corner, too
         _, labels = cv2.connectedComponents(grown(touched, round(0.5 * reach)).view(np.uint8), ltype=cv2.CV_16U)
         labels *= touched
     around = cv2.dilate(labels, np.ones((2 * _AROUND + 1,) * 2, np.uint8))
-    near = np.where(touched, labels, around)
+    near = np.where(labels > 0, labels, around)
     regions = [_region(label, pieces, labels, (near, pressure), array) for label, pieces in _pieces(score, labels, array).items()]
     return Regions(sorted(regions, key=lambda region: -region.moments.area), labels, touched, near, broken)
 

@@ -21,7 +21,7 @@ from .markers import calibrate_markers
 from ...markers.view.sensor import MARKER_SENSORS
 from ...parameters.file import read_parameters
 from ...finger.tools import calibrate_psd
-from ...taxel.calibration import calibrate_taxels
+from ...taxel.tools import calibrate_taxels
 from .touchpad import calibrate_touchpad
 
 
