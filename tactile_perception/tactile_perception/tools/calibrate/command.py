@@ -13,16 +13,16 @@ from pathlib import Path
 from tactile_driver.command import tells_errors
 from tactile_driver.recordings.description import descriptions
 
-from ...bags.replay import SENSOR_TYPE
+from ...bags.chain import SENSOR_TYPE
 from ...finger.model import SENSOR as PSD_FINGER
 from ...taxel.response import SENSOR as TAXEL_ARRAY
 from ...errors import BadArgument
-from .markers import calibrate_markers
-from ...markers.view.sensor import MARKER_SENSORS
+from ...press.tools import calibrate_markers
+from ...press.sensor import MARKER_SENSORS
 from ...parameters.file import read_parameters
 from ...finger.tools import calibrate_psd
 from ...taxel.tools import calibrate_taxels
-from .touchpad import calibrate_touchpad
+from ...touchpad.tools import calibrate_touchpad
 
 
 def calibrator(sensor_type: str, sphere_radius: float | None = None) -> Callable[..., str]:
