@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <limits>
 #include <utility>
 
 #include "common/median.hpp"

@@ -19,6 +19,10 @@ def shear(shape=PRESSURE.shape):
     return taxel.SurfaceShear(rows=shape[0], columns=shape[1], pitch=1e-3, thickness=2.0, stiffness=5e7)
 
 
+def path():
+    return taxel.Path(window=0.2, reported=0.06, fewest=4, latest=3, least_noise=1e-5, bound=2.5)
+
+
 def fit_of(key, pressure=PRESSURE, guess=np.zeros(4)):
     found = key.motion(pressure, scale=1 / 3e4, turns=True, guess=guess)
     return found.fit, np.array([found.spread, found.inliers])
@@ -28,7 +32,11 @@ def fit_of(key, pressure=PRESSURE, guess=np.zeros(4)):
 CALLS = {
     'contact_score': (lambda pressure=PRESSURE, full=TOUCHED: [taxel.contact_score(pressure, full, **RULE)],
                       {'pressure': PRESSURE, 'full': TOUCHED}),
-    'contours': (lambda field=PRESSURE.astype(float): taxel.contours(field, 1e4), {'field': PRESSURE.astype(float)}),
+    'outlines': (lambda score=PRESSURE, labels=TOUCHED.astype(np.int32): [taxel.outlines(score, labels, level=1e4, pitch=1e-3).points],
+                 {'score': PRESSURE, 'labels': TOUCHED.astype(np.int32)}),
+    'hide': (lambda shown=PRESSURE, held=PRESSURE / 2: taxel.hide(shown, held, share=0.5, reach=5.0, relative=0.1),
+             {'shown': PRESSURE, 'held': PRESSURE / 2}),
+    'add': (lambda pose=np.zeros(3), arm=np.ones(2): [path().add(1.0, pose, arm, 1.0).pose], {'pose': np.zeros(3), 'arm': np.ones(2)}),
     'Keyframe': (lambda pressure=PRESSURE: [taxel.Keyframe(pressure, scale=1 / 3e4, steep=0.08, rim=1, most=250).normal],
                  {'pressure': PRESSURE}),
     'motion': (lambda pressure=PRESSURE, guess=np.zeros(4): fit_of(KEY, pressure, guess), {'pressure': PRESSURE, 'guess': np.zeros(4)}),
@@ -120,3 +128,36 @@ def test_the_border_of_a_face_that_is_about_as_curved_as_flat_does_not_jump():
         face = np.where((abs(x) < 9) & (abs(y) < 6), 3e4 + bend * x * y + noise, 0).astype(np.float32)
         scores.append(taxel.contact_score(face, np.zeros(face.shape, bool), **RULE | {'least': 1e3}))
     assert max(np.abs(b - a).max() for a, b in zip(scores[:-1], scores[1:])) < 0.05
+
+
+@pytest.mark.parametrize('seed', range(10))
+def test_the_velocity_is_that_of_the_longest_line_within_the_bounds_of_all_shorter_ones(seed):
+    rng, line = np.random.default_rng(seed), path()
+    times = np.cumsum(rng.uniform(0.5, 1.5, 19)) / 100
+    poses = np.cumsum(rng.normal(0, 1, 3) * (times[:, None] > times.mean()) / 100, axis=0) + rng.normal(0, 1e-3, (19, 3))
+    for time, pose in zip(times, poses):
+        found = line.add(time, pose, np.zeros(2), 1.0)
+    keep = (times >= times[-1] - 0.2 * (1 + 1e-6)) | (np.arange(19) >= 15)
+    times, poses, low, high = times[keep], poses[keep], np.full(3, -np.inf), np.full(3, np.inf)
+    bends = np.diff(poses, 2, axis=0)[:-1]
+    assert found.noise == pytest.approx(np.median(np.hypot(bends[:, 0], bends[:, 1])) / np.sqrt(12 * np.log(2)))
+    for n in range(2, len(times) + 1):
+        t = times[-n:] - times[-1]
+        pose, velocity = np.linalg.lstsq(np.stack([np.ones(n), t], axis=1), poses[-n:], rcond=None)[0]
+        bound = 2.5 * found.noise / np.sqrt(((t - t.mean())**2).sum())
+        low, high = np.maximum(low, velocity - bound), np.minimum(high, velocity + bound)
+        if (low > high).any():
+            break
+        expected, used = (pose, velocity), n
+    assert found.pose == pytest.approx(expected[0], abs=1e-9) and found.velocity == pytest.approx(expected[1], abs=1e-6)
+    assert found.used == used and found.lasting == pytest.approx(times[-1] - times[-used])
+
+
+def test_a_stop_is_seen_within_two_frames_and_one_frame_has_no_velocity():
+    rng, line = np.random.default_rng(0), path()
+    first = line.add(0.0, np.array([2e-3, 3e-3, 0.1]), np.zeros(2), 7e-3)
+    assert first.used == 1 and not first.velocity.any() and first.sigma > 1e300 and np.isnan(first.reported).all()
+    line.reset()
+    for k in range(20):
+        found = line.add(k / 100, np.array([0.02 * min(k, 17), 0.0, 0.0]) + rng.normal(0, 1e-3, 3) * [1, 1, 0], np.zeros(2), 7e-3)
+    assert found.velocity[0] == pytest.approx(0, abs=0.4) and found.went < 0.02
