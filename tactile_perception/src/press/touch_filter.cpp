@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "common/cholesky.hpp"
-#include "dots/index/assignment.hpp"
+#include "dots/links.hpp"
 
 namespace tactile {
 namespace {

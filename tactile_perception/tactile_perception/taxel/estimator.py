@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
-from ..common.region_moments import axes
+from ..common.surface import axes
 from ..common.surface_points import SurfacePoints
 from ..errors import BadArgument, BadFrame
 from .motion import MotionTracker, ObjectMotion, SeenPressure, TaxelSlip

@@ -21,8 +21,7 @@ import numpy as np
 from .._core import taxel as _kernel
 from .pressure import SoftPad, TaxelArray
 from .region import BORDER_SHARE, LEVEL
-from ..common.estimates import NONE, SlipEstimate
-from ..common.slip import next_state
+from ..common.estimates import NONE, SlipEstimate, next_state
 
 
 class Limits:

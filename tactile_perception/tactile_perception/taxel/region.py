@@ -12,8 +12,7 @@ import numpy as np
 
 from .._core import taxel as _kernel
 from .pressure import SoftPad, TaxelArray, grown
-from ..common.contour import Outline, grouped
-from ..common.region_moments import Moments
+from ..common.surface import Moments, Outline, grouped
 
 LEVEL = 0.5  # score at the border of a contact
 NOISE = 10.0  # standard deviations of the noise, least level: a false taxel in a hundred thousand frames, also of correlated noise

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..common.estimates import GROSS, NONE, ContactEstimate, SlipEstimate
 from ..common.rigid_motion import RigidFit, fit_rigid_robust
-from ..common.slip import STILL_GROSS, next_state, planar_twist
+from ..common.estimates import STILL_GROSS, next_state, planar_twist
 from ..errors import BadArgument, BadFrame, DegenerateFit
 from .region import ContactDots
 

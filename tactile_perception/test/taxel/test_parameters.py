@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_driver.parameters.table import defaults
-from tactile_perception.common.frame_tree import FrameTree
+from tactile_perception.common.geometry import FrameTree
 from tactile_perception.errors import BadArgument
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, grasped_object, taxel_estimator
 
