@@ -16,7 +16,7 @@ ROOMS = {
     'tactile_perception': ('errors', 'sensors', 'common', 'dots', 'press.sensor', 'calibration', 'calibration.files', 'touchpad', 'finger',
         'taxel', 'parameters', 'press', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage', 'finger.stage', 'taxel.stage',
         'press.stage', 'touchpad.stage', 'dots.stage', 'shedding', 'work_log', 'node', 'bags', 'finger.tools', 'press.tools',
-        'touchpad.tools', 'taxel.calibration', 'tools.convert', 'tools.calibrate', 'tools'),
+        'touchpad.tools', 'taxel.tools', 'tools.convert', 'tools.calibrate', 'tools'),
     'tactile_bringup': ('installed', 'parameters', 'visualization',
         'hand', 'launch', 'simulate', 'nodes', 'demo'),
 }

@@ -21,7 +21,7 @@ from ...press.tools import calibrate_markers
 from ...press.sensor import MARKER_SENSORS
 from ...parameters.file import read_parameters
 from ...finger.tools import calibrate_psd
-from ...taxel.calibration import calibrate_taxels
+from ...taxel.tools import calibrate_taxels
 from ...touchpad.tools import calibrate_touchpad
 
 
