@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 from tactile_driver.parameters.table import defaults
 
-from .calibration.files.markers import read_touch
+from .press.calibration import read_touch
 from .common.dots import Dots
 from .dots.detect.methods import DotDetector
 from .errors import BadArgument
 from .finger.parameters import PSD_PARAMETERS
-from .markers.view.camera_views import view_maker
+from .press.field import view_maker
 from .parameters.file import read_parameters
-from .parameters.markers import POINT_PARAMETERS, marker_sensor
-from .parameters.taxel import TAXEL_PARAMETERS
+from .press.parameters import POINT_PARAMETERS, marker_sensor
+from .taxel.parameters import TAXEL_PARAMETERS
 from .parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
-from .pipeline.marker_stage import TouchEstimator
+from .press.estimator import TouchEstimator
 from .touchpad.sensor import camera_pose
 
 _TABLES = {'dot_tracker_node': DOT_PARAMETERS, 'contact_region_node': REGION_PARAMETERS, 'contact_point_node': POINT_PARAMETERS,

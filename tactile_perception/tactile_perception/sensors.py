@@ -18,7 +18,7 @@ NODES = {
     'taxel_array_node': 'tactile_driver.nodes.taxel_array_node:TaxelArrayNode',
     'dot_tracker_node': 'tactile_perception.dots.stage:DotStage',
     'contact_region_node': 'tactile_perception.touchpad.stage:ContactRegionStage',
-    'contact_point_node': 'tactile_perception.markers.stage:ContactPointStage',
+    'contact_point_node': 'tactile_perception.press.stage:ContactPointStage',
     'psd_contact_node': 'tactile_perception.finger.stage:FingerStage',
     'taxel_contact_node': 'tactile_perception.taxel.stage:TaxelStage',
     'markers_node': 'tactile_bringup.nodes.markers_node:MarkersNode',

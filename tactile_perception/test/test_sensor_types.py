@@ -3,8 +3,8 @@
 import pytest
 
 from tactile_perception.calibration.files.format import BELONGS_TO
-from tactile_perception.markers.view.sensor import MARKER_SENSORS
-from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS
+from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS
 from tactile_perception.sensors import MARKER_SENSOR_TYPES
 
 

@@ -27,8 +27,6 @@ SPACE = '/sensor'  # namespace of the policies
 TYPES = ('touchpad', 'areal_dual', 'psd_finger', 'taxel_array')
 EXAMPLES = ('grip_reflex', 'simulated_gripper')
 SENSOR_NODES = {*NODES, *EXAMPLES, 'record_node'}
-#: What a dot_tracker_node of one camera does not use.
-TWO_CAMERAS = {('subscribe', '/sensor/right/time_reference')}
 #: What makes a node use all that it can.
 MORE = {'taxel_contact_node': {'object.gravity_frame': 'world'}}
 
@@ -71,9 +69,9 @@ def allowed(executable):
     return {(kind, entry.text) for rule in profile for kind in rule.attrib for entry in rule}
 
 
-def agree(node, seconds=10.0, without=()):
-    """Wait until the node uses what its policy allows, without some: some it uses once somebody wants its results."""
-    wanted, end = allowed(node.get_name()) - set(without), time.monotonic() + seconds
+def agree(node, seconds=10.0):
+    """Wait until the node uses what its policy allows: some it uses once somebody wants its results."""
+    wanted, end = allowed(node.get_name()), time.monotonic() + seconds
     while used(node) != wanted and time.monotonic() < end:
         time.sleep(0.05)
     assert used(node) == wanted, {'not allowed': used(node) - wanted, 'not used': wanted - used(node)}
@@ -104,8 +102,7 @@ def running(bench):
 def test_nodes_of_a_sensor_use_what_their_policies_allow_and_nothing_else(bench, running, sensor_type):
     plan = planned(sensor_type, bench.fresh('policed'))
     for node in running([made(plan, name, **MORE.get(name, {})) for name in plan.nodes]):
-        one_camera = node.get_name() == 'dot_tracker_node' and sensor_type != 'areal_dual'
-        agree(node, without=TWO_CAMERAS if one_camera else ())
+        agree(node)
 
 
 def test_the_frames_of_a_hand_do_so_too(running):

@@ -4,12 +4,12 @@
 import numpy as np
 import pytest
 from tactile_bringup.installed import share
-from tactile_bringup.simulate.camera import write_scene
+from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_perception.bags.stream import Task
-from tactile_perception.calibration.files.markers import read_touch
-from tactile_perception.tools.calibrate.markers import calibrate_markers
+from tactile_perception.press.calibration import read_touch
+from tactile_perception.press.tools import calibrate_markers
 from tactile_perception.tools.process_bag import process_bag
 
 

@@ -15,7 +15,6 @@ void bind_region(pybind11::module_& module);
 void bind_finger(pybind11::module_& module);
 void bind_sheet(pybind11::module_& module);
 void bind_touches(pybind11::module_& module);
-void bind_taxels(pybind11::module_& module);
-void bind_taxel_motion(pybind11::module_& module);
+void bind_taxel(pybind11::module_& module);
 
 }  // namespace tactile::border

@@ -3,7 +3,7 @@
 // Python bindings of the kernels of domes; see bindings.cpp, whose length they would exceed.
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
-#include "markers/dome_fit.hpp"
+#include "press/dome_fit.hpp"
 
 namespace tactile::border {
 namespace {

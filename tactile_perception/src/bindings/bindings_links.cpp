@@ -9,7 +9,7 @@
 #include "dots/index/assignment.hpp"
 #include "dots/index/neighbours.hpp"
 #include "dots/reference/reference_drift.hpp"
-#include "markers/marker_field.hpp"
+#include "press/marker_field.hpp"
 
 namespace tactile::border {
 namespace {
@@ -179,7 +179,7 @@ void bind_links(py::module_& module) {
     module.def("follow_markers", &followed_markers, py::arg("id"), py::arg("uv"), py::arg("duv"), py::arg("area"), py::arg("known_uv"),
                py::arg("known_area"), py::arg("frames"), py::kw_only(), py::arg("moved"), py::arg("still"), py::arg("most_frames"),
                "Untouched positions (K, 2), px, mean areas (K,), px^2, and numbers of frames in the means (K,), updated with a frame's\n"
-               "markers (N): see RestMarkers in markers/view/marker_field.py.");
+               "markers (N): see RestMarkers in press/field.py.");
     module.def(
         "marker_field", &field_of_markers, py::arg("id"), py::arg("uv"), py::arg("duv"), py::arg("area"), py::arg("sigma"),
         py::arg("places"), py::arg("eye"), py::arg("known_area"), py::kw_only(), py::arg("metres_per_px"),

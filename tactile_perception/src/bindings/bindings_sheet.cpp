@@ -6,8 +6,8 @@
 
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
-#include "markers/sheet_fit.hpp"
-#include "markers/sheet_membrane.hpp"
+#include "press/sheet_fit.hpp"
+#include "press/sheet_membrane.hpp"
 
 namespace tactile::border {
 namespace {
@@ -182,14 +182,14 @@ void bind_sheet(py::module_& module) {
         "a traction of drag (2,) times the pressure, else the tip comes straight down with Coulomb friction.");
     module.def("fit_presses", &fitted_presses, py::arg("table"), py::arg("rest"), py::arg("eye"), py::arg("value"), py::arg("sigma"),
                py::arg("motion"), py::arg("presses"), py::kw_only(), py::arg("noise"), py::arg("tip"), py::arg("marker_radius"),
-               py::arg("drags"), py::arg("near"), "Presses that explain a marker field: see markers/mechanics/solver.py.");
+               py::arg("drags"), py::arg("near"), "Presses that explain a marker field: see press/sheet/solver.py.");
     module.def("show_presses", &shown_presses, py::arg("table"), py::arg("rest"), py::arg("eye"), py::arg("presses"), py::kw_only(),
                py::arg("mixed"), py::arg("marker_radius"), py::arg("near"),
                "Shift, m, and growth (N, 3) of markers under presses, and the sheet's deformation there (N, 3, 3): see "
-               "markers/mechanics/solver.py.");
+               "press/sheet/solver.py.");
     module.def("show_field", &shown_field, py::arg("field"), py::arg("rest"), py::arg("eye"), py::kw_only(), py::arg("place"),
                py::arg("half"), py::arg("scale"), py::arg("marker_radius"),
-               "Shift, m, and growth (N, 3) of markers on a sheet with splines (side * side, 3), m: see markers/mechanics/projection.py.");
+               "Shift, m, and growth (N, 3) of markers on a sheet with splines (side * side, 3), m: see press/sheet/projection.py.");
 }
 
 }  // namespace tactile::border

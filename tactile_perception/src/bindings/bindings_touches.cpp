@@ -6,9 +6,9 @@
 
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
-#include "markers/sheet_depths.hpp"
-#include "markers/touch_filter.hpp"
-#include "markers/touch_region.hpp"
+#include "press/sheet_depths.hpp"
+#include "press/touch_filter.hpp"
+#include "press/touch_region.hpp"
 
 namespace tactile::border {
 namespace {

@@ -3,7 +3,7 @@
 """The stages of a sensor one after the other, without ROS middleware: what live nodes do, on messages of a recording."""
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
 from tactile_driver.parameters.table import Parameter
@@ -15,7 +15,8 @@ from ..parameters.file import read_parameters
 from ..sensors import SENSOR_TYPES, load
 from ..stage import Stage
 
-_SENSOR_TYPE = (Parameter('sensor_type', str, 'touchpad', '', 'kind of sensor'),)
+#: The parameter by which a file says of what sensor it is.
+SENSOR_TYPE = (Parameter('sensor_type', str, 'touchpad', '', 'kind of sensor'),)
 
 
 class Chain:
@@ -46,12 +47,12 @@ class Chain:
             if topic in (side.topic for side in stage.side_inputs):
                 stage.take(topic, message)
 
-    def process(self, message, number: int = 0) -> Iterator[tuple[Stage, str, object]]:
+    def process(self, message, number: int = 0, topics: Collection[str] | None = None) -> Iterator[tuple[Stage, str, object]]:
         """Yield (stage, topic, estimate) of all that the stages from a number on estimate from one message, and (stage, its input, error)
-        where a stage refuses its message."""
+        where a stage refuses its message; topics: those that are wanted, None for all."""
         stage = self.stages[number]
         try:
-            found = stage.process(message)
+            found = stage.process(message, topics and {*topics, *(each.input.topic for each in self.stages[number + 1:])})
         except TactileError as error:
             yield stage, stage.input.topic, error
             return
@@ -59,13 +60,13 @@ class Chain:
             for result in results:
                 yield stage, topic, result
                 if number + 1 < len(self.stages) and topic == self.stages[number + 1].input.topic:
-                    yield from self.process(result, number + 1)
+                    yield from self.process(result, number + 1, topics)
 
 
 def make_chain(params: Path, calibration: Path | None = None) -> Chain:
     """The stages that a parameter file describes, without those whose parameters are not enough for them; calibration: replaces the file
     that params names. Raises TactileError."""
-    name = read_parameters(params, 'dot_tracker_node', _SENSOR_TYPE)['sensor_type']
+    name = read_parameters(params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
     if name not in SENSOR_TYPES:
         raise BadArgument(f'{params}: sensor_type {name!r} is unknown; choose one of {", ".join(SENSOR_TYPES)}')
     kinds = [load(node) for node in SENSOR_TYPES[name].perception]

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 from tactile_driver.recordings.reader import COMPRESSED_IMAGE, BagReader
 from tactile_driver.recordings.serialization import decode
 
@@ -22,7 +21,7 @@ def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info:
              open_bag: Callable[[Path], BagReader] = BagReader) -> Iterator[tuple[str, dict]]:
     """Yield ('bag at stamp', {topic: message}) for each stamp that has all wanted topics, in the order of completion.
 
-    ground_truth/wrench and right/time_reference are required too when the bag has them. on_camera_info(message) is called for each
+    ground_truth/wrench is required too when the bag has it. on_camera_info(message) is called for each
     camera_info; images: image topic, by which the sensor is found; open_bag: opens the bag. Raises BadCalibration for a bag without ground
     truth, BadRecording for one without images.
     """
@@ -30,7 +29,7 @@ def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info:
         prefix = find_prefix(reader.topics, namespace, images)
         if prefix + TRUTH not in reader.topics:
             raise BadCalibration(f'{bag}: no {prefix}{TRUTH}: calibration needs to know where the tool was')
-        extra = {TRUE_WRENCH, RIGHT_TIME} & {topic.removeprefix(prefix) for topic in reader.topics}
+        extra = {TRUE_WRENCH} & {topic.removeprefix(prefix) for topic in reader.topics}
         needed, waiting = {*wanted, *extra}, {}
         for raw in Progress(reader.messages({prefix + name for name in (*needed, 'camera_info')}), f'messages of {bag.name}'):
             message = decode(raw.data, raw.type_name)

@@ -11,10 +11,10 @@ from tactile_driver.frame import CameraCalibration, Frame, PairFrame, as_encodin
 from tactile_driver.frame_names import stitched_frame
 from tactile_driver.nodes.messages.conversions import (RIGHT_TIME, calibration_to_message, frame_of_message, header_of,
                                                        image_to_message, right_time_message)
-from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
+from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
 from tactile_driver.recordings.reader import BagReader, RawMessage
 from tactile_driver.recordings.serialization import decode, encode
-from tactile_driver.sources.dual_camera.pairing import Pairer
+from tactile_driver.camera.pairs import Pairer
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
 from tactile_driver.stitching.methods import make_stitcher
 
@@ -61,7 +61,7 @@ class StitchedBag(BagReader):
         sides = {prefix + view: (prefix, side) for prefix in prefixes for side, view in enumerate(VIEWS)}
         made = {prefix + name for prefix in prefixes for name in _MADE}
         pairers = {prefix: Pairer(self._max_skew) for prefix in prefixes}
-        wanted = set(super().topics) if topics is None else topics
+        wanted = {*super().topics, *made} if topics is None else topics
         for raw in super().messages((wanted - made) | set(sides)):
             if raw.topic not in sides:
                 yield raw
@@ -74,9 +74,9 @@ class StitchedBag(BagReader):
             except BadFrame as error:
                 self.left_out.add(raw.topic, str(error), raw.stamp_ns)
                 continue
-            yield from self._pictures(prefix, pairers[prefix].take)
+            yield from (one for one in self._pictures(prefix, pairers[prefix].take) if one.topic in wanted)
         for prefix, pairer in pairers.items():
-            yield from self._pictures(prefix, partial(pairer.take, last=True))
+            yield from (one for one in self._pictures(prefix, partial(pairer.take, last=True)) if one.topic in wanted)
             pairer.clear()
             if pairer.unpaired:
                 why = pairer.shutters.remark or 'one camera\'s view without the other\'s'

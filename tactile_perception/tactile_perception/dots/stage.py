@@ -3,21 +3,20 @@
 """The stage of all sensors with dots: images in, numbered dots and their 3D positions out."""
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, TimeReference
+from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
-from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.stitching.calibration import stitching_from_dict
 from tactile_msgs.msg import DotTracks
 
 from ..calibration.files.format import read_calibration
-from ..calibration.files.markers import read_touch
+from ..press.calibration import read_touch
 from ..camera_stage import CameraStage, Matrices
 from ..errors import BadFrame
-from ..markers.view.camera_views import view_maker
-from ..markers.view.sensor import MARKER_SENSORS
+from ..press.field import view_maker
+from ..press.sensor import MARKER_SENSORS
 from ..nodes.messages import conversions as convert
 from ..parameters.touchpad import DOT_PARAMETERS
 from ..pipeline.dot_stage import DotEstimator
@@ -25,7 +24,6 @@ from ..stage import Input
 from ..touchpad.calibration import read_touchpad
 from ..touchpad.sensor import Touchpad, camera_pose
 
-_SKEWS = 32  # pictures whose right exposure is kept; chosen: more than wait in the subscription
 
 
 class DotStage(CameraStage):
@@ -43,7 +41,7 @@ class DotStage(CameraStage):
         self._water = read_calibration(values['calibration'], 'touchpad', values) if calibrated else None
         self._surface = None
         if values['surface'] in ('sheet', 'dome'):
-            from ..parameters.markers import marker_sensor  # a touchpad needs no methods of sheets and domes
+            from ..press.parameters import marker_sensor  # a touchpad needs no methods of sheets and domes
             self._surface = marker_sensor(values)
         markers = values['sensor_type'] in MARKER_SENSORS and values['calibration']
         self._markers = read_touch(values['calibration'], values['sensor_type']) if markers else None
@@ -51,7 +49,6 @@ class DotStage(CameraStage):
             self.stitching = stitching_from_dict(self._markers.stitching, 'calibration: stitching')
         self.needs_camera = self.sensor.cap is not None or self._surface is not None
         self._frame_id = values['frame_id'] or values['sensor_type']
-        self._skews: dict[int, float] = {}  # s, of the right view, by the picture's stamp, ns
 
     def use_frame(self, frame_id: str) -> None:
         """Name the sensor frame, unless the parameter frame_id does."""
@@ -63,43 +60,22 @@ class DotStage(CameraStage):
         if self._surface is not None:
             make_view = view_maker(self._surface, matrices, self._markers and self._markers.stitching, camera_pose(self.values))
             return DotEstimator(self.sensor, None, self.values, places=self._places(make_view) if make_view else None,
-                                right=self._right_shutter(), **known)
+                                seam=self.stitching and self.stitching.seam, **known)
         camera = self.sensor.camera(*matrices) if matrices else None
         water = read_touchpad(self.values['calibration'], camera, size) if self._water and camera else None
         return DotEstimator(self.sensor, camera, self.values, water, **known)
-
-    def _right_shutter(self):
-        """The RightShutter of two cameras; None for one."""
-        if self.stitching is None:
-            return None
-        from ..pipeline.shutters import right_shutter
-        return right_shutter(self.stitching, self._surface)
 
     def _places(self, make_view):
         """The SheetPlaces or DomePlaces of markers; None for a pattern without a grid that is not calibrated."""
         sensor, known = self._surface, self._markers
         if sensor.is_sheet:
-            from ..markers.places.sheet import SheetPlaces
+            from ..press.positions import SheetPlaces
             return SheetPlaces(sensor, make_view)
-        from ..markers.methods import make_method
-        from ..markers.places.dome import DomePlaces
+        from ..press.methods import make_method
+        from ..press.positions import DomePlaces
         count = sensor.rows * sensor.columns if known is None or known.pattern is None else len(known.pattern)
         method = make_method('model', known.fitted('model'), sensor) if known and 'model' in known.methods else None
         return DomePlaces(sensor, count, make_view, method) if count else None
-
-    @property
-    def side_inputs(self) -> Sequence[Input]:
-        """The camera's calibration; of two cameras, when the right view of each picture was exposed."""
-        right = (Input(RIGHT_TIME, TimeReference, depth=10),) if self.stitching else ()
-        return (*super().side_inputs, *right)
-
-    def take(self, topic: str, message: CameraInfo | TimeReference) -> None:
-        """Take a camera_info, or the exposure of the right view of a picture that follows. Raises BadFrame for an invalid one."""
-        if topic != RIGHT_TIME:
-            return super().take(topic, message)
-        self._skews[convert.stamp_ns_of(message.header)] = convert.skew_of(message)
-        while len(self._skews) > _SKEWS:
-            del self._skews[next(iter(self._skews))]
 
     def check(self, message: Image | CompressedImage) -> None:
         """Raise BadFrame while the camera is not known."""
@@ -107,13 +83,13 @@ class DotStage(CameraStage):
             raise BadFrame('no camera_info: 3D positions need the camera; publish camera_info beside image_raw, or set surface to none')
 
     def estimate(self, message: Image | CompressedImage, stamp_s: float, topics: Collection[str]) -> dict[str, list]:
-        """The dots of one image under its stamp; those of the right one of two views at that stamp too."""
+        """The dots of one image under its stamp."""
         image = image_to_array(message)
         self.use_camera(lambda size: not any(size) or size == image.shape[1::-1])
         if self.estimator is None:
             self.estimator = self.make_estimator(None, None)
         self.check_size(image)
-        tracks = self.estimator.process(image, stamp_s, self._skews.get(convert.stamp_ns_of(message.header), 0.0))
+        tracks = self.estimator.process(image, stamp_s)
         return {'dots': [convert.tracks_to_message(tracks, Header(stamp=message.header.stamp, frame_id=self._frame_id))]}
 
     def set_reference(self) -> None:

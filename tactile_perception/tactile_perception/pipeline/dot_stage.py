@@ -49,27 +49,18 @@ class Places(Protocol):
         """Discard all state that depends on the reference."""
 
 
-class RightView(Protocol):
-    """Brings dots of the right one of two views to the exposure of the left one: RightShutter."""
-
-    def is_in(self, image: np.ndarray) -> bool:
-        """Whether a stitched image shows both views."""
-
-    def process(self, tracks: DotTracks, stamp_s: float, skew_s: float) -> DotTracks:
-        """The tracks of a stitched image at the left exposure, stamp_s, s; skew_s: s, from it to the right one."""
-
-
 class DotEstimator:
     """Tracks and locates dots frame by frame.
 
     camera: None if not calibrated, then a touchpad's dots get no 3D positions; values: of DOT_PARAMETERS; places: 3D positions of the
-    dots of other sensors; pattern, rest: see make_tracker; right: of an image stitched from two cameras.
+    dots of other sensors; pattern, rest: see make_tracker; seam: px, column of an image
+    stitched from two cameras beyond which the right one sees; None for one camera.
     """
 
     def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None,
                  places: Places | None = None, pattern: np.ndarray | None = None, rest: np.ndarray | None = None,
-                 right: RightView | None = None):
-        self._right = right
+                 seam: float | None = None):
+        self._seam = seam
         self._tracker, self._places = make_tracker(sensor, values, pattern, rest), places
         if sensor.cap is not None and camera is not None:
             self._places = DotPlaces(sensor, camera, water)
@@ -85,14 +76,16 @@ class DotEstimator:
         if self._places is not None:
             self._places.renew()
 
-    def process(self, image: np.ndarray, stamp_s: float, skew_s: float = 0.0) -> DotTracks:
-        """Dots of an image, uint8 (H, W) or (H, W, 3) BGR, exposed at stamp_s, s; skew_s: s, from it to the exposure of the right view of
-        two cameras. Raises BadFrame for an unusable image or stamp."""
-        if self._right is not None and not len(self._tracker.reference.id) and not self._right.is_in(image):
+    def process(self, image: np.ndarray, stamp_s: float) -> DotTracks:
+        """Dots of an image, uint8 (H, W) or (H, W, 3) BGR, exposed at stamp_s, s. Raises BadFrame for an unusable image or stamp."""
+        if self._seam is not None and not len(self._tracker.reference.id) and not self._shows_both(image):
             raise BadFrame('one of the two views is black: both must be there when the reference is taken; check its camera or topic')
         tracks = self._tracker.process(image, stamp_s)
-        if self._right is not None:
-            tracks = self._right.process(tracks, stamp_s, skew_s)
         if self._places is not None:
             tracks.xyz = self._places.locate(image, tracks)
         return tracks
+
+    def _shows_both(self, image: np.ndarray) -> bool:
+        """Whether a stitched image shows both views; the half of a view that is missing is black."""
+        seam = round(self._seam)
+        return bool(image[:, :seam].any() and image[:, seam + 1:].any())

@@ -5,11 +5,10 @@ import functools
 
 import numpy as np
 from dome_scenes import DOME, EYE, NOISE, PX, markers, seen
-from tactile_perception.markers.dome_model.library import DomePlan, build_library
-from tactile_perception.markers.dome_model.membrane import DomeMaterial
-from tactile_perception.markers.dome_model.mesh import MeshPlan
-from tactile_perception.markers.dome_model.solver import DomeInverse, FieldNoise
-from tactile_perception.markers.view.marker_field import MarkerField
+from tactile_perception.press.dome.library import DomePlan, build_library
+from tactile_perception.press.dome.mechanics import DomeMaterial, MeshPlan
+from tactile_perception.press.dome.fit import DomeInverse, FieldNoise
+from tactile_perception.press.field import MarkerField
 
 MATERIAL = DomeMaterial(0.7, 60.0, 0.5)
 MESH = MeshPlan(even=9, rings=16, width=0.016, harmonics=3, around=8)

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the kernels of sheets do, in NumPy: slow and obvious."""
 import numpy as np
-from tactile_perception.markers.mechanics.mesh import locate, uniform
-from tactile_perception.markers.mechanics.reduced_model import DEPTH_POWER, MIRROR, ODD_TERMS, SPREAD, WRENCH_NUMBERS
+from tactile_perception.press.sheet.mechanics import locate, uniform
+from tactile_perception.press.sheet.library import DEPTH_POWER, MIRROR, ODD_TERMS, SPREAD, WRENCH_NUMBERS
 
 
 def looked_up(library, press):

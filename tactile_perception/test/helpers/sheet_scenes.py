@@ -4,12 +4,10 @@
 import functools
 
 import numpy as np
-from tactile_perception.markers.mechanics.membrane_fem import SheetMaterial, press_sheet
-from tactile_perception.markers.mechanics.mesh import SheetMesh, uniform
-from tactile_perception.markers.mechanics.projection import field_appearance
-from tactile_perception.markers.mechanics.reduced_model import LibraryPlan, build_library
-from tactile_perception.markers.view.marker_field import MarkerField
-from tactile_perception.markers.view.sensor import MARKER_SENSORS
+from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, press_sheet, uniform
+from tactile_perception.press.sheet.library import LibraryPlan, build_library, field_appearance
+from tactile_perception.press.field import MarkerField
+from tactile_perception.press.sensor import MARKER_SENSORS
 
 SENSOR = MARKER_SENSORS['areal_single']
 GRID = SENSOR.grid()

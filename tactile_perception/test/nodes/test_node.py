@@ -33,9 +33,9 @@ from tactile_perception.dots.stage import DotStage  # noqa: E402
 from tactile_perception.node import PerceptionNode, make_node  # noqa: E402
 from tactile_perception.nodes.messages.conversions import camera_info_message  # noqa: E402
 from tactile_perception.stage import Input, Stage  # noqa: E402
-from tactile_perception.parameters.markers import POINT_PARAMETERS  # noqa: E402
+from tactile_perception.press.parameters import POINT_PARAMETERS  # noqa: E402
 from tactile_perception.finger.parameters import PSD_PARAMETERS  # noqa: E402
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS  # noqa: E402
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS  # noqa: E402
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -22,7 +22,7 @@ import numpy as np
 import yaml
 
 from ...errors import BadCalibration
-from ...markers.view.sensor import MARKER_SENSORS
+from ...press.sensor import MARKER_SENSORS
 
 FORMAT, VERSION = 'tactile calibration', 2
 SECTIONS = {'sensor': str, 'serial': str, 'date': str, 'software': str, 'parameters': dict, 'units': dict, 'fitted': dict,

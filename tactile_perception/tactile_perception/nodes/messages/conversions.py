@@ -8,8 +8,7 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 from geometry_msgs.msg import Quaternion, Transform, Twist, WrenchStamped
-from sensor_msgs.msg import CameraInfo, TimeReference
-from std_msgs.msg import Header
+from sensor_msgs.msg import CameraInfo
 from tactile_driver.nodes.messages.conversions import point, polygon, stamp_ns_of, vector
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
@@ -23,7 +22,6 @@ from .point_cloud import points_to_message
 _SHORTEST_FOCUS, _FARTHEST_PX, _STRONGEST_DISTORTION = 1.0, 1e6, 1e6
 _NO_DISTORTION = 1e-12  # a smaller coefficient counts as 0: it bends no ray, and the inversion would divide by it; chosen
 
-_LONGEST_SKEW_NS = 10**9  # chosen: frame periods are shorter
 
 
 def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None:
@@ -60,14 +58,6 @@ def stamp_seconds(header) -> float:
     """A header's stamp, s. Raises BadFrame for an invalid stamp."""
     stamp_ns_of(header)
     return header.stamp.sec + 1e-9 * header.stamp.nanosec
-
-
-def skew_of(message: TimeReference) -> float:
-    """Time, s, from the left to the right exposure of a picture. Raises BadFrame for an invalid time, and for a second or more."""
-    skew_ns = stamp_ns_of(Header(stamp=message.time_ref)) - stamp_ns_of(message.header)
-    if abs(skew_ns) >= _LONGEST_SKEW_NS:
-        raise BadFrame(f'right/time_reference: the views of a picture were exposed {1e-9 * skew_ns:.3g} s apart; they are no pair')
-    return 1e-9 * skew_ns
 
 
 def _floats(values: np.ndarray) -> array:

@@ -13,15 +13,15 @@ from pathlib import Path
 from tactile_driver.command import tells_errors
 from tactile_driver.recordings.description import descriptions
 
-from ...bags.replay import SENSOR_TYPE
+from ...bags.chain import SENSOR_TYPE
 from ...finger.model import SENSOR as PSD_FINGER
-from ...calibration.files.taxel import SENSOR as TAXEL_ARRAY
+from ...taxel.response import SENSOR as TAXEL_ARRAY
 from ...errors import BadArgument
-from .markers import calibrate_markers
-from ...markers.view.sensor import MARKER_SENSORS
+from ...press.tools import calibrate_markers
+from ...press.sensor import MARKER_SENSORS
 from ...parameters.file import read_parameters
 from ...finger.tools import calibrate_psd
-from .taxel import calibrate_taxels
+from ...taxel.calibration import calibrate_taxels
 from ...touchpad.tools import calibrate_touchpad
 
 

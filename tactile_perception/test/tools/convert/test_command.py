@@ -12,7 +12,7 @@ from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS, marker_sensor
+from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.tools.convert import command as module
 from tactile_perception.tools.convert.camera import Recording

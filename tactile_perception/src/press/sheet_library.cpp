@@ -1,0 +1,278 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#include "press/sheet_library.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "common/wide.hpp"
+
+namespace tactile {
+namespace {
+
+constexpr std::ptrdiff_t MOST_ORDER = 8;  // of the polynomials; checked at the border
+
+// Chebyshev polynomials, T_k(cos t) = cos(k t), of the nearness to the clamp of a place along an axis, and their derivatives, 1/m. A
+// press gets stiffer in proportion to that nearness, the inverse hyperbolic tangent of place over half side.
+struct Polynomials {
+    float value[2 * MOST_ORDER], slope[2 * MOST_ORDER];
+    Polynomials(double place, double half, double reach, std::ptrdiff_t order) {
+        const double share = std::clamp(place / half, -reach / half, reach / half), whole = std::atanh(reach / half);
+        const double angle = std::acos(std::clamp(std::atanh(share) / whole, -1 + 1e-6, 1 - 1e-6));
+        const double around = 1 / (std::sin(angle) * whole * half * (1 - share * share));
+        for (std::ptrdiff_t k = 0; k < 2 * order; ++k) {
+            const double degree = static_cast<double>(k);
+            value[k] = static_cast<float>(std::cos(degree * angle));
+            slope[k] = static_cast<float>(std::sin(degree * angle) * degree * around);
+        }
+    }
+};
+
+// Uniform cubic B-splines at a depth: the first level, weights, and their derivatives, 1/m.
+struct DepthSplines {
+    std::ptrdiff_t first;
+    float value[4], slope[4];
+    DepthSplines(double depth, const SheetTable& table) {
+        const double share = std::clamp(depth / table.depth, 1e-6, 1.0);
+        const double level = std::pow(share, 1 / table.power) * static_cast<double>(table.levels);
+        first = std::min(static_cast<std::ptrdiff_t>(level), table.levels - 1);
+        const double f = level - static_cast<double>(first), g = 1 - f, by = level / (table.power * share * table.depth);
+        const double values[] = {g * g * g, 3 * f * f * f - 6 * f * f + 4, -3 * f * f * f + 3 * f * f + 3 * f + 1, f * f * f};
+        const double slopes[] = {-g * g, 3 * f * f - 4 * f, -3 * f * f + 2 * f + 1, f * f};
+        for (int k = 0; k < 4; ++k) value[k] = static_cast<float>(values[k] / 6), slope[k] = static_cast<float>(slopes[k] * by / 2);
+    }
+};
+
+// Weights of the terms, and their derivatives by log radius and by drag x and y.
+struct TermWeights {
+    double value[TERMS], slope[3][TERMS] = {};
+    TermWeights(const double* press, const SheetTable& table) {
+        const double e = std::clamp(press[3] / table.spread, -1.2, 1.2), x = press[4], y = press[5];
+        const double values[] = {1, e, e * e, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y};
+        std::copy(values, values + TERMS, value);
+        slope[0][1] = 1 / table.spread, slope[0][2] = 2 * e / table.spread;
+        slope[1][3] = 1, slope[1][5] = 2 * x, slope[1][6] = y, slope[1][8] = 3 * x * x, slope[1][9] = 2 * x * y, slope[1][10] = y * y;
+        slope[2][4] = 1, slope[2][6] = x, slope[2][7] = 2 * y, slope[2][9] = x * x, slope[2][10] = 2 * x * y, slope[2][11] = 3 * y * y;
+    }
+};
+
+// Terms that a mirror turns round.
+constexpr int ODD_X[TERMS] = {0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0}, ODD_Y[TERMS] = {0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1};
+
+// Four levels (4, stride) of coefficients mixed by the splines, and by their slopes: the first count of each level.
+TACTILE_WIDE void mix_levels(const float* levels, std::ptrdiff_t stride, std::ptrdiff_t count, const DepthSplines& down,
+                             float* __restrict now, float* __restrict change) {
+    const float *one = levels, *two = one + stride, *three = two + stride, *four = three + stride;
+    const float v0 = down.value[0], v1 = down.value[1], v2 = down.value[2], v3 = down.value[3];
+    const float s0 = down.slope[0], s1 = down.slope[1], s2 = down.slope[2], s3 = down.slope[3];
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+        now[k] = v0 * one[k] + v1 * two[k] + v2 * three[k] + v3 * four[k];
+        change[k] = s0 * one[k] + s1 * two[k] + s2 * three[k] + s3 * four[k];
+    }
+}
+
+// Sums over a term's polynomials, of columns each: value, and derivatives by x, y and depth.
+struct Sums {
+    float *value, *by_x, *by_y, *by_depth;
+};
+
+// Adds one polynomial's coefficients at the depth, and their change with it, times its value and slopes.
+TACTILE_INLINE void add_polynomial(const float* now, const float* change, std::ptrdiff_t columns, float value, float slope_x, float slope_y,
+                                   const Sums& sums) {
+    float* __restrict total = sums.value, * __restrict by_x = sums.by_x, * __restrict by_y = sums.by_y, * __restrict by_depth = sums.by_depth;
+    for (std::ptrdiff_t c = 0; c < columns; ++c) {
+        total[c] += value * now[c];
+        by_x[c] += slope_x * now[c];
+        by_y[c] += slope_y * now[c];
+        by_depth[c] += value * change[c];
+    }
+}
+
+// Columns of one class at a press: (variants, columns).
+TACTILE_WIDE void mix(const SheetTable& table, const float* coefficients, int odd_x, int odd_y, std::ptrdiff_t columns,
+                      const Polynomials& along, const Polynomials& across, const DepthSplines& down, const TermWeights& weights,
+                      int variants, std::vector<float>& mixed) {
+    const std::ptrdiff_t order = table.order, terms = variants == VARIANTS ? TERMS : STRAIGHT_TERMS;
+    const std::ptrdiff_t of_term = order * order * columns, count = terms * of_term, stride = TERMS * of_term;
+    std::vector<float> at_depth(2 * count), sums(4 * columns);
+    mix_levels(coefficients + down.first * stride, stride, count, down, at_depth.data(), at_depth.data() + count);
+    mixed.assign(variants * columns, 0.0f);
+    for (std::ptrdiff_t term = 0; term < terms; ++term) {
+        const int shift_x = odd_x ^ ODD_X[term], shift_y = odd_y ^ ODD_Y[term];
+        std::fill(sums.begin(), sums.end(), 0.0f);
+        float* value = sums.data();
+        const float* now = at_depth.data() + term * of_term;
+        for (std::ptrdiff_t i = 0; i < order; ++i) {
+            for (std::ptrdiff_t j = 0; j < order; ++j, now += columns) {
+                const float x = along.value[2 * i + shift_x], y = across.value[2 * j + shift_y];
+                const float slope_x = along.slope[2 * i + shift_x] * y, slope_y = x * across.slope[2 * j + shift_y];
+                add_polynomial(now, now + count, columns, x * y, slope_x, slope_y,
+                               {value, value + columns, value + 2 * columns, value + 3 * columns});
+            }
+        }
+        const auto weight = static_cast<float>(weights.value[term]);
+        for (std::ptrdiff_t c = 0; c < 4 * columns; ++c) mixed[c] += weight * sums[c];
+        for (int k = 0; k < variants - 4; ++k) {
+            const auto slope = static_cast<float>(weights.slope[k][term]);
+            for (std::ptrdiff_t c = 0; c < columns; ++c) mixed[(4 + k) * columns + c] += slope * value[c];
+        }
+    }
+}
+
+constexpr std::ptrdiff_t WIDE = 8, BLOCK = 4 * WIDE;  // numbers that an instruction handles at once, and that stay in registers
+
+// Sum (count) of shapes (modes, count), each times its share.
+TACTILE_WIDE void mix_shapes(const float* shapes, std::ptrdiff_t modes, std::ptrdiff_t count, const float* shares, float* sum) {
+    typedef float Lanes __attribute__((vector_size(WIDE * sizeof(float))));
+    std::ptrdiff_t k = 0;
+    for (; k + BLOCK <= count; k += BLOCK) {
+        Lanes totals[4] = {}, shape;
+        for (std::ptrdiff_t m = 0; m < modes; ++m) {
+            for (std::ptrdiff_t part = 0; part < 4; ++part) {
+                std::memcpy(&shape, shapes + m * count + k + part * WIDE, sizeof shape);
+                totals[part] += shares[m] * shape;
+            }
+        }
+        std::memcpy(sum + k, totals, sizeof totals);
+    }
+    for (; k < count; ++k) {
+        sum[k] = 0;
+        for (std::ptrdiff_t m = 0; m < modes; ++m) sum[k] += shares[m] * shapes[m * count + k];
+    }
+}
+
+// Adds the modes of a class, mirrored from their quarter to the whole mesh.
+void add_modes(const SheetTable& table, const float* shapes, int odd_x, int odd_y, std::ptrdiff_t modes, std::ptrdiff_t columns,
+               const std::vector<float>& mixed, int variants, std::vector<float>& field) {
+    const std::ptrdiff_t quarter = table.n + 1, side = table.side(), count = 3 * quarter * quarter;
+    std::vector<float> sums(variants * count);
+    for (int v = 0; v < variants; ++v) mix_shapes(shapes, modes, count, mixed.data() + v * columns, sums.data() + v * count);
+    const float sign_x = odd_x ? -1.0f : 1.0f, sign_y = odd_y ? -1.0f : 1.0f;
+    for (std::ptrdiff_t i = 0; i < side; ++i) {
+        for (std::ptrdiff_t j = 0; j < side; ++j) {
+            const bool far_x = i >= quarter, far_y = j >= quarter;
+            const std::ptrdiff_t from = 3 * ((far_x ? side - 1 - i : i) * quarter + (far_y ? side - 1 - j : j));
+            const float whole = (far_x ? sign_x : 1.0f) * (far_y ? sign_y : 1.0f);
+            const float signs[3] = {far_x ? -whole : whole, far_y ? -whole : whole, whole};
+            float* target = field.data() + (i * side + j) * 3 * variants;
+            for (int v = 0; v < variants; ++v)
+                for (int c = 0; c < 3; ++c) target[3 * v + c] += signs[c] * sums[v * count + from + c];
+        }
+    }
+}
+
+// sinh(asinh(x) / 3), of x >= 0.
+double sinh_of_third(double x) {
+    const double root = std::cbrt(x + std::sqrt(x * x + 1));
+    return (root - 1 / root) / 2;
+}
+
+// Mesh coordinate of a place along an axis and quadratic B-splines there.
+struct Splines {
+    std::ptrdiff_t first;
+    float weights[3][3];      // value, first and second derivative by the place, 1/m, 1/m^2, of three splines
+    double carried, stretch;  // derivatives by the place pressed: of the place at one mesh coordinate, less 1; of its derivative, 1/m
+
+    // The mesh is as in press/sheet/mesh.py: |offset| = scale t + (length - scale) t^3, solved by thirds of angles.
+    Splines(const SheetTable& table, int axis, double place, double pressed) {
+        const double half = table.half[axis], offset = std::clamp(place, -half, half) - pressed;
+        const double cubic = (offset < 0 ? half + pressed : half - pressed) - table.scale;
+        const double width = std::sqrt(table.scale / (3 * std::max(std::abs(cubic), 1e-6 * table.scale)));
+        const double third = std::abs(offset) * 1.5 / (table.scale * width);
+        const double root = cubic > 0 ? sinh_of_third(third) : std::sin(std::asin(std::min(third, 1.0)) / 3);
+        const double t = std::min(2 * width * root, 1.0), xi = offset < 0 ? -t : t;
+        const double slope = 1 / (table.scale + 3 * cubic * t * t), by_place = static_cast<double>(table.n) * slope;
+        const double bend = -6 * cubic * xi * slope * slope * by_place;
+        const double span = (xi + 1) * static_cast<double>(table.n);
+        first = std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(span), 0, 2 * table.n - 1);
+        const double f = span - static_cast<double>(first), g = 1 - f, curve = by_place * by_place;
+        const double values[] = {0.5 * g * g, 1 - 0.5 * g * g - 0.5 * f * f, 0.5 * f * f};
+        const double slopes[] = {-g * by_place, (g - f) * by_place, f * by_place};
+        const double bends[] = {curve - g * bend, -2 * curve + (g - f) * bend, curve + f * bend};
+        for (int k = 0; k < 3; ++k) {
+            weights[0][k] = static_cast<float>(values[k]);
+            weights[1][k] = static_cast<float>(slopes[k]);
+            weights[2][k] = static_cast<float>(bends[k]);
+        }
+        carried = t * t * t - 1, stretch = 3 * t * xi * slope;
+    }
+};
+
+constexpr int ORDERS = 6;  // value, by x, by y, by x x, by x y, by y y
+constexpr int ORDER_X[ORDERS] = {0, 1, 0, 2, 1, 0}, ORDER_Y[ORDERS] = {0, 0, 1, 0, 1, 2};
+
+// Of the nodes around a place, weighted by splines: values and first derivatives of all channels, second ones of the first variant.
+struct NodeSums {
+    float sums[3][CHANNELS] = {}, bends[ORDERS - 3][3] = {};
+};
+
+// Adds up the first READ variants of a field: a fixed number, so that the compiler handles several channels at once.
+template <int READ>
+TACTILE_INLINE void add_nodes(const SheetTable& table, const Splines& x, const Splines& y, const float* field, int variants,
+                              NodeSums& found) {
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            const float* node = field + ((x.first + i) * table.side() + y.first + j) * 3 * variants;
+            float products[ORDERS];
+            for (int o = 0; o < ORDERS; ++o) products[o] = x.weights[ORDER_X[o]][i] * y.weights[ORDER_Y[o]][j];
+            for (int o = 0; o < 3; ++o) {
+                for (int c = 0; c < 3 * READ; ++c) found.sums[o][c] += products[o] * node[c];
+                for (int c = 0; c < 3 && READ > 1; ++c) found.bends[o][c] += products[3 + o] * node[c];
+            }
+        }
+    }
+}
+
+}  // namespace
+
+void look_up(const SheetTable& table, const double* press, bool drags, PressedSheet& found) {
+    std::copy(press, press + PRESS_SIZE, found.press);
+    found.variants = drags ? VARIANTS : 1 + STRAIGHT_SIZE;
+    found.field.assign(table.side() * table.side() * 3 * found.variants, 0.0f);
+    const Polynomials along(press[0], table.half[0], table.reach[0], table.order);
+    const Polynomials across(press[1], table.half[1], table.reach[1], table.order);
+    const DepthSplines down(press[2], table);
+    const TermWeights weights(press, table);
+    const float *coefficients = table.coefficients, *shapes = table.shapes;
+    std::vector<float> mixed;
+    for (int part = 0; part < 4; ++part) {
+        const std::ptrdiff_t modes = table.modes[part], columns = modes + WRENCH_COLUMNS[part];
+        mix(table, coefficients, part / 2, part % 2, columns, along, across, down, weights, found.variants, mixed);
+        add_modes(table, shapes, part / 2, part % 2, modes, columns, mixed, found.variants, found.field);
+        for (int k = 0; k < WRENCH_COLUMNS[part]; ++k) found.wrench[WRENCH_NUMBERS[part][k]] = mixed[modes + k];
+        coefficients += TERMS * table.order * table.order * (table.levels + 3) * columns;
+        shapes += modes * 3 * (table.n + 1) * (table.n + 1);
+    }
+}
+
+TACTILE_WIDE void read_point(const SheetTable& table, const double* press, const float* field, int variants, int read, const double* rest,
+                             Deformed& found) {
+    const Splines x(table, 0, rest[0], press[0]), y(table, 1, rest[1], press[1]);
+    NodeSums found_sums;
+    switch (read) {
+        case 1:
+            add_nodes<1>(table, x, y, field, variants, found_sums);
+            break;
+        case 1 + STRAIGHT_SIZE:
+            add_nodes<1 + STRAIGHT_SIZE>(table, x, y, field, variants, found_sums);
+            break;
+        default:
+            add_nodes<VARIANTS>(table, x, y, field, variants, found_sums);
+    }
+    const auto& [sums, bends] = found_sums;
+    for (int o = 0; o < 3; ++o) std::copy(sums[o], sums[o] + 3, found.value[o]);
+    if (read == 1) return;
+    for (int k = 0; k < read - 1; ++k)
+        for (int o = 0; o < 3; ++o) std::copy(sums[o] + 3 * k + 3, sums[o] + 3 * k + 6, found.slope[k][o]);
+    for (int c = 0; c < 3; ++c) {  // the mesh moves with the place pressed
+        found.slope[0][0][c] += sums[1][c] * x.carried;
+        found.slope[0][1][c] += bends[0][c] * x.carried + sums[1][c] * x.stretch;
+        found.slope[0][2][c] += bends[1][c] * x.carried;
+        found.slope[1][0][c] += sums[2][c] * y.carried;
+        found.slope[1][1][c] += bends[1][c] * y.carried;
+        found.slope[1][2][c] += bends[2][c] * y.carried + sums[2][c] * y.stretch;
+    }
+}
+
+}  // namespace tactile

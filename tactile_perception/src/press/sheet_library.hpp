@@ -1,0 +1,65 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Displacement and wrench of a pressed sheet, looked up in a table of simulated presses.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace tactile {
+
+// Of a press: place x, y and depth, m; log of the tip's radius over the middle one; drag x, y: tangential over normal force, beyond that
+// of a straight press.
+constexpr int PRESS_SIZE = 6;
+
+// What is looked up: a value, then its derivatives by the numbers of a press; of a straight one the first four.
+constexpr int VARIANTS = 1 + PRESS_SIZE, STRAIGHT_SIZE = 4;
+
+// Terms of a table: three polynomials of the radius, then x, y, x^2, x y, y^2, x^3, x^2 y, x y^2 and y^3 of the drag.
+constexpr int TERMS = 12, STRAIGHT_TERMS = 3;
+
+// Log of normal force over depth; tangential over normal force, x and y; moment about the tip over normal force, m, x, y and z; centre of
+// the pressure relative to the tip, m, x, y and z.
+constexpr int WRENCH_SIZE = 9;
+
+// A table of presses; see press/sheet/reduced_model.py. Class 2 a + b holds what is odd along x (a) and odd along y (b).
+struct SheetTable {
+    double half[2], reach[2];  // m
+    double scale, depth;       // m
+    double spread, power;      // largest log radius; grading of the depths
+    double widening;           // of press/sheet_fit.cpp:Widening, before steep slopes
+    std::ptrdiff_t n, order, levels;
+    std::ptrdiff_t modes[4];    // of each class
+    const float* coefficients;  // of each class (levels + 3, TERMS, order, order, modes + columns of the wrench)
+    const float* shapes;        // of each class (modes, n + 1, n + 1, 3) on one quarter of the mesh
+    std::ptrdiff_t side() const { return 2 * n + 2; }
+};
+
+// Columns of the wrench in each class, and which of its numbers they are.
+constexpr int WRENCH_COLUMNS[4] = {2, 3, 3, 1};
+constexpr int WRENCH_NUMBERS[4][3] = {{0, 8, 8}, {2, 3, 7}, {1, 4, 6}, {5, 5, 5}};
+
+constexpr int CHANNELS = 3 * VARIANTS;
+
+// A press looked up: coefficients of uniform quadratic B-splines (side * side, variants, 3), m, and the wrench.
+struct PressedSheet {
+    double press[PRESS_SIZE];
+    int variants;
+    std::vector<float> field;
+    double wrench[WRENCH_SIZE];
+};
+
+// Numbers beyond the table are clamped to it. drags: whether derivatives by the drag are wanted; without, the drag counts as zero.
+void look_up(const SheetTable& table, const double* press, bool drags, PressedSheet& found);
+
+// A point of the sheet: displacement, its derivatives by x and by y (3, 3); and the derivatives of these by the press (PRESS_SIZE, 3, 3).
+struct Deformed {
+    double value[3][3] = {}, slope[PRESS_SIZE][3][3];
+};
+
+// Reads a point at rest, m, of a sheet pressed at press[0], press[1]; field (side * side, variants, 3), of which so many variants are
+// read: 1 for the value alone, 1 + STRAIGHT_SIZE or VARIANTS.
+void read_point(const SheetTable& table, const double* press, const float* field, int variants, int read, const double* rest,
+                Deformed& found);
+
+}  // namespace tactile

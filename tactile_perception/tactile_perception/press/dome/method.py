@@ -1,0 +1,269 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Touches of a dome by its mechanics: the one or two presses, straight or dragged, that best explain a frame."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from .calibration import DomeCalibration, calibrate_dome
+from .library import RADIUS_SPREAD
+from .fit import DEPTH, DRAG, DRAGGED, OF_TWO, PRESS, RADIUS, X, Y, DomeFound, DomeInverse
+from ...common.vectors import cross
+from ...errors import BadArgument
+from ..presses import Presses
+from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
+from ..field import MarkerField
+from ..sensor import MarkerSensor, first_touch_height
+
+# All chosen.
+SEEN = 12            # markers needed
+STANDS_OUT = 12.0    # detection threshold of the match, standard deviations of noise
+QUIETER = 1.5        # detection threshold over the greatest match of untouched calibration frames
+SURE = 2.5           # least depth over its standard deviation, and tip radius over that of the place: fainter touches are not told
+FAINT = 8.0          # times the detection threshold, up to which other places may explain a frame as well
+PLACE_AND_DEPTH = 3  # numbers that a faint press tells
+AMISS = 1.5          # misfit from which a drag is tried
+WRONG = 3.0          # misfit from which other starts, and two presses, are tried
+ASIDE = 0.06         # way over depth, from which a drag is tried, and followed from frame to frame
+DRAG_BETTER = 0.85   # largest misfit of a drag over that of a straight press
+BETTER = 0.5         # largest misfit of two presses over that of one straight press
+APART = 2.0          # least distance of two tips, of the smaller radius
+SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
+NOT_LINEAR = 0.07, 0.1  # error of place, and of depth, over the way of a drag, which is linearised
+ADDED = 0.12         # error of the depth of each of two presses, whose fields are added. Chosen on simulated pairs
+LEANS = 0.5          # share of the slope that one of two presses gives the skin, that moves the other's contact. Chosen likewise
+BESIDE = 3e-3        # m, over which that slope is taken. Chosen
+SCALED = 0.5         # error of a scale over the correction that the calibrated tip needs: another tip may need another
+UNEXPLAINED = 12.0   # misfit from which an estimate is ambiguous
+BEYOND = 1.02        # times the calibrated depth: deeper is out of range
+EDGE = 0.98          # of the library's reach, from which a touch is at the edge
+NEAR = 0.05          # gap between skin and tip over the tip's radius, beyond the least one, up to which the skin counts as touching
+ACROSS = 15          # points across a tip at which the skin is looked at for its contact
+OFF_CENTRE = 0.15    # error of a contact's centre over its distance from the lowest point
+
+
+class DomeModelMethod:
+    """The 'model' method for domes. Drags and pairs of presses may start from the last frame's solution."""
+
+    def __init__(self, calibration: DomeCalibration, sensor: MarkerSensor):
+        self.calibration, self.sensor = calibration, sensor
+        self.solver = DomeInverse(calibration.library, calibration.noise, calibration.points(sensor), calibration.eyes, sensor.plane_z,
+                                  max(sensor.pitch))
+        self._threshold = max(STANDS_OUT, QUIETER * calibration.quiet)
+        self._forget()
+
+    def _forget(self) -> None:
+        """What comes next is another touch."""
+        self._last: DomeFound | None = None
+        self._searched = 1.0  # misfit of the touch where last all starts were tried; of a pair over that of one straight press
+
+    @classmethod
+    def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
+        """Parameters for the calibration file. Raises BadCalibration where the presses do not determine the model."""
+        return calibrate_dome(presses, sensor).numbers()
+
+    @classmethod
+    def fit_quickly(cls, presses: Presses, sensor: MarkerSensor, fitted: Mapping) -> dict:
+        """As fit, with the simulated library of more presses of the same dome, which four numbers determine; its noise is that of these
+        presses."""
+        return calibrate_dome(presses, sensor, DomeCalibration.from_numbers(fitted)).numbers()
+
+    @classmethod
+    def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> DomeModelMethod:
+        """The method with its parameters from a calibration file. Raises BadCalibration where they are invalid."""
+        return cls(DomeCalibration.from_numbers(fitted), sensor)
+
+    def estimate(self, field: MarkerField) -> list[TouchEstimate]:
+        """The touches of one frame; empty without contact, and where the markers move too little to tell a place. Raises BadArgument for
+        another pattern."""
+        found = self.find(field)
+        if found is None:
+            return []
+        touches = [self._touch(found, k) for k in range(len(found.presses))]
+        radius = self.calibration.library.plan.radius
+        sure = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma
+                and np.sqrt(np.linalg.eigvalsh(touch.covariance[:2, :2])[-1]) * SURE < radius]
+        return sure if len(found.presses) == 1 else [_added(touch) for touch in sure]
+
+    def find(self, field: MarkerField) -> DomeFound | None:
+        """The presses of one frame; None without contact. Raises BadArgument for another pattern."""
+        if len(field) != len(self.solver.points):
+            raise BadArgument(f'calibrated for {len(self.solver.points)} markers, got a field of {len(field)}')
+        match = self.solver.match(field)
+        score = self.solver.score(field, match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
+        if not score > self._threshold:
+            self._forget()
+            return None
+        self._last = self._explained(field, match, self._last)
+        return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, match, self._last)
+
+    def _spread(self, field: MarkerField) -> bool:
+        """Whether the seen markers are now in a plane, not on a line or at one place."""
+        now = (field.rest + field.shift)[field.seen]
+        return bool(np.linalg.eigvalsh(np.cov(now.T))[0] > max(self.sensor.pitch)**2)
+
+    def _faint(self, field: MarkerField, match: np.ndarray, found: DomeFound) -> DomeFound:
+        """The press with the places in its covariance that explain the frame as well, and those of two presses that explain it better:
+        by more than two units of squared residual (Akaike 1974) for place and depth of the second; its other numbers are held. Where
+        noise leaves less, as of skin that friction holds while a tip goes back, the place is not known."""
+        covariance = found.covariance.copy()
+        covariance[:3, :3] += self.solver.elsewhere(field, found.presses[0])
+        if found.misfit > AMISS:
+            covariance[:3, :3] += np.diag([self.sensor.rim_radius**2] * 2 + [1.0])
+        two = self.solver.solve(field, self.solver.start_of_two(match))
+        if 2 * field.seen.sum() * (found.misfit / two.misfit - 1) > 2 * PLACE_AND_DEPTH and self._are_distinct(two):
+            off = two.presses[:, :3] - found.presses[0, :3]
+            covariance[:3, :3] += off.T @ off / 2
+        return replace(found, covariance=covariance)
+
+    def raised(self, field: MarkerField) -> np.ndarray | None:
+        """Upward displacement (K,), m, of the markers; None without contact."""
+        found = self.find(field)
+        return None if found is None else self.solver.moved(found.presses)[:, 2]
+
+    def _explained(self, field: MarkerField, match: np.ndarray, last: DomeFound | None) -> DomeFound:
+        """One straight press, one that is dragged where that explains the frame better, or two where they explain it much better. The
+        last frame's drag or pair goes on while it explains the frames about as well as where all starts were tried; what a pair leaves
+        grows with depth, as what one straight press leaves does."""
+        known = last is not None and len(last.presses) == 1
+        if known and _is_dragged(last):
+            one = self.solver.solve(field, last.presses, DRAGGED)
+            if one.misfit < AMISS * self._searched:
+                return one
+        straight = self.solver.solve(field, self.solver.start(match))
+        if straight.misfit < AMISS and not _is_dragged(straight):
+            self._searched = 1.0
+            return straight
+        if last is not None and len(last.presses) == 2:
+            two = self.solver.solve(field, last.presses, OF_TWO)
+            if two.misfit < max(WRONG, AMISS * self._searched * straight.misfit) and self._are_two(straight, two):
+                return two
+        found = self._best(field, match, straight, [last.presses] if known else [])
+        self._searched = max(1.0, found.misfit) if len(found.presses) == 1 else found.misfit / straight.misfit
+        return found
+
+    def _best(self, field: MarkerField, match: np.ndarray, straight: DomeFound, known: list[np.ndarray]) -> DomeFound:
+        """The explanation from all starts, and from known presses (1, 7)."""
+        start = min([straight.presses, *known], key=lambda presses: self.solver.squares(field, presses))
+        one = self.solver.solve(field, start, DRAGGED)
+        one = one if one.misfit < DRAG_BETTER * straight.misfit else straight
+        if one.misfit < WRONG:
+            return one
+        two = self._two(field, match, one)
+        return two if self._are_two(one, two) else one
+
+    def _two(self, field: MarkerField, match: np.ndarray, one: DomeFound) -> DomeFound:
+        """Two presses, from the best pair of starts, or from one press and the best start for what it leaves: straight, and dragged from
+        there. Drags from the start might end far off, at small depths with long ways."""
+        left = replace(field, shift=field.shift - self.solver.appear(one.presses))
+        starts = self.solver.start_of_two(match), np.concatenate([one.presses, self.solver.start(self.solver.match(left))])
+        straight = min((self.solver.solve(field, start) for start in starts), key=lambda both: both.misfit)
+        return self.solver.solve(field, straight.presses, OF_TWO)
+
+    def _are_two(self, one: DomeFound, two: DomeFound) -> bool:
+        """Whether two presses explain the field much better and are distinct."""
+        return two.misfit < BETTER * one.misfit and self._are_distinct(two)
+
+    def _are_distinct(self, two: DomeFound) -> bool:
+        depth = np.exp(two.presses[:, DEPTH])
+        radius = self.calibration.library.plan.radius * np.exp(RADIUS_SPREAD * two.presses[:, RADIUS]).min()
+        apart = np.hypot(*(two.presses[0, :2] - two.presses[1, :2]))
+        return bool(apart > APART * radius and depth.min() > SLIGHT * depth.max())
+
+    def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
+        press, calibration = found.presses[number], self.calibration
+        part = slice(PRESS * number, PRESS * (number + 1))
+        fitted, pressed = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS])), float(np.exp(press[DEPTH]))
+        radius, first = fitted / calibration.radius_scale(pressed), calibration.place_of(press) / calibration.wider
+        (sunk, slopes), scale = self._by_others(found, number, fitted), calibration.depth_scale(first, pressed)
+        low = first_touch_height(self._inside(first), radius, self.sensor)[0] - pressed / scale - sunk
+        place = self._inside(first + pressed * press[DRAG])  # where the drag has carried it
+        depth = float(first_touch_height(place, radius, self.sensor)[0] - low)
+        onto = self._onto(press, radius, scale)
+        covariance = onto @ found.covariance[part, part] @ onto.T
+        aside, deeper = (share * pressed * float(np.hypot(*press[DRAG])) for share in NOT_LINEAR)
+        share = calibration.depth_share + SCALED * abs(scale - 1)
+        aside += calibration.place_error + SCALED * float(np.hypot(*(first - press[[X, Y]])))
+        extra = np.array([aside, aside, np.hypot(share * depth + abs(sunk) + deeper, calibration.depth_error)])
+        covariance = covariance + np.diag(extra**2)
+        if not np.isfinite(covariance).all():
+            covariance = np.diag([self.sensor.rim_radius**2] * 3)
+        reach = calibration.library.plan.reach
+        at_edge = np.hypot(*press[[X, Y]]) > EDGE * reach or np.hypot(*first) > calibration.farthest
+        flags = OUT_OF_RANGE * (depth > BEYOND * calibration.deepest) | AT_EDGE * bool(at_edge)
+        flags |= AMBIGUOUS * (found.misfit > UNEXPLAINED)
+        lowest = np.append(place, low)
+        if len(found.presses) > 1:
+            position, wrench = lowest + self._centre(press, fitted, slopes) * radius / fitted, np.full(6, np.nan)
+        else:
+            position, wrench = lowest, self._wrench(press, lowest, radius)
+        sigma = float(np.sqrt(covariance[2, 2]))
+        return TouchEstimate(position, depth, covariance, sigma, radius, int(flags), wrench=wrench, lowest=lowest)
+
+    def _centre(self, press: np.ndarray, radius: float, slopes: np.ndarray) -> np.ndarray:
+        """(3,) m, from the lowest point of a press's tip of that radius, m, to the centre of its contact, on the tip: the mean of the skin
+        that its own press brings next to the tip, which is too far up where others give the skin slopes (2,)."""
+        library, cap = self.calibration.library, self.calibration.library.plan.cap
+        steps = np.linspace(-radius, radius, ACROSS)
+        round_it = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+        skin = press[[X, Y]] * cap.curvature_radius / (cap.curvature_radius + radius) + round_it[np.hypot(*round_it.T) <= radius]
+        skin = skin[np.hypot(*skin.T) < EDGE * self.sensor.rim_radius]
+        skin = np.column_stack([skin, cap.heights(skin)])
+        tip = np.append(press[[X, Y]] + np.exp(press[DEPTH]) * press[DRAG],
+                        first_touch_height(press[[X, Y]], radius, self.sensor)[0] - np.exp(press[DEPTH]) + radius)
+        from_tip = skin + library.moved(skin, np.zeros_like(skin), press[None]) - tip
+        gap = np.linalg.norm(from_tip, axis=1)
+        touching = np.clip(2 - 2 * (gap - gap.min()) / (NEAR * radius), 0, 1) * cap.curvature_radius / (skin[:, 2] - cap.centre_z)
+        centre = touching @ from_tip
+        centre = centre / np.linalg.norm(centre) - LEANS * np.append(slopes, 0.0)
+        return radius * centre / np.linalg.norm(centre) + [0.0, 0.0, radius]
+
+    def _inside(self, place: np.ndarray) -> np.ndarray:
+        """(2,) m, the place (2,), not beyond the rim."""
+        return place * min(1.0, 0.95 * self.sensor.rim_radius / max(np.hypot(*place), 1e-9))
+
+    def _onto(self, press: np.ndarray, radius: float, scale: float) -> np.ndarray:
+        """(3, PRESS): derivatives of place and height under first touch (m) by the numbers of a press (7,); scale: of its depth."""
+        pressed, size = np.exp(press[DEPTH]), self.calibration.library.plan.cap.curvature_radius + radius
+        place = press[[X, Y]] + pressed * press[DRAG]
+        onto = np.zeros((3, PRESS))
+        onto[:2, [X, Y]], onto[:2, DRAG], onto[:2, DEPTH] = np.eye(2), pressed * np.eye(2), pressed * press[DRAG]
+        # The height of first touch falls from the axis outwards, on a sphere.
+        falls, fell = (at / np.sqrt(max(size**2 - at @ at, 1e-12)) for at in (place, press[[X, Y]]))
+        onto[2] = falls @ onto[:2]
+        onto[2, [X, Y]] -= fell
+        onto[2, DEPTH] -= pressed / scale
+        return onto
+
+    def _wrench(self, press: np.ndarray, position: np.ndarray, radius: float) -> np.ndarray:
+        """(6,) m and m^2, wrench at the origin over the shear modulus and thickness: the force acts where the tip first touched it."""
+        force = self.solver.library.push(press)
+        normal = self.sensor.normal(press[[X, Y]] / (1 + radius / self.calibration.library.plan.cap.curvature_radius))
+        return np.concatenate([force, cross(position + [0.0, 0.0, radius] - radius * normal, force)])
+
+    def _by_others(self, found: DomeFound, number: int, radius: float) -> tuple[float, np.ndarray]:
+        """What the other presses do to the skin where one touches it: m, by which they lower it, as depth is measured from the untouched
+        dome; and the slopes (2,) that they give it."""
+        others = np.delete(found.presses, number, axis=0)
+        if not len(others):
+            return 0.0, np.zeros(2)
+        cap = self.calibration.library.plan.cap
+        at = found.presses[number, :2] * cap.curvature_radius / (cap.curvature_radius + radius)
+        at = at + BESIDE * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+        touch = np.column_stack([at, cap.heights(at)])
+        up = self.solver.library.moved(touch, np.zeros_like(touch), others)[:, 2]
+        return -float(up[0]), (up[1::2] - up[2::2]) / (2 * BESIDE)
+
+
+def _is_dragged(found: DomeFound) -> bool:
+    return bool(np.hypot(*found.presses[0, DRAG]) > ASIDE)
+
+
+def _added(touch: TouchEstimate) -> TouchEstimate:
+    """One of two touches, with what a sum of two fields lacks in its errors."""
+    aside, deeper = OFF_CENTRE * float(np.linalg.norm(touch.position - touch.lowest)), ADDED * touch.depth
+    covariance = touch.covariance + np.diag(np.square([aside, aside, deeper]))
+    return replace(touch, covariance=covariance, depth_sigma=float(np.hypot(touch.depth_sigma, deeper)))

@@ -1,0 +1,198 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The marker field, the input of all methods: apparent marker positions in the viewing plane relative to the untouched markers; and the
+views of one camera and of two."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
+
+import cv2
+import numpy as np
+from tactile_driver.lens import farthest_square
+from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
+
+from .. import _core
+from ..common.camera import CameraModel
+from ..common.dots import DotTracks
+from ..errors import BadArgument, BadFrame
+from .sensor import MarkerSensor
+
+@dataclass(frozen=True)
+class MarkerField:
+    """The markers of one frame; K markers in the pattern, entry k belongs to marker k, NaN where it is not seen.
+
+    rest, shift: (K, 2) m, untouched position and displacement, both apparent: projected from the eye onto the viewing plane; growth: (K,)
+    log of apparent area over untouched apparent area; eye: (K, 3) m, sensor frame, centre of the camera that sees the marker; sigma: (K,)
+    m, standard deviation of shift per axis, NaN where unknown; uv, duv: (K, 2) px, area: (K,) px^2: position, displacement and area in
+    the image.
+    """
+
+    rest: np.ndarray
+    shift: np.ndarray
+    growth: np.ndarray
+    eye: np.ndarray
+    sigma: np.ndarray
+    uv: np.ndarray
+    duv: np.ndarray
+    area: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.rest)
+
+    @property
+    def seen(self) -> np.ndarray:
+        """(K,) bool: markers with a known displacement."""
+        return np.isfinite(self.shift).all(1)
+
+
+FEWEST = 12  # markers needed for a pose. Chosen
+FARTHEST_PX = 1e5  # px: farther positions are invalid. Chosen: far outside any image
+
+
+class MarkerView(Protocol):
+    """Maps image positions to apparent positions in the viewing plane."""
+
+    metres_per_px: float
+
+    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(N, 3): apparent x and y, m, of uv (N, 2), px, and the area of a pixel there, m^2, NaN where uv is; the eyes (N, 3), m, that
+        see them, or the one that sees all (1, 3)."""
+
+
+class CameraView:
+    """One camera, with lens distortion, that views the plane z = plane_z, m, of the sensor frame."""
+
+    def __init__(self, camera: CameraModel, plane_z: float = 0.0):
+        self.camera = camera
+        self.metres_per_px = abs(plane_z - camera.centre[2]) / camera.matrix[0, 0]
+        self._numbers = dict(matrix=camera.matrix, distortion=camera.distortion, rotation=camera.rotation, centre=camera.centre,
+                             farthest=farthest_square(camera.distortion), plane_z=plane_z)
+
+    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """See MarkerView."""
+        return _core.back_project(np.asarray(uv, float), **self._numbers), self.camera.centre[None]
+
+
+@dataclass(frozen=True)
+class StitchedView:
+    """An image of the viewing plane, stitched from two cameras at column seam, px.
+
+    metres_per_px: its scale; origin: (2,) px, image of the sensor frame's origin; eyes: (2, 3) m, centres of the left and right camera.
+    """
+
+    metres_per_px: float
+    origin: np.ndarray
+    seam: float
+    eyes: np.ndarray
+
+    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """See MarkerView."""
+        uv = np.asarray(uv, float).reshape(-1, 2)
+        eye = np.asarray(self.eyes, float)[(uv[:, 0] > self.seam).astype(int)]
+        return np.column_stack([(uv - self.origin) * self.metres_per_px, np.full(len(uv), self.metres_per_px**2)]), eye
+
+
+def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray, sensor: MarkerSensor) -> CameraView:
+    """The view of one camera with K (3, 3) and distortion (5,) that sees the markers at rest_uv (K, 2), px (NaN: not seen).
+
+    Its pose comes from the untouched markers and the nominal grid of a sheet (cv2.solvePnP). Raises BadArgument where the sensor has
+    no flat grid or rest_uv is of another size, BadFrame where too few markers are seen.
+    """
+    grid, rest_uv = sensor.grid(), np.asarray(rest_uv, float)
+    if not sensor.is_sheet or rest_uv.shape != grid.shape:
+        raise BadArgument(f'the pose needs a flat grid of {len(grid)} markers, got {rest_uv.shape} of a {sensor.type}')
+    seen = (np.abs(rest_uv) < FARTHEST_PX).all(1)
+    if seen.sum() < FEWEST:
+        raise BadFrame(f'{seen.sum()} untouched markers are too few for the camera pose; {FEWEST} are needed')
+    flat = CameraModel(matrix, distortion)
+    places = np.column_stack([grid[seen], np.zeros(seen.sum())])
+    try:
+        found, rotation, translation = cv2.solvePnP(places, rest_uv[seen], flat.matrix, flat.distortion)
+    except cv2.error:  # coincident markers, or overflow
+        found = False
+    if not found:
+        raise BadFrame('no pose of the camera fits the untouched markers; check camera_info, rows, columns and pitch')
+    return CameraView(CameraModel(matrix, distortion, cv2.Rodrigues(rotation)[0], translation.ravel()), sensor.plane_z)
+
+
+def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
+    """The field of one frame's tracks, whose ids index rest_area (K,), px^2 (NaN: unknown). Raises BadArgument for other ids."""
+    _check_ids(tracks, len(rest_area))
+    return _field(tracks, rest_area, view)
+
+
+def _check_ids(tracks: DotTracks, count: int) -> None:
+    if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < count):
+        raise BadArgument(f'marker ids {tracks.id.min()} to {tracks.id.max()} are not those of a pattern of {count} markers')
+
+
+def _field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
+    places, eyes = view.back_project(np.concatenate([tracks.uv, tracks.rest_uv]))
+    return MarkerField(*_core.marker_field(*_places(tracks), np.asarray(tracks.sigma, float), places, eyes, np.asarray(rest_area, float),
+                                           metres_per_px=view.metres_per_px))
+
+
+def _places(tracks: DotTracks) -> tuple[np.ndarray, ...]:
+    """ids, positions, displacements and areas, as the kernels take them."""
+    return tracks.id, *(np.asarray(values, float) for values in (tracks.uv, tracks.duv, tracks.area))
+
+
+_MOVED = 0.3  # px: a reference that changed by more is a new one. Chosen
+_STILL = 0.3  # px: a marker displaced by less counts as untouched. Chosen likewise
+_FRAMES = 30  # time constant, frames, of the average of the untouched area. Chosen
+
+
+class RestMarkers:
+    """Untouched positions and areas of the K markers of a pattern, updated with each frame.
+
+    make_view: makes the view from untouched positions (K, 2) px, NaN where not seen; may raise BadFrame. uv: (K, 2) px; area: (K,) px^2.
+    """
+
+    def __init__(self, count: int, make_view: Callable[[np.ndarray], MarkerView]):
+        self._make_view = make_view
+        self.uv, self.area = np.full((count, 2), np.nan), np.full(count, np.nan)
+        self._frames = np.zeros(count)
+        self._view_uv: np.ndarray | None = None
+        self._view: MarkerView | None = None
+
+    def field(self, tracks: DotTracks) -> MarkerField:
+        """The field of one frame, whose ids are below K. Raises BadFrame where there is no view, BadArgument for other ids."""
+        _check_ids(tracks, len(self.area))
+        self.uv, self.area, self._frames = _core.follow_markers(*_places(tracks), self.uv, self.area, self._frames, moved=_MOVED,
+                                                                still=_STILL, most_frames=_FRAMES)
+        if self._view is None or _core.rest_moved(*_places(tracks)[:3], self._view_uv, limit=_MOVED):
+            self._view, self._view_uv = self._make_view(self.uv), self.uv.copy()
+        return _field(tracks, self.area, self._view)
+
+
+def view_maker(sensor: MarkerSensor, matrices: tuple[np.ndarray, np.ndarray] | None, stitching: Mapping | None,
+               pose: tuple[np.ndarray, np.ndarray] | None = None) -> Callable[[np.ndarray], MarkerView] | None:
+    """A function that makes the view from untouched positions (K, 2) px; None where the camera is not calibrated.
+
+    matrices: K (3, 3) and distortion (5,) of the camera; stitching: calibration of an image stitched from two cameras; pose: rotation
+    (3, 3) and translation (3,) m of the camera, needed for a dome, whose markers do not determine it. Raises BadArgument for an
+    invalid stitching.
+    """
+    if stitching is not None:
+        return partial(_known_view, stitched_view(stitching_from_dict(stitching, 'calibration: stitching')))
+    if matrices is None:
+        return None
+    if sensor.is_sheet:
+        return partial(_sheet_view, matrices, sensor)
+    return partial(_known_view, CameraView(CameraModel(*matrices, *pose), sensor.plane_z))
+
+
+def _known_view(view: MarkerView, _rest_uv: np.ndarray) -> MarkerView:
+    return view
+
+
+def _sheet_view(matrices: tuple[np.ndarray, np.ndarray], sensor: MarkerSensor, rest_uv: np.ndarray) -> MarkerView:
+    return camera_view(*matrices, rest_uv, sensor)
+
+
+def stitched_view(stitching: Stitching) -> StitchedView:
+    """The view of an image with that stitching."""
+    return StitchedView(1 / stitching.scale, np.asarray(stitching.origin, float), stitching.seam, stitching.eyes)

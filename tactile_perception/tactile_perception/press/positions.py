@@ -1,0 +1,151 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""3D positions of markers: of a clamped elastic sheet from their apparent positions in its untouched plane (kernel sheet_depths:
+src/press/sheet_depths.cpp), of a dome along their rays."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from .. import _core
+from ..common.dots import DotTracks
+from ..errors import BadArgument
+from .field import MarkerField, MarkerView, RestMarkers
+from .sensor import MarkerSensor, rest_points
+
+# Weights of the in-plane strain and of the bending energy relative to the misfit in the image, lengths in pitches. The first separates
+# in-plane from apparent displacement, the second only smooths. Chosen: results change little over a decade of either.
+SIDEWAYS, DOWN = 3.0, 1e-3
+_NEAREST_CLAMP = 0.3  # pitches: least distance from a marker to the clamp in the Laplacian, which bounds its weight. Chosen
+
+
+class SheetSurface:
+    """The untouched sheet.
+
+    rest: (K, 2) m, nominal marker positions in sensor x and y, row by row; rows, columns: of the grid; size: (2,) m of the
+    clamped sheet. Raises BadArgument where these do not fit together.
+    """
+
+    def __init__(self, rest: np.ndarray, rows: int, columns: int, size: tuple[float, float]):
+        rest = np.asarray(rest, float)
+        if rest.shape != (rows * columns, 2) or min(rows, columns) < 3 or not (np.abs(rest) < 0.5 * np.asarray(size)).all():
+            raise BadArgument(f'sheet: {rows} x {columns} markers (at least 3 x 3) must lie on the clamped sheet of {size} m')
+        self._laplacian = _laplacian(rest.reshape(rows, columns, 2), np.asarray(size, float))
+        stiff = SIDEWAYS * self._laplacian
+        strain = stiff @ np.linalg.inv(np.eye(len(rest)) + stiff)
+        self._strain = 0.5 * (strain + strain.T)
+        self._bending = DOWN * self._laplacian @ self._laplacian
+
+    def depths(self, place: np.ndarray, shift: np.ndarray, eye: np.ndarray) -> np.ndarray:
+        """Depths (K,), m, under the untouched plane; (M, K) of M displacements at the same positions.
+
+        place: (K, 2) m, apparent positions in the plane; shift: (K, 2) or (M, K, 2) m, displacements; eye: (K, 3) m. A marker that is not
+        seen (NaN) is interpolated from its neighbours.
+        """
+        place, shift, eye = (np.asarray(values, float) for values in (place, shift, eye))
+        shifts = shift.reshape(-1, *place.shape)
+        seen = np.isfinite(shifts).all(axis=(0, 2))
+        if not seen.any():
+            return np.full(shift.shape[:-1], np.nan)
+        slope = np.where(seen[:, None], place - eye[:, :2], 0.0) / np.where(seen, -eye[:, 2], 1.0)[:, None]
+        slope, *shifts = (self._fill(values, seen) for values in (slope, *np.where(seen[:, None], shifts, 0.0)))
+        return _core.sheet_depths(self._bending, self._strain, slope, np.stack(shifts)).reshape(shift.shape[:-1])
+
+    def loads(self, depth: np.ndarray) -> np.ndarray:
+        """Loads (..., K), in units of the tension, m, that hold depths (..., K), m, of the sheet: 0 where nothing touches."""
+        return depth @ self._laplacian
+
+    def _fill(self, values: np.ndarray, seen: np.ndarray) -> np.ndarray:
+        """values (K, 2), those not seen interpolated (harmonic)."""
+        if seen.all():
+            return values
+        filled = values.copy()
+        lost = np.flatnonzero(~seen)
+        filled[lost] = np.linalg.solve(self._laplacian[np.ix_(lost, lost)], -self._laplacian[lost][:, seen] @ values[seen])
+        return filled
+
+    def places(self, place: np.ndarray, shift: np.ndarray, eye: np.ndarray) -> np.ndarray:
+        """Positions (K, 3), m, sensor frame; arguments as of depths. NaN for a marker that is not seen."""
+        depth = self.depths(place, shift, eye)
+        share = depth / -eye[:, 2]
+        return np.column_stack([place - share[:, None] * (place - eye[:, :2]), np.where(np.isfinite(place[:, 0]), -depth, np.nan)])
+
+
+def _laplacian(grid: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """(K, K) negative Laplacian on a grid (rows, columns, 2), m, in units of the mean pitch, with zero displacement at the clamp."""
+    rows, columns = grid.shape[:2]
+    number = np.arange(rows * columns).reshape(rows, columns)
+    flat = grid.reshape(-1, 2)
+    pitch = np.array([np.median(np.diff(grid[..., 0], axis=1)), np.median(np.diff(grid[..., 1], axis=0))])
+    weight = np.mean(pitch)**2 / pitch**2
+    found = np.zeros((len(flat), len(flat)))
+    for axis, (near, far) in enumerate(((number[:, :-1], number[:, 1:]), (number[:-1], number[1:]))):
+        near, far = near.ravel(), far.ravel()
+        np.add.at(found, (near, near), weight[axis])
+        np.add.at(found, (far, far), weight[axis])
+        found[near, far] = found[far, near] = -weight[axis]
+        ends = number[:, [0, -1]] if axis == 0 else number[[0, -1]].T
+        gap = np.maximum(0.5 * size[axis] - np.abs(flat[ends.ravel(), axis]), _NEAREST_CLAMP * pitch[axis])
+        np.add.at(found, (ends.ravel(), ends.ravel()), weight[axis] * pitch[axis] / gap)
+    return found
+
+
+class SheetPlaces:
+    """3D positions of a sheet's markers; make_view: see RestMarkers. Raises BadArgument for a sensor that is no sheet with a grid."""
+
+    def __init__(self, sensor: MarkerSensor, make_view: Callable[[np.ndarray], MarkerView]):
+        self._surface = SheetSurface(sensor.grid(), sensor.rows, sensor.columns, sensor.size)
+        self._make_view, self._count = make_view, sensor.rows * sensor.columns
+        self.renew()
+
+    def renew(self) -> None:
+        """Start with a new reference."""
+        self._rest = RestMarkers(self._count, self._make_view)
+
+    def locate(self, _image: np.ndarray, tracks: DotTracks) -> np.ndarray:
+        """Positions (N, 3), m, sensor frame, of tracks; NaN without an untouched position. Raises BadFrame where there is no view."""
+        field = self._rest.field(tracks)
+        return self._surface.places(field.rest + field.shift, field.shift, field.eye)[tracks.id]
+
+
+_STILL = 1e-4  # m, apparent: without a calibration, the height of a marker displaced by more is unknown. Chosen
+
+
+class DomeMethod(Protocol):
+    """A touch method that tells how far the dome's markers are lowered."""
+
+    def raised(self, field: MarkerField) -> np.ndarray | None:
+        """Upward displacement (K,), m, of the markers; None without contact."""
+
+
+class DomePlaces:
+    """3D positions of a dome's markers, each on its ray from the eye.
+
+    One camera cannot observe the scale about the eye; the method knows it from the mechanics.
+
+    count: of the markers; make_view: see RestMarkers; method: estimates the touches; None: not calibrated, displaced markers are NaN.
+    """
+
+    def __init__(self, sensor: MarkerSensor, count: int, make_view: Callable[[np.ndarray], MarkerView], method: DomeMethod | None):
+        self._sensor, self._count, self._make_view, self._method = sensor, count, make_view, method
+        self.renew()
+
+    def renew(self) -> None:
+        """Start with a new reference."""
+        self._rest = RestMarkers(self._count, self._make_view)
+
+    def locate(self, _image: np.ndarray, tracks: DotTracks) -> np.ndarray:
+        """Positions (N, 3), m, sensor frame, of tracks; NaN where unknown. Raises BadFrame where there is no view."""
+        field = self._rest.field(tracks)
+        rest = rest_points(field.rest, field.eye, self._sensor)
+        raised = None if self._method is None else self._method.raised(field)
+        raised = self._undented(field) if raised is None else raised
+        seen = np.column_stack([field.rest + field.shift, np.full(len(field), self._sensor.plane_z)])
+        share = (rest[:, 2] + raised - field.eye[:, 2]) / (self._sensor.plane_z - field.eye[:, 2])
+        return (field.eye + share[:, None] * (seen - field.eye))[tracks.id]
+
+    def _undented(self, field: MarkerField) -> np.ndarray:
+        """(K,) m, upward displacement without a dent: 0; if not calibrated, NaN for displaced markers."""
+        return np.where((self._method is not None) | (np.hypot(*field.shift.T) <= _STILL), 0.0, np.nan)

@@ -1,0 +1,428 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration of the sheet model: identification, library of simulated presses, noise and remaining errors."""
+from __future__ import annotations
+
+import dataclasses
+import logging
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from ...common.parallel import in_parallel
+from ...errors import BadCalibration
+from ..field import MarkerField
+from ..presses import SAME_PLACE, Presses
+from ..sensor import MarkerSensor
+from .fit import FieldNoise, Seen, SheetInverse
+from .library import LibraryPlan, Press, SheetLibrary, build_library, field_appearance, library_from_numbers, library_numbers
+from .mechanics import SheetMaterial, SheetMesh, least_length, may_be_pressed, press_sheet, uniform
+
+@dataclass(frozen=True)
+class EyeShifts:
+    """eyes: (G, 3) m, camera centres of the views; shifts: (G, 2) m, their corrections in x and y; printed: (2,) m, and turned: rad, where
+    on the sheet the printed markers are relative to their nominal places, on which all views are based: turned about the centre, then
+    shifted."""
+
+    eyes: np.ndarray
+    shifts: np.ndarray
+    printed: np.ndarray = dataclasses.field(default_factory=partial(np.zeros, 2))
+    turned: float = 0.0
+
+    @classmethod
+    def of(cls, seen: MarkerField) -> EyeShifts:
+        """Zero shifts for the eyes of a field; eyes within a tenth of their distance to the sheet are one camera."""
+        eyes: list[np.ndarray] = []
+        for eye in seen.eye[np.isfinite(seen.eye).all(1)]:
+            if not any(np.linalg.norm(eye - known) < 0.1 * abs(eye[2]) for known in eyes):
+                eyes.append(eye)
+        return cls(np.array(eyes).reshape(-1, 3), np.zeros((len(eyes), 2)))
+
+    def shifted(self, field: MarkerField) -> MarkerField:
+        """The field with corrected eyes, in the frame of the sheet."""
+        cosine, sine = np.cos(self.turned), np.sin(self.turned)
+        turn, eye = np.array([[cosine, sine], [-sine, cosine]]), field.eye.copy()
+        eye[:, :2] = (eye[:, :2] + self.shifts[self.number(field)]) @ turn + self.printed
+        return replace(field, eye=eye, rest=field.rest @ turn + self.printed, shift=field.shift @ turn)
+
+    def number(self, field: MarkerField) -> np.ndarray:
+        """(K,) number of the camera that sees each marker of a field with uncorrected eyes."""
+        return np.argmin(np.square(field.eye[:, None] - self.eyes).sum(axis=2), axis=1)
+
+
+MOST_PLACES = 3        # used for the fit. Chosen: its time is in proportion
+ITERATIONS = 12            # at most, on a coarse mesh; then a last one on the plan's
+COARSE = {'n': 7, 'levels': 7, 'substeps': 2}
+SETTLED = 0.03         # relative decrease of the cost: a smaller one ends the iteration. Chosen
+UNSOLVED = 3.0         # normalised residual of presses whose simulation does not converge. Chosen
+SHIFT, GROWTH = 1e-5, 4e-3  # m and 1: model error of a marker's position and log area, beside its noise. Chosen
+SHARE = 2e-3           # model error over depth (of growth: per mm). Chosen
+PRIOR = {'radius': (7.5e-3, 0.7), 'stretch': (0.03, 0.7), 'friction': (0.5, 0.5), 'bending': (2.5e-7, 0.7)}  # median; sigma of log
+MOVE = 0.1             # finite difference of a log parameter, and its unit. Chosen
+LARGEST = 0.7          # limit of one step of a log parameter. Chosen
+SHORTEST = 0.05        # of it: a step that fails is halved down to this. Chosen
+STARTS = ((1.0, 1.0, 1.0, 1.0), (1.0, 3.0, 1.0, 5.0), (1.0, 10.0, 0.7, 20.0))  # times PRIOR's medians: a thin sheet to a thick one. Chosen
+FARTHEST = 5.0         # standard deviations of the prior within which every value stays. Chosen
+EYE_SIGMA, EYE_MOVE = 3e-4, 1e-5  # m: prior standard deviation of eye shifts; finite difference, and their unit. Chosen
+PRINT_SIGMA, PRINT_MOVE = 3e-4, 1e-5  # m: the same of the printed markers' place. Chosen
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class SheetNumbers:
+    """radius: m, of the calibrated tip; material; marker_radius: m; eyes: camera positions."""
+
+    radius: float
+    material: SheetMaterial
+    marker_radius: float
+    eyes: EyeShifts
+
+    def values(self) -> np.ndarray:
+        """Logs of radius, prestretch - 1, friction and bending, then the shifts of the eyes and of the print."""
+        material = self.material
+        logs = np.log([self.radius, material.prestretch - 1, material.friction, material.bending])
+        return np.concatenate([logs, self.eyes.shifts.ravel(), self.eyes.printed])
+
+    def summary(self) -> str:
+        """For the log."""
+        return (f'tip {self.radius * 1e3:.2f} mm, prestretch {self.material.prestretch:.3f}, friction {self.material.friction:.2f}, '
+                f'bending {self.material.bending:.1e} m^2')
+
+
+def fit_numbers(presses: Presses, plan: LibraryPlan) -> SheetNumbers:
+    """Maximum a posteriori parameters for the presses, with a weak prior for a rubber sheet and a fingertip.
+
+    Gauss-Newton from the best of STARTS, with a Jacobian by finite differences at the start and at convergence and Broyden updates in
+    between; on a coarse mesh but for the last step.
+    Raises BadCalibration where there are no presses within plan.reach, or the simulation does not converge.
+    """
+    groups, marker, eyes = chosen_places(presses, plan), marker_radius(presses), EyeShifts.of(presses.fields[0])
+    coarse = {name: min(value, getattr(plan, name)) for name, value in COARSE.items()}
+    fit = _NumbersFit(groups, marker, replace(plan, **coarse), eyes)
+    descent = _GaussNewton(fit)
+    for turn in range(ITERATIONS):
+        _log.info('sheet identification, iteration %d of at most %d: %s, misfit %.3g', turn + 1, ITERATIONS,
+                  fit.numbers(descent.values).summary(), descent.misfit)
+        if descent.step() < SETTLED and not descent.renew():
+            break
+    fine = _NumbersFit(groups, marker, plan, eyes)
+    return fine.numbers(descent.last(fine))
+
+
+def chosen_places(presses: Presses, plan: LibraryPlan) -> list[Presses]:
+    """Presses at up to MOST_PLACES places, far apart when mirrored into one quarter of the sheet, each by rising depth."""
+    place = np.where(np.abs(presses.position[:, :2] / plan.reach).max(1) <= 1, presses.places(), -1)
+    groups = [presses.select(place == number) for number in np.unique(place[place >= 0])]
+    if not groups:
+        raise BadCalibration(f'no press within {plan.reach * 1e3} mm of the centre; press farther from the clamp')
+    folded = np.array([np.abs(group.position[0, :2]) / plan.reach for group in groups])
+    chosen = [int(np.argmin(folded.sum(1)))]
+    while len(chosen) < min(MOST_PLACES, len(groups)):
+        apart = np.linalg.norm(folded[:, None] - folded[chosen], axis=2).min(1)
+        if apart.max() * plan.reach.min() < SAME_PLACE:
+            break
+        chosen.append(int(np.argmax(apart)))
+    return [_by_depth(groups[k]) for k in chosen]
+
+
+def _by_depth(group: Presses) -> Presses:
+    """One press for each depth, by rising depth."""
+    depth, first = np.unique(np.round(group.depth, 5), return_index=True)
+    keep = np.zeros(len(group), bool)
+    keep[first] = True
+    group = group.select(keep)
+    order = np.argsort(group.depth)
+    return replace(group, fields=tuple(group.fields[k] for k in order),
+                   **{name: getattr(group, name)[order] for name in ('position', 'depth', 'segment', 'wrench', 'radius')})
+
+
+def marker_radius(presses: Presses) -> float:
+    """Radius, m, of the printed markers, from their area in the image and the affine map from image to sheet."""
+    field = presses.fields[0]
+    eyes, share = np.unique(field.eye[field.seen], axis=0, return_counts=True)
+    seen = field.seen & (field.eye == eyes[np.argmax(share)]).all(1)
+    flat = np.column_stack([field.uv[seen] - field.duv[seen], np.ones(seen.sum())])
+    scale = np.linalg.lstsq(flat, field.rest[seen], rcond=None)[0][:2]
+    area = np.nanmedian(field.area[seen] * np.exp(-field.growth[seen])) * abs(np.linalg.det(scale))
+    return float(np.sqrt(area / np.pi)) if np.isfinite(area) else 0.0
+
+
+def observed(field: MarkerField) -> np.ndarray:
+    """(K, 3) shift and growth."""
+    return np.column_stack([field.shift, field.growth])
+
+
+class _NumbersFit:
+    """Residuals of presses at a few places; values are the logs of radius, prestretch over 1, friction and bending, then shifts of eyes and
+    of the print."""
+
+    def __init__(self, groups: list[Presses], marker: float, plan: LibraryPlan, eyes: EyeShifts):
+        self.eyes, self._groups, self._marker, self._plan = eyes, groups, marker, plan
+        self._solved: dict[tuple, list] = {}  # fields of the groups by the logs of radius, prestretch - 1, friction and bending
+
+    def numbers(self, values: np.ndarray) -> SheetNumbers:
+        """What values mean: logarithms of radius, stretch, friction and bending, then the shifts of the eyes and of the print."""
+        radius, stretch, friction, bending = (float(value) for value in np.exp(values[:4]))
+        eyes = replace(self.eyes, shifts=values[4:-2].reshape(-1, 2), printed=values[-2:])
+        return SheetNumbers(radius, SheetMaterial(1 + stretch, bending, friction), self._marker, eyes)
+
+    def residuals(self, several: list[np.ndarray]) -> list[np.ndarray]:
+        """The residual at each of several values."""
+        self._solve(several)  # together: all cores are busy
+        return [self.residual(values) for values in several]
+
+    def slopes(self, values: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        """Derivatives (N, V) of the residual (N,) at values (V,), by small steps."""
+        moved = values + np.diag(self.unit)
+        self._solve([values, *moved[:4]])  # together: all cores are busy
+        return np.stack([(self.residual(one) - residual) / step for one, step in zip(moved, self.unit)], axis=1)
+
+    def _solve(self, wanted: list[np.ndarray]) -> None:
+        """Simulate the presses at values (V,) each, those not known yet, and forget all others."""
+        keys = [tuple(values[:4]) for values in wanted]
+        known = {key: self._solved[key] for key in keys if key in self._solved}
+        new = [(self.numbers(values), group) for key, values in zip(keys, wanted) if key not in known for group in self._groups]
+        solved = in_parallel(partial(_solve, self._plan), new, 'places simulated for the identification')
+        count = len(self._groups)
+        fresh = [key for key in keys if key not in known]
+        self._solved = known | {key: solved[count * k:count * (k + 1)] for k, key in enumerate(fresh)}
+
+    @property
+    def unit(self) -> np.ndarray:
+        """(V,) finite difference of each value."""
+        return np.array([MOVE] * 4 + [EYE_MOVE] * self.eyes.shifts.size + [PRINT_MOVE] * 2)
+
+    def residual(self, values: np.ndarray) -> np.ndarray:
+        """Normalised residual (N,) at values (V,). Raises BadCalibration where no simulation converges."""
+        numbers = self.numbers(values)
+        if tuple(values[:4]) not in self._solved:
+            self._solve([values])
+        parts = [self._part(numbers.eyes.shifted(field), depth, pressed, group.position[0, :2])
+                 for group, solved in zip(self._groups, self._solved[tuple(values[:4])])
+                 for field, depth, pressed in zip(group.fields, group.depth, solved)]
+        residual = np.concatenate(parts, axis=None)
+        if np.isinf(residual).all():
+            raise BadCalibration(f'the simulation of these presses with {numbers} does not converge; check size, depths and markers')
+        residual = np.where(np.isinf(residual), UNSOLVED, residual)
+        return residual * np.minimum(1, np.sqrt(3 / np.maximum(np.abs(residual), 3)))  # robust: by the root beyond 3 sigma
+
+    def _part(self, field: MarkerField, depth: float, pressed: np.ndarray, place: np.ndarray) -> np.ndarray:
+        seen, radius = field.seen, self._marker
+        rest = field.rest[seen]
+        shown = field_appearance(pressed, self._plan, place, rest, field.eye[seen], radius)
+        difference = np.where(np.isfinite(pressed).all(), np.nan_to_num(shown - observed(field)[seen]), np.inf)
+        shift = np.sqrt(SHIFT**2 + np.nan_to_num(field.sigma[seen])**2 + (SHARE * depth)**2)
+        growth = np.full_like(shift, np.hypot(GROWTH, SHARE * depth * 1e3))
+        return difference / np.stack([shift, shift, growth], axis=1)
+
+
+def _solve(plan: LibraryPlan, what: tuple[SheetNumbers, Presses]) -> np.ndarray:
+    """(M, side * side, 3) fields of the M presses at one place."""
+    numbers, group = what
+    way = plan.load_steps(group.depth)
+    mesh = SheetMesh(group.position[0, :2], plan.half, plan.scale, plan.n)
+    solved = press_sheet(mesh, way, numbers.radius, numbers.material)[0][np.searchsorted(way, group.depth)]
+    return uniform(solved.reshape(-1, mesh.side, mesh.side, 3)).reshape(len(solved), -1, 3)
+
+
+class _GaussNewton:
+    """Gauss-Newton iteration."""
+
+    def __init__(self, fit: _NumbersFit):
+        middle, sigma = (np.array([value[k] for value in PRIOR.values()]) for k in (0, 1))
+        eyes = np.full(fit.eyes.shifts.size, EYE_SIGMA)
+        self.middle = np.concatenate([np.log(middle), np.zeros(len(eyes) + 2)])
+        self.prior = 1 / np.concatenate([sigma, eyes, [PRINT_SIGMA] * 2])
+        self._fit, self._longest = fit, LARGEST
+        starts = [np.concatenate([np.log(np.multiply(middle, times)), self.middle[4:]]) for times in STARTS]
+        residuals = fit.residuals(starts)
+        best = int(np.argmin([self._cost(values, residual) for values, residual in zip(starts, residuals)]))
+        self.values, self._residual = starts[best], residuals[best]
+        self._slopes, self._fresh = fit.slopes(self.values, self._residual), True
+
+    @property
+    def misfit(self) -> float:
+        """Mean square of the normalised residuals."""
+        return float(np.mean(self._residual**2))
+
+    def step(self) -> float:
+        """Try one step, update the Jacobian from it, accept it if the cost falls, and return the relative decrease of the cost."""
+        values = self._next(self._residual)
+        residual, way = self._fit.residual(values), values - self.values
+        scaled = way / self._fit.unit
+        gain = 1 - self._cost(values, residual) / self._cost(self.values, self._residual)
+        if scaled.any():
+            self._slopes += np.outer(residual - self._residual - self._slopes @ way, scaled / self._fit.unit) / (scaled @ scaled)
+        if gain > 0:
+            self.values, self._residual, self._fresh = values, residual, False
+        self._longest = LARGEST if gain > 0 else self._longest / 2
+        return gain
+
+    def renew(self) -> bool:
+        """Renew the Jacobian by finite differences; False where it is up to date and no shorter step is left to try."""
+        if self._fresh:
+            return SHORTEST * LARGEST < self._longest < LARGEST
+        self._slopes, self._fresh = self._fit.slopes(self.values, self._residual), True
+        return True
+
+    def last(self, fine: _NumbersFit) -> np.ndarray:
+        """The values after one more step, with the residual of a finer mesh."""
+        return self._next(fine.residual(self.values))
+
+    def _next(self, residual: np.ndarray) -> np.ndarray:
+        rows = np.concatenate([residual, (self.values - self.middle) * self.prior])
+        step = np.linalg.lstsq(np.vstack([self._slopes, np.diag(self.prior)]), -rows, rcond=None)[0]
+        reach = FARTHEST / self.prior
+        return np.clip(self.values + np.clip(step, -self._longest, self._longest), self.middle - reach, self.middle + reach)
+
+    def _cost(self, values: np.ndarray, residual: np.ndarray) -> float:
+        return float(residual @ residual + np.sum(((values - self.middle) * self.prior)**2))
+
+
+DEEPER = 1.15         # simulated depth over the deepest calibrated press. Chosen
+LIKELY_RADIUS = 7.5e-3  # m, of a fingertip: start of the fit. Chosen
+SCALE = 10e-3         # m, of the mesh at the tip; less on a small sheet. Chosen: about a tip radius
+SMALL = 0.4           # of the half side: largest scale. Chosen
+STILL = FieldNoise(1e-5, 5e-3, 3e-3, 1.0)  # noise without untouched frames. Chosen
+STILL_SHARE = 0.05    # of the depth: markers displaced by less show the model error that comes with depth. Chosen
+QUIETEST = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)  # least noise. Chosen
+FEWEST_TOUCHING = 6   # presses needed. Chosen
+MOST_SQUARES = 9.0    # limit of normalised squared errors: outliers beyond three sigmas count no more
+TURN = 5e-3           # rad: prior standard deviation of the print's turn. Chosen: half a pitch over a large sheet
+ROUNDS = 3            # of placing the print: the clamp's place makes each step a fifth too long
+FINE = {'n': 8, 'order': 4, 'levels': 10, 'substeps': 2}
+
+
+@dataclass(frozen=True)
+class SheetCalibration:
+    """library: centred on the calibrated tip radius; material; marker_radius: m; eyes; noise: of fields, with the model error;
+    place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth; place_range: (2, 2) m,
+    calibrated minimum and maximum of x and y; deepest: m, calibrated.
+    """
+
+    library: SheetLibrary
+    material: SheetMaterial
+    marker_radius: float
+    eyes: EyeShifts
+    noise: FieldNoise
+    place_error: float
+    depth_share: float
+    place_range: np.ndarray
+    deepest: float
+
+    @property
+    def found(self) -> SheetNumbers:
+        """The identified parameters."""
+        return SheetNumbers(self.library.plan.radius, self.material, self.marker_radius, self.eyes)
+
+    def numbers(self) -> dict:
+        """As numbers and arrays, for a calibration file."""
+        return {'material': asdict(self.material), 'marker_radius': self.marker_radius, 'eyes': self.eyes.eyes.tolist(),
+                'eye_shifts': self.eyes.shifts.tolist(), 'printed': self.eyes.printed.tolist(), 'turned': self.eyes.turned,
+                'noise': asdict(self.noise), 'place_error': self.place_error, 'depth_share': self.depth_share,
+                'place_range': self.place_range.tolist(), 'deepest': self.deepest, 'library': library_numbers(self.library)}
+
+    @classmethod
+    def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
+        """From these numbers. Raises BadCalibration where one is missing or invalid."""
+        try:
+            eyes = EyeShifts(*(np.array(numbers[name], float).reshape(-1, width) for name, width in (('eyes', 3), ('eye_shifts', 2))),
+                             np.array(numbers['printed'], float).reshape(2), float(numbers['turned']))
+            material = SheetMaterial(**numbers['material'])
+            library = library_from_numbers(numbers['library'], material)
+            marker_radius, place_error, depth_share, deepest = (
+                float(numbers[name]) for name in ('marker_radius', 'place_error', 'depth_share', 'deepest'))
+            place_range = np.array(numbers['place_range'], float).reshape(2, 2)
+            noise = FieldNoise(**numbers['noise'])
+            return cls(library, material, marker_radius, eyes, noise, place_error, depth_share, place_range, deepest)
+        except (KeyError, TypeError, ValueError) as error:
+            raise BadCalibration(f"the sheet model in the calibration file cannot be read ({error}); run calibrate again") from None
+
+
+def calibrate_sheet(presses: Presses, sensor: MarkerSensor, known: SheetCalibration | None = None) -> SheetCalibration:
+    """Calibrate a sheet from presses by one round tip; known: a calibration whose library and identified parameters are taken. Raises
+    BadCalibration where the presses do not determine them.
+    """
+    if not sensor.is_sheet or presses.touching.sum() < FEWEST_TOUCHING:
+        raise BadCalibration(f'the sheet model needs a flat sheet and {FEWEST_TOUCHING} presses at known places, got '
+                             f'{presses.touching.sum()} on {sensor.type}')
+    half, deepest = np.array(sensor.size) / 2, float(presses.depth.max())
+    plan = LibraryPlan(tuple(half.tolist()), LIKELY_RADIUS, DEEPER * deepest, min(SCALE, SMALL * float(half.min())), **FINE)
+    usable = presses.touching & may_be_pressed(presses.position[:, :2], half, plan.scale)
+    if usable.sum() < FEWEST_TOUCHING:
+        raise BadCalibration(f'{usable.sum()} presses are farther than {least_length(plan.scale) * 1e3:.1f} mm from the clamp; '
+                             f'{FEWEST_TOUCHING} are needed')
+    straight = usable & presses.straight()
+    touching = presses.select(straight if straight.sum() >= max(FEWEST_TOUCHING, usable.sum() / 3) else usable)
+    numbers = fit_numbers(touching, plan) if known is None else known.found
+    library = build_library(replace(plan, radius=numbers.radius), numbers.material) if known is None else known.library
+    truths = [Press(position[:2], float(depth)) for position, depth in zip(touching.position, touching.depth)]
+    first = SheetInverse(library, STILL, numbers.marker_radius, max(sensor.pitch))
+    numbers = replace(numbers, eyes=_placed(numbers.eyes, touching, truths, first))
+    still = [numbers.eyes.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
+    fields = [numbers.eyes.shifted(field) for field in touching.fields]
+    noise = _noise(still, fields, truths, first)
+    inverse = SheetInverse(library, noise, numbers.marker_radius, max(sensor.pitch))
+    found = [inverse.solve(Seen(field), [truth]) for field, truth in zip(fields, truths)]
+    place_error, depth_share = _remaining_errors(found, truths)
+    covered = np.stack([touching.position[:, :2].min(0), touching.position[:, :2].max(0)])
+    return SheetCalibration(library, numbers.material, numbers.marker_radius, numbers.eyes, noise, place_error, depth_share, covered,
+                            deepest)
+
+
+def _placed(eyes: EyeShifts, presses: Presses, truths: list[Press], inverse: SheetInverse) -> EyeShifts:
+    """eyes with the print where the places of all presses tell it to be: the identification sees a few."""
+    from scipy.optimize import least_squares  # calibration alone needs it
+    ways = np.array([[[1.0, 0.0, -y], [0.0, 1.0, x]] for x, y in (truth.place for truth in truths)]).reshape(-1, 3)
+    for _ in range(ROUNDS):
+        found = [inverse.solve(Seen(eyes.shifted(field)), [truth]) for field, truth in zip(presses.fields, truths)]
+        error = np.array([one.presses[0].place - truth.place for one, truth in zip(found, truths)])
+        spread = max(float(np.median(np.abs(error - np.median(error, axis=0)))), 1e-6)
+        off = least_squares(lambda off: np.append((error.ravel() - ways @ off) / spread, off[2] / TURN), np.zeros(3),
+                            x_scale=(1e-4, 1e-4, 1e-3), loss='soft_l1').x
+        eyes = replace(eyes, printed=eyes.printed - off[:2], turned=eyes.turned - float(off[2]))
+    return eyes
+
+
+def _noise(still: list[MarkerField], fields: list[MarkerField], truths: list[Press], inverse: SheetInverse) -> FieldNoise:
+    """Noise of untouched fields, and the model error in proportion to a marker's displacement and to the depth of the press:
+    of markers that hardly move, then of all."""
+    shift, growth = STILL.shift, STILL.growth
+    if still:  # unbiased: their own mean is the reference
+        spare = np.sqrt(len(still) / max(len(still) - 1, 1))
+        shift = spare * float(np.sqrt(np.nanmean([field.shift**2 for field in still])))
+        growth = spare * float(np.sqrt(np.nanmean([field.growth**2 for field in still])))
+    rows = []
+    for field, truth in zip(fields, truths):
+        seen = Seen(field)
+        predicted, deformed = inverse.predict([truth], seen)
+        excess = (seen.value - predicted)**2 - np.array([shift, shift, growth])**2
+        rows.append(np.column_stack([excess, np.sum(deformed[:, 0]**2, axis=1), np.full(len(excess), truth.depth**2)]))
+    rows = np.concatenate(rows)
+    rows = rows[np.isfinite(rows).all(1)]
+    far = rows[rows[:, 3] < STILL_SHARE**2 * rows[:, 4]]
+    over = np.maximum(far[:, :3].sum(0) / max(far[:, 4].sum(), 1e-12), 0.0)
+    left = np.maximum((rows[:, :3] - over * rows[:, 4:]).sum(0) / rows[:, 3].sum(), 0.0)
+    values = FieldNoise(shift, growth, *np.sqrt([left[:2].mean(), left[2], over[:2].mean(), over[2]]))
+    return FieldNoise(**{name: float(max(value, getattr(QUIETEST, name))) for name, value in asdict(values).items()})
+
+
+def _remaining_errors(found: list, truths: list[Press]) -> tuple[float, float]:
+    """Standard deviations of place, m, and of depth over depth, beyond the estimates' covariances."""
+    error = np.array([inverse.tip(0)[0] - truth.vector[:3] for inverse, truth in zip(found, truths)])
+    variance = np.array([np.diag(inverse.tip(0)[1]) for inverse in found])
+    depth = np.array([truth.depth for truth in truths])
+    place = _extra(error[:, :2].ravel()**2, variance[:, :2].ravel(), np.ones(2 * len(depth)))
+    return place, _extra(error[:, 2]**2, variance[:, 2], depth**2)
+
+
+def _extra(squares: np.ndarray, variance: np.ndarray, scale: np.ndarray) -> float:
+    """The s >= 0 for which squares / (variance + s^2 scale), limited to MOST_SQUARES, have mean 1."""
+    def over(s: float) -> float:
+        return float(np.mean(np.minimum(squares / (variance + s * s * scale), MOST_SQUARES)) - 1)
+    largest = float(np.sqrt((squares / scale).max())) * 2 + 1e-12
+    from scipy.optimize import brentq  # calibration alone needs it
+    return float(brentq(over, 0.0, largest, xtol=1e-9)) if over(0.0) > 0 > over(largest) else 0.0

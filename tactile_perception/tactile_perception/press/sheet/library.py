@@ -1,0 +1,299 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Reduced model of a pressed sheet: modes of precomputed presses, interpolated over place, depth and tip radius; and its form in a
+calibration file."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ... import _core
+from ...common.parallel import in_parallel
+from ...common.splines import spline_fit
+from ...errors import BadCalibration
+from .mechanics import SheetMaterial, SheetMesh, least_length, press_sheet, uniform
+
+SPREAD = np.log(1.35)  # simulated log tip radii, to either side of the calibrated one. Chosen
+DEPTH_POWER = 1.5      # grading of the depths: denser at first contact. Chosen
+TRUE = 2e-7            # m: modes below this RMS over the sheet are truncated. Chosen: near the tip they are several times larger, and at
+                       # 1e-6 the place of a press was 0.3 mm off on a stiff sheet
+UNSOLVED = 0.1         # largest share of simulations that do not converge, as deep ones of a large tip near the clamp. Chosen
+TERMS = 12             # of the table: a parabola in the log radius, then x, y, x^2, x y, y^2, x^3, x^2 y, x y^2, y^3 of the drag
+TYPICAL = 0.5 ** np.array([0, 0, 0, 1, 1, 2, 2, 2, 3, 3, 3, 3])  # of them, of a common drag: modes are told as exactly as these need
+ODD_TERMS = (0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0), (0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1)  # those that a mirror along x, along y turns round
+CLASSES = [(0, 0), (0, 1), (1, 0), (1, 1)]  # odd along x, along y
+WRENCH_NUMBERS = [[0, 8], [2, 3, 7], [1, 4, 6], [5]]  # of _told, by class
+TRACTIONS, DIRECTIONS = (0.35, 0.7, 1.0), 6  # tractions over pressure of the simulated drags; ways of each. Chosen: frictions of 0.2 to 1
+MIRROR = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # of a displacement, along x and along y
+
+
+@dataclass(frozen=True)
+class LibraryPlan:
+    """half: (2,) m, half sides of the sheet; radius: m, the middle one; depth: m, largest; scale: m, of the mesh; n: spans from the tip to
+    the clamp; order: nodes along a quarter of the sheet; levels: of depth; substeps: load steps between levels.
+    """
+
+    half: tuple[float, float]
+    radius: float
+    depth: float
+    scale: float = 8e-3
+    n: int = 9
+    order: int = 4
+    levels: int = 12
+    substeps: int = 3
+
+    @property
+    def reach(self) -> np.ndarray:
+        """(2,) m: largest distance of simulated presses from the centre."""
+        return np.asarray(self.half) - 1.05 * least_length(self.scale)
+
+    @property
+    def depths(self) -> np.ndarray:
+        """(levels,) m, rising to the largest."""
+        return self.depth * (np.arange(1, self.levels + 1) / self.levels) ** DEPTH_POWER
+
+    def load_steps(self, stops: np.ndarray) -> np.ndarray:
+        """Load steps, m, through the rising stops (D,), m, fine enough for path-dependent friction."""
+        fine = self.depth * (np.arange(1, self.levels * self.substeps + 1) / (self.levels * self.substeps)) ** DEPTH_POWER
+        between = fine[fine < 0.999 * stops[-1]]
+        between = between[np.abs(between[:, None] - stops).min(1, initial=np.inf) > 0.2 * self.depth / len(fine)]
+        return np.union1d(between, stops)
+
+    @property
+    def radii(self) -> np.ndarray:
+        """(3,) m."""
+        return self.radius * np.exp(SPREAD * np.array([-1, 0, 1]))
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """(order,) Chebyshev nodes between 0 and 1, of the nearness to the clamp over its largest."""
+        return np.cos((2 * np.arange(self.order) + 1) * np.pi / (4 * self.order))
+
+    @property
+    def places(self) -> np.ndarray:
+        """(2, order) m: of the nodes along x and along y. Nearness is the inverse hyperbolic tangent of place over half side: near the
+        clamp, a press gets stiffer in proportion to it."""
+        half = np.asarray(self.half)[:, None]
+        return half * np.tanh(np.arctanh(self.reach[:, None] / half) * self.nodes)
+
+
+@dataclass
+class ModeClass:
+    """The modes of one parity: odd (2,) along x and y; modes (m, h, h, 3) on one quarter of the mesh; coefficients (order, order, TERMS,
+    levels + 3, m + w) of these and of the w numbers of the wrench with that parity.
+    """
+
+    odd: tuple[int, int]
+    coefficients: np.ndarray
+    modes: np.ndarray
+
+
+class SheetLibrary:
+    """Displacement fields and wrenches for any place, depth, radius and drag of a round tip within plan, in single precision (1 nm).
+
+    table: for the kernels that look presses up, see src/press/sheet_library.hpp.
+    """
+
+    def __init__(self, plan: LibraryPlan, classes: list[ModeClass], material: SheetMaterial):
+        self.plan, self.classes = plan, classes
+        widening = 3 * material.prestretch**-6  # of the sheet's stiffness against a change of area over that against shear
+        numbers = np.array([*plan.half, *plan.reach, plan.scale, plan.depth, SPREAD, DEPTH_POWER, widening / (2 + 2 * widening)])
+        sizes = np.array([plan.n, plan.order, plan.levels, *(len(part.modes) for part in classes)])
+        coefficients = [part.coefficients.transpose(3, 2, 0, 1, 4).ravel() for part in classes]
+        shapes = [uniform(part.modes, near_only=True).ravel() for part in classes]
+        self.table = numbers, sizes, np.concatenate(coefficients).astype(np.float32), np.concatenate(shapes).astype(np.float32)
+
+
+def build_library(plan: LibraryPlan, material: SheetMaterial) -> SheetLibrary:
+    """Simulate the presses of plan, straight and dragged, on a sheet of that material.
+
+    Raises BadCalibration where too many do not converge.
+    """
+    places = np.stack(np.meshgrid(*plan.places, indexing='ij'), axis=-1).reshape(-1, 2)
+    pressed = in_parallel(partial(_pressed, plan, material), list(places), 'places simulated for the library')
+    shape = plan.order, plan.order, TERMS, plan.levels
+    fields, wrenches = (np.reshape(part, (*shape, *part[0].shape[2:])) for part in zip(*pressed))
+    solved = np.concatenate([np.zeros_like(fields[:, :, :, :1]), fields], axis=3)
+    wrench = np.concatenate([np.full_like(wrenches[:, :, :, :1], np.nan), wrenches], axis=3)
+    if np.isnan(fields[:, :, :3, :, 0, 0, 0]).mean() > UNSOLVED:
+        raise BadCalibration(f'simulated presses to {plan.depth * 1e3:.1f} mm with {material} do not converge; check size and depths')
+    depths = np.concatenate([[0.0], plan.depths])
+    _extrapolate(solved, depths)
+    _extrapolate(wrench, depths)
+    wrench[:, :, :, 0] = 2 * wrench[:, :, :, 1] - wrench[:, :, :, 2]
+    return SheetLibrary(plan, [_class(solved, wrench, odd, plan) for odd in CLASSES], material)
+
+
+def _pressed(plan: LibraryPlan, material: SheetMaterial, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Fields (TERMS, levels, side, side, 3), m, and wrenches (TERMS, levels, 9), as of _told, of the presses at one place: for each radius,
+    then the coefficients of their change with the drag.
+    """
+    mesh, way = SheetMesh(place, plan.half, plan.scale, plan.n), plan.load_steps(plan.depths)
+    stops = np.searchsorted(way, plan.depths)
+    straight = [press_sheet(mesh, way, radius, material) for radius in plan.radii]
+    fields = np.zeros((TERMS, plan.levels, mesh.side, mesh.side, 3))
+    wrenches = np.zeros((TERMS, plan.levels, 9))
+    for k, (field, wrench) in enumerate(straight):
+        fields[k], wrenches[k] = field[stops].reshape(fields.shape[1:]), _told(wrench[stops], plan.depths)
+    slid = [part for n in range(len(TRACTIONS)) for part in _slid(plan, material, mesh, n)]
+    more = np.array([field.reshape(fields.shape[1:]) - fields[1] for field, _ in slid])
+    told = np.array([_told(wrench, plan.depths) - wrenches[1] for _, wrench in slid])
+    for level in range(plan.levels):
+        _by_drag(fields, more, told, level, plan.depths)
+        _by_drag(wrenches, told, told, level, plan.depths)
+        wrenches[3:, level, 1:3] = np.eye(TERMS - 3, 2)  # what a drag is
+    return fields, wrenches
+
+
+def _slid(plan: LibraryPlan, material: SheetMaterial, mesh: SheetMesh, n: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Fields (levels, side * side, 3), m, and wrenches (levels, 9) of the drags of traction n, those of every other one turned by half a
+    step. NaN from the first depth at which any of them does not converge."""
+    stops, slid = plan.depths, []
+    for angle in (np.arange(DIRECTIONS) + 0.5 * (n % 2)) * 2 * np.pi / DIRECTIONS:
+        drag = TRACTIONS[n] * np.cos(angle), TRACTIONS[n] * np.sin(angle)
+        slid.append(press_sheet(mesh, stops, plan.radius, material, drag))
+        stops = stops[:np.isfinite(slid[-1][1][:, 0]).sum()]
+    beyond = plan.levels - len(stops)
+    return [tuple(np.pad(part[:len(stops)], [(0, beyond)] + [(0, 0)] * (part.ndim - 1), constant_values=np.nan) for part in one)
+            for one in slid]
+
+
+def _by_drag(terms: np.ndarray, more: np.ndarray, told: np.ndarray, level: int, depths: np.ndarray) -> None:
+    """Set the coefficients of the drag's terms (TERMS, level, ...) from what the simulated drags add, more (K, levels, ...), and their own
+    drags, told (K, levels, 9), as of _told. The coefficients are those nearest to what the levels before lead to: where a press is deep,
+    only the smaller tractions converge, and some nowhere."""
+    solved = np.isfinite(told[:, level]).all(axis=1)
+    before = [np.zeros_like(terms[3:, 0]), *np.moveaxis(terms[3:, max(level - 2, 0):level], 1, 0)][-2:]
+    likely = before[-1]
+    if level:
+        last, one = depths[level - 1], depths[level - 2] if level > 1 else 0.0
+        likely = likely + (before[-1] - before[-2]) * (depths[level] - last) / (last - one)
+    x, y = told[solved, level, 1], told[solved, level, 2]
+    ways = np.stack([x, y, x * x, x * y, y * y, x**3, x * x * y, x * y * y, y**3], axis=1)
+    terms[3:, level] = likely + np.tensordot(np.linalg.pinv(ways), more[solved, level] - np.tensordot(ways, likely, 1), 1)
+
+
+def _told(wrench: np.ndarray, depths: np.ndarray) -> np.ndarray:
+    """(D, 9) log of normal force over depth; tangential over normal force; moment over normal force, m; centre of the pressure relative to
+    the tip, m; of wrenches (D, 9)."""
+    push = -wrench[:, 2:3]
+    return np.concatenate([np.log(np.maximum(push, 1e-15) / depths[:, None]), wrench[:, :2] / push, wrench[:, 3:6] / push, wrench[:, 6:]],
+                          axis=1)
+
+
+def _extrapolate(solved: np.ndarray, depths: np.ndarray) -> None:
+    """Extrapolate linearly over depth, (..., level, ...), where a simulation did not converge (NaN); what is known at one level only stays
+    as it is there."""
+    for level in range(2, solved.shape[3]):
+        missing = np.isnan(solved[:, :, :, level].reshape(*solved.shape[:3], -1)[..., 0])
+        last, before = solved[:, :, :, level - 1][missing], solved[:, :, :, level - 2][missing]
+        step = (depths[level] - depths[level - 1]) / (depths[level - 1] - depths[level - 2])
+        solved[:, :, :, level][missing] = last + step * np.where(np.isnan(before), 0.0, last - before)
+
+
+def _class(solved: np.ndarray, wrench: np.ndarray, odd: tuple[int, int], plan: LibraryPlan) -> ModeClass:
+    quarter = plan.n + 1
+    part = solved
+    for axis in (0, 1):
+        part = (part + (-1 if odd[axis] else 1) * MIRROR[axis] * np.flip(part, 4 + axis)) / 2
+    part = part[..., :quarter, :quarter, :].reshape(*solved.shape[:4], -1)
+    snapshots = (part * TYPICAL[:, None, None]).reshape(-1, part.shape[-1])
+    _, strength, modes = np.linalg.svd(snapshots, full_matrices=False)
+    count = max(1, int(np.sum(strength > TRUE * np.sqrt(snapshots.size))))
+    mixed = np.concatenate([part @ modes[:count].T, wrench[..., WRENCH_NUMBERS[CLASSES.index(odd)]]], axis=-1)
+    angle = np.arccos(plan.nodes)[:, None] * np.arange(2 * plan.order)
+    even_odd = [np.linalg.inv(np.cos(angle[:, parity::2])) for parity in (0, 1)]
+    mixed[:, :, :3] = np.einsum('ck,ijklm->ijclm', np.linalg.inv(np.array([[1.0, -1, 1], [1, 0, 0], [1, 1, 1]])), mixed[:, :, :3])
+    coefficients = np.stack([np.einsum('ai,bj,dl,ijlm->abdm', even_odd[odd[0] ^ ODD_TERMS[0][k]], even_odd[odd[1] ^ ODD_TERMS[1][k]],
+                                       spline_fit(plan.levels), mixed[:, :, k], optimize=True) for k in range(TERMS)], axis=2)
+    return ModeClass(odd, coefficients, modes[:count].reshape(count, quarter, quarter, 3))
+
+
+_LEVELS = 32000  # quantisation steps to either side of zero
+_PLAN = ('radius', 'depth', 'scale', 'n', 'order', 'levels', 'substeps')
+
+
+def pack(values: np.ndarray) -> dict[str, np.ndarray]:
+    """Values (n, ...), each rounded to 1/32000 of its largest: {'scale': (n,), 'digits': (n, ...) uint16}."""
+    scale = np.abs(values).max(axis=tuple(range(1, values.ndim)))
+    scale[scale == 0] = 1.0
+    return {'scale': scale, 'digits': (np.round(values / _along(scale, values) * _LEVELS) + _LEVELS).astype(np.uint16)}
+
+
+def unpack(packed: Mapping, shape: tuple[int, ...]) -> np.ndarray:
+    """Inverse of pack; shape: of each of the values. Raises ValueError where the numbers are invalid, KeyError where some are missing."""
+    scale, digits = np.asarray(packed['scale'], float), np.asarray(packed['digits'])
+    if digits.shape != (len(scale), *shape) or not np.isfinite(scale).all():
+        raise ValueError(f'shape {digits.shape} instead of {(len(scale), *shape)}, or a scale that is not finite')
+    return (digits.astype(float) - _LEVELS) * (_along(scale, digits) / _LEVELS)
+
+
+def _along(scale: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return scale.reshape(-1, *[1] * (values.ndim - 1))
+
+
+def library_numbers(library: SheetLibrary) -> dict:
+    """The library as numbers and arrays."""
+    classes = [{'odd': list(part.odd), 'shapes': pack(part.modes), 'coefficients': pack(np.moveaxis(part.coefficients, -1, 0))}
+               for part in library.classes]
+    plan = library.plan
+    return {'half': list(plan.half), 'places': plan.places.tolist(), **{name: getattr(plan, name) for name in _PLAN}, 'classes': classes}
+
+
+def library_from_numbers(numbers: Mapping, material: SheetMaterial) -> SheetLibrary:
+    """Inverse of library_numbers, of a sheet of that material. Raises BadCalibration for an invalid mapping."""
+    try:
+        plan = LibraryPlan(tuple(numbers['half']), **{name: numbers[name] for name in _PLAN})
+        if not np.allclose(numbers['places'], plan.places, rtol=1e-4):
+            raise BadCalibration('the library in the calibration file was simulated at other places; run calibrate again')
+        classes = [_mode_class(part, plan) for part in numbers['classes']]
+        if [part.odd for part in classes] != CLASSES:
+            raise ValueError('not four classes of modes')
+    except (KeyError, TypeError, ValueError) as error:
+        raise BadCalibration(f'the library in the calibration file cannot be read ({error}); run calibrate again') from None
+    return SheetLibrary(plan, classes, material)
+
+
+def _mode_class(part: Mapping, plan: LibraryPlan) -> ModeClass:
+    odd = tuple(part['odd'])
+    modes = unpack(part['shapes'], (plan.n + 1, plan.n + 1, 3))
+    coefficients = np.moveaxis(unpack(part['coefficients'], (plan.order, plan.order, TERMS, plan.levels + 3)), 0, -1)
+    if coefficients.shape[-1] != len(modes) + len(WRENCH_NUMBERS[CLASSES.index(odd)]):
+        raise ValueError('modes and coefficients do not fit together')
+    return ModeClass(odd, coefficients, modes)
+
+
+@dataclass(frozen=True)
+class Press:
+    """A round tip on the sheet. place: (2,) m, of the tip; depth: m, as if it were alone; log_radius: log of its radius over the
+    calibrated one; drag: (2,) tangential over normal force, beyond that of a tip that came straight down.
+    """
+
+    place: np.ndarray
+    depth: float
+    log_radius: float = 0.0
+    drag: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def vector(self) -> np.ndarray:
+        """(6,) place, depth, log radius, drag."""
+        return np.array([*self.place, self.depth, self.log_radius, *self.drag])
+
+    @classmethod
+    def of(cls, vector: np.ndarray) -> Press:
+        """Inverse of vector."""
+        return cls(vector[:2], float(vector[2]), float(vector[3]), (float(vector[4]), float(vector[5])))
+
+
+def field_appearance(field: np.ndarray, plan: LibraryPlan, place: np.ndarray, rest: np.ndarray, eye: np.ndarray,
+                     marker_radius: float) -> np.ndarray:
+    """Shift, m, and growth (K, 3) in the plane z = 0 of discs of marker_radius, m, at rest (K, 2), m, seen from eye (K, 3), m.
+
+    field: coefficients (side * side, 3), m, on uniform B-splines, of the sheet pressed at place (2,) m. Growth is the log of the ratio of
+    the areas as imaged.
+    """
+    return _core.show_field(field.astype(np.float32), rest, eye, place=tuple(place), half=plan.half, scale=plan.scale,
+                            marker_radius=marker_radius)

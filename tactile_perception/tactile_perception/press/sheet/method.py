@@ -1,0 +1,250 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Touches of a sheet by model inversion: the presses (one straight, one dragged, or two at once) that best explain the marker field."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .calibration import SheetCalibration, calibrate_sheet
+from .fit import ANY_TIP, SURE, Inverse, Seen, SheetInverse, SheetStart, show
+from .library import Press, SheetLibrary
+from ...common.vectors import cross
+from ..presses import Presses
+from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
+from ..field import MarkerField
+from ..sensor import MarkerSensor
+
+# All chosen.
+RIGHT = 1.5         # misfit from which a drag is tried
+WRONG = 2.5         # misfit from which two presses are tried
+DRAGGED = 0.5       # largest misfit of a drag over that of a straight press
+FAR_BETTER = 0.5    # largest misfit of two presses over that of one
+HOPELESS = 4.0      # misfit of two presses, over that limit, above which their refinement is given up
+MOST = 4.0          # largest misfit of two presses, unless
+SURELY = 0.2        # it is this share of the misfit of one, or less
+APART = 2.2         # least distance of two tips, marker pitches
+SLIGHT = 0.12       # least depth of the shallower of two presses over the deeper
+SAME_TIP = 0.05     # least standard deviation of the log radius that straight presses tell: model errors last longer than noise
+FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
+DRAG_PLACE, DRAG_DEPTH = 0.1, 0.06  # standard deviations of place and depth over the tip radius, of a drag of 1
+RADIUS, DRAG_RADIUS = 0.1, 0.2  # standard deviations of a log radius, of a press and of a drag: other friction passes for another radius
+UNSURE_PLACE, UNSURE_DEPTH = 0.2, 0.15  # relative errors of the corrections for other tips: place, and depth
+AMISS_PLACE, AMISS_DEPTH = 0.1, 0.04  # standard deviations over the tip radius, of two presses at a misfit of 1, beyond RIGHT
+
+
+@dataclass(frozen=True)
+class Tip:
+    """place: (3,) m, of the tip, or of two the centre of its contact, z up; depth: m; covariance: (3, 3) m^2, of x, y and depth;
+    log_radius: of its radius over the calibrated one."""
+
+    place: np.ndarray
+    depth: float
+    covariance: np.ndarray
+    log_radius: float
+
+
+class SheetPresses:
+    """Selects the hypothesis for each frame. pitch: m, of the markers; dragged: the press of the last frame if it is a drag, else None."""
+
+    def __init__(self, library: SheetLibrary, inverse: SheetInverse, start: SheetStart, pitch: float):
+        self._library, self._inverse, self._start, self._pitch = library, inverse, start, pitch
+        self.forget()
+
+    def forget(self) -> None:
+        """The next press may be by another tip, and comes straight down first."""
+        self._tip, self._known, self.dragged = ANY_TIP, 0.0, None
+
+    def carry_on(self) -> Press | None:
+        """The press from which to begin where the field is like no straight press: the drag of the last frame, with much friction, or None.
+        The tip may be any from now on."""
+        self._tip, self._known = ANY_TIP, 0.0
+        return self.dragged
+
+    def explain(self, field: MarkerField, begin: Press, motion: np.ndarray | None = None) -> Inverse:
+        """The presses that explain a field; begin: coarse place of one press; motion: as of Seen. A drag is by the tip of the straight
+        presses before, and lasts until the touch ends: friction holds the sheet while the tip is lifted. Each straight press tells its own
+        tip: frames share the errors of the model, so many of them tell no more than one."""
+        seen = Seen(field, motion)
+        straight = self._inverse.solve(seen, [begin])
+        if straight.misfit < RIGHT and self.dragged is None:
+            self._remember(straight.presses[0].log_radius, straight.covariance[3, 3])
+            return straight
+        dragged = self._inverse.solve(seen, straight.presses, drags=True, tip=self._tip)
+        if self.dragged is not None and dragged.misfit > RIGHT:  # with much friction, the straight press may be far from the drag
+            dragged = min(dragged, self._inverse.solve(seen, [self.dragged], drags=True, tip=self._tip), key=lambda found: found.misfit)
+        drags = self.dragged is not None or dragged.misfit < DRAGGED * straight.misfit
+        single = dragged if drags else straight
+        if single.misfit < WRONG:
+            self.dragged = dragged.presses[0] if drags else None
+            return single
+        two = self._two(field, seen, straight, FAR_BETTER * single.misfit)
+        return two if self._are_two(two, single.misfit) else single
+
+    def _remember(self, log_radius: float, variance: float) -> None:
+        """The tip of the touch is that of its straight presses in the mean, as the first frame of a drag may pass for a straight press of
+        another tip; its variance is the least of one frame."""
+        known = self._known + 1 / variance
+        mean = (self._known * self._tip[0] + log_radius / variance) / known
+        least = variance if not self._known else min(variance, self._tip[1]**2)
+        self._tip, self._known = (mean, max(SAME_TIP, np.sqrt(least))), known
+
+    def _two(self, field: MarkerField, seen: Seen, one: Inverse, enough: float) -> Inverse:
+        """Two presses: from one and another by the matched filter of its residual, or from the best pair: of two like presses, one alone
+        stands in the middle. Where the misfit is not far above enough, refined, with traction: each draws the sheet along under the other.
+        """
+        predicted = np.zeros((len(field), 3))
+        predicted[seen.index] = self._inverse.predict(one.presses, seen)[0]
+        left = replace(field, shift=field.shift - predicted[:, :2], growth=field.growth - predicted[:, 2])
+        starts = [*one.presses, self._start.best(left)[0]], self._start.best_pair(field)
+        two = min((self._inverse.solve(seen, start) for start in starts), key=lambda found: found.misfit)
+        return self._inverse.solve(seen, two.presses, drags=True) if two.misfit < HOPELESS * enough else two
+
+    def _are_two(self, two: Inverse, alone: float) -> bool:
+        """Whether two presses explain the field well enough, against one with a misfit alone, and are distinct."""
+        if two.misfit > min(FAR_BETTER * alone, max(MOST, SURELY * alone)):
+            return False
+        (one, other), depths = tips_of(self._library, two), sorted(press.depth for press in two.presses)
+        apart = np.hypot(*(one.place - other.place)[:2])
+        return bool(apart > APART * self._pitch and depths[0] > SLIGHT * depths[1])
+
+
+def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
+    """Tips of presses. Of two presses each is told at the centre of its contact: one inclines the sheet under the other, whose lowest point
+    then lies downhill of what touches the sheet."""
+    tips = []
+    for k, press in enumerate(found.presses):
+        (x, y, depth), covariance = found.tip(k)
+        covariance = covariance + np.diag(np.square([*[max(FLOOR_PLACE, DRAG_PLACE * np.hypot(*press.drag))] * 2,
+                                                     DRAG_DEPTH * np.hypot(*press.drag)]) * library.plan.radius**2)
+        place = np.array([x, y, -depth])
+        if len(found.presses) == 1:
+            shift = _by_radius(found)
+            covariance = covariance + np.outer(shift, shift)
+        else:
+            eye = np.array([[*press.place, -1.0]])
+            whole, alone = (show(library, presses, press.place[None], eye, found.mixed)[1][0] for presses in (found.presses, [press]))
+            slope, aside, sunk = (whole - alone)[1:, 2], (whole - alone)[0, :2], -(whole - alone)[0, 2]
+            centre, radius = found.wrenches[k, 6:], library.plan.radius * np.exp(press.log_radius)
+            above = radius - centre[2]
+            depth += sunk + 0.5 * radius * slope @ slope
+            height = centre[2] - depth + slope @ (0.5 * above * slope + centre[:2])
+            place = np.append(press.place + aside + centre[:2] - centre[2] * slope, height)
+            unsure = np.array([UNSURE_PLACE * radius * np.hypot(*slope)] * 2 + [UNSURE_DEPTH * sunk])
+            amiss = np.array([AMISS_PLACE] * 2 + [AMISS_DEPTH]) * library.plan.radius
+            covariance = covariance + np.diag(unsure**2 + amiss**2 * (found.misfit if found.misfit > RIGHT else 0.0))
+        tips.append(Tip(place, depth, covariance, press.log_radius))
+    return tips
+
+
+def _by_radius(found: Inverse) -> np.ndarray:
+    """(3,) m: change of x, y and depth of one press where its radius is another by one standard deviation of what the model lacks."""
+    sigma = DRAG_RADIUS if any(found.presses[0].drag) else RADIUS
+    return sigma * found.covariance[:3, 3] / found.covariance[3, 3]
+
+
+# All chosen.
+FEWEST = 10    # markers needed
+STANDS_OUT = 8.0  # detection threshold of the matched filter, standard deviations
+BEYOND = 1.02  # times the calibrated depth: deeper is out of range
+UNEXPLAINED = 8.0  # misfit above which an estimate is ambiguous
+UNSEEN = 2.0   # marker pitches from all markers that are seen: a touch there is not told
+EDGE = 0.999   # of the library's reach, from which a touch is at the edge
+
+
+class SheetModelMethod:
+    """The 'model' method for sheets: inversion of membrane mechanics (membrane_fem, reduced_model, solver)."""
+
+    def __init__(self, calibration: SheetCalibration, sensor: MarkerSensor):
+        self._calibration = calibration
+        library, noise = calibration.library, calibration.noise
+        inverse = SheetInverse(library, noise, calibration.marker_radius, max(sensor.pitch))
+        self._start = SheetStart(library, noise.shift, noise.growth)
+        self._presses = SheetPresses(library, inverse, self._start, max(sensor.pitch))
+        self._margin = np.array(sensor.pitch)
+        self._before: np.ndarray | None = None
+        self._lasts = False
+
+    @classmethod
+    def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
+        """Parameters for the calibration file. Raises BadCalibration where the presses do not determine the model."""
+        return calibrate_sheet(presses, sensor).numbers()
+
+    @classmethod
+    def fit_quickly(cls, presses: Presses, sensor: MarkerSensor, fitted: Mapping) -> dict:
+        """As fit, with the simulated library of more presses of the same sheet, which a few numbers determine; its noise and its remaining
+        errors are those of these presses."""
+        return calibrate_sheet(presses, sensor, SheetCalibration.from_numbers(fitted)).numbers()
+
+    @classmethod
+    def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> SheetModelMethod:
+        """The method with its parameters from a calibration file. Raises BadCalibration where they are invalid."""
+        return cls(SheetCalibration.from_numbers(fitted), sensor)
+
+    def estimate(self, field: MarkerField) -> list[TouchEstimate]:
+        """The touches of one frame; empty without contact, and with two cameras in the first frame of a touch that no press explains: they
+        may show it at different moments. Of the frames before, only the tip's radius counts, whether it is dragged, and the motion of a
+        second camera's markers, which may be seen at another moment."""
+        motion = self._motion(field)
+        begins, self._lasts = not self._lasts, False
+        if field.seen.sum() < FEWEST:
+            self._presses.forget()
+            return []
+        field = self._calibration.eyes.shifted(field)
+        start, score = self._start.best(field)
+        if score < STANDS_OUT:
+            start = self._presses.carry_on()
+        if start is None:
+            return []
+        self._lasts = True
+        found = self._presses.explain(field, start, motion)
+        if begins and motion is not None and found.misfit > WRONG:
+            return []
+        touches = [self._touch(tip, found.misfit) for k, tip in enumerate(tips_of(self._calibration.library, found)) if found.is_sure(k)]
+        touches = [touch for touch in touches if self._is_seen(touch, field)]
+        if score < STANDS_OUT:  # what is left of a touch that has ended may be fitted by the shallowest press that there is
+            touches = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma]
+            if not touches:
+                self._presses.forget()
+        if len(found.presses) == len(touches) == 1:
+            touches = [replace(touches[0], wrench=_wrench_of(found, touches[0].position))]
+        return touches
+
+    def _is_seen(self, touch: TouchEstimate, field: MarkerField) -> bool:
+        """Whether markers around a touch are seen: of a touch that begins between two exposures, one camera may show none."""
+        away = np.abs(field.rest[field.seen] - touch.position[:2]) / self._margin
+        return bool(away.max(axis=1).min() < UNSEEN)
+
+    def _motion(self, field: MarkerField) -> np.ndarray | None:
+        """(K, 3) change of shift and growth since the frame before, of markers that a second camera sees, else 0; None with one."""
+        if len(self._calibration.eyes.eyes) < 2:
+            return None
+        now, before = np.column_stack([field.shift, field.growth]), self._before
+        self._before = now
+        moved = np.zeros_like(now) if before is None or len(before) != len(now) else np.nan_to_num(now - before)
+        return np.where((self._calibration.eyes.number(field) > 0)[:, None], moved, 0.0)
+
+    def _touch(self, found: Tip, misfit: float) -> TouchEstimate:
+        calibration = self._calibration
+        extra = np.array([calibration.place_error, calibration.place_error, calibration.depth_share * found.depth])
+        turned = np.diag([1.0, 1.0, -1.0])  # deeper is lower
+        covariance = turned @ (found.covariance + np.diag(extra**2)) @ turned
+        radius = float(calibration.library.plan.radius * np.exp(found.log_radius))
+        flags = self._flags(np.append(found.place[:2], found.depth)) | AMBIGUOUS * (misfit > UNEXPLAINED)
+        return TouchEstimate(found.place, float(found.depth), covariance, float(np.sqrt(covariance[2, 2])), radius, flags)
+
+    def _flags(self, tip: np.ndarray) -> int:
+        low, high = self._calibration.place_range
+        outside = (tip[:2] < low - self._margin).any() or (tip[:2] > high + self._margin).any()
+        flags = OUT_OF_RANGE if outside or tip[2] > BEYOND * self._calibration.deepest else 0
+        return flags | (AT_EDGE if (np.abs(tip[:2]) >= EDGE * self._calibration.library.plan.reach).any() else 0)
+
+
+def _wrench_of(found: Inverse, position: np.ndarray) -> np.ndarray:
+    """(6,) wrench at the origin, over shear modulus and thickness, m and m^2, of one press with its tip at position (3,), m."""
+    stiffness, x, y, *about = found.wrenches[0, :6]
+    push = found.presses[0].depth * np.exp(stiffness)
+    force = push * np.array([x, y, -1.0])
+    return np.concatenate([force, cross(position, force) + push * np.array(about)])

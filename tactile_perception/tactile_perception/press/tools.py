@@ -1,0 +1,301 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calibrates a sheet or a dome: fits the stitching of two cameras, press methods and the wrench to recordings of a tip pressed at known
+places."""
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from tactile_driver.frame import PairFrame
+from tactile_driver.nodes.messages.conversions import frame_of_message
+from tactile_driver.nodes.messages.images import image_to_array
+from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_driver.camera.pairs import Pairer
+
+from ..bags.stamped import TRUE_WRENCH, TRUTH, find_prefix, pairs_of
+from ..bags.stitched_bag import VIEWS, bag_opener, stitching_in
+from ..calibration.files.format import CalibrationFile, Specimen, write_calibration
+from ..calibration.residuals import outliers, report_residuals
+from ..common.parallel import in_parallel
+from ..common.progress import log_told
+from ..dots.tracker import DotTracker
+from ..errors import BadCalibration, BadFrame, BadRecording
+from ..nodes.messages import conversions as convert
+from ..parameters.file import read_parameters
+from ..parameters.touchpad import DOT_PARAMETERS
+from ..pipeline.dot_stage import find_pattern, make_tracker
+from ..touchpad.sensor import Touchpad, camera_pose
+from .calibration import METHODS, PATTERN, REST, STIFFNESS, STITCHING, WRENCH, best_method, fit_stiffness, write_touch
+from .field import RestMarkers, view_maker
+from .presses import SAME_PLACE, HeldOut, Presses, Score, held_out, marker_residuals, require_coverage
+from .methods import make_method, methods_for
+from .parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
+from .sensor import MarkerSensor
+from .stitching import SIDES, StitchingFit, fit_stitching
+
+_TRIES = 5  # chosen: untouched pairs tried before the fit is given up
+Matrices = tuple[np.ndarray, np.ndarray] | None
+
+
+def find_stitching(bags: list[Path], params: Path, sensor: MarkerSensor, namespace: str) -> StitchingFit | None:
+    """Fit the stitching to the first usable untouched pair of the bags; None when no bag has both views.
+
+    A pair is untouched when ground_truth/contacts is empty or not recorded. Raises BadCalibration, with the reasons, without a usable pair.
+    """
+    if not sensor.is_sheet:
+        return None
+    dots = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
+    skew = read_parameters(params, 'dual_camera_node', DUAL_CAMERA_PARAMETERS)['max_skew']
+    reasons = []
+    for bag in bags:
+        for pair, cameras in _untouched(bag, namespace, skew):
+            try:
+                return fit_stitching((pair.left.image, pair.right.image), cameras, sensor, dots['polarity'], dots['detection'])
+            except (BadFrame, BadCalibration) as error:
+                reasons.append(f'{bag.name}: {error}')
+            if len(reasons) >= _TRIES:
+                break
+    if reasons:
+        raise BadCalibration('no stitching from untouched pairs: ' + '; '.join(dict.fromkeys(reasons)))
+    return None
+
+
+def _untouched(bag: Path, namespace: str, skew: float) -> Iterator[tuple[PairFrame, tuple[Matrices, Matrices]]]:
+    """Yield untouched pairs, and the matrices of their cameras."""
+    pairer, cameras = Pairer(int(skew * 1e9)), {}
+    with BagReader(bag) as reader:
+        try:
+            prefix = find_prefix(reader.topics, namespace, VIEWS[0])
+        except BadRecording:
+            return
+        free = _free_stamps(reader, prefix)
+        sides = {prefix + view: side for side, view in enumerate(VIEWS)}
+        infos = {f'{prefix}{name}/camera_info': side for side, name in enumerate(SIDES)}
+        for raw in reader.messages({*sides, *infos}):
+            message = decode(raw.data, raw.type_name)
+            if raw.topic in infos:
+                cameras[infos[raw.topic]] = convert.camera_matrices(message)
+                continue
+            pairer.add(sides[raw.topic], frame_of_message(message, 'image'))
+            yield from _taken(pairer, free, cameras)
+        yield from _taken(pairer, free, cameras, last=True)
+
+
+def _taken(pairer: Pairer, free: set | None, cameras: dict, last: bool = False):
+    while (pair := pairer.take(last)) is not None:
+        if free is None or pair.left.stamp_ns in free:
+            yield pair, (cameras.get(0), cameras.get(1))
+
+
+def _free_stamps(reader: BagReader, prefix: str) -> set[int] | None:
+    """Stamps, ns, without contact; None for a recording without ground truth."""
+    if prefix + TRUTH not in reader.topics:
+        return None
+    found = (decode(raw.data, raw.type_name) for raw in reader.messages({prefix + TRUTH}))
+    return {m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in found if not m.contacts}
+
+
+def tell_truth(bags: list[Path], namespace: str) -> bool:
+    """Whether one of the bags has ground truth of contacts."""
+    for bag in bags:
+        with BagReader(bag) as reader:
+            if find_prefix(reader.topics, namespace, VIEWS[0]) + TRUTH in reader.topics:
+                return True
+    return False
+
+
+def write_stitching(output: Path, sensor_type: str, found: StitchingFit, specimen: Specimen) -> str:
+    """Write a calibration that holds only the stitching, for dual_camera_node; a report of the fit."""
+    residuals = {'markers_off_grid': found.residual, 'views_apart': found.overlap}
+    units = {'lengths': 'm', 'scale': 'px/m', 'size, origin, seam, cut, matrix': 'px', 'residuals': 'm'}
+    write_calibration(output, CalibrationFile(sensor_type, units, {'stitching': found.stitching.to_dict()}, residuals, {},
+                                              serial=specimen.serial, parameters=specimen.parameters(sensor_type)))
+    return '\n'.join([*found.lines(), f'written: {output}, the stitching alone: no ground_truth/contacts in the recordings'])
+
+
+_TOUCHES = 1e-4  # m, chosen: smallest depth of a press
+
+
+class PressReader:
+    """Reads presses from bags: the markers of each image with the true contact and wrench of its stamp.
+
+    stitching: of two views, from the calibration file that the parameters name unless replaced; None for one camera
+    pattern: (K, 2) px, untouched positions, in the first image, of markers that form no grid; None for a grid
+    names: recording and time of each press; values: the parameters
+    """
+
+    def __init__(self, params: Path, namespace: str):
+        self.values = read_parameters(params, 'contact_point_node', MARKER_SENSOR_PARAMETERS)
+        self._dot_values = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
+        self.sensor = marker_sensor(self.values)
+        self.left_out: list[str] = []
+        self._namespace, self._rows, self._matrices = namespace, [], None
+        self.names: list[str] = []
+        self.pattern: np.ndarray | None = None
+        self._params, self.stitching = params, stitching_in(self.values['calibration'], self.sensor.type)
+
+    def read(self, bag: Path) -> None:
+        """Read every usable frame of one bag. Raises TactileError for a bag without images, camera or ground truth."""
+        tracker, rest = None, None
+        for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera,
+                                    open_bag=bag_opener(self._params, self.stitching)):
+            stamp_s, image = convert.stamp_seconds(found['image_raw'].header), image_to_array(found['image_raw'])
+            try:
+                if rest is None:
+                    tracker, rest = self._begin(image, self._view_maker(bag))
+                tracks = tracker.process(image, stamp_s)
+                self._rows.append((rest.field(tracks), *_truth(found)))
+                self.names.append(name)
+            except BadFrame as error:
+                self.left_out.append(f'{name}: {error}')
+
+    def _begin(self, image: np.ndarray, make_view) -> tuple[DotTracker, RestMarkers]:
+        """Tracker and untouched markers of a recording. Raises BadFrame for a first image without markers."""
+        count = self.sensor.rows * self.sensor.columns
+        if not count and self.pattern is None:
+            self.pattern = find_pattern(image, self._dot_values)
+        tracker = make_tracker(Touchpad.from_parameters(self._dot_values), self._dot_values, self.pattern)
+        return tracker, RestMarkers(count or len(self.pattern), make_view)
+
+    def presses(self) -> Presses:
+        """All presses read. Raises BadCalibration without any."""
+        if not any(depth > 0 for _, _, depth, _ in self._rows):
+            raise BadCalibration(f'no usable press in the recordings; left out: {"; ".join(self.left_out[:3]) or "nothing"}')
+        fields, position, depth, wrench = zip(*self._rows)
+        position = np.array(position)
+        moved = np.r_[True, ~(np.hypot(*np.diff(position[:, :2], axis=0).T) < SAME_PLACE)]
+        return Presses(tuple(fields), position, np.array(depth), np.cumsum(moved), np.array(wrench), np.full(len(depth), np.nan))
+
+    def _view_maker(self, bag: Path):
+        make_view = view_maker(self.sensor, self._matrices, self.stitching and self.stitching.to_dict(), camera_pose(self.values))
+        if make_view is None:
+            raise BadCalibration(f'{bag}: no camera_info before the first image; record it beside image_raw')
+        return make_view
+
+    def _take_camera(self, message) -> None:
+        self._matrices = convert.camera_matrices(message)
+        if self._matrices is None and self.stitching is None:
+            raise BadCalibration('camera_info has no K: calibrate the camera first (camera_info_path of camera_node)')
+
+
+def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
+    """Tip (3,) m, depth m and wrench (6,) of one frame. Raises BadFrame for several contacts and for one that is too shallow."""
+    contacts = found[TRUTH].contacts
+    if len(contacts) > 1:
+        raise BadFrame(f'{len(contacts)} contacts; one tip at a time is needed')
+    force = np.full(6, np.nan)
+    if TRUE_WRENCH in found:
+        wrench = found[TRUE_WRENCH].wrench
+        force = np.array([wrench.force.x, wrench.force.y, wrench.force.z, wrench.torque.x, wrench.torque.y, wrench.torque.z])
+    if not contacts:
+        return np.full(3, np.nan), 0.0, force
+    if not contacts[0].depth >= _TOUCHES:
+        raise BadFrame(f'depth {contacts[0].depth * 1e3:.3f} mm: too shallow, the depth of first contact is uncertain')
+    position = contacts[0].position
+    return np.array([position.x, position.y, position.z]), contacts[0].depth, force
+
+
+def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, HeldOut]]:
+    """Fit each method to the presses and cross-validate it; fitted numbers and results by method. Raises BadCalibration when none fits."""
+    names = list(methods_for(reader.sensor))
+    print(f'fitting {", ".join(names)} to {presses.touching.sum()} presses, and cross-validating them', file=sys.stderr, flush=True)
+    results = dict(zip(names, in_parallel(partial(_fit_and_judge, presses, reader.sensor), names, 'methods')))
+    reader.left_out += [f'method {name}: {result}' for name, result in results.items() if isinstance(result, str)]
+    known = {name: result for name, result in results.items() if not isinstance(result, str)}
+    if not known:
+        raise BadCalibration('no touch method can be fitted: ' + '; '.join(reader.left_out))
+    return {name: fitted for name, (fitted, _) in known.items()}, {name: held for name, (_, held) in known.items()}
+
+
+def _fit_and_judge(presses: Presses, sensor: MarkerSensor, name: str) -> tuple[dict, HeldOut] | str:
+    """The method's fitted numbers, and its touches at held-out presses; or why it cannot be fitted."""
+    method = methods_for(sensor)[name]
+    try:
+        with log_told():
+            fitted = method.fit(presses, sensor)
+            return fitted, held_out(method, presses, sensor, fitted)
+    except BadCalibration as error:
+        return str(error)
+
+
+def fit_wrench(presses: Presses, reader: PressReader, methods: dict) -> tuple[float, dict] | None:
+    """The stiffness, N/m, and the errors of the wrench (fit_stiffness); None without a model or recorded wrenches, and where the fit fails,
+    which left_out of the reader reports."""
+    known = presses.touching & np.isfinite(presses.wrench).all(1)
+    if not known.any():
+        reader.left_out.append('wrench: no ground_truth/wrench was recorded with the presses')
+        return None
+    if 'model' not in methods:
+        reader.left_out.append('wrench: only the method model gives it')
+        return None
+    print(f'fitting the stiffness to {known.sum()} presses', file=sys.stderr, flush=True)
+    try:
+        return fit_stiffness(presses, make_method('model', methods['model'], reader.sensor))
+    except BadCalibration as error:
+        reader.left_out.append(f'wrench: {error}')
+        return None
+
+
+def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
+    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
+
+    Raises TactileError for recordings that cannot determine any method.
+    """
+    reader = PressReader(params, namespace)
+    stitched = find_stitching(bags, params, reader.sensor, namespace)
+    if stitched is not None and not tell_truth(bags, namespace):
+        return write_stitching(output, reader.sensor.type, stitched, Specimen(serial, reader.values))
+    reader.stitching = reader.stitching if stitched is None else stitched.stitching
+    for bag in bags:
+        reader.read(bag)
+    presses = reader.presses()
+    require_coverage(presses)
+    methods, held = fit_methods(presses, reader)
+    scores = {name: found.score() for name, found in held.items()}
+    best = best_method({name: score.numbers() for name, score in scores.items()}, methods)
+    stiffness, errors = fit_wrench(presses, reader, methods) or (None, {})
+    fitted = {METHODS: methods} | ({WRENCH: {STIFFNESS: stiffness}} if errors else {})
+    fitted |= {STITCHING: reader.stitching.to_dict()} if reader.stitching else {}
+    fitted |= {PATTERN: reader.pattern} if reader.pattern is not None else {}
+    fitted |= {REST: untouched_places(presses)}
+    touching = presses.select(presses.touching)
+    span = {'depth': _span(touching.depth), 'x': _span(touching.position[:, 0]), 'y': _span(touching.position[:, 1])}
+    residuals = marker_residuals(held[best], reader.names)
+    standing_out = outliers(residuals)
+    write_touch(output, reader.sensor.type, fitted, scores, errors, span, reader.left_out, Specimen(serial, reader.values), standing_out)
+    told = report(presses, scores, methods, errors, reader.left_out, output)
+    drawn = report_residuals(residuals, standing_out, output, f'{reader.sensor.type}, {best}')
+    return '\n'.join([*(stitched.lines() if stitched else []), told, *drawn])
+
+
+def untouched_places(presses: Presses) -> np.ndarray:
+    """Median untouched positions (K, 2), px, of the markers over all frames; NaN for one that was never seen."""
+    places = np.array([field.uv - field.duv for field in presses.fields])
+    seen = np.isfinite(places).all(axis=2).any(axis=0)
+    rest = np.full(places.shape[1:], np.nan)
+    rest[seen] = np.nanmedian(places[:, seen], axis=0)
+    return rest
+
+
+def _span(values: np.ndarray) -> list[float]:
+    return [float(values.min()), float(values.max())]
+
+
+def report(presses: Presses, scores: dict[str, Score], methods: dict, wrench_errors: dict, left_out: list[str], output: Path) -> str:
+    """The report of the fit."""
+    lines = [f'{presses.touching.sum()} presses at {presses.places().max() + 1} places, {(~presses.touching).sum()} untouched frames',
+             'errors at held-out positions, mean / 95 %:']
+    lines += [f'  {name}: position {s.place_mean * 1e3:.2f} / {s.place_95 * 1e3:.2f} mm, depth {s.depth_mean * 1e3:.2f} / '
+              f'{s.depth_95 * 1e3:.2f} mm, normalised squared error {s.squares:.2f}, missed {s.missed} of {s.presses}'
+              for name, s in scores.items()]
+    lines.append('chosen: ' + best_method({name: score.numbers() for name, score in scores.items()}, methods))
+    if wrench_errors:
+        lines.append(f'wrench error at the presses, median: force {wrench_errors["force"]:.1%}, moment {wrench_errors["moment"]:.1%}')
+    lines += [f'left out: {line}' for line in left_out]
+    return '\n'.join([*lines, f'written: {output}'])

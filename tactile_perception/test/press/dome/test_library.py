@@ -1,0 +1,110 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+from itertools import product
+
+import numpy as np
+import pytest
+from dome_library import EYES, MATERIAL, MESH, PLAN, POINTS, press, small_library
+from tactile_perception.errors import BadCalibration
+from tactile_perception.press.dome.library import RADIUS_SPREAD, AsSeen, library_from_numbers, library_numbers
+from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, evaluate, outlines, press_dome, shift_of
+
+pytestmark = pytest.mark.full  # simulates a small library
+KNOWN = np.isfinite(POINTS).all(1)
+
+
+def moved(*numbers):
+    """(K, 3) m, of the markers that there are."""
+    return small_library().moved(POINTS, EYES, np.array(numbers))[KNOWN]
+
+
+def test_presses_between_the_simulated_ones_are_interpolated():
+    step, across, turn, radius = PLAN.load_steps[9], 0.037, 0.6, 0.3
+    mesh = DomeMesh(shift_of(across, PLAN.radius * np.exp(RADIUS_SPREAD * radius), PLAN.cap), PLAN.cap, MESH)
+    direct = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius * np.exp(RADIUS_SPREAD * radius), MATERIAL, drags=0).straight[-1]
+    turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    shown = AsSeen(mesh, PLAN.marker, PLAN.eye).fields(*(direct[None] for _ in range(3)))[0][0]
+    expected = evaluate(shown, mesh, POINTS[KNOWN] @ turned.T) @ turned
+    found = moved(press(across * np.cos(turn), across * np.sin(turn), step, radius))
+    assert np.sqrt(np.mean((found - expected)**2)) < 0.02 * np.abs(expected).max()
+
+
+def test_the_force_of_a_tip_that_sticks_or_rubs_is_that_of_the_simulated_presses():
+    step, across, turn = PLAN.load_steps[9], 0.037, 0.6
+    mesh = DomeMesh(shift_of(across, PLAN.radius, PLAN.cap), PLAN.cap, MESH)
+    stuck = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius, MATERIAL)
+    rubs = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius, DomeMaterial(MATERIAL.squeeze, MATERIAL.gas, 0.0))
+    turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    place, library = (across * np.cos(turn), across * np.sin(turn)), small_library()
+    for drag, (direct, friction) in product(((0.0, 0.0), (0.3, 0.0), (0.0, 0.3)), ((stuck, 0.0), (rubs, -1.0))):
+        expected = (direct.push[-1] + drag[0] * direct.push_along[-1] + drag[1] * direct.push_across[-1]) @ turned
+        found = library.push(press(*place, step, friction=friction, drag=np.array(drag) @ turned[:2, :2]))
+        assert expected[2] < 0 and np.linalg.norm(found - expected) < 0.03 * np.linalg.norm(expected)
+
+
+def test_a_tip_that_rubs_moves_the_middle_of_its_touch_farther_than_one_that_sticks():
+    top = np.array([[0.0, 0.0, PLAN.height]])
+    for way in np.array([[0.3, 0.0], [0.0, 0.3]]):
+        presses = [press(1e-6, 0.0, 0.03, 0.0, friction, way) for friction in (0.0, -0.5, -1.0)]
+        stuck, half, rubs = (small_library().moved(top, EYES[:1], one[None])[0, :2] @ way / 0.3 for one in presses)
+        assert stuck == pytest.approx(0.3 * 0.03, rel=0.02) and 1.03 * stuck < rubs < 1.2 * stuck and stuck < half < rubs
+
+
+def test_the_library_has_the_domes_symmetry():
+    one, turned = moved(press(0.03, 0.02, 0.02, drag=(0.1, 0.2))), moved(press(0.02, 0.03, 0.02, drag=(0.2, 0.1)))
+    swapped = POINTS[KNOWN][:, [1, 0, 2]]
+    partner = np.argmin(np.linalg.norm(POINTS[KNOWN][:, None] - swapped, axis=2), axis=0)
+    assert np.allclose(one[partner], turned[:, [1, 0, 2]], atol=2e-5)
+    assert np.allclose(moved(press(1e-9, 0, 0.02)), moved(press(0, 1e-9, 0.02)), atol=1.5e-4)
+
+
+def test_deeper_presses_of_larger_tips_move_more():
+    size = [np.abs(moved(press(0.02, 0.0, depth, radius))).mean() for depth, radius in ((0.01, 0), (0.02, 0), (0.02, 0.8))]
+    assert size[0] < size[1] < size[2]
+
+
+def test_a_field_becomes_that_which_moves_the_outlines_of_markers():
+    """Also dragged along and across: what a marker shows at its place moves it as its outline's centroid moves."""
+    mesh, marker, eye = DomeMesh(shift_of(0.04, 0.025, PLAN.cap), PLAN.cap, MeshPlan()), 5e-3, np.array([0.0, 0.0, -0.045])
+    found = press_dome(mesh, np.linspace(0.002, 0.03, 12), 0.025, MATERIAL)
+    parts = found.straight[-1:], found.along[-1:], found.across[-1:]
+    shown = AsSeen(mesh, marker, eye[2]).fields(*parts)
+    points = POINTS[KNOWN]
+    round_it = outlines(points, marker, PLAN.cap)
+    for kind, part in ((1, 0.0), (1, 0.5), (2, 0.5)):
+        field, seen = (sum(share * evaluate(of[k][0], mesh, at.reshape(-1, 3), k == 2).reshape(at.shape)
+                           for k, share in ((0, 1), (kind, part))) for of, at in ((parts, round_it), (shown, points)))
+        true = appear_at(round_it + field, eye) - appear_at(round_it, eye)
+        told, plain = ((points + by - eye)[:, :2] / (points + by - eye)[:, 2:] - (points - eye)[:, :2] / (points - eye)[:, 2:]
+                       for by in (seen, field[:, 0]))
+        off, of_centres = (np.sqrt(np.mean((told - true)**2)) * 0.165 for told in (told, plain))
+        assert off < 2e-5 and off < 0.2 * of_centres
+
+
+def test_depressions_are_rounded_by_the_size_of_a_marker():
+    mesh = DomeMesh(0.0, PLAN.cap, MESH)
+    field = np.zeros((MESH.rings + 1, 3, MESH.harmonics + 1))
+    field[:, 2, 0] = -0.02 * (1 - MESH.edges**2)
+    shown = AsSeen(mesh, 0.01, -0.045).fields(*(field.ravel()[None] for _ in range(3)))[0].reshape(field.shape)
+    assert -0.02 < shown[0, 2, 0] < -0.0195 and np.allclose(shown[0, :2], 0.0, atol=1e-9)
+
+
+def test_numbers_of_the_calibration_file_give_it_back():
+    numbers = library_numbers(small_library())
+    again = library_from_numbers(numbers)
+    presses = np.array([press(0.03, -0.01, 0.015, 0.2, 0.1, (0.1, 0.0))])
+    assert np.allclose(again.moved(POINTS, EYES, presses), small_library().moved(POINTS, EYES, presses), atol=2e-6)
+    assert np.allclose(again.push(presses[0]), small_library().push(presses[0]), rtol=1e-3)
+    without = library_from_numbers({key: numbers[key] for key in numbers if key != 'pushes'})
+    assert np.isnan(without.push(presses[0])).all()
+    for wrong in ({key: numbers[key] for key in numbers if key != 'even_parts'}, {**numbers, 'odd_parts': {}},
+                  {**numbers, 'even_modes': numbers['odd_modes']}, {**numbers, 'plan': {}}):
+        with pytest.raises(BadCalibration, match='run calibrate again'):
+            library_from_numbers(wrong)
+
+
+def test_a_dome_that_cannot_be_simulated_is_refused(monkeypatch):
+    from tactile_perception.press.dome import library, mechanics
+    monkeypatch.setattr(mechanics, 'STEPS', 1)
+    with pytest.raises(BadCalibration, match='do not converge'):
+        library.build_library(type(PLAN)(**vars(PLAN) | {'order': 1, 'levels': 2}), DomeMaterial(), MESH)

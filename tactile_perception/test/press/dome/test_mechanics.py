@@ -1,0 +1,213 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import json
+import os
+import pathlib
+
+import numpy as np
+import pytest
+from dome_scenes import DOME, EYE, markers
+from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.errors import BadArgument
+from tactile_perception.press.dome.mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, appear_at, centres_of, disc_of, evaluate,
+                                                     outlines, press_dome, shift_of)
+from tactile_perception.press.sensor import dome_cap
+
+CAP, MESH = Cap(0.15375, 0.12), MeshPlan(even=10, rings=18, width=0.0145, harmonics=3, around=8)
+FOLDER = pathlib.Path(os.environ.get('TACTILE_RECORDINGS', ''), 'simulated', 'ac_calib_small')
+TIP = 0.025
+
+
+def pressed(across, depths, material, radius=TIP):
+    """Mesh and fields of a press."""
+    mesh = DomeMesh(shift_of(across, radius, CAP), CAP, MESH)
+    return mesh, press_dome(mesh, np.array(depths), radius, material)
+
+
+def test_the_skin_lies_on_the_tip_and_does_not_enter_it():
+    mesh, found = pressed(0.03, np.linspace(0.002, 0.02, 10), DomeMaterial(0.8, 60.0, 0.5))
+    places = mesh.rest.reshape(-1, 3) + evaluate(found.straight[-1], mesh, mesh.rest.reshape(-1, 3))
+    centre = np.array([0.03, 0, CAP.centre_z + np.sqrt((CAP.curvature_radius + TIP)**2 - 0.03**2) - 0.02])
+    gap = np.linalg.norm(places - centre, axis=1) - TIP
+    assert -1e-4 < gap.min() < 2e-5
+
+
+@pytest.mark.parametrize('squeeze', [0.0, 0.8])
+def test_a_gas_that_is_held_gives_way_more_easily_than_one_that_is_sealed(squeeze):
+    push = [pressed(0.0, [0.005, 0.01], DomeMaterial(squeeze, gas, 0.5))[1].push[-1] for gas in (0.0, 60.0)]
+    assert push[1][2] < push[0][2] < 0 and np.abs([one[:2] for one in push]).max() < 1e-6 * abs(push[0][2])
+
+
+def test_a_drag_pulls_the_skin_along_and_is_alike_in_all_directions_on_top():
+    mesh, found = pressed(0.0, [0.005, 0.01, 0.015], DomeMaterial(0.8, 60.0, 0.5))
+    points = np.array([[0.0, 0.0, CAP.height], [0.02, 0.0, np.nan], [0.0, 0.02, np.nan]])
+    points[1:, 2] = CAP.heights(points[1:, :2])
+    along, across = evaluate(found.along[-1], mesh, points), evaluate(found.across[-1], mesh, points, odd=True)
+    assert along[0, 0] == pytest.approx(0.015, rel=0.01), 'as far aside as the tip is deep: it sticks'
+    assert np.allclose(along[0, 1:], 0, atol=1e-9) and np.abs(along[1:, 0]).max() < along[0, 0]
+    assert np.allclose(along[[0, 1, 2]][:, [0, 1]], across[[0, 2, 1]][:, [1, 0]], rtol=1e-3, atol=1e-6)
+
+
+def test_a_tip_that_rubs_carries_the_skin_by_traction_in_proportion_to_its_pressure():
+    """As far in the mean as one that sticks, its middle farther; far away they hardly differ."""
+    points = np.array([[0.0, 0.0, CAP.height], [0.1, 0.0, np.nan]])
+    points[1:, 2] = CAP.heights(points[1:, :2])
+    shown = []
+    for friction in (0.5, 0.0):
+        mesh, found = pressed(0.0, np.linspace(0.002, 0.02, 10), DomeMaterial(0.8, 60.0, friction))
+        along, across = (evaluate(field[-1], mesh, at, odd) for field, at, odd in
+                         ((found.along, points, False), (found.across, points[:, [1, 0, 2]], True)))
+        assert np.allclose(along[:, 0], across[:, 1], rtol=1e-2)
+        shown.append(along[:, 0] / 0.02)
+    stuck, rubs = shown
+    assert stuck[0] == pytest.approx(1.0, rel=0.01) and 1.03 < rubs[0] < 1.2
+    assert rubs[1] == pytest.approx(stuck[1], rel=0.1)
+
+
+def test_friction_holds_the_skin_on_the_slope():
+    slid = [pressed(0.05, np.linspace(0.001, 0.02, 12), DomeMaterial(0.8, 60.0, friction))[1].push[-1] for friction in (0.1, 0.4, 0.8)]
+    lean = [one[0] / -one[2] for one in slid]  # the tip is pushed uphill by less than friction and slope allow
+    assert lean[0] > lean[1] > lean[2] or lean[0] < lean[1] < lean[2]
+
+
+def test_skin_sticks_where_the_tip_meets_it_whatever_the_load_steps():
+    mesh, few = pressed(0.05, np.linspace(0, 0.02, 11)[1:], DomeMaterial(0.0, 73.0, 0.6))
+    many = pressed(0.05, np.linspace(0, 0.02, 61)[1:], DomeMaterial(0.0, 73.0, 0.6))[1]
+    points = mesh.rest.reshape(-1, 3)
+    moved = [evaluate(found.straight[-1], mesh, points) for found in (few, many)]
+    assert np.abs(moved[1]).max() > 0.015 and np.abs(moved[0] - moved[1]).max() < 0.1e-3
+
+
+@pytest.mark.full
+def test_rings_of_half_the_width_move_the_markers_by_less_than_they_show():
+    points = np.array([[x, y, CAP.centre_z + np.sqrt(CAP.curvature_radius**2 - x * x - y * y)]
+                       for x in np.linspace(-0.1, 0.1, 9) for y in np.linspace(-0.05, 0.05, 5)])
+    moved = []
+    for plan in (MeshPlan(), MeshPlan(even=24, rings=56, width=0.00625)):
+        mesh = DomeMesh(shift_of(0.03, 0.03, CAP), CAP, plan)
+        found = press_dome(mesh, 0.036 * (np.arange(1, 37) / 36)**1.3, 0.03, DomeMaterial(0.0, 73.0, 0.35), drags=0)
+        moved.append(evaluate(found.straight[-1], mesh, points))
+    assert np.linalg.norm(moved[1], axis=1).max() > 0.03
+    assert np.linalg.norm(moved[0] - moved[1], axis=1).max() < 0.25e-3
+
+
+def test_numbers_out_of_range_are_refused():
+    for wrong in ({'squeeze': 1.0}, {'gas': -1.0}, {'friction': np.nan}):
+        with pytest.raises(BadArgument, match='need 0 <= squeeze < 1'):
+            DomeMaterial(**wrong)
+
+
+@pytest.mark.skipif(not (FOLDER / 'truth.npz').exists(), reason='TACTILE_RECORDINGS names no folder with simulated/ac_calib_small')
+def test_markers_move_as_in_an_independent_simulation_of_the_same_dome():
+    truth, sensor = np.load(FOLDER / 'truth.npz'), json.loads((FOLDER / 'sensor.json').read_text())['info']
+    tension = sensor['rest_gauge_pressure'] * CAP.curvature_radius / 2
+    gas = (101325 + sensor['rest_gauge_pressure']) / sensor['rest_gauge_pressure']
+    material = DomeMaterial(1 - tension / sensor['shear_modulus_times_thickness'], gas, 0.6)
+    depths = truth['depth'][truth['segment'] == 5]
+    steps = np.union1d(depths[-1] * (np.arange(1, 25) / 24)**1.3, depths)
+    mesh, found = pressed(0.0, steps, material)
+    for frame, depth in zip(np.flatnonzero(truth['segment'] == 5), depths):
+        moved = evaluate(found.straight[np.searchsorted(steps, depth)], mesh, truth['dot_rest_xyz'].astype(float))
+        off = moved - (truth['dot_xyz'][frame] - truth['dot_rest_xyz'])
+        assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < 0.15e-3
+
+
+PLAN = MeshPlan(even=6, rings=12, width=0.02, harmonics=3, around=8)
+
+
+def test_rings_grow_from_the_touch_to_the_rim():
+    widths = np.diff(PLAN.edges)
+    assert PLAN.edges[[0, -1]] == pytest.approx([0, 1]) and np.ptp(widths[:6]) < 1e-9 and (np.diff(widths[5:]) > 0).all()
+
+
+@pytest.mark.parametrize('across', [0.0, 0.05])
+def test_points_lie_on_the_dome_around_the_touch_and_slopes_are_their_derivatives(across):
+    mesh = DomeMesh(shift_of(across, 0.02, CAP), CAP, PLAN)
+    from_centre = mesh.rest - [0, 0, CAP.centre_z]
+    assert np.allclose(np.linalg.norm(from_centre, axis=-1), CAP.curvature_radius) and mesh.rest[..., 2].min() > 0
+    touch = np.array([across, 0, np.sqrt((CAP.curvature_radius + 0.02)**2 - across**2)]) / (CAP.curvature_radius + 0.02)
+    assert np.allclose(from_centre[0].mean(0) / CAP.curvature_radius, touch, atol=0.02)
+    for slope in (mesh.along, mesh.across):  # angles are preserved: both have the length of the scale, and are perpendicular
+        assert np.allclose(np.linalg.norm(slope, axis=-1), mesh.scale)
+        assert np.abs(np.sum(slope * from_centre, axis=-1)).max() < 1e-9
+    assert np.abs(np.sum(mesh.along * mesh.across, axis=-1)).max() < 1e-9
+    area = 2 * np.sum(mesh.weight * mesh.scale**2)
+    assert area == pytest.approx(2 * np.pi * CAP.curvature_radius * CAP.height, rel=2e-3)
+
+
+@pytest.mark.parametrize('odd', [False, True])
+def test_the_basis_at_the_points_is_the_field_there(odd):
+    mesh = DomeMesh(0.2, CAP, PLAN)
+    field = np.where(mesh.free(odd), np.random.default_rng(0).normal(0, 1e-3, PLAN.size), 0.0)
+    value, _ = mesh.basis(odd)
+    by_basis = np.matmul(value, field[mesh.of][..., None]).reshape(-1, 3)
+    assert np.allclose(by_basis, evaluate(field, mesh, mesh.rest.reshape(-1, 3), odd), atol=1e-9)
+
+
+def test_the_rim_is_the_unit_circle_and_beyond_it_nothing_moves():
+    turn = np.linspace(0, 6, 7)
+    rim = CAP.rim_radius * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+    assert np.allclose(np.abs(disc_of(rim, CAP)), 1.0)
+    mesh = DomeMesh(0.2, CAP, PLAN)
+    assert not evaluate(np.ones(PLAN.size), mesh, rim - [0, 0, 0.01]).any()
+
+
+DOME_CAP, MARKER = dome_cap(DOME), 4.6e-3
+POINTS = markers()[np.isfinite(markers()).all(1)]
+
+
+def seen(points):
+    """Tangents of the directions of points (..., 3), m, from EYE."""
+    return (points - EYE)[..., :2] / (points - EYE)[..., 2:]
+
+
+def pixels_mean(point, radius, steps=400):
+    """Where the middle of the pixels lies that look at a disc around a point of the dome."""
+    edge = seen(outlines(point[None], 1.02 * radius, DOME_CAP)[0, 1:])
+    low, high = edge.min(0), edge.max(0)
+    grid = np.stack(np.meshgrid(*(np.linspace(*ends, steps) for ends in zip(low, high))), axis=-1).reshape(-1, 2)
+    rays = np.column_stack([grid, np.ones(len(grid))])
+    meets = DOME_CAP.meet(EYE, rays / np.linalg.norm(rays, axis=1, keepdims=True))
+    arc = 2 * DOME_CAP.curvature_radius * np.arcsin(np.linalg.norm(meets - point, axis=1) / (2 * DOME_CAP.curvature_radius))
+    return grid[arc < radius].mean(0)
+
+
+def test_an_outline_lies_around_its_point_on_the_dome():
+    found = outlines(POINTS, MARKER, DOME_CAP)
+    from_centre = found - [0, 0, DOME_CAP.centre_z]
+    assert np.allclose(np.linalg.norm(from_centre, axis=-1), DOME_CAP.curvature_radius) and np.allclose(found[:, 0], POINTS)
+    angle = np.arccos(np.sum(from_centre[:, :1] * from_centre[:, 1:], axis=-1) / DOME_CAP.curvature_radius**2)
+    assert np.allclose(angle * DOME_CAP.curvature_radius, STRETCH * MARKER) and np.allclose(found[:, 1:].mean(1), POINTS, atol=1e-4)
+
+
+def test_a_marker_appears_in_the_middle_of_the_pixels_that_look_at_it():
+    slanted = POINTS[np.argsort(POINTS[:, 2])[[0, 40, 80]]]
+    found = appear_at(outlines(slanted, MARKER, DOME_CAP), EYE)
+    true = np.array([pixels_mean(point, MARKER) for point in slanted])
+    off_centre = np.linalg.norm(seen(slanted) - true, axis=1)
+    # at the plane through the top: some 0.165 m away
+    assert off_centre.max() * 0.165 > 1e-4 and np.linalg.norm(found - true, axis=1).max() * 0.165 < 4e-6
+
+
+def test_a_folded_outline_appears_within_itself():
+    rng = np.random.default_rng(0)
+    folded = outlines(POINTS[:50], MARKER, DOME_CAP) + rng.normal(0, 4e-3, (50, 13, 3))
+    found, edge = appear_at(folded, EYE), seen(folded)
+    assert (found >= edge.min(1)).all() and (found <= edge.max(1)).all()
+
+
+def test_centres_of_untouched_markers_are_told_from_where_they_appear():
+    away = DOME.plane_z - EYE[2]
+    rest = EYE[:2] + away * appear_at(outlines(POINTS, MARKER, DOME_CAP), EYE)
+    eyes = np.tile(EYE, (len(POINTS), 1))
+    assert np.linalg.norm(centres_of(rest, eyes, MARKER, DOME) - POINTS, axis=1).max() < 2e-6
+    assert np.linalg.norm(centres_of(rest, eyes, 1e-6, DOME) - POINTS, axis=1).max() > 5e-5
+    rest[3] = np.nan
+    assert np.isnan(centres_of(rest, eyes, MARKER, DOME)[3]).all()
+
+
+@pytest.mark.parametrize('scale', [0.5, 1.0])
+def test_a_plane_seen_from_the_front_is_seen_at_its_centre(scale):
+    disc = np.exp(2j * np.pi * np.arange(12) / 12) * MARKER * scale
+    flat = np.column_stack([np.r_[0, disc.real] + 0.01, np.r_[0, disc.imag], np.full(13, 0.1)])
+    assert appear_at(flat, np.zeros(3)) == pytest.approx([0.1, 0.0], abs=1e-12)

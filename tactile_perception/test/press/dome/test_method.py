@@ -1,0 +1,130 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import dataclasses
+
+import numpy as np
+import pytest
+from dome_library import EYES, MATERIAL, PLAN, library_field, press, small_library
+from dome_scenes import DOME, EYE, seen, markers
+from tactile_perception.errors import BadArgument, BadCalibration
+from tactile_perception.press.dome.calibration import DomeCalibration
+from tactile_perception.press.dome.library import RADIUS_SPREAD
+from tactile_perception.press.dome.method import DomeModelMethod
+from tactile_perception.press.dome.fit import FieldNoise
+from tactile_perception.press.estimate import OUT_OF_RANGE
+from tactile_perception.press.sensor import first_touch_height
+
+pytestmark = pytest.mark.full  # simulates a small library
+
+
+@pytest.fixture(scope='module')
+def calibration():
+    return DomeCalibration(small_library(), MATERIAL, seen(markers()), EYES, FieldNoise(1.5e-5, 0.003, 0.002), 1e-4, 0.01, 0.0, 1.0, 0.0,
+                           0.0, 1.0, 1.0, 0.0, 0.035, 0.08, 1.0)
+
+
+def touch_height(one):
+    """m, of the tip of a press at first contact."""
+    return first_touch_height(one[:2], PLAN.radius * np.exp(RADIUS_SPREAD * one[3]), DOME)[0]
+
+
+@pytest.fixture
+def method(calibration):
+    return DomeModelMethod(calibration, DOME)
+
+
+def test_straight_and_dragged_presses_of_any_tip_are_told_as_one(method):
+    for k, one in enumerate((press(0.02, 0.01, 0.02), press(-0.03, 0.02, 0.012, 0.5, 0.2), press(0.0, 0.0, 0.03, -0.4),
+                             press(0.03, -0.03, 0.025, drag=(0.5, 0.1)), press(-0.02, 0.0, 0.02, 0.3, drag=(0.0, -0.6)))):
+        assert method.estimate(library_field(seed=k)) == []  # the touch before is over
+        touch, = method.estimate(library_field(one, seed=k))
+        place, height = one[:2] + np.exp(one[2]) * one[5:], touch_height(one) - np.exp(one[2])
+        assert np.hypot(*(touch.position[:2] - place)) < 2e-3 and touch.position[2] == pytest.approx(height, abs=1.5e-3)
+        assert touch.depth == pytest.approx(first_touch_height(touch.position[:2], touch.radius, DOME)[0] - touch.position[2], abs=1e-9)
+        assert touch.position[2] < DOME.height and 0.01 < touch.radius < 0.06 and not touch.flags
+
+
+def test_the_force_of_one_press_acts_where_the_tip_is(method):
+    one = press(0.03, 0.02, 0.02)
+    touch, = method.estimate(library_field(one))
+    force, moment = touch.wrench[:3], touch.wrench[3:]
+    assert np.allclose(force, small_library().push(one), atol=0.02 * abs(force[2])) and force[2] < 0
+    axis = np.cross(force, moment) / (force @ force)  # of the points on the line of action, the nearest to the origin
+    way = force / np.linalg.norm(force)
+    tip = touch.position + [0.0, 0.0, touch.radius]
+    assert np.linalg.norm(np.cross(tip - axis, way)) < touch.radius and abs(force @ moment) < 1e-9
+
+
+def test_two_presses_are_told_as_two_and_followed(method):
+    for depth in (0.012, 0.016, 0.02):
+        touches = method.estimate(library_field(press(0.045, 0.02, depth), press(-0.04, -0.01, depth)))
+        assert np.isnan([touch.wrench for touch in touches]).all()
+        assert sorted(np.sign(touch.position[0]) for touch in touches) == [-1, 1]
+        assert all(abs(touch.depth - depth) < 3e-3 for touch in touches)
+        assert all(touch.depth_sigma > touch.depth / 9 for touch in touches)
+        for touch in touches:
+            assert np.linalg.norm(touch.lowest + [0, 0, touch.radius] - touch.position) == pytest.approx(touch.radius), 'on the tip'
+            aside, steep = (touch.lowest - touch.position)[:2], DOME.normal(touch.position[:2])[:2]
+            assert aside @ steep == pytest.approx(touch.radius * steep @ steep, rel=0.4), 'where the dome inclines to it'
+
+
+def test_a_pair_that_the_model_explains_badly_is_followed_without_trying_all_starts_in_each_frame(method, monkeypatch):
+    solve, solved = method.solver.solve, []
+    monkeypatch.setattr(method.solver, 'solve', lambda *given: solved.append(given) or solve(*given))
+    field = library_field(press(0.045, 0.02, 0.02), press(-0.04, -0.01, 0.02))
+    field.shift[:] += np.random.default_rng(5).normal(0, 2e-4, field.shift.shape)
+    for fewest, most in ((4, 8), (2, 2), (2, 2)):
+        solved.clear()
+        assert len(method.find(field).presses) == 2 and fewest <= len(solved) <= most
+    field.shift[:] += np.random.default_rng(6).normal(0, 1e-3, field.shift.shape)
+    solved.clear()
+    method.find(field)
+    assert len(solved) > 2, 'explained far worse'
+
+
+def test_two_faint_presses_are_not_told_as_one_between_them(method):
+    faint = [method.estimate(library_field(press(0.045, 0.02, depth), press(-0.04, -0.015, depth), seed=seed))
+             for seed in range(10) for depth in (2e-4, 4e-4, 6e-4)]
+    assert len([touch for touches in faint for touch in touches if np.hypot(*touch.position[:2]) < 0.02]) <= 1
+
+
+def test_what_moves_the_markers_too_little_is_not_told(method):
+    assert not any(method.estimate(library_field(seed=k)) for k in range(100))
+    assert method.estimate(library_field(press(0.02, 0.0, 1e-4))) == []
+
+
+def test_a_faint_press_that_may_be_elsewhere_is_not_told_at_a_wrong_place(method):
+    told = [(touch, one) for one in [press(0.02, 0.0, depth) for depth in (2e-4, 8e-4, 2e-3)] for seed in range(8)
+            for touch in method.estimate(library_field(one, seed=seed))]
+    off = np.array([touch.position[:2] - one[:2] for touch, one in told]).reshape(-1, 2)
+    sigma = np.sqrt([np.trace(touch.covariance[:2, :2]) for touch, _ in told])
+    assert len(told) >= 8 and (np.hypot(*off.T) < 4 * sigma).all()
+
+
+def test_what_no_press_explains_widens_the_covariance_and_deep_presses_are_flagged(method):
+    plain, = method.estimate(library_field(press(0.02, 0.01, 0.02)))
+    field = library_field(press(0.02, 0.01, 0.02))
+    field.shift[:] += np.random.default_rng(5).normal(0, 2e-4, field.shift.shape)
+    assert all(touch.covariance[0, 0] > 2 * plain.covariance[0, 0] for touch in method.estimate(field))
+    field.shift[:] += np.random.default_rng(6).normal(0, 3e-3, field.shift.shape)
+    assert method.estimate(field) == [], 'nothing is told of a place that the markers do not show'
+    assert method.estimate(library_field(press(0.02, 0.01, 0.039)))[0].flags & OUT_OF_RANGE
+
+
+def test_markers_are_lowered_under_the_tip(method):
+    raised = method.raised(library_field(press(0.02, 0.01, 0.02)))
+    under = np.nanargmin(np.hypot(*(markers()[:, :2] - [0.02, 0.01]).T))
+    assert raised[under] == pytest.approx(-0.019, abs=2e-3)
+    assert method.raised(library_field()) is None
+
+
+def test_what_does_not_fit_is_refused(method, calibration):
+    numbers = calibration.numbers()
+    again = DomeModelMethod.from_fitted(numbers, DOME)
+    assert np.allclose(again.solver.points, method.solver.points, equal_nan=True) and EYE[2] < 0
+    for wrong in ({key: value for key, value in numbers.items() if key != 'noise'}, {**numbers, 'eye': [[0, 0, 0]]}):
+        with pytest.raises(BadCalibration, match='run calibrate again'):
+            DomeModelMethod.from_fitted(wrong, DOME)
+    with pytest.raises(BadArgument, match='289 markers'):
+        field = library_field()
+        method.estimate(type(field)(*(getattr(field, part.name)[:50] for part in dataclasses.fields(field))))

@@ -1,0 +1,142 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import dataclasses
+
+import numpy as np
+import pytest
+from sheet_scenes import field_of, pressed
+from tactile_perception.errors import BadCalibration
+from tactile_perception.press.sheet.calibration import (
+    PRIOR, SETTLED, STARTS, EyeShifts, _GaussNewton, chosen_places, fit_numbers, marker_radius)
+from tactile_perception.press.sheet.mechanics import SheetMaterial
+from tactile_perception.press.sheet.library import LibraryPlan
+from tactile_perception.press.presses import Presses
+from tactile_perception.press.field import MarkerField
+
+
+def test_each_marker_gets_the_shift_of_its_own_eye():
+    eye = np.array([[-0.03, 0, -0.05], [-0.0301, 0, -0.05], [0.03, 0, -0.05], [np.nan] * 3])
+    nothing = np.zeros((4, 2))
+    field = MarkerField(nothing, nothing, np.zeros(4), eye, np.zeros(4), nothing, nothing, np.zeros(4))
+    eyes = EyeShifts.of(field)
+    assert len(eyes.eyes) == 2
+    shifted = EyeShifts(eyes.eyes, np.array([[1e-4, 0], [0, 2e-4]])).shifted(field)
+    assert shifted.eye[:3] - eye[:3] == pytest.approx(np.array([[1e-4, 0, 0], [1e-4, 0, 0], [0, 2e-4, 0]]))
+    assert np.isnan(shifted.eye[3]).all()
+
+
+def test_a_print_off_its_nominal_place_moves_markers_and_eyes_alike():
+    eye, rest = np.array([[0.0, 0, -0.05]] * 3), np.arange(6.0).reshape(3, 2)
+    field = MarkerField(rest, 0 * rest, np.zeros(3), eye, np.zeros(3), 0 * rest, 0 * rest, np.zeros(3))
+    moved = EyeShifts(eye[:1], np.zeros((1, 2)), np.array([2e-4, -1e-4])).shifted(field)
+    assert moved.rest - rest == pytest.approx(np.tile([2e-4, -1e-4], (3, 1))) and moved.eye - eye == pytest.approx(
+        np.tile([2e-4, -1e-4, 0], (3, 1)))
+
+
+def test_a_turned_print_turns_markers_and_their_shifts():
+    rest, shift = np.array([[1e-2, 0.0], [0.0, 1e-2]]), np.array([[0.0, 1e-3], [0.0, 1e-3]])
+    eye = np.array([[2e-3, 0, -0.05]] * 2)
+    field = MarkerField(rest, shift, np.zeros(2), eye, np.zeros(2), 0 * rest, 0 * rest, np.zeros(2))
+    turned = EyeShifts(eye[:1], np.zeros((1, 2)), turned=0.1).shifted(field)
+    c, s = np.cos(0.1), np.sin(0.1)
+    assert turned.rest == pytest.approx(1e-2 * np.array([[c, s], [-s, c]]))
+    assert turned.shift == pytest.approx(1e-3 * np.array([[-s, c]] * 2))
+    assert turned.eye == pytest.approx(np.array([[2e-3 * c, 2e-3 * s, -0.05]] * 2))
+
+
+PLAN = LibraryPlan((0.030, 0.0225), 7.5e-3, 7e-3, n=5, levels=5, substeps=2)
+PLACES = [(0.0, 0.0), (0.014, 0.009), (-0.014, 0.009), (0.002, -0.010)]
+
+
+def presses(radius=6e-3, material=SheetMaterial(1.045, 3e-7, 0.4), depths=(6e-3, 3e-3), places=PLACES):
+    at = [(*place, depth) for place in places for depth in depths]
+    fields = tuple(field_of(pressed(*where, radius, material), 1e-6, 1e-3, seed) for seed, where in enumerate(at))
+    count, at = len(at), np.array(at)
+    return Presses(fields, at * [1, 1, -1], at[:, 2], np.arange(count), np.full((count, 6), np.nan), np.full(count, np.nan))
+
+
+@pytest.mark.full
+def test_the_numbers_of_another_sheet_and_tip_are_found():
+    numbers = fit_numbers(presses(places=PLACES[:2]), PLAN)
+    assert numbers.radius == pytest.approx(6e-3, rel=0.05)
+    assert numbers.material.prestretch - 1 == pytest.approx(0.045, rel=0.12)
+    assert numbers.material.friction == pytest.approx(0.4, rel=0.2)
+    assert np.abs(numbers.eyes.shifts).max() < 1e-4
+
+
+@pytest.mark.full
+def test_a_print_off_its_nominal_place_is_found():
+    """Without, the eyes and friction would have to explain it."""
+    true, off = presses(places=PLACES[:3]), np.array([2.5e-4, -2e-4, 0.0])
+    numbers = fit_numbers(dataclasses.replace(true, position=true.position + off), PLAN)
+    assert numbers.eyes.printed == pytest.approx(off[:2], abs=1e-4) and np.abs(numbers.eyes.shifts).max() < 1.5e-4
+    assert numbers.material.friction == pytest.approx(0.4, rel=0.3)
+
+
+@pytest.mark.full
+def test_places_are_far_apart_on_the_folded_sheet_and_depths_rise():
+    groups = chosen_places(presses(), PLAN)
+    assert [tuple(group.position[0, :2]) for group in groups[:2]] == [(0.0, 0.0), (0.014, 0.009)]
+    assert len(groups) == 3  # the mirror image of the second adds nothing
+    assert all((np.diff(group.depth) > 0).all() for group in groups)
+
+
+@pytest.mark.full
+def test_the_markers_size_is_measured():
+    assert marker_radius(presses()) == pytest.approx(1.2e-3, rel=1e-3)
+
+
+def test_presses_at_the_clamp_alone_are_refused():
+    with pytest.raises(BadCalibration, match='farther from the clamp'):
+        chosen_places(presses(places=[(0.022, 0.0)]).select(np.array([True, False])), LibraryPlan((0.026, 0.0225), 7.5e-3, 7e-3))
+
+
+class Slippery:
+    """Stands for a fit whose presses ask for ever more friction."""
+
+    eyes, unit = EyeShifts(np.array([[0.0, 0.0, -0.05]]), np.zeros((1, 2))), np.full(8, 0.1)
+
+    def residual(self, values):
+        return np.array([100 * (values[2] - 20.0)])
+
+    def residuals(self, several):
+        return [self.residual(values) for values in several]
+
+    def slopes(self, values, residual):
+        return 100.0 * np.eye(1, len(values), 2)
+
+
+def test_presses_that_ask_for_endless_friction_end_at_a_possible_one():
+    descent = _GaussNewton(Slippery())
+    for _ in range(12):
+        descent.step()
+    _, stretch, friction, bending = np.exp(descent.values[:4])
+    assert SheetMaterial(1 + stretch, bending, friction).friction > 3
+
+
+class Overshooting(Slippery):
+    """Stands for a fit whose bending is in a bent valley: the whole first step from any start ends higher than it began."""
+
+    def residual(self, values):
+        return 100 * np.array([np.tanh(4 * (values[3] - np.log(1e-6)))])
+
+    def slopes(self, values, residual):
+        return (self.residual(values + 1e-6 * np.eye(8)[3]) - residual)[:, None] / 1e-6 * np.eye(1, 8, 3)
+
+
+def test_a_failed_first_step_is_shortened():
+    descent = _GaussNewton(Overshooting())
+    for _ in range(30):
+        if descent.step() < SETTLED and not descent.renew():
+            break
+    assert np.exp(descent.values[3]) == pytest.approx(1e-6, rel=0.02)
+
+
+def test_the_descent_begins_at_the_best_of_the_starts():
+    thick = np.log(PRIOR['bending'][0] * STARTS[-1][3])
+
+    class Thick(Slippery):
+        def residual(self, values):
+            return np.array([100 * (values[3] - thick)])
+
+    assert _GaussNewton(Thick()).values[3] == pytest.approx(thick)

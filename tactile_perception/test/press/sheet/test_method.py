@@ -1,0 +1,301 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import dataclasses
+
+import numpy as np
+import pytest
+from sheet_scenes import EYE, GRID, MATERIAL, PLAN, SENSOR, field_of, library, pressed
+from tactile_perception.errors import BadCalibration
+from tactile_perception.press.sheet.calibration import EyeShifts, SheetCalibration
+from tactile_perception.press.sheet.mechanics import SheetMesh, press_sheet
+from tactile_perception.press.sheet.fit import FieldNoise, SheetInverse, SheetStart, show
+from tactile_perception.press.sheet.method import STANDS_OUT, SheetModelMethod, SheetPresses, Tip, tips_of
+from tactile_perception.press.sheet.library import Press
+from tactile_perception.press.presses import Presses
+from tactile_perception.press.estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE
+
+NOISE, PITCH = FieldNoise(5e-6, 5e-3, 3e-3, 1.5), 4.5e-3
+START = SheetStart(library(), NOISE.shift, NOISE.growth)
+PRESSES = SheetPresses(library(), SheetInverse(library(), NOISE, 0.0, PITCH), START, PITCH)
+
+
+@pytest.fixture(autouse=True)
+def _another_touch():
+    PRESSES.forget()
+
+
+def explained(field):
+    found = PRESSES.explain(field, START.best(field)[0])
+    return found, tips_of(library(), found)
+
+
+def together(presses, mixed=0.2, seed=0):
+    """The field of presses whose sum lacks a part of what they share."""
+    return field_of(show(library(), presses, GRID, EYE, mixed)[0], 2e-6, 2e-3, seed)
+
+
+@pytest.mark.parametrize('one, other', [((-0.010, 0.003, 3e-3), (0.006, -0.004, 2.4e-3)), ((-0.008, -0.006, 4e-3), (0.004, 0.005, 3.5e-3)),
+                                        ((0.0, 0.0, 2e-3), (0.012, 0.002, 2e-3))])
+def test_two_presses_are_told_apart(one, other):
+    truth = [Press(np.array(press[:2]), press[2]) for press in (one, other)]
+    found, tips = explained(together(truth))
+    assert len(tips) == 2 and found.misfit < 2 and found.mixed == pytest.approx(0.2, abs=0.25)
+    places = sorted((press.place for press in found.presses), key=lambda place: place[0])
+    assert np.abs(np.array(places) - [one[:2], other[:2]]).max() < 5e-4
+
+
+def test_a_tip_beside_another_is_told_deeper_and_at_the_centre_of_what_touches():
+    truth = [Press(np.array([-0.008, 0.0]), 3e-3), Press(np.array([0.008, 0.0]), 3e-3)]
+    found, tips = explained(together(truth))
+    for press, tip in zip(found.presses, tips):
+        assert tip.depth > press.depth + 2e-4 and tip.depth + tip.place[2] > 1e-4, 'above the lowest point'
+        assert abs(tip.place[0] - press.place[0]) < 5e-4
+
+
+@pytest.mark.parametrize('apart', [0.012, 0.016, 0.024])
+def test_two_like_tips_are_two_although_one_in_the_middle_is_like_them(apart):
+    truth = [Press(np.array([side * apart / 2, 0.0]), 3e-3) for side in (-1, 1)]
+    assert len(explained(together(truth))[1]) == 2
+    begin = START.best_pair(together(truth))
+    assert sorted(press.place[0] for press in begin) == pytest.approx([-apart / 2, apart / 2], abs=4e-3)
+
+
+@pytest.mark.parametrize('radius, depth', [(21e-3, 6e-3), (28e-3, 5e-3)])
+def test_two_tips_beyond_the_model_are_two_and_their_places_errors_say_so(radius, depth):
+    truth = [(-0.013, 0.002, 3e-3, PLAN.radius), (0.013, -0.003, depth, radius)]
+    found, tips = explained(field_of(sum(pressed(*press) for press in truth), 5e-6, 5e-3))
+    assert len(tips) == 2 and found.misfit > 4
+    for tip, press in zip(sorted(tips, key=lambda tip: tip.place[0]), truth):
+        off = tip.place[:2] - press[:2]
+        assert np.hypot(*off) < 3e-3 and off @ np.linalg.solve(tip.covariance[:2, :2], off) / 2 < 3
+
+
+@pytest.mark.parametrize('place', [(0.0, 0.0), (0.012, -0.007), (-0.015, 0.010), (0.003, 0.0145)])
+def test_one_tip_of_any_size_is_one(place):
+    for depth, radius in ((1e-3, 7e-3), (4e-3, 5.6e-3), (4e-3, 8.75e-3)):
+        for seed in range(8):
+            _, tips = explained(field_of(pressed(*place, depth, radius), 5e-6, 5e-3, seed))
+            assert len(tips) == 1 and np.hypot(*(tips[0].place[:2] - place)) < 8e-4
+
+
+def test_a_drag_is_told_from_a_press_elsewhere_and_from_two():
+    press = Press(np.array([0.005, -0.003]), 4e-3, drag=(0.4, -0.25))
+    found, tips = explained(together([press]))
+    assert len(tips) == 1 and found.presses[0].drag == pytest.approx(press.drag, abs=0.03)
+    assert np.abs(tips[0].place - [0.005, -0.003, -4e-3]).max() < 2e-4
+
+
+def test_a_slight_drag_that_passes_for_a_press_of_another_tip_does_not_change_the_tip_of_the_touch():
+    place = np.array([-0.008, 0.003])
+    for seed in range(6):
+        explained(together([Press(place, 5e-3)], seed=seed))
+    slight, _ = explained(together([Press(place, 5e-3, drag=(0.12, -0.04))]))
+    assert not any(slight.presses[0].drag)
+    found, tips = explained(together([Press(place, 5e-3, drag=(0.4, -0.1))]))
+    assert abs(found.presses[0].log_radius) < 0.1 and tips[0].depth == pytest.approx(5e-3, abs=1.5e-4)
+
+
+def test_a_dragged_tip_drags_until_the_touch_ends():
+    lifted = together([Press(np.array([0.005, -0.003]), 1e-3, drag=(0.15, -0.1))])
+    assert not any(explained(lifted)[0].presses[0].drag)
+    explained(together([Press(np.array([0.005, -0.003]), 4e-3, drag=(0.4, -0.25))]))
+    assert explained(lifted)[0].presses[0].drag == pytest.approx((0.15, -0.1), abs=0.06)
+    PRESSES.forget()
+    assert not any(explained(lifted)[0].presses[0].drag)
+
+
+def test_a_straight_press_has_no_drag():
+    assert not any(explained(together([Press(np.array([x, 0.004]), 3e-3)], seed=k))[0].presses[0].drag[0]
+                   for k, x in enumerate(np.linspace(-0.015, 0.015, 7)))
+
+
+def test_a_second_press_is_told_once_it_stands_out():
+    one, told = Press(np.array([-0.008, 0.0]), 4e-3), []
+    for k in range(25):
+        told.append(len(explained(together([one] + ([Press(np.array([0.010, 0.004]), 1.5e-4 * k)] if k else []), seed=k))[1]))
+    assert told[0] == 1 and told[-8:] == [2] * 8
+
+
+NOISE_TOUCH = FieldNoise(5e-6, 5e-3, 3e-3, 1.5)
+COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
+CALIBRATION = SheetCalibration(library(), MATERIAL, 1.2e-3, EyeShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE_TOUCH, 3e-5,
+                               0.01, COVERED, 6e-3)
+METHOD = SheetModelMethod(CALIBRATION, SENSOR)
+
+
+def touches(*press, noise=5e-6, growth=5e-3, seed=0):
+    return SheetModelMethod(CALIBRATION, SENSOR).estimate(field_of(pressed(*press), noise, growth, seed))
+
+
+def test_a_drag_goes_on_where_its_field_is_like_no_straight_press(monkeypatch):
+    method, drag = SheetModelMethod(CALIBRATION, SENSOR), together([Press(np.array([0.005, -0.003]), 4e-3, drag=(1.0, -0.2))])
+    still = field_of(np.zeros((len(GRID), 3)), 5e-6, 5e-3)
+    unlike = method._start.best(drag)[0], 0.5 * STANDS_OUT
+    assert len(method.estimate(drag)) == 1
+    monkeypatch.setattr(method._start, 'best', lambda field: unlike)
+    touch, = method.estimate(drag)
+    assert touch.position == pytest.approx([0.005, -0.003, -4e-3], abs=2e-4)
+    assert method.estimate(still) == [] == method.estimate(drag)  # the touch has ended, and without one the field is no press
+
+
+def test_a_shallow_drag_is_told_although_friction_makes_its_depth_uncertain():
+    touch, = SheetModelMethod(CALIBRATION, SENSOR).estimate(together([Press(np.array([0.005, -0.003]), 1.2e-3, drag=(1.0, -0.3))]))
+    assert touch.position == pytest.approx([0.005, -0.003, -1.2e-3], abs=2e-4) and touch.depth < 4 * touch.depth_sigma
+
+
+def test_a_touch_is_told_with_its_uncertainty():
+    touch, = touches(0.012, -0.007, 4e-3, 8e-3)
+    assert touch.position == pytest.approx([0.012, -0.007, -4e-3], abs=1.5e-4) and touch.depth == -touch.position[2]
+    assert touch.radius == pytest.approx(8e-3, rel=0.25) and touch.flags == 0 and touch.reason == ''
+    assert 3e-5 < np.sqrt(touch.covariance[0, 0]) < 3e-4 and touch.depth_sigma == pytest.approx(np.sqrt(touch.covariance[2, 2]))
+    assert np.linalg.eigvalsh(touch.covariance).min() > 0
+
+
+def test_a_press_is_as_uncertain_as_other_friction_makes_it():
+    squares = []
+    for friction in (0.2, 0.8):
+        for place, depth, radius in (((0.0, 0.0), 3e-3, 7e-3), ((0.010, -0.006), 5e-3, 8e-3), ((-0.012, 0.005), 4e-3, 6e-3)):
+            touch, = touches(*place, depth, radius, dataclasses.replace(MATERIAL, friction=friction))
+            squares.append((touch.depth - depth)**2 / touch.depth_sigma**2)
+    assert 0.1 < np.mean(squares) < 2
+
+
+def test_places_are_told_in_the_frame_of_the_sheet():
+    shift, turn = np.array([3e-4, -2e-4]), 5e-3
+    aside = dataclasses.replace(CALIBRATION, eyes=dataclasses.replace(CALIBRATION.eyes, printed=shift, turned=turn))
+    field = field_of(pressed(0.004, -0.003, 3e-3))
+    (there,), (here,) = (SheetModelMethod(one, SENSOR).estimate(field) for one in (aside, CALIBRATION))
+    x, y = here.position[:2]
+    # the clamp does not move with the print
+    assert there.position - here.position == pytest.approx([shift[0] - turn * y, shift[1] + turn * x, 0], abs=8e-5)
+
+
+def test_a_second_camera_that_sees_a_moving_tip_late_misleads_little():
+    """Two cameras, each over its half; the right one exposes after 15 % of the motion from frame to frame, which nobody tells."""
+    right = GRID[:, :1] > 0.0
+    eyes = np.where(right, [0.015, 0.0, -0.062], [-0.015, 0.0, -0.062])
+    calibration = dataclasses.replace(CALIBRATION, eyes=EyeShifts(np.unique(eyes, axis=0), np.zeros((2, 2))))
+    method, errors = SheetModelMethod(calibration, SENSOR), []
+    for k in range(6):
+        left, late = (show(library(), [Press(np.array([-0.006 + 0.003 * (k + share), 0.004]), 3e-3)], GRID, eyes)[0] for share in (0, 0.15))
+        field = dataclasses.replace(field_of(np.where(right, late, left), 1e-6, 1e-3, k), eye=eyes)
+        told = [each.estimate(field)[0].position[0] for each in (method, SheetModelMethod(calibration, SENSOR))]
+        errors.append(np.abs(np.array(told) - (-0.006 + 0.003 * k)))
+    following, each_alone = np.mean(errors[1:], axis=0)
+    assert following < 0.6 * each_alone and errors[0][0] == errors[0][1]
+
+
+def test_shallow_touches_are_told():
+    touch, = touches(-0.006, 0.004, 3e-4)
+    off = touch.position - [-0.006, 0.004, -3e-4]
+    assert np.hypot(*off[:2]) < 2e-3 and abs(off[2]) < 5e-5 and off @ np.linalg.solve(touch.covariance, off) < 20
+
+
+def test_nothing_touches_in_noise():
+    still = np.zeros((len(GRID), 3))
+    assert not any(METHOD.estimate(field_of(still, 5e-6, 5e-3, seed)) for seed in range(300))
+
+
+def test_too_few_markers_tell_nothing():
+    field = field_of(pressed(0.0, 0.0, 4e-3))
+    shift = field.shift.copy()
+    shift[5:] = np.nan
+    assert METHOD.estimate(dataclasses.replace(field, shift=shift)) == []
+
+
+def test_what_was_not_calibrated_is_flagged():
+    deep, = touches(0.0, 0.0, 7e-3)
+    outside, = touches(0.0, 0.0158, 3e-3)
+    assert deep.flags & OUT_OF_RANGE and outside.flags & OUT_OF_RANGE
+
+
+def test_a_touch_at_the_clamp_stays_on_the_sheet():
+    field = field_of(pressed(0.0, 0.0160, 4e-3), 5e-6, 5e-3)
+    beyond = dataclasses.replace(field, rest=field.rest - [0, 0.002])  # as if the sheet were printed a little aside
+    for touch in METHOD.estimate(beyond):
+        assert np.abs(touch.position[1]) < 0.0225
+    assert METHOD._touch(Tip(np.append(library().plan.reach, -1e-3), 1e-3, np.eye(3) * 1e-10, 0.0), 1.0).flags & AT_EDGE
+
+
+def test_a_touch_where_no_marker_is_seen_is_not_told():
+    seen, right = field_of(pressed(0.012, 0.0, 3e-3), 5e-6, 5e-3), GRID[:, 0] > -0.002
+    touch, = METHOD.estimate(seen)
+    half = dataclasses.replace(seen, shift=np.where(right[:, None], np.nan, seen.shift))
+    assert METHOD._is_seen(touch, seen) and not METHOD._is_seen(touch, half)
+    assert all(np.abs(found.position[0] + 0.002) < 0.012 for found in METHOD.estimate(half))
+
+
+def test_what_no_press_explains_is_told_by_two_cameras_from_the_second_frame_on():
+    eyes, shift = EyeShifts(np.array([[-0.03, 0, -0.062], [0.03, 0, -0.062]]), np.zeros((2, 2))), pressed(0.010, 0.0, 4e-3)
+    method = SheetModelMethod(dataclasses.replace(CALIBRATION, eyes=eyes), SENSOR)
+    torn = field_of(np.where(GRID[:, :1] > 0.006, 0.2 * shift, shift), 5e-6, 5e-3)  # the right camera is far behind
+    assert method.estimate(field_of(0 * shift, 5e-6, 5e-3)) == [] and method.estimate(torn) == []
+    assert all(touch.flags & AMBIGUOUS for touch in method.estimate(torn)) and len(method.estimate(torn)) > 0
+    assert METHOD.estimate(torn)[0].flags & AMBIGUOUS, 'one camera sees all at once'
+
+
+def test_it_is_made_again_of_its_numbers():
+    fitted = CALIBRATION.numbers()
+    field = field_of(pressed(0.012, -0.007, 4e-3, 8e-3), 5e-6, 5e-3)
+    again, = SheetModelMethod.from_fitted(fitted, SENSOR).estimate(field)
+    assert again.position == pytest.approx(SheetModelMethod(CALIBRATION, SENSOR).estimate(field)[0].position, abs=5e-6)
+
+
+@pytest.mark.full
+def test_a_fold_keeps_the_simulated_presses_and_has_errors_of_its_own():
+    at = np.array([(x, y, depth) for x, y in ((0.0, 0.0), (0.012, 0.007), (-0.010, 0.006)) for depth in (3e-3, 5e-3)])
+    fields = tuple(field_of(pressed(*where), 2e-5, 5e-3, seed) for seed, where in enumerate(at))
+    unknown = np.full((len(at), 6), np.nan)
+    presses = Presses(fields, at * [1, 1, -1], at[:, 2], np.arange(len(at)), unknown, unknown[:, 0])
+    again = SheetCalibration.from_numbers(SheetModelMethod.fit_quickly(presses, SENSOR, CALIBRATION.numbers()))
+    assert again.found.material == MATERIAL and again.library.plan == library().plan
+    assert again.noise != CALIBRATION.noise and again.deepest == pytest.approx(5e-3)
+
+
+@pytest.mark.full
+def test_a_print_that_is_aside_and_turned_is_told_by_all_presses():
+    at = np.array([(x, y, depth) for x in (-0.012, 0.0, 0.011) for y in (-0.006, 0.007) for depth in (3e-3, 5e-3)])
+    fields = tuple(field_of(pressed(*where), 5e-6, 5e-3, seed) for seed, where in enumerate(at))
+    shift, turn, unknown = np.array([3e-4, -2e-4]), 8e-3, np.full((len(at), 6), np.nan)
+    position = np.column_stack([at[:, 0] - turn * at[:, 1] + shift[0], at[:, 1] + turn * at[:, 0] + shift[1], -at[:, 2]])
+    presses = Presses(fields, position, at[:, 2], np.arange(len(at)), unknown, unknown[:, 0])
+    eyes = SheetCalibration.from_numbers(SheetModelMethod.fit_quickly(presses, SENSOR, CALIBRATION.numbers())).eyes
+    assert eyes.printed == pytest.approx(shift, abs=5e-5) and eyes.turned == pytest.approx(turn, abs=2e-3)
+
+
+def test_a_broken_calibration_is_refused():
+    with pytest.raises(BadCalibration, match='calibrate again'):
+        SheetModelMethod.from_fitted({'noise': {}}, SENSOR)
+
+
+def test_the_wrench_is_that_of_the_mechanics():
+    touch, = touches(0.010, -0.006, 4e-3)
+    wrench = press_sheet(SheetMesh((0.010, -0.006), PLAN.half, PLAN.scale, 8), np.linspace(2e-4, 4e-3, 20), 7e-3, MATERIAL)[1][-1]
+    exact = np.append(wrench[:3], np.cross([0.010, -0.006, -4e-3], wrench[:3]) + wrench[3:6])
+    assert touch.wrench[:3] == pytest.approx(exact[:3], abs=-0.03 * exact[2]) and touch.wrench[2] == pytest.approx(exact[2], rel=0.03)
+    assert touch.wrench[3:] == pytest.approx(exact[3:], abs=0.04 * np.abs(exact[3:]).max())
+
+
+def test_the_same_frames_are_told_the_same_to_the_bit_and_a_pause_forgets_what_was():
+    press = [field_of(pressed(0.012, -0.007, 4e-3, 8e-3), 5e-6, 5e-3, seed) for seed in range(3)]
+    still = field_of(np.zeros((len(GRID), 3)), 5e-6, 5e-3)
+    told = [[touch.position.tolist() for field in press for touch in SheetModelMethod(CALIBRATION, SENSOR).estimate(field)]]
+    for _ in range(2):
+        method = SheetModelMethod(CALIBRATION, SENSOR)
+        told.append([touch.position.tolist() for field in [press[0], still, press[1], still, press[2]] for touch in method.estimate(field)])
+    assert told[0] == told[1] == told[2] and len(told[0]) == 3
+
+
+def test_a_straight_press_that_lasts_tells_its_tip_as_its_first_frame_does():
+    method = SheetModelMethod(CALIBRATION, SENSOR)
+    field = field_of(pressed(0.004, -0.003, 3e-3, 8e-3), 1.5e-5, 1e-2)
+    assert len({method.estimate(field)[0].radius for _ in range(12)}) == 1
+
+
+def test_a_drag_is_by_the_tip_of_the_press_before():
+    drag = together([Press(np.array([0.005, -0.003]), 4e-3, drag=(0.4, -0.25))])
+    unknown = explained(drag)[0].presses[0]
+    PRESSES.forget()
+    straight = explained(field_of(pressed(0.004, -0.003, 4e-3, 8.75e-3), 5e-6, 5e-3))[0].presses[0]
+    known = explained(drag)[0].presses[0]
+    assert known.drag[0] > 0.2 and abs(known.log_radius - straight.log_radius) < 0.9 * abs(unknown.log_radius - straight.log_radius)

@@ -1,0 +1,179 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Presses that cannot determine a sheet's touches are refused with what to add; errors of those held out have their place and time."""
+import numpy as np
+import pytest
+from tactile_perception.errors import BadArgument, BadCalibration
+from tactile_perception.press.estimate import TouchEstimate
+from tactile_perception.press.presses import HeldOut, Presses, cross_validation_rmse, held_out, marker_residuals, require_coverage, score
+
+
+def three_places():
+    """Two untouched frames, then three places pressed to two depths."""
+    position = np.vstack([np.full((2, 3), np.nan)] + [np.tile([x, 0.0, -0.001], (2, 1)) for x in (-0.01, 0.0, 0.01)])
+    count = len(position)
+    return Presses((None,) * count, position, np.array([0, 0] + [1e-3, 2e-3] * 3), np.arange(count), np.full((count, 6), np.nan),
+                   np.full(count, np.nan))
+
+
+def test_places_are_counted_in_order():
+    assert three_places().places().tolist() == [-1, -1, 0, 0, 1, 1, 2, 2]
+
+
+def test_held_out_leaves_whole_places_out():
+    pairs = list(three_places().held_out(3))
+    assert [len(held) for _, held in pairs] == [4, 2]  # a place and its mirror image, and the middle
+    for fit, held in pairs:
+        assert len(fit) + len(held) == 8 and not fit.touching[:2].any()
+        assert not set(np.abs(fit.position[fit.touching, 0])) & set(np.abs(held.position[:, 0]))
+
+
+def test_a_drag_is_no_press_straight_down():
+    x = np.array([np.nan, 0, 0, 5e-4, 1e-3, 0, np.nan, 1e-3, 1.1e-3, 9e-3, 9.5e-3])
+    depth = np.array([0, 1, 3, 3, 3, 3, 0, 2, 3, 3, 1]) * 1e-3
+    count = len(x)
+    position = np.stack([x, 0 * x, -depth], axis=1)
+    tried = Presses((None,) * count, position, depth, np.arange(count), np.full((count, 6), np.nan), np.full(count, np.nan))
+    assert tried.straight().tolist() == [False, True, True, False, False, True, False, True, True, True, True]
+
+
+def test_a_tip_that_retreats_does_not_load():
+    depth = np.array([0, 1, 2, 2.01, 2, 1, 1, 2, 0, 1]) * 1e-3
+    segment = np.array([0, 1, 1, 1, 1, 1, 1, 1, 2, 3])
+    position, wrench = np.zeros((10, 3)), np.full((10, 6), np.nan)
+    tried = Presses((None,) * 10, position, depth, segment, wrench, wrench[:, 0])
+    assert tried.loading().tolist() == [False, True, True, True, True, False, False, True, False, True]
+
+
+def test_lengths_must_agree():
+    whole = three_places()
+    with pytest.raises(BadArgument, match='depth'):
+        Presses(whole.fields, whole.position, whole.depth[1:], whole.segment, whole.wrench, whole.radius)
+
+
+def presses(places, depths):
+    count = len(places)
+    position = np.column_stack([places, -np.asarray(depths)])
+    unknown = np.full((count, 7), np.nan)
+    return Presses((None,) * count, position, np.asarray(depths, float), np.arange(count), unknown[:, :6], unknown[:, 6])
+
+
+def touch(x, y, depth, sigma=1e-4):
+    return TouchEstimate(np.array([x, y, -depth]), depth, sigma**2 * np.eye(3), sigma)
+
+
+def test_errors_misses_splits_and_false_touches_are_counted():
+    known = presses([[0.0, 0.0], [0.01, 0.0], [0.02, 0.0], [np.nan, np.nan]], [1e-3, 2e-3, 3e-3, 0.0])
+    found = [[touch(3e-4, 4e-4, 1.2e-3)], [touch(0.01, 0.0, 2e-3), touch(0.02, 0.0, 1e-3)], [], [touch(0.0, 0.0, 1e-3)]]
+    got = score(found, known)
+    assert got.place_mean == pytest.approx(0.25e-3)
+    assert got.place_95 == pytest.approx(0.95 * 0.5e-3)
+    assert got.depth_mean == pytest.approx(0.1e-3)
+    assert got.squares == pytest.approx((25 + 4) / 3 / 2)
+    assert (got.missed, got.split, got.presses, got.false) == (1, 1, 3, 1)
+
+
+def test_a_few_drags_count_as_much_as_many_presses():
+    known = presses([[0.01 * k, 0.0] for k in range(5)], [1e-3] * 5)
+    found = [[touch(0.01 * k + off, 0.0, 1e-3)] for k, off in enumerate((2e-4, 1e-4, 3e-4, 4e-3, 6e-3))]
+    assert score(found, known).place_median == pytest.approx(3e-4)
+    assert score(found, known, np.arange(5) < 3).place_median == pytest.approx((2e-4 + 5e-3) / 2)
+
+
+def test_where_nothing_is_found_errors_are_not_known():
+    got = score([[]], presses([[0.0, 0.0]], [1e-3]))
+    assert np.isnan([got.place_mean, got.depth_95, got.squares]).all()
+    assert got.missed == 1
+
+
+class Remembers:
+    """Tells the mean of the places that it was fitted to."""
+
+    def __init__(self, mean):
+        self.mean = mean
+
+    @classmethod
+    def fit(cls, presses, sensor):
+        return {'mean': presses.position[presses.touching][:, :2].mean(0).tolist()}
+
+    @classmethod
+    def from_fitted(cls, fitted, sensor):
+        return cls(fitted['mean'])
+
+    def estimate(self, field):
+        return [touch(*self.mean, 1e-3)]
+
+
+def test_each_place_is_judged_by_a_fit_that_has_not_seen_it():
+    known = presses([[0.0, 0.0], [0.0, 0.03], [0.03, 0.0]], [1e-3] * 3)
+    got = held_out(Remembers, known, None).score()
+    # The mean of the other two places is so far from each.
+    expected = [np.hypot(0.015, 0.015), np.hypot(0.015, 0.03), np.hypot(0.015, 0.03)]
+    assert got.place_mean == pytest.approx(np.mean(expected))
+    assert got.presses == 3
+
+
+def test_a_method_may_be_fitted_again_more_quickly():
+    class Quick(Remembers):
+        @classmethod
+        def fit_quickly(cls, presses, sensor, fitted):
+            return {'mean': [fitted['mean'][0], 0.0]}
+    known = presses([[0.0, 0.0], [0.0, 0.03], [0.03, 0.0]], [1e-3] * 3)
+    got = held_out(Quick, known, None, {'mean': [0.01, 0.0]}).score()
+    assert got.place_mean == pytest.approx(np.mean([0.01, np.hypot(0.01, 0.03), 0.02]))
+    assert held_out(Quick, known, None).score().place_mean == held_out(Remembers, known, None).score().place_mean
+
+
+class Off:
+    """Always tells the same place and depth."""
+
+    def estimate(self, field):
+        return [TouchEstimate(np.array([1e-3, 0.0, -2e-3]), 2e-3, np.eye(3), 0.0)]
+
+
+def test_the_spread_is_that_of_the_places_left_out(bell_presses):
+    presses = bell_presses([(0, 0), (0, 0.002), (0, -0.002)], depths=(1e-3, 3e-3))
+    place, depth = cross_validation_rmse(lambda some: Off(), presses)
+    assert depth == pytest.approx(1e-3)
+    assert place == pytest.approx(np.sqrt((3 * 1e-6 + 2 * 4e-6) / 6))
+
+
+def test_one_place_has_no_cross_validation(bell_presses):
+    assert np.isnan(cross_validation_rmse(lambda some: Off(), bell_presses([(0, 0)]))).all()
+
+
+def presses_at(places):
+    """At (x, y, depth), m; a depth of 0 is untouched."""
+    places = np.array(places, float)
+    position = np.where(places[:, 2:] > 0, places * [1, 1, -1], np.nan)
+    count = len(places)
+    return Presses(tuple(object() for _ in places), position, places[:, 2], np.arange(count), np.full((count, 6), np.nan),
+                   np.full(count, np.nan))
+
+
+GRID = [(x, 0.0, depth) for x in (0.0, 0.01, 0.02) for depth in (0.002, 0.004)]
+
+
+def test_enough_is_enough():
+    require_coverage(presses_at([*GRID, (0, 0, 0)]))
+
+
+@pytest.mark.parametrize('places, reason', [
+    ([(0, 0, 0), *GRID[:4]], '4 presses at 2 positions; at least 3'),
+    ([(0, 0, 0), *[(x, y, 0.003) for x, y, _ in GRID]], 'all presses are 3.00 to 3.00 mm deep: one depth'),
+    (GRID, 'no untouched frame')])
+def test_too_little_is_refused_with_what_to_add(places, reason):
+    with pytest.raises(BadCalibration, match=reason):
+        require_coverage(presses_at(places))
+
+
+def test_errors_are_over_the_surface_in_mm_and_have_their_time():
+    known = presses_at([(0.01, 0.0, 0.002), (0.0, 0.005, 0.004), (0, 0, 0)])
+    number = np.array([2, 0, 1])
+
+    def touch(x, y, depth):
+        return TouchEstimate(np.array([x, y, -depth]), depth, 1e-8 * np.eye(3), 1e-4)
+    held = HeldOut([[touch(0.02, 0.02, 0.009), touch(0.0103, 0.0004, 0.0019)], [], []], known, np.ones(3, bool), number)
+    place, depth = marker_residuals(held, ['bag at 2.0 s', 'bag at 3.0 s', 'bag at 1.0 s'])
+    assert place.value == pytest.approx([0.5, np.nan], nan_ok=True) and depth.value == pytest.approx([-0.1, np.nan], nan_ok=True)
+    assert place.place == pytest.approx(np.array([[10, 0], [0, 5]])) and place.when == ['bag at 1.0 s', 'bag at 2.0 s']

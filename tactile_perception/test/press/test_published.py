@@ -1,0 +1,248 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.errors import BadArgument, BadCalibration
+from tactile_perception.press.estimate import AT_EDGE, OUT_OF_RANGE
+from tactile_perception.press.field import MarkerField
+from tactile_perception.press.presses import Presses
+from tactile_perception.press.published import (MarkerDepths, PaperCushion, PaperTouch, distance_changes, fit_marker_depths, four_largest,
+                                                gaussian, grid_point, neighbours, rising_cubic, weights)
+from tactile_perception.press.sensor import MARKER_SENSORS
+
+HEIGHT, PITCH = 0.06, 4.5e-3
+GRID = np.stack(np.meshgrid(np.arange(-4, 5) * PITCH, np.arange(-3, 4) * PITCH), -1).reshape(-1, 2)
+
+
+def field(depth):
+    """All markers seen as deep as depth (K,) or a number, m."""
+    depth = np.broadcast_to(np.asarray(depth, float), len(GRID))
+    shift = GRID * (depth / (HEIGHT - depth))[:, None]
+    eye = np.tile([0.0, 0.0, -HEIGHT], (len(GRID), 1))
+    plain = np.full(len(GRID), 1e-6)
+    return MarkerField(GRID, shift, 2 * np.log(HEIGHT / (HEIGHT - depth)), eye, plain, GRID, shift, plain)
+
+
+def presses(markers, depths):
+    pressed = [(marker, depth) for marker in markers for depth in depths]
+    position = np.array([[*GRID[marker], -depth] for marker, depth in pressed])
+    count = len(pressed)
+    return Presses(tuple(field(depth) for _, depth in pressed), position, np.array([depth for _, depth in pressed]), np.arange(count),
+                   np.full((count, 6), np.nan), np.full(count, np.nan))
+
+
+def test_a_cubic_is_found_again():
+    x = np.linspace(0.1, 0.8, 8)
+    truth = 0.01 * x + 0.004 * x**2 + 0.002 * x**3
+    cubic = rising_cubic(x, truth)
+    assert np.abs(cubic(x)[0] - truth).max() < 1e-12 and cubic.sigma < 1e-12 and not cubic(x)[1].any()
+
+
+def test_beyond_the_range_it_is_clamped_and_flagged():
+    cubic = rising_cubic(np.array([0.2, 0.5, 1.0]), np.array([1e-3, 2e-3, 4e-3]))
+    depth, outside = cubic(np.array([-0.5, 0.0, 1.0, 3.0]))
+    assert outside.tolist() == [True, False, False, True]
+    assert depth == pytest.approx([0.0, 0.0, 4e-3, 4e-3])
+
+
+def test_what_would_fall_within_the_range_is_fitted_by_a_lower_degree():
+    cubic = rising_cubic(np.array([0.2, 0.5, 0.8, 1.0]), np.array([3e-3, 2e-3, 1.5e-3, 4e-3]))
+    x = np.linspace(0, 1, 50)
+    assert (np.diff(cubic(x)[0]) > 0).all()
+
+
+def test_nothing_rises_without_change():
+    assert rising_cubic(np.zeros(3), np.array([1e-3, 2e-3, 3e-3])) is None
+
+
+def test_weights_lean_to_the_surer_and_never_divide_by_zero():
+    assert weights(1.0, 3.0) == (0.75, 0.25)
+    assert weights(0.0, 0.0) == (0.5, 0.5)
+    assert weights(np.nan, 1.0) == (0.0, 1.0) and weights(1.0, np.nan) == (1.0, 0.0)
+
+
+def test_markers_without_presses_borrow_from_their_neighbours():
+    corners = [0, 8, 54, 62, 30]
+    fitted = fit_marker_depths(presses(corners, [2e-3, 4e-3, 6e-3, 8e-3]), PITCH)
+    depth, outside = fitted.depths(field(5e-3))
+    assert np.abs(depth - 5e-3).max() < 2e-5 and not outside.any()
+    assert fitted.depths(field(9.5e-3))[1].all()
+    assert np.abs(fitted.depths(field(0.0))[0]).max() < 1e-9
+
+
+def test_a_marker_that_is_not_seen_is_not_told():
+    fitted = fit_marker_depths(presses([0, 30, 62], [2e-3, 4e-3, 6e-3]), PITCH)
+    seen = field(3e-3)
+    seen.shift[5], seen.growth[5] = np.nan, np.nan
+    depth, _ = fitted.depths(seen)
+    assert np.isnan(depth[5]) and np.isfinite(np.delete(depth, 5)).all()
+    seen.growth[7] = np.nan  # its displacement still tells
+    assert fitted.depths(seen)[0][7] == pytest.approx(3e-3, abs=2e-5)
+
+
+def test_numbers_come_back():
+    fitted = fit_marker_depths(presses([0, 31, 62], [2e-3, 4e-3, 6e-3]), PITCH)
+    again = MarkerDepths.from_numbers(fitted.numbers())
+    assert np.array_equal(again.depths(field(3e-3))[0], fitted.depths(field(3e-3))[0])
+
+
+def test_presses_beside_all_markers_are_refused():
+    beside = presses([0], [2e-3])
+    beside.position[:] += 0.02
+    far = Presses(beside.fields, beside.position + [0.1, 0, 0], beside.depth, beside.segment, beside.wrench, beside.radius)
+    with pytest.raises(BadCalibration, match='under a press'):
+        fit_marker_depths(far, PITCH)
+    with pytest.raises(BadCalibration, match='cannot be read'):
+        MarkerDepths.from_numbers({'rows': [{}]})
+
+
+PITCHES = (4.5e-3, 4.5e-3)
+PLACES = np.stack(np.meshgrid(np.arange(-6, 7) * 4.5e-3, np.arange(-4, 5) * 4.5e-3), -1)
+
+
+def bell(centre, height=5e-3, width=7e-3):
+    return height * np.exp(-np.sum((PLACES - centre) ** 2, axis=-1) / (2 * width**2))
+
+
+def test_a_gaussian_is_found_again():
+    x = np.arange(5) * 1.0
+    assert gaussian(x, 3 * np.exp(-0.4 * (x - 2.3) ** 2)) == pytest.approx((2.3, 3.0))
+
+
+@pytest.mark.parametrize('y', [np.exp(0.3 * (np.arange(5) - 2.0) ** 2), np.ones(5)])
+def test_a_fit_that_opens_upwards_or_is_flat_has_no_peak(y):
+    assert np.isnan(gaussian(np.arange(5.0), y)).all()
+
+
+def test_the_papers_fit_is_exact_on_its_own_bell():
+    point = grid_point(bell((1.3e-3, -2.1e-3)), PLACES, PITCHES)
+    assert point.reason == '' and not point.at_edge
+    assert point.place == pytest.approx([1.3e-3, -2.1e-3], abs=1e-9)
+    assert point.depth == pytest.approx(5e-3 * np.exp(-(0.8e-3**2 + 1.0e-3**2 + 2.1e-3**2 - 1.0e-3**2) / 4 / 49e-6), rel=0.1)
+
+
+def test_a_depth_at_or_under_zero_is_left_out_by_the_weighted_fit():
+    deep = bell((1e-3, 1e-3))
+    deep[4, 8] = -1e-4
+    point = grid_point(deep, PLACES, PITCHES)
+    assert point.reason == 'weighted' and point.place == pytest.approx([1e-3, 1e-3], abs=1e-6)
+
+
+def test_at_the_border_the_weighted_fit_is_one_sided():
+    point = grid_point(bell((26.5e-3, 0.5e-3)), PLACES, PITCHES)
+    assert point.at_edge and point.reason == 'weighted' and point.place == pytest.approx([26.5e-3, 0.5e-3], abs=1e-6)
+
+
+def test_where_a_line_is_broken_the_patch_still_tells():
+    deep = bell((1e-3, 1e-3))
+    deep[4, [4, 5, 7, 8]] = np.nan
+    point = grid_point(deep, PLACES, PITCHES)
+    assert point.reason == 'two_dimensional' and point.place == pytest.approx([1e-3, 1e-3], abs=1e-6)
+
+
+def test_a_flat_top_falls_back_to_the_centroid():
+    deep = np.where(np.abs(PLACES).max(-1) < 14e-3, 3e-3, 0.0)
+    deep[4, 6] += 1e-9
+    point = grid_point(deep, PLACES, PITCHES)
+    assert point.reason == 'centroid' and point.place == pytest.approx([0, 0], abs=1e-8) and point.depth == pytest.approx(3e-3)
+
+
+def test_one_deep_marker_alone_is_its_own_place():
+    deep = np.zeros((9, 13))
+    deep[0, 0] = 1e-3
+    point = grid_point(deep, PLACES, PITCHES)
+    assert point.reason == 'centroid' and point.at_edge and point.place == pytest.approx(PLACES[0, 0])
+
+
+def test_nothing_deep_is_no_point():
+    assert grid_point(np.zeros((9, 13)), PLACES, PITCHES) is None
+    assert grid_point(np.full((9, 13), np.nan), PLACES, PITCHES) is None
+
+
+def test_random_depths_never_leave_the_neighbourhood():
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        deep = rng.normal(0, 1e-3, (9, 13))
+        deep[rng.random((9, 13)) < 0.3] = np.nan
+        point = grid_point(deep, PLACES, PITCHES)
+        top = PLACES[np.unravel_index(np.nanargmax(deep), deep.shape)]
+        assert np.abs(point.place - top).max() <= 2 * 4.5e-3 + 1e-12 and 0 < point.depth <= 1.5 * np.nanmax(deep)
+
+
+SHEET = MARKER_SENSORS['areal_single']
+
+
+@pytest.fixture(scope='module')
+def fitted(bell_presses):
+    return PaperTouch.fit(bell_presses(), SHEET)
+
+
+def test_a_gaussian_bell_is_told_to_half_a_pitch(fitted, bell_field):
+    method = PaperTouch.from_fitted(fitted, SHEET)
+    touch, = method.estimate(bell_field((9e-3, -4.5e-3), 4e-3))
+    assert np.hypot(*(touch.position[:2] - [9e-3, -4.5e-3])) < 2e-3 and touch.depth == pytest.approx(4e-3, abs=3e-4)
+    assert touch.position[2] == -touch.depth and np.isfinite(touch.covariance).all()
+
+
+def test_nothing_is_told_at_rest(fitted, bell_field):
+    method = PaperTouch.from_fitted(fitted, SHEET)
+    assert method.estimate(bell_field((0, 0), 0.0, seed=77)) == []
+
+
+def test_beyond_the_calibrated_range_and_at_the_edge_it_is_flagged(fitted, bell_field):
+    method = PaperTouch.from_fitted(fitted, SHEET)
+    assert method.estimate(bell_field((9e-3, -9e-3), 9e-3))[0].flags & OUT_OF_RANGE
+    touch, = method.estimate(bell_field((28e-3, 0), 4e-3))
+    assert touch.flags & AT_EDGE and abs(touch.position[0]) <= 30e-3
+
+
+def test_bad_numbers_are_refused(fitted):
+    with pytest.raises(BadCalibration, match='calibrate anew'):
+        PaperTouch.from_fitted({'quiet': 1}, SHEET)
+    with pytest.raises(BadArgument, match='grid'):
+        PaperTouch.from_fitted(fitted, MARKER_SENSORS['air_cushion'])
+
+
+RING = np.array([[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1], [2, 2.0]])
+
+
+def ring_field(places):
+    plain = np.full(len(RING), 1e-6)
+    return MarkerField(RING, places - RING, plain, np.tile([0, 0, -1.0], (6, 1)), plain, RING, places - RING, plain)
+
+
+def test_the_change_of_the_mean_distance_to_five(ring=RING):
+    near = neighbours(RING)
+    assert sorted(near[0]) == [1, 2, 3, 4, 5]
+    changes = distance_changes(ring_field(RING * 1.1), near)
+    assert changes[0] == pytest.approx(0.1 * (4 + np.sqrt(8)) / 5)
+    moved = RING.copy()
+    moved[5] = np.nan
+    of_moved = distance_changes(ring_field(moved), near)
+    assert np.isnan(of_moved[5]) and of_moved[0] == pytest.approx(0, abs=1e-12)
+
+
+def test_four_largest_are_weighted_by_their_changes():
+    changes = np.array([4.0, 3.0, 2.0, 1.0, 0.5, np.nan])
+    place, mean = four_largest(changes, RING, 10.0)
+    assert place == pytest.approx(np.array([4, 3, 2, 1]) @ RING[:4] / 10) and mean == 2.5
+    place, mean = four_largest(np.array([4.0, 0, 0, 0, 0, 3.0]), RING, 0.5)
+    assert place == pytest.approx(RING[0]) and mean == 4.0
+    assert four_largest(np.zeros(6), RING, 1.0) is None
+
+
+def test_a_press_is_told_to_a_pitch_and_nothing_at_rest(bell_field, bell_presses):
+    method = PaperCushion.from_fitted(PaperCushion.fit(bell_presses(), SHEET), SHEET)
+    touch, = method.estimate(bell_field((9e-3, 9e-3), 5e-3))
+    assert np.hypot(*(touch.position[:2] - 9e-3)) < 9e-3 and touch.depth == pytest.approx(5e-3, abs=2.5e-3)
+    assert method.estimate(bell_field((0, 0), 0.0, seed=55)) == []
+
+
+def test_what_does_not_fit_is_refused(bell_presses):
+    fitted = PaperCushion.fit(bell_presses(), SHEET)
+    with pytest.raises(BadArgument, match='117 markers'):
+        PaperCushion.from_fitted(fitted, SHEET).estimate(ring_field(RING))
+    with pytest.raises(BadCalibration, match='calibrate anew'):
+        PaperCushion.from_fitted({}, SHEET)
+    with pytest.raises(BadCalibration, match='6 markers'):
+        neighbours(RING[:5])

@@ -1,0 +1,101 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.press.estimate import TouchEstimate, region_of
+from tactile_perception.press.field import MarkerField
+from tactile_perception.press.sensor import MARKER_SENSORS
+
+SHEET, DOME = MARKER_SENSORS['areal_single'], MARKER_SENSORS['air_cushion']
+EYE = np.array([0.0, 0.0, -0.06])
+
+
+def field_at_rest():
+    rest = SHEET.grid()
+    count = len(rest)
+    nothing = np.zeros((count, 2))
+    return MarkerField(rest, nothing, np.zeros(count), np.tile(EYE, (count, 1)), np.zeros(count), nothing, nothing, np.ones(count))
+
+
+def touch(x, y, depth, radius=np.nan):
+    return TouchEstimate(np.array([x, y, -depth]), depth, 1e-8 * np.eye(3), 1e-4, radius)
+
+
+def patch_of(depth, tip, sensor, place=(0.0, 0.0)):
+    """Radius, m, of the disc of one touch."""
+    return np.sqrt(region_of([touch(*place, depth, tip)], field_at_rest(), sensor, tip).area / np.pi)
+
+
+def clearance(place, sensor):
+    """Distance, m, of a round clamp about a shallow touch with the same disc: see touch_region.hpp."""
+    patch = patch_of(1e-4, 1e-3, sensor, place)
+    return patch * np.exp(1e-4 * 1e-3 / patch**2 - 0.5)
+
+
+FLAT_DISC = type(DOME)('air_cushion', 9, 9, (4e-3, 4e-3), rim_radius=0.02, height=1e-9)
+
+
+@pytest.mark.parametrize('patch', [0.5e-3, 2e-3, 4e-3])
+def test_the_patch_of_a_tip_in_the_middle_of_a_round_skin(patch):
+    # The skin outside is the catenary's small-slope form; its depth at the patch's edge and the cap's height add up.
+    outside = patch**2 / 8e-3 * np.log(0.02 / patch)
+    assert patch_of(outside + patch**2 / 16e-3, 8e-3, FLAT_DISC) == pytest.approx(patch, rel=1e-4)
+
+
+def test_a_tip_is_no_more_than_a_hemisphere():
+    assert patch_of(0.03, 5e-3, FLAT_DISC) == pytest.approx(0.95 * 5e-3, rel=1e-4)
+
+
+def test_clearance_of_discs_and_rectangles():
+    assert clearance((0.0, 0.0), FLAT_DISC) == pytest.approx(0.02, rel=1e-4)
+    assert clearance((0.012, 0.0), FLAT_DISC) == pytest.approx(0.0128, rel=1e-4)
+    # A square's conformal radius is 1.0787 times half its side; far from other walls it is twice the distance to the one that is near.
+    square = type(SHEET)('areal_single', 9, 9, (4e-3, 4e-3), (0.04, 0.04))
+    assert clearance((0.0, 0.0), square) == pytest.approx(1.0787 * 0.02, rel=0.01)
+    assert clearance((0.019, 0.0), square) == pytest.approx(2e-3, rel=0.02)
+
+
+def test_a_touch_beyond_the_rim_has_a_point_for_a_region():
+    found = region_of([touch(0.2, 0.0, 1e-3, 8e-3)], field_at_rest(), DOME, 8e-3)
+    assert 0 < found.area < 1e-12 and np.isfinite(found.centroid).all()
+
+
+def test_a_touch_makes_a_circle_and_the_markers_under_it_stick():
+    found = region_of([touch(4.5e-3, 0.0, 6e-3)], field_at_rest(), SHEET, 8e-3)
+    radius = np.hypot(*(found.outlines[0][:, :2] - [4.5e-3, 0.0]).T)
+    assert found.area == pytest.approx(np.pi * radius[0]**2)
+    assert np.ptp(radius) < 1e-9
+    assert 3e-3 < radius[0] < 8e-3
+    assert -6e-3 < found.centroid[2] < -3e-3  # the rim of the patch is higher than the tip
+    assert found.dot_state[SHEET.grid().tolist().index([4.5e-3, 0.0])] == 1
+    assert 1 <= found.dot_state.sum() <= 9
+    assert found.dot_id.tolist() == list(range(117))
+
+
+def test_the_tip_that_the_method_tells_goes_before_the_nominal_one():
+    wide, narrow = (region_of([touch(0.0, 0.0, 3e-3, r)], field_at_rest(), SHEET, 8e-3).area for r in (12e-3, 4e-3))
+    assert wide > 1.5 * narrow
+
+
+def test_without_touches_nothing_is_in_contact_and_nothing_is_told():
+    found = region_of([], field_at_rest(), SHEET, 8e-3)
+    assert found.area == 0.0
+    assert not found.dot_state.any()
+    assert np.isnan(found.centroid).all()
+
+
+def test_markers_that_are_not_seen_are_left_out():
+    field = field_at_rest()
+    field.shift[:40] = np.nan
+    assert region_of([], field, SHEET, 8e-3).dot_id.tolist() == list(range(40, 117))
+
+
+def test_on_a_domes_slope_the_outline_is_on_the_tip_across_the_slope():
+    tip, place = 0.025, np.array([0.05, -0.02])
+    lowest = np.array([*place, 0.09])
+    found = region_of([TouchEstimate(lowest, 0.02, 1e-8 * np.eye(3), 1e-4)], field_at_rest(), DOME, tip)
+    outline, ball = found.outlines[0], lowest + [0.0, 0.0, tip]
+    assert np.linalg.norm(outline - ball, axis=1) == pytest.approx(tip, rel=1e-9)
+    assert (outline - outline.mean(0)) @ found.normal == pytest.approx(0.0, abs=1e-12)
+    assert found.normal == pytest.approx(DOME.normal(place / (1 + tip / 0.15375)), abs=1e-9) and found.normal[0] > 0.2
+    assert 0.009 < np.sqrt(found.area / np.pi) < 0.016

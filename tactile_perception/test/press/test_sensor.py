@@ -1,0 +1,52 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.errors import BadArgument
+from tactile_perception.press.sensor import MARKER_SENSORS, MarkerSensor, dome_cap, first_touch_height, rest_points
+
+
+def test_the_grid_is_centred_and_numbered_row_by_row():
+    sensor = MARKER_SENSORS['areal_single']
+    grid = sensor.grid()
+    assert grid.shape == (117, 2)
+    assert grid[[0, 1, 116]] == pytest.approx(np.array([[-0.027, -0.018], [-0.0225, -0.018], [0.027, 0.018]]))
+    assert sensor.plane_z == 0 and MARKER_SENSORS['air_cushion'].plane_z == 0.120
+
+
+@pytest.mark.parametrize('wrong', [{}, {'size': (0.06, 0.04), 'rim_radius': 0.1, 'height': 0.1}, {'rim_radius': 0.1}])
+def test_neither_sheet_nor_dome_is_refused(wrong):
+    with pytest.raises(BadArgument, match='either size'):
+        MarkerSensor('areal_single', 9, 13, (4e-3, 4e-3), **wrong)
+
+
+def test_normals_of_a_sheet_and_a_dome():
+    assert MARKER_SENSORS['areal_single'].normal(np.array([0.01, 0.02])).tolist() == [0.0, 0.0, 1.0]
+    dome = MARKER_SENSORS['air_cushion']
+    radius = (0.15**2 + 0.12**2) / 0.24
+    assert dome.normal(np.array([0.05, 0.0])) == pytest.approx([0.05 / radius, 0.0, np.sqrt(1 - (0.05 / radius)**2)])
+    assert dome.normal(np.array([0.0, 9.0])) == pytest.approx(dome.normal(np.array([0.0, 0.15])))
+
+
+DOME, SHEET = MARKER_SENSORS['air_cushion'], MARKER_SENSORS['areal_single']
+
+
+def test_markers_of_a_dome_stand_on_its_sphere():
+    eye = np.array([[0.0, 0.0, -0.045]])
+    points = np.array([[0.0, 0.0, 0.12], [0.05, -0.02, 0.0]])
+    points[1, 2] = dome_cap(DOME).heights(points[1:, :2])[0]
+    seen = eye + (points - eye) * ((0.12 + 0.045) / (points[:, 2:] + 0.045))
+    assert rest_points(seen[:, :2], np.repeat(eye, 2, 0), DOME) == pytest.approx(points, abs=1e-12)
+    assert dome_cap(DOME).rim_radius == pytest.approx(0.15)
+
+
+def test_markers_of_a_sheet_stand_where_they_appear():
+    points = rest_points(np.array([[0.01, 0.02], [np.nan, 0]]), np.zeros((2, 3)), SHEET)
+    assert points[0] == pytest.approx([0.01, 0.02, 0.0]) and np.isnan(points[1, 0])
+
+
+def test_a_tip_touches_a_slope_before_its_lowest_point_does():
+    height = first_touch_height([[0, 0], [0.05, 0.0]], 0.02, DOME)
+    assert height[0] == pytest.approx(0.12) and height[1] > dome_cap(DOME).heights(np.array([[0.05, 0]]))[0]
+    assert np.isnan(first_touch_height([0.3, 0.0], 0.02, DOME)[0])
+    assert first_touch_height([0.01, 0.0], 0.02, SHEET) == [0.0]

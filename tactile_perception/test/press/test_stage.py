@@ -1,0 +1,115 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The stage with a method and a wrench of which all is known."""
+import numpy as np
+import pytest
+from tactile_driver.parameters.table import defaults
+from tactile_perception.calibration.files.format import CalibrationFile
+from tactile_perception.press.calibration import TouchCalibration
+from tactile_perception.common.dots import DotTracks
+from tactile_perception.common.surface_points import UNKNOWN
+from tactile_perception.errors import BadCalibration, BadFrame
+from tactile_perception.press.methods import SHEET_METHODS
+from tactile_perception.press.estimate import AT_EDGE, TouchEstimate
+from tactile_perception.press.field import StitchedView
+from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.press.parameters import POINT_PARAMETERS
+from tactile_perception.press.estimator import TouchEstimator
+
+SENSOR = MARKER_SENSORS['areal_single']
+VIEW = StitchedView(1e-4, np.array([320.0, 240.0]), 1000.0, np.tile([0.0, 0.0, -0.06], (2, 1)))
+REST = SENSOR.grid() / 1e-4 + [320.0, 240.0]
+WRENCH = np.array([0.1, 0.0, -1.5, 0.0, 0.002, 0.0])
+
+
+class Tells:
+    """A method that tells as many touches as markers have moved to the right by 5, 10 ... px; each at 4 mm times that marker's number."""
+
+    @classmethod
+    def from_fitted(cls, fitted, sensor):
+        return cls()
+
+    def estimate(self, field):
+        moved = np.flatnonzero(field.shift[:, 0] > 4e-4)
+        return [TouchEstimate(np.array([4e-3 * k, 0.0, -2e-3]), 2e-3, 1e-8 * np.eye(3), 1e-4, flags=AT_EDGE, wrench=WRENCH / 50)
+                for k in moved]
+
+
+@pytest.fixture
+def make_stage(monkeypatch):
+    def make(stiffness=np.nan, best='tells', rest=None, **changes):
+        monkeypatch.setitem(SHEET_METHODS, 'tells', Tells)
+        calibration = TouchCalibration({'tells': {}}, stiffness, None, best, CalibrationFile('areal_single', {}, {}, {}, {}), rest=rest)
+        return TouchEstimator(SENSOR, lambda uv: VIEW, {**defaults(POINT_PARAMETERS), 'filter': False, **changes}, calibration)
+    return make
+
+
+def tracks(*pressed, columns=13):
+    duv = np.zeros((117, 2))
+    duv[list(pressed), 0] = 5.0
+    return DotTracks(9, columns, np.arange(117), REST + duv, np.full(117, 300.0), np.full(117, 0.05), duv)
+
+
+def test_touches_region_and_wrench(make_stage):
+    stage = make_stage(50.0)
+    nothing = stage.process(tracks(), 1.0)
+    assert nothing.contacts == [] and nothing.region.area == 0 and np.isnan(nothing.wrench).all()
+    result = stage.process(tracks(2), 1.1)
+    contact, = result.contacts
+    assert contact.position == pytest.approx([8e-3, 0, -2e-3]) and contact.depth == 2e-3 and contact.flags == AT_EDGE
+    assert contact.normal == pytest.approx([0, 0, 1]) and contact.force == pytest.approx(1.5)
+    assert contact.position_covariance == pytest.approx(1e-8 * np.eye(3)) and result.wrench == pytest.approx(WRENCH)
+    assert result.region.area > 0 and len(result.region.outlines) == 1 and result.region.dot_state.any()
+    assert stage.process(tracks(2), 1.2).contacts[0].id == contact.id
+
+
+def test_of_two_touches_neither_force_is_known(make_stage):
+    stage = make_stage(50.0)
+    contacts = stage.process(tracks(0, 3), 1.0).contacts
+    assert len({contact.id for contact in contacts}) == 2 and np.isnan([contact.force for contact in contacts]).all()
+
+
+def test_without_a_stiffness_the_wrench_is_unknown(make_stage):
+    result = make_stage().process(tracks(1), 1.0)
+    assert np.isnan(result.wrench).all() and np.isnan(result.contacts[0].force)
+
+
+def test_a_method_by_name_or_the_best(make_stage):
+    assert make_stage(touch='tells').process(tracks(1), 1.0).contacts
+    with pytest.raises(BadCalibration, match='no method paper; it has tells'):
+        make_stage(touch='paper')
+
+
+def test_markers_of_another_grid_and_time_that_goes_back_are_refused(make_stage):
+    stage = make_stage()
+    with pytest.raises(BadFrame, match='9 x 12 grid'):
+        stage.process(tracks(columns=12), 1.0)
+    stage.process(tracks(1), 2.0)
+    with pytest.raises(BadFrame, match='not later'):
+        stage.process(tracks(1), 1.5)
+
+
+def test_markers_that_were_touched_when_their_places_were_taken_tell_nothing(make_stage):
+    bell = 6 * np.exp(-np.sum((REST - [400, 200])**2, axis=1) / (2 * 60**2))[:, None] * [1, 0.5]
+    stage = make_stage(rest=REST - bell)
+    for k in range(2):
+        with pytest.raises(BadFrame, match='touched when the reference was taken'):
+            stage.process(tracks(1), 1.0 + k)
+    good = make_stage(rest=REST + [2.0, 1.0])
+    assert good.process(tracks(1), 1.0).contacts
+
+
+def test_points_are_the_markers_as_tracked_and_no_force_is_known(make_stage):
+    stage, seen = make_stage(50.0), tracks(2)
+    seen.xyz = np.column_stack([SENSOR.grid(), np.full(117, -1e-3)])
+    keep = np.arange(117) != 5
+    points = stage.process(seen.take(keep), 1.0).points()
+    assert points.shape == (9, 13) and points.xyz[keep] == pytest.approx(seen.xyz[keep]) and np.isnan(points.xyz[5]).all()
+    assert points.displacement[keep] == pytest.approx(np.tile([0, 0, -1e-3], (116, 1)), abs=1e-9)
+    assert points.normal[keep] == pytest.approx(np.tile([0, 0, 1.0], (116, 1))) and points.state[5] == UNKNOWN
+    assert np.isnan(points.force).all() and set(points.state[keep]) == {0, 1}
+
+
+def test_markers_without_places_are_points_without_places(make_stage):
+    points = make_stage().process(tracks(2), 1.0).points()
+    assert np.isnan(points.xyz).all() and points.state.any()

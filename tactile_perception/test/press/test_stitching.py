@@ -1,0 +1,153 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Two cameras are found from exact and from noisy image places; the markers that both see tie them together."""
+import json
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from sheet_pair import DISTORTION, MATRIX, SENSOR, SIZE, picture, pose, printed
+from tactile_driver.stitching.methods import make_stitcher
+from tactile_perception.dots.detect.methods import DotDetector
+from tactile_perception.dots.index.grid import number_grid
+from tactile_perception.errors import BadArgument, BadCalibration, BadFrame
+from tactile_perception.press.sensor import MARKER_SENSORS, MarkerSensor
+from tactile_perception.press.stitching import SideMarkers, fit_sides, fit_stitching
+
+GRID = SENSOR.grid()
+COLUMN = np.arange(len(GRID)) % SENSOR.columns
+
+
+def seen(side, places, known=True, noise=0.0, seed=0):
+    """What a camera sees of five columns, its own side's."""
+    rotation, eye = pose(side)
+    id = np.flatnonzero(COLUMN < 5 if side == 'left' else COLUMN > 2)
+    points = np.column_stack([places[id], np.zeros(len(id))])
+    uv = cv2.projectPoints(points, rotation, -rotation @ eye, MATRIX, DISTORTION)[0].reshape(-1, 2)
+    return SideMarkers(SIZE, id, uv + np.random.default_rng(seed).normal(0, noise, uv.shape), (MATRIX, DISTORTION) if known else None)
+
+
+def test_exact_markers_give_exact_poses():
+    sides = fit_sides([seen('left', GRID), seen('right', GRID)], GRID)
+    for side, name in zip(sides, ('left', 'right')):
+        np.testing.assert_allclose(side.eye, pose(name)[1], atol=1e-7)
+        np.testing.assert_allclose(side.place(seen(name, GRID).uv), GRID[seen(name, GRID).id], atol=1e-8)
+
+
+def test_an_irregular_print_is_averaged_and_both_views_agree():
+    places = printed()
+    found = [seen('left', places, noise=0.03), seen('right', places, noise=0.03, seed=1)]
+    sides = fit_sides(found, GRID)
+    off = np.concatenate([side.place(m.uv) - places[m.id] for side, m in zip(sides, found)])
+    assert np.linalg.norm(off, axis=1).mean() < 0.035e-3
+    _, left, right = np.intersect1d(found[0].id, found[1].id, return_indices=True)
+    assert np.abs(sides[0].place(found[0].uv[left]) - sides[1].place(found[1].uv[right])).max() < 0.03e-3
+
+
+def test_an_unknown_lens_is_found_as_far_as_the_markers_show_it():
+    found = [seen('left', GRID, known=False), seen('right', GRID, known=False)]
+    sides = fit_sides(found, GRID)
+    assert max(np.abs(side.place(m.uv) - GRID[m.id]).max() for side, m in zip(sides, found)) < 0.02e-3
+    assert all(np.isnan(side.eye).all() and side.distortion[0] < 0 for side in sides)
+
+
+def test_too_few_markers_and_markers_that_form_no_grid_are_refused():
+    left, right = seen('left', GRID), seen('right', GRID)
+    with pytest.raises(BadCalibration, match='5 markers'):
+        fit_sides([SideMarkers(SIZE, left.id[:5], left.uv[:5], left.camera), right], GRID)
+    shuffled = np.random.default_rng(0).permutation(left.uv)
+    with pytest.raises(BadCalibration, match='grid'):
+        fit_sides([SideMarkers(SIZE, left.id, shuffled, left.camera), right], GRID)
+
+
+KNOWN = (MATRIX, DISTORTION)
+
+
+@pytest.fixture(scope='module')
+def pair():
+    places = printed()
+    return picture('left', places), picture('right', places, brightness=190.0, seed=1)
+
+
+def errors(found, images, truth, sensor, method='plane'):
+    """m, distance of each marker in the stitched picture from its true place; all have to be seen."""
+    dots = DotDetector('bright', 'blobs').detect(make_stitcher(method, found.stitching).stitch(*images))
+    numbers = number_grid(dots.uv, sensor.rows, sensor.columns)
+    assert sorted(numbers.id.tolist()) == list(range(sensor.rows * sensor.columns))
+    return np.linalg.norm(found.stitching.place(dots.uv) - truth[numbers.id], axis=1)
+
+
+def test_markers_stand_where_they_are_printed(pair):
+    found = fit_stitching(pair, (KNOWN, KNOWN), SENSOR)
+    off = errors(found, pair, printed(), SENSOR)
+    assert off.mean() < 0.03e-3 and off.max() < 0.06e-3
+    for side, eye in zip(('left', 'right'), found.stitching.eyes):
+        np.testing.assert_allclose(eye, pose(side)[1], atol=3e-4)
+    assert found.overlap < 0.015e-3 and found.markers == 40 and len(found.shared) >= 2
+    assert found.residual == pytest.approx(6e-5 * np.sqrt(2), rel=0.3)
+
+
+def test_the_seam_runs_midway_between_two_columns_that_both_see(pair):
+    found = fit_stitching(pair, (KNOWN, KNOWN), SENSOR)
+    x = found.stitching.place([[found.stitching.seam, 0]])[0, 0]
+    column = x / SENSOR.pitch[0] + (SENSOR.columns - 1) / 2
+    assert column % 1 == pytest.approx(0.5, abs=0.02)
+    assert {int(column), int(column) + 1} <= set(found.shared)
+
+
+def test_the_brighter_view_is_darkened_to_the_other(pair):
+    found = fit_stitching(pair, (KNOWN, KNOWN), SENSOR)
+    assert found.stitching.left.gain == 1.0 and found.stitching.right.gain == pytest.approx(162 / 202, abs=0.02)
+
+
+def test_without_intrinsics_the_markers_stand_right_and_the_eyes_are_unknown(pair):
+    found = fit_stitching(pair, (None, None), SENSOR)
+    off = errors(found, pair, printed(), SENSOR)
+    assert off.mean() < 0.04e-3 and np.isnan(found.stitching.eyes).all() and 'not known' in found.lines()[2]
+
+
+def test_the_report_tells_residuals_in_px_and_mm(pair):
+    found = fit_stitching(pair, (KNOWN, KNOWN), SENSOR)
+    text = '\n'.join(found.lines())
+    assert f'{found.residual * 1e3:.4f} mm RMS' in text and f'{found.overlap * found.stitching.scale:.3f} px' in text
+
+
+def test_a_damaged_marker_moves_nothing(pair):
+    damaged = pair[0].copy()
+    rotation, eye = pose('left')
+    uv = cv2.projectPoints(np.append(SENSOR.grid()[9], 0.0), rotation, -rotation @ eye, MATRIX, DISTORTION)[0].ravel()
+    cv2.circle(damaged, (round(uv[0]) + 6, round(uv[1])), 9, (12, 12, 12), -1)
+    found = fit_stitching((damaged, pair[1]), (KNOWN, KNOWN), SENSOR)
+    xy = found.stitching.left.place(uv[None])
+    assert np.linalg.norm(xy - SENSOR.grid()[9]) < 0.04e-3
+
+
+def test_what_cannot_tell_is_refused(pair):
+    black = np.zeros_like(pair[0])
+    with pytest.raises(BadFrame, match='left image'):
+        fit_stitching((black, pair[1]), (KNOWN, KNOWN), SENSOR)
+    covered = pair[0].copy()
+    covered[:120] = 12
+    with pytest.raises(BadCalibration, match='left image.*rows'):
+        fit_stitching((covered, pair[1]), (KNOWN, KNOWN), SENSOR)
+    wide = MarkerSensor('areal_dual', 5, 14, SENSOR.pitch, (0.133, 0.046))
+    with pytest.raises(BadCalibration, match='gap'):
+        fit_stitching(pair, (KNOWN, KNOWN), wide)
+    with pytest.raises(BadArgument, match='no|not'):
+        fit_stitching(pair, (KNOWN, KNOWN), MARKER_SENSORS['air_cushion'])
+
+
+@pytest.mark.skipif('TACTILE_RECORDINGS' not in os.environ, reason='TACTILE_RECORDINGS is not set: no recordings')
+@pytest.mark.parametrize('name', ['ad_calib_small', 'ad_test'])
+def test_on_recorded_pairs_markers_at_rest_are_within_four_hundredths_of_a_millimetre(name):
+    folder = Path(os.environ['TACTILE_RECORDINGS']) / 'simulated' / name
+    cameras = [(np.array(c['K'], float), np.array(c['dist_k1_k2_p1_p2_k3'], float))
+               for c in json.loads((folder / 'sensor.json').read_text())['cameras']]
+    pairs = [tuple(cv2.imread(str(folder / f'frames_{side}' / f'{k:03}.webp')) for side in ('left', 'right')) for k in range(3)]
+    truth, sensor = np.load(folder / 'truth.npz')['dot_rest_xyz'][:, :2].astype(float), MARKER_SENSORS['areal_dual']
+    found = fit_stitching(pairs[0], tuple(cameras), sensor)
+    off = np.concatenate([errors(found, pair, truth, sensor) for pair in pairs])
+    assert off.mean() < 0.02e-3 and off.max() < 0.04e-3
+    assert errors(fit_stitching(pairs[0], (None, None), sensor), pairs[1], truth, sensor).mean() < 0.04e-3
