@@ -1,47 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Plain NumPy references of the kernels of src/press/touch_filter.cpp and src/press/touch_region.cpp."""
-import itertools
+"""Plain NumPy references of the kernels of src/press/touch_region.cpp."""
 
 import numpy as np
-
-
-def predicted(state, covariance, elapsed, acceleration):
-    """Constant velocity over elapsed s."""
-    move, gain = np.eye(8), np.vstack([0.5 * elapsed**2 * np.eye(4), elapsed * np.eye(4)])
-    move[:4, 4:] = elapsed * np.eye(4)
-    return move @ state, move @ covariance @ move.T + acceleration**2 * gain @ gain.T
-
-
-def distance(state, covariance, value, spread):
-    """Squared Mahalanobis distance of a measurement."""
-    off = value - state[:4]
-    return off @ np.linalg.solve(covariance[:4, :4] + spread, off)
-
-
-def updated(state, covariance, value, spread):
-    """Kalman update in Joseph's form."""
-    gain = np.linalg.solve(covariance[:4, :4] + spread, covariance[:4]).T
-    rest = np.eye(8)
-    rest[:, :4] -= gain
-    return state + gain @ (value - state[:4]), rest @ covariance @ rest.T + gain @ spread @ gain.T
-
-
-def followed(states, covariances, values, spreads, elapsed, acceleration, gate):
-    """As follow_touches; pairs by trying all."""
-    touches = [predicted(*touch, elapsed, acceleration) for touch in zip(states, covariances)]
-    cost = np.array([[min(distance(*touch, value, spread), 1e3 * gate) for touch in touches] for value, spread in zip(values, spreads)])
-    continued = np.full(len(values), -1)
-    if cost.size:
-        short, long = sorted(cost.shape)
-        turned = cost if len(cost) == short else cost.T
-        best = min(itertools.permutations(range(long), short), key=lambda columns: turned[range(short), columns].sum())
-        for row, column in enumerate(best):
-            m, k = (row, column) if len(cost) == short else (column, row)
-            if cost[m, k] <= gate:
-                continued[m] = k
-                touches[k] = updated(*touches[k], values[m], spreads[m])
-    return *(np.array([touch[part] for touch in touches]).reshape(np.shape(states) + (8,) * part) for part in (0, 1)), continued
 
 
 def contact_radius(depth, tip, clearance):
