@@ -1,10 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+"""Frames, calibrations, matrices and names of coordinate frames."""
+
 import numpy as np
 import pytest
-
 from tactile_driver.errors import BadArgument, BadFrame
 from tactile_driver.frame import CameraCalibration, Frame, as_encoding, frame_of, load_calibration, pinhole_calibration
+from tactile_driver.frame_names import optical_frame, sensor_frame, stitched_frame
+from tactile_driver.matrix import MatrixOrder, matrix_frame
 
 CAMERA_INFO = """
 image_width: 640
@@ -67,3 +70,42 @@ def test_pinhole_calibration_fills_all_matrices():
     made = pinhole_calibration(k, np.zeros(5), (640, 480))
     assert made.k == tuple(k.ravel()) and made.p[:4] == (500.0, 0, 319, 0) and made.r == (1, 0, 0, 0, 1, 0, 0, 0, 1)
     assert CameraCalibration(640, 480).k == (0.0,) * 9
+
+
+def test_the_sensor_frame_is_named_as_the_namespace():
+    assert [sensor_frame(space) for space in ('/left/pad', 'left/pad/', '/pad', '/')] == ['left_pad', 'left_pad', 'pad', '']
+
+
+@pytest.mark.parametrize('view', ['', 'left', 'right'])
+def test_the_picture_of_a_view_is_that_of_both(view):
+    assert stitched_frame(optical_frame('left_pad', view)) == 'left_pad_camera_optical'
+
+
+def test_a_foreign_name_is_left_alone():
+    assert stitched_frame('camera_link') == 'camera_link'
+
+
+VALUES = np.arange(6, dtype=np.uint8).reshape(2, 3)
+
+
+@pytest.mark.parametrize('order, expected', [
+    (MatrixOrder(), [[0, 1, 2], [3, 4, 5]]),
+    (MatrixOrder(transposed=True), [[0, 3], [1, 4], [2, 5]]),
+    (MatrixOrder(flip_rows=True), [[3, 4, 5], [0, 1, 2]]),
+    (MatrixOrder(transposed=True, flip_columns=True), [[3, 0], [4, 1], [5, 2]]),
+])
+def test_orders(order, expected):
+    assert order.ordered(VALUES).tolist() == expected
+
+
+def test_eight_bits_stay_and_more_become_sixteen():
+    assert matrix_frame(VALUES, (2, 3), 5, 'it').encoding == 'mono8'
+    frame = matrix_frame(VALUES.astype(float) * 1000, (0, 0), 5, 'it')
+    assert (frame.encoding, frame.image.dtype, frame.image.max(), frame.stamp_ns) == ('mono16', np.uint16, 5000, 5)
+
+
+@pytest.mark.parametrize('values', [np.zeros((3, 2), np.uint8), np.zeros(6, np.uint8), np.full((2, 3), 0.5), np.full((2, 3), np.nan),
+                                    np.full((2, 3), -1), np.full((2, 3), 70000)])
+def test_what_is_no_image_is_refused(values):
+    with pytest.raises(BadFrame, match='it is skipped'):
+        matrix_frame(values, (2, 3), 0, 'the frame')

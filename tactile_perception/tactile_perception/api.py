@@ -17,7 +17,7 @@ from .finger.parameters import PSD_PARAMETERS
 from .press.field import view_maker
 from .parameters.file import read_parameters
 from .press.parameters import POINT_PARAMETERS, marker_sensor
-from .parameters.taxel import TAXEL_PARAMETERS
+from .taxel.parameters import TAXEL_PARAMETERS
 from .parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
 from .press.estimator import TouchEstimator
 from .touchpad.sensor import camera_pose

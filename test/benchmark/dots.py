@@ -1,9 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Time and error of the dot detectors, interleaved in one run: the part dots of run.py.
+"""Time and error of finding dots in an image, and of numbering them, methods interleaved: the parts dots and numbers of run.py.
 
-Error relative to the Cramer-Rao bound (2-D RMS of dots neither overlapping nor under glare), missed and false dots per thousand, standard
-deviation of the errors relative to the stated sigma, and median milliseconds per frame on one thread.
+Dots alone: error relative to the Cramer-Rao bound (2-D RMS of dots neither overlapping nor under glare), missed and false dots per
+thousand, standard deviation of the errors relative to the stated sigma. Numbered: error (2-D RMS, px), missing and wrong numbers per
+thousand dots; the pattern moves back and forth by a pixel a frame.
 """
 from __future__ import annotations
 
@@ -12,18 +13,22 @@ from collections import defaultdict
 
 import cv2
 import numpy as np
-from scenes import NAMES, make_scene, position_bound
+from printed_dots import NAMES, make_scene, position_bound
 
 from tactile_perception.common.dots import Dots
 from tactile_perception.dots.detect.methods import METHODS, DotDetector
+from tactile_perception.dots.index.grid import Numbered
+from tactile_perception.dots.index.methods import numbering_method
+from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadFrame
 
-NOISES = (1.0, 2.0, 4.0, 8.0)
-MATCH = 3.0  # px: a dot farther than this from every true position is false. Chosen
+NOISE, NOISES = 2.0, (1.0, 2.0, 4.0, 8.0)  # grey levels
+MATCH = 3.0  # px: a dot farther than this from every true position is false
+IN_A_ROW = 6  # consecutive frames per method, so that code and tables are cached as in use
 
 
 class BlobDetector:
-    """cv2.SimpleBlobDetector with its own search over thresholds, told the size of the dots; scale: of the image against 640 x 480."""
+    """cv2.SimpleBlobDetector with its own search over thresholds, given the size of the dots; scale: of the image against 640 x 480."""
 
     def __init__(self, dark: bool = True, scale: float = 1.0):
         wanted = cv2.SimpleBlobDetector_Params()
@@ -65,21 +70,16 @@ def detectors(scale: float = 1.0) -> dict:
 
 
 def score(scene, dots, noise: float) -> dict:
-    """Sums that can be added over frames: squared errors and bounds (px^2), counts of dots true, matched, missed, false, and squared
-    errors over sigma."""
+    """Sums that can be added over frames: squared errors and bounds (px^2), counts of dots true, matched and false, and squared errors over
+    sigma."""
     distance = np.hypot(*(scene.uv[:, None] - dots.uv[None]).transpose(2, 0, 1)) if len(dots) else np.full((len(scene.uv), 1), np.inf)
     nearest = distance.argmin(1)
-    matched = distance[np.arange(len(nearest)), nearest] < MATCH
-    clear = scene.clear & matched
+    clear = scene.clear & (distance[np.arange(len(nearest)), nearest] < MATCH)
     error = dots.uv[nearest[clear]] - scene.uv[clear] if len(dots) else np.zeros((0, 2))
-    bound = _bounds(scene, noise)[clear]
-    false = int((distance[scene.present].min(0) > MATCH).sum()) if len(dots) else 0
     sigma = dots.sigma[nearest[clear]] if len(dots) else np.zeros(0)
-    touching = scene.merged & scene.present & ~scene.covered
-    return {'error2': float((error**2).sum()), 'bound2': float((bound**2).sum()), 'matched': int(clear.sum()),
-        'true': int(scene.clear.sum()),
-            'false': false, 'normal2': float((error**2 / sigma[:, None] ** 2).sum() / 2), 'touching': int(touching.sum()),
-            'touching_missed': int((touching & ~matched).sum())}
+    return {'error2': float((error**2).sum()), 'bound2': float((_bounds(scene, noise)[clear]**2).sum()), 'matched': int(clear.sum()),
+            'true': int(scene.clear.sum()), 'false': int((distance[scene.present].min(0) > MATCH).sum()) if len(dots) else 0,
+            'normal2': float((error**2 / sigma[:, None] ** 2).sum() / 2)}
 
 
 def _bounds(scene, noise: float) -> np.ndarray:
@@ -90,31 +90,34 @@ def _bounds(scene, noise: float) -> np.ndarray:
     return kept[noise]
 
 
-def run(seeds, frames: int, noises=NOISES, names=NAMES, size: tuple[int, int] = (640, 480)) -> dict:
-    """Scores[method][scene][noise]: sums of score() and 'ms', the times of single frames; size: of images, (width, height) px, 4 : 3."""
+def summary(sums: dict) -> dict:
+    """Ratios of added sums."""
+    return {'error_over_bound': (sums['error2'] / max(sums['bound2'], 1e-12)) ** 0.5,
+            'missed_per_1000': 1e3 * (1 - sums['matched'] / sums['true']), 'false_per_1000': 1e3 * sums['false'] / sums['true'],
+            'normalised_variance': sums['normal2'] / max(sums['matched'], 1)}
+
+
+def find(seed: int, frames: int, names=NAMES, size: tuple[int, int] = (640, 480)) -> dict[str, tuple[dict, float]]:
+    """Method -> sums of score() over scenes, and ms of a frame; size: of images, (width, height) px, 4 : 3."""
     cv2.setNumThreads(1)
-    results = defaultdict(lambda: defaultdict(lambda: defaultdict(lambda: defaultdict(float))))
-    times = defaultdict(list)
+    sums, times = defaultdict(lambda: defaultdict(float)), defaultdict(lambda: defaultdict(list))
     for name in names:
-        for seed in seeds:
-            scene = make_scene(name, seed, size=size, pitch=18 * size[0] / 640)
-            for noise in noises:
-                rng = np.random.default_rng([seed, int(noise)])
-                compared = detectors(size[0] / 640)
-                for turn in range(frames + 1):
-                    image = scene.frame(noise, rng)
-                    for method, detector in compared.items():
-                        dots, spent = _timed(detector, image)
-                        if turn == 0:
-                            continue  # the first frame measures the dots' appearance
-                        times[method, name, noise].append(spent)
-                        for key, value in score(scene, dots, noise).items():
-                            results[method][name][noise][key] += value
-    return {m: {s: {n: dict(sums, ms=1e3 * float(np.median(times[m, s, n]))) for n, sums in by.items()} for s, by in scenes.items()}
-            for m, scenes in results.items()}
+        scene = make_scene(name, seed, size=size, pitch=18 * size[0] / 640)
+        rng, compared = np.random.default_rng([seed, int(NOISE)]), detectors(size[0] / 640)
+        for turn in range(frames + 1):
+            image = scene.frame(NOISE, rng)
+            for method, detector in compared.items():
+                dots, spent = _timed(detector, image)
+                if turn == 0:
+                    continue  # the first frame measures the dots' appearance
+                times[method][name].append(spent)
+                for key, value in score(scene, dots, NOISE).items():
+                    sums[method][key] += value
+    return {method: (dict(found), 1e3 * float(np.median([np.median(spent) for spent in times[method].values()])))
+            for method, found in sums.items()}
 
 
-def _timed(detector, image):
+def _timed(detector, image) -> tuple[Dots, float]:
     start = time.thread_time()
     try:
         dots = detector.detect(image)
@@ -123,9 +126,88 @@ def _timed(detector, image):
     return dots, time.thread_time() - start
 
 
-def summary(sums: dict) -> dict:
-    """Ratios of one cell's sums."""
-    return {'error_over_bound': (sums['error2'] / max(sums['bound2'], 1e-12)) ** 0.5,
-        'missed_per_1000': 1e3 * (1 - sums['matched'] / sums['true']),
-            'false_per_1000': 1e3 * sums['false'] / sums['true'], 'normalised_variance': sums['normal2'] / max(sums['matched'], 1),
-            'touching_missed': int(sums['touching_missed']), 'touching': int(sums['touching']), 'ms': sums['ms']}
+class FromNothing:
+    """Detection and numbering that know no frame before; keep: numbers are taken from the last frame, as nearest matching does."""
+
+    def __init__(self, detector, numbering: str, keep: bool = False):
+        self._detector, self._number, self._keep = detector, numbering_method(numbering), keep
+        self._previous = None
+
+    def process(self, image: np.ndarray, _stamp_s: float):
+        """(uv (N, 2), id (N,)) of an image."""
+        uv = self._detector.detect(image).uv
+        numbers = self._number(uv, 23, 23, self._previous, image.shape[1::-1])
+        if self._keep and numbers.certain:
+            seen = numbers.id >= 0
+            self._previous = Numbered(uv[seen], numbers.id[seen])
+        return uv, numbers.id
+
+
+class Following:
+    """The tracker, which knows the frames before."""
+
+    def __init__(self):
+        self._tracker = DotTracker(23, 23)
+
+    def process(self, image: np.ndarray, stamp_s: float):
+        """(uv (N, 2), id (N,)) of an image."""
+        tracks = self._tracker.process(image, stamp_s)
+        return tracks.uv, tracks.id
+
+
+def ways() -> dict:
+    """(name, size of its frames against 640 x 480 as a divisor) -> a fresh finder."""
+    return {('from nothing', 1): FromNothing(DotDetector('dark'), 'lattice'), ('with a previous frame', 1): Following(),
+            ('from nothing', 2): FromNothing(DotDetector('dark'), 'lattice'), ('with a previous frame', 2): Following(),
+            ("the paper's steps", 1): FromNothing(DotDetector('dark', 'paper'), 'paper'),
+            ('SimpleBlobDetector, nearest', 1): FromNothing(BlobDetector(), 'nearest', keep=True)}
+
+
+def number(scenes: int, turns: int) -> list[dict]:
+    """A row for each scene and way."""
+    cv2.setNumThreads(1)
+    rows = []
+    for name in NAMES[:scenes]:
+        scene, rng = make_scene(name, 1), np.random.default_rng(0)
+        compared = ways()
+        sums, times = {way: np.zeros(5) for way in compared}, {way: [] for way in compared}
+        for turn in range(turns + 1):
+            shifts = range(IN_A_ROW) if turn % 2 else range(IN_A_ROW)[::-1]
+            images = [np.roll(scene.frame(NOISE, rng), shift, 1) for shift in shifts]
+            for (way, scale), finder in compared.items():
+                seen = images if scale == 1 else [cv2.resize(i, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for i in images]
+                found, spent = _in_a_row(finder, seen, turn * IN_A_ROW)
+                if turn:  # the first frames measure the dots' appearance
+                    times[way, scale] += spent
+                    for shift, one in zip(shifts, found):
+                        sums[way, scale] += _numbered(scene, (scene.uv + [shift, 0] + 0.5) / scale - 0.5, *one, MATCH / scale)
+        rows += [{'scene': name, 'way': way, 'scale': scale, 'ms': 1e3 * float(np.median(times[way, scale])),
+                  'error_px': float(np.sqrt(error2 / max(right, 1))), 'none_per_1000': 1e3 * none / true,
+                  'wrong_per_1000': 1e3 * wrong / true}
+                 for (way, scale), (error2, right, wrong, none, true) in sums.items()]
+    return rows
+
+
+def _in_a_row(finder, images: list[np.ndarray], first: int) -> tuple[list, list[float]]:
+    """(uv, id) of what has a number in frames one after the other, and the seconds that each took."""
+    found, spent = [], []
+    for k, image in enumerate(images):
+        start = time.thread_time()
+        try:
+            uv, id = finder.process(image, (first + k) / 60)
+            found.append((uv[id >= 0], id[id >= 0]))
+        except BadFrame:
+            found.append((np.zeros((0, 2)), np.zeros(0, np.int64)))
+        spent.append(time.thread_time() - start)
+    return found, spent
+
+
+def _numbered(scene, uv: np.ndarray, found: np.ndarray, id: np.ndarray, reach: float) -> np.ndarray:
+    """(squared error, dots it is of, wrong, without a number, dots) of dots that neither touch nor lie under glare."""
+    clear = np.flatnonzero(scene.clear)
+    if not len(found):
+        return np.array([0, 0, 0, len(clear), len(clear)])
+    distance = np.hypot(*(uv[clear, None] - found).transpose(2, 0, 1))
+    nearest, near = distance.argmin(1), distance.min(1)
+    right, seen = id[nearest] == (scene.row * scene.columns + scene.column)[clear], near < reach
+    return np.array([(near[seen & right] ** 2).sum(), (seen & right).sum(), (seen & ~right).sum(), (~seen).sum(), len(clear)])

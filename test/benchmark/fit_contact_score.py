@@ -1,12 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fits the weights by which the touchpad tells how far each dot is from a contact's border; writes them as a C++ header.
+"""Fits the weights by which the touchpad tells how far each dot is from a contact's border; writes them as .npz.
 
-    python test/benchmark/fit_contact_score.py [--scenes 560] [--seed 7000] [--out out/edge_weights.hpp]
+    python test/benchmark/fit_contact_score.py [--scenes 560] [--seed 7000] [--out out/border_network.npz]
 
 The scenes are random: tools, sizes, places, depths, motions, frictions, specimens, noise, glare. A small network (two hidden layers of
 rectified linear units, Adam, Huber loss) learns each dot's signed distance from the true outline, cut at a pitch, from what the estimator
-knows of its surroundings; see tactile_perception/src/touchpad/contact/edge_distance.cpp. It takes 20 minutes.
+knows of its surroundings; see tactile_perception/src/touchpad/contact.cpp. It takes 20 minutes.
 """
 from __future__ import annotations
 
@@ -25,22 +25,21 @@ from tactile_driver.simulation.scene.specimen import act, one_after_the_other
 from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS, touchpad
 from tactile_driver.simulation.skin.motion import Motion
 from tactile_driver.simulation.skin.tools import Tool, block, disc, edge, ring, sphere
-from tactile_perception import _core
 from tactile_perception.common.progress import Progress
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.pipeline.dot_stage import make_tracker
-from tactile_perception.touchpad.contact.loads import LoadEstimator
+from tactile_perception.touchpad.membrane import Membrane
 from tactile_perception.touchpad.places import DotPlaces, RestPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 
 from sources import scene_parameters
 
 RATE, UNTOUCHED = 10.0, 0.4  # frames/s; s
-REACH, SIDE, FED = 2, 5, 76  # dots, of what is fed around each; numbers fed
+REACH, SIDE, FED = 2, 5, 51  # dots, of what is fed around each; numbers fed
 HIDDEN = 48, 16
 EPOCHS, BATCH, FASTEST, DECAY, HUBER = 40, 512, 4e-3, 1e-4, 0.5
 OUTWARDS = 0.05  # pitches, added to what is learnt: regions drawn a little too large overlap more than those drawn too small
-NEAR = 0.25  # score from which a dot and those beside it are judged, as in the kernel
+UNLOADED = NEAR = 0.3  # load from which a dot and those beside it are judged, as in the kernel
 LIGHTEST, HEAVIEST, STEEPEST, SPREADS = -1.0, 4.0, 0.5, (0.02, 0.06)  # limits of what is fed, as in the kernel
 HEIGHT_SCALE, SPREAD_SCALE = 4.0, 20.0  # as in the kernel
 EFFECTS, SHARES = 8, (0.7, 0.5, 0.25)  # after how many scenes of each kind the effects come again; weights of the first in the fit
@@ -143,9 +142,9 @@ def windows(values: np.ndarray) -> np.ndarray:
     return np.lib.stride_tricks.sliding_window_view(np.pad(values, REACH), (SIDE, SIDE)).reshape(-1, SIDE * SIDE)
 
 
-def surroundings(load: np.ndarray, score: np.ndarray, rise: np.ndarray) -> np.ndarray:
-    """(K, FED): load, score and rise (all (rows, columns)) within two dots of each dot, and the median load of all dots, without sign."""
-    near = [windows(np.clip(np.nan_to_num(load), LIGHTEST, HEAVIEST)), windows(np.nan_to_num(score)), windows(rise)]
+def surroundings(load: np.ndarray, rise: np.ndarray) -> np.ndarray:
+    """(K, FED): load and rise (both (rows, columns)) within two dots of each dot, and the median load of all dots, without sign."""
+    near = [windows(np.clip(np.nan_to_num(load), LIGHTEST, HEAVIEST)), windows(rise)]
     spread = np.clip(np.median(np.abs(np.nan_to_num(load))), *SPREADS)
     return np.concatenate([*near, np.full((load.size, 1), SPREAD_SCALE * spread)], axis=1)
 
@@ -154,7 +153,7 @@ def symmetries() -> np.ndarray:
     """(8, FED): orders of what surroundings gives, as the grid's eight symmetries have it."""
     place = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
     turned = [np.rot90(place if way < 4 else place.T, way % 4).ravel() for way in range(8)]
-    return np.array([np.concatenate([kind * SIDE * SIDE + order for kind in range(3)] + [[FED - 1]]) for order in turned])
+    return np.array([np.concatenate([kind * SIDE * SIDE + order for kind in range(2)] + [[FED - 1]]) for order in turned])
 
 
 def examples(scene: Scene, whole: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -164,24 +163,24 @@ def examples(scene: Scene, whole: float) -> tuple[np.ndarray, np.ndarray, np.nda
     sensor = Touchpad.from_parameters(values)
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
     tracker, places = make_tracker(sensor, values), DotPlaces(sensor, camera)
-    rest, balance = RestPlaces(sensor.cap, camera, ROWS, COLUMNS), LoadEstimator(ROWS, COLUMNS, sensor.material, camera.centre)
+    rest, membrane = RestPlaces(sensor.cap, camera, ROWS, COLUMNS), None
     fed, told, weight = [np.zeros((0, FED), np.float32)], [np.zeros(0, np.float32)], [np.zeros(0, np.float32)]
     for number in range(scene.frames):
         frame = scene.render(number / RATE)
         tracks = tracker.process(frame.image, 1 + number / RATE)
         tracks.xyz = places.locate(frame.image, tracks)
         if rest.update(tracks):
-            balance.set_rest(rest.xyz)
+            membrane = Membrane(rest.xyz, ROWS, COLUMNS, camera.centre, sensor.material)
         known = np.isfinite(tracks.xyz).all(axis=1) & np.isfinite(rest.xyz[tracks.id]).all(axis=1)
-        loads, pitch = balance.loads(tracks.id[known], tracks.xyz[known]), balance.membrane.pitch
-        if loads.none:
+        loads = membrane.core.loads(tracks.id[known], tracks.xyz[known])
+        pitch = float(np.median(np.linalg.norm(np.diff(membrane.core.rest.reshape(ROWS, COLUMNS, 3), axis=1), axis=2)))
+        if np.abs(loads.load).max() < UNLOADED:
             continue
-        score = _core.contact_score(loads.load, loads.xyz, loads.normal, rows=ROWS, columns=COLUMNS, pitch=pitch)
-        near = np.flatnonzero(cv2.dilate((score > NEAR).reshape(ROWS, COLUMNS).astype(np.uint8), np.ones((3, 3), np.uint8)))
+        near = np.flatnonzero(cv2.dilate((loads.load > NEAR).reshape(ROWS, COLUMNS).astype(np.uint8), np.ones((3, 3), np.uint8)))
         loops = frame.truth.outlines + frame.truth.holes
         if len(near):
             rise = heights(loads.xyz.reshape(ROWS, COLUMNS, 3), loads.normal.reshape(ROWS, COLUMNS, 3), pitch)
-            fed.append(surroundings(loads.load.reshape(ROWS, COLUMNS), score.reshape(ROWS, COLUMNS), rise)[near].astype(np.float32))
+            fed.append(surroundings(loads.load.reshape(ROWS, COLUMNS), rise)[near].astype(np.float32))
             distance = signed_distance(loops, frame.truth.dot_xyz[near, :2]) / pitch if loops else np.full(len(near), -1.0)
             told.append(np.clip(distance, -1, 1).astype(np.float32))
             weight.append(np.full(len(near), whole / len(near), np.float32))
@@ -229,30 +228,12 @@ def _slopes(known: list[np.ndarray], fed: np.ndarray, told: np.ndarray, weight: 
     return weights + biases
 
 
-HEADER = '''// Copyright 2026 The tactile authors
-// SPDX-License-Identifier: Apache-2.0
-// Weights and biases of edge_distance.cpp, a row for each number that is fed in; fitted by test/benchmark/fit_contact_score.py.
-#pragma once
-
-namespace tactile::edge {
-
-'''
-
-
-def as_header(layers: list[np.ndarray]) -> str:
-    """The C++ header; numbers are rounded to 1e-4."""
-    text = HEADER
-    for k, part in enumerate(layers):
-        flat = [f'{value:.4f}'.rstrip('0').rstrip('.') for value in part.ravel()]
-        lines, line = [], '   '
-        for number in flat:
-            if len(line) + len(number) + 2 > 138:
-                lines.append(line)
-                line = '   '
-            line += f' {number},'
-        name = f'{"BIASES" if k % 2 else "WEIGHTS"}_{k // 2 + 1}'
-        text += f'constexpr float {name}[{len(flat)}] = {{\n' + '\n'.join([*lines, line]) + '\n};\n'
-    return text + '\n}  // namespace tactile::edge\n'
+def write(layers: list[np.ndarray], path: Path) -> None:
+    """Write weights and biases, rounded to 1e-4, under the names of _core.BorderNetwork."""
+    names = 'weights_1', 'biases_1', 'weights_2', 'biases_2', 'weights_3', 'bias_3'
+    rounded = dict(zip(names, (np.round(part, 4).astype(np.float32) for part in layers)))
+    rounded['weights_3'], rounded['bias_3'] = rounded['weights_3'][:, 0], rounded['bias_3'][0]
+    np.savez(path, **rounded)
 
 
 def main() -> None:
@@ -260,14 +241,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--scenes', type=int, default=560)
     parser.add_argument('--seed', type=int, default=7000)
-    parser.add_argument('--out', type=Path, default=Path('out/edge_weights.hpp'))
+    parser.add_argument('--out', type=Path, default=Path('out/border_network.npz'))
     given = parser.parse_args()
     cv2.setNumThreads(1)
     found = [examples(random_scene(number, given.seed), share(number)) for number in Progress(range(given.scenes), 'scenes', given.scenes)]
     fed, told, weight = (np.concatenate(part) for part in zip(*found))
     print(f'{len(told)} dots in {given.scenes} scenes')
     given.out.parent.mkdir(parents=True, exist_ok=True)
-    given.out.write_text(as_header(fit(fed, told, weight, np.random.default_rng(given.seed))))
+    write(fit(fed, told, weight, np.random.default_rng(given.seed)), given.out)
 
 
 if __name__ == '__main__':

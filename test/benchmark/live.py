@@ -1,13 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The nodes over ROS, from the driver to the contacts: latency from the stamp, lost frames, CPU and memory of each process.
+"""Sensors over ROS as a user starts them: latency from the stamp, lost frames, CPU and memory; with faults, also what comes back and grows.
 
-    python test/benchmark/live.py [--sensor touchpad] [--duration 60] [--rate 60] [--scene ...] [--composed true]
+    python3 test/benchmark/live.py [thumb index tip array palm] [--composed true] [--share 1.0] [--duration 20] [--faults 10]
 
-The driver (simulated), dot_tracker_node and contact_region_node or contact_point_node run in one process, or with --composed false each in
-its own, in a ROS domain of their own; sheets and cushion use the calibration that ships. At first nothing subscribes (--idle s), then this
-process subscribes to the last node's result alone. Frames of the first --settle s, while the rest shape is learnt, are not counted. A frame
-is lost if the result lacks one of the camera's stamps.
+The sensors: thumb and index, touchpads of 640 x 480 at 60 frames/s; tip, a PSD finger at 5 kHz; array, a taxel array at 500 frames/s; palm,
+a sheet with two cameras at 30; --share scales all rates. They are started by hand.launch.py, with simulated cameras that play films
+(films/) and emulated serial ports. This process subscribes to the last result of each. Latency: from the stamp to the receipt here (a PSD
+message is stamped with its first sample). A frame without a result is lost. --faults PERIOD: every so many s, a sensor is killed or a port
+is spoilt.
 """
 from __future__ import annotations
 
@@ -15,11 +16,13 @@ import argparse
 import json
 import os
 import signal
+import struct
+import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -28,179 +31,225 @@ import rclpy
 import yaml
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from sensor_msgs.msg import CameraInfo
-from tactile_bringup.installed import share
+from tactile_bringup.installed import share as shared_file
 from tactile_driver.nodes.runtime.run import make_room_for_images
-from tactile_driver.simulation.sensors.scenes import open_scene
+from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_msgs.msg import ContactRegion, Contacts
 
-from sources import scene_parameters
-
-#: sensor: its nodes; the result that is listened to, and its type
-SENSORS = {'touchpad': (('camera_node', 'dot_tracker_node', 'contact_region_node'), 'contact_region', ContactRegion),
-           'areal_single': (('camera_node', 'dot_tracker_node', 'contact_point_node'), 'contacts', Contacts),
-           'areal_dual': (('dual_camera_node', 'dot_tracker_node', 'contact_point_node'), 'contacts', Contacts),
-           'air_cushion': (('camera_node', 'dot_tracker_node', 'contact_point_node'), 'contacts', Contacts)}
+#: name: type, Hz of the driver, Hz of its results, what it shows, result and its type
+SENSORS = {'thumb': ('touchpad', 60, 60, 'demo', 'contact_region', ContactRegion),
+           'index': ('touchpad', 60, 60, 'rectangle_drag', 'contact_region', ContactRegion),
+           'tip': ('psd_finger', 5000, 200, 'tactile_driver.emulators.psd', 'contacts', Contacts),
+           'array': ('taxel_array', 500, 500, 'tactile_driver.emulators.taxel', 'contacts', Contacts),
+           'palm': ('areal_dual', 30, 30, 'areal_dual_demo', 'contacts', Contacts)}
+PORTS = ('tip', 'array')
+PERCENTILES = (50, 95, 100)
+SPOILT = ('garbage', 'unplug', 'drop', 'pause')
 DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 97))
-PERCENTILES = (50, 95, 99, 100)
+_FILM_S, _STARTED_S, _SETTLE_S, _QUIET_S, _ENDED_S = 6.0, 180.0, 8.0, 30.0, 60.0
+
+
+@dataclass
+class Heard:
+    """Of one sensor: stamps (ns) and latencies (s) of its results; kills: [when it was killed, ns; after how many s it was back]."""
+
+    stamps: list = field(default_factory=list)
+    latencies: list = field(default_factory=list)
+    kills: list = field(default_factory=list)
+
+    def take(self, data: bytes) -> None:
+        """A result as bytes, which begin with the stamp of its header."""
+        seconds, nanoseconds = struct.unpack_from('<iI', data, 4)
+        stamp, now = seconds * 10**9 + nanoseconds, time.time_ns()
+        self.stamps.append(stamp)
+        self.latencies.append(1e-9 * (now - stamp))
+        if self.kills and self.kills[-1][1] is None and stamp > self.kills[-1][0] + 10**8:  # a batch may still have been in transit
+            self.kills[-1][1] = 1e-9 * (now - self.kills[-1][0])
+
+
+def film(folder: Path, names: list[str], share: float) -> None:
+    """Draw what the cameras see at their full rates; at share times the rate it goes so much faster."""
+    for name in set(names) - set(PORTS):
+        _, rate, _, scene, *_ = SENSORS[name]
+        opened = (open_dual_scene if scene.startswith('areal_dual') else open_scene)(scene, rate)
+        seen = [opened.render(number / rate) for number in range(round(_FILM_S * rate))]
+        frames = np.stack([np.stack(one[:2]) if isinstance(one, tuple) else one.image for one in seen])
+        np.save(folder / f'{scene}_{rate * share:g}.npy', frames)
 
 
 class System:
-    """Processes of nodes; use it in a with statement. commands: name of a process -> its command line."""
+    """The hands, one of cameras and one of ports, and the emulators; use it in a with statement. Logs go into the folder out."""
 
-    def __init__(self, commands: Mapping[str, Sequence[str]], folder: Path):
-        environment = {**os.environ, 'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
-        self.processes = {name: psutil.Popen(command, cwd=folder, env=environment, start_new_session=True)
-                          for name, command in commands.items()}
+    def __init__(self, names: list[str], composed: str, share: float, folder: Path, out: Path):
+        self._environment = {
+            **os.environ, 'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'LIVE_FILMS': str(folder),
+            'PYTHONPATH': os.pathsep.join(filter(None, [str(Path(__file__).with_name('films')), os.environ.get('PYTHONPATH', '')]))}
+        self.names, self.emulators = names, {name: subprocess.Popen(
+            [sys.executable, '-m', SENSORS[name][3], '--link', str(folder / name), '--rate', f'{SENSORS[name][1] * share:g}'], cwd=folder,
+            stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, start_new_session=True) for name in names if name in PORTS}
+        time.sleep(2.0)
+        cameras = [{'name': name, 'type': SENSORS[name][0], 'rate': SENSORS[name][1] * share, 'scene': SENSORS[name][3]}
+                   for name in names if name not in PORTS]
+        ports = [{'name': name, 'type': SENSORS[name][0], 'device': str(folder / name),
+                  'calibration': shared_file('calibration', f'{SENSORS[name][0]}_sim.yaml')} for name in self.emulators]
+        self.logs = {source: out / f'live_{source}.log' for source, sensors in (('sim', cameras), ('device', ports)) if sensors}
+        self._launches = [self._launch(source, {'frame': source, 'sensors': {'sim': cameras, 'device': ports}[source]}, composed, folder)
+                          for source in self.logs]
+
+    def _launch(self, source: str, page: dict, composed: str, folder: Path) -> psutil.Popen:
+        file = folder / f'{source}.yaml'
+        file.write_text(yaml.safe_dump(page))
+        with open(self.logs[source], 'w') as log:
+            return psutil.Popen(['ros2', 'launch', 'tactile_bringup', 'hand.launch.py', f'hand:={file}', f'source:={source}',
+                                 f'composed:={composed}'], cwd=folder, env=self._environment, stdout=log, stderr=subprocess.STDOUT,
+                                start_new_session=True)
 
     def __enter__(self) -> System:
         return self
 
     def __exit__(self, *_exc) -> None:
-        for process in self.processes.values():
-            process.send_signal(signal.SIGINT)
-        for process in self.processes.values():
-            process.wait(timeout=30)
+        for process in (*self._launches, *self.emulators.values()):
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGINT)
+        for process in (*self._launches, *self.emulators.values()):
+            process.wait(_ENDED_S)
 
-    def usage(self) -> dict[str, tuple[float, float]]:
-        """Name -> (s of CPU so far, MB of memory of its own and shared)."""
-        return {name: (sum(p.cpu_times()[:2]), p.memory_info().rss / 2**20) for name, p in self.processes.items()}
+    def of(self, name: str) -> list[psutil.Process]:
+        """The processes in whose command line a sensor's namespace is."""
+        children = [child for launch in self._launches for child in launch.children(recursive=True)]
+        return [child for child in children if f'__ns:=/{name}' in _words(child)]
 
-
-def one_sensor(executables: Sequence[str], parameters: dict, folder: Path, composed: str) -> dict[str, list[str]]:
-    """The command lines of a sensor's processes, with parameters by way of a file, as the argument composed has it."""
-    file = folder / 'parameters.yaml'
-    file.write_text(yaml.safe_dump(parameters))
-    groups = {'sensor': executables} if composed == 'true' else {name: [name] for name in executables}
-    return {name: [sys.executable, '-m', 'tactile_bringup.nodes.compose', *nodes, '--ros-args', '--params-file', str(file)]
-            for name, nodes in groups.items()}
-
-
-@dataclass
-class Record:
-    """What was seen: stamps (ns) of camera_info and of the result, latencies s, (time s, usage) now and then."""
-
-    sent: list = field(default_factory=list)
-    done: list = field(default_factory=list)
-    latencies: list = field(default_factory=list)
-    usage: list = field(default_factory=list)
+    def usage(self) -> dict[int, tuple[str, float, float]]:
+        """Process -> (sensor, s of CPU so far, MB of memory that are its own)."""
+        found = {}
+        for name in self.names:
+            for process in self.of(name):
+                try:
+                    found[process.pid] = name, sum(process.cpu_times()[:2]), _own_memory(process.pid)
+                except (OSError, psutil.Error):  # it has just ended
+                    continue
+        return found
 
 
-class Listener:
-    """Subscribes to a result, and to camera_info for the stamps that there were."""
-
-    def __init__(self, record: Record, topic: str, kind: type):
-        self._record = record
-        self.node = Node('live_benchmark')
-        self.node.create_subscription(kind, topic, self._on_result, 100)
-        self.node.create_subscription(CameraInfo, 'camera_info', lambda m: record.sent.append(_stamp(m)), 100)
-
-    def _on_result(self, message) -> None:
-        stamp = _stamp(message)
-        self._record.latencies.append(1e-9 * (time.time_ns() - stamp))
-        self._record.done.append(stamp)
+def _words(process: psutil.Process) -> list[str]:
+    try:
+        return process.cmdline()
+    except psutil.Error:
+        return []
 
 
-def _stamp(message) -> int:
-    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+def _own_memory(pid: int) -> float:
+    """MB of memory of no file: what n processes share counts to an n-th; no libraries and none of the films. Raises OSError."""
+    rows = [line.split() for line in Path(f'/proc/{pid}/smaps_rollup').read_text().splitlines()]
+    return next((int(row[1]) for row in rows if row[0] == 'Pss_Anon:'), 0) / 1024
 
 
-def watch(system: System, record: Record, duration: float, spin_once) -> None:
-    """Let time pass for so many s, and note CPU and memory once a second."""
-    begin, noted = time.monotonic(), -1
-    while (passed := time.monotonic() - begin) < duration:
-        if int(passed) > noted:
-            noted = int(passed)
-            record.usage.append((time.monotonic(), system.usage()))
-        spin_once()
+def run(given: argparse.Namespace, folder: Path) -> dict:
+    """Start everything, listen, let the faults happen, end it; the figures. Raises TimeoutError where a sensor is not heard at all."""
+    heard = {name: Heard() for name in given.sensors}
+    rclpy.init(domain_id=DOMAIN)
+    node, executor = Node('live_benchmark'), SingleThreadedExecutor()
+    executor.add_node(node)
+    for name in given.sensors:
+        node.create_subscription(SENSORS[name][5], f'/{name}/{SENSORS[name][4]}', heard[name].take, 500, raw=True)
+
+    def spin(seconds: float, until=lambda: False) -> bool:
+        end = time.monotonic() + seconds
+        while not until() and time.monotonic() < end:
+            executor.spin_once(timeout_sec=0.05)
+        return until()
+    try:
+        with System(given.sensors, given.composed, given.share, folder, given.out) as system:
+            if not spin(_STARTED_S, lambda: all(each.stamps for each in heard.values())):
+                silent = ', '.join(name for name, each in heard.items() if not each.stamps)
+                raise TimeoutError(f'nothing came from {silent}; see {system.logs}')
+            spin(_SETTLE_S)
+            begin_ns, first = time.time_ns(), system.usage()
+            if given.faults:
+                _with_faults(given, system, heard, spin)
+            else:
+                spin(given.duration)
+            last = system.usage()
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    tracebacks = sum(log.read_text(errors='replace').count('Traceback') for log in system.logs.values())
+    return {'composed': given.composed, 'share': given.share, 'duration': given.duration, 'tracebacks': tracebacks, 'sensors': {
+        name: _figures(name, heard[name], given, begin_ns, first, last) for name in given.sensors}}
 
 
-def cpu(record: Record) -> dict[str, float]:
-    """Name -> per cent of a core over the record."""
-    (t0, first), (t1, last) = record.usage[0], record.usage[-1]
-    return {name: 100 * (last[name][0] - first[name][0]) / (t1 - t0) for name in first}
+def _with_faults(given: argparse.Namespace, system: System, heard: dict[str, Heard], spin) -> None:
+    """A fault every given.faults s, none in the last 30 s: a process is killed, a port is spoilt, in turn."""
+    victims, spoilt = cycle(given.sensors), cycle([(name, fault) for fault in SPOILT for name in system.emulators] or [None])
+    end = time.monotonic() + given.duration
+    for number in range(10**9):
+        left = end - time.monotonic()
+        if left <= _QUIET_S:
+            break
+        spin(min(given.faults, left - _QUIET_S))
+        port = next(spoilt) if number % 2 else None
+        if port:
+            emulator = system.emulators[port[0]]
+            emulator.stdin.write(f'{port[1]}\n')
+            emulator.stdin.flush()
+        else:
+            victim = next(victims)
+            if processes := system.of(victim):
+                heard[victim].kills.append([time.time_ns(), None])
+                processes[0].kill()
+    spin(end - time.monotonic())
 
 
-def summary(idle: Record, busy: Record, settle: float) -> dict:
-    """All numbers: ms, frames, per cent of a core, MB."""
-    begin = busy.sent[0] + settle * 1e9 if busy.sent else 0
-    counted = [k for k, stamp in enumerate(busy.done) if stamp > begin]
-    latency = 1e3 * np.array([busy.latencies[k] for k in counted])
-    last = max(busy.done, default=0)
-    sent = {stamp for stamp in busy.sent if begin < stamp <= last}
-    memory = {name: [use[name][1] for _, use in busy.usage] for name in busy.usage[0][1]}
-    first = min(len(busy.usage) - 1, int(settle))
-    return {'frames': len(sent), 'lost': len(sent - set(busy.done)),
-            'rate Hz': len(sent) / (1e-9 * (last - begin)) if sent else float('nan'),
-            'latency ms': {str(p): float(np.percentile(latency, p)) for p in PERCENTILES} if len(latency) else {},
-            'CPU %': cpu(busy), 'CPU % idle': cpu(idle),
-            'memory MB': {name: {'first': used[first], 'last': used[-1], 'most': max(used)} for name, used in memory.items()}}
+def _figures(name: str, heard: Heard, given: argparse.Namespace, begin_ns: int, first: dict, last: dict) -> dict:
+    """Lost frames, latency, CPU (% of a core), memory and its growth (MB) of the processes that lived all the time, and recoveries, s."""
+    counted = {stamp: late for stamp, late in zip(heard.stamps, heard.latencies) if begin_ns <= stamp < begin_ns + given.duration * 1e9}
+    latency = 1e3 * np.array(list(counted.values()))
+    lived = [pid for pid, (owner, *_) in last.items() if owner == name and pid in first]
+    cpu, grown = (sum(last[pid][k] - first[pid][k] for pid in lived) for k in (1, 2))
+    return {'lost %': max(0.0, 100 * (1 - len(counted) / (SENSORS[name][2] * given.share * given.duration))),
+            'latency ms': [float(np.percentile(latency, p)) for p in PERCENTILES] if len(latency) else None,
+            'CPU %': 100 * cpu / given.duration, 'memory MB': sum(last[pid][2] for pid in lived), 'growth MB': grown,
+            'killed': len(heard.kills), 'back after s': [back for _, back in heard.kills]}
 
 
 def text(result: dict) -> str:
-    """The summary as Markdown."""
-    lines = [f'{result["frames"]} frames at {result["rate Hz"]:.1f} Hz, {result["lost"]} lost; latency from the stamp to the result: '
-             + ', '.join(f'{value:.1f} ms ({p} %)' for p, value in result['latency ms'].items()), '',
-             '| process | CPU % of a core | CPU % with nobody subscribed | memory MB, first | last | most |', '|---|---|---|---|---|---|']
-    for name, memory in result['memory MB'].items():
-        lines.append(f'| {name} | {result["CPU %"][name]:.1f} | {result["CPU % idle"][name]:.1f} | '
-                     + ' | '.join(f'{memory[k]:.0f}' for k in ('first', 'last', 'most')) + ' |')
+    """The result as Markdown."""
+    lines = [f'composed:={result["composed"]}, {result["share"]:g} times the full rates, {result["duration"]:g} s, '
+             f'{result["tracebacks"]} tracebacks', '',
+             '| sensor | latency 50 / 95 / 100 %, ms | lost, % | CPU, % of a core | memory, MB | growth | killed, back after s |',
+             '|' + '---|' * 7]
+    for name, one in result['sensors'].items():
+        late = ' / '.join(f'{value:.1f}' for value in one['latency ms'] or ())
+        back = ', '.join('never' if seconds is None else f'{seconds:.1f}' for seconds in one['back after s'])
+        lines.append(f'| {name} | {late} | {one["lost %"]:.1f} | {one["CPU %"]:.0f} | {one["memory MB"]:.0f} | {one["growth MB"]:+.1f} | '
+                     f'{one["killed"]}{": " if back else ""}{back} |')
     return '\n'.join(lines) + '\n'
 
 
-def parameters_of(sensor: str, scene: str, rate: float) -> dict:
-    """A parameter file's content for the nodes of a simulated sensor; scene: '' for the demo."""
-    if sensor == 'touchpad':
-        own = {'source': 'sim', 'scene': scene or 'demo', 'rate': rate}
-        return {'/**': {'ros__parameters': {**scene_parameters(open_scene(own['scene'])), **own}}}
-    calibration = share('calibration', f'{sensor}_sim.yaml')
-    page = yaml.safe_load(Path(share('params', f'{sensor}_sim.yaml')).read_text())
-    for section in page.values():
-        if scene and 'scene' in section['ros__parameters']:
-            section['ros__parameters']['scene'] = scene
-    page['/**']['ros__parameters'] |= {'source': 'sim', 'rate': rate, 'calibration': calibration, 'stitching_path': calibration}
-    return page
-
-
-def run(sensor: str, parameters: dict, composed: str, duration: float, idle: float, settle: float) -> dict:
-    """Start the nodes, watch them idle and busy, end them; the summary."""
-    executables, topic, kind = SENSORS[sensor]
+def main() -> None:
+    """Run, print, write live.md, live.json and the logs of the launches."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('sensors', nargs='*', default=list(SENSORS), help=f'of {", ".join(SENSORS)}; all where none is named')
+    parser.add_argument('--composed', default='true', choices=('true', 'false'), help='a process for each sensor, or for each node')
+    parser.add_argument('--share', type=float, default=1.0, help='of the full rates')
+    parser.add_argument('--duration', type=float, default=20.0, help='s that count')
+    parser.add_argument('--faults', type=float, default=0.0, metavar='PERIOD', help='s from one fault to the next; 0: none')
+    parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for live.md, live.json and the logs')
+    given = parser.parse_args()
+    given.out = given.out.absolute()
+    given.out.mkdir(parents=True, exist_ok=True)
+    if unknown := set(given.sensors) - set(SENSORS):
+        parser.error(f'no sensor {", ".join(unknown)}; choose of {", ".join(SENSORS)}')
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     make_room_for_images()
-    unused, used = Record(), Record()
-    with tempfile.TemporaryDirectory() as folder, \
-            System(one_sensor(executables, parameters, Path(folder), composed), Path(folder)) as system:
-        time.sleep(5.0)  # imports, not measured
-        watch(system, unused, idle, lambda: time.sleep(0.1))
-        rclpy.init(domain_id=DOMAIN)
-        listener, executor = Listener(used, topic, kind), SingleThreadedExecutor()
-        executor.add_node(listener.node)
-        try:
-            watch(system, used, settle + duration, lambda: executor.spin_once(timeout_sec=0.05))
-        finally:
-            listener.node.destroy_node()
-            rclpy.try_shutdown()
-    return summary(unused, used, settle)
-
-
-def main() -> None:
-    """Run, print, write live.md and live.json."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--duration', type=float, default=60.0, help='s that count')
-    parser.add_argument('--idle', type=float, default=10.0, help='s with nobody subscribed')
-    parser.add_argument('--settle', type=float, default=5.0, help='s at the start that do not count')
-    parser.add_argument('--rate', type=float, default=60.0, help='frames a second')
-    parser.add_argument('--sensor', default='touchpad', choices=SENSORS)
-    parser.add_argument('--scene', default='', help='of the simulated sensor; its demo where none is given')
-    parser.add_argument('--composed', default='true', choices=('true', 'false'), help='one process for all nodes, or one for each')
-    parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for live.md and live.json')
-    given = parser.parse_args()
     try:
-        parameters = parameters_of(given.sensor, given.scene, given.rate)
-        result = run(given.sensor, parameters, given.composed, given.duration, given.idle, given.settle)
+        with tempfile.TemporaryDirectory() as folder:
+            film(Path(folder), given.sensors, given.share)
+            result = run(given, Path(folder))
     except (KeyboardInterrupt, ExternalShutdownException):
         sys.exit('interrupted')
-    given.out.mkdir(parents=True, exist_ok=True)
+    except TimeoutError as error:
+        sys.exit(str(error))
     (given.out / 'live.md').write_text(text(result))
     (given.out / 'live.json').write_text(json.dumps(result, indent=1) + '\n')
     print(text(result))

@@ -20,7 +20,7 @@ _INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9  # share of the corners that slip. Chos
 class LucasKanade:
     """Frames go in one by one; the first is the untouched one. pitch: m from taxel to taxel."""
 
-    def __init__(self, pitch: float):
+    def __init__(self, pitch: float = 1e-3):
         self._pitch, self._rest, self._seen = pitch, None, deque()
 
     def process(self, values: np.ndarray, stamp: float) -> SlipEstimate:

@@ -1,32 +1,38 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of the whole benchmark: the measurements of each part's own benchmark in one form."""
+"""The parts of the benchmark: what each sensor is judged on, by which methods, and which of the errors are its figures."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import yaml
+from lucas_kanade import LucasKanade
 from tactile_bringup.installed import share
-from tactile_bringup.simulate.taxel import write_taxel_scene
-from tactile_perception.tools.calibrate import taxel as calibrate_taxels
-from tactile_perception.tools.convert.command import convert, open_recording
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_perception.evaluation.evaluation import Instant
+from tactile_perception.nodes.messages.estimates import slip_from_message
 
 import dots
-import pipeline
-import psd
-import sources
-import taxel_turns
-import touch
-import touch_sources
-import tracking
+from judged import Case, Judged, calibrated, judge, parameter_file, recorded, simulated, touchpad_scene
+from printed_dots import NAMES
 
-NOISE = 2.0  # grey levels
-_TOUCHPAD_RECORDINGS = ('tp_rect_drag', 'tp_ring_press', 'tp_disc_twist', 'tp_two_spheres', 'tp_disc_impact', 'tp_rect_release',
-                        'tp_disc_press_glare')
 SIZES = {'320 x 240': (320, 240), '640 x 480': (640, 480), '960 x 720': (960, 720)}
 VGA = '640 x 480'
+#: Contact method -> changes of the parameters.
+TOUCHPAD_METHODS = {'membrane': {}, 'paper': {'contact': 'paper'},
+                    "paper's dots and contact": {'contact': 'paper', 'detection': 'paper', 'numbering': 'paper'}}
+TOUCHPAD_RECORDINGS = ('tp_rect_drag', 'tp_ring_press', 'tp_disc_twist', 'tp_two_spheres', 'tp_disc_impact', 'tp_rect_release',
+                       'tp_disc_press_glare')
+SHEETS = {'areal_single': 'as', 'areal_dual': 'ad', 'air_cushion': 'ac'}  # sensor -> prefix of its recordings
+SHALLOWEST = {'areal_single': 0.3e-3, 'areal_dual': 1e-3, 'air_cushion': 8e-3}  # m: shallower presses are not judged
+PAPERS_MARKERS = {'paper': 'paper_areal', 'paper_cushion': 'paper_cushion'}  # contact method: marker detection of the same paper
+TAXEL_RECORDINGS = ('static_ring', 'incipient_rect', 'rotate_rect', 'grip_hold')
+FLOW = 'Lucas-Kanade'
+FARTHEST = np.radians(61.0)  # from the finger's pole
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,7 @@ class Plan:
 @dataclass(frozen=True)
 class Row:
     """What one method did in one round. part: name in PARTS; source: what it was judged on; size: of images, '' without; ms: of a frame;
-    errors: by name, less is better, NaN: not told."""
+    errors: by name, less is better, NaN: not estimated."""
 
     part: str
     source: str
@@ -64,7 +70,7 @@ class Dots:
 
     def __init__(self, plan: Plan):
         self._sizes = {name: SIZES[name] for name in list(SIZES)[:2 if plan.quick else 3]}
-        self._names = ('plain', 'all at once') if plan.quick else dots.NAMES
+        self._names = ('plain', 'all at once') if plan.quick else NAMES
         self._frames = 2 if plan.quick else 4
 
     def measure(self, number: int) -> list[Row]:
@@ -72,14 +78,10 @@ class Dots:
         rows = []
         for size, pixels in self._sizes.items():
             names = self._names if size == VGA else self._names[:1]
-            found = dots.run([number], self._frames, (NOISE,), names, pixels)
-            for method, scenes in found.items():
-                cells = [by[NOISE] for by in scenes.values()]
-                sums = {key: sum(cell[key] for cell in cells) for key in ('error2', 'matched', 'true', 'false')}
-                lost = 1e3 * (sums['true'] - sums['matched'] + sums['false']) / sums['true']
+            for method, (sums, ms) in dots.find(number, self._frames, names, pixels).items():
                 place = (sums['error2'] / sums['matched'])**0.5 if sums['matched'] else np.nan
-                rows.append(Row('dots', 'printed dots', method, size, float(np.median([cell['ms'] for cell in cells])),
-                                {'place': _of_pitch(place, pixels), 'missed or false': lost}))
+                lost = 1e3 * (sums['true'] - sums['matched'] + sums['false']) / sums['true']
+                rows.append(Row('dots', 'printed dots', method, size, ms, {'place': _of_pitch(place, pixels), 'missed or false': lost}))
         return rows
 
 
@@ -89,21 +91,20 @@ class Numbers:
     errors = {'place': '1/1000 pitch', 'none or wrong': 'per 1000'}
 
     def __init__(self, plan: Plan):
-        self._scenes, self._turns = (2, 2) if plan.quick else (len(tracking.NAMES), 4)
+        self._scenes, self._turns = (2, 2) if plan.quick else (len(NAMES), 4)
 
     def measure(self, number: int) -> list[Row]:
         """A row for each way: means over scenes of where its dots had numbers."""
-        by_way: dict[str, list[dict]] = {}
-        for row in tracking.measure(self._scenes, self._turns):
-            by_way.setdefault(row['way'], []).append(row)
-        return [self._row(*way.partition(', 320 x 240'), rows) for way, rows in by_way.items()]
-
-    @staticmethod
-    def _row(way: str, small: str, _: str, rows: list[dict]) -> Row:
-        size = small.removeprefix(', ') or VGA
-        errors = {'place': _of_pitch(float(np.median([row['error_px'] for row in rows])), SIZES[size]),
-                  'none or wrong': float(np.mean([row['none_per_1000'] + row['wrong_per_1000'] for row in rows]))}
-        return Row('numbers', 'printed dots', way, size, float(np.median([row['ms'] for row in rows])), errors)
+        by_way: dict[tuple, list[dict]] = {}
+        for row in dots.number(self._scenes, self._turns):
+            by_way.setdefault((row['way'], row['scale']), []).append(row)
+        rows = []
+        for (way, scale), found in by_way.items():
+            size = VGA if scale == 1 else '320 x 240'
+            errors = {'place': _of_pitch(float(np.median([row['error_px'] for row in found])), SIZES[size]),
+                      'none or wrong': float(np.mean([row['none_per_1000'] + row['wrong_per_1000'] for row in found]))}
+            rows.append(Row('numbers', 'printed dots', way, size, float(np.median([row['ms'] for row in found])), errors))
+        return rows
 
 
 class Touchpad:
@@ -112,106 +113,202 @@ class Touchpad:
     errors = {'region overlap': '1 - IoU', 'contact dots': '1 - F1', 'slipping dots': '1 - F1', 'depth': 'mm'}
 
     def __init__(self, plan: Plan):
-        names = _TOUCHPAD_RECORDINGS if plan.recorded else tuple(
-            f'scene:{name}' for name in ('rectangle_drag', 'ring_press', 'disc_twist'))
-        rate = 5.0 if plan.quick else 10.0
-        sizes = [VGA] if plan.recorded else ['320 x 240', VGA]
-        self._sources = {(size, name): sources.open_source(name, rate, size=SIZES[size]) for size in sizes for name in names}
+        folder = plan.bags / 'touchpad'
+        folder.mkdir(parents=True, exist_ok=True)
+        if plan.recorded:
+            self._cases = {VGA: [recorded(folder, name, 'touchpad') for name in TOUCHPAD_RECORDINGS]}
+        else:
+            rate, names = 5.0 if plan.quick else 10.0, ('rectangle_drag', 'ring_press', 'disc_twist')
+            self._cases = {size: [touchpad_scene(folder, name, rate, SIZES[size]) for name in names] for size in ('320 x 240', VGA)}
 
     def measure(self, number: int) -> list[Row]:
-        """A row for each method and size: means over sources."""
-        found: dict[tuple, list[dict]] = {}
-        for (size, _), source in self._sources.items():
-            for method, score in pipeline.run(source).items():
-                found.setdefault((size, method), []).append(score.row())
-        columns = {'IoU': 'region overlap', 'contact F1': 'contact dots', 'slip F1': 'slipping dots'}
+        """A row for each method and size: means over scenes."""
         rows = []
-        for (size, method), scores in found.items():
-            mean = {key: pipeline.known_mean([score[key] for score in scores]) for key in (*columns, 'depth mm', 'total ms')}
-            errors = {name: 1 - mean[key] for key, name in columns.items()} | {'depth': mean['depth mm']}
-            rows.append(Row('touchpad', 'touchpad', method, size, mean['total ms'], errors))
+        for size, cases in self._cases.items():
+            for method, changes in TOUCHPAD_METHODS.items():
+                found = [judge([case], changes=changes) for case in cases]
+                each = [touchpad_errors(judged) for judged in found]
+                ms = float(np.mean([np.median(judged.ms) for judged in found]))
+                errors = {name: known_mean([one[name] for one in each]) for name in self.errors}
+                rows.append(Row('touchpad', 'touchpad', method, size, ms, errors))
         return rows
 
 
-class Markers:
-    """From an image, or two, to touches on sheets and domes, calibrated by presses at other places."""
+def touchpad_errors(judged: Judged) -> dict[str, float]:
+    """The figures of a touchpad on one bag."""
+    f1 = judged.dots_f1()
+    return {'region overlap': 1 - judged.mean('region_overlap'), 'contact dots': 1 - f1['contact'], 'slipping dots': 1 - f1['slipping'],
+            'depth': judged.medians().get('depth', np.nan)}
+
+
+def known_mean(values: list[float]) -> float:
+    """Mean of those that are known; NaN of none."""
+    known = np.array(values)[np.isfinite(values)]
+    return float(known.mean()) if len(known) else np.nan
+
+
+class Sheets:
+    """From an image, or two, to presses on sheets and domes, calibrated by presses at other places."""
 
     errors = {'place': 'mm', 'depth': 'mm', 'force': '%', 'missed, split or false': 'per 1000'}
 
     def __init__(self, plan: Plan):
-        names = list(touch_sources.RECORDINGS if plan.recorded else touch_sources.MARKER_SENSORS)[:1 if plan.quick else 3]
-        opened = [touch_sources.open_source(name, plan.bags) for name in names]
-        self._ready = [(source, touch.calibrate_all(source)) for source in opened]
-        self._most = 60 if plan.quick else 0
+        self._sensors = [sheet(name, plan.bags, plan.recorded) for name in list(SHEETS)[:1 if plan.quick else 3]]
 
     def measure(self, number: int) -> list[Row]:
         """A row for each sensor and method."""
-        rows = []
-        for source, ready in self._ready:
-            for method, score in touch.run(source, ready, self._most).items():
-                row = score.row()
-                wrong = 1e3 * (row['missed'] + row['split'] + row['false'] + row['refused']) / max(len(score.found), 1)
-                rows.append(Row('sheets and dome', source.type, method, '', row['total ms'],
-                                {'place': row['place mm'], 'depth': row['depth mm'], 'force': row['force %'],
-                                 'missed, split or false': wrong}))
-        return rows
+        return [Row('sheets and dome', sensor, method, '', float(np.median(judged.ms)), sheet_errors(judged))
+                for sensor, (cases, methods) in self._sensors for method, judged in judge_sheet(sensor, cases, methods).items()]
+
+
+def sheet(sensor: str, bags: Path, from_recordings: bool) -> tuple[str, tuple[list[Case], dict]]:
+    """(sensor, (cases to judge on, method -> (calibration, changes of the parameters, parameter file)))."""
+    folder = bags / sensor
+    folder.mkdir(parents=True, exist_ok=True)
+    if from_recordings:
+        presses, *tests = (recorded(folder, f'{SHEETS[sensor]}_{part}', sensor) for part in ('calib_small', 'test'))
+    else:
+        presses, *tests = (simulated(folder, f'{sensor}_{scene}', rate, sensor) for scene, rate in
+                           (('calibration', 3.0), ('test', 4.0), ('two', 4.0)))
+    paper = 'paper_cushion' if sensor == 'air_cushion' else 'paper'
+    file, markers = calibrated(presses, sensor, folder / 'calibration.yaml'), PAPERS_MARKERS[paper]
+    of_paper = replace(presses, params=parameter_file(folder / 'paper.yaml', presses.params, {'detection': markers}))
+    papers = calibrated(of_paper, sensor, folder / 'paper_calibration.yaml')
+    return sensor, (tests, {'model': (file, {'touch': 'model'}), paper: (file, {'touch': paper}),
+                            f"{paper}, paper's markers": (papers, {'touch': paper, 'detection': markers})})
+
+
+def judge_sheet(sensor: str, cases: list[Case], methods: dict) -> dict[str, Judged]:
+    """Presses by one tip, and untouched frames, by each method."""
+    def counts(_estimated: Instant, true: Instant) -> bool:
+        return not true.contacts or (len(true.contacts) == 1 and true.contacts[0].depth >= SHALLOWEST[sensor])
+    return {method: judge(cases, calibration, changes, counts) for method, (calibration, changes) in methods.items()}
+
+
+def sheet_errors(judged: Judged) -> dict[str, float]:
+    """The figures of a sheet or a dome."""
+    frames = judged.evaluation.summary()['frames']
+    wrong = frames['missed'] + frames['too_many'] + frames['false'] + judged.refused
+    return {'place': judged.mean('place', 1e3), 'depth': judged.mean('depth', 1e3),
+            'force': judged.medians().get('force_relative', np.nan), 'missed, split or false': 1e3 * wrong / max(frames['judged'], 1)}
 
 
 class Finger:
-    """From four voltages to the normal; a frame is a batch of five samples."""
+    """From four voltages to the normal; a frame is a message of ten samples."""
 
     errors = {'normal': 'degrees', 'false samples': '%'}
 
     def __init__(self, plan: Plan):
-        self._specimens = ['recorded'] if plan.recorded else ['sim:0'] if plan.quick else ['sim:0', 'sim:1']
+        folder = plan.bags / 'psd_finger'
+        folder.mkdir(parents=True, exist_ok=True)
+        if plan.recorded:
+            self._specimens = [[recorded(folder, f'psd_{name}', 'psd_finger') for name in ('cal_dense', 'grid25', 'nocontact_drift')]]
+        else:
+            self._specimens = [[simulated(folder, name, 1000.0, 'psd_finger', seed) for name in ('calibration', 'grid', 'light')]
+                               for seed in range(1 if plan.quick else 2)]
+        self._files = [calibrated(presses, 'psd_finger', folder / f'calibration_{k}.yaml')
+                       for k, (presses, *_) in enumerate(self._specimens)]
 
     def measure(self, number: int) -> list[Row]:
         """A row for each method: means over specimens, out to 60 degrees."""
-        found = [psd.run(specimen) for specimen in self._specimens]
         rows = []
-        for method in found[0]['accuracy']:
-            off = [row['error'] for one in found for row in one['accuracy'][method] if row['theta'] < psd.FARTHEST]
-            false = [one['contacts'][f'{method}, light']['false samples (%)'] for one in found]
-            ms = [1e-3 * one['speed'][f'{method}, 5'] for one in found]
+        for method in ('map', 'paper'):
+            normals, ms, false = [], [], []
+            for (_, grid, light), file in zip(self._specimens, self._files):
+                touches = Touches()
+                ms.append(np.median(judge([grid], file, {'method': method}, touches.take).ms))
+                normals.append(float(np.mean(touches.errors())))
+                judged = judge([light], file, {'method': method})
+                false.append(100 * judged.evaluation.touches.frames['false'] / judged.instants)
             rows.append(Row('finger', 'psd_finger', method, '', float(np.mean(ms)),
-                            {'normal': float(np.nanmean(off)), 'false samples': float(np.mean(false))}))
+                            {'normal': float(np.mean(normals)), 'false samples': float(np.mean(false))}))
         return rows
+
+
+class Touches:
+    """Normals of each touch within reach of the map, estimated and true."""
+
+    def __init__(self):
+        self._normals: dict[int, list] = {}
+
+    def take(self, estimated: Instant, true: Instant) -> bool:
+        """Take an instant; whether it is judged."""
+        if in_reach(estimated, true) and len(true.contacts) == len(estimated.contacts or []) == 1:
+            self._normals.setdefault(true.contacts[0].id, []).append((estimated.contacts[0].normal, true.contacts[0].normal))
+        return in_reach(estimated, true)
+
+    def errors(self) -> list[float]:
+        """Error of the mean normal of the middle half of each touch, degrees."""
+        errors = []
+        for pairs in self._normals.values():
+            mean, true = np.nanmean(pairs[len(pairs) // 4:len(pairs) - len(pairs) // 4], axis=0)
+            errors.append(float(np.degrees(np.arctan2(np.linalg.norm(np.cross(mean, true)), mean @ true))))
+        return errors
+
+
+def in_reach(_estimated: Instant, true: Instant) -> bool:
+    """Whether a finger is judged: untouched, or touched where the map reaches."""
+    return not true.contacts or np.arccos(np.clip(true.contacts[0].normal[2], -1, 1)) < FARTHEST
 
 
 class Taxels:
     """From pressures to region, slip and force."""
 
     errors = {'slip states': '1 - F1', 'region overlap': '1 - IoU', 'slip velocity': 'mm/s', 'force': '%'}
-    _RECORDED = ('tac_static_ring', 'tac_incipient_rect', 'tac_rotate_rect', 'tac_grip_hold')
-    _RATE = 50.0
 
     def __init__(self, plan: Plan):
         folder = plan.bags / 'taxel_array'
         folder.mkdir(parents=True, exist_ok=True)
-        self._bags, self._parameters, self._calibration = (self._recorded if plan.recorded else self._simulated)(folder, plan.quick)
-
-    def _simulated(self, folder: Path, quick: bool) -> tuple[list[Path], Path, Path]:
-        names = ('drag', 'grip') if quick else ('demo', 'drag', 'turn', 'grip', 'ring')
-        for name in names:
-            if not (folder / name).exists():
-                write_taxel_scene(folder / name, name, self._RATE)
-        return [folder / name for name in names], Path(share('params', 'taxel_array_sim.yaml')), Path(
-            share('calibration', 'taxel_array_sim.yaml'))
-
-    def _recorded(self, folder: Path, _quick: bool) -> tuple[list[Path], Path, Path]:
-        for name in ('tac_cal_zero', 'tac_cal_flat', *self._RECORDED):
-            recording = open_recording(touch_sources.recording_folder(name))
-            if not (folder / name).exists():
-                convert(recording, folder / name, 'taxel_array')
-        parameters, calibration = folder / 'parameters.yaml', folder / 'calibration.yaml'
-        parameters.write_text(yaml.safe_dump({'/**': {'ros__parameters': recording.parameters()}}))
-        calibrate_taxels.calibrate_taxels([folder / 'tac_cal_zero', folder / 'tac_cal_flat'], parameters, calibration)
-        return [folder / name for name in self._RECORDED], parameters, calibration
+        if plan.recorded:
+            names = ('cal_zero', 'cal_flat', *TAXEL_RECORDINGS)
+            zero, flat, *self._cases = (recorded(folder, f'tac_{name}', 'taxel_array') for name in names)
+            self._calibration = calibrated(flat, 'taxel_array', folder / 'calibration.yaml', [zero.bag])
+        else:
+            names = ('drag', 'grip') if plan.quick else ('demo', 'drag', 'turn', 'grip', 'ring')
+            self._cases = [simulated(folder, name, 50.0, 'taxel_array') for name in names]
+            self._calibration = Path(share('calibration', 'taxel_array_sim.yaml'))
 
     def measure(self, number: int) -> list[Row]:
         """A row for each method: all scenes together."""
-        return [Row('taxels', 'taxel_array', method, '', 1e3 * float(np.median(turns.seconds)), turns.row())
-                for method, turns in taxel_turns.run(self._bags, self._parameters, self._calibration).items()]
+        found = {method: judge(self._cases, self._calibration, {'method': method}) for method in ('mechanics', 'paper')}
+        found[FLOW] = optical_flow(self._cases)
+        return [Row('taxels', 'taxel_array', method, '', float(np.median(judged.ms)), taxel_errors(judged))
+                for method, judged in found.items()]
 
 
-PARTS = {'dots': Dots, 'numbers': Numbers, 'touchpad': Touchpad, 'sheets and dome': Markers, 'finger': Finger, 'taxels': Taxels}
+def taxel_errors(judged: Judged) -> dict[str, float]:
+    """The figures of a taxel array."""
+    middle = judged.medians()
+    return {'slip states': 1 - judged.evaluation.summary()['slip_states']['macro_f1'],
+            'region overlap': 1 - middle.get('region_overlap', np.nan), 'slip velocity': middle.get('slip_velocity', np.nan),
+            'force': middle.get('force_relative', np.nan)}
+
+
+def optical_flow(cases: list[Case]) -> Judged:
+    """Slip by plain optical flow."""
+    judged = Judged()
+    for case in cases:
+        flow = LucasKanade()
+        for stamp_s, values, true in _pressures(case):
+            begin = time.thread_time()
+            slip = flow.process(values, stamp_s)
+            judged.ms.append(1e3 * (time.thread_time() - begin))
+            judged.evaluation.add(stamp_s, Instant(slip=slip), true)
+    return judged
+
+
+def _pressures(case: Case) -> Iterator[tuple[float, np.ndarray, Instant]]:
+    """(stamp s, values (rows, columns), true slip) of each frame."""
+    values, stamp = None, 0.0
+    with BagReader(case.bag) as reader:
+        for raw in reader.messages({topic for topic in reader.topics if topic.endswith(('/image_raw', 'ground_truth/slip'))}):
+            message = decode(raw.data, raw.type_name)
+            if raw.topic.endswith('/image_raw'):
+                kind = np.uint8 if message.encoding == 'mono8' else np.uint16
+                values = np.frombuffer(bytes(message.data), kind).reshape(message.height, message.width)
+                stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+            elif values is not None:
+                yield stamp, values, Instant(slip=slip_from_message(message))
+
+
+PARTS = {'dots': Dots, 'numbers': Numbers, 'touchpad': Touchpad, 'sheets and dome': Sheets, 'finger': Finger, 'taxels': Taxels}

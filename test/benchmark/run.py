@@ -4,11 +4,11 @@
 
     python3 test/benchmark/run.py [--quick] [--recorded] [--part NAME ...] [--out out/benchmark] [--compare OLD.json]
 
-Methods alternate on each frame, and the whole runs in rounds, so that other load on the machine affects all alike. Times are CPU times of
-one thread, without drawing or reading files. A yardstick, a fixed amount of work, is timed as well, so that results of machines of
-different speed can be compared. Errors are relative to the ground truth of the simulated sensors, which ship, or with --recorded of
-recordings of another simulation (TACTILE_RECORDINGS). Baselines: OpenCV's SimpleBlobDetector, trackpy (if installed: pip install trackpy)
-and plain Lucas-Kanade.
+Methods take turns, and the whole runs in rounds, so that other load on the machine affects all alike. Times are CPU times of one thread, of
+sensors from the raw message to the messages of the results, without drawing or reading files. A yardstick, a fixed amount of work, is
+timed as well, so that results of machines of different speed can be compared. Errors are relative to the ground truth of the simulated
+sensors, which ship, or with --recorded of recordings of another simulation (TACTILE_RECORDINGS); `evaluate` computes them. Baselines:
+OpenCV's SimpleBlobDetector, trackpy (if installed: pip install trackpy) and plain Lucas-Kanade.
 With --compare the exit code is 1 if anything is slower or less accurate than in OLD.json (the benchmark.json of an earlier run) by more
 than the spread of the rounds.
 """
@@ -31,7 +31,6 @@ import cv2
 import numpy as np
 from tactile_perception.errors import TactileError
 
-import pareto
 import results
 from parts import PARTS, Plan, Row
 
@@ -85,7 +84,7 @@ def write(entries: list[results.Entry], about: dict, out: Path) -> list[Path]:
     said = '; '.join(f'{name} {value}' for name, value in about.items())
     paths[0].write_text(f'{results.tables(entries)}\n{said}\n')
     paths[1].write_text(json.dumps({'about': about, 'entries': results.to_plain(entries)}, indent=1) + '\n')
-    pareto.draw(entries, paths[2])
+    results.draw(entries, paths[2])
     return paths
 
 

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 from tactile_bringup.installed import share
-from tactile_bringup.simulate.camera import write_scene
+from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.simulation.optics.rendering import Renderer
 from tactile_driver.simulation.scene.shutters import Shutters
 from tactile_driver.simulation.scene.specimen import Act, Script, Specimen, act, drag, one_after_the_other, one_of_two, press
@@ -33,7 +33,7 @@ from tactile_driver.simulation.skin.sheet import Sheet
 from tactile_driver.simulation.skin.tools import TOOLS, Tool, sphere
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.evaluation.scores import normalised_square, relative_errors
-from tactile_perception.evaluation.touches import pairs
+from tactile_perception.evaluation.evaluation import pairs
 from tactile_perception.press.tools import calibrate_markers
 
 RATE, SLOW = 30.0, 3.0  # Hz: of scenes, of calibrations

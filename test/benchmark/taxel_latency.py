@@ -1,26 +1,28 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Taxel arrays: how soon slip is told, and how often it is told falsely, on two simulated devices.
+"""Taxel arrays: how soon slip is reported, and how often it is reported falsely, on two simulated devices.
 
-python test/benchmark/taxel_latency.py [SEEDS] [SCENE ...]. Each device is calibrated by a plate that is pressed on and taken off in steps;
-the estimator gets the nominal data of the usual device's pad, of stiffness and friction that the device has. Latency: from a change of the
-true state to the first frame that tells it, as a distribution. The simulated pad and the estimator share no formula.
+python3 test/benchmark/taxel_latency.py [SEEDS] [SCENE ...]. Each device is calibrated by a plate that is pressed on and taken off in steps;
+the parameters are the nominal data of its pad. Latency: from a change of the true state to the first frame that reports it, as a
+distribution. The simulated pad and the estimator share no formula.
 """
 from __future__ import annotations
 
 import sys
 from collections import defaultdict
 from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
+from tactile_bringup.installed import share
+from tactile_bringup.simulate.bags import write_taxel_scene
 from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene
-from tactile_perception.taxel.array import SoftPad, TaxelArray
-from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
-from tactile_perception.taxel.response import Response, fit_gains
-from tactile_perception.tools.calibrate.taxel import Loads, calibrated_response, find_loop
+from tactile_perception.bags.judged_bag import JudgedBag
+from tactile_perception.evaluation.scores import macro_f1
 
-from taxel import STATES, macro_f1
+from judged import Case, calibrated, parameter_file
 
 DEVICES = {'A': (PadSpecimen(), InkSpecimen()), 'B': DEVICE_B}
 SCENES = ('drag', 'turn', 'smooth', 'cycle', 'jerks', 'grip', 'roll', 'slide', 'rock', 'two_fingers', 'l')
@@ -30,7 +32,7 @@ _WAIT = 40  # frames after a change in which it is looked for
 
 @dataclass
 class Score:
-    """confusion: (3, 3), true by found; delays: s by what began, inf where it was not told; released: s from the end of a contact."""
+    """confusion: (3, 3), true by found; delays: s by what began, inf where it was not reported."""
 
     confusion: np.ndarray = field(default_factory=lambda: np.zeros((3, 3), int))
     delays: dict = field(default_factory=lambda: defaultdict(list))
@@ -41,66 +43,57 @@ class Score:
         np.add.at(self.confusion, (true[touched], np.maximum(found[touched], 0)), 1)
         for name, of in (('any slip', lambda s: s > 0), ('gross slip', lambda s: s == 2), ('end of slip', lambda s: s == 0),
                          ('release', lambda s: s < 0)):
-            there, told = of(true), of(found)
-            begins = np.flatnonzero(there[1:] & ~there[:-1] & (true[:-1] >= 0)) + 1
-            for begin in begins:
-                late = np.flatnonzero(told[begin:begin + _WAIT])
+            there, reported = of(true), of(found)
+            for begin in np.flatnonzero(there[1:] & ~there[:-1] & (true[:-1] >= 0)) + 1:
+                late = np.flatnonzero(reported[begin:begin + _WAIT])
                 self.delays[name].append(late[0] / RATE if len(late) else np.inf)
 
     def lines(self) -> list[str]:
         """F1, false slip, and quantiles of the delays."""
         quiet = 1 - self.confusion[0, 0] / max(self.confusion[0].sum(), 1)
-        told = [f'macro F1 {macro_f1(self.confusion):.3f}, {quiet:.1%} of quiet frames called slip; true by found {"/".join(STATES)}: '
-                f'{self.confusion.tolist()}']
+        lines = [f'macro F1 {macro_f1(self.confusion):.3f}, {quiet:.1%} of quiet frames called slip; true by found '
+                 f'none/incipient/gross: {self.confusion.tolist()}']
         for name, delays in self.delays.items():
             some = np.percentile(delays, (50, 90, 100), method='inverted_cdf') * 1e3
-            told.append(f'{name}: {len(delays)} times, told after {some[0]:.0f} ms (median), {some[1]:.0f} ms (90 %), '
-                        f'{some[2]:.0f} ms (all)')
-        return told
+            lines.append(f'{name}: {len(delays)} times, after {some[0]:.0f} ms (median), {some[1]:.0f} ms (90 %), {some[2]:.0f} ms (all)')
+        return lines
 
 
-def calibrate(specimen: PadSpecimen, ink: InkSpecimen, seed: int) -> Response:
-    """The response of a device, by the plate, as calibrate fits it."""
-    scene = TaxelScene(TAXEL_SCENES['plate'], 20.0, seed, specimen, ink)
-    frames = [scene.render(k / 20.0) for k in range(scene.frames)]
-    values, forces = np.array([f for f, _ in frames], float), np.array([-truth.wrench[2] for _, truth in frames])
-    zero, begin = values[:9].mean(axis=0), np.flatnonzero(forces > 1)[0]
-    changes, forces = (values - zero)[begin:], np.where(forces > 1, forces, 0)[begin:]  # and what is left after the loads
-    count = len(changes)
-    loads = Loads(changes, forces, zero, [], [''] * count, np.arange(count) / 20.0, np.zeros(count, int), np.arange(count))
-    array, gain = TaxelArray(specimen.rows, specimen.columns, specimen.pitch), fit_gains(changes)
-    return calibrated_response(loads, array, gain, *find_loop(loads, array, gain))
+def device(folder: Path, specimen: PadSpecimen, ink: InkSpecimen, seed: int) -> tuple[Path, Path]:
+    """Parameter and calibration file of a device, calibrated by the plate."""
+    pad = {'pad.thickness': specimen.thickness, 'pad.stiffness': specimen.press * specimen.thickness,
+           'pad.shear_modulus': specimen.pull * specimen.thickness, 'pad.friction': specimen.grip}
+    params = parameter_file(folder / 'device.yaml', Path(share('params', 'taxel_array_sim.yaml')), pad)
+    write_taxel_scene(folder / 'plate', 'plate', 20.0, scene=TaxelScene(TAXEL_SCENES['plate'], 20.0, seed, specimen, ink))
+    return params, calibrated(Case(folder / 'plate', params), 'taxel_array', folder / 'calibration.yaml')
 
 
-def play(name: str, specimen: PadSpecimen, ink: InkSpecimen, seed: int, response: Response, methods=tuple(TAXEL_METHODS)):
-    """True states (N,) of a scene, -1 without contact, and those of each method by its name."""
-    scene = TaxelScene(TAXEL_SCENES[name], RATE, seed, specimen, ink)
-    frames = [scene.render(k / RATE) for k in range(scene.frames - 1)]
-    pad = SoftPad(specimen.thickness, specimen.press * specimen.thickness, specimen.pull * specimen.thickness, specimen.grip)
-    array, found = TaxelArray(specimen.rows, specimen.columns, specimen.pitch), {}
-    for method in methods:
-        estimator = TaxelEstimator(array, pad, TaxelSettings(method, response=response))
-        results = [estimator.process(values, 1 + k / RATE) for k, (values, _) in enumerate(frames)]
-        found[method] = np.array([result.slip.state if result.contacts else -1 for result in results])
-    return np.array([truth.slip_state if truth.area > 0 else -1 for _, truth in frames]), found
+def play(folder: Path, name: str, of: tuple, seed: int, params: Path, calibration: Path, method: str) -> tuple[np.ndarray, np.ndarray]:
+    """True and reported states (N,) of a scene, -1 without contact."""
+    bag = folder / name
+    if not bag.exists():
+        write_taxel_scene(bag, name, RATE, scene=TaxelScene(TAXEL_SCENES[name], RATE, seed, *of))
+    judged = JudgedBag(bag, params=parameter_file(folder / 'method.yaml', params, {'method': method}), calibration=calibration)
+    states = [[one.slip.state if one.touched else -1 for one in (true, reported)] for _, reported, true in judged.instants()]
+    return tuple(np.array(states).T)
 
 
 def main() -> int:
     """Print a line a scene, then the sums of each device and method."""
     seeds, scenes = int(sys.argv[1]) if len(sys.argv) > 1 else 1, sys.argv[2:] or SCENES
-    scores = {(device, method): Score() for device in DEVICES for method in TAXEL_METHODS}
-    for device, (specimen, ink) in DEVICES.items():
+    scores = {(name, method): Score() for name in DEVICES for method in ('mechanics', 'paper')}
+    for name, of in DEVICES.items():
         for seed in range(seeds):
-            response = calibrate(specimen, ink, seed)
-            for name in scenes:
-                true, found = play(name, specimen, ink, seed, response)
-                for method, states in found.items():
-                    one = Score()
-                    one.add(true, states)
-                    scores[device, method].add(true, states)
-                    print(f'{device} {seed} {name}, {method}: {one.lines()[0]}', flush=True)
-    for (device, method), score in scores.items():
-        print('\n  '.join([f'device {device}, {method}:', *score.lines()]))
+            with TemporaryDirectory() as place:
+                params, calibration = device(Path(place), *of, seed)
+                for scene in scenes:
+                    for method in ('mechanics', 'paper'):
+                        states, one = play(Path(place), scene, of, seed, params, calibration, method), Score()
+                        one.add(*states)
+                        scores[name, method].add(*states)
+                        print(f'{name} {seed} {scene}, {method}: {one.lines()[0]}', flush=True)
+    for (name, method), score in scores.items():
+        print('\n  '.join([f'device {name}, {method}:', *score.lines()]))
     return 0
 
 

@@ -1,8 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Slip over time on real pressure matrices of a gripper's fingers: detections as a table, and plots.
+"""Slip over time on real pressure matrices of a gripper's fingers: a line a pad.
 
-python test/benchmark/taxel_slip.py FOLDER [PLOTS], the folder with sdh_slip/*.bag (ROS 1) and dsa_slip/*.npz (TACTILE_RECORDINGS). Only
+python3 test/benchmark/taxel_slip.py FOLDER, the folder with sdh_slip/*.bag (ROS 1) and dsa_slip/*.npz (TACTILE_RECORDINGS). Only
 the pitch of the pads is known; rows run along the finger.
 """
 from __future__ import annotations
@@ -17,13 +17,13 @@ from rosbags.rosbag1 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tactile_perception.common.estimates import NONE
-from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.response import Response
 
 PITCH, FULL_SCALE = 3.4e-3, 4095.0
-_LEAST = 60  # counts: pads with a smaller maximum have no contact. Chosen
-_PAUSE_S = 0.5  # s between two slips. Chosen
+_LEAST = 60  # counts: pads with a smaller maximum have no contact
+_PAUSE_S = 0.5  # s between two slips
 
 
 @dataclass(frozen=True)
@@ -90,36 +90,13 @@ def pads(folder: Path) -> Iterator[Pad]:
         yield from (pad for pad in read_npz(path) if pad.values.max() >= _LEAST)
 
 
-def plot(pad: Pad, states: np.ndarray, target: Path) -> None:
-    """Place along the finger, load and slip against time."""
-    import matplotlib
-    matplotlib.use('Agg')
-    from matplotlib import pyplot
-    load = pad.values.sum(axis=(1, 2), dtype=float)
-    place = 1e3 * PITCH * (pad.values.sum(axis=2) @ np.arange(pad.values.shape[1])) / np.where(load > 0, load, np.nan)
-    figure, (above, below) = pyplot.subplots(2, 1, sharex=True, figsize=(12, 5))
-    above.plot(pad.t, place)
-    above.fill_between(pad.t, *above.get_ylim(), where=states > 0, color='tab:red', alpha=0.3, step='mid')
-    above.set_ylabel('place along the finger, mm')
-    below.plot(pad.t, load)
-    below.set(xlabel='s', ylabel='sum of values')
-    above.set_title(f'{pad.name} (red: slip)')
-    figure.savefig(target / f'{pad.name.replace(" ", "_")}.png', dpi=70)
-    pyplot.close(figure)
-
-
 def main() -> int:
-    """Print a line a pad, and draw."""
-    target = Path(sys.argv[2]) if len(sys.argv) > 2 else None
-    if target:
-        target.mkdir(parents=True, exist_ok=True)
+    """Print a line a pad."""
     for pad in pads(Path(sys.argv[1])):
         states, velocities = play(pad)
         found = [f'{begin:.2f}-{end:.2f} s {1e3 * speed:+.1f} mm/s' for begin, end, speed in events(pad.t, states, velocities)]
         more = f' and {len(found) - 6} more' if len(found) > 6 else ''
         print(f'{pad.name}: {len(pad.t)} frames, {np.mean(states > 0):.1%} slip; {"; ".join(found[:6]) or "quiet"}{more}', flush=True)
-        if target:
-            plot(pad, states, target)
     return 0
 
 

@@ -11,7 +11,7 @@ from good_messages import messages
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 from tactile_bringup.installed import share
-from tactile_bringup.nodes.compose import kind_of
+from tactile_perception.node import make_node
 from tactile_bringup.nodes.markers_node import _INPUTS
 from tactile_driver.nodes.runtime.host import Host, SharedPublisher
 
@@ -71,7 +71,7 @@ class FedNode:
         self._shared = {f'{space}/{topic}': SharedPublisher(Nobody(f'{space}/{topic}'), lambda: None) for topic in INPUTS[name]}
         self._space, self.results = space, []
         own = own_parameters(name, sensor)
-        self.node = kind_of(name)(Host(arguments(space, sensor), own, self._shared))
+        self.node = make_node(name, Host(arguments(space, sensor), own, self._shared))
         for topic, publisher in self.node._outputs.items():
             publisher.attach(lambda message, _sent, topic=topic: self._take(topic, message))
 
@@ -116,7 +116,7 @@ class FedMarkers:
     """The node that draws a sensor, with somebody who looks at all that it draws."""
 
     def __init__(self, name: str, sensor: str):
-        self.name, self.node = name, kind_of(name)(Host(arguments(f'/fed{next(_NUMBERS)}', sensor)))
+        self.name, self.node = name, make_node(name, Host(arguments(f'/fed{next(_NUMBERS)}', sensor)))
         self.markers, self.pictures = Sink('markers'), Sink('image_annotated')
         self.node.marker_output, self.node._picture_output = self.markers, self.pictures
         if name == 'markers_node':

@@ -83,7 +83,7 @@ def idle(bench):
 def bus(tmp_path, monkeypatch):
     """Serial ports in place of /dev."""
     from emulated import Bus
-    from tactile_driver.sources.base import serial_port
+    from tactile_driver.serial import port as serial_port
     made = Bus(tmp_path)
     monkeypatch.setattr(serial_port.list_ports, 'comports', made.comports)
     monkeypatch.setattr(serial_port, '_BY_ID', made.by_id)

@@ -12,8 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 from tactile_driver.emulators.port import PortEmulator
 from tactile_driver.emulators.psd import Emulator
-from tactile_driver.serial_frames.binary import MATRIX, write_frame
-from tactile_driver.serial_frames.counts import CountFrame
+from tactile_driver.serial.frames import CountFrame, MATRIX, write_frame
 
 FULL_SCALE, BITS = 5.0, 12
 _LOW = 1 << BITS

@@ -6,7 +6,7 @@ from __future__ import annotations
 from rclpy.node import Node
 from tactile_bringup.hand.description import HandSensor
 from tactile_bringup.launch.hand import hand_arguments, planned_sensor
-from tactile_bringup.launch.processes import SensorPlan
+from tactile_bringup.launch.arguments import SensorPlan
 from tactile_driver.nodes.runtime.host import Host
 from tactile_perception.node import make_node
 

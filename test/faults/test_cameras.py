@@ -13,7 +13,7 @@ from fake_cameras import Cameras, FakeCamera  # noqa: E402
 from fault_rig import ERROR, OK, WARN  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
 from tactile_driver.nodes.camera_node import CameraNode  # noqa: E402
-from tactile_driver.sources.camera import device  # noqa: E402
+from tactile_driver.camera import device  # noqa: E402
 
 pytestmark = pytest.mark.ros
 

@@ -10,9 +10,7 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from sensor_msgs.msg import Image  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
-from tactile_bringup.simulate.camera import write_scene  # noqa: E402
-from tactile_bringup.simulate.psd import write_psd_scene  # noqa: E402
-from tactile_bringup.simulate.taxel import write_taxel_scene  # noqa: E402
+from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene  # noqa: E402
 from tactile_driver.recordings.reader import BagReader  # noqa: E402
 from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
 from tactile_driver.recordings.writer import BagWriter  # noqa: E402

@@ -13,9 +13,7 @@ from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rosidl_runtime_py.utilities import get_message  # noqa: E402
 from sensor_msgs.msg import CompressedImage  # noqa: E402
 from tactile_bringup.installed import share  # noqa: E402
-from tactile_bringup.simulate.camera import write_scene  # noqa: E402
-from tactile_bringup.simulate.psd import write_psd_scene  # noqa: E402
-from tactile_bringup.simulate.taxel import write_taxel_scene  # noqa: E402
+from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene  # noqa: E402
 from tactile_driver.nodes.messages.conversions import RIGHT_TIME  # noqa: E402
 from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
 from tactile_driver.recordings.reader import BagReader, RawMessage  # noqa: E402

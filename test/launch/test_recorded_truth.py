@@ -11,8 +11,7 @@ from rclpy.context import Context  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
-from tactile_bringup.simulate.camera import write_scene  # noqa: E402
-from tactile_bringup.simulate.psd import write_psd_scene  # noqa: E402
+from tactile_bringup.simulate.bags import write_psd_scene, write_scene  # noqa: E402
 from tactile_driver.nodes.camera_node import CameraNode  # noqa: E402
 from tactile_driver.nodes.dual_camera_node import DualCameraNode  # noqa: E402
 from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402

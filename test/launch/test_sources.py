@@ -11,7 +11,7 @@ from ament_index_python.packages import get_package_share_directory  # noqa: E40
 from tactile_msgs.msg import ContactRegion, DotTracks  # noqa: E402
 
 pytestmark = pytest.mark.ros
-DURATIONS = [10.0, pytest.param(60.0, marks=pytest.mark.slow)]  # s
+SECONDS = 6.0
 RATE = 10.0  # Hz
 
 
@@ -38,12 +38,6 @@ def check_rate(stamps, seconds):
     assert np.median(np.diff(stamps)) == pytest.approx(1 / RATE, rel=0.1)
 
 
-@pytest.mark.parametrize('seconds', DURATIONS)
-def test_a_simulated_sensor(run, seconds):
-    stamps = run(['scene:=rectangle_drag'], '/touchpad/contact_region', ContactRegion, seconds)
-    check_rate(stamps, seconds)
-
-
 @pytest.fixture
 def video(tmp_path):
     """8 x 6 dots at rest; two seconds."""
@@ -58,18 +52,16 @@ def video(tmp_path):
     return path
 
 
-@pytest.mark.parametrize('seconds', DURATIONS)
-def test_a_video_in_a_loop(run, tmp_path, video, seconds):
+def test_a_video_in_a_loop(run, tmp_path, video):
     text = open(params('marker_video.yaml').split(':=')[1]).read().replace('rows: 7', 'rows: 6').replace('columns: 10', 'columns: 8')
     (tmp_path / 'mine.yaml').write_text(text)
-    stamps = run(['source:=file', f'path:={video}', 'params:=mine.yaml', 'loop:=true'], '/touchpad/dots', DotTracks, seconds)
-    check_rate(stamps, seconds)
+    stamps = run(['source:=file', f'path:={video}', 'params:=mine.yaml', 'loop:=true'], '/touchpad/dots', DotTracks, SECONDS)
+    check_rate(stamps, SECONDS)
 
 
-@pytest.mark.parametrize('seconds', DURATIONS)
-def test_a_bag_in_a_loop_begins_anew(run, seconds):
+def test_a_bag_in_a_loop_begins_anew(run):
     run(['scene:=rest', 'record:=bag'], '/touchpad/contact_region', ContactRegion, 3.0)
     words = ['source:=bag', 'path:=bag', params('touchpad_sim.yaml'), 'loop:=true']
-    stamps = run(words, '/touchpad/contact_region', ContactRegion, seconds)
-    assert len(stamps) > 0.4 * RATE * seconds
+    stamps = run(words, '/touchpad/contact_region', ContactRegion, SECONDS)
+    assert len(stamps) > 0.4 * RATE * SECONDS
     assert (np.diff(stamps) < -1.0).sum() >= 1

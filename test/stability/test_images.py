@@ -4,6 +4,7 @@
 import cv2
 import numpy as np
 import pytest
+from rig import contacts, untouched, uv
 from tactile_perception.errors import BadFrame
 
 
@@ -18,27 +19,30 @@ def noisy(image, level, seed=0):
 def test_grey_images_give_dots_without_places_and_no_contact_is_made_up(pad):
     """Without the water's colour nothing measures how far a dot is, so whether something touches is not known."""
     chain = pad.chain()
-    for image, uv in ((pad.rest[0], None), (pad.pressed, pad.truth.dot_uv)):
-        chain.stamp += 0.1
-        tracks = chain.dots.process(grey(image), chain.stamp)
-        assert len(tracks) > 500 and np.isnan(tracks.xyz).all()
+    for image in (pad.rest[0], pad.pressed):
+        dots = chain.dots(grey(image))
+        assert len(dots.id) > 500 and np.isnan(dots.x).all()
         with pytest.raises(BadFrame, match='colour'):
-            chain.contact.process(tracks, chain.stamp)
-    assert np.median(np.linalg.norm(tracks.uv - uv[tracks.id], axis=1)) < 0.2
+            chain.contact(dots)
+    assert np.median(np.linalg.norm(uv(dots) - pad.touched.dot_uv[np.array(dots.id)], axis=1)) < 0.2
+
+
+def check_press(of, results, allowed, least):
+    """The depth of the press, m, and the F1 of the dots that touch."""
+    assert max(c.depth for c in contacts(results)) == pytest.approx(of.truth[0].depth, abs=allowed)
+    region = results['contact_region']
+    there = set(np.flatnonzero(of.touched.dot_state)) & set(results['dots'].id)
+    found = set(np.array(region.dot_id)[np.array(region.dot_state) > 0].tolist())
+    assert 2 * len(there & found) / (len(there) + len(found)) > least
 
 
 def test_small_images_work_as_large_ones(small_pad):
-    chain = small_pad.chain().begun(small_pad)
-    tracks, result = chain(small_pad.pressed)
-    truth = small_pad.truth
-    known = np.isfinite(tracks.xyz).all(axis=1)
-    off = np.linalg.norm(tracks.xyz[known] - truth.dot_xyz[tracks.id[known]], axis=1)
-    assert len(tracks) > 500 and np.sqrt(np.mean(off**2)) < 0.12e-3
-    assert len(result.contacts) == 1
-    assert result.contacts[0].depth == pytest.approx(truth.contacts[0].depth, abs=0.3e-3)
-    there = set(np.flatnonzero(truth.dot_state))
-    found = set(result.region.dot_id[result.region.dot_state > 0])
-    assert 2 * len(there & found) / (len(there) + len(found)) > 0.85
+    results = small_pad.chain().begun()(small_pad.pressed)
+    dots = results['dots']
+    xyz = np.column_stack([dots.x, dots.y, dots.z])
+    off = np.linalg.norm(xyz - small_pad.touched.dot_xyz[np.array(dots.id)], axis=1)
+    assert len(dots.id) > 500 and np.sqrt(np.nanmean(off**2)) < 0.12e-3 and len(contacts(results)) == 1
+    check_press(small_pad, results, 0.3e-3, 0.85)
 
 
 def jpeg(image, sampling):
@@ -59,21 +63,13 @@ CHANGES = {
 
 @pytest.mark.parametrize('name', CHANGES)
 def test_a_worse_image_of_a_press_is_still_one(pad, name):
-    (change, allowed, least), chain, truth = CHANGES[name], pad.chain(), pad.truth
+    (change, allowed, least), chain = CHANGES[name], pad.chain()
     for image in pad.rest[:3]:
-        _, result = chain(change(image))
-        assert not result.contacts
-    tracks, result = chain(change(pad.pressed))
-    assert len(tracks) > 450
-    assert max(c.depth for c in result.contacts) == pytest.approx(truth.contacts[0].depth, abs=allowed)
-    there = set(np.flatnonzero(truth.dot_state)) & set(tracks.id)
-    found = set(result.region.dot_id[result.region.dot_state > 0])
-    assert 2 * len(there & found) / (len(there) + len(found)) > least
+        assert not contacts(chain(change(image)))
+    check_press(pad, chain(change(pad.pressed)), allowed, least)
 
 
 def test_the_light_goes_down_slowly_and_nothing_touches(pad):
-    chain = pad.chain().begun(pad)
+    chain = pad.chain().begun(3)
     for k in range(30):
-        image = np.clip(pad.rest[k % 6] * (1 - 0.01 * k), 0, 255).astype(np.uint8)
-        _, result = chain(image)
-        assert not result.contacts and result.region.area == 0
+        assert untouched(chain(np.clip(pad.rest[k % 6] * (1 - 0.01 * k), 0, 255).astype(np.uint8)))

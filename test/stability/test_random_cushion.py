@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from tactile_bringup.installed import share
-from tactile_bringup.simulate.camera import write_scene
+from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_perception.bags.stream import Task

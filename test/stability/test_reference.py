@@ -1,44 +1,115 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A reference taken under a press is detected and reported; results continue, and set_reference corrects it."""
+"""A reference that is taken under a press, drifts or is wrong: it is noticed, and what is reported is right or nothing."""
 import numpy as np
+import pytest
+import rig
+from rig import contacts, duv, untouched, uv
+from tactile_perception.errors import BadFrame
+
+# m, largest errors of place and depth. The dome's depth is 9 % of 34 mm off
+LARGEST = {'areal_single': (1e-3, 4e-4), 'areal_dual': (1.5e-3, 2e-4), 'air_cushion': (3e-3, 4e-3)}
 
 
-def test_an_untouched_reference_is_not_suspected(pad):
-    chain = pad.chain().begun(pad)
-    assert chain.dots.suspicion == ''
-    chain(pad.pressed)
-    assert chain.dots.suspicion == ''
+def check_right(results, of, place, depth):
+    found, = contacts(results)
+    assert np.hypot(*(found.position - of.truth[0].position)[:2]) < place
+    assert found.depth == pytest.approx(of.truth[0].depth, abs=depth)
 
 
-def test_a_pressed_reference_is_noticed_said_and_usable(pad):
+@pytest.fixture(params=rig.SHEETS)
+def sheet(request):
+    return rig.seen(request.param)
+
+
+def test_a_pressed_reference_of_a_pad_is_usable_until_the_next_one(pad):
     chain = pad.chain()
-    tracks, _ = chain(pad.pressed)
-    assert 'set_reference' in chain.dots.suspicion
-    assert len(tracks) > 515 and np.abs(tracks.duv).max() == 0
-    tracks, result = chain(pad.rest[0])
-    assert np.nanmax(np.abs(tracks.duv)) > 3 and np.isnan(result.wrench).all()
-    truth = pad.scene.render(0.0).truth
-    assert np.linalg.norm(tracks.uv - truth.dot_uv[tracks.id], axis=1).max() < 1.5
-
-    chain.dots.set_reference()
-    tracks, result = chain(pad.rest[1])
-    assert chain.dots.suspicion == '' and np.abs(tracks.duv).max() == 0
-    for image in pad.rest[2:4]:
-        _, result = chain(image)
-        assert result.region.area == 0 and not result.contacts
-    _, result = chain(pad.pressed)
-    true = pad.truth.contacts[0]
-    assert len(result.contacts) == 1 and abs(result.contacts[0].depth - true.depth) < 0.3e-3
-    assert abs(result.contacts[0].force - true.force) < 0.15 * true.force
+    dots = chain(pad.pressed)['dots']
+    assert len(dots.id) > 515 and np.abs(duv(dots)).max() == 0
+    results = chain(pad.rest[0])
+    assert np.nanmax(np.abs(duv(results['dots']))) > 3 and np.isnan(results['wrench'].wrench.force.z)
+    off = uv(results['dots']) - pad.untouched.dot_uv[np.array(results['dots'].id)]
+    assert np.linalg.norm(off, axis=1).max() < 1.5
 
 
 def test_the_reference_stands_still_while_something_touches(pad):
     """A touch of two minutes is as deep at its end as at its beginning."""
-    chain = pad.chain().begun(pad)
-    first = chain(pad.pressed)[1].contacts[0].depth
+    chain = pad.chain().begun()
+    first, = contacts(chain(pad.pressed))
+    assert first.depth == pytest.approx(pad.truth[0].depth, abs=3e-4) and first.force == pytest.approx(pad.truth[0].force, rel=0.15)
     for _ in range(12):
-        chain.stamp += 10.0
-        _, result = chain(pad.pressed)
-    assert abs(result.contacts[0].depth - first) < 0.1e-3
-    assert not chain(pad.rest[3])[1].contacts
+        chain.stamp_ns += 100 * rig.STEP_NS
+        last, = contacts(chain(pad.pressed))
+    assert abs(last.depth - first.depth) < 0.1e-3
+    assert untouched(chain(pad.rest[3]))
+
+
+def test_a_press_on_a_sheet_that_is_there_from_the_start_is_reported_and_ends(sheet):
+    """Against the calibrated untouched positions; afterwards against those that are seen."""
+    chain = sheet.chain()
+    for _ in range(3):
+        check_right(chain(sheet.pressed), sheet, *LARGEST[sheet.sensor])
+    for image in sheet.rest:
+        assert untouched(chain(image))
+    check_right(chain(sheet.pressed), sheet, *LARGEST[sheet.sensor])
+
+
+def test_a_reference_that_is_wrong_and_cannot_be_mended_reports_nothing(sheet):
+    """The camera has moved by half a pitch, and something presses from the start; all is well once it does not."""
+    pressed, rest, chain = np.roll(sheet.pressed, 15, axis=1), np.roll(sheet.rest[0], 15, axis=1), sheet.chain()
+    for _ in range(3):
+        with pytest.raises(BadFrame, match='calibrate'):
+            chain(pressed)
+    assert untouched(chain(rest)) and len(contacts(chain(pressed))) == 1
+
+
+def hidden(dots, keep):
+    """The message of dots with only those of which keep (N,) is true."""
+    for name in ('id', 'u', 'v', 'du', 'dv', 'area', 'x', 'y', 'z'):
+        values = np.array(getattr(dots, name))
+        if len(values) == len(keep):
+            setattr(dots, name, values[keep].tolist())
+    return dots
+
+
+@pytest.mark.parametrize('share, most', [(0.0, 0), (0.02, 0), (0.5, 1)])
+def test_markers_hidden_here_and_there(sheet, share, most):
+    chain = sheet.chain().begun()
+    dots = chain.dots(sheet.pressed)
+    keep = np.random.default_rng(1).random(400)[np.array(dots.id)] < share
+    results = chain.contact(hidden(dots, keep))
+    assert len(contacts(results)) == most
+    if most:
+        most = {'areal_single': (1.5e-3, 6e-4), 'areal_dual': (3e-3, 4e-4), 'air_cushion': (9e-3, 4e-3)}
+        check_right(results, sheet, *most[sheet.sensor])
+
+
+def test_a_glaring_spot_over_the_touch_makes_up_nothing_far_away():
+    of = rig.seen('areal_single')
+    chain, image = of.chain().begun(), of.pressed.copy()
+    image[180:220, 350:420] = 255
+    for contact in contacts(chain(image)):
+        assert np.hypot(*(contact.position - of.truth[0].position)[:2]) < 3e-3
+
+
+def test_a_hundred_starts_of_two_cameras_with_one_late():
+    """No reference is taken before both views are there; then touches are found."""
+    scene, stitch = rig.open_dual_scene('areal_dual_demo', 3.0), rig.stitcher()
+    pictures = []
+    for k in range(24):
+        left, right, truth = scene.render(k / 3)
+        pictures.append((stitch(left, right), stitch(left, None), stitch(None, right), bool(truth.contacts)))
+    of, rng = rig.seen('areal_dual'), np.random.default_rng(7)
+    pressed = wrong = 0
+    for _ in range(100):
+        chain, first, late, side = of.chain(), rng.integers(24), rng.integers(1, 5), rng.integers(1, 3)
+        for k in range(late):
+            with pytest.raises(BadFrame, match='one of the two views is black'):
+                chain(pictures[(first + k) % 24][side])
+        for k in range(late, late + 4):
+            whole, *_, touched = pictures[(first + k) % 24]
+            wrong += bool(contacts(chain(whole))) != touched
+            pressed += touched
+    assert pressed > 50 and wrong <= 8
+    chain = of.chain()
+    assert untouched(chain(pictures[0][0])) and untouched(chain(pictures[1][1])), 'one view alone, later'

@@ -5,11 +5,8 @@ import numpy as np
 import pytest
 
 hypothesis = pytest.importorskip('hypothesis', reason='pip install hypothesis')
-from hypothesis import HealthCheck, given, settings  # noqa: E402
-from hypothesis import strategies as st  # noqa: E402
-from tactile_driver.serial_frames.binary import MATRIX, SAMPLES, BinaryReader, Expected, write_frame  # noqa: E402
-from tactile_driver.serial_frames.counts import CountFrame  # noqa: E402
-from tactile_driver.serial_frames.lines import LineReader, write_line  # noqa: E402
+from hypothesis import HealthCheck, given, settings, strategies as st  # noqa: E402
+from tactile_driver.serial.frames import BinaryReader, CountFrame, Expected, LineReader, MATRIX, SAMPLES, write_frame, write_line  # noqa: E402
 
 FEW = settings(derandomize=True, database=None, deadline=None, max_examples=120, suppress_health_check=list(HealthCheck))
 MANY = settings(FEW, max_examples=6000)
@@ -107,7 +104,7 @@ def test_random_bytes_tell_nothing(form, data, step):
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize('form', FORMS)
-def test_a_million_mutated_bytes(record, form):
+def test_a_million_mutated_bytes(form):
     read = []
 
     @MANY
@@ -116,5 +113,4 @@ def test_a_million_mutated_bytes(record, form):
         read.append(check_stream(form, faults, step))
 
     check()
-    record.note(f'serial framing, {form}', f'{sum(read)} mutated bytes', 'no false sample', 'none')
     assert sum(read) > 1e6

@@ -10,15 +10,14 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: itself, lower rooms, and packages named before its own.
 ROOMS = {
     'tactile_driver': ('errors', 'command', 'frame', 'nodes.messages.images', 'frame_names', 'samples', 'matrix', 'lens', 'stamp_gaps',
-        'recordings', 'stitching', 'serial_frames', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.scene',
-        'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources.base', 'emulators', 'sources.camera', 'sources.dual_camera',
-        'sources.psd', 'sources.taxel', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes.streams', 'nodes'),
-    'tactile_perception': ('errors', 'sensors', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'touchpad.membrane',
-        'touchpad.optics', 'touchpad.contact', 'touchpad', 'taxel', 'press.sensor', 'calibration', 'calibration.files', 'finger',
-        'parameters', 'press', 'pipeline', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage', 'finger.stage', 'taxel.stage',
-        'press.stage', 'touchpad.stage', 'dots.stage', 'shedding', 'work_log', 'node', 'bags', 'finger.tools', 'press.tools',
-        'tools.convert', 'tools.calibrate', 'tools'),
-    'tactile_bringup': ('installed', 'grip', 'parameters', 'recording', 'visualization', 'visualization.markers',
+        'recordings', 'stitching', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.scene',
+        'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources', 'camera', 'serial',
+        'emulators', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes'),
+    'tactile_perception': ('errors', 'sensors', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'taxel', 'press.sensor',
+        'calibration', 'calibration.files', 'touchpad', 'finger', 'parameters', 'press', 'pipeline', 'api', 'evaluation', 'nodes', 'clock',
+        'stage', 'camera_stage', 'finger.stage', 'taxel.stage', 'press.stage', 'touchpad.stage', 'dots.stage', 'shedding', 'work_log',
+        'node', 'bags', 'finger.tools', 'press.tools', 'touchpad.tools', 'tools.convert', 'tools.calibrate', 'tools'),
+    'tactile_bringup': ('installed', 'parameters', 'visualization',
         'hand', 'launch', 'simulate', 'nodes', 'demo'),
 }
 

@@ -23,12 +23,9 @@ from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.nodes.messages.checks import check_message
 from tactile_perception.nodes.messages.conversions import stamp_seconds
 
-from .moments import Moments
+from .summary import Moments, Reading, Summary, Video, reading_of
 from ..parameters.table import DEMO_PARAMETERS
-from .readings import reading_of
-from .summary import Reading, Summary
-from .video import Video
-from ..visualization.stamp_sync import StampSync
+from ..nodes.drawing_node import StampSync
 
 _TOPICS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
 _QUEUE = QoSProfile(depth=30)

@@ -1,15 +1,21 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The demo's numbers of each frame, their statistics, and the lines of text that show both. No ROS here."""
+"""The demo's numbers: of each frame, as statistics and lines of text, and the frames that become pictures and a video."""
 from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
+import cv2
 import numpy as np
+from tactile_driver.errors import BadArgument
 
-from ..visualization.colours import STATE_NAMES
+from ..parameters.table import VIDEO_RATE
+from ..visualization.markers import SLIP_NAMES
+from ..visualization.pictures import STATE_NAMES
 
 _NAN = float('nan')
 _RECENT = 90  # frames, 3 s at 30 Hz
@@ -134,3 +140,124 @@ def slip_line(reading: Reading) -> str:
     if not reading.slip:
         return '-'
     return reading.slip + (f', {100 * reading.slipping:.0f} % of the contact' if reading.slipping > 0 else '')
+
+
+def reading_of(found: Mapping, stamp_s: float, latency_s: float) -> Reading:
+    """The numbers of a frame. found: topic (dots, contact_region, contacts, slip, wrench) -> message that passed check_message; any may
+    be missing."""
+    values = {}
+    if 'dots' in found:
+        dots = found['dots']
+        moved = np.hypot(dots.du, dots.dv)
+        values.update(dots=len(dots.id), displacement=float(np.nanmax(moved)) if np.isfinite(moved).any() else float('nan'))
+    if 'contact_region' in found:
+        values.update(_region(found['contact_region']))
+    if 'contacts' in found:
+        depths = [c.depth for c in found['contacts'].contacts if np.isfinite(c.depth)]
+        values.update(touches=len(found['contacts'].contacts), depth=max(depths) if depths else float('nan'))
+    if 'wrench' in found and values.get('touches'):
+        force = found['wrench'].wrench.force
+        values['force'] = float(np.linalg.norm((force.x, force.y, force.z)))
+    if 'slip' in found and values.get('touches'):
+        values.update(slip=SLIP_NAMES.get(found['slip'].state, ''), slipping=found['slip'].slipping_fraction)
+    return Reading(stamp_s, latency_s, **values)
+
+
+def _region(region) -> dict:
+    translation, rotation = region.motion.translation, region.motion.rotation
+    axis = np.array([rotation.x, rotation.y, rotation.z])
+    # The angle from the vector part: near zero rotation the cosine in w has no resolution.
+    length = np.linalg.norm(axis)
+    turn = axis * (2 * np.arctan2(length, abs(rotation.w)) / length * np.sign(rotation.w or 1.0)) if length > 0 else axis
+    return {'states': tuple(np.bincount(np.asarray(region.dot_state, np.int64), minlength=3)[:3].tolist()), 'area': region.area,
+            'motion': (translation.x, translation.y, translation.z, *turn.tolist()), 'motion_interval': region.motion_interval}
+
+
+_GAIN = 1.05  # chosen: a frame replaces a picture only if its value is 5 % larger, which spares most copies while a value grows
+
+
+def _slipping(reading: Reading) -> float:
+    return reading.states[2] if len(reading.states) == 3 and reading.slip not in ('', 'no slip') else 0.0
+
+
+#: Name of the picture -> value of a frame; the frame with the largest value above 0 is kept.
+MOMENTS: dict[str, Callable[[Reading], float]] = {
+    'largest_displacement': lambda reading: reading.displacement if reading.displacement > 1.0 else 0.0,
+    'largest_contact': lambda reading: reading.area,
+    'deepest_contact': lambda reading: reading.depth,
+    'most_slip': _slipping,
+}
+
+
+@dataclass
+class Picture:
+    """A frame that is kept. value: that it was selected by; stamp_s: of exposure; image: (H, W, 3) uint8 BGR."""
+
+    value: float
+    stamp_s: float
+    image: np.ndarray
+
+
+class Moments:
+    """Keeps the frame with the largest value of each of MOMENTS, and the first and the last frame."""
+
+    def __init__(self):
+        self.kept: dict[str, Picture] = {}
+
+    def add(self, reading: Reading, image: np.ndarray) -> None:
+        """Add one frame with its annotated image (H, W, 3) uint8; the image is kept, not copied."""
+        for name, value_of in MOMENTS.items():
+            value = float(value_of(reading))
+            if math.isfinite(value) and value > 0 and (name not in self.kept or value > _GAIN * self.kept[name].value):
+                self.kept[name] = Picture(value, reading.stamp_s, image)
+        if 'first' not in self.kept:
+            self.kept['first'] = Picture(0.0, reading.stamp_s, image)
+        self.kept['last'] = Picture(0.0, reading.stamp_s, image)
+
+    def pictures(self) -> dict[str, Picture]:
+        """Name -> picture in the order of time; a frame kept under several names appears once."""
+        found: dict[float, str] = {}
+        for name, picture in self.kept.items():
+            found.setdefault(picture.stamp_s, name)
+        return {name: self.kept[name] for _, name in sorted(found.items())}
+
+
+_LONGEST_STILL = 30  # frames, 2 s: a longer gap in the stamps is cut to this
+_FORMS = (('.mp4', 'mp4v'), ('.avi', 'MJPG'))
+
+
+class Video:
+    """Writes frames by their stamps at 15 frames/s as MP4, or as AVI where OpenCV cannot write MP4. path: without extension."""
+
+    def __init__(self, path: Path):
+        self._base = path
+        self._writer: cv2.VideoWriter | None = None
+        self._size: tuple[int, int] | None = None
+        self._first_s = 0.0
+        self.path: Path | None = None
+        self.frames = 0
+
+    def add(self, stamp_s: float, image: np.ndarray) -> None:
+        """Add a frame (H, W, 3) uint8 BGR; it is skipped when the video has a frame of that time. Raises BadArgument without a codec."""
+        if self._writer is None:
+            self._open(image, stamp_s)
+        due = int((stamp_s - self._first_s) * VIDEO_RATE + 0.5) + 1
+        if image.shape[1::-1] != self._size or due <= self.frames:
+            return
+        for _ in range(min(due - self.frames, _LONGEST_STILL)):
+            self._writer.write(image)
+        self.frames = due
+
+    def close(self) -> None:
+        """Finish the file."""
+        if self._writer is not None:
+            self._writer.release()
+
+    def _open(self, image: np.ndarray, stamp_s: float) -> None:
+        self._size, self._first_s = image.shape[1::-1], stamp_s
+        for ending, code in _FORMS:
+            self.path = self._base.with_suffix(ending)
+            self._writer = cv2.VideoWriter(str(self.path), cv2.VideoWriter_fourcc(*code), VIDEO_RATE, self._size)
+            if self._writer.isOpened():
+                return
+        raise BadArgument(f'video: OpenCV can write neither {" nor ".join(code for _, code in _FORMS)} to {self._base.parent}')

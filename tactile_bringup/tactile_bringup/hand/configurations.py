@@ -12,12 +12,15 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from tactile_driver.command import tells_errors
 
 from .description import Hand, HandSensor, read_hand
 from ..installed import share
-from ..visualization.orbit_view import view_of
+
+_FIELD_OF_VIEW = np.pi / 4  # rad, vertical: Ogre's default, which RViz does not change
+_FILLED = 0.9  # share of the picture
 
 
 def aggregator_configuration(hand: Hand) -> str:
@@ -50,9 +53,30 @@ def rviz_configuration(hand: Hand) -> str:
         middle = np.array([view['Focal Point'][axis] for axis in 'XYZ'])
         points.append(_place(hand, sensor)(middle + 0.3 * view['Distance'] * np.vstack([np.eye(3), -np.eye(3)])))
     manager['Global Options']['Fixed Frame'] = hand.frame
-    view = view_of(np.vstack(points), (696, 860))
-    manager['Views']['Current'].update({'Distance': view.distance, 'Focal Point': dict(zip('XYZ', view.focal_point))})
+    view = manager['Views']['Current']
+    view['Distance'], focal = closest_view(np.vstack(points), (696, 860), view['Yaw'], view['Pitch'])
+    view['Focal Point'] = dict(zip('XYZ', focal))
     return yaml.safe_dump(page, sort_keys=False, width=140)
+
+
+def closest_view(points: np.ndarray, size: tuple[int, int], yaw: float, pitch: float) -> tuple[float, list[float]]:
+    """Distance and focal point (3,), m, of RViz's Orbit view at yaw and pitch, rad, that shows points (N, 3), m, in the middle of a picture
+    of size (width, height), px, and fills _FILLED of it."""
+    towards = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)])
+    right = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+    axes = np.stack([right, np.cross(towards, right), towards])
+    across, up, back = (points @ axes.T).T
+    slopes = _FILLED * np.tan(0.5 * _FIELD_OF_VIEW) * np.array([size[0] / size[1], 1.0])
+    # A point is visible where |side - camera| <= slope * (camera's depth - depth). Its two inequalities bound the camera's position.
+    bounds = [((side + slope * back).max(), (side - slope * back).min()) for side, slope in zip((across, up), slopes)]
+    camera = np.array([0.0, 0.0, max((high - low) / (2 * slope) for (high, low), slope in zip(bounds, slopes))])
+    for k, side in enumerate((across, up)):  # as far to one side as to the other
+        def leans(at: float, side: np.ndarray = side) -> float:
+            seen = (side - at) / (camera[2] - back)
+            return seen.max() + seen.min()
+        camera[k] = brentq(leans, side.min(), side.max())
+    distance = camera[2] - 0.5 * (back.max() + back.min())
+    return float(distance), ((camera - [0.0, 0.0, distance]) @ axes).tolist()
 
 
 def _display(manager: dict, name: str) -> dict:

@@ -12,11 +12,11 @@ from launch.actions import DeclareLaunchArgument, LogInfo
 from launch_ros.actions import Node
 from tactile_driver.errors import TactileError
 
-from .arguments import check_choice, check_new, sensor_arguments, sensor_plan, values_of
+from .arguments import (
+    LaunchError, SensorPlan, check_choice, check_new, hand_frames, processes, sensor_arguments, sensor_plan, values_of, written)
 from ..hand.configurations import aggregator_configuration, rviz_configuration
 from ..hand.description import Hand, HandSensor, read_hand
 from ..installed import share
-from .processes import LaunchError, SensorPlan, hand_frames, processes, written
 from tactile_perception.sensors import SENSOR_TYPES
 
 _BOOLEANS = ('true', 'false')

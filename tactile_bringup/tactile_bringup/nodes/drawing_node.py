@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Base class of the nodes that draw for RViz: markers on demand, the static transform of a frame of its own, diagnostics."""
+"""What the nodes that draw for RViz share: markers on demand, messages of equal stamp, the frame of a part, diagnostics."""
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.event_handler import PublisherEventCallbacks
@@ -13,9 +13,9 @@ from rclpy.publisher import Publisher
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.nodes.messages.transforms import static_transform
+from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 from tactile_driver.nodes.runtime.diagnostics import OK, Health, LogOnce, NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
-from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, steady_timer
 from tactile_driver.parameters.table import Parameter
@@ -25,7 +25,43 @@ from tactile_perception.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from ..visualization.markers.messages import STALE_S
+from ..visualization.markers import STALE_S
+
+_BACK_NS, _SILENT_NS = 1_000_000_000, 2_000_000_000  # chosen
+
+
+class StampSync:
+    """Collects messages by stamp and passes on the sets that are complete, and no others.
+
+    done: called with a dict of messages by topic; expected: returns the topics of a complete set; one that had nothing for 2 s of stamps
+    is left out; patience: number of waiting sets above which the oldest is dropped. Sets older than the one passed on are dropped, too.
+    """
+
+    def __init__(self, done: Callable[[dict], None], expected: Callable[[], Collection[str]], patience: int = 30):
+        self._done, self._expected, self._patience = done, expected, patience
+        self._begin_anew(0)
+
+    def _begin_anew(self, stamp_ns: int) -> None:
+        self._sets: dict[int, dict] = {}
+        self._begin, self._last = stamp_ns, -1
+        self._heard: dict[str, int] = {}  # topic -> its last stamp
+
+    def add(self, topic: str, stamp_ns: int, message: object) -> None:
+        """Add one message. A stamp, ns, that goes back by more than 1 s or leaps by 2 s begins anew; other late messages are dropped."""
+        if not self._heard or not -_BACK_NS < stamp_ns - self._heard.get(topic, stamp_ns) < _SILENT_NS:
+            self._begin_anew(stamp_ns)
+        self._heard[topic] = stamp_ns
+        if stamp_ns <= self._last:
+            return
+        found = self._sets.setdefault(stamp_ns, {})
+        found[topic] = message
+        if found.keys() >= {name for name in self._expected() if stamp_ns - self._heard.get(name, self._begin) < _SILENT_NS}:
+            self._last = stamp_ns
+            self._sets = {stamp: kept for stamp, kept in self._sets.items() if stamp > stamp_ns}
+            self._done(found)
+        elif len(self._sets) > self._patience:
+            del self._sets[min(self._sets)]
+
 
 _LOOK_S = 0.25  # chosen: interval between two checks for markers out of date
 _TOLD_S = 3.0  # chosen: so long a warning holds, of which nodes report once a second

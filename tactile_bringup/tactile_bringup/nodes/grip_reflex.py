@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.exceptions import ParameterException
@@ -12,7 +13,26 @@ from sensor_msgs.msg import JointState
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import Contacts, Slip
 
-from ..grip.reflex import Reflex
+LONGEST_S = 0.1  # chosen: longest interval that counts, since nobody knows whether the object slipped throughout a gap in the data
+
+
+@dataclass(frozen=True)
+class Reflex:
+    """hold: force at the first touch, N; most: largest force, N; closing: rate of closing while the object slips, N/s."""
+
+    hold: float = 1.0
+    most: float = 10.0
+    closing: float = 20.0
+
+    def next_force(self, force: float, touched: bool, slips: bool, interval: float) -> float:
+        """Next grip force, N; force, N, was commanded interval s ago. A negative or NaN interval is unknown and counts as 0."""
+        if not touched:
+            return 0.0
+        force = max(force, self.hold)
+        if not slips:
+            return force
+        return min(force + self.closing * (min(interval, LONGEST_S) if interval > 0 else 0.0), self.most)
+
 
 #: Name -> default, upper limit (the lower limit is 0), description. All values are chosen.
 PARAMETERS = {

@@ -20,12 +20,11 @@ from tactile_driver.stitching.calibration import Stitching, load_stitching
 from tactile_msgs.msg import DotTracks
 from tactile_perception.nodes.messages.conversions import RESULTS, camera_matrices
 
-from .drawing_node import DrawingNode
+from .drawing_node import DrawingNode, StampSync
 from ..parameters.table import MARKERS_PARAMETERS
-from ..visualization.annotated_image import annotate
-from ..visualization.markers.annotation import Projection, annotation_of
-from ..visualization.markers.messages import MarkerSet
-from ..visualization.stamp_sync import StampSync
+from ..visualization.pictures import annotate
+from ..visualization.annotation import Projection, annotation_of
+from ..visualization.markers import MarkerSet
 
 _INPUTS = {'dots': DotTracks, **RESULTS}
 _LOOK_S = 0.2  # chosen: interval between two checks for publishers and subscribers

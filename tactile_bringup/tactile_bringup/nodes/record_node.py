@@ -1,11 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""record_node: records all topics of a sensor to a bag (MCAP)."""
+"""record_node: records all topics of a sensor to a bag (MCAP), whatever ends it and however full the disk is."""
 from __future__ import annotations
 
 import math
+import os
 import sys
 import time
+from pathlib import Path
 
 from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
@@ -15,19 +17,42 @@ from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.messages.images import message_type
 from tactile_driver.nodes.runtime.adaptive_subscription import AdaptiveSubscription
-from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, NodeDiagnostics, LogOnce, common_values
 from tactile_driver.nodes.runtime.defect_guard import guard_services
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, LogOnce, NodeDiagnostics, common_values
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
-from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
+from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.recordings.serialization import type_name_of
-from tactile_driver.recordings.writer import recorded_qos
+from tactile_driver.recordings.writer import AT_ONCE, BagWriter, recorded_qos
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from ..parameters.table import RECORD_PARAMETERS
-from ..recording.live_bag import LiveBag
+
+_RESERVE = 4 << 20  # bytes, chosen: room for the end of the file and for metadata.yaml
+_RESERVE_NAME = 'reserve'
+
+
+class LiveBag(BagWriter):
+    """BagWriter of a running sensor. A message goes to the file at once: a killed process loses the last message, or the last 4 KB.
+
+    A full disk loses the messages of that time: write raises OSError. Space reserved on the disk lets the bag be closed all the same.
+    """
+
+    def __init__(self, path: str | Path):
+        super().__init__(path, AT_ONCE)
+
+    def __enter__(self) -> LiveBag:
+        super().__enter__()
+        with open(self.path / _RESERVE_NAME, 'wb') as file:
+            os.posix_fallocate(file.fileno(), 0, _RESERVE)
+        return self
+
+    def __exit__(self, *exc) -> None:
+        (self.path / _RESERVE_NAME).unlink(missing_ok=True)
+        super().__exit__(*exc)
+
 
 RAW = {'voltages': PsdVoltages, **{f'{view}{topic}': kind for view in ('', 'left/', 'right/')
                                    for topic, kind in (('image_raw', Image), ('camera_info', CameraInfo))}}

@@ -3,25 +3,186 @@
 """taxel_markers_node: RViz markers and image_annotated of a taxel array, and the frame of its taxels on /tf_static."""
 from __future__ import annotations
 
+import math
 import sys
+from collections.abc import Mapping
 
+import cv2
+import numpy as np
+from geometry_msgs.msg import Point, Vector3, Wrench
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from rclpy.timer import Timer
 from sensor_msgs.msg import Image
+from std_msgs.msg import ColorRGBA, Header
 from tactile_driver.errors import TactileError
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message
 from tactile_driver.nodes.messages.images import grey_to_array, message_type
 from tactile_driver.nodes.runtime.host import Host
-from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
+from tactile_driver.nodes.runtime.run import run_node
+from tactile_msgs.msg import ContactRegion, Slip
 from tactile_perception.nodes.messages.conversions import RESULTS
+from visualization_msgs.msg import Marker, MarkerArray
 
-from .drawing_node import DrawingNode
 from ..parameters.table import TAXEL_MARKERS_PARAMETERS
-from ..visualization.annotated_image import annotate
-from ..visualization.markers.taxel import TaxelMarkers
-from ..visualization.markers.taxel_annotation import coloured, taxel_annotation
+from ..visualization import pictures as colours
+from ..visualization.markers import SLIP_NAMES, MarkerSet, force_word, points_of, rings_of
+from ..visualization.pictures import Annotation, annotate
+from .drawing_node import DrawingNode
+
+_MOST_ARROWS = 200  # chosen
+_TONES = 64  # steps of the cells' colours, chosen: finer than the eye resolves
+_FAINT = 0.025  # of the full value, chosen: a fainter cell is drawn as untouched
+_MOST_CELLS = 400  # chosen: 4 ms a message
+_UNDER = 1e-4  # m, chosen: from the outlines down to the cells, and from these to the plate of the untouched ones
+_SHARED = ('normal_length', 'force_length', 'full_force', 'full_torque')
+
+
+def _colour(rgb, opacity: float = 1.0) -> ColorRGBA:
+    return ColorRGBA(r=float(rgb[0]), g=float(rgb[1]), b=float(rgb[2]), a=opacity)
+
+
+def _known(wrench: Wrench) -> Wrench:
+    """The wrench with unknown (NaN) components set to zero, so that the known ones can be drawn."""
+    parts = {name: {axis: float(np.nan_to_num(getattr(getattr(wrench, name), axis))) for axis in 'xyz'} for name in ('force', 'torque')}
+    return Wrench(force=Vector3(**parts['force']), torque=Vector3(**parts['torque']))
+
+
+class TaxelMarkers(MarkerSet):
+    """Markers of an array; sizes: pitch, cell_height, normal_length, force_length (m), full_value, full_force (N), full_torque (N m),
+    flow_scale (s).
+    """
+
+    def __init__(self, sizes: Mapping):
+        super().__init__({'dot_size': sizes['pitch'], **{name: sizes[name] for name in _SHARED}})
+        self._array_sizes = sizes
+        self._tones = [_colour(rgb) for rgb in colours.of_depth(np.linspace(0.0, 1.0, _TONES)).tolist()]
+        self._shape: tuple[int, ...] = ()  # of the array
+        self._squares: dict[tuple, list[list[Point]]] = {}  # by shape of the array and number of parts
+
+    def frame(self, header: Header, found: Mapping) -> MarkerArray:
+        """Markers for messages by topic (image_raw, contact_region, contacts, slip, wrench; any may be missing) under their header."""
+        self._header, self._made = header, []
+        region = found.get('contact_region') or ContactRegion()
+        if found.get('image_raw') is not None:
+            self._cells(found['image_raw'])
+        if region.outlines:
+            self._lines(region)
+        if found.get('contacts') is not None:
+            self._contacts(found['contacts'])
+        if found.get('wrench') is not None:
+            self._wrench(_known(found['wrench'].wrench), region)
+        if found.get('slip') is not None and region.outlines:
+            self._flow(found['slip'])
+            self._slip(found['slip'], region)
+        return self._array(found, 0.5 * self._array_sizes['pitch'] * np.array(self._shape[::-1] or (0, 0)))
+
+    def _cells(self, image: Image) -> None:
+        """Draw the array as a plate and each pressed taxel as a square on it, just under the surface, where the outlines lie.
+
+        Triangles, because RViz darkens the upper side of cubes; and few, because rclpy converts each point: of many pressed taxels, blocks.
+        """
+        values = grey_to_array(image, 'taxel image').astype(np.float32)
+        self._shape, full = values.shape, self._array_sizes['full_value']
+        side = math.ceil(math.sqrt(np.count_nonzero(values > _FAINT * full) / _MOST_CELLS))
+        if side > 1:
+            values = cv2.resize(values, tuple(max(1, count // side) for count in self._shape[::-1]), interpolation=cv2.INTER_AREA)
+        tone = np.clip(np.round((_TONES - 1) * values.ravel() / full), 0, _TONES - 1).astype(int)
+        squares = self._squares_of(values.shape)
+        cells = [(squares[k], tone[k]) for k in np.flatnonzero(values.ravel() > _FAINT * full).tolist()]
+        for ns, shown in (('plate', [(self._squares_of((1, 1), -2 * _UNDER)[0], 0)]), ('cells', cells)):
+            if shown:
+                corners = [point for square, _ in shown for point in square]
+                marker = self._add(ns, Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.TEXT), corners)
+                marker.colors = [self._tones[k] for _, k in shown for _ in range(2)]  # one a triangle, which RViz does not light
+
+    def _squares_of(self, parts: tuple[int, int], height: float = -_UNDER) -> list[list[Point]]:
+        """Corners of two triangles for each of parts (rows, columns) of the array, at a height, m; made once."""
+        key = self._shape, parts
+        if key not in self._squares:
+            size = self._array_sizes['pitch'] * np.array(self._shape[::-1]) / parts[::-1]
+            row, column = (index.ravel() for index in np.indices(parts))
+            centres = np.column_stack([column, row]) - 0.5 * (np.array(parts[::-1]) - 1)
+            corners = size * (centres[:, None] + 0.5 * np.array([(-1, -1), (1, -1), (1, 1), (-1, -1), (1, 1), (-1, 1)]))
+            self._squares[key] = [points_of(square) for square in np.dstack([corners, np.full(corners.shape[:2], height)])]
+        return self._squares[key]
+
+    def _lines(self, region: ContactRegion) -> None:
+        """Draw outlines, holes and principal axes of the region."""
+        width = 0.3 * self._array_sizes['pitch']
+        for ns, rings, colour in zip(('outlines', 'holes'), rings_of(region), (colours.REGION, colours.HOLE)):
+            if rings:
+                ends = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1).reshape(-1, 3) for ring in rings]
+                self._add(ns, Marker.LINE_LIST, (width, 0.0, 0.0), _colour(colour), points_of(np.concatenate(ends)))
+        middle = np.array([region.centroid.x, region.centroid.y, region.centroid.z])
+        if np.isfinite(region.orientation):
+            along = np.array([np.cos(region.orientation), np.sin(region.orientation), 0.0])
+            across = np.array([-along[1], along[0], 0.0])
+            ends = [middle + side * 0.5 * length * axis for axis, length in ((along, region.major_axis), (across, region.minor_axis))
+                    for side in (-1, 1)]
+            self._add('axes', Marker.LINE_LIST, (width, 0.0, 0.0), _colour(colours.CONTACT), points_of(np.array(ends)))
+
+    def _flow(self, slip: Slip) -> None:
+        """Draw the slip velocity at each slipping point as a line."""
+        size, scale = self._array_sizes['pitch'], self._array_sizes['flow_scale']
+        at = np.column_stack([slip.x, slip.y, np.zeros(len(slip.x))]).astype(float)
+        by = np.column_stack([slip.vx, slip.vy, np.zeros(len(slip.vx))]).astype(float)
+        known = np.flatnonzero(np.isfinite(by).all(axis=1))
+        known = known[::1 + len(known) // _MOST_ARROWS]
+        if len(known):
+            ends = np.stack([at[known], at[known] + scale * by[known]], axis=1).reshape(-1, 3)
+            self._add('flow', Marker.LINE_LIST, (0.15 * size, 0.0, 0.0), _colour(colours.ARROW), points_of(ends))
+
+
+_LEGEND = [('untouched', tuple(colours.of_depth(np.zeros(1))[0])), ('full', tuple(colours.of_depth(np.ones(1))[0])),
+           ('region', colours.REGION), ('contact', colours.CONTACT), ('slip', colours.STATE_COLOURS[2])]
+_RING = 0.3  # taxels, radius of the ring at the tip of the slip arrow; chosen
+
+
+def coloured(values: np.ndarray, full_value: float) -> np.ndarray:
+    """values (rows, columns) as colours (rows, columns, 3) uint8 BGR, those of the markers; full_value: the brightest."""
+    rgb = colours.of_depth(np.clip(values.astype(float) / full_value, 0, 1).ravel())
+    return np.round(255 * rgb[:, 2::-1]).astype(np.uint8).reshape(*values.shape, 3)
+
+
+def taxel_annotation(found: Mapping, shape: tuple[int, int], sizes: Mapping) -> Annotation:
+    """Outlines, contacts, the slip arrow and two lines of text, from messages by topic (contact_region, contacts, slip, wrench; any may be
+    missing); shape: (rows, columns); sizes: pitch (m), flow_scale (s), by which a velocity becomes the arrow's length."""
+    region = found.get('contact_region') or ContactRegion()
+    middle = 0.5 * np.array([shape[1] - 1, shape[0] - 1])
+
+    def places(xy: np.ndarray) -> np.ndarray:
+        return xy[:, :2] / sizes['pitch'] + middle
+
+    contacts = found['contacts'].contacts if 'contacts' in found else []
+    outlines, holes = ([places(ring) for ring in rings if len(ring)] for rings in rings_of(region))
+    what = Annotation(outlines=outlines, holes=holes, radius=_RING, text=_lines(found, region, len(contacts)), legend=_LEGEND)
+    what.contacts = places(np.array([(c.position.x, c.position.y) for c in contacts], float).reshape(-1, 2))
+    velocity = _velocity(found, region)
+    if np.isfinite(velocity).all() and velocity.any():
+        what.duv = velocity[None] * (sizes['flow_scale'] / sizes['pitch'])
+        what.uv = places(np.array([[region.centroid.x, region.centroid.y]])) + what.duv
+        what.id, what.state = np.zeros(1, np.int64), np.array([2])
+    return what
+
+
+def _velocity(found: Mapping, region: ContactRegion) -> np.ndarray:
+    """(2,) m/s of the object at the region's centroid; NaN without slip."""
+    if 'slip' not in found or not region.outlines or not found['slip'].state:
+        return np.full(2, np.nan)
+    twist, at = found['slip'].velocity, region.centroid
+    turn = np.nan_to_num(twist.angular.z)
+    return np.array([twist.linear.x - turn * at.y, twist.linear.y + turn * at.x])
+
+
+def _lines(found: Mapping, region: ContactRegion, contacts: int) -> list[str]:
+    if not region.outlines:
+        return ['nothing touches', '']
+    force = force_word(found['wrench'].wrench.force) if 'wrench' in found else ''
+    first = [f'{contacts} contact{"s" if contacts != 1 else ""}', f'{1e6 * region.area:.0f} mm2', force]
+    return [', '.join(filter(None, first)), SLIP_NAMES.get(found['slip'].state, '') if 'slip' in found else '']
+
 
 _INPUTS = {'image_raw': Image, **RESULTS}
 _KEPT = 20  # messages per topic, chosen: among these the node looks for equal stamps

@@ -20,13 +20,11 @@ from tactile_perception.errors import BadArgument
 from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.press.tools import calibrate_markers
 from tactile_perception.finger.tools import calibrate_psd
-from tactile_perception.tools.calibrate.taxel import calibrate_taxels
+from tactile_perception.taxel.calibration import calibrate_taxels
 
-from .camera import write_scene
+from .bags import write_psd_scene, write_scene, write_taxel_scene
 from ..installed import share
 from ..parameters.files import LICENCE
-from .psd import write_psd_scene
-from .taxel import write_taxel_scene
 
 # Sensor type -> calibration, scene writer, scene, rate in Hz (3 Hz gives sheets and dome two to four frames per depth).
 SPECIMENS = {**{name: (calibrate_markers, write_scene, f'{name}_calibration', 3.0) for name in MARKER_SENSORS},

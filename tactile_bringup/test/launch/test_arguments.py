@@ -1,22 +1,29 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+"""Launch of one sensor: arguments, processes, recordings."""
+
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
+from launch import LaunchContext
+from launch.actions import LogInfo
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import String
+from tactile_bringup.installed import share
+from tactile_bringup.launch import arguments as module
+from tactile_bringup.launch.arguments import (
+    LaunchError, SensorPlan, check, completed, driver_parameters, end_if_wrong, hand_frames, processes, sensor_actions, sensor_arguments,
+    sensor_plan)
+from tactile_bringup.launch.recorded import bag_of, recorded_topics
+from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.runtime.run import WRONG
+from tactile_driver.recordings.serialization import encode
+from tactile_driver.recordings.writer import BagWriter
+from tactile_perception.sensors import SENSOR_TYPES
 
-pytest.importorskip('launch_ros', reason='ROS is not sourced')
-
-from launch import LaunchContext  # noqa: E402
-from launch.actions import LogInfo  # noqa: E402
-
-from tactile_bringup.launch.arguments import (  # noqa: E402
-    LaunchError, check, completed, driver_parameters, sensor_actions, sensor_arguments, sensor_plan)
-from tactile_bringup.installed import share  # noqa: E402
-from tactile_perception.sensors import SENSOR_TYPES  # noqa: E402
-
-pytestmark = pytest.mark.ros
 SOURCES = ('sim', 'device', 'file', 'bag')
 
 
@@ -186,3 +193,118 @@ def test_without_rviz_one_line_says_so(monkeypatch):
         raise arguments.PackageNotFoundError(name)
     monkeypatch.setattr(arguments, 'get_package_prefix', missing)
     assert ['is not installed' in note for note in notes(actions('touchpad', rviz='true'))] == [True]
+
+
+NODES = {'camera_node': {'device': '1e3', 'rate': 60.0, 'loop': True}, 'dot_tracker_node': {}, 'markers_node': {'frame_id': 'left_pad'}}
+
+
+@pytest.fixture
+def plan(monkeypatch, tmp_path):
+    monkeypatch.setattr(module, 'launch_config', SimpleNamespace(log_dir=str(tmp_path)))
+    return SensorPlan('left_pad', '/left/pad', 'a.yaml', NODES, 'bag')
+
+
+@pytest.mark.parametrize(('composed', 'expected'), [(True, [list(NODES), ['record_node']]),
+                                                    (False, [[name] for name in (*NODES, 'record_node')])])
+def test_who_shares_a_process(processes_of, plan, composed, expected):
+    assert processes_of(processes(plan, composed)) == expected
+
+
+def test_each_node_has_its_own_parameters_with_their_types(plan, tmp_path):
+    processes(plan, True)
+    page = yaml.safe_load((tmp_path / 'left_pad_parameters.yaml').read_text())
+    assert page == {'/left/pad/camera_node': {'ros__parameters': NODES['camera_node']},
+                    '/left/pad/markers_node': {'ros__parameters': {'frame_id': 'left_pad'}}}
+
+
+def test_sensors_are_started_again_and_recorders_are_not(plan):
+    def again(node):
+        return node._ExecuteLocal__respawn
+    sensor, recorder = processes(plan, True)
+    assert again(sensor) and not again(recorder) and again(hand_frames('hand.yaml'))
+
+
+def test_what_is_wrong_ends_the_launch_and_what_dies_does_not():
+    running, closing = SimpleNamespace(is_shutdown=False), SimpleNamespace(is_shutdown=True)
+    with pytest.raises(LaunchError, match='thumb-1'):
+        end_if_wrong(SimpleNamespace(returncode=WRONG, process_name='thumb-1'), running)
+    end_if_wrong(SimpleNamespace(returncode=WRONG, process_name='thumb-1'), closing)
+    end_if_wrong(SimpleNamespace(returncode=-9, process_name='thumb-1'), running)
+
+
+RAW = {'touchpad': ['image_raw'], 'areal_dual': ['left/image_raw', 'right/image_raw', 'image_raw'], 'psd_finger': ['voltages'],
+       'marker_video': ['image_raw'], 'areal_single': ['image_raw/compressed'], 'camera': ['image_color']}
+
+
+def write(path, **sensors):
+    """A bag with the description, raw data and pictures of each sensor: name -> (type, source)."""
+    with BagWriter(path) as bag:
+        for name, (sensor_type, source) in sensors.items():
+            kind, data = encode(String(data=f'sensor_type: {sensor_type}\nsource: {source}\n'))
+            bag.write(f'/{name}/description', kind, 10**9, data)
+            for topic in (*RAW[sensor_type], 'image_annotated'):
+                kind, data = encode(CompressedImage() if topic.endswith('/compressed') else Image())
+                bag.write(f'/{name}/{topic}', kind, 10**9, data)
+    return str(path)
+
+
+def test_one_bag_of_all_or_one_of_each(tmp_path):
+    whole = write(tmp_path / 'whole', thumb=('touchpad', 'sim'), index=('touchpad', 'device'))
+    write(tmp_path / 'each' / 'thumb', thumb=('touchpad', 'device'))
+    assert bag_of(whole, 'index') == whole
+    assert bag_of(str(tmp_path / 'each'), 'thumb') == str(tmp_path / 'each' / 'thumb')
+
+
+def test_the_sensors_own_topics_are_chosen_and_whether_it_was_simulated(tmp_path):
+    bag = write(tmp_path / 'bag', pad=('touchpad', 'sim'), palm=('areal_dual', 'device'), tip=('psd_finger', 'sim'))
+    none = {}
+    assert recorded_topics(bag, 'touchpad', 'touchpad', none) == ({'topic': '/pad/image_raw'}, True)
+    assert recorded_topics(bag, 'areal_dual', 'x', none) == (
+        {'topic': '/palm/left/image_raw', 'right_topic': '/palm/right/image_raw'}, False)
+    assert recorded_topics(bag, 'psd_finger', 'psd_finger', none) == ({'topic': '/tip/voltages'}, True)
+
+
+def test_a_recording_of_a_replay_knows_that_the_sensor_was_simulated(tmp_path):
+    bag = write(tmp_path / 'bag', pad=('touchpad', 'bag\nrecorded: {source: sim}'), tip=('psd_finger', 'bag\nrecorded: {source: device}'))
+    assert recorded_topics(bag, 'touchpad', 'touchpad', {}) == ({'topic': '/pad/image_raw'}, True)
+    assert recorded_topics(bag, 'psd_finger', 'tip', {}) == ({'topic': '/tip/voltages'}, False)
+
+
+@pytest.mark.parametrize('given', ['', '/sheet/image_raw', '/sheet/image_raw/compressed'])
+def test_a_recording_of_compressed_images(tmp_path, given):
+    bag = write(tmp_path / 'bag', sheet=('areal_single', 'sim'))
+    assert recorded_topics(bag, 'areal_single', 'x', {'topic': given}) == ({'topic': given or '/sheet/image_raw'}, True)
+
+
+def test_of_several_of_a_type_the_namespace_or_the_topic_chooses(tmp_path):
+    bag = write(tmp_path / 'bag', thumb=('touchpad', 'sim'), index=('touchpad', 'device'))
+    assert recorded_topics(bag, 'touchpad', 'index', {}) == ({'topic': '/index/image_raw'}, False)
+    assert recorded_topics(bag, 'touchpad', 'touchpad', {'topic': '/thumb/image_raw'}) == ({'topic': '/thumb/image_raw'}, True)
+    with pytest.raises(BadArgument, match='/index/.*/thumb/'):
+        recorded_topics(bag, 'touchpad', 'touchpad', {})
+
+
+def test_a_topic_of_another_name_is_left_to_the_driver(tmp_path):
+    bag = write(tmp_path / 'bag', cam=('camera', 'device'))
+    assert recorded_topics(bag, 'touchpad', 'touchpad', {}) == ({}, False)
+    assert recorded_topics(bag, 'touchpad', 'touchpad', {'topic': '/cam/image_color'}) == ({'topic': '/cam/image_color'}, False)
+
+
+def test_a_kind_of_sensor_that_has_no_launch_file_may_be_anything(tmp_path):
+    bag = write(tmp_path / 'bag', gel=('marker_video', 'device'))
+    assert recorded_topics(bag, 'touchpad', 'touchpad', {}) == ({'topic': '/gel/image_raw'}, False)
+
+
+@pytest.mark.parametrize('wanted', ['areal_single', 'psd_finger'])
+def test_a_recording_of_another_type_is_refused_by_name(tmp_path, wanted):
+    bag = write(tmp_path / 'bag', pad=('touchpad', 'sim'))
+    with pytest.raises(BadArgument, match=f'touchpad.*{wanted}.*touchpad.launch.py'):
+        recorded_topics(bag, wanted, wanted, {})
+
+
+def test_what_is_not_there_is_told(tmp_path):
+    whole = write(tmp_path / 'whole', thumb=('touchpad', 'sim'))
+    with pytest.raises(BadArgument, match='/palm.*/thumb/description'):
+        bag_of(whole, 'palm')
+    with pytest.raises(BadArgument, match='no such file'):
+        bag_of(str(tmp_path / 'nowhere'), 'palm')

@@ -5,19 +5,14 @@ from types import SimpleNamespace
 
 import pytest
 import yaml
+from launch import LaunchContext
+from launch.actions import LogInfo
+from tactile_bringup.hand.description import HandSensor
+from tactile_bringup.launch import hand, arguments as processes, recorded
+from tactile_bringup.launch.arguments import LaunchError
+from tactile_bringup.launch.hand import hand_actions, hand_arguments, planned_sensor, sensor_values
+from tactile_driver.errors import BadArgument
 
-pytest.importorskip('launch_ros', reason='ROS is not sourced')
-
-from launch import LaunchContext  # noqa: E402
-from launch.actions import LogInfo  # noqa: E402
-from tactile_driver.errors import BadArgument  # noqa: E402
-
-from tactile_bringup.hand.description import HandSensor  # noqa: E402
-from tactile_bringup.launch import hand, processes, recorded  # noqa: E402
-from tactile_bringup.launch.arguments import LaunchError  # noqa: E402
-from tactile_bringup.launch.hand import hand_actions, hand_arguments, planned_sensor, sensor_values  # noqa: E402
-
-pytestmark = pytest.mark.ros
 GIVEN = {'hand': 'hand.yaml', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': '', 'composed': 'true'}
 
 

@@ -1,15 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Runs launch_files.py by launch_testing, one test for each launch file."""
+import launch_files
 import pytest
+from launch_testing.loader import LoadTestsFromPythonModule
+from launch_testing.test_runner import LaunchTestRunner
 
-pytest.importorskip('launch_testing_ros', reason='ROS is not sourced')
-
-import launch_files  # noqa: E402
-from launch_testing.loader import LoadTestsFromPythonModule  # noqa: E402
-from launch_testing.test_runner import LaunchTestRunner  # noqa: E402
-
-pytestmark = pytest.mark.ros
 RUNS = {run.param_args['name']: run for run in LoadTestsFromPythonModule(launch_files)}
 
 

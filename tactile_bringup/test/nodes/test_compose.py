@@ -6,24 +6,19 @@ import os
 import time
 
 import pytest
-
-rclpy = pytest.importorskip('rclpy')
-
-from ament_index_python.packages import get_package_share_directory  # noqa: E402
-from lifecycle_msgs.srv import GetState  # noqa: E402
-from rclpy.context import Context  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_msgs.msg import ContactRegion  # noqa: E402
-from tactile_perception.tools import process_bag  # noqa: E402
-
-from tactile_bringup.nodes.compose import made  # noqa: E402
-from tactile_perception.sensors import NODES, load  # noqa: E402
-from tactile_bringup.simulate.camera import write_scene  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode  # noqa: E402
-
-pytestmark = pytest.mark.ros
+import rclpy
+from ament_index_python.packages import get_package_share_directory
+from lifecycle_msgs.srv import GetState
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from tactile_bringup.nodes.compose import made
+from tactile_bringup.simulate.bags import write_scene
+from tactile_driver.errors import BadArgument
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_msgs.msg import ContactRegion
+from tactile_perception.sensors import NODES, load
+from tactile_perception.tools import process_bag
 
 
 def test_the_table_names_what_there_is():

@@ -2,18 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where a hand's sensors are mounted, as listeners that come later get it."""
 import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from tactile_bringup.nodes.hand_frames_node import HandFramesNode
+from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.runtime.host import Host
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
 
-rclpy = pytest.importorskip('rclpy')
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
-from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_driver.nodes.runtime.host import Host  # noqa: E402
-from tf2_msgs.msg import TFMessage  # noqa: E402
-from visualization_msgs.msg import MarkerArray  # noqa: E402
-
-from tactile_bringup.nodes.hand_frames_node import HandFramesNode  # noqa: E402
-
-pytestmark = pytest.mark.ros
 HAND = 'sensors:\n  - {name: left/thumb, type: touchpad, parent: palm, xyz: [0.1, 0.2, 0.3], quaternion: [0, 0.6, 0, 0.8]}\n' \
        '  - {name: index, type: psd_finger}\n'
 

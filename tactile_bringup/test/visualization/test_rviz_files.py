@@ -119,24 +119,6 @@ def test_topics_and_frame_are_those_of_the_sensor(sensor):
     assert all(each['Enabled'] == each['Value'] for each in page['Visualization Manager']['Displays'])
 
 
-def test_axes_and_grid_are_of_the_sensors_size_and_no_name_lies_over_them(sensor):
-    (grid,), (frames,) = displays(shipped(sensor), 'Grid'), displays(shipped(sensor), 'TF')
-    width = 2 * max(BOXES[sensor][:2])
-    assert 1.0 < grid['Cell Size'] * grid['Plane Cell Count'] / width < 3.1
-    assert 0.1 < 0.2 * frames['Marker Scale'] / width < 0.3, "an axis; RViz's are 0.2 m at a scale of 1"
-    assert frames['Show Axes'] and not frames['Show Names']
-
-
-def test_points_are_pale_where_nothing_touches(sensor):
-    for cloud in displays(shipped(sensor), 'PointCloud2'):
-        limits = np.array([cloud['Min Intensity'], cloud['Max Intensity']])
-        colours = np.array([[int(part) for part in cloud[key].split(';')] for key in ('Min Color', 'Max Color')])
-        share = np.clip((0.0 - limits[0]) / (limits[1] - limits[0]), 0, 1)  # of the value 0, as RViz computes it without a rainbow
-        assert cloud['Use rainbow'] is False and cloud['Autocompute Intensity Bounds'] is False
-        assert (colours[0] + share * (colours[1] - colours[0])).tolist() == [115, 158, 204]
-        assert cloud['Channel Name'] == ('normal_force' if sensor in ('touchpad', 'taxel_array') else 'displacement_z')
-
-
 @pytest.mark.parametrize('name', [*BOXES, 'hand'])
 def test_docks_stay_as_the_state_of_the_window_has_them(name):
     # RViz shows each dock whose `collapsed` is true when it is told not to hide the area, and reads an absent `Hide ...` uninitialised.

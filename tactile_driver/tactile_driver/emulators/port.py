@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import BadArgument
-from ..sources.base.pacing import NS, wait_until
+from ..sources.source import NS, wait_until
 
 _GARBAGE, _DROPPED = 300, 40  # bytes inserted before a frame; limit of the bytes dropped from one; chosen
 _PAUSE_S = 1.0  # duration of the faults pause and unplug; chosen

@@ -12,11 +12,9 @@ from ..command import tells_errors
 from ..errors import BadArgument
 from .port import PortEmulator, emulator_parser, serve
 from ..samples import CHANNELS
-from ..serial_frames.binary import SAMPLES, write_frame
-from ..serial_frames.counts import CountFrame
-from ..serial_frames.lines import write_line
+from ..serial.frames import CountFrame, SAMPLES, write_frame, write_line
 from ..simulation.psd.scene import open_psd_scene
-from ..sources.base.pacing import NS
+from ..sources.source import NS
 
 _FRAMES_AT_ONCE = 50  # frames simulated per call, which is faster than one by one; chosen
 

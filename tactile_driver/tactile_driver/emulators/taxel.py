@@ -11,8 +11,7 @@ import numpy as np
 from ..command import tells_errors
 from ..errors import BadArgument
 from .port import PortEmulator, emulator_parser, serve
-from ..serial_frames.binary import LARGEST, MATRIX, write_frame
-from ..serial_frames.counts import CountFrame
+from ..serial.frames import CountFrame, LARGEST, MATRIX, write_frame
 from ..simulation.taxel.scene import open_taxel_scene
 
 _SCENE_RATE = 50.0  # simulated frames/s; a faster device sends each several times; chosen

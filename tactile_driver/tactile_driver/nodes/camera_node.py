@@ -4,14 +4,121 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
+from functools import partial
 
-from .driver_node import DriverNode
-from ..frame import load_calibration
-from ..parameters.camera import CAMERA_PARAMETERS, known_pose
+from rclpy.lifecycle import LifecycleNode
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+
+from ..frame import CameraCalibration, Frame, load_calibration
+from ..frame_names import optical_frame
+from ..parameters.drivers import CAMERA_PARAMETERS, known_pose
+from ..sources.registry import CAMERA_SOURCES, make_source
+from ..sources.source import Source
+from .driver_node import ACKNOWLEDGE, BaseStream, DriverNode, RawPublishers
+from .messages.conversions import calibration_to_message, header_of, image_to_message
+from .messages.transforms import Pose, camera_transforms
 from .runtime.host import Host
+from .runtime.ros_defaults import LATCHED_QOS, STREAM_QOS
 from .runtime.run import run_node
-from ..sources.camera.registry import make_source
-from .streams.image import ImagePublishers, ImageStream
+
+
+class ImageTopic:
+    """image_raw and camera_info of one view, under prefix ('' or 'left/')."""
+
+    def __init__(self, node: LifecycleNode, prefix: str = ''):
+        self.image = node.create_lifecycle_publisher(Image, prefix + 'image_raw', STREAM_QOS)
+        self.info = node.create_lifecycle_publisher(CameraInfo, prefix + 'camera_info', LATCHED_QOS)
+
+    @property
+    def wanted(self) -> bool:
+        """Whether image or camera_info has a subscriber."""
+        return bool(self.image.get_subscription_count() or self.info.get_subscription_count())
+
+    def publish(self, frame: Frame, encoding: str, header: Header, info: CameraInfo) -> None:
+        """Publish info, and the frame if it has subscribers, under the header."""
+        info.header = header
+        self.info.publish(info)
+        if self.image.get_subscription_count():
+            self.image.publish(image_to_message(frame, encoding, header))
+
+    def wait_until_received(self) -> None:
+        """Wait until all reliable subscribers have acknowledged the image."""
+        self.image.wait_for_all_acked(ACKNOWLEDGE)
+
+
+class ImagePublishers(RawPublishers):
+    """image_raw and camera_info, the cameras' frames on /tf_static, and the topics of all drivers."""
+
+    def __init__(self, node: LifecycleNode):
+        super().__init__(node)
+        self._node = node
+        self.picture = ImageTopic(node)
+        self._transforms = node.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)  # tf2_ros's broadcaster needs a C++ extension
+
+    def place_cameras(self, frame_id: str, poses: Mapping[str, Pose]) -> None:
+        """Publish where the cameras are in the sensor frame frame_id; poses: as of camera_transforms, those that are known."""
+        if poses:
+            stamp = self._node.get_clock().now().to_msg()
+            self._transforms.publish(TFMessage(transforms=camera_transforms(frame_id, poses, stamp)))
+
+    @property
+    def wanted(self) -> bool:
+        """Whether any of the topics has a subscriber."""
+        return self.picture.wanted or super().wanted
+
+
+class ImageStream(BaseStream):
+    """Publishes the frames of one camera.
+
+    values: the node's parameters; calibration: for camera_info, None if unknown.
+    """
+
+    slow = 'too little light (long exposure), a slow USB port or pixel format, or '
+
+    def __init__(self, node: LifecycleNode, publishers: ImagePublishers, source: Source, values: dict,
+                 calibration: CameraCalibration | None):
+        self._calibration, self._info, self._size = calibration, None, None
+        super().__init__(node, publishers, source, values)
+
+    def _publish(self, frame: Frame) -> None:
+        header = header_of(frame.stamp_ns, optical_frame(self._values['frame_id']))
+        size = frame.image.shape[1], frame.image.shape[0]
+        if size != self._size:
+            self._new_size(size, frame.encoding)
+        self._publishers.picture.publish(frame, self._values['encoding'], header, self._info)
+        self._publish_truth(frame.truth, frame.stamp_ns)
+        if self.source.on_demand:
+            self._publishers.picture.wait_until_received()
+
+    def _new_size(self, size: tuple[int, int], encoding: str) -> None:
+        """Make camera_info for images of this size (width, height), px, and complete the description."""
+        self._remarks = []
+        self._remark(size_remark(self._values, size))
+        self._info, remark = info_of_size(self._calibration, size)
+        self._remark(remark)
+        self._size = size
+        self._describe(width=size[0], height=size[1], encoding=self._values['encoding'] or encoding)
+
+
+def size_remark(values: dict, size: tuple[int, int]) -> str:
+    """The warning if a device gives images of another size (width, height), px, than requested; else ''."""
+    asked = values['width'] or size[0], values['height'] or size[1]
+    if values['source'] != 'device' or asked == size:
+        return ''
+    return (f'the camera gives {size[0]} x {size[1]} px instead of {asked[0]} x {asked[1]} px; set width, height and '
+            'pixel_format to what it offers (v4l2-ctl --list-formats-ext)')
+
+
+def info_of_size(known: CameraCalibration | None, size: tuple[int, int]) -> tuple[CameraInfo, str]:
+    """camera_info for images of this size (width, height), px, and a warning if the calibration is for another size."""
+    if known is None or (known.width, known.height) == size:
+        return calibration_to_message(known or CameraCalibration(*size)), ''
+    return calibration_to_message(CameraCalibration(*size)), (
+        f'the camera calibration is for {known.width} x {known.height} px, but images are {size[0]} x {size[1]} px: '
+        'camera_info is published as uncalibrated; set camera_info_path to a calibration of this size')
 
 
 class CameraNode(DriverNode):
@@ -25,7 +132,7 @@ class CameraNode(DriverNode):
         """See DriverNode."""
         given = load_calibration(values['camera_info_path']) if values['camera_info_path'] else None
         poses = known_pose(values)
-        source = self.opened(make_source, values)
+        source = self.opened(partial(make_source, CAMERA_SOURCES), values)
         self._outputs.place_cameras(values['frame_id'], poses)
         return ImageStream(self, self._outputs, source, values, given or source.calibration())
 

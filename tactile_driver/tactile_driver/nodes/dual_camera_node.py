@@ -4,16 +4,212 @@
 from __future__ import annotations
 
 import sys
+import threading
+from collections import deque
+from dataclasses import replace
 
-from .driver_node import DriverNode
-from ..frame import load_calibration
-from ..parameters.dual_camera import DUAL_CAMERA_PARAMETERS, check_pair
+from rclpy.lifecycle import LifecycleNode
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import CompressedImage, Image, TimeReference
+from std_msgs.msg import Header
+
+from ..camera.pairs import NAMES, DualSource
+from ..errors import BadArgument, BadFrame
+from ..frame import CameraCalibration, Frame, PairFrame, as_encoding, load_calibration
+from ..frame_names import optical_frame
+from ..parameters.drivers import DUAL_CAMERA_PARAMETERS, check_pair
+from ..sources.registry import make_dual_source
+from ..sources.source import NS, NothingYet, Source
+from ..stamp_gaps import StampGaps
+from ..stitching.calibration import Stitching, load_stitching
+from ..stitching.methods import MiddleStitcher, Stitcher, make_stitcher
+from .camera_node import ImagePublishers, ImageStream, ImageTopic, info_of_size, size_remark
+from .driver_node import BaseStream, DriverNode
+from .messages.conversions import RIGHT_TIME, frame_of_message, header_of, right_time_message
+from .runtime.adaptive_subscription import AdaptiveSubscription
+from .runtime.diagnostics import Health
 from .runtime.host import Host
+from .runtime.ros_defaults import STREAM_QOS
 from .runtime.run import run_node
-from ..sources.dual_camera.registry import make_dual_source
-from ..stitching.calibration import load_stitching
-from .streams.dual_camera import DualPublishers, DualStream
-from .streams.topic_source import TopicSource
+
+_MOMENT_S = 0.1  # longest wait of read; chosen
+_LONGEST_QUEUE = 4  # frames; chosen: the pairing keeps 8 more
+_QUEUE = QoSProfile(depth=10)
+
+
+class TopicSource(Source):
+    """The images of a topic, relative to node's namespace: sensor_msgs/CompressedImage if it is named .../compressed, else Image. It
+    subscribes only while frames are wanted."""
+
+    live = True
+
+    def __init__(self, node: Node, topic: str):
+        if not topic:
+            raise BadArgument('topic: source topics needs the names of two image topics')
+        self._node, self._topic = node, topic
+        self._image: AdaptiveSubscription | None = None
+        self._gaps = StampGaps(topic)
+        self._queue: deque[Image | CompressedImage] = deque()
+        self._arrived = threading.Condition()
+
+    def open(self) -> None:
+        """Do nothing: read subscribes."""
+
+    def read(self, wanted: bool = True) -> Frame | None:
+        """The next image. Raises NothingYet, or BadFrame for a message that makes no image."""
+        self._subscribe(wanted)
+        with self._arrived:
+            if not self._arrived.wait_for(lambda: self._queue, _MOMENT_S):
+                raise NothingYet
+            message = self._queue.popleft()
+        return frame_of_message(message, f'the image of {self._topic}')
+
+    def _subscribe(self, wanted: bool) -> None:
+        if wanted and self._image is None:
+            self._gaps.restart()
+            self._image = AdaptiveSubscription(self._node, Image, self._topic, self._take, _QUEUE)
+        elif not wanted and self._image is not None:
+            self._image.close()
+            self._image = None
+            self._queue.clear()
+
+    def _take(self, message: Image | CompressedImage, _received_ns: int) -> None:
+        with self._arrived:
+            self._gaps.add(message.header.stamp.sec * NS + message.header.stamp.nanosec)
+            self._queue.append(message)
+            if len(self._queue) > _LONGEST_QUEUE:
+                self._queue.popleft()
+                self.skipped += 1
+            self._arrived.notify_all()
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._subscribe(False)
+
+    def describe(self) -> dict:
+        """The topic, whether it is idle (not subscribed), and the number of lost frames, counted by gaps in the stamps."""
+        return {'source': 'topics', 'path': self._topic, 'rate': -1.0, 'idle': self._image is None, 'lost': self._gaps.lost}
+
+    @property
+    def remark(self) -> str:
+        """The warning that frames are lost in transport, ''."""
+        return self._gaps.remark
+
+
+class DualPublishers(ImagePublishers):
+    """image_raw and camera_info of the stitched picture and of each view, under left/ and right/, and right/time_reference.
+
+    views: (left, right); empty if the node subscribes to the views; right_time: exposure of the right view of each picture.
+    """
+
+    def __init__(self, node: LifecycleNode):
+        super().__init__(node)
+        self.views: tuple[ImageTopic, ...] = ()
+        self._made: tuple[ImageTopic, ...] = ()
+        self.right_time = node.create_lifecycle_publisher(TimeReference, RIGHT_TIME, STREAM_QOS)
+
+    def choose_views(self, published: bool) -> None:
+        """Publish both views, or only the stitched picture."""
+        if published and not self._made:
+            self._made = tuple(ImageTopic(self._node, f'{name}/') for name in NAMES)
+        self.views = self._made if published else ()
+
+    @property
+    def wanted(self) -> bool:
+        """Whether any of the topics has a subscriber."""
+        return super().wanted or bool(self.right_time.get_subscription_count()) or any(view.wanted for view in self.views)
+
+
+class DualStream(BaseStream):
+    """Publishes the pairs of source.
+
+    stitching: None puts the views side by side; calibrations: of the left and the right camera, None for an unknown one; values: the
+    node's parameters.
+    """
+
+    slow = ImageStream.slow
+
+    def __init__(self, node: LifecycleNode, publishers: DualPublishers, source: DualSource, values: dict,
+                 stitching: Stitching | None, calibrations: tuple[CameraCalibration | None, CameraCalibration | None]):
+        self._stitcher = None if stitching is None else make_stitcher(values['stitching'], stitching)
+        self._calibrations, self._infos, self._sizes = calibrations, {}, {}
+        self._missing: tuple[str, ...] = ()
+        super().__init__(node, publishers, source, values)
+        if stitching is None:
+            self._remark('stitching_path is empty: the views are cut and put side by side, image_raw is not metric; calibrate an untouched '
+                         'pair and give its file')
+
+    def health(self) -> Health:
+        """For /diagnostics: with the offset of the cameras' exposures; an offset at which frames do not pair is logged too."""
+        health, shutters = super().health(), self.source.shutters
+        if shutters is None:
+            return health
+        if shutters.remark:
+            self._log.warning('shutters', shutters.remark)
+        else:
+            self._log.forget('shutters')
+        return replace(health, values={**health.values, **shutters.numbers()})
+
+    def _publish(self, pair: PairFrame) -> None:
+        header = header_of(pair.stamp_ns, optical_frame(self._values['frame_id']))
+        self._log_missing(pair)
+        self._note_sizes(pair)
+        for name, topic, frame in zip(NAMES, self._publishers.views, (pair.left, pair.right)):
+            if frame is not None:
+                own = header_of(frame.stamp_ns, optical_frame(self._values['frame_id'], name))
+                topic.publish(frame, self._values['encoding'], own, self._infos[name])
+        if pair.left is not None and pair.right is not None:
+            self._publishers.right_time.publish(right_time_message(pair.right.stamp_ns, header))
+        if self._publishers.picture.wanted:
+            self._publish_picture(pair, header)
+        self._publish_truth(pair.truth, pair.stamp_ns)
+        if self.source.on_demand:
+            for topic in (self._publishers.picture, *self._publishers.views):
+                topic.wait_until_received()
+
+    def _publish_picture(self, pair: PairFrame, header: Header) -> None:
+        frames = [frame for frame in (pair.left, pair.right) if frame is not None]
+        encoding = self._values['encoding'] or ('mono8' if all(f.encoding == 'mono8' for f in frames) else 'bgr8')
+        left, right = (None if frame is None else as_encoding(frame, encoding) for frame in (pair.left, pair.right))
+        try:
+            stitcher = self._stitcher or self._side_by_side(pair)
+            picture = Frame(stitcher.stitch(left, right), pair.stamp_ns, encoding)
+        except BadFrame as error:
+            self._remark(f'image_raw: {error}')
+            return
+        self._publishers.picture.publish(picture, '', header, info_of_size(None, stitcher.size)[0])
+
+    def _side_by_side(self, pair: PairFrame) -> Stitcher:
+        """A stitcher without calibration: it cuts half of the overlap off each view."""
+        sizes = tuple(self._sizes.get(name) or next(iter(pair.sizes.values())) for name in NAMES)
+        half = self._values['overlap'] / 2
+        if sizes[0][1] != sizes[1][1]:
+            raise BadFrame(f'views of {sizes[0][1]} and {sizes[1][1]} px height cannot be put side by side; give stitching_path')
+        return MiddleStitcher(sizes, (sizes[0][0] - half, half))
+
+    def _note_sizes(self, pair: PairFrame) -> None:
+        """Make camera_info for each view with a new size, and complete the description."""
+        new = {name: size for name, size in pair.sizes.items() if self._sizes.get(name) != size}
+        for name, size in new.items():
+            self._sizes[name] = size
+            self._infos[name], remark = info_of_size(self._calibrations[NAMES.index(name)], size)
+            for text in (remark, size_remark(self._values, size) if self._values['layout'] == 'two' else ''):
+                self._remark(f'{name}: {text}' if text else '')
+        if new:
+            about = {f'{name}_size': list(size) for name, size in self._sizes.items()}
+            stitched = {} if self._stitcher is None else {'width': self._stitcher.size[0], 'height': self._stitcher.size[1]}
+            self._describe(stitching_path=self._values['stitching_path'], stitching=self._values['stitching'], **about, **stitched)
+
+    def _log_missing(self, pair: PairFrame) -> None:
+        """Log that a camera is lost or back."""
+        missing = tuple(name for name in NAMES if name not in pair.sizes)
+        if missing != self._missing:
+            self._missing = missing
+            if missing:
+                self._node.get_logger().error(self.source.remark or f'no {missing[0]} camera, its half is black')
+            else:
+                self._node.get_logger().info('both cameras are back')
 
 
 class DualCameraNode(DriverNode):

@@ -1,41 +1,112 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node as a user runs it: a process of its own, watched over ROS."""
+"""camera_node: its stream and its life."""
+
 import signal
 import time
 from functools import partial
 
 import numpy as np
 import pytest
+import rclpy
+import yaml
+from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.srv import ChangeState
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String
+from tactile_driver.errors import DeviceLost
+from tactile_driver.frame import CameraCalibration, Frame
+from tactile_driver.nodes import camera_node, driver_node
+from tactile_driver.nodes.camera_node import ImagePublishers, ImageStream
+from tactile_driver.nodes.runtime.run import WRONG
+from tactile_driver.parameters.drivers import CAMERA_PARAMETERS
+from tactile_driver.parameters.table import defaults
+from tactile_driver.sources.capture import Backoff
+from tactile_driver.sources.source import Source
+from tactile_msgs.msg import ContactRegion
+from watching import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, ERROR, SHUTDOWN_ACTIVE, Watcher, ended, stamps
 
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-import yaml  # noqa: E402
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from lifecycle_msgs.srv import ChangeState  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-from tactile_msgs.msg import ContactRegion  # noqa: E402
-from watching import (  # noqa: E402
-    ACTIVATE,
-    CLEANUP,
-    CONFIGURE,
-    DEACTIVATE,
-    ERROR,
-    SHUTDOWN_ACTIVE,
-    Watcher,
-    ended,
-    stamps,
-)
+class FakeCamera(Source):
+    """A camera of 6 x 4 px and 100 Hz that notes whether its frames were wanted."""
 
-from tactile_driver.errors import DeviceLost  # noqa: E402
-from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes import camera_node, driver_node  # noqa: E402
-from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
-from tactile_driver.sources.base.capture import Backoff  # noqa: E402
+    live = True
+
+    def __init__(self):
+        self.wanted, self.closed = [], False
+
+    def read(self, wanted=True):
+        time.sleep(0.01)
+        self.wanted.append(wanted)
+        return Frame(np.full((4, 6, 3), 9, np.uint8), len(self.wanted), 'bgr8') if wanted else None
+
+    def close(self):
+        self.closed = True
+
+    def describe(self):
+        return {'source': 'device', 'rate': 100.0}
+
+
+class Streamed:
+    """A stream of a FakeCamera and what is received of it."""
+
+    def __init__(self, node, calibration=None, **values):
+        self.node, self.camera = node, FakeCamera()
+        self.publishers = ImagePublishers(node)
+        values = {**defaults(CAMERA_PARAMETERS), 'source': 'device', **values}
+        self.stream = ImageStream(node, self.publishers, self.camera, values, calibration)
+        node.trigger_configure()
+        node.trigger_activate()
+        self.executor = SingleThreadedExecutor(context=node.context)
+        self.executor.add_node(node)
+
+    def received(self, kind, topic):
+        """The first message on topic while the stream runs."""
+        messages = []
+        self.node.create_subscription(kind, topic, messages.append, qos_profile_sensor_data)
+        self.stream.resume()
+        end = time.monotonic() + 10
+        while not messages and time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.05)
+        self.executor.shutdown()
+        self.stream.stop()
+        return messages[0]
+
+
+def test_nothing_is_decoded_for_nobody(node):
+    streamed = Streamed(node)
+    streamed.stream.resume()
+    time.sleep(0.2)
+    streamed.stream.stop()
+    assert len(streamed.camera.wanted) > 5 and not any(streamed.camera.wanted)
+
+
+def test_the_end_of_ros_is_no_failure_of_the_camera(node):
+    streamed = Streamed(node)
+    streamed.stream.resume()
+    rclpy.shutdown(context=node.context)
+    before = len(streamed.camera.wanted)
+    time.sleep(0.2)
+    assert len(streamed.camera.wanted) > before + 3 and streamed.stream.status.state == 'running'
+    streamed.stream.stop()
+
+
+def test_a_calibration_of_this_size_is_published(node):
+    info = Streamed(node, CameraCalibration(6, 4, (7.0,) * 9)).received(CameraInfo, 'camera_info')
+    assert set(info.k) == {7.0}
+
+
+@pytest.mark.parametrize(('calibration', 'values', 'said'), [
+    (CameraCalibration(64, 48, (7.0,) * 9), {}, 'calibration is for 64 x 48 px, but images are 6 x 4 px'),
+    (None, {'width': 640}, 'gives 6 x 4 px instead of 640 x 4 px')])
+def test_a_size_that_does_not_fit_is_remarked_and_claims_no_calibration(node, calibration, values, said):
+    streamed = Streamed(node, calibration, **values)
+    info = streamed.received(CameraInfo, 'camera_info')
+    assert set(info.k) == {0.0} and (info.width, info.height) == (6, 4)
+    assert said in streamed.stream.remark
+
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
 

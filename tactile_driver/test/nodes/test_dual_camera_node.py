@@ -1,28 +1,249 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node as a user runs it: two files, one image with both views, two topics, a bag and the simulated sheet, watched over ROS."""
+"""dual_camera_node: its stream, its topics as a source, its life."""
+
 import re
+import time
+from contextlib import suppress
 from functools import partial
 
 import cv2
 import numpy as np
 import pytest
+import yaml
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, TimeReference
+from stitchings import SIZE, stitching, view
+from tactile_driver.camera.pairs import DualSource, ShutterOffset
+from tactile_driver.errors import BadArgument, BadFrame
+from tactile_driver.frame import CameraCalibration, Frame, PairFrame
+from tactile_driver.nodes.dual_camera_node import DualPublishers, DualStream, TopicSource
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.nodes.runtime.run import WRONG
+from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
+from tactile_driver.parameters.table import defaults
+from tactile_driver.recordings.writer import write_messages
+from tactile_driver.sources.source import NothingYet
+from tactile_driver.stitching.methods import make_stitcher
+from tactile_msgs.msg import Contacts
+from watching import Watcher, ended, stamps
 
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-import yaml  # noqa: E402
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
-from stitchings import stitching, view  # noqa: E402
-from tactile_msgs.msg import Contacts  # noqa: E402
-from watching import Watcher, ended, stamps  # noqa: E402
+class TwoCameras(DualSource):
+    """Pairs at 100 Hz, the right frame a millisecond later; sides: which views there are."""
 
-from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
-from tactile_driver.recordings.writer import write_messages  # noqa: E402
-from tactile_driver.stitching.methods import make_stitcher  # noqa: E402
+    live = True
+
+    def __init__(self, size=SIZE, sides=('left', 'right'), shutters=None):
+        self.shutters = shutters
+        self.size, self.sides, self.count, self.exposures = size, sides, 0, []
+
+    def read(self, wanted=True):
+        time.sleep(0.01)
+        self.count += 1
+        frames = [Frame(np.full(self.size[::-1], value, np.uint8), self.count * 10**7 + late, 'mono8') if name in self.sides else None
+                  for name, value, late in (('left', 50, 0), ('right', 90, 10**6))]
+        return PairFrame(*frames) if wanted else None
+
+    def set_exposure(self, exposure):
+        self.exposures.append(exposure)
+
+    def close(self):
+        pass
+
+    def describe(self):
+        return {'source': 'device', 'rate': 100.0}
+
+
+class Streamed:
+    """A stream of TwoCameras and what is received of it."""
+
+    def __init__(self, node, source, known=True, calibrations=(None, None), **values):
+        self.node, publishers = node, DualPublishers(node)
+        publishers.choose_views(True)
+        values = {**defaults(DUAL_CAMERA_PARAMETERS), 'source': 'device', **values}
+        self.stream = DualStream(node, publishers, source, values, stitching() if known else None, calibrations)
+        node.trigger_configure()
+        node.trigger_activate()
+        self.executor = SingleThreadedExecutor(context=node.context)
+        self.executor.add_node(node)
+
+    def received(self, *topics):
+        """The first message on each topic (name, kind) while the stream runs."""
+        messages = {name: [] for name, _ in topics}
+        for name, kind in topics:
+            self.node.create_subscription(kind, name, messages[name].append, qos_profile_sensor_data)
+        self.stream.resume()
+        end = time.monotonic() + 10
+        while not all(messages.values()) and time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.05)
+        self.executor.shutdown()
+        self.stream.stop()
+        return [messages[name][0] for name, _ in topics]
+
+
+def stamp(message):
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+def test_each_view_has_its_stamp_and_the_picture_the_left_ones(node):
+    streamed = Streamed(node, TwoCameras(), frame_id='pad')
+    found = streamed.received(('left/image_raw', Image), ('right/image_raw', Image), ('image_raw', Image))
+    left, right, whole = found
+    assert (stamp(left) % 10**7, stamp(right) % 10**7, stamp(whole) % 10**7) == (0, 10**6, 0)
+    assert set(left.data) == {50} and set(right.data) == {90} and {50, 90} <= set(whole.data)
+    assert (whole.width, whole.height) == (121, 61) and {m.header.frame_id for m in found} == {
+        f'pad_{view}camera_optical' for view in ('', 'left_', 'right_')}
+    assert streamed.stream.remark == ''
+
+
+def test_the_right_exposure_of_each_picture_is_told(node):
+    found, image = Streamed(node, TwoCameras(), frame_id='pad').received(('right/time_reference', TimeReference), ('image_raw', Image))
+    assert stamp(found) % 10**7 == 0 and found.header.frame_id == image.header.frame_id == 'pad_camera_optical'
+    assert found.source == 'right camera'
+    assert found.time_ref.sec * 10**9 + found.time_ref.nanosec == stamp(found) + 10**6
+
+
+def test_diagnostics_tell_the_offset_and_warn_beyond_the_limit(node):
+    shutters = ShutterOffset(limit_ns=8e6)
+    for k in range(20):
+        shutters.add(k * 10**7, k * 10**7 + 9_000_000)
+    stream = Streamed(node, TwoCameras(shutters=shutters)).stream
+    logged = []
+    stream._log.warning = lambda key, text: logged.append(text)
+    assert stream.health().values['shutter offset (ms)'] == pytest.approx(9.0)
+    assert logged == [shutters.remark] and 'max_skew' in shutters.remark
+    stream.source.shutters = None
+    assert 'shutter offset (ms)' not in stream.health().values
+    stream.stop()
+
+
+def test_the_views_are_grey_or_coloured_as_asked(node):
+    image, = Streamed(node, TwoCameras(), encoding='bgr8').received(('image_raw', Image))
+    assert (image.encoding, image.step) == ('bgr8', 363)
+
+
+def test_the_half_of_a_missing_camera_is_black(node):
+    source = TwoCameras(sides=('right',))
+    image, = Streamed(node, source).received(('image_raw', Image))
+    picture = np.frombuffer(bytes(image.data), np.uint8).reshape(61, 121)
+    assert not picture[:, :61].any() and (picture[20:40, 70:90] == 90).all() and stamp(image) % 10**7 == 10**6
+
+
+def test_a_calibration_of_each_camera_is_published(node):
+    known = tuple(CameraCalibration(*SIZE, (k,) * 9) for k in (7.0, 8.0))
+    streamed = Streamed(node, TwoCameras(), calibrations=known)
+    left, right = streamed.received(('left/camera_info', CameraInfo), ('right/camera_info', CameraInfo))
+    assert set(left.k) == {7.0} and set(right.k) == {8.0}
+
+
+def test_views_of_another_size_are_remarked_and_not_stitched(node):
+    streamed = Streamed(node, TwoCameras((48, 40)), calibrations=(CameraCalibration(*SIZE, (7.0,) * 9), None))
+    info, _ = streamed.received(('left/camera_info', CameraInfo), ('right/image_raw', Image))
+    streamed.node.create_subscription(Image, 'image_raw', lambda _: None, qos_profile_sensor_data)
+    assert set(info.k) == {0.0} and 'left: the camera calibration is for 96 x 80 px' in streamed.stream.remark
+
+
+def test_remarks_are_bounded(node):
+    stream = Streamed(node, TwoCameras()).stream
+    for width in range(1000):
+        stream._remark(f'images are {width} px wide')
+    stream.stop()
+    assert stream.remark.startswith('images are 0 px wide; ') and stream.remark.count('px wide') == 10
+    assert 'there were more' in stream.remark
+
+
+def test_without_a_stitching_the_views_stand_side_by_side(node):
+    streamed = Streamed(node, TwoCameras(), known=False, overlap=16)
+    image, = streamed.received(('image_raw', Image))
+    assert (image.width, image.height) == (2 * 96 - 16, 80) and 'stitching_path is empty' in streamed.stream.remark
+
+
+def message(k):
+    return image_to_message(Frame(np.full((4, 6), k, np.uint8), k, 'mono8'), '', header_of(10**9 + k, 'pad'))
+
+
+def subscribed(node):
+    return [s.topic_name for s in node.subscriptions]
+
+
+def test_it_subscribes_only_while_frames_are_wanted(node):
+    source = TopicSource(node, 'left/image_raw')
+    source.open()
+    assert '/left/image_raw' not in subscribed(node) and source.describe()['idle']
+    with pytest.raises(NothingYet):
+        source.read()
+    assert '/left/image_raw' in subscribed(node) and not source.describe()['idle']
+    with pytest.raises(NothingYet):
+        source.read(False)
+    assert source.describe()['idle']
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    for _ in range(100):  # the node's executor unsubscribes
+        executor.spin_once(timeout_sec=0.05)
+        if '/left/image_raw' not in subscribed(node):
+            break
+    assert '/left/image_raw' not in subscribed(node)
+    executor.shutdown()
+    source.close()
+    assert source.calibration() is None
+
+
+def test_images_come_in_their_order_and_the_oldest_are_dropped(node):
+    source = TopicSource(node, 'image_raw')
+    source._subscribe(True)
+    for k in range(6):
+        source._take(message(k), 0)
+    frames = [source.read() for _ in range(4)]
+    assert [f.stamp_ns - 10**9 for f in frames] == [2, 3, 4, 5] and source.skipped == 2
+    assert all((f.image == f.stamp_ns - 10**9).all() for f in frames)
+    source.close()
+
+
+def test_images_that_do_not_arrive_are_counted_and_told(node):
+    source = TopicSource(node, 'left/image_raw')
+    for k in range(60):
+        if k < 20 or k % 5:
+            source._take(Image(header=header_of(10**18 + 33_333_333 * k, 'pad')), 0)
+    assert source.describe()['lost'] == 8 and source.remark.startswith('15 % of left/image_raw are missing')
+
+
+def test_a_message_that_makes_no_image_is_a_bad_frame(node):
+    source = TopicSource(node, 'image_raw')
+    source._subscribe(True)
+    source._take(Image(encoding='32FC1', height=1, width=1, step=4, data=bytes(4)), 0)
+    with pytest.raises(BadFrame, match='32FC1'):
+        source.read()
+    source.close()
+
+
+def test_a_topic_named_compressed_brings_compressed_images(node):
+    topic, picture = 'left/image_raw/compressed', np.full((4, 6, 3), 90, np.uint8)
+    source, publisher = TopicSource(node, topic), node.create_publisher(CompressedImage, topic, 10)
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    message = CompressedImage(header=header_of(10**9, 'pad'), format='jpeg', data=cv2.imencode('.png', picture)[1].tobytes())
+    frame, end = None, time.monotonic() + 20
+    while frame is None and time.monotonic() < end:
+        with suppress(NothingYet):
+            frame = source.read()
+        publisher.publish(message)
+        executor.spin_once(timeout_sec=0.1)
+    assert (frame.image == picture).all() and frame.stamp_ns == 10**9
+    source._take(CompressedImage(header=message.header, data=message.data[:-3]), 0)
+    with pytest.raises(BadFrame, match='left/image_raw/compressed: .* cut'):
+        while True:
+            source.read()
+    source.close()
+    executor.shutdown()
+
+
+def test_a_topic_without_a_name_is_refused(node):
+    with pytest.raises(BadArgument, match='topic'):
+        TopicSource(node, '')
+
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
 WARN = b'\x01'

@@ -1,15 +1,21 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Bags are read byte by byte, in both storages, compressed or not; unfinished ones as far as rosbag2 reads them."""
+"""Recordings, whole and damaged, as they are read."""
+
+from types import SimpleNamespace
+
 import pytest
 import yaml
-
-pytest.importorskip('rosbag2_py', reason='ROS is not sourced')
-from small_bags import FILE, MESSAGE, TYPE, message, numbers, write_bag  # noqa: E402
-
-from tactile_driver.errors import BadRecording  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import type_hash  # noqa: E402
+from sensor_msgs.msg import CompressedImage, Image
+from small_bags import FILE, MESSAGE, TYPE, message, numbers, write_bag
+from std_msgs.msg import String
+from tactile_driver.errors import BadRecording
+from tactile_driver.recordings.description import descriptions, original, recorded_description
+from tactile_driver.recordings.left_out import LeftOut
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import type_hash
+from tactile_driver.recordings.truth import truth_topics, with_truth
+from tactile_driver.recordings.writer import write_messages
 
 
 @pytest.mark.parametrize('storage, compression, preset', [
@@ -131,3 +137,121 @@ def test_a_missing_and_an_empty_bag_are_named(tmp_path):
     (tmp_path / 'bag').mkdir()
     with pytest.raises(BadRecording, match='cannot be read'), BagReader(tmp_path / 'bag'):
         pass
+
+
+def topics_of(path, **messages):
+    """Topics of a bag with these, as read; their counts; topic and type of its messages."""
+    write_messages(path, 'pad', [(10**9 + k, name.replace('__', '/'), message) for k, (name, message) in enumerate(messages.items())])
+    with BagReader(path) as reader:
+        names = dict(reader.topics)
+        assert {topic: reader.count({topic}) for topic in names} == dict.fromkeys(names, 1)
+        assert [raw.topic for raw in reader.messages({'/pad/image_raw'})] == ['/pad/image_raw'] * ('/pad/image_raw' in names)
+        assert sorted((raw.topic, raw.type_name) for raw in reader.messages()) == sorted(names.items())
+    return names
+
+
+def test_a_bag_without_raw_images(tmp_path):
+    found = topics_of(tmp_path / 'bag', image_raw__compressed=CompressedImage(), description=String())
+    assert found == {'/pad/image_raw': 'sensor_msgs/msg/CompressedImage', '/pad/description': 'std_msgs/msg/String'}
+
+
+def test_a_bag_with_both(tmp_path):
+    found = topics_of(tmp_path / 'bag', image_raw__compressed=CompressedImage(), image_raw=Image())
+    assert found == {'/pad/image_raw': 'sensor_msgs/msg/Image', '/pad/image_raw/compressed': 'sensor_msgs/msg/CompressedImage'}
+
+
+def test_other_types_of_such_a_name_stay(tmp_path):
+    assert topics_of(tmp_path / 'bag', words__compressed=String()) == {'/pad/words/compressed': 'std_msgs/msg/String'}
+
+
+def test_reasons_that_differ_in_their_numbers_count_as_one():
+    found = LeftOut()
+    found.add('image_raw', 'image is 64 x 48 px', 1_500_000_000)
+    found.add('image_raw', 'image is 32 x 24 px', 2_500_000_000)
+    found.add('bag.mcap', 'the file is cut off at byte 7', count=3)
+    assert found.total == 5
+    assert found.lines() == ['3 of bag.mcap: the file is cut off at byte 7',
+                             '2 of image_raw: image is 64 x 48 px (first at 1.500 s)']
+
+
+def test_so_many_reasons_are_told_apart_and_no_more():
+    found = LeftOut()
+    for k in range(26):
+        for other in 'abcd':
+            found.add('topic', f'reason {chr(97 + k)}{other}')
+    assert found.total == 104 and len(found.lines()) == 51 and found.lines()[0] == '54 of elsewhere: other reasons'
+
+
+SIMULATED = {'sensor_type': 'touchpad', 'source': 'sim', 'scene': 'rest'}
+
+
+@pytest.fixture
+def described(tmp_path):
+    """What a bag with these texts on topics says of the sensor with a raw topic."""
+    def found(raw_topic, **texts):
+        write_messages(tmp_path / 'bag', '', ((10**9, '/' + name.replace('__', '/'), String(data=text)) for name, text in texts.items()))
+        with BagReader(tmp_path / 'bag') as reader:
+            return recorded_description(reader, raw_topic)
+    return found
+
+
+@pytest.mark.parametrize('raw_topic', ['/pad/image_raw', '/pad/left/image_raw'])
+def test_the_description_beside_the_raw_topic_or_above_it(described, raw_topic):
+    assert described(raw_topic, pad__description=yaml.safe_dump(SIMULATED), other__description='sensor_type: psd_finger') == SIMULATED
+
+
+def test_a_recording_of_a_replay_keeps_the_description_of_the_sensor(described):
+    replay = {'sensor_type': 'touchpad', 'source': 'bag', 'path': 'first', 'recorded': SIMULATED}
+    assert described('/pad/image_raw', pad__description=yaml.safe_dump(replay)) == SIMULATED
+
+
+def test_what_was_not_replayed_is_original():
+    assert original(SIMULATED) == SIMULATED == original({'source': 'bag', 'recorded': SIMULATED})
+    assert original({'recorded': 'by somebody else'}) == {'recorded': 'by somebody else'}
+
+
+@pytest.mark.parametrize('text', ['a text', '[1, 2', ''])
+def test_no_description_is_an_empty_one(described, text):
+    assert described('/pad/image_raw', pad__description=text) == {}
+
+
+@pytest.fixture
+def bag(tmp_path):
+    said = [('thumb/description', 'source: sim'), ('index/description', 'source: device\nserial: A1'), ('thumb/description', '[cut'),
+            ('thumb/description', 'only words'), ('thumb/note', 'source: bag')]
+    write_messages(tmp_path / 'bag', 'hand', ((k + 1, topic, String(data=text)) for k, (topic, text) in enumerate(said)))
+    return tmp_path / 'bag'
+
+
+def test_of_any_sensor_in_order_without_what_is_none(bag):
+    assert list(descriptions(bag)) == [{'source': 'sim'}, {'source': 'device', 'serial': 'A1'}]
+
+
+def test_of_one_sensor(bag):
+    assert list(descriptions(bag, 'hand/index')) == [{'source': 'device', 'serial': 'A1'}]
+    assert list(descriptions(bag, 'hand/palm')) == []
+
+
+def test_a_recording_that_is_none_is_told(tmp_path):
+    with pytest.raises(BadRecording):
+        list(descriptions(tmp_path / 'nowhere'))
+
+
+CONTACTS = 'tactile_msgs/msg/Contacts'
+
+
+@pytest.mark.parametrize('raw', ['/left/pad/image_raw', '/left/pad/right/image_raw'])
+def test_it_is_beside_the_raw_data_and_of_the_right_type(raw):
+    types = {raw: 'sensor_msgs/msg/Image', '/left/pad/ground_truth/contacts': CONTACTS, '/left/pad/ground_truth/slip': CONTACTS,
+             '/other/ground_truth/contacts': CONTACTS}
+    assert truth_topics(types, raw) == {'/left/pad/ground_truth/contacts': 'contacts'}
+
+
+def test_each_raw_message_comes_with_the_truth_recorded_after_it():
+    order = 't0 i1 t1 u1 i2 i3 t3 other i4'.split()
+    names = {'t': '/pad/ground_truth/contacts', 'u': '/pad/ground_truth/wrench', 'i': '/pad/image_raw', 'o': '/pad/other'}
+    messages = [SimpleNamespace(topic=names[word[0]], data=word) for word in order]
+    found = with_truth(messages, '/pad/image_raw', {names['t']: 'contacts', names['u']: 'wrench'})
+    told = [(raw.data, truth and [(name, data) for name, data in truth.messages]) for raw, truth in found]
+    first = [('contacts', 't0'), ('contacts', 't1'), ('wrench', 'u1')]
+    assert told == [('i1', first), ('i2', None), ('i3', [('contacts', 't3')]), ('i4', None)]

@@ -9,14 +9,12 @@ namespace tactile::border {
 
 void bind_dots(pybind11::module_& module);
 void bind_links(pybind11::module_& module);
-void bind_contact(pybind11::module_& module);
+void bind_touchpad(pybind11::module_& module);
 void bind_dome(pybind11::module_& module);
 void bind_region(pybind11::module_& module);
 void bind_finger(pybind11::module_& module);
 void bind_sheet(pybind11::module_& module);
 void bind_touches(pybind11::module_& module);
-void bind_taxels(pybind11::module_& module);
-void bind_taxel_motion(pybind11::module_& module);
-void bind_optics(pybind11::module_& module);
+void bind_taxel(pybind11::module_& module);
 
 }  // namespace tactile::border

@@ -7,12 +7,13 @@
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
 #include "common/all_within.hpp"
+#include "common/camera_view.hpp"
 #include "common/grid_normals.hpp"
 #include "common/outlines.hpp"
 #include "common/planar_twist.hpp"
 #include "common/point_shapes.hpp"
 #include "common/region_moments.hpp"
-#include "touchpad/contact/region_contact.hpp"
+#include "common/rigid_motion.hpp"
 
 namespace tactile::border {
 namespace {
@@ -60,14 +61,6 @@ py::tuple loops_output(const Loops& loops) {
                           output(loops.region, {static_cast<py::ssize_t>(loops.region.size())}));
 }
 
-void check_starts(const Input<std::int64_t>& start, py::ssize_t count) {
-    for (py::ssize_t k = 0; k < start.length(); ++k) {
-        const bool last = k + 1 == start.length();
-        if ((k == 0 && start.data()[k] != 0) || (last ? start.data()[k] != count : start.data()[k] >= start.data()[k + 1]))
-            throw py::value_error("start: rising numbers from 0 to the number of vertices are needed");
-    }
-}
-
 py::tuple contours(const py::object& field, double level) {
     const Input<double> given(field, "field", {ANY, ANY});
     within(given.length() * given.length(1), "field", 1, 100.0 * MOST);
@@ -110,47 +103,7 @@ py::array_t<double> axes(const py::object& sums, const py::object& points, const
     return output(region_axes(total.data(), border.data(), first.data(), first.length() - 1, pitch), {3});
 }
 
-// The contact in a region.
-Vec3 vector_of(const py::object& given, const char* name) {
-    return vec3_at(Input<double>(given, name, {3}).data(), 0);
-}
 
-py::tuple contact_of(const py::object& id, const py::object& places, const py::object& inside, const py::object& touched,
-                     const py::object& force, const py::object& border, const py::object& start, const py::object& wide,
-                     const py::object& centroid, const py::object& normal, std::ptrdiff_t rows, std::ptrdiff_t columns, double area,
-                     double pitch, double sigma, double centre_z, double radius) {
-    const Input<std::int64_t> numbers(id, "id", {ANY}), first(start, "start", {ANY});
-    const py::ssize_t count = numbers.length();
-    const Input<double> dots(places, "places", {count, 3}), sides(border, "border", {ANY, 3}), surface(wide, "wide", {ANY, ANY, 3});
-    const Input<bool> members(inside, "inside", {count}), held(touched, "touched", {count});
-    const Input<double> pushed(force, "force", {ANY, 3});
-    const Grid grid{within<std::ptrdiff_t>(rows, "rows", 1, MOST), within<std::ptrdiff_t>(columns, "columns", 1, MOST)};
-    within(grid.size(), "rows * columns", 1, MOST);
-    if (pushed.length() != grid.size() && pushed.length() != 0) {
-        throw py::value_error("force: a row for each dot of the grid, or none, is needed");
-    }
-    for (py::ssize_t i = 0; i < count; ++i) within(numbers.data()[i], "id", 0, static_cast<double>(grid.size() - 1));
-    within(first.length(), "start", 1, 1e9);
-    check_starts(first, sides.length());
-    const Nodes nodes = wide_surface(surface);
-    const RegionShape shape{vector_of(centroid, "centroid"),
-                            vector_of(normal, "normal"),
-                            within(area, "area", 0, LARGEST_SIZE),
-                            sides.data(),
-                            first.data(),
-                            first.length() - 1,
-                            within(pitch, "pitch", 1 / LARGEST_SIZE, LARGEST_SIZE)};
-    const RestCap rest{within(centre_z, "centre_z", -LARGEST_SIZE, LARGEST_SIZE), radius};
-    RegionContact found;
-    {
-        py::gil_scoped_release others_run;
-        const double* forces = pushed.length() ? pushed.data() : nullptr;
-        found = region_contact({grid, numbers.data(), dots.data(), forces, members.data(), held.data(), count}, shape, nodes, rest, sigma);
-    }
-    const std::array<double, 3> position{found.place.position.x, found.place.position.y, found.place.position.z};
-    const std::array<double, 3> up{found.place.normal.x, found.place.normal.y, found.place.normal.z};
-    return py::make_tuple(output(position, {3}), output(found.place.covariance, {3, 3}), output(up, {3}), found.depth, found.force);
-}
 
 bool on_a_line(const py::object& points, double thinnest) {
     const Input<double> given(points, "points", {ANY, 3});
@@ -175,6 +128,66 @@ bool none_beyond(const py::object& values, double most) {
     const auto given = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(values);
     if (!given) throw py::error_already_set();
     return all_within(given.data(), given.size(), most);
+}
+
+// Cameras and rigid motions.
+// px, and m: numbers of a camera. Chosen: beyond any camera, and squares stay far from overflow.
+constexpr double LARGEST_OF_CAMERA = 1e9;
+
+Camera as_camera(const py::object& matrix, const py::object& distortion, const py::object& rotation, double farthest) {
+    const Input<double> lens(matrix, "matrix", {3, 3}), bends(distortion, "distortion", {5}), turn(rotation, "rotation", {3, 3});
+    const double* k = lens.data();
+    for (const int focal : {0, 4}) within(k[focal], "matrix", 1 / LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
+    for (const int middle : {2, 5}) within(k[middle], "matrix", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
+    Camera camera{{k[0], k[4]}, {k[2], k[5]}, {}, within(farthest, "farthest", 0, INFINITY), {}};
+    for (int i = 0; i < 5; ++i) camera.distortion[i] = within(bends.data()[i], "distortion", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
+    for (int i = 0; i < 9; ++i) camera.rotation[i / 3][i % 3] = within(turn.data()[i], "rotation", -2, 2);
+    return camera;
+}
+
+py::array_t<double> rays_through(const py::object& uv, const py::object& matrix, const py::object& distortion, const py::object& rotation,
+                                 double farthest) {
+    const Input<double> pixels(uv, "uv", {ANY, 2});
+    const Camera camera = as_camera(matrix, distortion, rotation, farthest);
+    std::vector<double> rays(3 * pixels.length());
+    {
+        py::gil_scoped_release others_run;
+        camera_rays(camera, pixels.data(), pixels.length(), rays.data());
+    }
+    return output(rays, {pixels.length(), 3});
+}
+
+py::array_t<double> back_projected(const py::object& uv, const py::object& matrix, const py::object& distortion, const py::object& rotation,
+                                   const py::object& centre, double farthest, double plane_z) {
+    const Input<double> pixels(uv, "uv", {ANY, 2}), place(centre, "centre", {3});
+    const Camera camera = as_camera(matrix, distortion, rotation, farthest);
+    ViewedPlane plane{{}, within(plane_z, "plane_z", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA)};
+    for (int i = 0; i < 3; ++i) plane.centre[i] = within(place.data()[i], "centre", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
+    std::vector<double> seen(3 * pixels.length());
+    {
+        py::gil_scoped_release others_run;
+        back_project(camera, plane, pixels.data(), pixels.length(), seen.data());
+    }
+    return output(seen, {pixels.length(), 3});
+}
+
+constexpr double LARGEST_OF_POINTS = 1e60;  // m, m^-2. Chosen: the product of a weight and four such numbers does not overflow
+
+py::tuple motion(const py::object& before, const py::object& after, const py::object& weights, int steps) {
+    const Input<double> from(before, "before", {ANY, 3}), to(after, "after", {from.length(), 3}), base(weights, "weights", {from.length()});
+    for (py::ssize_t k = 0; k < 3 * from.length(); ++k) {
+        within(from.data()[k], "before", -LARGEST_OF_POINTS, LARGEST_OF_POINTS);
+        within(to.data()[k], "after", -LARGEST_OF_POINTS, LARGEST_OF_POINTS);
+    }
+    for (py::ssize_t k = 0; k < from.length(); ++k) within(base.data()[k], "weights", 0, LARGEST_OF_POINTS);
+    within(steps, "steps", 0, 1000);
+    RigidMotion found;
+    {
+        py::gil_scoped_release others_run;
+        found = rigid_motion(from.data(), to.data(), base.data(), from.length(), steps);
+    }
+    return py::make_tuple(output(found.rotation, {3, 3}), output(found.translation, {3}), output(found.residuals, {from.length(), 3}),
+                          output(found.weights, {from.length()}), static_cast<int>(found.open));
 }
 
 }  // namespace
@@ -205,14 +218,6 @@ void bind_region(py::module_& module) {
         "region_axes", &axes, py::arg("sums"), py::arg("points"), py::arg("start"), py::kw_only(), py::arg("pitch"),
         "Full lengths of the ellipse of the same moments as a region, and its direction, rad, NaN where it is not significant: from\n"
         "integrals (6,) of 1, x, y, xx, xy, yy, and the points (M, 3) and starts (L + 1,) of its polygons.");
-    module.def("region_contact", &contact_of, py::arg("id"), py::arg("places"), py::arg("inside"), py::arg("touched"), py::arg("force"),
-               py::arg("border"), py::arg("start"), py::arg("wide"), py::arg("centroid"), py::arg("normal"), py::kw_only(), py::arg("rows"),
-               py::arg("columns"), py::arg("area"), py::arg("pitch"), py::arg("sigma"), py::arg("centre_z"), py::arg("radius"),
-               "Contact point (3,), m, its covariance (3, 3), m^2, the normal (3,) of the surface wide there, depth, m, and force, N, of a "
-               "region\n"
-               "whose dots are inside (N,) bool; touched (N,) bool: in this or another one; id (N,) int64, places (N, 3), m, of standard\n"
-               "deviation sigma; force (K, 3), N, of carried_loads, or (0, 3); border (M, 3), start (L + 1,): of its polygons. The\n"
-               "surface at rest is a sphere's upper half. NaN: unknown.");
     module.def("lie_on_a_line", &on_a_line, py::arg("points"), py::kw_only(), py::arg("thinnest"),
                "Whether the second largest extent of points (N, 3) is less than this share of the largest one.");
     module.def("deepest_notch", &notch, py::arg("corners"),
@@ -223,6 +228,26 @@ void bind_region(py::module_& module) {
                "Velocity (2,) at the origin, angular velocity, and centre of rotation (2,), NaN for a translation, of velocity (N, 2) at\n"
                "place (N, 2), by least squares; all NaN for coincident or NaN places. far: radii of the places from which a centre counts\n"
                "as that of a translation.");
+    module.def(
+        "camera_rays", &rays_through, py::arg("uv"), py::kw_only(), py::arg("matrix"), py::arg("distortion"), py::arg("rotation"),
+        py::arg("farthest"),
+        "Unit vectors (N, 3) in the sensor frame through pixels uv (N, 2); NaN: the lens images nothing there.\n\n"
+        "matrix: (3, 3) K, px; distortion: (5,) k1 k2 p1 p2 k3; rotation: (3, 3), camera from sensor; farthest: square of the normalised\n"
+        "radius in the image beyond which the lens images nothing.");
+    module.def(
+        "back_project", &back_projected, py::arg("uv"), py::kw_only(), py::arg("matrix"), py::arg("distortion"), py::arg("rotation"),
+        py::arg("centre"), py::arg("farthest"), py::arg("plane_z"),
+        "(N, 3): x, y, m, where pixels uv (N, 2) lie in the plane at plane_z, m, and the area of a pixel there, m^2; NaN: nowhere.\n\n"
+        "centre: (3,) m; the other arguments: as for camera_rays.");
+    module.def(
+        "rigid_motion", &motion, py::arg("before"), py::arg("after"), py::arg("weights"), py::kw_only(), py::arg("steps"),
+        "Rotation (3, 3) and translation (3,), m, of points before to after (N, 3), m, by least squares with weights (N,); residuals\n"
+        "(N, 3), m; the weights used (N,); and why the points leave the motion open: 0 they do not, 1 less than three have a weight, "
+        "those\n"
+        "before (2) or after (3) are at one place, or on a line (4, 5), 6 after is a mirror image of before.\n\n"
+        "steps: 0, or most rounds of reweighting (Tukey's biweight) for the motion that most points share; weights are then 1 / variance "
+        "of\n"
+        "a coordinate of after - before, m^-2, and those used are 0 for points that do not share the motion.");
 }
 
 }  // namespace tactile::border

@@ -79,6 +79,15 @@ inline void check_places(const Input<double>& places, const char* name) {
     for (py::ssize_t k = 0; k < 2 * places.length(); ++k) within(places.data()[k], name, -LARGEST_PLACE, LARGEST_PLACE);
 }
 
+// Checks the first vertex of each of several polygons, and their number.
+inline void check_starts(const Input<std::int64_t>& start, py::ssize_t count) {
+    for (py::ssize_t k = 0; k < start.length(); ++k) {
+        const bool last = k + 1 == start.length();
+        if ((k == 0 && start.data()[k] != 0) || (last ? start.data()[k] != count : start.data()[k] >= start.data()[k + 1]))
+            throw py::value_error("start: rising numbers from 0 to the number of vertices are needed");
+    }
+}
+
 // A new array of the given shape, filled with the values.
 template <class T>
 py::array_t<T> output(const std::vector<T>& values, std::vector<py::ssize_t> shape) {

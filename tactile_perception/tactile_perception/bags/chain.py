@@ -3,7 +3,7 @@
 """The stages of a sensor one after the other, without ROS middleware: what live nodes do, on messages of a recording."""
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
 from tactile_driver.parameters.table import Parameter
@@ -47,12 +47,12 @@ class Chain:
             if topic in (side.topic for side in stage.side_inputs):
                 stage.take(topic, message)
 
-    def process(self, message, number: int = 0) -> Iterator[tuple[Stage, str, object]]:
+    def process(self, message, number: int = 0, topics: Collection[str] | None = None) -> Iterator[tuple[Stage, str, object]]:
         """Yield (stage, topic, estimate) of all that the stages from a number on estimate from one message, and (stage, its input, error)
-        where a stage refuses its message."""
+        where a stage refuses its message; topics: those that are wanted, None for all."""
         stage = self.stages[number]
         try:
-            found = stage.process(message)
+            found = stage.process(message, topics and {*topics, *(each.input.topic for each in self.stages[number + 1:])})
         except TactileError as error:
             yield stage, stage.input.topic, error
             return
@@ -60,7 +60,7 @@ class Chain:
             for result in results:
                 yield stage, topic, result
                 if number + 1 < len(self.stages) and topic == self.stages[number + 1].input.topic:
-                    yield from self.process(result, number + 1)
+                    yield from self.process(result, number + 1, topics)
 
 
 def make_chain(params: Path, calibration: Path | None = None) -> Chain:

@@ -16,7 +16,7 @@ from tactile_driver.recordings.serialization import decode
 
 from ..common.progress import Progress
 from ..errors import BadFrame, BadRecording, TactileError
-from ..evaluation.frames import Instant
+from ..evaluation.evaluation import Instant
 from ..nodes.messages.estimates import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
 from .chain import Chain, make_chain
 from .sampled_truth import SampledTruth
@@ -172,7 +172,7 @@ class JudgedBag:
         """Estimates from one raw message; begin: thread time at which its decoding began, s."""
         marks, found = {'decoding': time.thread_time() - begin}, []
         last = time.thread_time()
-        for stage, topic, result in chain.process(message):
+        for stage, topic, result in chain.process(message, topics=_FIELDS):
             if isinstance(result, TactileError):
                 self.times.refused[str(result)] += 1
                 return

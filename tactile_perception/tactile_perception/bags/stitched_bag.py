@@ -11,10 +11,10 @@ from tactile_driver.frame import CameraCalibration, Frame, PairFrame, as_encodin
 from tactile_driver.frame_names import stitched_frame
 from tactile_driver.nodes.messages.conversions import (RIGHT_TIME, calibration_to_message, frame_of_message, header_of,
                                                        image_to_message, right_time_message)
-from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
+from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
 from tactile_driver.recordings.reader import BagReader, RawMessage
 from tactile_driver.recordings.serialization import decode, encode
-from tactile_driver.sources.dual_camera.pairing import Pairer
+from tactile_driver.camera.pairs import Pairer
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
 from tactile_driver.stitching.methods import make_stitcher
 

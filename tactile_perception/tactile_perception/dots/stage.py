@@ -13,7 +13,6 @@ from tactile_msgs.msg import DotTracks
 
 from ..calibration.files.format import read_calibration
 from ..press.calibration import read_touch
-from ..calibration.files.touchpad import read_touchpad
 from ..camera_stage import CameraStage, Matrices
 from ..errors import BadFrame
 from ..press.field import view_maker
@@ -22,6 +21,7 @@ from ..nodes.messages import conversions as convert
 from ..parameters.touchpad import DOT_PARAMETERS
 from ..pipeline.dot_stage import DotEstimator
 from ..stage import Input
+from ..touchpad.calibration import read_touchpad
 from ..touchpad.sensor import Touchpad, camera_pose
 
 

@@ -1,21 +1,232 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Errors of a recording, accumulated frame by frame."""
+"""From pairs of estimate and truth to errors: what is compared, how touches are matched, and the statistics of a recording."""
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
-from ..common.estimates import ContactRegionEstimate, SlipEstimate
-from .frames import Instant
-from .quantities import QUANTITIES, Errors, over_surface, over_time, spread
-from .scores import label_f1, macro_f1, region_iou, relative_errors
-from .touches import TouchCounts, pairs, touch_errors
+from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
+from ..finger.map import error_angle
+from .scores import honest_range, label_f1, macro_f1, normalised_square, region_iou, relative_errors
 
 DOT_STATES = ('untouched', 'sticking', 'slipping')
 SLIP_STATES = ('none', 'incipient', 'gross')
 _WEAK = 0.05  # chosen, of the largest force and moment: relative errors of smaller ones mean little
+FLAGS = {'OUT_OF_RANGE': OUT_OF_RANGE, 'AT_EDGE': AT_EDGE, 'AMBIGUOUS': AMBIGUOUS, 'SATURATED': SATURATED}
+_BINS = 12  # chosen: intervals of time in the statistics over time
+_CELLS = 5  # chosen: cells along the longer side of the touched surface
+
+
+@dataclass
+class Instant:
+    """contacts, region, slip as in the messages; wrench: (6,) N and N m. None without a message."""
+
+    contacts: list[ContactEstimate] | None = None
+    region: ContactRegionEstimate | None = None
+    slip: SlipEstimate | None = None
+    wrench: np.ndarray | None = None
+
+    @property
+    def touched(self) -> bool | None:
+        """Whether anything touches; None when unknown."""
+        if self.contacts is not None:
+            return bool(self.contacts)
+        return None if self.region is None else self.region.area > 0
+
+    @property
+    def place(self) -> np.ndarray:
+        """Position (2,), m, of the first contact, otherwise of the region's centroid; NaN when unknown."""
+        places = [c.position[:2] for c in self.contacts or []] + ([self.region.centroid[:2]] if self.region is not None else [])
+        return next((place for place in places if np.isfinite(place).all()), np.full(2, np.nan))
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """text: description; unit: for display; factor: display units per SI unit; low: whether low values are good; signed: whether errors
+    keep their sign, so that a bias is reported.
+    """
+
+    text: str
+    unit: str
+    factor: float
+    low: bool = True
+    signed: bool = False
+
+
+QUANTITIES = {
+    'place': Quantity('place of the touch', 'mm', 1e3),
+    'depth': Quantity('depth of the touch', 'mm', 1e3, signed=True),
+    'normal': Quantity('normal of the touched surface', 'degrees', 180 / np.pi),
+    'touch_force': Quantity('normal force of the touch', 'N', 1.0, signed=True),
+    'region_overlap': Quantity('overlap of the regions (intersection over union)', '1', 1.0, low=False),
+    'region_area': Quantity('area of the region', '% of it', 100.0, signed=True),
+    'region_centroid': Quantity('centroid of the region', 'mm', 1e3),
+    'slipping_fraction': Quantity('part of the contact that slips', '%', 100.0, signed=True),
+    'slip_velocity': Quantity('velocity of the slip', 'mm/s', 1e3),
+    'force': Quantity('force of the wrench', 'N', 1.0),
+    'force_relative': Quantity('force of the wrench', '% of it', 100.0),
+    'moment': Quantity('moment of the wrench', 'N mm', 1e3),
+    'moment_relative': Quantity('moment of the wrench', '% of it', 100.0),
+}
+
+
+@dataclass
+class Errors:
+    """Errors of one quantity, SI units. rows: (stamp s, x m, y m of the contact, error); untold: number of frames without an estimate."""
+
+    rows: list[tuple[float, float, float, float]] = field(default_factory=list)
+    untold: int = 0
+
+    def add(self, stamp: float, place: np.ndarray, error: float) -> None:
+        """Add an error; NaN: no estimate. place: (2,) m."""
+        if np.isnan(error):
+            self.untold += 1
+        else:
+            self.rows.append((stamp, *place.tolist(), float(error)))
+
+    def table(self) -> np.ndarray:
+        """The rows as (N, 4)."""
+        return np.array(self.rows, float).reshape(-1, 4)
+
+
+def spread(values: np.ndarray, quantity: Quantity) -> dict[str, float]:
+    """Statistics of errors (N,), in the quantity's unit: median, within_95 (95 % of the errors are no worse), worst and count of the
+    absolute errors; for a signed quantity also bias, the median of the signed errors. NaN without errors.
+    """
+    found = {'median': np.nan, 'within_95': np.nan, 'worst': np.nan, 'count': len(values)}
+    if len(values):
+        sizes = quantity.factor * np.abs(values)
+        middle, most = np.percentile(sizes, [50, 95 if quantity.low else 5])
+        found.update(median=float(middle), within_95=float(most), worst=float(sizes.max() if quantity.low else sizes.min()))
+        if quantity.signed:
+            found['bias'] = float(quantity.factor * np.median(values))
+    return found
+
+
+def over_time(table: np.ndarray, quantity: Quantity) -> list[dict[str, float]]:
+    """Statistics (spread) of each of _BINS intervals that has errors, with its begin and end, s. table: (N, 4)."""
+    if not len(table):
+        return []
+    edges = np.linspace(table[:, 0].min(), table[:, 0].max(), _BINS + 1)
+    which = np.clip(np.searchsorted(edges, table[:, 0], side='right') - 1, 0, _BINS - 1)
+    return [{'from_s': float(edges[k]), 'to_s': float(edges[k + 1]), **spread(table[which == k, 3], quantity)} for k in np.unique(which)]
+
+
+def over_surface(table: np.ndarray, quantity: Quantity) -> list[dict[str, float]]:
+    """Statistics (spread) of each square cell that has errors, with its centre, mm. table: (N, 4)."""
+    known = table[np.isfinite(table[:, 1:3]).all(axis=1)]
+    if not len(known):
+        return []
+    low = known[:, 1:3].min(axis=0)
+    side = max(float(np.ptp(known[:, 1:3], axis=0).max()) / _CELLS, 1e-6)
+    cell = np.minimum(((known[:, 1:3] - low) / side).astype(int), _CELLS - 1)
+    return [{'x_mm': 1e3 * float(low[0] + (x + 0.5) * side), 'y_mm': 1e3 * float(low[1] + (y + 0.5) * side),
+             **spread(known[(cell == (x, y)).all(axis=1), 3], quantity)} for x, y in np.unique(cell, axis=0).tolist()]
+
+
+def pairs(estimated: list[ContactEstimate], true: list[ContactEstimate]) -> list[tuple[ContactEstimate, ContactEstimate]]:
+    """Pairs (estimated, true) with the smallest sum of distances in x and y; as many as the shorter list holds."""
+    if not estimated or not true:
+        return []
+    off = np.array([[np.hypot(*(t.position - r.position)[:2]) for r in true] for t in estimated])
+    return [(estimated[a], true[b]) for a, b in zip(*linear_sum_assignment(np.nan_to_num(off)))]
+
+
+def touch_errors(estimated: ContactEstimate, true: ContactEstimate) -> dict[str, float]:
+    """Errors by quantity, SI units; quantities of unknown truth are left out; NaN for those without an estimate.
+
+    The position error is measured in x and y; in 3D for a touch of unknown depth, because nothing else reports its error along z.
+    """
+    off = estimated.position - true.position
+    errors = {'place': np.hypot(*off[:2]) if np.isfinite(estimated.depth) or not np.isfinite(off[2]) else np.linalg.norm(off),
+              'depth': estimated.depth - true.depth, 'normal': float(error_angle(estimated.normal, true.normal)),
+              'touch_force': estimated.force - true.force}
+    known = {'place': true.position[:2], 'depth': true.depth, 'normal': true.normal, 'touch_force': true.force}
+    return {name: float(error) for name, error in errors.items() if np.isfinite(known[name]).all()}
+
+
+@dataclass
+class _Episode:
+    """One true touch from begin to end."""
+
+    frames: int = 0
+    estimated: int = 0
+    begin: float = np.nan
+    first_estimated: float = np.nan
+    numbers: list[int] = field(default_factory=list)
+
+
+@dataclass
+class TouchCounts:
+    """Counts of detected, missed and false touches, and the consistency of the covariances.
+
+    frames: counts of frames judged, touched, missed (no touch estimated), too_few, too_many, untouched, false (a touch estimated without
+    contact). An estimated touch is false if it was never matched to a true one.
+    """
+
+    frames: Counter = field(default_factory=Counter)
+    flagged: Counter = field(default_factory=Counter)
+    squares: list[tuple[float, int]] = field(default_factory=list)
+    uncertain: int = 0
+    _episodes: dict[int, _Episode] = field(default_factory=dict)
+    _estimated: set[int] = field(default_factory=set)
+    _matched: set[int] = field(default_factory=set)
+
+    def add(self, stamp: float, estimated: list[ContactEstimate], true: list[ContactEstimate], matched: list) -> None:
+        """Add one frame; matched: its pairs."""
+        here = {'judged': True, 'touched': bool(true), 'untouched': not true, 'missed': bool(true) and not estimated,
+                'too_few': 0 < len(estimated) < len(true), 'too_many': 0 < len(true) < len(estimated),
+                'false': bool(estimated) and not true}
+        self.frames.update(name for name, so in here.items() if so)
+        self._estimated.update(touch.id for touch in estimated)
+        self._matched.update(touch.id for touch, _ in matched)
+        for touch in true:
+            episode = self._episodes.setdefault(touch.id, _Episode(begin=stamp))
+            episode.frames += 1
+        for touch, there in matched:
+            self._match(self._episodes[there.id], stamp, touch, there)
+
+    def _match(self, episode: _Episode, stamp: float, touch: ContactEstimate, there: ContactEstimate) -> None:
+        if not episode.estimated:
+            episode.first_estimated = stamp
+        episode.estimated += 1
+        if episode.numbers[-1:] != [touch.id]:
+            episode.numbers.append(touch.id)
+        self.flagged.update(name for name, flag in FLAGS.items() if touch.flags & flag)
+        square, directions = normalised_square(touch.position - there.position, touch.position_covariance)
+        if directions:
+            self.squares.append((square, directions))
+        elif np.isfinite(there.position).all():
+            self.uncertain += 1
+
+    def summary(self) -> dict:
+        """Counts of frames, of touches and of flags, by name."""
+        episodes = list(self._episodes.values())
+        late = [e.first_estimated - e.begin for e in episodes if e.estimated]
+        names = ('judged', 'touched', 'missed', 'too_few', 'too_many', 'untouched', 'false')
+        return {'frames': {name: self.frames[name] for name in names},
+                'touches': {'there': len(episodes), 'never_told': sum(not e.estimated for e in episodes),
+                            'made_up': len(self._estimated - self._matched),
+                            'renumbered': sum(max(len(e.numbers) - 1, 0) for e in episodes),
+                            'told_after_ms': {'median': 1e3 * float(np.median(late)) if late else np.nan,
+                                              'worst': 1e3 * float(np.max(late)) if late else np.nan}},
+                'flagged': {name: self.flagged[name] for name in FLAGS}}
+
+    def consistency(self) -> dict:
+        """Normalised squared position errors per degree of freedom: mean (1 for consistent covariances), range of 95 % of them, that range
+        for consistent covariances, and the share of touches within it. Only counts without stated covariances.
+        """
+        if not self.squares:
+            return {'count': 0, 'not_stated': self.uncertain}
+        values = np.array([square / directions for square, directions in self.squares])
+        ranges = np.array([honest_range(directions) for _, directions in self.squares])
+        return {'count': len(values), 'not_stated': self.uncertain, 'mean': float(values.mean()), 'median': float(np.median(values)),
+                'range_95': np.percentile(values, [2.5, 97.5]).tolist(), 'honest_range_95': ranges.mean(axis=0).tolist(),
+                'within_honest_range': float(((values >= ranges[:, 0]) & (values <= ranges[:, 1])).mean())}
 
 
 class Evaluation:
@@ -32,62 +243,63 @@ class Evaluation:
         self.context: list[tuple[float, float, float]] = []
         self._wrenches: list[tuple[float, np.ndarray, np.ndarray, np.ndarray]] = []
 
-    def add(self, stamp: float, told: Instant, true: Instant) -> None:
-        """Add one frame: estimate (told) and truth; stamp: s."""
+    def add(self, stamp: float, estimated: Instant, true: Instant) -> None:
+        """Add one frame: estimate and truth; stamp: s."""
         place = true.place
         if true.contacts is not None:
             depths = [contact.depth for contact in true.contacts if np.isfinite(contact.depth)]
             self.context.append((stamp, float(bool(true.contacts)), max(depths, default=np.nan)))
-            if told.contacts is not None:
-                self._add_touches(stamp, told.contacts, true.contacts)
-        if told.region is not None and true.region is not None:
-            self._add_region(stamp, place, told.region, true.region)
-        if told.slip is not None and true.slip is not None and true.touched is not False:
-            self._add_slip(stamp, place, told, true)
-        if told.wrench is not None and true.wrench is not None and true.touched is not False and np.isfinite(true.wrench).any():
-            self._wrenches.append((stamp, place, told.wrench, true.wrench))
+            if estimated.contacts is not None:
+                self._add_touches(stamp, estimated.contacts, true.contacts)
+        if estimated.region is not None and true.region is not None:
+            self._add_region(stamp, place, estimated.region, true.region)
+        if estimated.slip is not None and true.slip is not None and true.touched is not False:
+            self._add_slip(stamp, place, estimated, true)
+        if estimated.wrench is not None and true.wrench is not None and true.touched is not False and np.isfinite(true.wrench).any():
+            self._wrenches.append((stamp, place, estimated.wrench, true.wrench))
 
-    def _add_touches(self, stamp: float, told: list, true: list) -> None:
-        matched = pairs(told, true)
-        self.touches.add(stamp, told, true, matched)
+    def _add_touches(self, stamp: float, estimated: list, true: list) -> None:
+        matched = pairs(estimated, true)
+        self.touches.add(stamp, estimated, true, matched)
         for touch, there in matched:
             for name, error in touch_errors(touch, there).items():
                 self.errors[name].add(stamp, there.position[:2], error)
 
-    def _add_region(self, stamp: float, place: np.ndarray, told: ContactRegionEstimate, true: ContactRegionEstimate) -> None:
-        if len(true.dot_id) and len(told.dot_id):
-            found = dict(zip(told.dot_id.tolist(), told.dot_state.tolist()))
+    def _add_region(self, stamp: float, place: np.ndarray, estimated: ContactRegionEstimate, true: ContactRegionEstimate) -> None:
+        if len(true.dot_id) and len(estimated.dot_id):
+            found = dict(zip(estimated.dot_id.tolist(), estimated.dot_state.tolist()))
             columns = [found.get(number, 3) for number in true.dot_id.tolist()]
             np.add.at(self.dots, (true.dot_state, columns), 1)
         if not true.area > 0:
             return
         if true.outlines:
-            self.errors['region_overlap'].add(stamp, place, region_iou(told.outlines + told.holes, true.outlines + true.holes))
-        self.errors['region_area'].add(stamp, place, told.area / true.area - 1)
+            self.errors['region_overlap'].add(stamp, place, region_iou(estimated.outlines + estimated.holes, true.outlines + true.holes))
+        self.errors['region_area'].add(stamp, place, estimated.area / true.area - 1)
         if np.isfinite(true.centroid[:2]).all():
-            self.errors['region_centroid'].add(stamp, place, float(np.hypot(*(told.centroid - true.centroid)[:2])))
+            self.errors['region_centroid'].add(stamp, place, float(np.hypot(*(estimated.centroid - true.centroid)[:2])))
 
-    def _add_slip(self, stamp: float, place: np.ndarray, told: Instant, true: Instant) -> None:
-        self.slip[true.slip.state, told.slip.state] += 1
+    def _add_slip(self, stamp: float, place: np.ndarray, estimated: Instant, true: Instant) -> None:
+        self.slip[true.slip.state, estimated.slip.state] += 1
         if np.isfinite(true.slip.slipping_fraction):
-            self.errors['slipping_fraction'].add(stamp, place, told.slip.slipping_fraction - true.slip.slipping_fraction)
+            self.errors['slipping_fraction'].add(stamp, place, estimated.slip.slipping_fraction - true.slip.slipping_fraction)
         if not true.slip.state:
             return
         at = true.region.centroid if true.region is not None else np.full(3, np.nan)
         there = _velocity(true.slip, at)
         if np.isfinite(there[:2]).all():
-            self.errors['slip_velocity'].add(stamp, place, float(np.hypot(*(_velocity(told.slip, at) - there)[:2])))
+            self.errors['slip_velocity'].add(stamp, place, float(np.hypot(*(_velocity(estimated.slip, at) - there)[:2])))
 
     def _add_wrenches(self) -> dict[str, Errors]:
         """Errors of force and moment; relative ones need the largest of the recording."""
         found = {name: Errors() for name in ('force', 'force_relative', 'moment', 'moment_relative')}
         for name, part in (('force', slice(3)), ('moment', slice(3, 6))):
-            rows = [(stamp, place, told[part], true[part]) for stamp, place, told, true in self._wrenches if np.isfinite(true[part]).all()]
+            rows = [(stamp, place, estimated[part], true[part]) for stamp, place, estimated, true in self._wrenches
+                    if np.isfinite(true[part]).all()]
             strongest = max((np.linalg.norm(true) for *_, true in rows), default=0.0)
-            for stamp, place, told, true in rows:
-                found[name].add(stamp, place, _told_length(told - true))
+            for stamp, place, estimated, true in rows:
+                found[name].add(stamp, place, _known_norm(estimated - true))
                 if np.linalg.norm(true) > _WEAK * strongest:
-                    share = float(relative_errors(told[None], true[None])[0])
+                    share = float(relative_errors(estimated[None], true[None])[0])
                     found[f'{name}_relative'].add(stamp, place, share if np.isfinite(share) else np.nan)
         return {name: errors for name, errors in found.items() if errors.rows or errors.untold}
 
@@ -103,7 +315,7 @@ class Evaluation:
             **self.touches.summary(),
             'errors': {name: {'text': q.text, 'unit': q.unit, **spread(t[:, 3], q), 'not_told': untold}
                        for name, (q, t, untold) in errors.items()},
-            'covariance': self.touches.honesty(),
+            'covariance': self.touches.consistency(),
             'dot_states': _confused(self.dots, DOT_STATES, 'not seen') if self.dots.any() else None,
             'slip_states': {**_confused(self.slip, SLIP_STATES), 'macro_f1': macro_f1(self.slip)} if self.slip.any() else None,
             'over_time': {name: over_time(t, q) for name, (q, t, _) in errors.items()},
@@ -111,7 +323,7 @@ class Evaluation:
         }
 
 
-def _told_length(error: np.ndarray) -> float:
+def _known_norm(error: np.ndarray) -> float:
     """Norm of the known components; NaN without one."""
     known = np.isfinite(error)
     return float(np.linalg.norm(error[known])) if known.any() else np.nan

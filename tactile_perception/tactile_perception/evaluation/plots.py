@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from .evaluation import DOT_STATES, SLIP_STATES, Evaluation
-from .quantities import QUANTITIES, Quantity, spread
+from .evaluation import QUANTITIES, Quantity, spread
 
 _TOUCHED, _POINT, _MIDDLE = '#e6e6e6', '#1f77b4', '#d62728'
 _WINDOW = 41  # errors in the running median, chosen
@@ -17,8 +17,8 @@ _GAP = 10  # chosen: the line breaks at gaps longer than this multiple of the me
 _TITLES = {
     'errors_over_time': f'errors over time\npoints: each frame; red: median of the nearest {_WINDOW}; grey: something touches',
     'errors_over_surface': 'size of errors over the sensor\neach point: where a touch truly was, the worst on top; y down, as in the image',
-    'states': 'states told for each true one\nper cent of the row, and how many',
-    'covariance': 'are stated covariances honest?\nleft of the red line: too cautious; right of it: too sure',
+    'states': 'estimated states for each true one\nper cent of the row, and how many',
+    'covariance': 'are stated covariances consistent?\nleft of the red line: too cautious; right of it: too sure',
     'times': 'time',
 }
 
@@ -140,13 +140,13 @@ def states(pyplot, evaluation: Evaluation):
     if not tables:
         return None
     figure, panels = pyplot.subplots(1, len(tables), figsize=(5.2 * len(tables), 4.2), layout='constrained', squeeze=False)
-    for panel, (title, counts, names, told) in zip(panels[0], tables):
+    for panel, (title, counts, names, columns) in zip(panels[0], tables):
         share = 100 * counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
         panel.imshow(share, cmap='Blues', vmin=0, vmax=100)
         for row, column in np.ndindex(*counts.shape):
             panel.text(column, row, f'{share[row, column]:.1f} %\n{counts[row, column]}', ha='center', va='center',
                        color='white' if share[row, column] > 60 else 'black', fontsize='small')
-        panel.set(title=title, xlabel='told', ylabel='true', xticks=range(len(told)), xticklabels=told, yticks=range(len(names)))
+        panel.set(title=title, xlabel='estimated', ylabel='true', xticks=range(len(columns)), xticklabels=columns, yticks=range(len(names)))
         panel.set_yticklabels(names, rotation=90, va='center')
     return figure
 
@@ -162,7 +162,7 @@ def covariance(pyplot, evaluation: Evaluation):
     edges = np.logspace(-3, max(2, np.ceil(np.log10(values.max() + 1e-9))), 50)
     panel.hist(np.clip(values, edges[0], edges[-1]), edges, weights=np.full(len(values), 100 / len(values)), color=_POINT, alpha=0.7,
                label=f'found, mean {values.mean():.2f}')
-    panel.stairs(100 * np.diff(chi2.cdf(usual * edges, usual)), edges, color=_MIDDLE, linewidth=1.5, label='honest covariances, mean 1')
+    panel.stairs(100 * np.diff(chi2.cdf(usual * edges, usual)), edges, color=_MIDDLE, linewidth=1.5, label='consistent covariances, mean 1')
     panel.set(xscale='log', xlabel='squared error of the place over its stated variance, mean of the directions', ylabel='% of touches')
     panel.grid(alpha=0.3)
     panel.legend()

@@ -13,7 +13,7 @@ from zipfile import BadZipFile
 import numpy as np
 from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
-from tactile_driver.nodes.streams.voltage import instants, voltages_message
+from tactile_driver.nodes.messages.conversions import instants, voltages_message
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.samples import SampleBlock

@@ -12,7 +12,7 @@ from tactile_driver.parameters.table import Parameter
 
 from ..dots.detect.methods import METHODS, POLARITIES
 from ..dots.index.methods import METHODS as NUMBERING, WITHOUT_GRID
-from ..touchpad.contact.methods import CONTACT_METHODS
+from ..touchpad.contact import CONTACT_METHODS
 
 _fixed = partial(Parameter, read_only=True)
 

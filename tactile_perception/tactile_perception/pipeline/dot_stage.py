@@ -16,7 +16,7 @@ from ..dots.reference.calibrated_rest import CalibratedRest
 from ..dots.reference.drift import Reference
 from ..dots.tracker import DotTracker
 from ..errors import BadFrame
-from ..touchpad.optics.absorption import WaterModel
+from ..touchpad.water import WaterModel
 from ..touchpad.places import DotPlaces
 from ..touchpad.sensor import Touchpad
 

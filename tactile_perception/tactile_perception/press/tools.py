@@ -13,10 +13,10 @@ import numpy as np
 from tactile_driver.frame import PairFrame
 from tactile_driver.nodes.messages.conversions import frame_of_message
 from tactile_driver.nodes.messages.images import image_to_array
-from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
+from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
-from tactile_driver.sources.dual_camera.pairing import Pairer
+from tactile_driver.camera.pairs import Pairer
 
 from ..bags.stamped import TRUE_WRENCH, TRUTH, find_prefix, pairs_of
 from ..bags.stitched_bag import VIEWS, bag_opener, stitching_in

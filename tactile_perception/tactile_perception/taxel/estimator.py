@@ -10,53 +10,24 @@ from functools import partial
 
 import numpy as np
 
-from .._core import taxel_without_traction
-from .array import SoftPad, TaxelArray
-from .baseline import Baseline
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ..common.region_moments import axes
 from ..common.surface_points import SurfacePoints
-from .contact_tracker import TrackedContact, ContactTracker
 from ..errors import BadArgument, BadFrame
-from .hysteresis import Hysteresis, Memory
-from .imprint import ImprintMotion, ImprintTracker, SeenPressure
-from .points import taxel_forces, taxel_points, taxel_states
+from .motion import MotionTracker, ObjectMotion, SeenPressure, TaxelSlip
+from .pressure import Baseline, DeadTaxels, SoftPad, TaxelArray
 from .published import PaperMethod
-from .regions import Regions, TaxelRegion, find_regions, joined, without
-from .repair import DeadTaxels, dead_mask
-from .response import Response
-from .score import LEVEL, NOISE, ContactScore
-from .slip import TaxelSlip
-from .wrench import GraspedObject, normal_force, pressure_centre, under_friction, wrench_of
+from .region import ContactScore, ContactTracker, Regions, TaxelRegion, TrackedContact, find_regions
+from .response import Hysteresis, Response
+from .wrench import GraspedObject, normal_force, pressure_centre, taxel_forces, taxel_points, taxel_states, under_friction, wrench_of
 
-
-class ContinuousDirection:
-    """Unwraps the direction of an axis (period pi) from frame to frame."""
-
-    def __init__(self):
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget; the next angle is returned as it is."""
-        self._last = math.nan
-
-    def process(self, angle: float) -> float:
-        """angle, rad, plus the multiple of pi that brings it nearest to the last one; NaN where it is NaN."""
-        if not math.isfinite(angle):
-            return math.nan
-        if math.isfinite(self._last):
-            angle += math.pi * round((self._last - angle) / math.pi)
-        self._last = angle
-        return float(angle)
-
-
-_FULL = 0.995  # of the full scale, from which a taxel is saturated. Chosen: a count below 255
-_OUTLINE_SD = 0.5  # pitches, standard deviation of an outline's vertices for the test of roundness. Chosen
-_NOISE_AT = 5.0  # standard deviations of the noise at which the slope of the response is evaluated. Chosen
-_AT_ONCE = 40.0  # standard deviations of the noise, peak of a contact that is reported at once. Chosen: four times a score's least level
-_PLACE_SD = 0.03  # pitches, standard deviation of a centroid. Chosen
+_FULL = 0.995  # of the full scale, from which a taxel is saturated: a count below 255
+_OUTLINE_SD = 0.5  # pitches, standard deviation of an outline's vertices for the test of roundness
+_NOISE_AT = 5.0  # standard deviations of the noise at which the slope of the response is evaluated: half of a score's least level
+_AT_ONCE = 40.0  # standard deviations of the noise, peak of a contact that is reported at once: four times a score's least level
+_PLACE_SD = 0.03  # pitches, standard deviation of a centroid
 _NO_DOTS = np.zeros(0, np.uint8)
-_ASSUMED_SLIDE = 0.1  # thicknesses that a pad of unknown pressure is dragged before it slips. Chosen
+_ASSUMED_SLIDE = 0.1  # thicknesses that a pad of unknown pressure is dragged before it slips, as the usual pad at the usual load
 
 
 @dataclass(frozen=True)
@@ -73,14 +44,12 @@ class TaxelSettings:
 
 @dataclass(frozen=True)
 class TaxelResult:
-    """Results of one frame. wrench: (6,) N and N m, NaN where unknown; direction: rad, of the region's major axis, unwrapped; pressure:
-    (rows, columns), Pa if the response is known; points: computes the surface points on demand."""
+    """Results of one frame. wrench: (6,) N and N m, NaN where unknown; pressure: (rows, columns), Pa if the response is known; points: computes the surface points on demand."""
 
     region: ContactRegionEstimate
     contacts: list[ContactEstimate]
     slip: SlipEstimate
     wrench: np.ndarray
-    direction: float
     pressure: np.ndarray
     points: Callable[[], SurfacePoints]
 
@@ -92,45 +61,40 @@ class MechanicsMethod:
     """
 
     def __init__(self, array: TaxelArray, pad: SoftPad, response: Response):
-        self._array, self._pad, self._known, self._loop = array, pad, response.known, response.loop
-        self._score = ContactScore(array, pad)
-        self._imprint = ImprintTracker(array, pad)
-        self._slip = TaxelSlip(array)
-        self._assumed = 1.0
+        self._array, self._pad, self._known = array, pad, response.known
+        self._score, self._motion, self._slip = ContactScore(array, pad), MotionTracker(array, pad), TaxelSlip(array)
+        self._assumed = np.float32(1)  # Pa per unit of pressure
 
     def reset(self) -> None:
-        """Forget earlier frames."""
-        self._imprint.reset()
+        """Nothing touches."""
+        self._motion.reset()
         self._slip.reset()
 
     @property
     def friction(self) -> np.ndarray:
         """(2,) N that the object exerts along the surface."""
-        return self._imprint.shear.force
+        return self._motion.shear.force
 
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray) -> tuple[Regions, np.ndarray]:
-        """Regions, and pressure (rows, columns) without the part caused by traction; sigma: noise of pressure (rows, columns); full: (rows,
-        columns) bool, taxels that are saturated."""
-        traction = self._imprint.traction_pressure()
-        surface = pressure if traction is None else taxel_without_traction(pressure, traction, unit=self._assumed)
-        score = self._score.compute(surface, sigma, full)
+        """Regions, and pressure (rows, columns) without the part caused by traction, which at most doubles or cancels it; sigma: noise of
+        pressure (rows, columns); full: (rows, columns) bool, taxels that are saturated."""
+        bound = np.maximum(pressure, 0)
+        surface = pressure - np.clip(self._motion.shear.traction_pressure() / self._assumed, -bound, bound)
         self._seen = SeenPressure(pressure, sigma)
-        found = find_regions(score, surface, self._array)
-        return joined(found, self._pad.thickness / self._array.pitch, _AT_ONCE * sigma), surface
+        return find_regions(self._score.compute(surface, sigma, full), surface, self._array, self._pad.thickness / self._array.pitch), surface
 
     def slip(self, regions: Regions, surface: np.ndarray, stamp_s: float,
-             clipped: bool = False) -> tuple[SlipEstimate, ImprintMotion | None]:
+             clipped: bool = False) -> tuple[SlipEstimate, ObjectMotion | None]:
         """Slip, and motion of the contacts, in the frame of the last call of regions; stamp_s: s; clipped: whether touched taxels are
         saturated."""
         if not regions.all:
             self.reset()
-            return self._slip.none(), None
+            return SlipEstimate(), None
         touched = regions.touched
-        mean = max(float(surface[touched].mean()), 1e-6)
         if not self._known:
-            self._assumed = _ASSUMED_SLIDE * self._pad.thickness * self._pad.shear_stiffness / (self._pad.friction * mean)
-        seen = replace(self._seen, clipped=clipped, loop=self._loop.width(mean) / mean)
-        motion = self._imprint.process(surface * np.float32(self._assumed), touched, stamp_s, seen)
+            mean = max(float(surface[touched].mean()), 1e-6)
+            self._assumed = np.float32(_ASSUMED_SLIDE * self._pad.shear_modulus / (self._pad.friction * mean))
+        motion = self._motion.process(surface * self._assumed, touched, stamp_s, replace(self._seen, clipped=clipped))
         return self._slip.process(motion, touched), motion
 
 
@@ -148,10 +112,9 @@ class TaxelEstimator:
             raise BadArgument(f'method {settings.method!r} is unknown; choose one of {", ".join(TAXEL_METHODS)}')
         self.array, self.pad, self.settings = array, pad, settings
         self._method = TAXEL_METHODS[settings.method](array, pad, settings.response)
-        self._dead = DeadTaxels(dead_mask(array.shape, settings.dead))
+        self._dead = DeadTaxels(array.dead(settings.dead))
         self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, array.full_scale)
-        self._hysteresis, self._memory = Hysteresis(settings.response.loop), Memory(settings.response.loop)
-        self._tracker, self._direction = ContactTracker(), ContinuousDirection()
+        self._hysteresis, self._tracker = Hysteresis(settings.response.loop), ContactTracker()
         self._stamp_s: float | None = None
         self._covariance = np.diag([(_PLACE_SD * array.pitch)**2] * 2 + [np.nan])
         self.grasped = GraspedObject()
@@ -159,14 +122,8 @@ class TaxelEstimator:
     def set_reference(self) -> None:
         """Take the next frame as the untouched baseline."""
         self.baseline.reset(start=False)
-        self._forget()
-
-    def _forget(self) -> None:
-        self._method.reset()
-        self._hysteresis.reset()
-        self._memory.reset()
-        self._tracker.reset()
-        self._direction.reset()
+        for part in (self._method, self._hysteresis, self._tracker):
+            part.reset()
 
     def process(self, values: np.ndarray, stamp_s: float) -> TaxelResult:
         """Results for values (rows, columns) at stamp_s, s. Raises BadFrame for another shape, a frame without finite values, or a stamp
@@ -181,25 +138,17 @@ class TaxelEstimator:
         sigma, response = self.baseline.sigma, self.settings.response
         change = self.baseline.change(frame)
         repaired = self._dead.repaired(change, sigma)
-        shown = response.pressure(repaired)
-        pressure = self._hysteresis.undone(shown, interval)
+        pressure = self._hysteresis.undone(response.pressure(repaired), interval)
         noise = sigma * response.slope(_NOISE_AT * sigma) * response.loop.noise_gain
         full = frame >= _FULL * self.array.full_scale
         regions, surface = self._method.regions(pressure, noise, full)
-        self.baseline.follow(change, regions.touched if regions.all else None, interval)
-        self._memory.follow(pressure, shown)
-        regions = without(regions, [region.label for region in regions.all if self._memory.explains(
-            region.box, regions.labels[region.box] == region.label, LEVEL * NOISE * noise)])
+        self.baseline.follow(change, regions.touched, interval)
         saturated = [_any_in(full, region, regions) for region in regions.all] if full.any() else [False] * len(regions.all)
         slip, motion = self._method.slip(regions, surface, stamp_s, any(saturated))
         tracked = self._tracker.assign(regions, _AT_ONCE * noise)
         normal = self._normal_forces(regions, saturated)
-        contacts = [self._contact(*one, regions) for one in zip(regions.all, tracked, normal, saturated) if one[1].told]
-        region = self._region(regions, motion, interval)
-        direction = self._direction.process(region.orientation)
-        if not regions.all:
-            self._direction.reset()
-        return TaxelResult(region, contacts, slip, self._wrench(regions, normal, pressure), direction, pressure,
+        contacts = [self._contact(*one, regions) for one in zip(regions.all, tracked, normal, saturated) if one[1].reported]
+        return TaxelResult(self._region(regions, motion, interval), contacts, slip, self._wrench(regions, normal, pressure), pressure,
                            partial(self._points, regions, surface, normal, slip, motion))
 
     def _normal_forces(self, regions: Regions, saturated: list[bool]) -> list[float]:
@@ -230,11 +179,11 @@ class TaxelEstimator:
         return wrench_of(sum(normal), mean, contact, self.grasped)
 
     def _friction(self) -> np.ndarray:
-        """(2,) N of the object on the pad: half of its weight, else what its motion tells."""
+        """(2,) N of the object on the pad: half of its weight, else by its motion."""
         half = 0.5 * self.grasped.weight[:2]
         return half if np.isfinite(half).all() else self._method.friction
 
-    def _points(self, regions: Regions, surface: np.ndarray, normal: list[float], slip: SlipEstimate, motion: ImprintMotion | None):
+    def _points(self, regions: Regions, surface: np.ndarray, normal: list[float], slip: SlipEstimate, motion: ObjectMotion | None):
         """The SurfacePoints of one frame."""
         in_pascal = self.settings.response.known
         forces = taxel_forces(regions, surface, normal, not regions.broken and (in_pascal or math.isfinite(self.grasped.depth)))
@@ -254,7 +203,7 @@ class TaxelEstimator:
         return ContactEstimate(tracked.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), self._covariance, flags,
                                _NO_DOTS)
 
-    def _region(self, regions: Regions, motion: ImprintMotion | None, interval: float) -> ContactRegionEstimate:
+    def _region(self, regions: Regions, motion: ObjectMotion | None, interval: float) -> ContactRegionEstimate:
         estimate = ContactRegionEstimate(_NO_DOTS, _NO_DOTS)
         if not regions.all:
             return estimate

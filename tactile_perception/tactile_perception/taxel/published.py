@@ -7,10 +7,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from .array import TaxelArray
+from .pressure import TaxelArray
 from ..common.estimates import NONE, SlipEstimate
 from ..common.slip import next_state, planar_twist
-from .regions import Regions, find_regions
+from .region import Regions, find_regions
 
 # The paper gives no values; chosen for contacts of 5 to 30 taxels.
 _FEATURES = dict(maxCorners=50, qualityLevel=0.05, minDistance=2, blockSize=3)
@@ -28,13 +28,13 @@ class PaperMethod:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the last image."""
+        """The next image is the first."""
         self._last: tuple[np.ndarray, float] | None = None
         self._state = NONE
 
     @property
     def friction(self) -> np.ndarray:
-        """(2,) N: none is told."""
+        """(2,) N: none is estimated."""
         return np.zeros(2)
 
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray | None = None) -> tuple[Regions, np.ndarray]:
@@ -63,7 +63,7 @@ class PaperMethod:
         moving = np.hypot(flow[:, 0], flow[:, 1]) > _MOVED
         fraction = float(moving.mean())
         self._state = next_state(self._state, fraction)
-        where = self._array.places(places[:, ::-1].astype(float))[:, :2]
+        where = (places - 0.5 * np.array([self._array.columns - 1, self._array.rows - 1])) * self._array.pitch
         velocity = flow * (self._array.pitch / interval)
         estimate = SlipEstimate(self._state, fraction, np.zeros(3), np.zeros(3), x=where[moving, 0], y=where[moving, 1],
                                 vx=velocity[moving, 0], vy=velocity[moving, 1])

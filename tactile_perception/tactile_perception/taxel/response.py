@@ -1,24 +1,140 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pressure from a taxel's change of value: a gain for each taxel and a common curve."""
+"""Pressure from a taxel's change of value: a gain for each taxel, a common curve, and the hysteresis of the sensing layer; as a file."""
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
 
+import cv2
 import numpy as np
 
-from .._core import taxel_pressure
+from .pressure import TaxelArray
+from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, read_calibration, write_calibration
 from ..errors import BadArgument, BadCalibration
-from .hysteresis import Loop
 
-_KNEE = 0.05  # of the largest calibrated change, below which pressure may rise faster (a sensor with a dead zone). Chosen
-_FEWEST = 3  # loads. Chosen: one for each coefficient of the curve
-_SMALL = 0.3  # of the largest force, added to each force in the weights: relative error of large forces, absolute of small ones. Chosen
-_REACHED = 0.95  # part of the taxels that an even load must reach. Chosen
-_RESPONDING = 0.3  # of the mean change, from which a taxel is reached. Chosen: below the least gain
-_LOADED = 0.05  # of the largest mean change, from which a frame is used for gains. Chosen
-_GAINS = (0.5, 2.0)  # plausible range; a taxel outside it keeps gain 1. Chosen
+SENSOR = 'taxel_array'
+UNITS = {'scale': 'Pa of the value, of its square, of its knee', 'gain': '1', 'zero, knee': 'values', 'residuals': '1', 'force': 'N',
+         'loop': 'share 1, reach Pa, relative 1, relaxation s, late 1, late_s s'}
+MOST_HELD = 0.9  # largest share of a loop, and of late parts: beyond, noise is ten times as large
+_SMOOTH = 1.0  # taxels, of the Gaussian by which neighbours show together whether their load rises or falls
+_HIDDEN_NOISE = 0.3  # of the hidden part's share of changes: how much of it adds to the noise, as it is blurred by a taxel
+
+
+@dataclass(frozen=True)
+class Loop:
+    """How a sensing layer shows a load: a part of it late, a part of the rest held by play with relaxation.
+
+    late: parts of a load that are shown after late_s, s, each (creep, a chain of Kelvin elements); share: part of the held load in the
+    rest, 0 for no loop. The held load stays until the load is farther from it than its reach, follows at that distance (play operator,
+    Visintin 1994), and creeps towards a load that rests within relaxation, s. reach: Pa, and relative: part of the load, farthest distance
+    of load and held load. Raises BadArgument for numbers that are no loop.
+    """
+
+    share: float = 0.0
+    reach: float = 0.0
+    relative: float = 0.0
+    relaxation: float = 1.0
+    late: tuple[float, ...] = ()
+    late_s: tuple[float, ...] = ()
+
+    def __post_init__(self):
+        if not (0 <= self.share <= MOST_HELD and 0 <= self.reach < np.inf and 0 <= self.relative <= 1 and 0 < self.relaxation < np.inf):
+            raise BadArgument(f'taxel response: a loop needs a share from 0 to {MOST_HELD}, a reach of at least 0, a relative reach from '
+                              f'0 to 1 and a positive relaxation, got {self.share}, {self.reach}, {self.relative}, {self.relaxation}')
+        if not (len(self.late) == len(self.late_s) and all(0 <= part for part in self.late) and self.at_once >= 1 - MOST_HELD and
+                all(0 < time < np.inf for time in self.late_s)):
+            raise BadArgument(f'taxel response: late parts of a loop need a positive time each, and a sum up to {MOST_HELD}, got '
+                              f'{self.late}, {self.late_s}')
+
+    @property
+    def is_none(self) -> bool:
+        """Whether nothing is held and nothing late."""
+        return not self.share and not self.late
+
+    @property
+    def at_once(self) -> float:
+        """Part of a load that is not shown late."""
+        return 1 - sum(self.late)
+
+    def width(self, load: float | np.ndarray) -> float | np.ndarray:
+        """Largest difference, Pa, between what is shown of the same load as it rises to load, Pa, and as it falls from there."""
+        held = 2 * self.share * np.minimum(self.reach + self.relative * load, 0.5 * load)
+        return self.at_once * held + sum(self.late) * load
+
+    @property
+    def noise_gain(self) -> float:
+        """Noise of the loads over that of what is shown."""
+        return (1 + _HIDDEN_NOISE * self.share / (1 - self.share)) / self.at_once
+
+    def shown(self, loads: np.ndarray, intervals: np.ndarray) -> np.ndarray:
+        """What the layer shows (N,) of loads (N,), Pa, that follow each other after intervals (N,) s."""
+        found = (1 - self.share) * loads + self.share * self.held(loads, intervals)
+        return self.at_once * found + sum(part * followed(loads, intervals, time) for part, time in zip(self.late, self.late_s))
+
+    def held(self, loads: np.ndarray, intervals: np.ndarray) -> np.ndarray:
+        """The held load (N,) under loads (N,), Pa, that follow each other after intervals (N,) s."""
+        found, held, last = np.empty(len(loads)), 0.0, 0.0
+        for k, (load, crept) in enumerate(zip(loads.tolist(), (-np.expm1(-intervals / self.relaxation)).tolist())):
+            held += (last - held) * crept
+            reach = self.reach + self.relative * max(load, 0.0)
+            found[k] = held = min(max(held, load - reach), load + reach)
+            last = load
+        return found
+
+
+def followed(loads: np.ndarray, intervals: np.ndarray, time: float) -> np.ndarray:
+    """Load (N,) that follows loads (N,), after intervals (N,) s, with a time constant, s."""
+    found, late, last = np.empty(len(loads)), 0.0, 0.0
+    for k, (load, gone) in enumerate(zip(loads.tolist(), (-np.expm1(-intervals / time)).tolist())):
+        found[k] = late = late + (last - late) * gone
+        last = load
+    return found
+
+
+
+class Hysteresis:
+    """Undoes a loop frame by frame."""
+
+    def __init__(self, loop: Loop):
+        self._loop = loop
+        self.reset()
+
+    def reset(self) -> None:
+        """Loads are as shown in the next frame."""
+        self._load: np.ndarray | None = None
+
+    def undone(self, shown: np.ndarray, interval_s: float) -> np.ndarray:
+        """The load (rows, columns) Pa behind the pressure shown (rows, columns) float32, interval_s after the last frame."""
+        loop = self._loop
+        if loop.is_none:
+            return shown
+        if self._load is None:
+            self._late = np.repeat(shown[None], len(loop.late), axis=0)
+            self._load = self._held = shown
+        if loop.late:
+            gone = -np.expm1(-interval_s / np.float32(loop.late_s))
+            self._late += (self._load - self._late) * gone[:, None, None]
+            shown = (shown - np.tensordot(np.float32(loop.late), self._late, 1)) / np.float32(loop.at_once)
+        held = self._held + (self._load - self._held) * np.float32(-math.expm1(-interval_s / loop.relaxation))
+        load = self._without_held(shown, held)
+        reach = loop.reach + loop.relative * np.maximum(load, 0)
+        self._held = np.clip(held, load - reach, load + reach)
+        # Neighbours show together what is hidden, so that it adds little noise.
+        self._load = shown + cv2.GaussianBlur(load - shown, (0, 0), _SMOOTH, borderType=cv2.BORDER_REPLICATE)
+        return self._load
+
+    def _without_held(self, shown: np.ndarray, held: np.ndarray) -> np.ndarray:
+        """Solve the loop for the load where the held load stays, and where it follows from below or above."""
+        loop = self._loop
+        load = (shown - loop.share * held) / (1 - loop.share)
+        off, free = load - held, loop.reach + loop.relative * np.maximum(load, 0)
+        for side, follows in ((1, off > free), (-1, off < -free)):
+            led = shown + side * loop.share * loop.reach
+            load = np.where(follows, np.where(led > 0, led / (1 - side * loop.share * loop.relative), led), load)
+        return load
 
 
 @dataclass(frozen=True)
@@ -42,14 +158,14 @@ class Response:
             raise BadArgument(f'taxel response: scale must be three finite numbers, none negative and not all 0, and knee positive, got '
                               f'{self.scale}, {self.knee}')
 
-    @cached_property
-    def _by_gain(self) -> np.ndarray | None:
-        return None if self.gain is None else (1 / self.gain).astype(np.float32)
-
     def pressure(self, change: np.ndarray) -> np.ndarray:
         """Pressure (rows, columns) float32, Pa if known, for change (rows, columns) of the values."""
-        by_gain = np.ones(change.shape, np.float32) if self._by_gain is None else self._by_gain
-        return taxel_pressure(np.asarray(change, np.float32), by_gain, scale=self.scale, knee=self.knee)
+        value = np.asarray(change if self.gain is None else change / self.gain, np.float32)
+        first, second, third = map(np.float32, self.scale)
+        if not (second or third):
+            return first * value
+        size, knee = np.abs(value), np.float32(self.knee)
+        return value * (first + second * size + third * knee / (size + knee))
 
     def slope(self, value: float) -> float:
         """Derivative of pressure, Pa per unit, at a change of value."""
@@ -57,47 +173,34 @@ class Response:
         return first + 2 * second * abs(value) + third * (self.knee / (abs(value) + self.knee))**2
 
 
-def curve_terms(value: np.ndarray, knee: float) -> np.ndarray:
-    """(3, ...) terms that scale multiplies."""
-    size = np.abs(value)
-    return np.stack([value, value * size, value * knee / (size + knee)])
+def write_taxels(path: str | Path, response: Response, residuals: dict, span: dict, left_out: list[str],
+                 specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
+    """Write a response; left_out, outliers: one line each. Raises BadCalibration or OSError as write_calibration does."""
+    fitted = {'scale': [float(value) for value in response.scale], 'knee': float(response.knee),
+              'loop': {name: np.asarray(value, float).tolist() for name, value in asdict(response.loop).items()}}
+    for name in ('gain', 'zero'):
+        if getattr(response, name) is not None:
+            fitted[name] = np.asarray(getattr(response, name), float)
+    write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, residuals, span, left_out, serial=specimen.serial,
+                                            parameters=specimen.parameters(SENSOR), outliers=list(outliers)))
 
 
-def fit_gains(changes: np.ndarray) -> np.ndarray | None:
-    """Gains (rows, columns), mean about 1, from changes (N, rows, columns) under even loads; None with fewer than 3 even loads."""
-    mean = changes.mean(axis=(1, 2))
-    even = mean > _LOADED * max(float(mean.max(initial=0.0)), 1e-9)
-    spread = (changes > _RESPONDING * mean[:, None, None]).mean(axis=(1, 2))
-    even &= spread > _REACHED
-    if even.sum() < _FEWEST:
-        return None
-    gains = np.einsum('n,nij->ij', mean[even], changes[even]) / np.sum(mean[even]**2)
-    return np.where((gains > _GAINS[0]) & (gains < _GAINS[1]), gains, 1.0).astype(np.float32)
-
-
-def force_terms(changes: np.ndarray, taxel_area: float, gain: np.ndarray | None = None) -> tuple[np.ndarray, float]:
-    """What scale multiplies in the forces (N,) of changes (N, rows, columns), (N, 3), and the curve's knee; see fit_response."""
-    value = (changes if gain is None else changes / gain).reshape(len(changes), -1).astype(float)
-    knee = _KNEE * float(value.max(initial=0))
-    return taxel_area * curve_terms(value, max(knee, 1e-12)).sum(axis=2).T, knee
-
-
-def fit_response(changes: np.ndarray, forces: np.ndarray, taxel_area: float,
-                 gain: np.ndarray | None = None) -> tuple[Response, np.ndarray]:
-    """Nonnegative least squares fit of the response to normal forces (N,), N, with changes (N, rows, columns), and its predictions (N,), N.
-
-    taxel_area: m^2; gain: (rows, columns). Forces that are NaN or not positive are skipped. Raises BadCalibration where the loads do not
-    determine the response.
+def read_taxels(path: str | Path, array: TaxelArray, values: Mapping | None = None) -> Response:
+    """Read the response; values: as of read_calibration. Raises BadCalibration for a bad file (read_calibration) and for an array of
+    another size.
     """
-    forces = np.asarray(forces, float)
-    known = np.isfinite(forces) & (forces > 0)
-    if np.unique(np.round(forces[known], 6)).size < _FEWEST:
-        raise BadCalibration(f'normal force: {np.unique(np.round(forces[known], 6)).size} different loads; at least {_FEWEST} are needed')
-    rows, knee = force_terms(changes, taxel_area, gain)
-    if not (rows[known, 0] > 0).all():
-        raise BadCalibration('normal force: the sensor does not respond to some of the loads')
-    unit = rows[known].mean(axis=0)
-    weight = forces[known] + _SMALL * forces[known].max()
-    from scipy.optimize import nnls  # calibration alone needs it
-    scale = nnls(rows[known] / unit / weight[:, None], forces[known] / weight)[0] / unit
-    return Response(tuple(float(s) for s in scale), knee, gain, True), rows @ scale
+    fitted = read_calibration(path, SENSOR, values).fitted
+    try:
+        maps = {name: np.array(fitted[name], np.float32) for name in ('gain', 'zero') if name in fitted}
+        if any(values.shape != array.shape for values in maps.values()):
+            raise BadCalibration(f'{path}: for {" x ".join(map(str, next(iter(maps.values())).shape))} taxels, this sensor has '
+                                 f'{array.rows} x {array.columns}; give this sensor\'s own file')
+        if 'gain' in maps and not (maps['gain'] > 0).all():
+            raise ValueError('gain must be positive')
+        return Response(tuple(float(value) for value in fitted['scale']), float(fitted['knee']), known=True, **maps,
+                        loop=Loop(**{name: tuple(map(float, value)) if isinstance(value, list) else float(value)
+                                     for name, value in fitted['loop'].items()}))
+    except (AttributeError, KeyError, TypeError, ValueError, BadArgument) as error:
+        if isinstance(error, BadCalibration):
+            raise
+        raise BadCalibration(f'{path}: fitted numbers are missing or wrong ({error}); {AGAIN}') from None

@@ -14,8 +14,8 @@ from ..common.frame_tree import FrameTree
 from ..errors import BadFrame
 from ..nodes.messages import conversions as convert
 from ..nodes.messages.point_cloud import POINTS
-from ..parameters.taxel import TAXEL_PARAMETERS, frames_of, grasped_object, taxel_estimator
 from ..stage import Input, Stage
+from .parameters import TAXEL_PARAMETERS, frames_of, grasped_object, taxel_estimator
 
 _TRANSFORMS = Input('/tf', TFMessage, depth=100), Input('/tf_static', TFMessage, depth=100, latched=True)
 
@@ -80,7 +80,7 @@ class TaxelStage(Stage):
         baseline, sensor_frame = self.estimator.baseline, self._placed[1]
         lost = [frame for frame in sorted(frames_of(self.values)) if self._tree.pose(frame, sensor_frame) is None]
         missing = f'no transform leads from {" or ".join(lost)} to {sensor_frame!r}: friction is NaN; publish it' if lost else ''
-        return '; '.join(filter(None, (baseline.suspicion, missing))), {'reference': baseline.suspicion or 'in order',
+        return '; '.join(filter(None, (baseline.warning, missing))), {'reference': baseline.warning or 'in order',
                                                                         'noise (values)': baseline.sigma}
 
     def _place_object(self, sensor_frame: str) -> None:

@@ -1,19 +1,24 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The wrench of a grasped object on the finger (paper taxel_array_image_processing, eqs 5 to 9), at the sensor frame's origin."""
+"""The wrench of a grasped object on the finger (paper taxel_array_image_processing, eqs 5 to 9), at the sensor frame's origin, and the
+forces on the surface points of the taxels."""
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._core import taxel_load, taxel_pull_pressure
-from .array import SoftPad, TaxelArray
-from .shear import SPREADS
+from .._core import taxel as _kernel
+from .motion import ObjectMotion
+from .pressure import SoftPad, TaxelArray, grown
+from .region import Regions
+from ..common.estimates import NONE, SlipEstimate
+from ..common.surface_points import SLIPPING, STICKING, UNKNOWN, SurfacePoints
 
-_REACH = 2.5  # thicknesses around a face, in which pressure counts. Chosen: beyond the wider of SPREADS
-_LITTLE = 0.02  # friction over load, below which it moves no pressure to speak of. Chosen
-_UNSEEN = 0.5  # of a tension, up to which the pressure there says that there is one. Chosen
+_REACH = 2.5  # thicknesses around a face, in which pressure counts: beyond the wider spread of what traction causes
+_LITTLE = 0.02  # friction over load, below which it moves no pressure to speak of
+_UNSEEN = 0.5  # of a tension, up to which the pressure there shows that there is one
 
 
 @dataclass(frozen=True)
@@ -50,10 +55,10 @@ def under_friction(pressure: np.ndarray, touched: np.ndarray, friction: np.ndarr
     load, centre = _seen(pressure, touched, array, pad)
     if not (load > 0 and np.hypot(*friction) > _LITTLE * load):
         return centre
-    thickness = pad.thickness / array.pitch
     even = touched / np.float32(np.count_nonzero(touched) * array.taxel_area)
-    caused = taxel_pull_pressure(friction.astype(np.float32)[:, None, None] * even, gain=0.5 * thickness,
-                                 spreads=np.array(SPREADS) * [1, thickness])
+    shear = _kernel.SurfaceShear(rows=array.rows, columns=array.columns, pitch=array.pitch, thickness=pad.thickness / array.pitch,
+                                 stiffness=pad.shear_stiffness)
+    caused = shear.pressure_of(np.asarray(friction, np.float32)[:, None, None] * even)
     tension = array.taxel_area * np.where(~touched & (caused < 0) & (pressure < _UNSEEN * -caused), caused, 0)
     moment = load * centre + [tension.sum(axis=0) @ array.x, tension.sum(axis=1) @ array.y]
     normal = load + float(tension.sum())
@@ -62,8 +67,12 @@ def under_friction(pressure: np.ndarray, touched: np.ndarray, friction: np.ndarr
 
 def _seen(pressure: np.ndarray, touched: np.ndarray, array: TaxelArray, pad: SoftPad) -> tuple[float, np.ndarray]:
     """N, and (2,) m, where it acts, of the pressure under a face and around."""
-    load, row, column, _ = taxel_load(pressure, touched, around=min(round(_REACH * pad.thickness / array.pitch), max(array.shape)))
-    return load * array.taxel_area, array.pitch * np.array([column - 0.5 * (array.columns - 1), row - 0.5 * (array.rows - 1)])
+    around = min(round(_REACH * pad.thickness / array.pitch), max(array.shape))
+    load = np.where(grown(touched, around), pressure, 0).astype(float)
+    along, down = load.sum(axis=0), load.sum(axis=1)
+    total = float(along.sum())
+    centre = np.array([along @ array.x, down @ array.y]) / total if total > 0 else np.full(2, np.nan)
+    return total * array.taxel_area, centre
 
 
 def wrench_of(normal: float, pressure_centre: np.ndarray, contact: np.ndarray, grasped: GraspedObject) -> np.ndarray:
@@ -91,3 +100,41 @@ def transform_wrench(wrench: np.ndarray, rotation: np.ndarray, translation: np.n
     9)."""
     force = rotation @ wrench[:3]
     return np.concatenate([force, rotation @ wrench[3:] + np.cross(translation, force)])
+
+
+def taxel_points(array: TaxelArray, pad: SoftPad, surface: np.ndarray, known: bool, forces: np.ndarray, state: np.ndarray) -> SurfacePoints:
+    """Points of all taxels on the untouched surface.
+
+    surface: (rows, columns) pressure, in Pa if known; forces: (rows, columns) N (taxel_forces); state: (rows, columns) (taxel_states).
+    Tangential forces and displacements are NaN: the array measures pressure only.
+    """
+    xyz = np.zeros((array.rows, array.columns, 3))
+    xyz[..., 0], xyz[..., 1] = array.x, array.y[:, None]
+    depth = surface * (pad.thickness / pad.stiffness) if known else np.full(array.shape, np.nan)
+    displacement, force = (np.full((array.rows * array.columns, 3), np.nan) for _ in range(2))
+    displacement[:, 2], force[:, 2] = -depth.ravel(), -forces.ravel()
+    return SurfacePoints(array.shape, xyz.reshape(-1, 3), np.tile([0.0, 0.0, 1.0], (len(force), 1)), displacement, force, forces.ravel(),
+                         state.ravel())
+
+
+def taxel_forces(regions: Regions, surface: np.ndarray, normal: Sequence[float], known: bool) -> np.ndarray:
+    """(rows, columns) N: each region's normal force, N, distributed by pressure; 0 outside the regions. All NaN if not known."""
+    forces = np.full(surface.shape, 0.0 if known else np.nan)
+    if not known or not regions.all:
+        return forces
+    load = np.maximum(surface, 0)
+    for region, force in zip(regions.all, normal):
+        own = regions.near == region.label
+        total = float(load[own].sum())
+        forces[own] = load[own] * (force / total) if total > 0 else np.nan
+    return forces
+
+
+def taxel_states(regions: Regions, slip: SlipEstimate, motion: ObjectMotion | None) -> np.ndarray:
+    """(rows, columns) uint8 state of each taxel; UNKNOWN in contact where slip is detected but not localised."""
+    state = np.where(regions.touched, STICKING, 0).astype(np.uint8)
+    if motion is not None:
+        state[regions.touched & motion.slipping] = SLIPPING
+    elif slip.state != NONE:
+        state[regions.touched] = UNKNOWN
+    return state

@@ -13,14 +13,10 @@ from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.spherical_cap import Cap
 from ..errors import BadArgument, BadFrame
-from .membrane.range_scale import RangeScale
-from .membrane.solver import Membrane
-from .membrane.state import MembraneState
-from .optics.absorption import RestLight, WaterModel
-from .optics.colour import RingColours, log_ratios
-from .optics.glare import GlaringPad, SeenGlare
-from .optics.identification import identify
+from .identification import identify
+from .membrane import Membrane
 from .sensor import Touchpad
+from .water import GlaringPad, RestLight, RingColours, SeenGlare, WaterModel, log_ratios
 
 _MOVED = 0.02  # px; chosen: a smaller drift of the reference does not update the membrane
 _AT_ONE_PLACE = 1.0  # px from the first dot, within which all lie where the tracks are wrong: they show no shape. Chosen
@@ -58,8 +54,6 @@ class DotPlaces:
         self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
         self._membrane: Membrane | None = None
         self._unknown = np.ones(len(self._rest.xyz), bool)  # dots without a rest position
-        self._last: MembraneState | None = None
-        self._scale: RangeScale | None = None
         self._light: RestLight | None = None
         self._bled: np.ndarray | None = None
         self._glare: GlaringPad | None = None
@@ -67,7 +61,7 @@ class DotPlaces:
 
     def renew(self) -> None:
         """Identify the water's colour again in the next image, which is the new reference."""
-        self._water, self._initialised, self._last = self._calibrated, False, None
+        self._water, self._initialised = self._calibrated, False
 
     def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
         """Positions (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for dots without a rest position and in a
@@ -92,8 +86,7 @@ class DotPlaces:
         ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks, self._glaring(colours, rays, tracks))
         if not np.isfinite(ranges).any() or _are_at_one_place(tracks.uv):
             return np.full((len(tracks), 3), np.nan)
-        self._last = self._membrane.solve(self._camera.centre, rays, ranges, sigma, tracks.id, self._last, scale=self._scale)
-        xyz = self._last.xyz[tracks.id]
+        xyz = self._membrane.solve(rays, ranges, sigma, tracks.id).xyz[tracks.id]
         if self._unknown.any():
             xyz[self._unknown[tracks.id]] = np.nan
         return xyz
@@ -102,26 +95,29 @@ class DotPlaces:
         """The glare of this frame, by the skin's shape in the last one; None for a pad without."""
         if self._glare is None:
             return None
-        return self._glare.seen(colours.brightness, rays, tracks.id, self._rest.xyz if self._last is None else self._last.xyz)
+        membrane = self._membrane.core
+        return self._glare.seen(colours.brightness, rays, tracks.id, membrane.state.xyz if membrane.started else self._rest.xyz)
 
     def _update_rest(self, tracks: DotTracks) -> bool:
         """Update the membrane's rest positions; whether they have changed."""
         if not self._rest.update(tracks):
             return False
         try:
-            self._membrane = self._membrane.with_rest(self._rest.xyz) if self._membrane else self._new_membrane()
+            if self._membrane is None:
+                self._membrane = Membrane(self._rest.xyz, self._sensor.rows, self._sensor.columns, self._camera.centre,
+                                          self._sensor.material)
+            else:
+                self._membrane.set_rest(self._rest.xyz)
             self._unknown = np.isnan(self._rest.xyz[:, 0])
         except BadArgument as error:
             raise BadFrame(f'dots cannot be placed: {error}') from error
         return True
 
-    def _new_membrane(self) -> Membrane:
-        return Membrane(self._rest.xyz, self._sensor.rows, self._sensor.columns, self._sensor.material)
-
     def _initialise(self, image: np.ndarray, tracks: DotTracks) -> None:
         """Identify the water's colour from an untouched image, or adapt the calibrated model to today's illumination and white balance."""
         self._water, glare = identify(image, tracks.uv, self._camera, self._sensor.cap, self._calibrated)
-        self._scale, self._light, self._initialised = RangeScale(self._water.scale_sigma), None, True
+        self._membrane.core.reset(self._water.scale_sigma)
+        self._light, self._initialised = None, True
         self._glare = None
         if glare is not None:
             self._glare = GlaringPad(glare, self._water.path, self._water.absorptions, self._sensor.rows, self._sensor.columns)

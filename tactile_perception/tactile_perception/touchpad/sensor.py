@@ -12,7 +12,7 @@ import numpy as np
 from ..common.camera import CameraModel
 from ..common.spherical_cap import Cap
 from ..errors import BadArgument
-from .membrane.forces import MembraneMaterial
+from .membrane import MembraneMaterial
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from ..errors import BadFrame
 from ..nodes.messages import conversions as convert
 from ..nodes.messages.point_cloud import POINTS
 from ..parameters.touchpad import REGION_PARAMETERS
-from ..pipeline.contact_stage import ContactEstimator
 from ..stage import Input
+from .estimator import ContactEstimator
 from .sensor import Touchpad
 
 

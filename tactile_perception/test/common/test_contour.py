@@ -2,10 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from outline_reference import signed_area
 from tactile_perception.common.contour import label_score, region_outlines
 from tactile_perception.common.dot_surface import DotSurface
 from tactile_perception.errors import BadArgument
+
+
+def signed_area(loop):
+    """Positive from +x to +y."""
+    x, y = loop[:, :2].T
+    return (x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
 
 
 def flat(rows=23, columns=23):

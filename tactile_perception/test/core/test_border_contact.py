@@ -5,33 +5,34 @@ import numpy as np
 import pytest
 from border_checks import check_any_array, check_memory, check_wrong_type
 from tactile_perception import _core
+from tactile_perception.touchpad.contact import border_network
 
 GRID = {'rows': 6, 'columns': 7}
-DOTS = np.stack([*(np.mgrid[:6, :7][::-1] * 1.3e-3).reshape(2, -1), np.zeros(42)], axis=1)
-AT_REST = _core.membrane_at_rest(DOTS, stiffness=90.0, area_share=0.8, **GRID)
+DOTS = np.stack([*(np.mgrid[:6, :7][::-1] * 1.3e-3).reshape(2, -1), np.full(42, 0.04)], axis=1)
 UP = np.tile([0.0, 0.0, 1.0], (42, 1))
-
-
-FRAME = {'rays': UP[:40], 'ranges': np.full(40, 0.04), 'sigma': np.full(40, 2e-5), 'id': np.arange(40), 'rest': DOTS + [0, 0, 0.04],
-         'places': DOTS + [0, 0, 0.04], 'touched': np.zeros(42), 'triangles': AT_REST, 'residual': np.zeros((42, 3)),
-         'response': np.full((20, 20), 1e-9, np.float32), 'origin': np.zeros(3)}
-LEANING = {'places': DOTS, 'rays': UP, 'touched': np.zeros(42), 'moved': np.full(42, 1e-4), 'triangles': AT_REST, 'residual': 0 * UP}
-
-
 NUMBERS = np.arange(42)
-HELD = np.where(np.arange(42) % 7 < 4, 1, 0)
-LOADED = {'id': NUMBERS[NUMBERS % 5 > 0], 'places': DOTS[NUMBERS % 5 > 0] * 1.01, 'rest': DOTS, 'triangles': AT_REST, 'residual': 0 * UP,
-          'origin': -0.04 * UP[0]}
-LAST = {'last_places': DOTS, 'last_seen': HELD > -1, 'last_score': 1.0 * HELD}
-NOW = {'places': DOTS + 1e-4, 'score': 1.0 * HELD, 'seen': HELD > -1, 'normals': UP, 'force': 0.01 * UP}
-STICKING = LAST | NOW | {'held': HELD, 'objects': np.zeros((1, 27)), 'origin': -0.04 * UP[0]}
+LOADS = {'xyz': DOTS, 'seen': NUMBERS % 5 > 0, 'normal': UP, 'force': -0.01 * UP, 'load': np.where(NUMBERS % 7 < 4, 1.0, 0.0)}
+FRAME = {'rays': UP[:40], 'ranges': np.full(40, 0.04), 'sigma': np.full(40, 2e-5), 'id': NUMBERS[:40]}
+SEEN = {'id': NUMBERS[NUMBERS % 5 > 0], 'xyz': DOTS[NUMBERS % 5 > 0] * 1.01}
 
 
-def call_stick_slip(**arrays):
-    """States of dots under one object."""
-    given = STICKING | arrays
-    return _core.stick_slip(tuple(given[name] for name in LAST), tuple(given[name] for name in NOW), given['held'], given['objects'],
-                            given['origin'], tolerance=1e-5, noise=2e-6, depth_noise=2e-5, friction=0.3, **GRID)
+def membrane(rest=DOTS, origin=np.zeros(3), response=np.full((20, 20), 1e-9, np.float32)):
+    made = _core.Membrane(rest, **GRID, stiffness=90.0, area_share=0.8, pressure=2000.0, origin=origin)
+    made.set_response(response)
+    return made
+
+
+def fields(found):
+    """All arrays of a result."""
+    return [np.asarray(getattr(found, name)) for name in sorted(dir(found))
+            if not name.startswith('_') and not callable(getattr(found, name)) and name not in ('loads', 'state') or name == 'state' and isinstance(getattr(found, name), np.ndarray)]
+
+
+def call_stick_slip(score=np.where(NUMBERS % 7 < 4, 1.0, 0.0), **arrays):
+    """States of dots in the second of two frames."""
+    tracker = _core.StickSlip(6, 7, np.zeros(3))
+    tracker.update(_core.DotLoads(**LOADS), score, 0.03)
+    return [tracker.update(_core.DotLoads(**LOADS | arrays), score, 0.03), tracker.slides()]
 
 
 WIDE = 1e-3 * np.stack([*np.mgrid[:10.0, :11.0][::-1], np.zeros((10, 11))], axis=2)
@@ -44,27 +45,21 @@ PATCH = {'id': NUMBERS, 'places': DOTS, 'inside': NUMBERS % 7 < 4, 'touched': NU
 
 def call_region_contact(**arrays):
     """The contact of a patch of dots."""
-    return _core.region_contact(**PATCH | arrays, area=1e-5, pitch=1.3e-3, sigma=3e-5, centre_z=-0.01, radius=0.02, **GRID)
+    return fields(_core.region_contact(**PATCH | arrays, area=1e-5, pitch=1.3e-3, sigma=3e-5, centre_z=-0.01, radius=0.02, **GRID))
 
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
-    'membrane_at_rest': (lambda rest=DOTS: [_core.membrane_at_rest(rest, stiffness=90.0, area_share=0.8, **GRID)], {'rest': DOTS}),
-    'membrane_forces': (lambda places=DOTS, triangles=AT_REST: _core.membrane_forces(places, triangles, **GRID),
-                        {'places': DOTS, 'triangles': AT_REST}),
-    'membrane_slopes': (lambda places=DOTS, rays=UP, triangles=AT_REST, residual=0 * UP: [
-        _core.membrane_slopes(places, rays, triangles, residual, pressure=2000.0, **GRID)],
-        {'places': DOTS, 'rays': UP, 'triangles': AT_REST, 'residual': 0 * UP}),
-    'membrane_loads': (lambda **arrays: _core.membrane_loads(**LOADED | arrays, rest_pressure=2000.0, settled=0.25, **GRID), LOADED),
-    'solve_membrane': (lambda **arrays: _core.solve_membrane(**FRAME | arrays, pressure=2000.0, scale=1.0, fresh=False, **GRID), FRAME),
-    'scale_leaning': (lambda **arrays: _core.scale_leaning(
-        **LEANING | arrays, pressure=2000.0, lifted=10.0, step=0.01, spread=0.2, scale=1.0, **GRID), LEANING),
-    'contact_score': (lambda load=np.linspace(0, 2, 42), places=DOTS, normals=UP: [
-        _core.contact_score(load, places, normals, pitch=1.3e-3, **GRID)], {'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
-    'edge_distance': (lambda score=np.linspace(0, 1, 42), load=np.linspace(0, 2, 42), places=DOTS, normals=UP: [
-        _core.edge_distance(score, load, places, normals, pitch=1.3e-3, **GRID)],
-        {'score': np.linspace(0, 1, 42), 'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
-    'stick_slip': (call_stick_slip, STICKING),
+    'Membrane': (lambda **arrays: fields(membrane(**arrays)), {'rest': DOTS, 'origin': np.zeros(3)}),
+    'set_response': (lambda **arrays: [membrane(**arrays).rest], {'response': np.full((20, 20), 1e-9, np.float32)}),
+    'forces': (lambda xyz=DOTS: membrane().forces(xyz), {'xyz': DOTS}),
+    'slopes': (lambda xyz=DOTS, rays=UP: [membrane().slopes(xyz, rays, 2000.0)], {'xyz': DOTS, 'rays': UP}),
+    'solve': (lambda **arrays: fields(membrane().solve(**FRAME | arrays)), FRAME),
+    'loads': (lambda **arrays: fields(membrane().loads(**SEEN | arrays)), SEEN),
+    'classify': (lambda **arrays: fields(_core.DotClassifier(membrane(), np.zeros(3), border_network()).classify(**SEEN | arrays,
+                                                                                                              seconds=0.1)), SEEN),
+    'scores': (lambda **arrays: [border_network().scores(_core.DotLoads(**LOADS | arrays), pitch=1.3e-3, **GRID)], LOADS),
+    'stick_slip': (call_stick_slip, LOADS | {'score': np.where(NUMBERS % 7 < 4, 1.0, 0.0)}),
     'grid_normals': (lambda xyz=WIDE: [_core.grid_normals(xyz)], {'xyz': WIDE}),
     'extend_surface': (lambda xyz=WIDE: [_core.extend_surface(xyz)], {'xyz': WIDE}),
     'surface_points': (lambda wide=WIDE, places=PLACES: [_core.surface_points(wide, places)], {'wide': WIDE, 'places': PLACES}),
@@ -74,8 +69,6 @@ CALLS = {
     'region_axes': (lambda sums=SUMS, points=POINTS, start=START: [_core.region_axes(sums, points, start, pitch=1e-3)],
                     {'sums': SUMS, 'points': POINTS, 'start': START}),
     'region_contact': (call_region_contact, PATCH),
-    'carried_loads': (lambda places=DOTS, force=UP, load=np.linspace(0, 2, 42): _core.carried_loads(
-        places, force, load, loaded=0.5, **GRID), {'places': DOTS, 'force': UP, 'load': np.linspace(0, 2, 42)}),
     'lie_on_a_line': (lambda points=DOTS: [_core.lie_on_a_line(points, thinnest=1e-3)], {'points': DOTS}),
     'all_within': (lambda values=WIDE: [_core.all_within(values, most=0.0105)], {'values': WIDE}),
     'planar_twist': (lambda place=PLACES, velocity=PLACES / 9: _core.planar_twist(place, velocity, far=4.0),

@@ -4,8 +4,7 @@
 
 import numpy as np
 import pytest
-from tactile_perception.evaluation.evaluation import Evaluation
-from tactile_perception.evaluation.frames import Instant
+from tactile_perception.evaluation.evaluation import Evaluation, Instant
 
 from made import contact, region, slip
 

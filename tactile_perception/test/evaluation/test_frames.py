@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 import numpy as np
-from tactile_perception.evaluation.frames import Instant
+from tactile_perception.evaluation.evaluation import Instant
 
 from made import contact, region
 

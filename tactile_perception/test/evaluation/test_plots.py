@@ -5,8 +5,7 @@
 import cv2
 import numpy as np
 import pytest
-from tactile_perception.evaluation.evaluation import Evaluation
-from tactile_perception.evaluation.frames import Instant
+from tactile_perception.evaluation.evaluation import Evaluation, Instant
 from tactile_perception.evaluation.plots import draw
 
 from made import contact, region, slip

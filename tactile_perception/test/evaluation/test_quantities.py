@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.evaluation.quantities import QUANTITIES, Errors, over_surface, over_time, spread
+from tactile_perception.evaluation.evaluation import QUANTITIES, Errors, over_surface, over_time, spread
 
 
 def errors(values, x=0.0):

@@ -4,8 +4,7 @@
 import json
 
 import numpy as np
-from tactile_perception.evaluation.evaluation import Evaluation
-from tactile_perception.evaluation.frames import Instant
+from tactile_perception.evaluation.evaluation import Evaluation, Instant
 from tactile_perception.evaluation.report import plain, text
 
 from made import contact, region, slip

@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which touch is which, what was missed and made up, and honesty."""
+"""Which touch is which, what was missed and made up, and whether covariances are consistent."""
 
 import numpy as np
 import pytest
-from tactile_perception.evaluation.touches import TouchCounts, pairs, touch_errors
+from tactile_perception.evaluation.evaluation import TouchCounts, pairs, touch_errors
 
 from made import contact
 
@@ -62,10 +62,10 @@ def test_covariances_that_are_too_large_or_small_are_seen(factor, mean):
         told = contact(0, 0, sigma=1e-4 * factor)
         told.position[:] += 1e-4 * rng.normal(size=3)
         frames.append(([told], [contact(0, 0)]))
-    found = counted(frames).honesty()
+    found = counted(frames).consistency()
     assert found['mean'] == pytest.approx(mean, rel=0.08) and found['honest_range_95'] == pytest.approx([0.072, 3.116], abs=1e-3)
     assert (found['within_honest_range'] > 0.93) == (factor == 1.0)
 
 
 def test_without_covariances_nothing_is_said_of_them():
-    assert counted([([contact(0, 0, sigma=np.nan)], [contact(0, 0)])]).honesty() == {'count': 0, 'not_stated': 1}
+    assert counted([([contact(0, 0, sigma=np.nan)], [contact(0, 0)])]).consistency() == {'count': 0, 'not_stated': 1}

@@ -6,7 +6,7 @@ import played
 import pytest
 from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.scene import Act, Ambient, PsdScene, PsdScript
-from tactile_driver.sources.psd.modulation import Demodulator
+from tactile_driver.serial.psd import Demodulator
 
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception._core.finger import AMBIGUOUS, OUT_OF_RANGE, SATURATED

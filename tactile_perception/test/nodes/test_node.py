@@ -35,7 +35,7 @@ from tactile_perception.nodes.messages.conversions import camera_info_message  #
 from tactile_perception.stage import Input, Stage  # noqa: E402
 from tactile_perception.press.parameters import POINT_PARAMETERS  # noqa: E402
 from tactile_perception.finger.parameters import PSD_PARAMETERS  # noqa: E402
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS  # noqa: E402
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS  # noqa: E402
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS  # noqa: E402
 
 pytestmark = pytest.mark.ros

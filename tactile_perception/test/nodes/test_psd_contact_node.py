@@ -11,7 +11,7 @@ rclpy = pytest.importorskip('rclpy')
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
-from tactile_driver.nodes.streams.voltage import voltages_message  # noqa: E402
+from tactile_driver.nodes.messages.conversions import voltages_message  # noqa: E402
 from tactile_driver.samples import SampleBlock  # noqa: E402
 from tactile_driver.simulation.psd.scene import open_psd_scene  # noqa: E402
 from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402

@@ -5,7 +5,7 @@ import pytest
 from tactile_driver.parameters.table import defaults
 from tactile_perception.common.frame_tree import FrameTree
 from tactile_perception.errors import BadArgument
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS, grasped_object, taxel_estimator
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, grasped_object, taxel_estimator
 
 VALUES = defaults(TAXEL_PARAMETERS)
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 
 
 def test_origin_is_the_middle_x_along_columns():
     array = TaxelArray(3, 5, 2e-3)
     assert array.x.tolist() == pytest.approx([-4e-3, -2e-3, 0, 2e-3, 4e-3])
-    assert array.places(np.array([[0.0, 4.0]]))[0] == pytest.approx([4e-3, -2e-3, 0])
+    assert array.y.tolist() == pytest.approx([-2e-3, 0, 2e-3])
 
 
 @pytest.mark.parametrize('values', [np.zeros((4, 4)), np.zeros((3, 5), complex), np.zeros(15)])

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument
-from tactile_perception.taxel.baseline import Baseline
+from tactile_perception.taxel.pressure import Baseline
 
 OFFSET = np.random.default_rng(5).uniform(0, 20, (12, 12)).astype(np.float32)
+UNTOUCHED = np.zeros(OFFSET.shape, bool)
 
 
 def noisy(rng, extra=0.0):
@@ -15,7 +16,7 @@ def noisy(rng, extra=0.0):
 def test_offsets_are_learnt_and_the_noise_known():
     baseline, rng = Baseline(20, 30.0), np.random.default_rng(0)
     for _ in range(60):
-        baseline.follow(baseline.change(noisy(rng)), None, 0.01)
+        baseline.follow(baseline.change(noisy(rng)), UNTOUCHED, 0.01)
     assert np.abs(baseline.values - OFFSET).max() < 0.8
     assert baseline.sigma == pytest.approx(0.7, rel=0.1)
 
@@ -28,7 +29,7 @@ def test_drift_is_followed_and_a_lasting_contact_is_not_eaten():
         drift = 0.01 * k
         frame = noisy(rng, drift)
         frame[5, 5] += 50 if k > 20 else 0
-        baseline.follow(baseline.change(frame), touched if k > 20 else None, 0.05)
+        baseline.follow(baseline.change(frame), touched if k > 20 else UNTOUCHED, 0.05)
     change = baseline.change(noisy(rng, 4.0))
     assert abs(np.median(change[:2])) < 0.8  # drifts 0.2 a second, behind by 2 s of it
     frame = noisy(rng, 4.0)
@@ -41,9 +42,9 @@ def test_first_frame_that_looks_pressed_is_said():
     hill[3:9, 3:9] += 100
     baseline = Baseline(5, 30.0, full_scale=255.0)
     baseline.change(hill)
-    assert 'set_reference' in baseline.suspicion
+    assert 'set_reference' in baseline.warning
     baseline.reset()
-    assert baseline.suspicion == ''
+    assert baseline.warning == ''
 
 
 def test_start_of_calibration_holds_though_touched_from_the_first():

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.contact_tracker import ContactTracker
-from tactile_perception.taxel.regions import find_regions
-from tactile_perception.taxel.score import ContactScore
+from tactile_perception.taxel.pressure import SoftPad
+from tactile_perception.taxel.region import ContactTracker
+from tactile_perception.taxel.region import find_regions
+from tactile_perception.taxel.region import ContactScore
 from taxel_pictures import ARRAY, bar, both, picture
 
 SCORE = ContactScore(ARRAY, SoftPad())
@@ -48,7 +48,7 @@ def test_a_jump_and_a_gap_make_a_new_contact():
 def told(tracker, inside, least):
     image = picture(inside)
     regions = find_regions(SCORE.compute(image, 0.05), image, ARRAY)
-    return [one.told for one in tracker.assign(regions, least)]
+    return [one.reported for one in tracker.assign(regions, least)]
 
 
 def test_a_light_contact_beside_another_is_told_when_it_lasts():

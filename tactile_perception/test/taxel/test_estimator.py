@@ -8,28 +8,11 @@ from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecim
 from tactile_driver.simulation.taxel.scene import Key, TaxelScene, TaxelScript
 from tactile_perception.common.estimates import AMBIGUOUS, AT_EDGE, NONE, SATURATED
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.taxel.array import SoftPad, TaxelArray
-from tactile_perception.taxel.estimator import TAXEL_METHODS, ContinuousDirection, TaxelEstimator, TaxelSettings
-from tactile_perception.taxel.hysteresis import Loop
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
+from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.response import Response
 from tactile_perception.taxel.wrench import GraspedObject
 from taxel_pictures import ARRAY, bar, both, disc, picture, ring
-
-
-def test_no_jumps_by_half_turns():
-    direction = ContinuousDirection()
-    true = np.linspace(0, 7, 50)
-    folded = (true + np.pi / 2) % np.pi - np.pi / 2
-    assert [direction.process(angle) for angle in folded] == pytest.approx(true.tolist())
-
-
-def test_a_frame_without_direction_is_bridged_and_reset_forgets():
-    direction = ContinuousDirection()
-    direction.process(1.5)
-    assert np.isnan(direction.process(np.nan))
-    assert direction.process(-1.5) == pytest.approx(np.pi - 1.5)
-    direction.reset()
-    assert direction.process(-1.5) == -1.5
 
 
 KNOWN = TaxelSettings(response=Response((500.0, 0.0, 0.0), known=True))
@@ -58,7 +41,7 @@ def test_hard_pictures_are_survived_and_quiet(method, image):
 def test_empty_image():
     result = run([whole(np.zeros((44, 44)))])[0]
     assert result.region.area == 0 and not result.contacts and not result.wrench.any()
-    assert np.isnan(result.region.centroid).all() and np.isnan(result.direction)
+    assert np.isnan(result.region.centroid).all()
 
 
 def test_one_taxel():
@@ -82,11 +65,6 @@ def test_uniform_load():
 @pytest.mark.parametrize('inside', [disc(0.3, -0.4), bar(length=12, width=12), ring()])
 def test_no_direction(inside):
     assert np.isnan(run([whole(picture(inside))])[0].region.orientation)
-
-
-def test_direction_is_continuous_through_a_turn():
-    found = [result.direction for result in run([whole(picture(bar(angle=angle))) for angle in np.arange(1.3, 1.9, 0.02)])]
-    assert np.abs(np.diff(found) - 0.02).max() < np.radians(1.5)
 
 
 def test_contacts_of_two_regions_that_merge_and_part():
@@ -241,18 +219,6 @@ def test_the_moment_of_a_heavy_grasp(thickness):
         found = estimator.process(values, 1 + k / scene.rate).wrench
     assert np.linalg.norm(truth.wrench[:2]) > 0.3 * abs(truth.wrench[2])
     assert np.linalg.norm(found[3:5] - truth.wrench[3:5]) < 0.04 * np.linalg.norm(truth.wrench[3:5])
-
-
-@pytest.mark.parametrize('method', TAXEL_METHODS)
-def test_a_memory_of_the_layer_is_no_contact_and_a_light_touch_on_it_is(method):
-    """The layer goes on to show 6 % of a load of 80 kPa, of which the loop undoes a part."""
-    response = Response((500.0, 0.0, 0.0), known=True, loop=Loop(0.12, 3e4, 0.0, 0.5))
-    shape, light = picture(bar(), 160.0), picture(disc(), 20.0)
-    left = [0.06 * np.exp(-k / 50) * shape for k in range(1, 30)]
-    images = [*20 * [shape], *left, *(left[-1] * np.exp(-k / 50) + light for k in range(10))]
-    found = run([whole(image) for image in images], TaxelSettings(method, response=response))
-    contacts = [len(result.contacts) for result in found]
-    assert contacts[:20] == 20 * [1] and contacts[20:49] == 29 * [0] and contacts[49:] == 10 * [1]
 
 
 @pytest.mark.parametrize('face', ['sphere', 'roller', 'disc'])

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument
-from tactile_perception.taxel.hysteresis import Hysteresis, Loop, Memory, fit_loop
+from tactile_perception.taxel.calibration import fit_loop
+from tactile_perception.taxel.response import Hysteresis, Loop
 
 STEP_S = 0.01
 HARD, SOFT, GROWING = Loop(0.5, 4e3, 0.0, 0.5), Loop(0.12, 8e3, 0.0, 1.0), Loop(0.5, 500.0, 0.08, 1.0)
@@ -46,16 +47,6 @@ def test_noise_grows_as_told(loop):
     assert Loop().noise_gain == 1 and (Hysteresis(Loop()).undone(frames[0], STEP_S) == frames[0]).all()
 
 
-def test_a_taxel_that_is_unknown_for_a_frame_begins_anew():
-    undo = Hysteresis(HARD)
-    image = np.full((9, 9), 1e4, np.float32)
-    undo.undone(image, STEP_S)
-    image[4, 4] = np.nan
-    assert np.isnan(undo.undone(image, STEP_S)[4, 4])
-    image[4, 4] = 1e4
-    assert undo.undone(image, STEP_S) == pytest.approx(image)
-
-
 @LOOPS
 def test_a_loop_is_fitted(loop):
     times, loads, seen = seen_and_true(loop)
@@ -71,33 +62,6 @@ def test_no_loop_is_seen_in_noise():
     times, loads, _ = seen_and_true(HARD)
     noisy = loads + np.random.default_rng(0).normal(0, 500, len(loads))
     assert fit_loop(times, loads, np.maximum(noisy, 0)[:, None], np.where(loads > 0, 1e-4, 0)) == Loop()
-
-
-def told(loop, loads, shown, least=500.0):
-    """Whether each of loads, Pa, that follow each other, of which so much is shown, is told as a touch."""
-    memory, found, box = Memory(loop), [], (slice(1, 4), slice(0, 5))
-    for load, seen in zip(loads, shown, strict=True):
-        memory.follow(np.full((5, 5), load, np.float32), np.full((5, 5), seen, np.float32))
-        found.append(not memory.explains(box, np.ones((3, 5), bool), least))
-    return found
-
-
-def test_what_is_left_of_a_load_is_no_touch_until_it_rises():
-    left = 2e3 * np.exp(-np.arange(30) * STEP_S / 0.4)  # of a load of which 5 kPa are shown
-    loop, shown = Loop(0.12, 3e4, 0.0, 1.0), [0, 5.8e4, 5.9e4, *2.5 * left]
-    assert told(loop, [0, 6e4, 6e4, *left], shown) == [False, True, True] + 30 * [False]
-    more = np.array([400, 600])
-    assert told(loop, [0, 6e4, 6e4, *left, *left[-1] + more], [*shown, *shown[-1] + more]) == [False, True, True] + 31 * [False] + [True]
-    assert all(told(loop, [6e4, *np.full(100, 7e3)], [6e4, *np.full(100, 9e3)])) and all(told(Loop(), [6e4, *left], shown[2:]))
-
-
-def test_a_light_load_that_stays_is_told_again():
-    found = told(Loop(0.12, 3e4), [6e4, *np.full(100, 4e3)], [6e4, *4e3 + 6e3 * np.exp(-np.arange(100) / 50)])
-    assert not any(found[1:20]) and all(found[30:])
-
-
-def test_an_unknown_load_is_not_explained_and_leaves_nothing():
-    assert told(Loop(0.12, 3e4), [6e4, np.nan, 2e3, 1e3], [6e4, 6e4, 5e3, 3e3]) == [True, True, False, False]
 
 
 def test_numbers_that_are_no_loop_are_refused():

@@ -5,13 +5,12 @@ import numpy as np
 import pytest
 from tactile_perception.common.estimates import GROSS, NONE, SlipEstimate
 from tactile_perception.common.surface_points import SLIPPING, STICKING, UNKNOWN
-from tactile_perception.taxel.array import SoftPad
+from tactile_perception.taxel.pressure import SoftPad
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
-from tactile_perception.taxel.imprint import ImprintMotion
-from tactile_perception.taxel.points import taxel_forces, taxel_points, taxel_states
-from tactile_perception.taxel.regions import find_regions
+from tactile_perception.taxel.motion import ObjectMotion
+from tactile_perception.taxel.region import find_regions
 from tactile_perception.taxel.response import Response
-from tactile_perception.taxel.wrench import GraspedObject
+from tactile_perception.taxel.wrench import GraspedObject, taxel_forces, taxel_points, taxel_states
 from taxel_pictures import ARRAY, bar, both, disc, picture
 
 PAD, PER_COUNT = SoftPad(), 500.0  # Pa
@@ -93,7 +92,7 @@ def test_states():
     regions = find_regions(score, score, ARRAY)
     slipping = np.zeros((44, 44), bool)
     slipping[:22] = True
-    motion = ImprintMotion(np.zeros(2), 0.0, True, slipping, np.zeros(2), 0.0)
+    motion = ObjectMotion(np.zeros(2), 0.0, slipping, np.zeros(2), 0.0)
     state = taxel_states(regions, SlipEstimate(state=GROSS), motion)
     assert (state[:22][regions.touched[:22]] == SLIPPING).all() and (state[22:][regions.touched[22:]] == STICKING).all()
     assert not state[~regions.touched].any()

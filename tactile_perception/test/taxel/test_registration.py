@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.registration import KeyCentroid, Keyframe
-from tactile_perception.taxel.score import ContactScore
+from tactile_perception.taxel.pressure import SoftPad
+from tactile_perception.taxel.motion import CentroidKeyframe, EdgeKeyframe
+from tactile_perception.taxel.region import ContactScore
 from taxel_pictures import ARRAY, bar, disc, picture
 
 SCORE = ContactScore(ARRAY, SoftPad())
@@ -16,38 +16,38 @@ def score(inside, load=60.0):
 
 @pytest.mark.parametrize('shift, turn', [((0.3, 0.1), 0.0), ((-0.5, 0.4), 0.02), ((0.0, 0.0), -0.05), ((0.0, 0.0), 0.0)])
 def test_shift_and_turn_of_a_bar(shift, turn):
-    key = Keyframe(score(bar(angle=0.3)))
+    key = EdgeKeyframe(score(bar(angle=0.3)))
     seen = key.motion(score(bar(*shift, 0.3 + turn)))
-    about_origin = seen.shift - seen.turn * np.array([-(key.middle - 21.5)[1], (key.middle - 21.5)[0]])
+    about_origin = seen.fit[:2] - seen.turn * np.array([-(key.middle - 21.5)[1], (key.middle - 21.5)[0]])
     assert about_origin == pytest.approx(shift, abs=0.04) and seen.turn == pytest.approx(turn, abs=0.004)
 
 
 def test_disc_tells_no_turn():
-    seen = Keyframe(score(disc())).motion(score(disc(0.4, 0.0)))
-    assert np.isnan(seen.turn) and seen.shift == pytest.approx([0.4, 0.0], abs=0.04)
+    seen = EdgeKeyframe(score(disc())).motion(score(disc(0.4, 0.0)))
+    assert np.isnan(seen.turn) and seen.fit[:2] == pytest.approx([0.4, 0.0], abs=0.04)
 
 
 def test_growth_is_no_shift():
-    seen = Keyframe(score(bar())).motion(score(bar(length=21, width=9)))
-    assert seen.growth == pytest.approx(0.5, abs=0.15) and np.abs(seen.shift).max() < 0.1
+    seen = EdgeKeyframe(score(bar())).motion(score(bar(length=21, width=9)))
+    assert seen.fit[3] == pytest.approx(0.5, abs=0.15) and np.abs(seen.fit[:2]).max() < 0.1
 
 
 def test_a_straight_edge_and_nothing_tell_no_motion():
     half = score(lambda x, y: x > 3)
-    assert Keyframe(half).motion(half) is None
-    assert Keyframe(np.zeros((44, 44), np.float32)).motion(half) is None
+    assert EdgeKeyframe(half).motion(half) is None
+    assert EdgeKeyframe(np.zeros((44, 44), np.float32)).motion(half) is None
 
 
 def test_a_jump_of_half_the_array_is_no_motion():
-    assert Keyframe(score(bar(x0=-10, length=10))).motion(score(bar(x0=11, length=10))) is None
+    assert EdgeKeyframe(score(bar(x0=-10, length=10))).motion(score(bar(x0=11, length=10))) is None
 
 
 def test_a_contact_of_few_taxels_moves_as_its_pressure_does():
     values = np.zeros((13, 6), np.float32)
     values[4:6, 2:4] = 100
-    key = KeyCentroid(values, values > 0)
+    key = CentroidKeyframe(values, values > 0)
     later = np.roll(values, 2, axis=0)
-    assert key.motion(later, later > 0).shift == pytest.approx([0, 2])
+    assert key.motion(later, later > 0).fit[:2] == pytest.approx([0, 2])
     far = np.roll(values, 7, axis=0)
     assert key.motion(far, far > 0) is None
 
@@ -55,5 +55,5 @@ def test_a_contact_of_few_taxels_moves_as_its_pressure_does():
 def test_a_taxel_that_comes_into_contact_moves_no_centroid():
     values = np.zeros((13, 6), np.float32)
     values[4:8, 2] = 100, 200, 100, 49
-    key = KeyCentroid(values, values > 50)
-    assert key.motion(values * 1.04, values > 48).shift == pytest.approx([0, 0], abs=1e-6)
+    key = CentroidKeyframe(values, values > 50)
+    assert key.motion(values * 1.04, values > 48).fit[:2] == pytest.approx([0, 0], abs=1e-6)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from taxel_pictures import bar, picture
 from tactile_perception.errors import BadArgument
-from tactile_perception.taxel.repair import DeadTaxels, dead_mask, fill
+from tactile_perception.taxel.pressure import DeadTaxels, TaxelArray, fill
 
 
 def test_gap_is_filled_from_its_neighbours():
@@ -46,4 +46,4 @@ def test_nan_is_filled():
 
 def test_number_of_no_taxel():
     with pytest.raises(BadArgument, match='0 to 11'):
-        dead_mask((3, 4), [12])
+        TaxelArray(3, 4, 1e-3).dead([12])

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument, BadCalibration
-from tactile_perception.taxel.response import Response, fit_gains, fit_response
+from tactile_perception.taxel.calibration import fit_gains, fit_response
+from tactile_perception.taxel.response import Response
 from taxel_pictures import bar, picture
 
 GAIN = 1 + 0.08 * np.random.default_rng(2).normal(size=(44, 44))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from taxel_pictures import ARRAY, bar, disc, picture, ring
-from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.score import LEVEL, ContactScore
+from tactile_perception.taxel.pressure import SoftPad
+from tactile_perception.taxel.region import LEVEL, ContactScore
 
 SCORE = ContactScore(ARRAY, SoftPad())
 

@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
-from tactile_perception.taxel.imprint import ImprintMotion
-from tactile_perception.taxel.slip import TaxelSlip
+from tactile_perception.taxel.motion import ObjectMotion, TaxelSlip
 from taxel_pictures import ARRAY, bar, picture
 
 TOUCHED = picture(bar(2, 0), blur=0.1) > 30
 
 
 def motion(slipping, linear=(0.0, 0.0), turn=0.0):
-    return ImprintMotion(np.array(linear), turn, True, slipping, np.zeros(2), 0.0)
+    return ObjectMotion(np.array(linear), turn, slipping, np.zeros(2), 0.0)
 
 
 def test_states_by_the_part_that_slips():

@@ -10,7 +10,7 @@ from tactile_driver.nodes.messages.conversions import header_of, image_to_messag
 from tactile_driver.parameters.table import defaults  # noqa: E402
 from tactile_perception.errors import BadArgument, BadFrame, ClockSetBack  # noqa: E402
 from tactile_perception.taxel.stage import TaxelStage  # noqa: E402
-from tactile_perception.parameters.taxel import TAXEL_PARAMETERS  # noqa: E402
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from taxel_pictures import ARRAY, bar, picture
-from tactile_perception.taxel.array import SoftPad
+from tactile_perception.taxel.pressure import SoftPad
 from tactile_perception.taxel.wrench import GraspedObject, normal_force, pressure_centre, transform_wrench, under_friction, wrench_of
 
 

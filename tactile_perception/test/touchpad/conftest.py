@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tactile_perception.common.camera import CameraModel
+from cap_with_dots import pad, recording  # noqa: F401
 from pressed_ball import ball  # noqa: F401
 
 

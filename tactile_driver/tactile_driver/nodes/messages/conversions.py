@@ -10,11 +10,13 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, TimeReference
 from std_msgs.msg import Header
+from tactile_msgs.msg import PsdVoltages
 
 from ...errors import BadFrame
 from ...frame import CameraCalibration, Frame, as_encoding, frame_of
 from .images import array_to_image, image_to_array
-from ...sources.base.pacing import NS
+from ...samples import SampleBlock
+from ...sources.source import NS
 
 #: topic of two cameras: when the right view of a picture was exposed
 RIGHT_TIME = 'right/time_reference'
@@ -77,3 +79,15 @@ def vector(values: np.ndarray) -> Vector3:
 def polygon(points: np.ndarray) -> Polygon:
     """Points (n, 3), m, as a Polygon."""
     return Polygon(points=[Point32(x=x, y=y, z=z) for x, y, z in np.asarray(points, float).tolist()])
+
+
+def voltages_message(block: SampleBlock, frame_id: str) -> PsdVoltages:
+    """The block as a message."""
+    data = array('f')
+    data.frombytes(np.ascontiguousarray(block.volts, np.float32).tobytes())
+    return PsdVoltages(header=header_of(block.stamp_ns, frame_id), sample_period=float(block.period_s), voltages=data)
+
+
+def instants(touching: np.ndarray) -> list[int]:
+    """The first sample of a block and those at which contacts begin or end. touching: (N,) number of contacts at each sample."""
+    return [0, *(np.flatnonzero(np.diff(touching)) + 1).tolist()]

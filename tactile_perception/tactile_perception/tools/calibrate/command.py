@@ -15,14 +15,14 @@ from tactile_driver.recordings.description import descriptions
 
 from ...bags.chain import SENSOR_TYPE
 from ...finger.model import SENSOR as PSD_FINGER
-from ...calibration.files.taxel import SENSOR as TAXEL_ARRAY
+from ...taxel.response import SENSOR as TAXEL_ARRAY
 from ...errors import BadArgument
 from ...press.tools import calibrate_markers
 from ...press.sensor import MARKER_SENSORS
 from ...parameters.file import read_parameters
 from ...finger.tools import calibrate_psd
-from .taxel import calibrate_taxels
-from .touchpad import calibrate_touchpad
+from ...taxel.calibration import calibrate_taxels
+from ...touchpad.tools import calibrate_touchpad
 
 
 def calibrator(sensor_type: str, sphere_radius: float | None = None) -> Callable[..., str]:

@@ -22,7 +22,7 @@ from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_me
 from tactile_driver.nodes.messages.transforms import camera_transforms, static_transform
 from tactile_driver.recordings.writer import write_messages
 
-from ...calibration.files.taxel import SENSOR as TAXEL_ARRAY
+from ...taxel.response import SENSOR as TAXEL_ARRAY
 from .camera import Recording
 from ...common.progress import Progress
 from ...nodes.messages.conversions import camera_info_message

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.calibration.files.taxel import read_taxels, write_taxels
+from tactile_perception.taxel.response import read_taxels, write_taxels
 from tactile_perception.errors import BadCalibration
-from tactile_perception.taxel.array import TaxelArray
-from tactile_perception.taxel.hysteresis import Loop
+from tactile_perception.taxel.pressure import TaxelArray
+from tactile_perception.taxel.response import Loop
 from tactile_perception.taxel.response import Response
 
 ARRAY = TaxelArray(3, 4, 1e-3)

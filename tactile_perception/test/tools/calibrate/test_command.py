@@ -13,14 +13,13 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.calibration.files.touchpad import read_touchpad
-from tactile_perception.calibration.sphere_presses import Press
+from tactile_perception.touchpad.calibration import read_touchpad, Press
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.pipeline.dot_stage import make_tracker
 from tactile_perception.tools.calibrate import command as module
-from tactile_perception.tools.calibrate.touchpad import chosen
+from tactile_perception.touchpad.tools import chosen
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 

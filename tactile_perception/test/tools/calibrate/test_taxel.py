@@ -6,9 +6,9 @@ import pytest
 
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 from tactile_perception.calibration.residuals import outliers  # noqa: E402
-from tactile_perception.taxel.array import TaxelArray  # noqa: E402
-from tactile_perception.taxel.hysteresis import Loop  # noqa: E402
-from tactile_perception.tools.calibrate.taxel import Loads, find_loop, held_out_errors, held_out_residuals  # noqa: E402
+from tactile_perception.taxel.pressure import TaxelArray  # noqa: E402
+from tactile_perception.taxel.response import Loop  # noqa: E402
+from tactile_perception.taxel.calibration import Loads, find_loop, held_out_errors, held_out_residuals  # noqa: E402
 
 pytestmark = pytest.mark.ros
 

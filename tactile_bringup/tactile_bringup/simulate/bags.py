@@ -1,0 +1,179 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""simulate: writes a scene of a simulated sensor as a recording with ground truth, as fast as the machine computes it.
+
+The bag holds the topics of the driver and ground_truth/*, for calibrate, process_bag and evaluate.
+"""
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+
+import cv2
+import numpy as np
+from tactile_driver.camera.pairs import NAMES
+from tactile_driver.command import tells_errors
+from tactile_driver.frame import Frame, pinhole_calibration
+from tactile_driver.frame_names import optical_frame
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message, instants, voltages_message
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, truth_messages
+from tactile_driver.nodes.messages.transforms import camera_transforms, static_transform
+from tactile_driver.recordings.writer import write_messages
+from tactile_driver.samples import SampleBlock
+from tactile_driver.simulation.psd.finger import COVER_RADIUS
+from tactile_driver.simulation.psd.scene import PSD_SCENES, open_psd_scene
+from tactile_driver.simulation.scene.scene import TwoCameraScene
+from tactile_driver.simulation.scene.shutters import Shutters
+from tactile_driver.simulation.sensors.scenes import SCENES, open_dual_scene, open_scene
+from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
+from tactile_perception.nodes.messages.description import description_messages
+from tactile_perception.sensors import MARKER_SENSOR_TYPES
+
+_FIRST_NS = 10**9  # chosen: much of ROS takes a stamp of zero for an unknown time
+_SECOND_NS = 10**9
+_TWO_CAMERAS = tuple(f'{name}_' for name, kind in MARKER_SENSOR_TYPES.items() if kind.cameras == 2)  # prefixes of the scenes' names
+
+
+def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0,
+                shutters: Shutters | None = None, size: tuple[int, int] = (640, 480)) -> int:
+    """Write a scene to a new bag at rate Hz under namespace (empty: the sensor's type); the number of frames written.
+
+    frames: how many to write, 0 for the whole scene; shutters: of two cameras, None for those of the scene; size: of the picture of one
+    camera, (width, height) px.
+    Raises BadArgument for an unknown scene or an existing bag.
+    """
+    scene = open_dual_scene(name, rate, seed, shutters) if name.startswith(_TWO_CAMERAS) else open_scene(
+        name, rate, seed, width=size[0], height=size[1])
+    numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
+    described = _description(scene, namespace, {'scene': name, 'seed': seed, 'rate': rate})
+    frames_of = chain.from_iterable(_camera_messages(scene, number, numbers, namespace) for number in range(count))
+    write_messages(path, namespace, chain(described, frames_of))
+    return count
+
+
+def _description(scene, frame_id: str, about: dict) -> Iterator[tuple[int, str, object]]:
+    """The description, and the poses of the cameras."""
+    two = isinstance(scene, TwoCameraScene)
+    cameras = dict(zip(NAMES, scene.cameras)) if two else {'': scene.camera}
+    poses = {name: (cv2.Rodrigues(camera.rotation)[0].ravel(), camera.translation) for name, camera in cameras.items()}
+    size = {} if two else {'width': scene.camera.width, 'height': scene.camera.height}
+    about = {'source': 'sim', 'device': f'simulated {scene.sensor}', **about, **size, 'encoding': 'bgr8'}
+    return description_messages(_FIRST_NS, scene.sensor, frame_id, about, camera_transforms(frame_id, poses))
+
+
+def _camera_messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """Yield (stamp in ns, topic, message) of one frame; ground truth has the stamp of the only or the left view."""
+    stamp_ns = _FIRST_NS + round(number / scene.rate * _SECOND_NS)
+    if isinstance(scene, TwoCameraScene):
+        left, right, truth = scene.render(number / scene.rate)
+        right_ns = stamp_ns + round(scene.right_delay(number) * _SECOND_NS)
+        views = (('left', left, scene.cameras[0], stamp_ns), ('right', right, scene.cameras[1], right_ns))
+    else:
+        seen = scene.render(number / scene.rate)
+        truth, views = seen.truth, (('', seen.image, scene.camera, stamp_ns),)
+    for view, image, camera, own_ns in views:
+        prefix = view and view + '/'
+        info = calibration_to_message(pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height)))
+        info.header = header_of(own_ns, optical_frame(frame_id, view))
+        yield own_ns, f'{prefix}camera_info', info
+        yield own_ns, f'{prefix}image_raw', image_to_message(Frame(image, own_ns, 'bgr8'), '', info.header)
+    header = header_of(stamp_ns, frame_id)
+    for name, message in truth_messages(truth, numbers.assign(truth.contacts), 1 / scene.rate, header).items():
+        yield stamp_ns, f'ground_truth/{name}', message
+
+
+PSD_FINGER = 'psd_finger'
+_BATCH_S = 0.01  # chosen: duration of the samples in one message
+
+
+def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = PSD_FINGER) -> int:
+    """Write a scene to a new bag as psd_node publishes it, at rate samples/s, with ground truth; the number of samples written.
+
+    Raises BadArgument for an unknown scene or an existing bag.
+    """
+    scene = open_psd_scene(name, rate, seed)
+    about = {'source': 'sim', 'device': f'simulated {PSD_FINGER}', 'scene': name, 'seed': seed, 'rate': rate}
+    described = description_messages(_SECOND_NS, PSD_FINGER, namespace, about,
+                                     [static_transform(namespace, f'{namespace}_tip', (0.0, 0.0, COVER_RADIUS))])
+    write_messages(path, namespace, chain(described, _psd_messages(scene, rate, namespace)))
+    return scene.samples
+
+
+def _psd_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """Yield (stamp in ns, topic, message): blocks of voltages, each with ground truth at its first sample and at each contact change."""
+    numbers, count = TouchNumbers(), max(round(_BATCH_S * rate), 1)
+    scale = scene.electronics.full_scale / 2**scene.electronics.bits
+    for first in range(0, scene.samples, count):
+        counts, truth = scene.play(first, min(count, scene.samples - first))
+        block = SampleBlock((counts * scale).astype(np.float32), _stamp(first, rate), 1 / rate)
+        yield block.stamp_ns, 'voltages', voltages_message(block, frame_id)
+        for k in instants(truth.touching):
+            touches, stamp = truth.touches(k), _stamp(first + k, rate)
+            yield stamp, 'ground_truth/contacts', contacts_message(touches, numbers.assign(touches), header_of(stamp, frame_id))
+
+
+def _stamp(number: int, rate: float) -> int:
+    """Stamp, ns, of a sample; the first is 1 s, because much of ROS takes a stamp of zero for an unknown time."""
+    return _SECOND_NS + round(number / rate * _SECOND_NS)
+
+
+TAXEL_ARRAY = 'taxel_array'
+
+
+def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = TAXEL_ARRAY,
+                      scene: TaxelScene | None = None) -> int:
+    """Write a scene to a new bag as taxel_array_node publishes it, at rate frames/s, with ground truth; the number of frames written.
+
+    scene: of another device, instead of the one of that name. Raises BadArgument for an unknown scene or an existing bag.
+    """
+    scene = scene or open_taxel_scene(name, rate, seed)
+    pad = scene.specimen
+    about = {'source': 'sim', 'device': f'simulated {TAXEL_ARRAY}', 'scene': name, 'seed': seed, 'rate': rate, 'width': pad.columns,
+             'height': pad.rows, 'encoding': 'mono8'}
+    described = description_messages(_SECOND_NS, TAXEL_ARRAY, namespace, about,
+                                     [static_transform(namespace, f'{namespace}_taxels', (0.0, 0.0, -pad.thickness))])
+    write_messages(path, namespace, chain(described, _taxel_messages(scene, rate, namespace)))
+    return scene.frames
+
+
+def _taxel_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """Yield (stamp in ns, topic, message) of all frames."""
+    numbers = TouchNumbers()
+    for number in range(scene.frames):
+        stamp = _SECOND_NS + round(number / rate * _SECOND_NS)  # much of ROS takes a stamp of zero for an unknown time
+        header, (values, truth) = header_of(stamp, frame_id), scene.render(number / rate)
+        yield stamp, 'image_raw', image_to_message(Frame(values, stamp, 'mono8'), '', header)
+        for name, message in truth_messages(truth, numbers.assign(truth.contacts), 1 / rate, header).items():
+            yield stamp, f'ground_truth/{name}', message
+
+
+CAMERA = 'camera'
+#: Kind of sensor -> function that writes a scene to a bag, default rate (Hz), names of the scenes.
+WRITERS = {CAMERA: (write_scene, 30.0, SCENES), PSD_FINGER: (write_psd_scene, 1000.0, PSD_SCENES),
+           TAXEL_ARRAY: (write_taxel_scene, 100.0, TAXEL_SCENES)}
+
+
+@tells_errors('simulate')
+def main(args: list[str] | None = None) -> int:
+    """Run the command; exit code 1 and one error line on failure."""
+    scenes = '\n'.join(f'{kind}: {", ".join(sorted(names))}' for kind, (_, _, names) in WRITERS.items())
+    parser = argparse.ArgumentParser('simulate', description=__doc__, epilog='scenes\n' + scenes,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('sensor', choices=list(WRITERS), help=f'kind of sensor; {CAMERA}: touchpad, sheets and dome, told by the scene')
+    parser.add_argument('scene')
+    parser.add_argument('bag', type=Path, help='rosbag2 to write (MCAP); it must not exist')
+    parser.add_argument('--rate', type=float, help='frames or samples a second; default ' +
+                        ', '.join(f'{rate:g} ({kind})' for kind, (_, rate, _) in WRITERS.items()))
+    parser.add_argument('--seed', type=int, default=0, help='of the noise and of the irregularities of the specimen')
+    given = parser.parse_args(args)
+    write, rate, _ = WRITERS[given.sensor]
+    count = write(given.bag, given.scene, given.rate or rate, given.seed)
+    print(f'{given.bag}: {count} frames or samples of {given.scene}')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,328 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Nodes that draw, what they collect, and what they show."""
+
+import time
+
+import numpy as np
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Point32, Polygon, Vector3
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import Image
+from std_msgs.msg import Header
+from tactile_bringup.nodes.drawing_node import DrawingNode, StampSync
+from tactile_bringup.nodes.finger_markers_node import FingerMarkersNode, finger_picture
+from tactile_bringup.nodes.markers_node import MarkersNode
+from tactile_bringup.nodes.taxel_markers_node import TaxelMarkersNode
+from tactile_driver.errors import BadArgument
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.nodes.messages.images import image_to_array
+from tactile_driver.nodes.runtime.defect_guard import DefectGuard
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.parameters.table import Parameter
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
+from tactile_perception.nodes.messages.conversions import RESULTS
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
+
+MS = 1_000_000
+
+
+class Collected:
+    def __init__(self, *expected, patience=3):
+        self.expected, self.sets = set(expected), []
+        self.sync = StampSync(self.sets.append, lambda: self.expected, patience)
+
+    def add(self, topic, ms):
+        self.sync.add(topic, ms * MS, f'{topic}{ms}')
+
+
+def test_a_set_is_handed_over_when_it_is_complete():
+    it = Collected('a', 'b')
+    it.add('a', 1)
+    assert it.sets == []
+    it.add('b', 1)
+    assert it.sets == [{'a': 'a1', 'b': 'b1'}]
+
+
+def test_of_a_stream_with_gaps_only_complete_sets_are_handed_over():
+    it = Collected('dots', 'region', 'contacts', patience=8)
+    lost = {('region', 3), ('contacts', 4), ('contacts', 5), ('dots', 9), ('region', 12)}
+    for k in range(20):  # 5 sets a second; what is computed later arrives later
+        for topic, late in (('dots', 0), ('region', 1), ('contacts', 2)):
+            if k >= late and (topic, k - late) not in lost:
+                it.add(topic, 200 * (k - late))
+    assert [found['dots'] for found in it.sets] == [f'dots{200 * k}' for k in range(18) if k not in (3, 4, 5, 9, 12)]
+    assert all(len(found) == 3 for found in it.sets)
+
+
+def test_a_topic_that_has_a_publisher_and_is_silent_is_waited_for_two_seconds_and_again_from_its_next_message():
+    it = Collected('dots', 'contacts')
+    for k in range(15):
+        it.add('dots', 200 * k)
+    assert [found['dots'] for found in it.sets] == [f'dots{200 * k}' for k in range(10, 15)]
+    it.sets.clear()
+    it.add('contacts', 2800)
+    it.add('dots', 3000)
+    assert it.sets == []
+    it.add('contacts', 3000)
+    assert it.sets == [{'dots': 'dots3000', 'contacts': 'contacts3000'}]
+
+
+def test_older_sets_are_let_go_and_late_messages_ignored():
+    it = Collected('a', 'b')
+    for topic, ms in (('a', 1), ('a', 2), ('b', 2), ('b', 1)):
+        it.add(topic, ms)
+    assert it.sets == [{'a': 'a2', 'b': 'b2'}]
+
+
+def test_a_recording_that_begins_anew_is_followed():
+    it = Collected('a', 'b')
+    for ms in (5000, 5033, 100, 133):
+        it.add('a', ms)
+        it.add('b', ms)
+    assert [s['a'] for s in it.sets] == ['a5000', 'a5033', 'a100', 'a133']
+
+
+def test_stamps_far_ahead_do_not_keep_others_from_being_completed():
+    it = Collected('a', 'b', patience=3)
+    for k in range(4):
+        it.add('a', 10**9 + k)
+    it.sets.clear()
+    for ms in (1, 2):
+        it.add('a', ms)
+        assert it.sets == [], 'its mate is waited for'
+        it.add('b', ms)
+        assert it.sets.pop() == {'a': f'a{ms}', 'b': f'b{ms}'}
+
+
+class Lookers(DrawingNode):
+    """Notes how many look; draws a marker, and takes it away."""
+
+    def __init__(self):
+        super().__init__('lookers', (Parameter('frame_id', str, 'pad', '', 'sensor frame'),))
+        self.looking, self.markers = [], self
+
+    def nothing(self, header):
+        return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
+
+    def draw(self):
+        self.publish_drawn(self.marker_output, Header(frame_id='pad'), lambda: MarkerArray(markers=[Marker(ns='dots')]))
+
+    def follow_demand(self):
+        self.looking.append(self.marker_output.get_subscription_count())
+
+
+def test_those_who_look_are_heard_of_and_a_place_is_latched(bench):
+    made = []
+    other, until = bench(lambda: made.append(Lookers()) or made[0])
+    node = made[0]
+    node.publish_place('tip', (0.0, 0.0, 0.016))
+    places = []
+    other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    assert until(lambda: places)
+    place = places[0].transforms[0]
+    assert (place.header.frame_id, place.child_frame_id) == ('pad', 'pad_tip')
+    assert place.transform.translation.z == 0.016 and place.transform.rotation.w == 1.0
+    look = other.create_subscription(MarkerArray, 'markers', lambda _message: None, 10)
+    assert until(lambda: node.looking[-1:] == [1])
+    other.destroy_subscription(look)
+    assert until(lambda: node.looking[-1:] == [0])
+
+
+def test_markers_go_when_nothing_new_has_come_for_two_seconds_and_when_the_node_ends(bench):
+    made = []
+    other, until = bench(lambda: made.append(Lookers()) or made[0])
+    node, seen = made[0], []
+    other.create_subscription(MarkerArray, 'markers', lambda message: seen.append((time.monotonic(), message.markers[0])), 10)
+    assert until(lambda: node.looking[-1:] == [1])
+    node.draw()
+    assert until(lambda: len(seen) == 2)
+    (drawn_s, _), (gone_s, gone) = seen
+    assert gone.action == Marker.DELETEALL and gone.header.frame_id == 'pad' and 1.9 < gone_s - drawn_s
+    until(lambda: False, 0.6)
+    assert len(seen) == 2, 'once'
+    node.draw()
+    assert until(lambda: len(seen) == 3)
+    node.destroy_node()
+    node.destroy_node = lambda: None  # bench does it again
+    assert until(lambda: len(seen) == 4) and seen[-1][1].action == Marker.DELETEALL
+
+
+def test_what_the_nodes_of_the_sensor_warn_of_is_shown_without_data(bench):
+    made = []
+    other, until = bench(lambda: made.append(Lookers()) or made[0])
+    node, seen = made[0], []
+    node.warning = None
+    other.create_subscription(MarkerArray, 'markers', seen.append, 10)
+    reports = other.create_publisher(DiagnosticArray, '/diagnostics', 10)
+    assert until(lambda: node.looking[-1:] == [1] and reports.get_subscription_count())
+
+    def report(name, level, text):
+        reports.publish(DiagnosticArray(status=[DiagnosticStatus(name=f'{name}: task', level=level, message=text)]))
+    report('/thumb/dot_tracker_node', DiagnosticStatus.WARN, 'of another sensor')
+    report('/dot_tracker_node', DiagnosticStatus.WARN, 'something presses; let go')
+    assert until(lambda: node.warning == 'something presses; let go' and seen)
+    report('/dot_tracker_node', DiagnosticStatus.OK, '30 Hz')
+    assert until(lambda: node.warning == '')
+
+
+def test_a_parameter_that_cannot_be_used_is_named():
+    rclpy.init(args=['--ros-args', '-p', 'rate:=-1.0'])
+    try:
+        with pytest.raises(BadArgument, match='bad_drawer.*rate'):
+            DrawingNode('bad_drawer', (Parameter('rate', float, 10.0, 'Hz', 'pictures', lowest=0.1),))
+    finally:
+        rclpy.try_shutdown()
+
+
+def test_messages_that_cannot_be_drawn_are_counted_and_told_and_so_are_defects(monkeypatch):
+    rclpy.init()
+    node, done = Lookers(), []
+    try:
+        bad = Slip(state=9)
+        node.try_message('slip', bad, lambda: done.append(bad))
+        assert not done and node.log.refused == 1 and 'state 9 is none' in node.log.last_error
+        monkeypatch.setattr(DefectGuard, 'strict', False)
+        node.try_message('slip', Slip(), lambda: [][7])
+        node.try_message('slip', Slip(), lambda: done.append(1))
+        assert done == [1] and node.net.caught == 1 and node._examine().values['defects met'] == 1
+        assert 'defect of this software' in node.log.last_error
+    finally:
+        node.markers = None
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def sent_dots(stamp, nanosec=0):
+    dots = DotTracks(rows=2, columns=2, id=[0, 1, 2, 3], u=[1.0, 2, 3, 4], v=[1.0, 2, 3, 4], du=[0.0] * 4, dv=[0.0] * 4, area=[9.0] * 4,
+                     x=[0.001, 0.002, 0.001, 0.002], y=[0.001, 0.001, 0.002, 0.002], z=[0.013] * 4)
+    dots.header.frame_id, dots.header.stamp.sec, dots.header.stamp.nanosec = 'pad', stamp, nanosec
+    return dots
+
+
+def test_nothing_is_subscribed_for_nobody_and_frames_are_drawn_for_somebody(bench):
+    other, until = bench(MarkersNode)
+    dots = other.create_publisher(DotTracks, 'dots', 10)
+    region = other.create_publisher(ContactRegion, 'contact_region', 10)
+    until(lambda: False, 1.0)
+    assert dots.get_subscription_count() == 0
+    seen = []
+    other.create_subscription(MarkerArray, 'markers', seen.append, 10)
+    assert until(lambda: dots.get_subscription_count() == 1 and region.get_subscription_count() == 1)
+    stamp = 1
+    while not seen and stamp < 20:
+        stamp += 1
+        message = sent_dots(stamp)
+        dots.publish(message)
+        region.publish(ContactRegion(header=message.header, dot_id=[0, 1, 2, 3], dot_state=[0, 1, 2, 0]))
+        until(lambda: bool(seen), 1.0)
+    assert seen and {m.header.frame_id for m in seen[0].markers} == {'pad'}
+    assert {m.header.stamp.sec for m in seen[0].markers} <= set(range(2, stamp + 1))
+
+
+def test_pictures_are_drawn_at_most_as_often_as_asked_for(bench):
+    other, until = bench(lambda: MarkersNode(Host(parameters={'picture_rate': 15.0})))
+    dots, images = other.create_publisher(DotTracks, 'dots', 10), other.create_publisher(Image, 'image_raw', 10)
+    seen = []
+    other.create_subscription(Image, 'image_annotated', lambda message: seen.append(message.header.stamp), 10)
+    assert until(lambda: dots.get_subscription_count() == 1 and images.get_subscription_count() == 1, 30.0)
+    for k in range(12):
+        message = sent_dots(100, k * 33_333_333)
+        dots.publish(message)
+        images.publish(Image(header=message.header, encoding='mono8', height=48, width=64, step=64, data=bytes(48 * 64)))
+        until(lambda: bool(seen) and seen[-1] == message.header.stamp, 0.5)
+    frames = [round(stamp.nanosec / 33_333_333) for stamp in seen]
+    assert len(frames) > 3 and set(later - earlier for earlier, later in zip(frames, frames[1:])) == {2}
+
+
+def test_every_array_of_a_stream_with_gaps_is_complete(bench):
+    other, until = bench(MarkersNode)
+    outputs = {topic: other.create_publisher(kind, topic, 50) for topic, kind in (('dots', DotTracks), ('contact_region', ContactRegion))}
+    seen = []
+    other.create_subscription(MarkerArray, 'markers', seen.append, 50)
+    assert until(lambda: all(output.get_subscription_count() for output in outputs.values()))
+    until(lambda: False, 0.5)  # the node looks five times a second for who publishes
+    outline = Polygon(points=[Point32(x=x, y=y) for x, y in ((0.001, 0.001), (0.002, 0.001), (0.001, 0.002))])
+    complete = set()
+    for k in range(1, 31):  # five sets a second, by their stamps
+        dots = sent_dots(100)
+        dots.header.stamp.sec, dots.header.stamp.nanosec = 100 + k // 5, 200_000_000 * (k % 5)
+        sent = {'dots': dots, 'contact_region': ContactRegion(header=dots.header, outlines=[outline])}
+        lost = {topic for topic, period in (('dots', 7), ('contact_region', 4)) if k % period == 3}
+        for topic in sent.keys() - lost:
+            outputs[topic].publish(sent[topic])
+        if not lost:
+            complete.add((dots.header.stamp.sec, dots.header.stamp.nanosec))
+        until(lambda: False, 0.05)
+    assert until(lambda: len(seen) >= len(complete))
+    drawn = {(array.markers[0].header.stamp.sec, array.markers[0].header.stamp.nanosec) for array in seen}
+    assert drawn == complete and all({'dots', 'outlines'} <= {marker.ns for marker in array.markers} for array in seen)
+
+
+def test_markers_for_somebody_and_the_tip_for_all(bench):
+    other, until = bench(FingerMarkersNode)
+    contacts = other.create_publisher(Contacts, 'contacts', 10)
+    places, drawn = [], []
+    other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    assert until(lambda: places)
+    tip = places[0].transforms[0]
+    assert (tip.header.frame_id, tip.child_frame_id, tip.transform.translation.z) == ('psd_finger', 'psd_finger_tip', 0.016)
+    assert contacts.get_subscription_count() == 0
+    other.create_subscription(MarkerArray, 'markers', drawn.append, 10)
+    assert until(lambda: contacts.get_subscription_count() == 1)
+    message = Contacts()
+    message.header.frame_id, message.header.stamp.sec = 'psd_finger', 7
+    contacts.publish(message)
+    assert until(lambda: drawn)
+    assert drawn[0].markers[1].ns == 'finger' and drawn[0].markers[1].header.stamp.sec == 7
+
+
+def test_the_annotated_image_shows_contacts_and_force_to_those_who_look(bench):
+    other, until = bench(FingerMarkersNode)
+    contacts, drawn = other.create_publisher(Contacts, 'contacts', 10), []
+    other.create_subscription(Image, 'image_annotated', drawn.append, 10)
+    assert until(lambda: contacts.get_subscription_count() == 1)
+    message = Contacts(contacts=[Contact(normal=Vector3(x=0.5, z=0.87), force=1.2), Contact(normal=Vector3(x=-0.5, z=0.87), force=np.nan)])
+    message.header.frame_id, message.header.stamp.sec = 'psd_finger', 7
+    contacts.publish(message)
+    assert until(lambda: drawn)
+    assert np.array_equal(image_to_array(drawn[0]), finger_picture(message))
+    assert (drawn[0].header.frame_id, drawn[0].header.stamp.sec) == ('psd_finger', 7)
+
+
+def test_markers_of_one_instant_for_somebody_and_the_array_for_all(bench):
+    other, until = bench(TaxelMarkersNode)
+    publishers = {topic: other.create_publisher(kind, topic, 10) for topic, kind in {'image_raw': Image, **RESULTS}.items()}
+    places, drawn = [], []
+    other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    assert until(lambda: places)
+    assert places[0].transforms[0].child_frame_id == 'taxel_array_taxels'
+    assert not any(publisher.get_subscription_count() for publisher in publishers.values())
+    other.create_subscription(MarkerArray, 'markers', drawn.append, 10)
+    assert until(lambda: all(publisher.get_subscription_count() for publisher in publishers.values()))
+    header = header_of(7 * 10**9, 'taxel_array')
+    publishers['image_raw'].publish(image_to_message(Frame(np.zeros((3, 4), np.uint8), 0, 'mono8'), '', header))
+    for topic, kind in RESULTS.items():
+        publishers[topic].publish(kind(header=header))
+    assert until(lambda: drawn)
+    assert drawn[0].markers[1].ns == 'plate' and drawn[0].markers[1].header.stamp.sec == 7
+
+
+def test_the_annotated_image_is_drawn_for_those_who_look(bench):
+    other, until = bench(TaxelMarkersNode)
+    publishers = {topic: other.create_publisher(kind, topic, 10) for topic, kind in {'image_raw': Image, **RESULTS}.items()}
+    drawn = []
+    other.create_subscription(Image, 'image_annotated', drawn.append, 10)
+    assert until(lambda: all(publisher.get_subscription_count() for publisher in publishers.values()))
+    header = header_of(7 * 10**9, 'taxel_array')
+    values = np.zeros((44, 44), np.uint8)
+    values[10:20, 10:20] = 100
+    publishers['image_raw'].publish(image_to_message(Frame(values, 0, 'mono8'), '', header))
+    for topic, kind in RESULTS.items():
+        publishers[topic].publish(kind(header=header))
+    assert until(lambda: drawn)
+    assert drawn[0].encoding == 'bgr8' and drawn[0].width >= 600 and drawn[0].header.stamp.sec == 7

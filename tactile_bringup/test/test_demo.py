@@ -1,0 +1,208 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The demo: numbers, moments, video, and the node."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+import rclpy
+from geometry_msgs.msg import Quaternion, Transform, Vector3, WrenchStamped
+from sensor_msgs.msg import Image
+from std_msgs.msg import Header
+from tactile_bringup.demo import main, summary as video
+from tactile_bringup.demo.summary import Moments, Reading, Summary, Video, reading_of
+from tactile_driver.errors import BadArgument
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import image_to_message
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
+
+TOUCH = dict(dots=529, displacement=7.25, states=(400, 100, 29), area=84e-6, depth=2.5e-3, force=1.5, touches=1,
+             motion=(1e-3, 0, 0, 0, 0, 0.1), motion_interval=0.1, slip='incipient slip', slipping=0.22)
+
+
+def filled(count=91, rate=30.0, **values):
+    summary = Summary()
+    for k in range(count):
+        summary.add(Reading(k / rate, 0.01 + 1e-4 * k, **values))
+    return summary
+
+
+def test_rate_and_latency():
+    summary = filled(100)
+    assert summary.rate == pytest.approx(30.0)
+    assert summary.latency_ms(50) == pytest.approx(10 + 0.1 * (10 + 89 / 2))
+    assert summary.latency_ms(50, lately=False) == pytest.approx(10 + 0.1 * 99 / 2)
+    assert math.isnan(Summary().rate) and math.isnan(Summary().latency_ms(50))
+
+
+def test_stamps_of_a_recording_tell_no_latency():
+    summary = Summary()
+    for k in range(10):
+        summary.add(Reading(k / 30, 1.7e9))
+    assert math.isnan(summary.latency_ms(50)) and 'latency - ms' in summary.report()[0]
+
+
+def test_the_panel_says_the_numbers_in_their_units():
+    text = '\n'.join(filled(**TOUCH).panel(Reading(3.0, 0.02, **TOUCH)))
+    for words in ('3.0 s', '30.0 Hz', '529', '400 untouched, 100 sticking, 29 slipping', '1 touch, 84 mm^2, 2.50 mm deep, 1.50 N',
+                  '(+10.0, +0.0, +0.0) mm/s, turning 57 deg/s', 'incipient slip, 22 % of the contact'):
+        assert words in text
+
+
+def test_what_is_not_known_is_not_made_up():
+    line = filled().line(Reading(1.0, dots=70))
+    assert '70 dots' in line and 'largest displacement - px' in line and 'nan' not in line
+    assert 'nan' not in '\n'.join(filled().panel(Reading(1.0, touches=1, states=(1, 2, 3))))
+
+
+def test_the_report_tells_the_largest():
+    summary = filled(**TOUCH)
+    summary.add(Reading(4.0, 0.02, **{**TOUCH, 'force': 3.25}))
+    frames, largest = summary.report()
+    assert frames.startswith('92 frames')
+    assert largest == 'largest displacement 7.2 px, area 84 mm^2, depth 2.5 mm, force 3.2 N'
+    assert Summary().report()[1] == 'largest values unknown'
+
+
+def test_all_messages_of_a_touch():
+    turn = Quaternion(x=0.0, y=0.0, z=-math.sin(0.1), w=-math.cos(0.1))  # the same turn as (z, w) positive
+    region = ContactRegion(dot_id=[1, 2, 3], dot_state=[0, 2, 2], area=4e-5, motion=Transform(translation=Vector3(x=1e-3), rotation=turn),
+                           motion_interval=0.5)
+    wrench = WrenchStamped()
+    wrench.wrench.force = Vector3(x=3.0, z=-4.0)
+    found = {'dots': DotTracks(id=[1, 2, 3], du=[3.0, 0.0, float('nan')], dv=[4.0, 1.0, float('nan')]), 'contact_region': region,
+             'contacts': Contacts(contacts=[Contact(depth=1e-3), Contact(depth=float('nan'))]), 'wrench': wrench,
+             'slip': Slip(state=Slip.GROSS, slipping_fraction=0.75)}
+    reading = reading_of(found, 5.0, 0.02)
+    assert (reading.stamp_s, reading.latency_s, reading.dots, reading.displacement) == (5.0, 0.02, 3, 5.0)
+    assert reading.states == (1, 0, 2) and reading.touches == 2
+    assert (reading.depth, reading.force, reading.slip, reading.slipping) == (1e-3, 5.0, 'gross slip', 0.75)
+    assert reading.motion == pytest.approx((1e-3, 0, 0, 0, 0, 0.2)) and reading.motion_interval == 0.5
+
+
+def test_what_is_missing_is_not_known():
+    reading = reading_of({'dots': DotTracks()}, 1.0, 0.01)
+    assert reading.dots == 0 and np.isnan(reading.displacement) and reading.states == () and reading.slip == ''
+
+
+def test_nothing_touches():
+    found = {'contact_region': ContactRegion(dot_id=[1], dot_state=[0]), 'contacts': Contacts(), 'wrench': WrenchStamped()}
+    reading = reading_of(found, 1.0, 0.0)
+    assert reading.touches == 0 and np.isnan(reading.force) and reading.states == (1, 0, 0)
+
+
+def image(k):
+    return np.full((2, 2, 3), k, np.uint8)
+
+
+def test_the_best_frame_of_each_moment_is_kept():
+    moments = Moments()
+    for k, area in enumerate((0.0, 1e-5, 9e-5, 3e-5, 0.0)):
+        slip = 'gross slip' if k == 3 else 'no slip'
+        moments.add(Reading(float(k), area=area, states=(9, 1, k), slip=slip), image(k))
+    found = moments.pictures()
+    assert list(found) == ['first', 'largest_contact', 'most_slip', 'last']
+    assert [p.stamp_s for p in found.values()] == [0.0, 2.0, 3.0, 4.0]
+    assert found['most_slip'].image[0, 0, 0] == 3
+
+
+def frames_of(path):
+    capture, found = cv2.VideoCapture(str(path)), []
+    while True:
+        good, frame = capture.read()
+        if not good:
+            return capture.get(cv2.CAP_PROP_FPS), found
+        found.append(int(frame.mean() + 0.5))
+
+
+@pytest.mark.parametrize('forms', [(('.mp4', 'mp4v'),), (('.avi', 'MJPG'),)])
+def test_it_plays_at_the_speed_of_the_stamps(tmp_path, monkeypatch, forms):
+    monkeypatch.setattr(video, '_FORMS', forms)
+    it = Video(tmp_path / 'demo')
+    for k in range(60):
+        it.add(100.0 + k / 30, np.full((48, 64, 3), 4 * k, np.uint8))
+    it.close()
+    rate, found = frames_of(it.path)
+    assert rate == pytest.approx(15.0)
+    assert len(found) in (30, 31)
+    assert np.abs(np.array(found) - 8 * np.arange(len(found))).max() <= 12  # a frame is 8
+
+
+def test_a_gap_is_shown_as_a_still(tmp_path):
+    it = Video(tmp_path / 'demo')
+    for stamp_s in (0.0, 1.0):
+        it.add(stamp_s, np.zeros((48, 64, 3), np.uint8))
+    it.close()
+    assert len(frames_of(it.path)[1]) == 16
+
+
+def test_without_frames_there_is_no_file(tmp_path):
+    Video(tmp_path / 'demo').close()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def demo(tmp_path):
+    """Makes a DemoNode in a domain of its own."""
+    def make(**values):
+        given = [f'{name}:={value}' for name, value in {'out': tmp_path / 'pictures', **values}.items()]
+        rclpy.init(args=['--ros-args', *(word for text in given for word in ('-p', text))])
+        return main.DemoNode()
+    yield make
+    rclpy.try_shutdown()
+
+
+def feed(node, frames):
+    for k in range(frames):
+        header = Header(frame_id='pad')
+        header.stamp.sec, header.stamp.nanosec = 100, 40_000_000 * k
+        dots = DotTracks(header=header, rows=1, columns=2, id=[0, 1], u=[10.0, 20.0], v=[5.0, 5.0],
+                         area=[float('nan')] * 2, du=[3.0, 0.0], dv=[4.0, 0.0])
+        picture: Image = image_to_message(Frame(np.zeros((48, 64, 3), np.uint8), 0, 'bgr8'), 'bgr8', header)
+        node._on_message('dots', dots)
+        node._on_message('image_annotated', picture)
+
+
+def test_it_writes_pictures_a_video_and_a_summary(demo, tmp_path, capsys):
+    node = demo()
+    node._expected = {'dots'}
+    feed(node, 20)
+    node.destroy_node()
+    assert node.failed == ''
+    names = {path.name for path in (tmp_path / 'pictures').iterdir()}
+    assert 'largest_displacement.png' in names and any(name.startswith('demo.') for name in names)
+    assert 'largest displacement 5.0 px' in capsys.readouterr().out
+
+
+def test_where_nothing_came_it_says_why(demo, capsys):
+    node = demo(patience=0.1)
+    node._begin_s -= 1.0
+    with pytest.raises(KeyboardInterrupt):
+        node._look()
+    node.destroy_node()
+    assert 'no frame in 1 s' in node.failed and 'dots' in capsys.readouterr().err
+
+
+def test_interrupted_before_anything_came_it_says_nothing(demo, capsys):
+    node = demo()
+    node.destroy_node()
+    assert node.failed == '' and capsys.readouterr().err == ''
+
+
+def test_a_folder_that_cannot_be_made_is_refused(demo):
+    with pytest.raises(BadArgument, match='out'):
+        demo(out='/proc/no/folder')
+
+
+def test_a_message_that_fails_its_check_is_counted_and_skipped(demo, capsys):
+    node = demo()
+    node._expected = {'dots'}
+    header = Header(frame_id='pad')
+    node._on_message('dots', DotTracks(header=header, rows=1, columns=2, id=[0, 1], u=[10.0], v=[5.0], du=[3.0], dv=[4.0]))
+    node._on_message('dots', DotTracks(header=header))
+    node._on_message('image_annotated', Image(header=header, encoding='bgr8', height=4, width=4, step=1))
+    feed(node, 5)
+    node.destroy_node()
+    assert node._summary.frames == 6 and 'refused messages: 2' in capsys.readouterr().out

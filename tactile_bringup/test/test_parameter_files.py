@@ -1,0 +1,116 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Shipped parameter files: what the tables say, and other sensors read with them."""
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tactile_bringup.parameters.files import parameter_files
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, TAXEL_DRIVER_PARAMETERS
+from tactile_driver.sources.registry import CAMERA_SOURCES, TAXEL_SOURCES, make_source
+from tactile_driver.sources.source import EndOfSource
+from tactile_perception.dots.stage import DotStage
+from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.parameters.file import read_parameters
+from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS
+from tactile_perception.taxel.stage import TaxelStage
+
+FOLDER = Path(__file__).resolve().parents[1] / 'params'
+
+
+@pytest.fixture(scope='module')
+def files():
+    return parameter_files()
+
+
+def test_no_file_is_missing_or_too_many(files):
+    assert sorted(p.name for p in FOLDER.glob('*.yaml')) == sorted(files)
+
+
+@pytest.mark.parametrize('name', sorted(p.name for p in FOLDER.glob('*.yaml')))
+def test_files_are_what_the_tables_say(files, name):
+    # After a change of a table: python3 -m tactile_bringup.parameters.files tactile_bringup/params
+    assert (FOLDER / name).read_text() == files[name]
+
+
+@pytest.mark.parametrize('name', sorted(MARKER_SENSORS))
+def test_the_files_of_marker_sensors_describe_the_sensor_to_every_node(name):
+    dots = read_parameters(FOLDER / f'{name}.yaml', 'dot_tracker_node', DOT_PARAMETERS)
+    point = read_parameters(FOLDER / f'{name}_sim.yaml', 'contact_point_node', POINT_PARAMETERS)
+    assert dots['sensor_type'] == point['sensor_type'] == name
+    assert (dots['polarity'], dots['detection']) == ('bright', 'blobs')
+    assert marker_sensor(point) == MARKER_SENSORS[name]
+    assert dots['surface'] == ('sheet' if MARKER_SENSORS[name].is_sheet else 'dome')
+
+
+RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
+GEL, PINS = RECORDINGS / 'gelsight_mini' / 'mini_example.avi', RECORDINGS / 'pin_array_127'
+GRASP = RECORDINGS / 'dsa_slip' / 'slip_hockey_ball.npz'
+recorded = pytest.mark.skipif(not GEL.is_file(), reason='TACTILE_RECORDINGS holds no gelsight_mini')
+
+
+def images(source, most):
+    """Messages of the first frames of a source."""
+    source.open()
+    try:
+        for _ in range(most):
+            frame = source.read()
+            yield image_to_message(frame, '', header_of(frame.stamp_ns, 'pad'))
+    except EndOfSource:
+        pass
+    finally:
+        source.close()
+
+
+def dots_of(name, path, most, **changes):
+    """Dots of each image, as camera_node and dot_tracker_node make them of a file with these parameters."""
+    file = FOLDER / f'{name}.yaml'
+    values = read_parameters(file, 'camera_node', CAMERA_PARAMETERS) | {'source': 'file', 'path': str(path)}
+    source = make_source(CAMERA_SOURCES, values, time.time_ns)
+    stage = DotStage(read_parameters(file, 'dot_tracker_node', DOT_PARAMETERS) | changes)
+    return [stage.process(image)['dots'][0] for image in images(source, most)]
+
+
+def counts(dots):
+    return np.array([len(message.id) for message in dots])
+
+
+@recorded
+def test_a_gel_with_a_grid_of_dark_markers():
+    dots = dots_of('marker_gel', GEL, 219)
+    assert len(dots) == 219 and np.median(counts(dots)) >= 67 and counts(dots).max() <= 70, '7 x 10 markers are in view in full'
+    assert np.nanmedian(np.hypot(dots[-1].du, dots[-1].dv)) < 0.7, 'px; the finger has gone'
+
+
+@recorded
+def test_a_dome_of_127_pins():
+    dots = dots_of('pin_dome', PINS, 125)
+    assert len(dots) == 125 and counts(dots).min() >= 126 and np.mean(counts(dots) == 127) > 0.95
+
+
+@recorded
+@pytest.mark.full
+@pytest.mark.parametrize(('path', 'polarity', 'true', 'allowed'), [(PINS, 'bright', 127, 4), (GEL, 'dark', 70, 3)])
+def test_markers_in_any_arrangement(path, polarity, true, allowed):
+    dots = dots_of('worn_markers', path, 40, polarity=polarity)
+    assert len(dots) == 40 and abs(np.median(counts(dots)) - true) <= allowed
+
+
+@recorded
+@pytest.mark.parametrize('pad', ['pad0', 'pad4'])
+def test_a_pressure_array_in_a_grasp(pad):
+    file, most = FOLDER / 'pressure_array_14x6.yaml', 360
+    own = {'source': 'file', 'path': str(GRASP), 'topic': pad}
+    source = make_source(TAXEL_SOURCES, read_parameters(file, 'taxel_array_node', TAXEL_DRIVER_PARAMETERS) | own, time.time_ns)
+    stage = TaxelStage(read_parameters(file, 'taxel_contact_node', TAXEL_PARAMETERS))
+    results = [stage.process(image) for image in images(source, most)]
+    told = np.array([len(result['contacts'][0].contacts) > 0 for result in results])
+    pressed = np.load(GRASP)[pad][:most].any(axis=(1, 2))  # untouched cells of this array give 0
+    assert pressed.sum() > 60 and not (told & ~pressed).any() and (told & pressed).sum() >= 0.95 * pressed.sum()
+    assert all(result['contact_region'][0].area > 0 for result, one in zip(results, told) if one)

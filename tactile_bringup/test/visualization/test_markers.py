@@ -1,0 +1,344 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""RViz markers."""
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped
+from scipy.spatial.transform import Rotation
+from std_msgs.msg import Header
+from tactile_bringup.nodes.finger_markers_node import FingerMarkers, finger_picture, hemisphere
+from tactile_bringup.nodes.taxel_markers_node import TaxelMarkers
+from tactile_bringup.visualization import markers as mesh, pictures as colours
+from tactile_bringup.visualization.markers import MarkerSet
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import image_to_message, polygon
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
+from visualization_msgs.msg import Marker
+
+
+def circle(radius, n=60, z=0.0):
+    angle = np.arange(n) * 2 * np.pi / n
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(n, z)], axis=1)
+
+
+def area(corners):
+    a, b, c = corners.reshape(-1, 3, 3).transpose(1, 0, 2)
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+
+
+def polygon_area(radius, n=60):
+    return 0.5 * n * radius**2 * np.sin(2 * np.pi / n)
+
+
+def test_a_hole_stays_open():
+    filled = mesh.fill([circle(0.01), circle(0.005)[::-1]], np.zeros((0, 3)))
+    assert area(filled) == pytest.approx(polygon_area(0.01) - polygon_area(0.005), rel=1e-6)
+
+
+def test_places_within_lift_the_fill_to_the_surface():
+    filled = mesh.fill([circle(0.01)], np.array([(0.0, 0.0, 0.004), (0.05, 0.0, 0.9)]))
+    assert filled[:, 2].max() == 0.004
+
+
+@pytest.mark.parametrize('rings', [[], [np.zeros((2, 3))], [np.array([(0, 0, 0), (1, 1, 0), (2, 2, 0)], float)]])
+def test_what_has_no_area_gives_no_triangles(rings):
+    assert len(mesh.fill(rings, np.zeros((0, 3)))) == 0
+
+
+def test_the_skin_does_not_bridge_a_notch_in_the_border():
+    x, y = (part.ravel() for part in np.meshgrid(np.arange(9.0), np.arange(9.0)))
+    kept = ~((x > 2) & (x < 6) & (y > 1))  # a notch as wide as four pitches
+    places = np.column_stack([x, y, 0 * x])[kept]
+    assert area(places[mesh.skin(places)].reshape(-1, 3)) < 42, 'of 36 without the notch, 64 with it'
+    assert len(mesh.skin(places[:2])) == 0 and len(mesh.skin(np.zeros((5, 3)))) == 0
+
+
+def test_light_falls_from_above():
+    flat = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], float)
+    level = mesh.light(flat, np.array([[0, 1, 2]]))
+    assert np.ptp(level) == 0 and (mesh.light(flat, np.array([[2, 1, 0]])) == level).all(), 'whichever way round'
+    steep = mesh.light(flat * (1, 1, 0) + [(0, 0, 0), (0, 0, -9), (0, 0, 0)], np.array([[0, 1, 2]]))
+    assert (0 < steep).all() and (steep != level).all() and level[0] <= 1
+
+
+SIZES = {'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_length': 8e-3, 'full_force': 4.0,
+         'full_torque': 0.02, 'sensor_type': 'areal_single', 'dome.rim_radius': 0.0, 'dome.height': 0.0}
+HEADER = Header(frame_id='pad')
+NAN = float('nan')
+
+
+def square(half):
+    return Polygon(points=[Point32(x=x * half, y=y * half, z=0.012) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+
+
+def touch():
+    wrench = WrenchStamped()
+    wrench.wrench.force = Vector3(x=0.5, z=-2.0)
+    wrench.wrench.torque = Vector3(x=NAN, y=NAN, z=NAN)
+    return {'dots': DotTracks(id=[4, 7, 9], x=[0.0, 0.001, NAN], y=[0.0] * 3, z=[0.012] * 3),
+            'contact_region': ContactRegion(dot_id=[4, 7], dot_state=[1, 2], outlines=[square(0.004)], holes=[square(0.001)],
+                                            centroid=Point(x=0.001, z=0.012)),
+            'contacts': Contacts(contacts=[Contact(id=3, position=Point(z=0.012), normal=Vector3(z=1.0))]),
+            'slip': Slip(state=Slip.INCIPIENT, rotation_center=Point(x=0.002, y=0.0, z=NAN)), 'wrench': wrench}
+
+
+def by_name(array):
+    return {marker.ns: marker for marker in array.markers if marker.action == Marker.ADD}
+
+
+def xyz(points):
+    return np.array([(p.x, p.y, p.z) for p in points])
+
+
+def test_every_part_is_drawn_in_the_sensor_frame_and_stays_while_data_come():
+    made = by_name(MarkerSet(SIZES).frame(HEADER, touch()))
+    assert set(made) == {'dots', 'outlines', 'holes', 'region', 'normals', 'force', 'slip_center', 'text'}  # the torque is not known
+    assert all(m.header.frame_id == 'pad' and m.action == Marker.ADD for m in made.values())
+    assert {(m.lifetime.sec, m.lifetime.nanosec) for m in made.values()} == {(2, 0)}
+    assert all(m.pose.orientation.w == 1.0 for m in made.values())
+
+
+def test_dots_have_the_colours_of_their_states_and_unknown_places_are_left_out():
+    dots = by_name(MarkerSet(SIZES).frame(HEADER, touch()))['dots']
+    assert len(dots.points) == len(dots.colors) == 2
+    assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(colours.STATE_COLOURS[s]) for s in (1, 2)]
+
+
+def test_dots_may_have_the_colours_of_their_depths():
+    found = {'dots': DotTracks(id=[0, 1, 2], x=[0.0, 0.001, 0.002], y=[0.0] * 3, z=[0.0, -0.005, -0.02])}
+    dots = by_name(MarkerSet({**SIZES, 'dot_colour': 'depth'}).frame(HEADER, found))['dots']
+    assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(row) for row in colours.of_depth(np.array([0.0, 1.0, 1.0]))]
+    assert dots.colors[0] != dots.colors[1]
+
+
+def test_depth_is_under_the_untouched_dome_where_there_is_one():
+    dome = {**SIZES, 'dot_colour': 'depth', 'sensor_type': 'air_cushion',
+            'dome.rim_radius': 0.15, 'dome.height': 0.12}
+    found = {'dots': DotTracks(id=[0, 1, 2], x=[0.0, 0.15, 0.0], y=[0.0] * 3, z=[0.12, 0.0, 0.1175])}
+    dots = by_name(MarkerSet(dome).frame(HEADER, found))['dots']
+    assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(row, abs=1e-5) for row in colours.of_depth(np.array([0.0, 0.0, 0.5]))]
+    pad = {**SIZES, 'dot_colour': 'depth', 'sensor_type': 'touchpad', 'cap.curvature_radius': 0.02, 'cap.height': 0.013}
+    found = {'dots': DotTracks(id=[0, 1], x=[0.0, 0.0], y=[0.0, 0.0], z=[0.013, 0.008])}
+    dots = by_name(MarkerSet(pad).frame(HEADER, found))['dots']
+    assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(row, abs=1e-5) for row in colours.of_depth(np.array([0.0, 1.0]))]
+
+
+def test_a_touch_shows_where_it_is_with_95_percent():
+    turn = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
+    covariance = turn @ np.diag([1e-8, 4e-8, 9e-8]) @ turn.T
+    contact = Contact(id=3, position=Point(z=0.012), normal=Vector3(z=1.0), position_covariance=covariance.ravel())
+    made = by_name(MarkerSet(SIZES).frame(HEADER, {'contacts': Contacts(contacts=[contact])}))['covariances']
+    assert [made.scale.x, made.scale.y, made.scale.z] == pytest.approx([5.592e-4, 2 * 5.592e-4, 3 * 5.592e-4], rel=1e-3)
+    q = made.pose.orientation
+    axis = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()[:, 0]
+    assert abs(axis @ turn[:, 0]) == pytest.approx(1.0)
+    unknown = Contact(id=3, position_covariance=[NAN] * 9)
+    assert 'covariances' not in by_name(MarkerSet(SIZES).frame(HEADER, {'contacts': Contacts(contacts=[unknown])}))
+
+
+def test_the_fill_spares_the_hole():
+    corners = xyz(by_name(MarkerSet(SIZES).frame(HEADER, touch()))['region'].points).reshape(-1, 3, 3)
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
+    assert area == pytest.approx(0.008**2 - 0.002**2, rel=1e-5)
+
+
+def test_arrows_have_their_lengths():
+    made = by_name(MarkerSet(SIZES).frame(HEADER, touch()))
+    start, end = xyz(made['normals'].points)
+    assert made['normals'].id == 3 and end - start == pytest.approx([0, 0, 6e-3])
+    start, end = xyz(made['force'].points)
+    assert end - start == pytest.approx([0.5 * 2e-3, 0, -2.0 * 2e-3])
+    away = np.array([0.001, 0, 0.012]) - end
+    assert np.linalg.norm(away) == pytest.approx(6e-3) and np.cross(away, end - start) == pytest.approx(np.zeros(3)), 'off the touch'
+
+
+def grid_of_dots(depth=0.0):
+    x, y = (part.ravel() * 1e-3 for part in np.meshgrid(np.arange(4.0), np.arange(3.0)))
+    z = np.where((x == 1e-3) & (y == 1e-3), -depth, 0.0)
+    return DotTracks(id=range(12), x=x, y=y, z=z)
+
+
+def test_the_skin_spans_the_dots_and_shows_a_dent_by_colour_and_light():
+    flat, dented = (by_name(MarkerSet(SIZES).frame(HEADER, {'dots': grid_of_dots(depth)}))['skin'] for depth in (0.0, 2e-3))
+    assert len(flat.points) == len(flat.colors) == 3 * 2 * 3 * 2 and flat.type == Marker.TRIANGLE_LIST
+    corners = xyz(flat.points).reshape(-1, 3, 3)
+    assert 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() == pytest.approx(6e-6)
+    assert all(0 < c.a < 1 for c in flat.colors) and flat.color.a == 1.0
+    assert len({(c.r, c.g, c.b) for c in flat.colors}) == 1 < len({(c.r, c.g, c.b) for c in dented.colors})
+
+
+def test_a_dot_whose_place_is_not_known_leaves_the_skin_whole():
+    found = {'dots': grid_of_dots()}
+    it = MarkerSet(SIZES)
+    it.frame(HEADER, found)
+    found['dots'].x[5] = NAN
+    assert np.isfinite(xyz(by_name(it.frame(HEADER, found))['skin'].points)).all()
+    assert 'skin' not in by_name(it.frame(HEADER, {'dots': DotTracks(id=[0, 1], x=[0.0, 1.0], y=[0.0, 0.0], z=[0.0, 0.0])}))
+
+
+def test_each_array_takes_away_all_that_was_before():
+    # RViz handles the markers of an array one after the other between two pictures; without a namespace DELETEALL is for all of them.
+    it = MarkerSet(SIZES)
+    for found in (touch(), {'dots': touch()['dots'], 'contact_region': ContactRegion()}, {}):
+        first, *others = it.frame(HEADER, found).markers
+        assert first.action == Marker.DELETEALL and first.ns == '' and {m.action for m in others} == {Marker.ADD}
+        assert len({(m.ns, m.id) for m in others}) == len(others), 'RViz complains of two of one name'
+    assert {m.ns for m in others} == {'text'}
+
+
+@pytest.mark.parametrize('newton', [0.01, 0.7, 40.0])
+def test_an_arrow_has_a_shaft_however_short_it_is(newton):
+    found = touch()
+    found['wrench'].wrench.force = Vector3(z=-newton)
+    arrow = by_name(MarkerSet(SIZES).frame(HEADER, found))['force']
+    length = float(np.linalg.norm(np.diff(xyz(arrow.points), axis=0)))
+    head = min(arrow.scale.z, length)  # RViz: the rest is the shaft
+    assert 0 < head < 0.5 * length and arrow.scale.x < arrow.scale.y <= length
+
+
+def test_name_numbers_and_state_stand_in_front_of_the_sensor():
+    found = touch()
+    found['contacts'].contacts[0].depth = 0.0013
+    found['slip'].state = Slip.GROSS
+    it = MarkerSet(SIZES)
+    text = by_name(it.frame(HEADER, found))['text']
+    assert text.text == 'pad\n1.3 mm deep\n2.1 N\ngross slip'
+    assert (text.color.r, text.color.g, text.color.b) == pytest.approx(colours.STATE_COLOURS[2])
+    assert text.pose.position.x > 0.001 and text.pose.position.y > 0, 'towards the eye of the configurations'
+    assert by_name(it.frame(HEADER, {'dots': found['dots']}))['text'].text == 'pad'
+
+
+def test_a_warning_is_shown_with_and_without_data_until_it_is_over():
+    it = MarkerSet(SIZES)
+    it.warning = 'the first dots are off their untouched positions, something may press; let go and call set_reference'
+    for made in (it.frame(HEADER, touch()), it.nothing(HEADER)):
+        assert by_name(made)['warning'].text.replace('\n', ' ') == it.warning
+    it.warning = ''
+    assert 'warning' not in by_name(it.frame(HEADER, touch()))
+
+
+SIZES_FINGER = {'radius': 0.016, 'point_size': 1.5e-3, 'normal_length': 8e-3, 'trail': 1.0}
+
+
+def told(stamp, *contacts):
+    message = Contacts(header=Header(frame_id='finger'), contacts=[
+        Contact(id=number, position=Point(x=0.016 * np.sin(a), z=0.016 * np.cos(a)), normal=Vector3(x=np.sin(a), z=np.cos(a)),
+                position_covariance=(1e-8 * np.eye(3)).ravel()) for number, a in contacts])
+    message.header.stamp.sec, message.header.stamp.nanosec = int(stamp), round(stamp % 1 * 1e9)
+    return message
+
+
+def drawn(markers, message):
+    markers.note(message)
+    return {(m.ns, m.id): m for m in markers.frame(message.header, {'contacts': message}).markers if m.action == Marker.ADD}
+
+
+def test_the_hemisphere_is_closed_and_round():
+    corners, light = hemisphere(0.016)
+    assert np.linalg.norm(corners, axis=1) == pytest.approx(0.016) and corners[:, 2].min() == pytest.approx(0, abs=1e-9)
+    area = 0.5 * np.linalg.norm(np.cross(corners[1::3] - corners[::3], corners[2::3] - corners[::3]), axis=1).sum()
+    assert area == pytest.approx(2 * np.pi * 0.016**2, rel=0.02)
+    assert light.shape == (len(corners),) and 0.3 < light.min() < light.max() <= 1
+    assert np.ptp(light[corners[:, 2] > 0.0159]) < 0.1, 'one brightness at the pole, whichever triangle a corner belongs to'
+
+
+def test_a_touch_its_normal_its_uncertainty_and_its_way():
+    markers = FingerMarkers(SIZES_FINGER)
+    for k in range(10):
+        found = drawn(markers, told(5 + 0.05 * k, (3, 0.1 * k)))
+    assert set(found) == {('finger', 0), ('points', 0), ('normals', 3), ('covariances', 3), ('trail', 3), ('text', 0)}
+    assert len(found['trail', 3].points) == 10 and found['points', 0].points[0].x == pytest.approx(0.016 * np.sin(0.9))
+    assert len(found['finger', 0].colors) == len(found['finger', 0].points), 'else RViz lights it from the eye'
+    ends = found['normals', 3].points
+    assert ends[1].z - ends[0].z == pytest.approx(8e-3 * np.cos(0.9))
+    assert {m.header.frame_id for m in found.values()} == {'finger'}
+
+
+def test_the_trail_fades_and_begins_anew_with_the_stamps():
+    markers = FingerMarkers(SIZES_FINGER)
+    for k in range(60):
+        found = drawn(markers, told(5 + 0.05 * k, (3, 0.01 * k)))
+    assert 19 <= len(found['trail', 3].points) <= 22
+    assert set(drawn(markers, told(20.0))) == {('finger', 0), ('text', 0)}
+    drawn(markers, told(2.0, (4, 0.1)))
+    assert ('trail', 4) in drawn(markers, told(2.1, (4, 0.2)))
+
+
+def test_a_place_that_is_not_known_is_not_drawn():
+    message = told(5.0, (1, 0.1))
+    message.contacts[0].position = Point(x=float('nan'), y=float('nan'), z=float('nan'))
+    assert set(drawn(FingerMarkers(SIZES_FINGER), message)) == {('finger', 0), ('text', 0)}
+
+
+def test_the_picture_shows_where_the_finger_is_touched():
+    message = told(5.0, (1, np.pi / 6))
+    message.contacts.append(Contact(normal=Vector3(x=float('nan'), y=float('nan'), z=float('nan'))))
+    made, empty = finger_picture(message), finger_picture(Contacts())
+    assert made.shape == empty.shape
+    rows, columns = np.nonzero((made != empty).any(axis=2)[:made.shape[1]])
+    assert (columns.mean() / made.shape[1], rows.mean() / made.shape[1]) == pytest.approx((0.5 + 0.5 * 160 / 360, 0.5), abs=0.01)
+
+
+SIZES_TAXEL = {'pitch': 1e-3, 'cell_height': 2e-3, 'full_value': 100.0, 'normal_length': 6e-3, 'force_length': 9e-3, 'full_force': 10.0,
+         'full_torque': 1.0, 'flow_scale': 0.5}
+
+SQUARE = np.array([[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]]) * 1e-3
+
+
+def region(**more):
+    return ContactRegion(header=HEADER, outlines=[polygon(SQUARE)], holes=[polygon(0.5 * SQUARE)], major_axis=4e-3, minor_axis=2e-3,
+                         centroid=Point(x=1e-3), **more)
+
+
+def slipping():
+    message = Slip(header=HEADER, state=Slip.GROSS, x=[0.0, 1e-3], y=[0.0, 0.0], vx=[0.02, float('nan')], vy=[0.0, 0.0])
+    message.rotation_center.x = float('nan')
+    return message
+
+
+def drawn_taxel(markers, **found):
+    return {m.ns: m for m in markers.frame(HEADER, found).markers if m.action == Marker.ADD}
+
+
+def test_pressed_taxels_are_squares_in_full_colour_on_a_plate():
+    values = np.zeros((3, 4), np.uint8)
+    values[1, 2], values[2, 3] = 100, 1
+    found = drawn_taxel(TaxelMarkers(SIZES_TAXEL), image_raw=image_to_message(Frame(values, 0, 'mono8'), '', HEADER))
+    plate, cells = (np.array([(p.x, p.y, p.z) for p in found[ns].points]) for ns in ('plate', 'cells'))
+    assert np.ptp(plate, axis=0) == pytest.approx((4e-3, 3e-3, 0)) and np.ptp(cells, axis=0) == pytest.approx((1e-3, 1e-3, 0))
+    assert len(plate) == len(cells) == 6 and cells[:, :2].mean(axis=0) == pytest.approx((0.5e-3, 0.0)), 'of row 1, column 2'
+    assert plate[:, 2].max() < cells[:, 2].min() < 0, 'under the outlines, at z = 0'
+    for ns, share in (('plate', 0.0), ('cells', 1.0)):
+        assert found[ns].type == Marker.TRIANGLE_LIST and len(found[ns].colors) == 2, 'one a triangle: RViz does not light it'
+        full = colours.of_depth(np.array([share]))[0]
+        assert [(c.r, c.g, c.b) for c in found[ns].colors] == [pytest.approx(full)] * 2
+
+
+def test_of_many_pressed_taxels_blocks_are_drawn_over_the_same_place():
+    values = np.zeros((100, 80), np.uint8)
+    values[10:90, 20:60] = 100
+    cells = drawn_taxel(TaxelMarkers(SIZES_TAXEL), image_raw=image_to_message(Frame(values, 0, 'mono8'), '', HEADER))['cells']
+    corners = np.array([(p.x, p.y) for p in cells.points])
+    assert 6 * 100 < len(corners) < 6 * 800
+    assert corners.min(axis=0) == pytest.approx((-20e-3, -40e-3), abs=3e-3)
+    assert corners.max(axis=0) == pytest.approx((20e-3, 40e-3), abs=3e-3)
+
+
+def test_outlines_holes_axes_flow_and_slip():
+    found = drawn_taxel(TaxelMarkers(SIZES_TAXEL), contact_region=region(orientation=0.0), slip=slipping())
+    assert {'outlines', 'holes', 'axes', 'flow', 'text'} == set(found)
+    assert [p.x for p in found['axes'].points] == pytest.approx([-1e-3, 3e-3, 1e-3, 1e-3])
+    assert len(found['flow'].points) == 2 and found['flow'].points[1].x == pytest.approx(0.01)
+    assert found['text'].text == 'pad\ngross slip'
+
+
+def test_contacts_and_a_wrench_of_which_only_a_part_is_known():
+    wrench = WrenchStamped(header=HEADER)
+    wrench.wrench.force = Vector3(x=float('nan'), y=float('nan'), z=-5.0)
+    contact = Contact(id=3, normal=Vector3(z=1.0))
+    found = drawn_taxel(TaxelMarkers(SIZES_TAXEL), contact_region=region(orientation=0.0), wrench=wrench,
+                        contacts=Contacts(header=HEADER, contacts=[contact]))
+    assert found['normals'].id == 3 and found['normals'].points[1].z == pytest.approx(6e-3)
+    ends = found['force'].points
+    assert (ends[0].x, ends[1].z, ends[0].z) == pytest.approx((1e-3, 6e-3, 10.5e-3))

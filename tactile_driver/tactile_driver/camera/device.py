@@ -1,0 +1,231 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A V4L2 camera, read through OpenCV: found by name, and watched for frozen or black images."""
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from ..errors import BadArgument, DeviceLost
+from ..frame import Frame, frame_of
+from ..sources.source import Clock, Source, stamp_of
+
+
+@dataclass(frozen=True)
+class VideoDevice:
+    """One /dev/videoN. path; name: of the card; serial: USB serial number; by_id: name under /dev/v4l/by-id ('' where unknown); captures:
+    whether it provides images."""
+
+    path: str
+    name: str
+    serial: str
+    by_id: str
+    captures: bool
+
+    def __str__(self):
+        known = ', '.join(x for x in (self.name, f'serial {self.serial}' if self.serial else '', self.by_id) if x)
+        return f'{self.path} ({known})' if known else self.path
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(errors='replace').strip()
+    except OSError:
+        return ''
+
+
+def _serial(folder: Path) -> str:
+    """USB serial number of a video node, from its interface or the next two parents; '' if unknown."""
+    place = (folder / 'device').resolve()
+    return next((text for text in (_text(p / 'serial') for p in (place, *list(place.parents)[:2])) if text), '')
+
+
+def list_devices(root: str = '/') -> list[VideoDevice]:
+    """All video devices under root/sys/class/video4linux, sorted by number. A node of index 1 or higher provides metadata, no images."""
+    base = Path(root)
+    links = {link.resolve().name: link.name for link in sorted((base / 'dev/v4l/by-id').glob('*'))}
+    folders = sorted((base / 'sys/class/video4linux').glob('video*'), key=lambda p: int(p.name[5:]) if p.name[5:].isdigit() else 0)
+    return [VideoDevice(f'/dev/{f.name}', _text(f / 'name'), _serial(f), links.get(f.name, ''), _text(f / 'index') in ('', '0'))
+            for f in folders]
+
+
+def _matches(device: VideoDevice, wanted: str) -> bool:
+    return wanted in (device.path, device.path.removeprefix('/dev/video'), device.by_id, '/dev/v4l/by-id/' + device.by_id)
+
+
+def find_device(wanted: str, root: str = '/') -> VideoDevice:
+    """The video device wanted: an index, a /dev path, a name under /dev/v4l/by-id, or part of that name or of the serial number.
+
+    Raises DeviceLost, listing the existing devices, if none or several match.
+    """
+    devices = list_devices(root)
+    real = str(Path(wanted).resolve()) if wanted.startswith('/dev/') else wanted
+    found = [d for d in devices if _matches(d, wanted) or _matches(d, real)]
+    if not found and not wanted.isdigit() and not wanted.startswith('/dev/') and wanted:
+        found = [d for d in devices if d.captures and (wanted in d.by_id or wanted in d.serial)]
+    if len(found) == 1:
+        return found[0]
+    known = '; '.join(map(str, devices)) or 'none at all'
+    what = 'fits several video devices' if found else 'is no video device'
+    raise DeviceLost(f'device: {wanted!r} {what}; there are: {known}. Name one by index, path or serial number, and check the cable')
+
+
+_FROZEN_S = 1.0  # duration of identical images that counts as frozen: noise changes every image, even of a still scene; chosen
+_BLACK_S = 0.3  # duration of black images that is reported; the first images after the start may be black; chosen
+_UNSEEN_S = 2.0  # without a frame for longer, remark is empty; chosen
+_DARKEST = 8.0  # grey levels of 255, largest mean of a black image; chosen
+_STEP = 8  # only every 8th row is compared, because noise changes every row; chosen
+
+
+class FrameWatch:
+    """Watches the frames of one camera; remark describes a fault for as long as it lasts."""
+
+    def __init__(self):
+        self.begin()
+
+    def begin(self) -> None:
+        """Reset, after the camera was reopened."""
+        self._last: np.ndarray | None = None
+        self._seen_s = self._changed_s = self._bright_s = time.monotonic()
+
+    def add(self, image: np.ndarray) -> None:
+        """Add the image of the next frame, uint8 (H, W) or (H, W, 3)."""
+        self._seen_s, rows = time.monotonic(), image[::_STEP]
+        if self._last is None or not np.array_equal(rows, self._last):
+            self._last, self._changed_s = rows.copy(), self._seen_s
+        if rows.mean() > _DARKEST:
+            self._bright_s = self._seen_s
+
+    @property
+    def remark(self) -> str:
+        """The fault and its remedy; '' without a fault or without recent frames."""
+        if self._last is None or time.monotonic() - self._seen_s > _UNSEEN_S:
+            return ''
+        if self._seen_s - self._bright_s > _BLACK_S:
+            return 'the pictures are black; check lamps, exposure and what covers the lens'
+        same_s = self._seen_s - self._changed_s
+        return f'the camera has repeated one picture for {same_s:.1f} s; it hangs, pull it out and plug it in again' \
+            if same_s > _FROZEN_S else ''
+
+
+_MANUAL_EXPOSURE, _AUTO_EXPOSURE = 1, 3  # V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_APERTURE_PRIORITY of the V4L2 API
+_EXPOSURE_UNIT = 100e-6  # s, unit of V4L2_CID_EXPOSURE_ABSOLUTE
+_OLDEST_STAMP_NS = 1_000_000_000  # an older driver stamp is not of the monotonic clock; chosen
+
+
+@dataclass(frozen=True)
+class DeviceSettings:
+    """Requested camera settings. width, height: px; rate: Hz; pixel_format: FOURCC; exposure: s, 0 for automatic exposure. Other
+    values of 0 or below and '' keep the camera's own. Raises BadArgument for a pixel_format that is not four letters."""
+
+    width: int = 0
+    height: int = 0
+    rate: float = -1.0
+    pixel_format: str = ''
+    exposure: float = 0.0
+
+    def __post_init__(self):
+        if len(self.pixel_format) not in (0, 4):
+            raise BadArgument(f'pixel_format: {self.pixel_format!r} is no FOURCC; give four letters as MJPG, YUYV or GREY, or none')
+
+
+class DeviceSource(Source):
+    """A V4L2 camera. device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number; clock: returns the time for the
+    stamps, ns."""
+
+    live = True
+
+    def __init__(self, device: str, settings: DeviceSettings, clock: Clock):
+        self._watch = FrameWatch()
+        self.settings = settings
+        self._device = device
+        self._clock = clock
+        self._found: VideoDevice | None = None
+        self._capture = None
+        self._exposure, self._exposure_set = settings.exposure, None
+
+    def open(self) -> None:
+        """Find the device, open it and apply the settings. Raises DeviceLost if it is missing (lists the existing devices) or busy."""
+        self.close()
+        self._found = find_device(self._device)
+        self._capture = cv2.VideoCapture(self._found.path, cv2.CAP_V4L2)
+        if not self._capture.isOpened():
+            self.close()
+            raise DeviceLost(f'device: {self._found} cannot be opened; another program may hold it, or the group "video" is missing')
+        self._set_up()
+        self._watch.begin()
+
+    def _set_up(self) -> None:
+        asked = self.settings
+        # Set the format first: it determines the available sizes and rates.
+        if asked.pixel_format:
+            self._capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*asked.pixel_format))
+        wishes = {cv2.CAP_PROP_FRAME_WIDTH: asked.width, cv2.CAP_PROP_FRAME_HEIGHT: asked.height, cv2.CAP_PROP_FPS: asked.rate}
+        for prop, value in wishes.items():
+            if value > 0:
+                self._capture.set(prop, value)
+        self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
+        self._exposure_set = None
+
+    def set_exposure(self, exposure: float) -> None:
+        """Set the exposure time, s, from the next frame on; 0: automatic. Thread-safe."""
+        self._exposure = exposure
+
+    def _expose(self) -> None:
+        exposure = self._exposure
+        if exposure == self._exposure_set:
+            return
+        self._capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, _MANUAL_EXPOSURE if exposure > 0 else _AUTO_EXPOSURE)
+        if exposure > 0:
+            self._capture.set(cv2.CAP_PROP_EXPOSURE, max(round(exposure / _EXPOSURE_UNIT), 1))
+        self._exposure_set = exposure
+
+    def read(self, wanted: bool = True) -> Frame | None:
+        """The next frame; None if not wanted (then it is not decoded). Raises DeviceLost when the camera stops, BadFrame for a corrupt
+        frame."""
+        if self._capture is not None:
+            self._expose()
+        if self._capture is None or not self._capture.grab():
+            raise DeviceLost(f'device: {self._found or self._device} stopped sending frames; check the cable (tried again by itself)')
+        stamp = stamp_of(self._captured_ns(), self._clock)
+        if not wanted:
+            return None
+        good, image = self._capture.retrieve()
+        frame = frame_of(image if good else None, f'a frame of {self._found.path}', stamp)
+        self._watch.add(frame.image)
+        return frame
+
+    @property
+    def remark(self) -> str:
+        """Warning about frozen or black images, '' without one."""
+        return self._watch.remark
+
+    def _captured_ns(self) -> int:
+        """Capture time of the grabbed frame on time.monotonic_ns(): the V4L2 stamp if it is of this clock, else the present time."""
+        now = time.monotonic_ns()
+        stamp = int(self._capture.get(cv2.CAP_PROP_POS_MSEC) * 1e6)
+        return stamp if 0 <= now - stamp < _OLDEST_STAMP_NS else now
+
+    def close(self) -> None:
+        """Release the camera."""
+        if self._capture is not None:
+            self._capture.release()
+        self._capture = None
+
+    def describe(self) -> dict:
+        """The device and its actual mode."""
+        about = {'source': 'device', 'device': self._device}
+        if self._found:
+            about.update(path=self._found.path, name=self._found.name, serial=self._found.serial, by_id=self._found.by_id)
+        if self._capture is not None:
+            about.update(width=int(self._capture.get(cv2.CAP_PROP_FRAME_WIDTH)), height=int(self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT)),
+                         rate=float(self._capture.get(cv2.CAP_PROP_FPS)), pixel_format=_fourcc(self._capture.get(cv2.CAP_PROP_FOURCC)))
+        return about
+
+
+def _fourcc(code: float) -> str:
+    return ''.join(chr(int(code) >> shift & 0xff) for shift in (0, 8, 16, 24)).strip('\0 ')

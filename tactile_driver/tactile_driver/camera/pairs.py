@@ -1,0 +1,416 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Two cameras as one source of pairs: paired by stamps, or side by side in one image."""
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+
+import numpy as np
+
+from ..errors import BadRecording, DeviceLost
+from ..frame import CameraCalibration, Frame, PairFrame
+from ..sources.capture import Capture, CaptureStatus
+from ..sources.source import NS, EndOfSource, NothingYet, Source
+
+_PAIRS = 150  # latest pairs that are measured: 5 s at 30 Hz; chosen
+_FEWEST = 10  # pairs from which there is a result; chosen
+_NS = 1e9
+
+
+class ShutterOffset:
+    """Offset of the right exposures from the left ones, from pairs of stamps.
+
+    limit_ns: largest offset, ns, at which frames are paired; used for the warning.
+    """
+
+    def __init__(self, limit_ns: float = math.inf):
+        self._limit = limit_ns
+        self._pairs: deque[tuple[int, int]] = deque(maxlen=_PAIRS)  # left stamp and offset, ns
+
+    def add(self, left_ns: int, right_ns: int, period_ns: float = math.inf) -> None:
+        """Add the stamps, ns, of two nearest frames. A leap of half a period means that they pair in another way: measuring restarts."""
+        offset = right_ns - left_ns
+        if self._pairs and (abs(offset - self._pairs[-1][1]) > period_ns / 2 or left_ns <= self._pairs[-1][0]):
+            self._pairs.clear()
+        self._pairs.append((left_ns, offset))
+
+    def numbers(self) -> dict[str, float]:
+        """shutter offset (ms) of the last pair, positive where the right camera is later; and drift (ppm), by a straight line
+        through the latest pairs; jitter (ms, standard deviation), by second differences, which drift does not touch. NaN before there are
+        enough pairs."""
+        offset, drift, jitter = self._line(list(self._pairs))
+        return {'shutter offset (ms)': 1e3 * offset, 'shutter drift (ppm)': 1e6 * drift, 'shutter jitter (ms)': 1e3 * jitter}
+
+    @property
+    def remark(self) -> str:
+        """Warning of an offset beyond the limit; '' for none."""
+        offset = abs(self._line(list(self._pairs))[0])
+        if not offset > self._limit / _NS:
+            return ''
+        return (f'the exposures of the two cameras are {1e3 * offset:.1f} ms apart, but max_skew is {self._limit / 1e6:.1f} ms: no '
+                'image_raw; set max_skew to -1 (half a frame period), or trigger the cameras')
+
+    @staticmethod
+    def _line(pairs: list[tuple[int, int]]) -> tuple[float, float, float]:
+        """Offset, s, and drift, s/s, of a least-squares line through (left stamp, offset), ns, and jitter, s; NaN for too few."""
+        if len(pairs) < _FEWEST:
+            return math.nan, math.nan, math.nan
+        # The last stamp is subtracted as an integer: stamps are too large for doubles.
+        t, offset = np.array([(stamp - pairs[-1][0], offset) for stamp, offset in pairs], float).T / _NS
+        slope, last = np.polyfit(t, offset, 1)
+        jitter = np.sqrt(np.mean(np.diff(offset, 2)**2) / 6)  # white noise has second differences of six times its variance
+        return float(last), float(slope), float(jitter)
+
+
+LEFT, RIGHT = 0, 1
+_LONGEST_QUEUE = 8  # frames of one camera that may wait for their counterparts; chosen
+_INTERVALS, _FEWEST_INTERVALS = 30, 4  # latest intervals that determine the period; how many are needed; chosen
+_SHORT = 20  # percentile of the intervals used as the period, below the median because lost frames lengthen intervals; chosen
+_BEGIN_ANEW_NS = 1_000_000_000  # a stamp further back than this restarts the pairing; chosen
+_HYSTERESIS = 0.1  # frame periods by which offsets may exceed one half before frames pair in the other way; chosen: jitter is less
+
+
+class Pairer:
+    """Pairs each frame with the nearest one of the other camera, at most max_skew_ns, ns, and half a frame period away.
+
+    max_skew_ns: negative for half a period. At a skew beyond half a period an adjacent frame would match better, and that frame may be late
+    or lost. So no pair is formed before the period is known. Near half a period, where jitter would pair a frame now with the one before
+    and now with the one after it, a hysteresis keeps the order of the last pair. nominal_ns: period reported by the cameras, ns, None if
+    unknown; the period is measured as well. unpaired: number of frames without a counterpart or out of order; shutters: offset of the
+    nearest frames, also where it is beyond max_skew_ns.
+    """
+
+    def __init__(self, max_skew_ns: int, nominal_ns: float | None = None):
+        self.unpaired = 0
+        self._max_skew, self._nominal = max_skew_ns if max_skew_ns >= 0 else np.inf, nominal_ns
+        self.shutters = ShutterOffset(self._max_skew)
+        self._skew = 0  # ns, of the last nearest frames
+        self._queues: tuple[deque[Frame], deque[Frame]] = deque(), deque()
+        self._intervals = deque(maxlen=_INTERVALS), deque(maxlen=_INTERVALS)
+        self._last: list[int | None] = [None, None]
+
+    def add(self, side: int, frame: Frame) -> None:
+        """Add the next frame of one camera (0 left, 1 right). A stamp that goes back by over a second restarts the pairing."""
+        last = self._last[side]
+        if last is not None and frame.stamp_ns <= last:
+            if last - frame.stamp_ns < _BEGIN_ANEW_NS:
+                self.unpaired += 1
+                return
+            self.clear()
+            self._last = [None, None]
+        elif last is not None:
+            self._intervals[side].append(frame.stamp_ns - last)
+        self._last[side] = frame.stamp_ns
+        self._queues[side].append(frame)
+        if len(self._queues[side]) > _LONGEST_QUEUE:
+            self._drop(side)
+
+    def waiting(self, side: int) -> int:
+        """Number of frames of one camera that wait for their counterparts."""
+        return len(self._queues[side])
+
+    def take(self, last: bool = False) -> PairFrame | None:
+        """The next pair, or None; last: no more frames will arrive, so do not wait for the period."""
+        left, right = self._queues
+        while left and right:
+            if not self._knows_period and not last:
+                return None
+            skew = right[0].stamp_ns - left[0].stamp_ns
+            if self._are_nearest(skew):
+                self._skew = skew
+                self.shutters.add(left[0].stamp_ns, right[0].stamp_ns, self.period_ns or np.inf)
+                if abs(skew) <= self._max_skew:
+                    return PairFrame(left[0], right.popleft(), left.popleft().truth)
+            self._drop(LEFT if skew > 0 else RIGHT)
+        return None
+
+    def _are_nearest(self, skew: int) -> bool:
+        """Whether no adjacent frame matches better than one with this skew, ns."""
+        period = self.period_ns
+        return period is None or abs(skew - np.sign(self._skew) * _HYSTERESIS * period) <= period / 2
+
+    def take_single(self, side: int) -> PairFrame | None:
+        """The next frame of one camera as an incomplete pair, or None; used while the other camera is lost."""
+        if not self._queues[side]:
+            return None
+        frame = self._queues[side].popleft()
+        return PairFrame(frame, None) if side == LEFT else PairFrame(None, frame)
+
+    def forget(self) -> None:
+        """Discard the waiting frames without counting them as unpaired: they are not wanted."""
+        for queue in self._queues:
+            queue.clear()
+
+    def clear(self) -> None:
+        """Discard the waiting frames and count them as unpaired."""
+        for side in (LEFT, RIGHT):
+            while self._queues[side]:
+                self._drop(side)
+
+    @property
+    def period_ns(self) -> float | None:
+        """Frame period, ns: the shortest of the nominal and the measured periods; None if unknown."""
+        seen = [float(np.percentile(intervals, _SHORT)) for intervals in self._intervals if intervals]
+        return min([*seen, *([self._nominal] if self._nominal else [])], default=None)
+
+    @property
+    def _knows_period(self) -> bool:
+        return bool(self._nominal) or max(map(len, self._intervals)) >= _FEWEST_INTERVALS
+
+    def _drop(self, side: int) -> None:
+        self._queues[side].popleft()
+        self.unpaired += 1
+
+
+NAMES = ('left', 'right')
+Calibrations = tuple[CameraCalibration | None, CameraCalibration | None]
+_MOMENT_S = 0.2  # longest wait of one read; chosen
+_SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods, and s: a camera silent for longer than both is absent; chosen
+
+
+class DualSource(Source):
+    """A source whose frames are PairFrames.
+
+    shutters: how far apart the two cameras expose; None where each pair has one stamp.
+    """
+
+    shutters: ShutterOffset | None = None
+
+    def calibrations(self) -> Calibrations:
+        """Calibrations of the left and the right camera, None where unknown; valid once open."""
+        return None, None
+
+
+class PairedSource(DualSource):
+    """Two sources of one kind, each read in its own thread; frames are paired by stamps.
+
+    left, right: not yet open; max_skew: largest stamp difference of a pair, s, negative for half a frame period (see Pairer). If one of
+    two live cameras is lost or silent, read returns incomplete pairs of the other one and remark reports it; the lost camera is reopened
+    automatically.
+    """
+
+    def __init__(self, left: Source, right: Source, max_skew: float):
+        self.live, self.on_demand = left.live, left.on_demand
+        self._sources = left, right
+        self._max_skew = int(max_skew * NS)
+        self._pairer = Pairer(self._max_skew)
+        self._captures: list[Capture] = []
+        self._changed = threading.Condition()
+        self._wanted, self._wanted_since = False, 0.0
+
+    def open(self) -> None:
+        """Open both. Raises DeviceLost if both devices are missing, BadRecording or BadArgument for an unusable recording."""
+        self.close()
+        lost = [self._open_one(source) for source in self._sources]
+        if all(lost):
+            self.close()
+            raise DeviceLost('; '.join(f'{name}: {text}' for name, text in zip(NAMES, lost)))
+        rates = [about['rate'] for about in (source.describe() for source in self._sources) if self.live and about.get('rate', 0) > 0]
+        self._pairer = Pairer(self._max_skew, min((NS / rate for rate in rates), default=None))
+        self._captures = [Capture(source, lambda: self._wanted, lambda *_: None, changed=self._changed, lost=text)
+                          for source, text in zip(self._sources, lost)]
+        for capture in self._captures:
+            capture.resume()
+
+    def _open_one(self, source: Source) -> str:
+        """Open one source. Returns '', or the reason why its device is missing."""
+        try:
+            source.open()
+        except DeviceLost as error:
+            return str(error)
+        except Exception:
+            self.close()
+            raise
+        return ''
+
+    def read(self, wanted: bool = True) -> PairFrame | None:
+        """The next pair; None if not wanted. Raises EndOfSource when one recording is over, DeviceLost when both cameras are lost,
+        NothingYet when none arrives within _MOMENT_S, and BadRecording when one of the two is no longer readable."""
+        if wanted and not self._wanted:
+            self._wanted_since = time.monotonic()
+        self._wanted = wanted
+        if not wanted:
+            return self._pass_over()
+        end = time.monotonic() + _MOMENT_S
+        while True:
+            states = [capture.status for capture in self._captures]
+            self._fetch()
+            found = self._next(states)
+            if found is not None:
+                return found
+            self._check(states)
+            left = end - time.monotonic()
+            if left <= 0:
+                raise NothingYet
+            with self._changed:
+                self._changed.wait_for(lambda: any(capture.ready for capture in self._captures), left)
+
+    def _fetch(self) -> None:
+        """Pass received frames to the pairer; of recordings only the side it needs next, so that neither runs ahead."""
+        needed = [side for side in (LEFT, RIGHT) if self.live or not self._pairer.waiting(side)] or [LEFT, RIGHT]
+        for side in needed:
+            frame = self._captures[side].take(0) if self._captures[side].ready else None
+            if frame is not None:
+                self._pairer.add(side, frame)
+
+    def _next(self, states: list[CaptureStatus]) -> PairFrame | None:
+        found = self._pairer.take(last=any(self._over(side, states[side]) for side in (LEFT, RIGHT)))
+        absent = [self._absent(state) for state in states]
+        if found is None and any(absent) and not all(absent):
+            found = self._pairer.take_single(LEFT if absent[RIGHT] else RIGHT)
+        return found
+
+    def _over(self, side: int, state: CaptureStatus) -> bool:
+        """Whether this source has ended and all its frames are consumed."""
+        return state.state == 'ended' and not self._captures[side].ready
+
+    def _absent(self, state: CaptureStatus) -> bool:
+        """Whether a camera is lost, or silent for several frame periods."""
+        if not self.live or not self._wanted:
+            return state.state == 'lost'
+        period, waited = (self._pairer.period_ns or 0) / NS, time.monotonic() - self._wanted_since
+        age = waited if math.isnan(state.age_s) else min(state.age_s, waited)
+        return state.state == 'lost' or age > max(_SHORTEST_SILENCE, _SILENCE_PERIODS * period)
+
+    def _check(self, states: list[CaptureStatus]) -> None:
+        """Raise the error that prevents further pairs, if any."""
+        if any(self._over(side, states[side]) and not self._pairer.waiting(side) for side in (LEFT, RIGHT)):
+            self._pairer.clear()
+            raise EndOfSource('the recording is over: ' + ', '.join(f'{state.received} {name}' for name, state in zip(NAMES, states)))
+        for name, state in zip(NAMES, states):
+            if state.state == 'failed':
+                raise BadRecording(f'{name}: {state.error}')
+        if all(state.state == 'lost' for state in states):
+            raise DeviceLost('; '.join(f'{name}: {state.error}' for name, state in zip(NAMES, states)))
+
+    def _pass_over(self) -> None:
+        """Wait for an unwanted frame of either source and discard it. Raises NothingYet after _MOMENT_S."""
+        self._pairer.forget()
+        before = [capture.status.received for capture in self._captures]
+        end = time.monotonic() + _MOMENT_S
+        while time.monotonic() < end:
+            states = [capture.status for capture in self._captures]
+            for capture in self._captures:
+                capture.take(0)
+            if any(state.received > count for state, count in zip(states, before)):
+                return
+            self._check(states)
+            time.sleep(0.005)
+        raise NothingYet
+
+    def set_exposure(self, exposure: float) -> None:
+        """See Source."""
+        for source in self._sources:
+            source.set_exposure(exposure)
+
+    def close(self) -> None:
+        """Close both."""
+        captures, self._captures = self._captures, []
+        for capture in captures:
+            capture.stop()
+        if not captures:
+            for source in self._sources:
+                source.close()
+
+    @property
+    def skipped(self) -> int:
+        """Number of frames of both cameras that were unpaired or dropped."""
+        return self._pairer.unpaired + sum(capture.status.dropped for capture in self._captures)
+
+    @property
+    def corrupt(self) -> int:
+        """Number of unusable frames of both cameras."""
+        return sum(capture.status.corrupt for capture in self._captures)
+
+    @property
+    def remark(self) -> str:
+        """Warnings about missing cameras and faulty images, '' without any."""
+        told = (self._told(*camera) for camera in zip(NAMES, self._captures, self._sources))
+        return '; '.join(text for text in (*told, self.shutters.remark) if text)
+
+    @property
+    def shutters(self) -> ShutterOffset:
+        """See DualSource."""
+        return self._pairer.shutters
+
+    @property
+    def truths(self) -> tuple[str, ...]:
+        """See Source; that of the left frames."""
+        return self._sources[LEFT].truths
+
+    def _told(self, name: str, capture: Capture, source: Source) -> str:
+        """Warning about one camera, '' without one."""
+        state = capture.status
+        if self._absent(state):
+            return f'no {name} camera, its half is black: ' + (state.error if state.state == 'lost' else 'it sends no frames')
+        return f'{name} camera: {source.remark}' if source.remark else ''
+
+    def describe(self) -> dict:
+        """Both sources, the rate, Hz, the number of unpaired frames, lost: the number of lost messages (topics only), idle: whether
+        neither source is read at present, and recorded: the description of the sensor in a recording."""
+        left, right = (source.describe() for source in self._sources)
+        recorded, _ = ({'recorded': about.pop('recorded')} if 'recorded' in about else {} for about in (left, right))
+        place = ' + '.join(str(about.get('path') or about.get('device') or about.get('topic')) for about in (left, right))
+        serial = ' + '.join(str(about.get('serial') or '') for about in (left, right)).strip(' +')
+        lost = {'lost': left['lost'] + right['lost']} if 'lost' in left else {}
+        return {'source': left['source'], 'path': place, 'serial': serial, 'rate': left.get('rate', -1.0), 'left': left, 'right': right,
+                'unpaired': self._pairer.unpaired, 'idle': bool(left.get('idle') and right.get('idle')), **lost, **recorded}
+
+    def calibrations(self) -> Calibrations:
+        """Calibrations of both cameras, None where unknown."""
+        return tuple(source.calibration() for source in self._sources)
+
+
+class SplitSource(DualSource):
+    """One source whose images hold both views side by side, the left view in the left half."""
+
+    def __init__(self, source: Source):
+        self.live, self.on_demand, self._source = source.live, source.on_demand, source
+
+    def open(self) -> None:
+        """Open the source; raises its errors."""
+        self._source.open()
+
+    def read(self, wanted: bool = True) -> PairFrame | None:
+        """The next frame split into halves; None if not wanted. Raises the errors of the source."""
+        frame = self._source.read(wanted)
+        if frame is None:
+            return None
+        half = frame.image.shape[1] // 2
+        return PairFrame(Frame(frame.image[:, :half], frame.stamp_ns, frame.encoding),
+                         Frame(frame.image[:, -half:], frame.stamp_ns, frame.encoding), frame.truth)
+
+    def set_exposure(self, exposure: float) -> None:
+        """See Source."""
+        self._source.set_exposure(exposure)
+
+    def close(self) -> None:
+        """Close the source."""
+        self._source.close()
+
+    @property
+    def skipped(self) -> int:
+        """Number of frames that were due but not produced."""
+        return self._source.skipped
+
+    @property
+    def truths(self) -> tuple[str, ...]:
+        """See Source."""
+        return self._source.truths
+
+    @property
+    def corrupt(self) -> int:
+        """Number of unusable frames."""
+        return self._source.corrupt
+
+    @property
+    def remark(self) -> str:
+        """Warning of the source, '' without one."""
+        return self._source.remark
+
+    def describe(self) -> dict:
+        """The description of the source, with the layout side_by_side."""
+        return {**self._source.describe(), 'layout': 'side_by_side'}

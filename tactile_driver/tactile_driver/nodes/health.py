@@ -1,0 +1,101 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The /diagnostics of a driver's node, from the state of its capture. No ROS but the levels."""
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+
+import numpy as np
+
+from .runtime.diagnostics import ERROR, OK, WARN, Health, common_values
+from ..sources.capture import CaptureStatus
+
+_RATE_TOLERANCE, _SATURATED = 0.9, 0.01  # shares of the nominal rate and of saturated samples that give a warning; chosen
+_SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods and s without a frame that are an error; chosen
+_FEW = 0.05  # share of skipped frames that is not reported: other work of the machine for a moment; chosen
+_WINDOW_S = 4.0  # span of a meter's rate and shares; chosen
+_STATES = {'paused': 'ready, not active', 'ended': 'the recording is over; clean up and configure to play it again'}
+#: what of a source's description is reported as it is, under its name or another one
+_COUNTS = {'lost': 'lost frames', **{name: name for name in ('unpaired', 'crc errors', 'refused frames', 'garbage bytes', 'missing frames',
+                                                             'missing samples', 'resets')}}
+
+
+class SampleMeter:
+    """Counts the samples of the last seconds. saturation: V, from which an output is saturated."""
+
+    def __init__(self, saturation: float):
+        self._saturation = saturation
+        self.samples = self.saturated = 0
+        self._recent: deque[tuple[float, int, int]] = deque()  # monotonic s, samples, saturated ones
+
+    def add(self, volts: np.ndarray) -> None:
+        """Count samples (N, 4), V."""
+        now, high = time.monotonic(), int((volts >= self._saturation).any(axis=1).sum())
+        self.samples += len(volts)
+        self.saturated += high
+        self._recent.append((now, len(volts), high))
+        while now - self._recent[0][0] > _WINDOW_S:
+            self._recent.popleft()
+
+    def _lately(self) -> list[tuple[float, int, int]]:
+        """The entries that are in the window now."""
+        now = time.monotonic()
+        return [each for each in list(self._recent) if now - each[0] <= _WINDOW_S]
+
+    @property
+    def rate(self) -> float:
+        """Samples per second over the window; NaN until known."""
+        recent = self._lately()
+        seconds = recent[-1][0] - recent[0][0] if len(recent) > 2 else 0.0
+        return sum(count for _, count, _ in recent[1:]) / seconds if seconds > 0 else math.nan
+
+    @property
+    def saturated_part(self) -> float:
+        """Share of saturated samples in the window, 0 to 1."""
+        recent = self._lately()
+        return sum(high for *_, high in recent) / max(sum(count for _, count, _ in recent), 1)
+
+
+def unconfigured_health(problem: str, retrying: bool) -> Health:
+    """The health of a node without a source. problem: why, '' before the first attempt; retrying: whether the node tries again."""
+    if not problem:
+        return Health(OK, 'not configured yet', common_values('unconfigured'))
+    what = problem + ('; the node retries' if retrying else '')
+    return Health(ERROR, what, {**common_values('unconfigured'), 'last error': problem})
+
+
+def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str, slow: str = '', meter: SampleMeter | None = None) -> Health:
+    """The health of a node with an open source. about: the source's description; live: whether it runs by itself; remark: a warning, '';
+    slow: why a device may be slow, with a comma after it; meter: of a source of samples, whose rate is that of the samples."""
+    nominal, rate = float(about.get('rate', 0) or 0), status.rate if meter is None else meter.rate
+    values = {**common_values(status.state, rate, status.age_s, status.dropped), 'source': about.get('source', ''),
+              'device': about.get('path') or about.get('device', ''), 'serial': about.get('serial', ''),
+              'nominal rate (Hz)': nominal if nominal > 0 else math.nan, 'frames': status.received, 'corrupt': status.corrupt,
+              'last error': status.error, **{shown: about[name] for name, shown in _COUNTS.items() if name in about}}
+    if meter is not None:
+        values |= {'samples': meter.samples, 'saturated (%)': 100 * meter.saturated_part, 'messages': values.pop('frames')}
+    level, message = _judged(status, rate, nominal, live, bool(about.get('idle')), remark, slow if about.get('source') == 'device' else '')
+    if level == OK and status.state == 'running' and meter is not None and meter.saturated_part > _SATURATED:
+        level, message = WARN, f'{100 * meter.saturated_part:.0f} % of the samples are saturated; reduce the light or the amplifier gain'
+    return Health(WARN, remark, values) if level == OK and remark else Health(level, message, values)
+
+
+def _judged(status: CaptureStatus, rate: float, nominal: float, live: bool, idle: bool, remark: str, slow: str) -> tuple[bytes, str]:
+    if status.state in ('lost', 'failed'):
+        return ERROR, status.error
+    if status.state != 'running':
+        return OK, _STATES[status.state]
+    if status.failing:
+        return ERROR, status.error
+    if idle:
+        return OK, 'nobody subscribes'
+    if live and status.age_s > max(_SHORTEST_SILENCE, _SILENCE_PERIODS / max(nominal, 1.0)):
+        return ERROR, remark or f'no frame for {status.age_s:.1f} s; check the sensor and its cable'
+    if live and nominal > 0 and rate < _RATE_TOLERANCE * nominal:
+        return WARN, f'{rate:.1f} Hz instead of {nominal:.1f} Hz: {slow}a busy machine'
+    if status.left_out > _FEW:
+        return WARN, (f'{100 * status.left_out:.0f} % of the frames are skipped: this machine is too slow; lower the rate, choose a faster '
+                      'method or end other programs')
+    return OK, 'waiting for the first frame' if math.isnan(rate) else f'{rate:.1f} Hz'

@@ -1,0 +1,153 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A PSD finger: on a serial port, with light that may be switched from sample to sample; and simulated."""
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..errors import BadArgument
+from ..samples import CHANNELS, SampleBlock
+from ..simulation.psd.scene import open_psd_scene
+from ..sources.source import NS, Clock, EvenPace, SceneSource, stamp_of, wait_until
+from .clock import SampleAssembler
+from .frames import SAMPLES, BinaryReader, Expected, LineReader
+from .port import FrameReader, SerialSource
+
+
+class Demodulator:
+    """Net voltages of the samples with light: each less the mean of its two dark neighbours, which cancels light that is constant or
+    changes evenly. saturation: V, from which an output keeps its voltage, so that it is still seen to be saturated.
+
+    missing: number of samples with light that lacked a dark neighbour.
+    """
+
+    def __init__(self, saturation: float):
+        self._saturation = saturation
+        self._kept, self._next_ns = np.zeros((0, CHANNELS + 1), np.float32), 0.0
+        self.missing = 0
+
+    def net(self, block: SampleBlock) -> list[SampleBlock]:
+        """Blocks of net samples (M, 4) of a block with volts (N, 5), whose last column is above 0 where the light is on. The last sample
+        waits for its dark neighbour in the next block."""
+        period_ns = 1e9 * block.period_s
+        if not abs(block.stamp_ns - self._next_ns) < 0.5 * period_ns:  # samples are missing, or the period is not known yet
+            self._kept = self._kept[:0]
+        rows = np.concatenate([self._kept, block.volts])
+        begin_ns = block.stamp_ns - len(self._kept) * (period_ns if len(self._kept) else 0.0)
+        lit, known = rows[:, CHANNELS] > 0, len(self._kept)
+        self._kept, self._next_ns = rows[-2:], block.stamp_ns + len(block.volts) * period_ns
+        used = np.flatnonzero(lit[1:-1] & ~lit[:-2] & ~lit[2:]) + 1
+        self.missing += max(int(lit[max(known - 1, 0):-1].sum()) - len(used), 0)
+        if not len(used) or not period_ns > 0:
+            return []
+        bright, dark = rows[used, :CHANNELS], 0.5 * (rows[used - 1, :CHANNELS] + rows[used + 1, :CHANNELS])
+        net = np.where(bright >= self._saturation, bright, bright - dark)
+        runs = np.split(np.arange(len(used)), np.flatnonzero(np.diff(used) != 2) + 1)
+        return [SampleBlock(net[run], round(begin_ns + used[run[0]] * period_ns), 2 * block.period_s) for run in runs]
+
+
+_LONGEST_POLL_S = 0.01  # Linux buffers 4 KB of unread input: 10 ms at 400 KB/s
+_DEAF_BYTES = 4096  # so many bytes without a frame mean a wrong format or baud rate; chosen
+
+FORMATS = ('binary', 'csv')
+
+
+@dataclass(frozen=True)
+class SerialSettings:
+    """format: one of FORMATS; baud: bit/s; full_scale: of the converter, V; bits: of the converter, for CSV; batch_period: s; modulation:
+    whether a fifth column tells if the finger's light is on; saturation: V, see Demodulator."""
+
+    format: str
+    baud: int
+    full_scale: float
+    bits: int
+    batch_period: float
+    modulation: bool = False
+    saturation: float = 4.9
+
+
+class PsdSerialSource(SerialSource):
+    """A PSD finger. device: see serial_port.find_port; clock: ns for the stamps."""
+
+    def __init__(self, device: str, settings: SerialSettings, clock: Clock):
+        if settings.format not in FORMATS:
+            raise BadArgument(f'format: {settings.format!r} is unknown; choose one of {", ".join(FORMATS)}')
+        self._settings, self._missing, self._resets = settings, 0, 0
+        self._columns = CHANNELS + settings.modulation
+        self._assembler = SampleAssembler(settings.full_scale)
+        self._demodulator = Demodulator(settings.saturation) if settings.modulation else None
+        super().__init__(device, settings.baud, clock, _DEAF_BYTES)
+
+    def _new_reader(self) -> FrameReader:
+        return BinaryReader(Expected(SAMPLES, columns=self._columns), self._counts) if self._settings.format == 'binary' \
+            else LineReader(self._columns, self._settings.bits, self._counts)
+
+    def _begin(self) -> None:
+        super()._begin()
+        self._missing, self._resets = self._missing + self._assembler.missing, self._resets + self._assembler.clock.resets
+        self._assembler = SampleAssembler(self._settings.full_scale)
+        self._pace = EvenPace(1 / min(self._settings.batch_period, _LONGEST_POLL_S), skip=True)
+        self._waiting, self._due_s = [], 0.0
+
+    @property
+    def skipped(self) -> int:
+        """Number of samples lost in transmission."""
+        return self._missing + self._assembler.missing
+
+    def _poll(self) -> None:
+        """Read the port; make blocks once per batch_period."""
+        wait_until(self._pace.next())
+        frames, arrived_ns = self._received()
+        self._waiting += frames
+        if not self._waiting or arrived_ns * 1e-9 < self._due_s:
+            return
+        self._due_s = arrived_ns * 1e-9 + self._settings.batch_period - 0.5 * min(self._settings.batch_period, _LONGEST_POLL_S)
+        frames, self._waiting = self._waiting, []
+        offset = stamp_of(arrived_ns, self._clock) - arrived_ns
+        blocks = self._assembler.assemble(frames, arrived_ns)
+        if self._demodulator is not None:
+            blocks = [net for block in blocks for net in self._demodulator.net(block)]
+        self._ready = [replace(block, stamp_ns=max(block.stamp_ns + offset, 0)) for block in blocks]
+
+    def describe(self) -> dict:
+        """The port and its error counts."""
+        about = super().describe()
+        unpaired = {'samples without a dark neighbour': self._demodulator.missing} if self._demodulator is not None else {}
+        return about | unpaired | {'format': self._settings.format, 'missing samples': self.skipped,
+                        'resets': about['resets'] + self._resets + self._assembler.clock.resets}
+
+    def _deafness(self) -> str:
+        return f'bytes come from {self._port.path}, but no frames: check parameters baud and format'
+
+
+class PsdSimulatedSource(SceneSource):
+    """A scene of the simulated finger; a step is a sample. batch_period: s of samples per block, returned when its last sample is due; the
+    rest as in SceneSource.
+    """
+
+    truths = ('contacts',)
+    usual_rate = 1000.0
+    longest_leap = 5
+
+    def __init__(self, scene: str, rate: float, seed: int, batch_period: float, clock: Clock):
+        super().__init__(scene, rate, seed, clock, max(round(batch_period * self.rate_of(rate)), 1))
+
+    def _open_scene(self):
+        return open_psd_scene(self._name, self.rate, self._seed)
+
+    def _make(self, number: int):
+        counts, truth = self._scene.play(number, self._count)
+        electronics = self._scene.electronics
+        return counts.astype(np.float32) * np.float32(electronics.full_scale / 2**electronics.bits), truth
+
+    def _handed_over(self, made, due_ns: int) -> SampleBlock:
+        volts, truth = made
+        first = due_ns - round((self._count - 1) / self.rate * NS)
+        return SampleBlock(volts, self._stamp(min(first, time.monotonic_ns())), 1 / self.rate, truth)
+
+    def describe(self) -> dict:
+        """The scene, its seed and rate."""
+        return super().describe() | {'device': 'simulated psd_finger'}

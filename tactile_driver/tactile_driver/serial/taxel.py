@@ -1,0 +1,161 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A taxel array: on a serial port, in a file without ROS (.npz, .npy, .csv), and simulated."""
+from __future__ import annotations
+
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from ..errors import BadArgument, BadRecording
+from ..frame import Frame
+from ..matrix import matrix_frame
+from ..simulation.taxel.scene import open_taxel_scene
+from ..sources.source import NS, Clock, EndOfSource, EvenPace, SceneSource, Source, StampPace, stamp_of, wait_until
+from .clock import DeviceClock
+from .frames import MATRIX, BinaryReader, CountFrame, Expected
+from .port import FrameReader, SerialSource
+
+_DEAF_BYTES = 65536  # so many bytes without a frame mean a wrong size or baud rate; chosen
+
+
+class TaxelSerialSource(SerialSource):
+    """A taxel array. device: see serial_port.find_port; shape: (rows, columns); clock: ns for the stamps."""
+
+    def __init__(self, device: str, baud: int, shape: tuple[int, int], clock: Clock):
+        self._shape = shape
+        super().__init__(device, baud, clock, _DEAF_BYTES)
+
+    def _new_reader(self) -> FrameReader:
+        return BinaryReader(Expected(MATRIX, *self._shape), self._counts)
+
+    def _begin(self) -> None:
+        super()._begin()
+        self._device_clock = DeviceClock()
+
+    @property
+    def skipped(self) -> int:
+        """Number of frames lost in transmission."""
+        return self._counts.missing
+
+    def _poll(self) -> None:
+        frames, arrived_ns = self._received()
+        if frames:
+            stamps = self._device_clock.to_host([frame.time_us for frame in frames], arrived_ns)
+            self._ready = list(zip(frames, stamps))
+
+    def _delivered(self, found: tuple[CountFrame, int]) -> Frame:
+        frame, stamp_ns = found
+        return matrix_frame(frame.values, self._shape, stamp_of(stamp_ns, self._clock), f'frame {frame.sequence}')
+
+    def describe(self) -> dict:
+        """The port and its error counts."""
+        about = super().describe()
+        return about | {'resets': about['resets'] + self._device_clock.resets}
+
+    def _deafness(self) -> str:
+        return f'bytes come from {self._port.path}, but no frames of {self._shape[0]} x {self._shape[1]}: check rows, columns and baud'
+
+
+_RATE = 100.0  # Hz of a recording without times; that of the simulated array
+_TIMES = {'t': 1.0, 'stamps': 1.0, 't_ms': 1e-3}  # name of the times in an .npz: their unit, s
+
+
+class TaxelFileSource(Source):
+    """path: .npz with an array (frames, rows, columns) and maybe times t, stamps (s) or t_ms; .npy with such an array; .csv with a line a
+    frame, row-major in the given shape, optionally preceded by its time (s).
+
+    array: its name in an .npz with several; rate: Hz; -1: the recorded times (100 Hz without); 0: as fast as consumed; loop: restart at the
+    end; shape: (rows, columns); clock: ns for the stamps.
+    """
+
+    def __init__(self, path: str, array: str, rate: float, loop: bool, shape: tuple[int, int], clock: Clock):
+        if not path:
+            raise BadArgument('path: source file needs a .npz, .npy or .csv file')
+        self.on_demand = rate == 0
+        self._path, self._array, self._rate, self._loop, self._shape = Path(path).expanduser(), array, rate, loop, shape
+        self._clock = clock
+        self._values = self._times = self._pace = None
+        self._next = 0
+
+    def open(self) -> None:
+        """Read the file. Raises BadRecording if it is missing, broken or holds no frames."""
+        readers = {'.npz': self._read_npz, '.npy': self._read_npy, '.csv': self._read_csv}
+        if self._path.suffix not in readers:
+            raise BadRecording(f'path: {self._path} is none of {", ".join(readers)}')
+        try:
+            self._values, self._times = readers[self._path.suffix]()
+        except (OSError, ValueError, BadZipFile) as error:
+            raise BadRecording(f'path: {self._path} cannot be read: {error}') from error
+        if self._values.ndim != 3 or not len(self._values) or self._values.dtype.kind not in 'uifb':
+            raise BadRecording(f'path: {self._path} holds an array of shape {self._values.shape}; frames, rows, columns are needed')
+        if self._times is not None and len(self._times) != len(self._values):
+            raise BadRecording(f'path: {self._path} holds {len(self._values)} frames but {len(self._times)} times')
+        self._pace = EvenPace(self._rate if self._rate > 0 else _RATE, skip=False) if self._rate > 0 or self._times is None else StampPace()
+        self._next = 0
+
+    def _read_npz(self) -> tuple[np.ndarray, np.ndarray | None]:
+        with np.load(self._path) as stored:
+            found = [name for name in stored.files if stored[name].ndim == 3]
+            wanted = [name for name in found if self._array in ('', name)]
+            if len(wanted) != 1:
+                raise BadRecording(f'path: {self._path} holds the arrays {", ".join(found) or "none of frames"}; name one as topic')
+            times = next((stored[name] * unit for name, unit in _TIMES.items() if name in stored.files), None)
+            return stored[wanted[0]], times
+
+    def _read_npy(self) -> tuple[np.ndarray, None]:
+        return np.load(self._path), None
+
+    def _read_csv(self) -> tuple[np.ndarray, np.ndarray | None]:
+        table = np.loadtxt(self._path, delimiter=',', ndmin=2)
+        count = self._shape[0] * self._shape[1]
+        if table.shape[1] not in (count, count + 1):
+            raise BadRecording(f'path: {self._path} has {table.shape[1]} numbers a row; {self._shape[0]} x {self._shape[1]} taxels have '
+                               f'{count}, and a time before them one more')
+        values = table[:, -count:].reshape(-1, *self._shape)
+        return values, table[:, 0] if table.shape[1] > count else None
+
+    def read(self, wanted: bool = True) -> Frame | None:
+        """The next frame, when it is due. Raises EndOfSource, or BadFrame for one that cannot be published."""
+        if self._values is None or self._next >= len(self._values) and not self._loop:
+            raise EndOfSource(f'{self._path} is over')
+        self._next %= len(self._values)
+        number, self._next = self._next, self._next + 1
+        due = 0
+        if not self.on_demand:
+            due = self._pace.next() if isinstance(self._pace, EvenPace) else self._pace.next(round(float(self._times[number]) * NS))
+            wait_until(due)
+        if not wanted:
+            return None
+        stamp = stamp_of(due, self._clock) if due else self._clock()
+        return matrix_frame(self._values[number], self._shape, stamp, f'frame {number} of {self._path}')
+
+    def close(self) -> None:
+        """Drop the data."""
+        self._values = None
+
+    def describe(self) -> dict:
+        """The path and the rate (-1: as recorded)."""
+        return {'source': 'file', 'path': str(self._path), 'topic': self._array, 'rate': self._rate, 'loop': self._loop}
+
+
+class TaxelSimulatedSource(SceneSource):
+    """A scene of the simulated array; a step is a frame. Parameters as in SceneSource."""
+
+    usual_rate = 100.0
+    longest_leap = 5
+
+    def _open_scene(self):
+        return open_taxel_scene(self._name, self.rate, self._seed)
+
+    def _make(self, number: int):
+        return self._scene.render(number / self.rate)
+
+    def _handed_over(self, made, due_ns: int) -> Frame:
+        values, truth = made
+        return matrix_frame(values, (0, 0), self._stamp(due_ns), 'the simulated frame', truth)
+
+    def describe(self) -> dict:
+        """The scene, its seed and rate."""
+        return super().describe() | {'device': 'simulated taxel_array'}

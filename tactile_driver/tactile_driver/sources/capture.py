@@ -1,0 +1,287 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A thread that reads a source: the newest frames of a live one, every frame of a recording; it reopens a lost device."""
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from ..errors import BadFrame, DeviceLost, TactileError
+from ..frame import Frame, PairFrame
+from .source import EndOfSource, NothingYet, Source
+
+_LONGEST_S = 0.05  # a frame that waits longer while newer ones exist is late; chosen
+_HICCUP_S = 1.0  # frames that are late for less are still delivered; chosen
+_WINDOW_S = 4.0  # span of share_left_out; chosen
+_RECENT = 2000  # frames: over _WINDOW_S at 500 Hz
+
+
+class FrameQueue:
+    """Up to keep frames; not thread-safe. left_out: number of frames skipped; waited_s: waiting time of the last frame taken, s."""
+
+    def __init__(self, keep: int):
+        self._keep = keep
+        self._frames: deque[tuple[float, object]] = deque()
+        self.left_out, self.waited_s = 0, 0.0
+        self._late_s = self._last_late_s = -math.inf  # first and last time that frames were late
+        self._passed: deque[tuple[float, bool]] = deque(maxlen=_RECENT)  # monotonic s, whether it was taken
+
+    def __len__(self) -> int:
+        return len(self._frames)
+
+    def add(self, frame: object) -> None:
+        """Append a frame; the oldest ones make room for it."""
+        while len(self._frames) >= self._keep:
+            self._leave_out()
+        self._frames.append((time.monotonic(), frame))
+
+    def take(self) -> object | None:
+        """The oldest frame, None if there is none. If frames have been late for long: the oldest that is not late, or the newest."""
+        now = time.monotonic()
+        while self._is_late(now) and now - self._late_s > _HICCUP_S:
+            self._leave_out()
+        if not self._frames:
+            return None
+        self._passed.append((now, True))
+        came, frame = self._frames.popleft()
+        self.waited_s = now - came
+        return frame
+
+    def _is_late(self, now: float) -> bool:
+        """Whether the oldest frame is late."""
+        late = len(self._frames) > 1 and now - self._frames[0][0] > _LONGEST_S
+        if late:
+            self._late_s = now if now - self._last_late_s > _HICCUP_S else self._late_s
+            self._last_late_s = now
+        return late
+
+    def clear(self) -> None:
+        """Drop all frames."""
+        self._frames.clear()
+
+    @property
+    def share_left_out(self) -> float:
+        """Share of the last seconds' frames that were skipped, 0 to 1."""
+        now = time.monotonic()
+        recent = [taken for passed, taken in self._passed if now - passed < _WINDOW_S]
+        return recent.count(False) / len(recent) if recent else 0.0
+
+    def _leave_out(self) -> None:
+        self._frames.popleft()
+        self.left_out += 1
+        self._passed.append((time.monotonic(), False))
+
+
+_IDLE_S = 0.02  # poll period while there is nothing to read; chosen
+_RATE_WINDOW = 120  # frames over which the rate is measured; chosen
+_OTHER_SIZE_S = 0.3  # frames of another size for this long are permanent; chosen
+_LOG_AGAIN_S = 10.0  # time without bad frames after which the next one is logged; chosen
+
+
+class Backoff:
+    """Waiting times that double from first to last, s, until reset. The defaults reopen a device within a second of being plugged in."""
+
+    def __init__(self, first: float = 0.1, last: float = 0.5):
+        self._first, self._last = first, last
+        self._next = first
+
+    def next(self) -> float:
+        """The next waiting time, s."""
+        wait, self._next = self._next, min(2 * self._next, self._last)
+        return wait
+
+    def reset(self) -> None:
+        """Restart with the first waiting time."""
+        self._next = self._first
+
+
+@dataclass(frozen=True)
+class CaptureStatus:
+    """State and counts of a capture.
+
+    state: running, paused, lost, ended or failed; received, dropped (not delivered), corrupt: numbers of frames; rate: as measured, Hz, NaN
+    until known; age_s: since the newest frame, NaN before the first; error: message of the last failure, kept after recovery; failing:
+    whether the newest frame could not be used; left_out: share of the last seconds' frames that were skipped because nobody took them.
+    """
+
+    state: str
+    received: int
+    dropped: int
+    corrupt: int
+    rate: float
+    age_s: float
+    error: str
+    failing: bool = False
+    left_out: float = 0.0
+
+
+class Capture:
+    """Reads an open source in a thread of its own.
+
+    source: opened by the caller, closed by stop; wanted: returns whether frames are wanted; report: called with (level 'error' or 'info',
+    text) on a failure and its end; backoff: waiting times for a lost device; changed: notified of each frame, to wait for several captures
+    at once; lost: why the source is not open yet, ''; keep: number of newest frames of a live source that wait to be taken.
+    """
+
+    def __init__(self, source: Source, wanted: Callable[[], bool], report: Callable[[str, str], None], backoff: Backoff | None = None,
+                 changed: threading.Condition | None = None, lost: str = '', keep: int = 1):
+        self._source, self._wanted, self._report, self._backoff = source, wanted, report, backoff or Backoff()
+        self._slot = FrameQueue(keep)
+        self._changed = changed or threading.Condition()
+        self._stopped = threading.Event()
+        self._active = threading.Event()
+        self._arrivals: deque[float] = deque(maxlen=_RATE_WINDOW)
+        self._status = CaptureStatus('lost' if lost else 'paused', 0, 0, 0, float('nan'), float('nan'), lost)
+        self._bad = 0
+        self._last_bad_s = -math.inf
+        self._sizes, self._begun, self._other_since_s = {}, False, None
+        self._thread = threading.Thread(target=self._run, name='capture', daemon=True)
+        self._thread.start()
+
+    def resume(self) -> None:
+        """Deliver frames from now on."""
+        self._active.set()
+
+    def pause(self) -> None:
+        """Deliver nothing. A recording stands still; a live source is read on and its frames are dropped."""
+        self._active.clear()
+        with self._changed:
+            self._slot.clear()
+            self._arrivals.clear()
+            self._changed.notify_all()
+
+    def stop(self) -> None:
+        """End the thread and close the source."""
+        self._stopped.set()
+        with self._changed:
+            self._changed.notify_all()
+        self._thread.join(timeout=5.0)
+        self._source.close()
+
+    @property
+    def ready(self) -> bool:
+        """Whether a frame waits."""
+        return bool(self._slot)
+
+    def take(self, timeout: float) -> Frame | PairFrame | None:
+        """The next frame, or None after timeout s without one."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._slot or self._stopped.is_set(), timeout)
+            frame = self._slot.take()
+            self._changed.notify_all()
+        return frame
+
+    @property
+    def waited_s(self) -> float:
+        """Waiting time of the last frame taken, s."""
+        return self._slot.waited_s
+
+    @property
+    def status(self) -> CaptureStatus:
+        """The present state and counts."""
+        with self._changed:
+            arrivals, left_out = list(self._arrivals), self._slot.share_left_out
+        now = time.monotonic()
+        # Only the last 4 s count (chosen): the rate of a stopped camera falls to 0.
+        recent = [t for t in arrivals if now - t < 4.0]
+        rate = (len(recent) - 1) / (recent[-1] - recent[0]) if len(recent) > 2 else float('nan') if not arrivals else 0.0
+        return replace(self._status, rate=rate, age_s=now - arrivals[-1] if arrivals else float('nan'),
+                       dropped=self._slot.left_out + self._source.skipped,
+                       left_out=left_out, corrupt=self._bad + self._source.corrupt)
+
+    def _set(self, **changes) -> None:
+        self._status = replace(self._status, **changes)
+
+    def _run(self) -> None:
+        while not self._stopped.is_set():
+            if self._status.state == 'lost':
+                self._reopen()
+            elif self._status.state in ('ended', 'failed') or not self._due():
+                self._stopped.wait(_IDLE_S)
+            else:
+                self._read_one()
+
+    def _due(self) -> bool:
+        """Whether to read the source now."""
+        active = self._active.is_set()
+        if self._status.state in ('running', 'paused'):
+            self._set(state='running' if active else 'paused')
+        # A recording starts with the first subscriber: the perception needs its untouched start as reference.
+        self._begun = self._begun or (active and self._wanted())
+        return self._source.live or (active and (self._wanted() or (self._begun and not self._source.on_demand)))
+
+    def _read_one(self) -> None:
+        try:
+            frame = self._source.read(self._active.is_set() and self._wanted())
+            if frame is not None:
+                self._check_size(frame)
+        except NothingYet:
+            return
+        except EndOfSource as end:
+            self._set(state='ended')
+            self._report('info', str(end))
+        except BadFrame as error:
+            self._spoilt(error)
+        except DeviceLost as error:
+            self._failed(error, 'lost')
+        except Exception as error:  # anything else would end the thread silently
+            self._failed(error, 'failed')
+        else:
+            self._arrived(frame)
+
+    def _spoilt(self, error: BadFrame) -> None:
+        """Count a frame that cannot be used; log the first of many."""
+        now = time.monotonic()
+        if now - self._last_bad_s > _LOG_AGAIN_S:
+            self._report('error', str(error))
+        self._bad, self._last_bad_s = self._bad + 1, now
+        self._set(error=str(error), failing=True)
+
+    def _failed(self, error: Exception, state: str) -> None:
+        text = str(error) if isinstance(error, TactileError) else f'reading failed: {error!r}; clean up and configure again'
+        self._report('error', text)
+        self._set(error=text, state=state)
+
+    def _check_size(self, frame: Frame | PairFrame) -> None:
+        """Raise BadFrame for a frame of another size than the first, and DeviceLost if a live source sends only such frames: reopening sets
+        the requested size again or adopts the camera's."""
+        for view, size in frame.sizes.items():
+            first = self._sizes.setdefault(view, size)
+            if size != first:
+                name = f'{view} frame' if view else 'frame'
+                what = f'a {name} of {size[0]} x {size[1]} px among frames of {first[0]} x {first[1]} px'
+                self._other_since_s = self._other_since_s or time.monotonic()
+                if self._source.live and time.monotonic() - self._other_since_s > _OTHER_SIZE_S:
+                    raise DeviceLost(f'{what}, and no others any more; the device is set up anew')
+                raise BadFrame(f'{what}; it is skipped')
+        self._other_since_s = None
+
+    def _arrived(self, frame: Frame | PairFrame | None) -> None:
+        self._backoff.reset()
+        with self._changed:
+            self._arrivals.append(time.monotonic())
+            self._status = replace(self._status, received=self._status.received + 1, failing=False)
+            if frame is None or not self._active.is_set():
+                return
+            if not self._source.live:
+                self._changed.wait_for(lambda: not self._slot or self._stopped.is_set() or not self._active.is_set())
+            self._slot.add(frame)
+            self._changed.notify_all()
+
+    def _reopen(self) -> None:
+        if self._stopped.wait(self._backoff.next()):
+            return
+        try:
+            self._source.open()
+        except DeviceLost as error:
+            self._set(error=str(error))
+        except TactileError as error:
+            self._failed(error, 'failed')
+        else:
+            self._sizes, self._other_since_s = {}, None
+            self._set(state='running', failing=False)
+            self._report('info', f'device is back: {self._source.describe()}')

@@ -1,0 +1,262 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A V4L2 camera: found, set up, read, lost and watched."""
+
+import time
+
+import cv2
+import numpy as np
+import pytest
+from tactile_driver.camera import device, device as frozen_frames
+from tactile_driver.camera.device import DeviceSettings, DeviceSource, FrameWatch, VideoDevice, find_device, list_devices
+from tactile_driver.errors import BadArgument, BadFrame, DeviceLost
+
+PAD = VideoDevice('/dev/video3', 'Pad', 'A111', 'usb-Pad_A111-video-index0', True)
+
+
+class FakeCapture:
+    """A cv2.VideoCapture whose camera can be pulled out."""
+
+    plugged = True
+    opened = None
+    age_ns = 4_000_000
+
+    def __init__(self, path, _backend):
+        type(self).opened = self
+        self.path, self.asked, self.retrieved = path, [], 0
+        self.image = np.full((48, 64, 3), 50, np.uint8)
+
+    def isOpened(self):  # noqa: N802
+        return self.plugged
+
+    def set(self, prop, value):
+        self.asked.append((prop, value))
+        return True
+
+    def get(self, prop):
+        if prop == cv2.CAP_PROP_POS_MSEC:
+            return (time.monotonic_ns() - self.age_ns) / 1e6
+        return {cv2.CAP_PROP_FRAME_WIDTH: 64, cv2.CAP_PROP_FRAME_HEIGHT: 48, cv2.CAP_PROP_FPS: 30.0,
+                cv2.CAP_PROP_FOURCC: cv2.VideoWriter_fourcc(*'MJPG')}[prop]
+
+    def grab(self):
+        return self.plugged
+
+    def retrieve(self):
+        self.retrieved += 1
+        return self.image is not None, self.image
+
+    def release(self):
+        pass
+
+
+@pytest.fixture
+def fake(monkeypatch):
+    """FakeCapture in place of OpenCV's, plugged in."""
+    monkeypatch.setattr(FakeCapture, 'plugged', True)
+    monkeypatch.setattr(device.cv2, 'VideoCapture', FakeCapture)
+    monkeypatch.setattr(device, 'find_device', lambda _wanted: PAD)
+    return FakeCapture
+
+
+def opened(settings=None):
+    source = DeviceSource('A111', settings or DeviceSettings(), time.time_ns)
+    source.open()
+    return source
+
+
+def test_settings_are_asked_for_the_format_first(fake):
+    opened(DeviceSettings(1280, 720, 60.0, 'MJPG', 0.005)).read()
+    asked = fake.opened.asked
+    assert fake.opened.path == '/dev/video3'
+    assert asked[0] == (cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*'MJPG'))
+    assert asked[1:4] == [(cv2.CAP_PROP_FRAME_WIDTH, 1280), (cv2.CAP_PROP_FRAME_HEIGHT, 720), (cv2.CAP_PROP_FPS, 60.0)]
+    assert asked[-2:] == [(cv2.CAP_PROP_AUTO_EXPOSURE, 1), (cv2.CAP_PROP_EXPOSURE, 50)]
+
+
+def test_exposure_changes_while_frames_are_read(fake):
+    source = opened()
+    source.read()
+    source.set_exposure(0.01)
+    source.read()
+    assert fake.opened.asked[-1] == (cv2.CAP_PROP_EXPOSURE, 100)
+
+
+def test_the_stamp_is_the_drivers_own(fake):
+    frame = opened().read()
+    assert time.time_ns() - frame.stamp_ns == pytest.approx(4_000_000, abs=3_000_000)
+    assert (frame.encoding, frame.image.shape) == ('bgr8', (48, 64, 3))
+
+
+@pytest.mark.parametrize('age_ns', [3_000_000_000, -50_000_000])
+def test_a_stamp_of_another_clock_is_not_believed(fake, monkeypatch, age_ns):
+    monkeypatch.setattr(FakeCapture, 'age_ns', age_ns)
+    before = time.time_ns()
+    stamp = opened().read().stamp_ns
+    assert before - 1_000_000 <= stamp <= time.time_ns() + 1_000_000
+
+
+def test_unwanted_frames_are_not_decoded(fake):
+    source = opened()
+    assert source.read(wanted=False) is None
+    assert fake.opened.retrieved == 0
+
+
+def test_a_frame_that_cannot_be_decoded_is_bad(fake):
+    source = opened()
+    fake.opened.image = None
+    with pytest.raises(BadFrame, match='/dev/video3'):
+        source.read()
+
+
+def test_what_no_camera_sends_that_works_is_remarked(fake, monkeypatch):
+    monkeypatch.setattr(frozen_frames, '_FROZEN_S', 0.05)
+    source = opened()
+    source.read()
+    assert source.remark == ''
+    time.sleep(0.1)
+    source.read()
+    assert 'repeated one picture' in source.remark
+    fake.opened.image[0] += 1
+    source.read()
+    assert source.remark == ''
+
+
+def test_pulled_out_and_plugged_in_again(fake, monkeypatch):
+    source = opened()
+    monkeypatch.setattr(FakeCapture, 'plugged', False)
+    with pytest.raises(DeviceLost, match='stopped sending'):
+        source.read()
+    with pytest.raises(DeviceLost, match='cannot be opened'):
+        source.open()
+    with pytest.raises(DeviceLost):
+        source.read()
+    monkeypatch.setattr(FakeCapture, 'plugged', True)
+    source.open()
+    assert source.read().image.shape == (48, 64, 3)
+
+
+def test_description_tells_the_mode_that_runs(fake):
+    about = opened().describe()
+    assert about['serial'] == 'A111' and about['path'] == '/dev/video3'
+    assert (about['width'], about['height'], about['rate'], about['pixel_format']) == (64, 48, 30.0, 'MJPG')
+
+
+def test_a_pixel_format_that_is_none_is_refused():
+    with pytest.raises(BadArgument, match="pixel_format: 'JPEG2'"):
+        DeviceSettings(pixel_format='JPEG2')
+
+
+@pytest.mark.hardware
+def test_a_real_camera():
+    source = DeviceSource('0', DeviceSettings(), time.time_ns)
+    source.open()
+    assert source.read().image.ndim == 3
+    source.close()
+
+
+RNG = np.random.default_rng(0)
+
+
+@pytest.fixture
+def watched(monkeypatch):
+    """watched(image, s): the remark after an image at a time."""
+    now = [100.0]
+    monkeypatch.setattr(frozen_frames.time, 'monotonic', lambda: now[0])
+    watch = FrameWatch()
+
+    def add(image, seconds):
+        now[0] = 100.0 + seconds
+        if image is not None:
+            watch.add(image)
+        return watch.remark
+    add.watch = watch
+    return add
+
+
+def picture():
+    """Grey with a little noise."""
+    return RNG.integers(98, 103, (48, 64, 3), np.uint8)
+
+
+def test_pictures_with_noise_are_in_order(watched):
+    assert {watched(picture(), 0.03 * k) for k in range(100)} == {''}
+
+
+def test_the_same_picture_again_and_again_is_told_until_another_comes(watched):
+    same = picture()
+    told = [watched(same, 0.1 * k) for k in range(30)]
+    assert told[:10] == [''] * 10 and told[-1].startswith('the camera has repeated one picture for 2.9 s')
+    assert watched(picture(), 3.0) == ''
+
+
+def test_black_pictures_are_told_but_not_the_first_ones_of_a_camera_that_begins(watched):
+    dark = [RNG.integers(0, 4, (48, 64), np.uint8) for _ in range(8)]
+    told = [watched(image, 0.1 * k) for k, image in enumerate(dark)]
+    assert told[:3] == [''] * 3 and 'black' in told[-1]
+    assert watched(picture()[:, :, 0], 0.9) == ''
+
+
+def test_frames_that_nobody_looks_at_are_not_judged(watched):
+    same = picture()
+    watched(same, 0.0)
+    assert watched(same, 1.5) and watched(None, 4.0) == ''
+    assert watched(picture(), 60.0) == ''
+
+
+def test_a_camera_that_is_opened_anew_begins_anew(watched):
+    same = picture()
+    watched(same, 0.0)
+    assert watched(same, 2.0)
+    watched.watch.begin()
+    assert watched.watch.remark == '' and watched(same, 2.1) == ''
+
+
+@pytest.fixture
+def root(tmp_path):
+    """A /sys and /dev with two cameras; the first has a metadata node as UVC cameras do."""
+    by_id = tmp_path / 'dev/v4l/by-id'
+    by_id.mkdir(parents=True)
+    for number, name, serial, index in ((0, 'Left pad', 'A111', 0), (1, 'Left pad', 'A111', 1), (10, 'Right pad', 'B222', 0)):
+        interface = tmp_path / f'sys/devices/usb{serial}/1-1:1.0'
+        interface.mkdir(parents=True, exist_ok=True)
+        (interface.parent / 'serial').write_text(serial + '\n')
+        folder = tmp_path / f'sys/class/video4linux/video{number}'
+        folder.mkdir(parents=True)
+        (folder / 'name').write_text(name + '\n')
+        (folder / 'index').write_text(str(index))
+        (folder / 'device').symlink_to(interface)
+        (tmp_path / f'dev/video{number}').touch()
+        (by_id / f'usb-Maker_Pad_{serial}-video-index{index}').symlink_to(f'../../video{number}')
+    return tmp_path
+
+
+def test_devices_are_listed_with_name_and_serial(root):
+    devices = list_devices(str(root))
+    assert [(d.path, d.name, d.serial, d.captures) for d in devices] == [
+        ('/dev/video0', 'Left pad', 'A111', True), ('/dev/video1', 'Left pad', 'A111', False), ('/dev/video10', 'Right pad', 'B222', True)]
+    assert devices[2].by_id == 'usb-Maker_Pad_B222-video-index0'
+
+
+@pytest.mark.parametrize('wanted', ['10', '/dev/video10', 'usb-Maker_Pad_B222-video-index0',
+                                    '/dev/v4l/by-id/usb-Maker_Pad_B222-video-index0', 'B222', 'B22'])
+def test_every_way_to_name_a_device(root, wanted):
+    assert find_device(wanted, str(root)).path == '/dev/video10'
+
+
+def test_a_serial_number_means_the_pictures_not_the_metadata(root):
+    assert find_device('A111', str(root)).path == '/dev/video0'
+
+
+@pytest.mark.parametrize(('wanted', 'what'), [('7', 'is no video device'), ('C333', 'is no'), ('Pad', 'fits several'), ('', 'is no')])
+def test_an_unknown_device_lists_those_that_exist(root, wanted, what):
+    with pytest.raises(DeviceLost) as failure:
+        find_device(wanted, str(root))
+    assert what in str(failure.value)
+    for known in ('/dev/video0 (Left pad, serial A111', '/dev/video10 (Right pad, serial B222'):
+        assert known in str(failure.value)
+
+
+def test_without_any_device(tmp_path):
+    with pytest.raises(DeviceLost, match='none at all'):
+        find_device('0', str(tmp_path))

@@ -1,0 +1,184 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Videos and folders of images, one or two."""
+
+import time
+
+import cv2
+import numpy as np
+import pytest
+from tactile_driver.camera.file import FileSource, TwoFilesSource
+from tactile_driver.errors import BadFrame, BadRecording
+from tactile_driver.sources.source import EndOfSource
+
+
+@pytest.fixture
+def video(tmp_path):
+    """Ten frames of 64 x 48 at 50 Hz, frame k of brightness 10 + 20 k."""
+    path = tmp_path / 'pad.avi'
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), 50.0, (64, 48))
+    for k in range(10):
+        writer.write(np.full((48, 64, 3), 10 + 20 * k, np.uint8))
+    writer.release()
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """frame_1, frame_2 and frame_10, grey, of brightness 1, 2 and 10, and a text file."""
+    for k in (10, 1, 2):
+        cv2.imwrite(str(tmp_path / f'frame_{k}.png'), np.full((48, 64), k, np.uint8))
+    (tmp_path / 'notes.txt').write_text('no image')
+    return tmp_path
+
+
+def played(source):
+    """All frames until the end."""
+    frames = []
+    with pytest.raises(EndOfSource):
+        while True:
+            frames.append(source.read())
+    return frames
+
+
+def opened(path, rate=0.0, loop=False, clock=time.time_ns):
+    source = FileSource(str(path), rate, loop, clock)
+    source.open()
+    return source
+
+
+def test_every_frame_of_a_video_in_order(video):
+    frames = played(opened(video))
+    assert [round(f.image.mean() / 20 - 0.5) for f in frames] == list(range(10))
+    assert {f.encoding for f in frames} == {'bgr8'}
+
+
+def test_as_fast_as_consumed_the_stamps_are_recorded_time(video):
+    frames = played(opened(video, clock=lambda: 7_000_000_000))
+    assert [f.stamp_ns for f in frames] == [7_000_000_000 + k * 20_000_000 for k in range(10)]
+
+
+@pytest.mark.parametrize(('rate', 'seconds'), [(-1.0, 0.18), (100.0, 0.09)])
+def test_own_and_set_rate(video, rate, seconds):
+    source = opened(video, rate)
+    start = time.monotonic()
+    frames = played(source)
+    assert time.monotonic() - start == pytest.approx(seconds, abs=0.1)
+    assert frames[-1].stamp_ns - frames[0].stamp_ns == pytest.approx(seconds * 1e9, abs=1e8)
+    assert abs(time.time_ns() - frames[-1].stamp_ns) < 1e8
+
+
+def test_a_loop_starts_again_and_time_goes_on(video):
+    source = opened(video, loop=True)
+    frames = [source.read() for _ in range(23)]
+    assert round(frames[20].image.mean() / 20 - 0.5) == 0
+    assert np.all(np.diff([f.stamp_ns for f in frames]) == 20_000_000)
+
+
+def test_a_folder_is_played_in_natural_order(folder):
+    frames = played(opened(folder))
+    assert [int(f.image[0, 0]) for f in frames] == [1, 2, 10]
+    assert frames[0].encoding == 'mono8'
+
+
+def test_a_broken_image_is_bad_and_the_next_one_good(folder):
+    (folder / 'frame_2.png').write_bytes(b'\x89PNG broken')
+    source = opened(folder)
+    source.read()
+    with pytest.raises(BadFrame, match='frame_2.png'):
+        source.read()
+    assert source.read().image[0, 0] == 10
+
+
+def test_a_video_cut_off_in_the_middle_counts_what_is_missing(video):
+    data = video.read_bytes()
+    starts = [i for i in range(len(data) - 4) if data[i:i + 4] == b'00dc']
+    video.write_bytes(data[:starts[6]])
+    source = opened(video)
+    frames = played(source)
+    assert len(frames) in (5, 6)
+    assert source.corrupt == 10 - len(frames)
+
+
+def test_frames_overwritten_with_rubbish_stop_nothing(video):
+    data = bytearray(video.read_bytes())
+    starts = [i for i in range(len(data) - 4) if data[i:i + 4] == b'00dc']
+    data[starts[4] + 8:starts[5]] = bytes(starts[5] - starts[4] - 8)
+    video.write_bytes(data)
+    source = opened(video)
+    frames = []
+    try:
+        while True:
+            try:
+                frames.append(source.read())
+            except BadFrame:
+                pass
+    except EndOfSource:
+        pass
+    assert len(frames) >= 9
+    assert round(frames[-1].image.mean() / 20 - 0.5) == 9
+
+
+@pytest.mark.parametrize('name', ['missing.avi', 'rubbish.avi', 'empty'])
+def test_what_is_no_recording_is_named(tmp_path, name):
+    (tmp_path / 'rubbish.avi').write_bytes(b'rubbish' * 100)
+    (tmp_path / 'empty').mkdir()
+    with pytest.raises(BadRecording, match=name):
+        opened(tmp_path / name)
+
+
+@pytest.fixture
+def folders(tmp_path):
+    """left: 5 images of brightness k; right: 6 of brightness 100 + k."""
+    for name, first, count in (('left', 0, 5), ('right', 100, 6)):
+        (tmp_path / name).mkdir()
+        for k in range(count):
+            cv2.imwrite(str(tmp_path / name / f'{k}.png'), np.full((8, 8), first + k, np.uint8))
+    return tmp_path
+
+
+def opened_file(folder, rate=0.0, loop=False, clock=time.time_ns):
+    source = TwoFilesSource(str(folder / 'left'), str(folder / 'right'), rate, loop, clock)
+    source.open()
+    return source
+
+
+def numbers(pair):
+    return int(pair.left.image[0, 0]), int(pair.right.image[0, 0]) - 100
+
+
+def test_the_nth_frames_are_pairs_until_the_shorter_file_ends(folders):
+    source = opened_file(folders)
+    pairs = [source.read() for _ in range(5)]
+    assert [numbers(p) for p in pairs] == [(k, k) for k in range(5)]
+    assert all(p.left.stamp_ns == p.right.stamp_ns for p in pairs) and source.on_demand and not source.live
+    with pytest.raises(EndOfSource):
+        source.read()
+    source.close()
+
+
+def test_a_loop_begins_both_again(folders):
+    source = opened_file(folders, loop=True)
+    assert [numbers(source.read()) for _ in range(8)] == [(k % 5, k % 5) for k in range(8)]
+
+
+@pytest.mark.parametrize('broken', ['left', 'right'])
+def test_a_frame_whose_mate_is_broken_is_dropped(folders, broken):
+    (folders / broken / '2.png').write_bytes(b'x')
+    source = opened_file(folders)
+    found = [numbers(source.read()) for _ in range(2)]
+    with pytest.raises(BadFrame, match='2.png'):
+        source.read()
+    found += [numbers(source.read()) for _ in range(2)]
+    assert found == [(0, 0), (1, 1), (3, 3), (4, 4)] and source.describe()['unpaired'] == source.skipped == 1
+
+
+def test_a_missing_file_is_named(folders):
+    with pytest.raises(BadRecording, match='nowhere'):
+        TwoFilesSource(str(folders / 'left'), '/nowhere', 0, False, time.time_ns).open()
+
+
+def test_unwanted_pairs_are_passed_over(folders):
+    source = opened_file(folders)
+    assert source.read(False) is None and numbers(source.read()) == (1, 1)
+    assert source.calibrations() == (None, None) and source.corrupt == 0

@@ -1,0 +1,403 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Two cameras as one source of pairs."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from tactile_driver.camera.pairs import LEFT, RIGHT, PairedSource, Pairer, ShutterOffset, SplitSource
+from tactile_driver.errors import BadRecording, DeviceLost
+from tactile_driver.frame import CameraCalibration, Frame
+from tactile_driver.sources.source import EndOfSource, NothingYet
+
+MS, START = 1_000_000, 1_700_000_000 * 10**9
+PERIOD = 33_333_333
+
+
+def measured(offsets_ms, **limits):
+    shutters = ShutterOffset(**limits)
+    for k, offset in enumerate(offsets_ms):
+        shutters.add(START + k * PERIOD, START + k * PERIOD + round(offset * MS), PERIOD)
+    return shutters
+
+
+@pytest.mark.parametrize('ppm', [0.0, 50.0, -400.0])
+def test_what_the_stamps_say_is_told(ppm):
+    jitter = np.random.default_rng(1).normal(0, 0.3, 300)
+    offsets = 5.0 + 1e-6 * ppm * np.arange(300) * PERIOD / MS
+    found = measured(offsets + jitter).numbers()
+    assert found['shutter offset (ms)'] == pytest.approx(offsets[-1], abs=0.1)
+    assert found['shutter drift (ppm)'] == pytest.approx(ppm, abs=60.0) and found['shutter jitter (ms)'] == pytest.approx(0.3, rel=0.15)
+
+
+def test_a_drift_that_changes_is_no_jitter():
+    found = measured(9 * np.sin(2 * np.pi * np.arange(300) / 750)).numbers()
+    assert found['shutter jitter (ms)'] < 0.01 and found['shutter offset (ms)'] == pytest.approx(9 * np.sin(2 * np.pi * 299 / 750), abs=1.2)
+
+
+def test_too_few_pairs_tell_nothing():
+    assert np.isnan(list(measured([5.0] * 9).numbers().values())).all()
+
+
+def test_frames_that_pair_in_another_way_are_measured_anew():
+    found = measured([16.0] * 50 + [-17.0] * 10).numbers()
+    assert found == pytest.approx({'shutter offset (ms)': -17.0, 'shutter drift (ppm)': 0.0, 'shutter jitter (ms)': 0.0}, abs=1e-6)
+
+
+def test_an_offset_beyond_the_limit_is_remarked():
+    assert measured([7.0] * 20, limit_ns=8 * MS).remark == '' == measured([12.0] * 20).remark
+    remark = measured([-11.5] * 20, limit_ns=8 * MS).remark
+    assert '11.5 ms apart' in remark and 'max_skew is 8.0 ms' in remark and 'set max_skew to -1' in remark
+
+
+MS_PAIRING = 1_000_000
+
+
+def frame(stamp, number=0):
+    """A frame that carries its number."""
+    return Frame(np.full((1, 1), number % 256, np.uint8), int(stamp), 'mono8')
+
+
+def fed(pairer, events):
+    """Pairs, as (left number, right number), from events (arrival, side, stamp, number) in the order of arrival."""
+    pairs = []
+    for _, side, stamp, number in sorted(events):
+        pairer.add(side, frame(stamp, number))
+        while (pair := pairer.take()) is not None:
+            pairs.append((int(pair.left.image[0, 0]), int(pair.right.image[0, 0])))
+    return pairs
+
+
+def cameras(period, delay, count=60, jitter=0.0, lost=0.0, seed=0):
+    """Events of two cameras, the right one delay ns later, with jitter of the stamps, lost frames and uneven transport in order."""
+    rng = np.random.default_rng(seed)
+    events = []
+    for side in (LEFT, RIGHT):
+        kept = np.flatnonzero(rng.uniform(size=count) >= lost)
+        stamps = kept * period + side * delay + rng.normal(0, jitter, len(kept))
+        arrivals = np.sort(stamps + rng.uniform(0, 3 * period, len(kept)))
+        events += zip(arrivals.tolist(), [side] * len(kept), stamps.tolist(), kept.tolist())
+    return events
+
+
+@pytest.mark.parametrize('lost', [0.0, 0.2, 0.5])
+@pytest.mark.parametrize('period', [10 * MS_PAIRING, 16.7 * MS_PAIRING, 33 * MS_PAIRING])
+@pytest.mark.parametrize('seed', range(4))
+def test_only_frames_of_one_instant_are_paired(period, lost, seed):
+    events = cameras(period, 4 * MS_PAIRING, jitter=0.2 * MS_PAIRING, lost=lost, seed=seed)
+    pairer = Pairer(8 * MS_PAIRING)
+    pairs = fed(pairer, events)
+    assert all(left == right for left, right in pairs)
+    both = {k for _, s, _, k in events if s == LEFT} & {k for _, s, _, k in events if s == RIGHT}
+    assert len(pairs) >= 0.95 * len(both) - 1
+    waiting = pairer.waiting(LEFT) + pairer.waiting(RIGHT)
+    assert pairer.unpaired == len(events) - 2 * len(pairs) - waiting
+
+
+def test_the_first_pair_waits_until_the_period_is_known():
+    pairer = Pairer(8 * MS_PAIRING)
+    pairer.add(LEFT, frame(10 * MS_PAIRING))
+    for k in range(5):
+        assert pairer.take() is None, 'the right frame may belong to a left one that was lost'
+        pairer.add(RIGHT, frame((4 + 10 * k) * MS_PAIRING))
+    pair = pairer.take()
+    assert (pair.left.stamp_ns, pair.right.stamp_ns, pairer.unpaired) == (10 * MS_PAIRING, 14 * MS_PAIRING, 1)
+
+
+def test_a_stated_period_is_used_at_once():
+    pairer = Pairer(8 * MS_PAIRING, 10 * MS_PAIRING)
+    pairer.add(RIGHT, frame(4 * MS_PAIRING))
+    pairer.add(LEFT, frame(10 * MS_PAIRING))
+    assert pairer.take() is None and pairer.unpaired == 1
+    pairer.add(RIGHT, frame(14 * MS_PAIRING))
+    assert pairer.take().right.stamp_ns == 14 * MS_PAIRING
+
+
+def test_the_last_pair_of_a_recording_needs_no_period():
+    pairer = Pairer(8 * MS_PAIRING)
+    pairer.add(LEFT, frame(0))
+    pairer.add(RIGHT, frame(5 * MS_PAIRING))
+    assert pairer.take() is None and pairer.take(last=True).right.stamp_ns == 5 * MS_PAIRING
+
+
+def test_a_skew_over_the_limit_is_no_pair():
+    pairer = Pairer(8 * MS_PAIRING)
+    assert fed(pairer, cameras(100 * MS_PAIRING, 9 * MS_PAIRING)) == [] and pairer.unpaired >= 100
+    assert len(fed(Pairer(8 * MS_PAIRING), cameras(100 * MS_PAIRING, 7 * MS_PAIRING))) == 60
+
+
+def test_frames_out_of_order_are_dropped_and_a_jump_back_begins_anew():
+    pairer = Pairer(8 * MS_PAIRING)
+    for stamp in (100, 50, 100):
+        pairer.add(LEFT, frame(stamp * MS_PAIRING))
+    assert pairer.waiting(LEFT) == 1 and pairer.unpaired == 2
+    later = [(k, side, (5000 + 20 * k) * MS_PAIRING, k) for k in range(5) for side in (LEFT, RIGHT)]
+    again = [(10 + k, side, 20 * k * MS_PAIRING, k) for k in range(5) for side in (LEFT, RIGHT)]
+    assert fed(Pairer(8 * MS_PAIRING), later + again) == [(k, k) for k in range(5)] * 2
+
+
+def test_one_camera_alone_is_handed_over_and_does_not_pile_up():
+    pairer = Pairer(8 * MS_PAIRING)
+    for k in range(20):
+        pairer.add(RIGHT, frame(20 * MS_PAIRING * k, k))
+    assert pairer.waiting(RIGHT) == 8 and pairer.unpaired == 12
+    single = pairer.take_single(RIGHT)
+    assert single.left is None and single.stamp_ns == 240 * MS_PAIRING and single.sizes == {'right': (1, 1)}
+    assert pairer.take_single(LEFT) is None
+    pairer.forget()
+    assert pairer.waiting(RIGHT) == 0 and pairer.unpaired == 12
+
+
+@pytest.mark.parametrize('offset', [0.0, 0.2, 0.345, 0.49, 0.51, 0.8])
+def test_at_any_offset_every_frame_pairs_with_the_nearest(offset):
+    period = 33.3 * MS_PAIRING
+    pairer = Pairer(-1)
+    fed(pairer, cameras(period, offset * period, jitter=0.01 * period, seed=3))
+    events = cameras(period, offset * period, count=200, jitter=0.01 * period, seed=4)
+    stamps = [dict((number, stamp) for _, s, stamp, number in events if s == side) for side in (LEFT, RIGHT)]
+    pairer = Pairer(-1)
+    pairs = fed(pairer, [(max(arrival, stamp), side, stamp, number) for arrival, side, stamp, number in events])
+    assert len(pairs) >= 194, 'jitter near half a period makes no frame unpaired'
+    skews = np.array([stamps[RIGHT][right] - stamps[LEFT][left] for left, right in pairs])
+    assert np.abs(skews).max() <= 0.56 * period and len(set(np.sign(skews))) == 1 or offset == 0.0
+
+
+@pytest.mark.parametrize('ppm', [2000.0, -2000.0])
+def test_a_drift_through_half_a_period_costs_one_frame(ppm):
+    period, count = 33 * MS_PAIRING, 1000
+    events = [(k * period * (1 + 1e-6 * ppm * side), side, k * period * (1 + 1e-6 * ppm * side), k)
+              for side in (LEFT, RIGHT) for k in range(count)]
+    pairer = Pairer(-1)
+    pairs = fed(pairer, events)
+    beats = abs(1e-6 * ppm) * count
+    assert pairer.unpaired <= 1 + beats and len(pairs) >= count - 3 - beats
+    assert pairer.shutters.numbers()['shutter drift (ppm)'] == pytest.approx(ppm, rel=0.01)
+
+
+def test_an_offset_beyond_the_limit_is_measured_and_told():
+    pairer = Pairer(8 * MS_PAIRING)
+    assert fed(pairer, cameras(33 * MS_PAIRING, 11.5 * MS_PAIRING, jitter=0.2 * MS_PAIRING)) == []
+    assert pairer.shutters.numbers()['shutter offset (ms)'] == pytest.approx(11.5, abs=0.2)
+    assert '11.' in pairer.shutters.remark and 'max_skew is 8.0 ms' in pairer.shutters.remark
+
+
+PERIOD_PAIRS = 20_000_000
+
+
+class Camera:
+    """A live camera of 50 Hz, or a recording of so many frames; it can be pulled out, be silent or break."""
+
+    on_demand = True
+    skipped, corrupt, remark = 0, 0, ''
+
+    def __init__(self, value, count=None, delay=0, gone=False):
+        self.value, self.count, self.delay, self.live = value, count, delay, count is None
+        self.gone, self.silent, self.broken, self.closed = gone, threading.Event(), False, False
+        self.number, self.asked = 0, []
+
+    def open(self):
+        if self.gone:
+            raise DeviceLost(f'camera {self.value} is not there')
+
+    def read(self, wanted=True):
+        self.asked.append(wanted)
+        if self.broken:
+            raise BadRecording('torn')
+        if self.gone:
+            raise DeviceLost(f'camera {self.value} pulled out')
+        while self.silent.is_set():
+            time.sleep(0.01)
+        if self.live:
+            time.sleep(0.02)
+            self.number = round(time.monotonic_ns() / PERIOD_PAIRS)
+        else:
+            self.number += 1
+            if self.number > self.count:
+                raise EndOfSource('over')
+        return Frame(np.full((2, 3), self.value, np.uint8), self.number * PERIOD_PAIRS + self.delay, 'mono8') if wanted else None
+
+    def close(self):
+        self.closed = True
+
+    def describe(self):
+        return {'source': 'device', 'device': str(self.value), 'serial': f'S{self.value}', 'rate': 50.0}
+
+    def calibration(self):
+        return CameraCalibration(self.value, 2)
+
+
+@pytest.fixture
+def paired():
+    """Opens a source of two and closes it at the end."""
+    made = []
+
+    def make(left, right, max_skew=0.008):
+        made.append(PairedSource(left, right, max_skew))
+        made[-1].open()
+        return made[-1]
+    yield make
+    for source in made:
+        source.close()
+
+
+def read(source, count, wanted=True):
+    """So many pairs."""
+    found, end = [], time.monotonic() + 10
+    while len(found) < count and time.monotonic() < end:
+        try:
+            found.append(source.read(wanted))
+        except NothingYet:
+            pass
+    return found
+
+
+def until(source, condition):
+    """The first pair for which condition holds."""
+    end = time.monotonic() + 10
+    while time.monotonic() < end:
+        pair, = read(source, 1)
+        if condition(pair):
+            return pair
+    raise AssertionError('it never came')
+
+
+def test_a_recording_gives_every_pair_and_ends(paired):
+    source = paired(Camera(1, 6), Camera(2, 6, delay=3_000_000))
+    pairs = read(source, 6)
+    assert [p.stamp_ns for p in pairs] == [k * PERIOD_PAIRS for k in range(1, 7)]
+    assert all(p.right.stamp_ns - p.left.stamp_ns == 3_000_000 and p.left.image[0, 0] == 1 and p.right.image[0, 0] == 2 for p in pairs)
+    with pytest.raises(EndOfSource, match='6 left, 6 right'):
+        source.read()
+    assert source.skipped == 0
+
+
+def test_a_single_pair_is_a_recording_too(paired):
+    source = paired(Camera(1, 1), Camera(2, 1))
+    assert len(read(source, 1)) == 1
+    with pytest.raises(EndOfSource):
+        source.read()
+
+
+def test_the_longer_recordings_frames_have_no_mates(paired):
+    source = paired(Camera(1, 4), Camera(2, 7))
+    assert len(read(source, 4)) == 4
+    with pytest.raises(EndOfSource):
+        source.read()
+    assert source.skipped == source.describe()['unpaired'] >= 0
+
+
+def test_a_recording_that_breaks_is_named(paired):
+    right = Camera(2, 60)  # until the period is known it reads some frames ahead
+    source = paired(Camera(1, 60), right)
+    read(source, 2)
+    right.broken = True
+    with pytest.raises(BadRecording, match='right: .*torn'):
+        read(source, 60)
+
+
+def test_two_live_cameras_are_paired(paired):
+    source = paired(Camera(1), Camera(2))
+    pairs = read(source, 10)
+    assert all(p.left is not None and p.right is not None and abs(p.left.stamp_ns - p.right.stamp_ns) <= 8e6 for p in pairs)
+    assert source.remark == '' and source.live
+    assert [c.width for c in source.calibrations()] == [1, 2]
+    about = source.describe()
+    assert (about['path'], about['serial'], about['rate'], about['left']['serial']) == ('1 + 2', 'S1 + S2', 50.0, 'S1')
+
+
+def test_what_a_recording_says_of_the_sensor_is_said_once(paired):
+    left, right = Camera(1), Camera(2)
+    left.describe = right.describe = lambda: {'source': 'bag', 'path': 'a', 'recorded': {'source': 'sim'}}
+    about = paired(left, right).describe()
+    assert about['recorded'] == {'source': 'sim'} and 'recorded' not in about['left'] and 'recorded' not in about['right']
+
+
+def test_the_others_half_goes_on_while_one_camera_is_lost_and_it_comes_back(paired):
+    left = Camera(1)
+    source = paired(left, Camera(2))
+    read(source, 3)
+    left.gone = True
+    alone = until(source, lambda p: p.left is None)
+    assert alone.stamp_ns == alone.right.stamp_ns and len(read(source, 5)) == 5
+    assert source.remark.startswith('no left camera, its half is black: camera 1 ')
+    left.gone = False
+    until(source, lambda p: p.left is not None and p.right is not None)
+    assert source.remark == ''
+
+
+def test_a_camera_missing_from_the_start_is_looked_for(paired):
+    right = Camera(2, gone=True)
+    source = paired(Camera(1), right)
+    assert until(source, lambda p: True).right is None and 'camera 2 is not there' in source.remark
+    right.gone = False
+    until(source, lambda p: p.right is not None)
+
+
+def test_a_silent_camera_counts_as_missing(paired):
+    right = Camera(2)
+    source = paired(Camera(1), right)
+    read(source, 3)
+    right.silent.set()
+    assert until(source, lambda p: p.right is None).left is not None
+    assert 'right camera, its half is black: it sends no frames' in source.remark
+    right.silent.clear()
+    until(source, lambda p: p.right is not None)
+
+
+def test_both_lost_is_lost(paired):
+    left, right = Camera(1), Camera(2)
+    source = paired(left, right)
+    read(source, 2)
+    left.gone = right.gone = True
+    with pytest.raises(DeviceLost, match='left: camera 1 .*; right: camera 2 '):
+        read(source, 100)
+    with pytest.raises(DeviceLost, match='not there'):
+        source.open()
+    left.gone = right.gone = False
+    source.open()
+    assert len(read(source, 3)) == 3
+
+
+def test_what_nobody_wants_is_passed_over(paired):
+    left, right = Camera(1), Camera(2)
+    source = paired(left, right)
+    left.asked.clear()
+    assert read(source, 4, wanted=False) == [None] * 4
+    assert not any(left.asked[1:] + right.asked[1:])
+
+
+def test_cameras_beyond_max_skew_give_no_pair_and_say_so(paired):
+    source = paired(Camera(1), Camera(2, delay=7_000_000), 0.004)
+    end = time.monotonic() + 10
+    while not source.remark and time.monotonic() < end:
+        with pytest.raises(NothingYet):
+            source.read()
+    assert source.remark.startswith('the exposures of the two cameras are 7.0 ms apart, but max_skew is 4.0 ms')
+    pairs = read(paired(Camera(1), Camera(2, delay=7_000_000), -1), 3)
+    assert {pair.right.stamp_ns - pair.left.stamp_ns for pair in pairs} == {7_000_000}
+
+
+def test_what_is_wrong_with_one_camera_s_pictures_is_told(paired):
+    left, right = Camera(1), Camera(2)
+    source = paired(left, right)
+    until(source, lambda pair: pair.left and pair.right)
+    right.remark = 'the pictures are black'
+    assert source.remark == 'right camera: the pictures are black'
+
+
+def test_one_image_holds_both_views():
+    class Wide(Camera):
+        def read(self, wanted=True):
+            image = np.repeat(np.array([[1, 1, 1, 9, 2, 2, 2]], np.uint8), 2, axis=0)
+            return Frame(image, 5, 'mono8', 'truth') if wanted else None
+    source = SplitSource(Wide(1))
+    source.open()
+    pair = source.read()
+    assert set(pair.left.image.ravel()) == {1} and set(pair.right.image.ravel()) == {2} and pair.truth == 'truth'
+    assert pair.sizes == {'left': (3, 2), 'right': (3, 2)} and pair.left.stamp_ns == pair.right.stamp_ns == 5
+    assert source.read(False) is None and source.calibrations() == (None, None) and source.describe()['layout'] == 'side_by_side'
+    assert (source.live, source.on_demand, source.skipped, source.corrupt, source.remark) == (True, True, 0, 0, '')
+    source._source.remark = 'frozen'
+    assert source.remark == 'frozen'

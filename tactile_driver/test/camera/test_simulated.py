@@ -1,0 +1,115 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Simulated cameras as sources."""
+
+import time
+
+import numpy as np
+import pytest
+from tactile_driver.camera import simulated
+from tactile_driver.camera.simulated import DualSimulatedSource, SimulatedSource
+from tactile_driver.errors import BadArgument
+
+
+class FakeScene:
+    """A scene that notes the times it is rendered at."""
+
+    def __init__(self, slow=0.0):
+        self.times, self.slow, self.ahead = [], slow, 0
+
+    def render(self, t):
+        self.times.append(t)
+        time.sleep(self.slow)
+        return simulated_frame(t)
+
+    def observe_ahead(self, number):
+        self.ahead += self.ahead < number
+        return self.ahead < number
+
+
+def simulated_frame(t):
+    return type('Rendered', (), {'image': np.full((48, 64, 3), 1, np.uint8), 'truth': t})
+
+
+@pytest.fixture
+def scene(monkeypatch):
+    fake = FakeScene()
+    monkeypatch.setattr(simulated.scenes, 'open_scene', lambda *_: fake)
+    return fake
+
+
+def opened(rate=50.0):
+    source = SimulatedSource('demo', rate, 0, (0, 0), time.time_ns)
+    source.open()
+    return source
+
+
+def test_the_time_before_a_frame_is_used_for_three_seconds_of_the_scene(scene):
+    source = opened(10.0)
+    for steps in (0, 32, 33):  # the first frame is due at once
+        source.read()
+        assert scene.ahead == steps
+
+
+def test_nothing_is_computed_ahead_where_no_time_is_left(scene):
+    source = opened(100.0)
+    source.read()
+    source.read()
+    assert scene.ahead == 0
+
+
+def test_a_frame_is_handed_over_when_it_shows_not_when_it_is_rendered(scene):
+    scene.slow = 0.01
+    source = opened(25.0)
+    source.read()
+    lateness = [time.time_ns() - source.read().stamp_ns for _ in range(5)]
+    assert np.median(lateness) < 8e6
+
+
+def test_the_touchpad_itself():
+    source = SimulatedSource('rest', 100.0, 1, (320, 240), time.time_ns)
+    source.open()
+    frame = source.read()
+    assert frame.image.shape == (240, 320, 3) and frame.image.dtype == np.uint8 and frame.encoding == 'bgr8'
+    assert not frame.truth.dot_state.any()
+    about, calibration = source.describe(), source.calibration()
+    assert (about['width'], about['height'], about['rate']) == (320, 240, 100.0)
+    assert (calibration.width, calibration.height, calibration.model) == (320, 240, 'plumb_bob')
+    assert calibration.k[0] > 100
+
+
+def test_an_unknown_scene_and_no_rate():
+    with pytest.raises(BadArgument, match='demo'):
+        SimulatedSource('nix', 30.0, 0, (0, 0), time.time_ns).open()
+    with pytest.raises(BadArgument, match='rate'):
+        SimulatedSource('demo', 0.0, 0, (0, 0), time.time_ns)
+
+
+@pytest.mark.parametrize('delay', [0.0035, -0.006])
+def test_two_cameras_are_a_pair_at_their_own_times(monkeypatch, delay):
+    pictures = np.full((4, 6, 3), 1, np.uint8), np.full((4, 6, 3), 2, np.uint8)
+    fake = type('Two', (), {'right_delay': lambda self, number: delay, 'render': lambda self, t: (*pictures, f'truth {t}')})()
+    monkeypatch.setattr(simulated.scenes, 'open_dual_scene', lambda name, rate, seed: fake)
+    source = DualSimulatedSource('areal_dual_demo', 50.0, 0, time.time_ns)
+    assert source.calibrations() == (None, None)
+    source.open()
+    pair = source.read()
+    assert pair.right.stamp_ns <= time.time_ns() and pair.right.stamp_ns - pair.left.stamp_ns == round(delay * 1e9)
+    assert pair.truth == 'truth 0.0' and pair.stamp_ns == pair.left.stamp_ns
+    assert (pair.left.image == 1).all() and (pair.right.image == 2).all()
+
+
+def test_the_two_simulated_cameras_are_calibrated():
+    source = DualSimulatedSource('areal_dual_rest', 10.0, 3, time.time_ns)
+    source.open()
+    left, right = source.calibrations()
+    pair = source.read()
+    assert (left.width, left.height) == pair.left.image.shape[1::-1] and left.k != right.k and left.model == 'plumb_bob'
+
+
+@pytest.mark.parametrize('scene, sensor', [('areal_single_rest', 'areal_single'), ('air_cushion_rest', 'air_cushion')])
+def test_a_scene_s_name_tells_the_sensor(scene, sensor):
+    source = SimulatedSource(scene, 100.0, 1, (0, 0), time.time_ns)
+    source.open()
+    assert source.read().image.shape == (480, 640, 3)
+    assert source.describe()['device'] == f'simulated {sensor}'

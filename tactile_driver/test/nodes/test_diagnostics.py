@@ -1,0 +1,261 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Health, repeated messages, defects and parameters of a node."""
+
+import math
+import time
+
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.msg import Parameter as Parameter_defect, ParameterValue
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import LifecycleNode
+from rclpy.node import Node
+from rclpy.parameter import Parameter, Parameter as RosParameter
+from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
+from tactile_driver.nodes.runtime.diagnostics import OK, WARN, Health, LogOnce, NodeDiagnostics
+from tactile_driver.nodes.runtime.parameter_server import NodeParameters
+from tactile_driver.parameters.table import Parameter as Declared
+
+
+@pytest.fixture
+def node():
+    context = Context()
+    rclpy.init(context=context)
+    node = Node('diagnosed', context=context)
+    yield node
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
+def test_health_is_published(node):
+    received = []
+    node.create_subscription(DiagnosticArray, '/diagnostics', received.append, 10)
+    diagnostics = NodeDiagnostics(node, 'camera', 'A111', lambda: Health(WARN, 'slow; more light', {'rate (Hz)': 14.23456, 'frames': 7}))
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    end = time.monotonic() + 10
+    while not any(s.message.startswith('slow') for m in received for s in m.status) and time.monotonic() < end:
+        diagnostics.update()
+        executor.spin_once(timeout_sec=0.1)
+    executor.shutdown()
+    status = next(s for m in received for s in m.status if s.message.startswith('slow'))
+    assert (status.name, status.level, status.hardware_id) == ('/diagnosed: camera', WARN, 'A111')
+    assert {v.key: v.value for v in status.values} == {'rate (Hz)': '14.23', 'frames': '7', 'what to do': 'more light'}
+
+
+@pytest.mark.parametrize('name, value', [('period', math.nan), ('period', math.inf), ('period', -1.0), ('period', 0.0),
+                                         ('period', 'a second'), ('use_fqn', 'no')])
+def test_a_wrong_parameter_is_refused_at_the_start(node, name, value):
+    name = f'diagnostic_updater.{name}'
+    node._parameter_overrides[name] = Parameter(name, value=value)
+    with pytest.raises(BadArgument, match=name):
+        NodeDiagnostics(node, 'camera', 'A111', lambda: Health(OK, ''))
+
+
+def test_the_period_is_fixed_at_the_start(node):
+    name = 'diagnostic_updater.period'
+    node._parameter_overrides[name] = Parameter(name, value=0.5)
+    NodeDiagnostics(node, 'camera', 'A111', lambda: Health(OK, ''))
+    for value in (math.inf, math.nan, 2.0):
+        assert not node.set_parameters([Parameter(name, value=value)])[0].successful
+    assert node.get_parameter(name).value == 0.5
+
+
+def test_a_message_is_said_once_until_it_is_forgotten():
+    said = []
+    logger = type('Logger', (), {'error': lambda _self, text: said.append(text), 'warning': lambda _self, text: said.append('W ' + text)})()
+    say = LogOnce(type('FakeNode', (), {'get_logger': lambda _self: logger})())
+    for _ in range(3):
+        say.error('black', 'the frame is black')
+        say.warning('slow', 'slow')
+    say.forget('black')
+    say.error('black', 'black again')
+    assert said == ['the frame is black', 'W slow', 'black again']
+
+
+class Lines:
+    """In place of a node and its logger."""
+
+    def __init__(self):
+        self.lines = []
+
+    def get_logger(self):
+        return self
+
+    def error(self, text):
+        self.lines.append(text)
+
+
+def test_what_comes_and_goes_within_a_second_is_said_once(monkeypatch):
+    log = Lines()
+    say, now = LogOnce(log), [0.0]
+    monkeypatch.setattr('tactile_driver.nodes.runtime.diagnostics.time.monotonic', lambda: now[0])
+    for _ in range(100):
+        say.error('frame', 'the frame is cut')
+        now[0] += 0.03
+        say.settle('frame')
+    assert len(log.lines) == 1
+    now[0] += 1.1
+    say.settle('frame')
+    say.error('frame', 'the frame is cut')
+    assert len(log.lines) == 2, 'it was well for a while: the next time is news'
+
+
+class Log:
+    """In place of a node and its logger."""
+
+    def __init__(self):
+        self.errors = []
+
+    def get_logger(self):
+        return self
+
+    def error(self, text):
+        self.errors.append(text)
+
+
+def failed(log, net, error):
+    try:
+        raise error
+    except Exception as caught:
+        return net.catch(caught, 'dots')
+
+
+def test_a_defect_is_counted_each_time_and_logged_once_with_its_traceback(monkeypatch):
+    monkeypatch.setattr(DefectGuard, 'strict', False)
+    log = Log()
+    net = DefectGuard(log)
+    told = [failed(log, net, IndexError('index 7')) for _ in range(3)]
+    assert net.caught == 3 and 'dots' in told[0] and "IndexError('index 7')" in told[0]
+    assert len(log.errors) == 1 and 'Traceback' in log.errors[0] and 'please report it' in log.errors[0]
+    with pytest.raises(ZeroDivisionError) as other:
+        1 / 0
+    net.catch(other.value, 'dots')
+    assert net.caught == 4 and len(log.errors) == 2, 'another line of code'
+
+
+def test_tests_see_defects():
+    assert DefectGuard.strict, 'set by conftest.py'
+    with pytest.raises(IndexError):
+        failed(None, DefectGuard(Log()), IndexError('index 7'))
+
+
+@pytest.fixture
+def services():
+    rclpy.init()
+    node = LifecycleNode('asked')
+    node.declare_parameter('rate', 1.0)
+    guard_services(node)
+    yield {service.srv_type: service.callback for service in node.services}
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+def request(kind, type_):
+    return kind.Request(parameters=[Parameter_defect(name='rate', value=ParameterValue(type=type_, double_value=2.0))] * 2)
+
+
+def test_parameters_of_a_type_that_does_not_exist_are_refused_with_a_reason(services):
+    answer = services[SetParameters](request(SetParameters, 200), SetParameters.Response())
+    assert [result.successful for result in answer.results] == [False, False] and '200' in answer.results[0].reason
+    answer = services[SetParametersAtomically](request(SetParametersAtomically, 10), SetParametersAtomically.Response())
+    assert not answer.result.successful and '10' in answer.result.reason
+
+
+def test_others_are_set_as_ever(services):
+    answer = services[SetParameters](request(SetParameters, 3), SetParameters.Response())
+    assert [result.successful for result in answer.results] == [True, True]
+
+
+def test_a_transition_that_the_state_does_not_allow_fails(services):
+    asked = ChangeState.Request()
+    asked.transition.id = 255
+    assert not services[ChangeState](asked, ChangeState.Response()).success
+    asked.transition.id = 1
+    assert services[ChangeState](asked, ChangeState.Response()).success, 'configured'
+
+
+TABLE = (Declared('rate', float, 30.0, 'Hz', 'frames a second', 0.0, 100.0), Declared('device', str, '0', '', 'which'),
+         Declared('width', int, 640, 'px', 'of the image', 1, 4096), Declared('places', list[float], [], 'm', 'where'),
+         Declared('autostart', bool, True, '', 'by itself', read_only=True))
+
+
+@pytest.fixture(scope='module')
+def context():
+    context = Context()
+    rclpy.init(context=context)
+    yield context
+    rclpy.shutdown(context=context)
+
+
+@pytest.fixture
+def make(context):
+    """Makes (node, parameters) with values given at the start; destroys the nodes at the end."""
+    nodes = []
+
+    def with_values(check=None, apply=None, **values):
+        node = Node('parameters_test', context=context, parameter_overrides=[RosParameter(n, value=v) for n, v in values.items()])
+        nodes.append(node)
+        return node, NodeParameters(node, TABLE, check, apply)
+    yield with_values
+    for node in nodes:
+        node.destroy_node()
+
+
+def put(node, **values):
+    return node.set_parameters_atomically([RosParameter(n, value=v) for n, v in values.items()])
+
+
+def test_defaults_and_values_at_the_start(make):
+    _, parameters = make(rate=25, device=12345, places=[1, 2])
+    assert parameters.values() == {'rate': 25.0, 'device': '12345', 'width': 640, 'places': [1.0, 2.0], 'autostart': True}
+    assert isinstance(parameters['rate'], float)
+    assert parameters.problems == {}
+
+
+def test_wrong_values_at_the_start_are_told_and_leave_the_defaults(make):
+    node, parameters = make(rate=math.nan, width=0, device=True)
+    assert parameters.values()['rate'] == 30.0 and parameters['width'] == 640
+    assert set(parameters.problems) == {'rate', 'width', 'device'}
+    assert parameters.problems['width'] == 'parameter width is 0, but must be int, 1 to 4096 px'
+    assert put(node, width=320).successful
+    assert set(parameters.problems) == {'rate', 'device'}
+
+
+def test_descriptors_carry_the_table(make):
+    node, _ = make()
+    rate, width = node.describe_parameter('rate'), node.describe_parameter('width')
+    assert rate.description == 'frames a second' and rate.additional_constraints == 'float, 0 to 100 Hz'
+    assert (rate.floating_point_range[0].to_value, width.integer_range[0].from_value) == (100.0, 1)
+    assert node.describe_parameter('autostart').read_only
+
+
+@pytest.mark.parametrize('values', [{'rate': 101.0}, {'rate': 'fast'}, {'width': -1}, {'autostart': False}, {'rate': 20.0, 'width': 0}])
+def test_a_wrong_value_changes_nothing(make, values):
+    applied = []
+    node, parameters = make(apply=applied.append)
+    result = put(node, **values)
+    assert not result.successful and result.reason
+    assert parameters['rate'] == 30.0 and parameters['width'] == 640 and applied == []
+
+
+def test_check_sees_changes_before_and_apply_after(make):
+    seen = []
+    node, parameters = make(check=lambda c: seen.append(('check', c, parameters['rate'])),
+                            apply=lambda c: seen.append(('apply', c, parameters['rate'])))
+    assert put(node, rate=50, device='pad').successful
+    assert seen == [('check', {'rate': 50.0, 'device': 'pad'}, 30.0), ('apply', {'rate': 50.0, 'device': 'pad'}, 50.0)]
+
+
+def test_check_can_refuse(make):
+    def refuse(_changes):
+        raise BadArgument('not now')
+    node, parameters = make(check=refuse)
+    result = put(node, rate=50.0)
+    assert (result.successful, result.reason, parameters['rate']) == (False, 'not now', 30.0)

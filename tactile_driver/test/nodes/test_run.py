@@ -1,0 +1,188 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Processes of nodes: signals, wrong arguments, timers."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from rclpy.clock import ClockType
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from tactile_driver.nodes.runtime import run
+from tactile_driver.nodes.runtime.ros_defaults import steady_timer
+
+PROGRAM = """
+import sys
+from rclpy.node import Node
+from tactile_driver.nodes.runtime.run import run_node
+
+class Quiet(Node):
+    def __init__(self):
+        super().__init__('quiet')
+        print('up', flush=True)
+
+    def destroy_node(self):
+        print('released', flush=True)
+        super().destroy_node()
+
+sys.exit(run_node(Quiet))
+"""
+
+
+def started(program):
+    return subprocess.Popen([sys.executable, '-c', program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                            start_new_session=True)
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize('which', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.full
+def test_a_signal_ends_the_process_cleanly(which):
+    process = started(PROGRAM)
+    assert process.stdout.readline() == 'up\n'
+    time.sleep(0.3)
+    process.send_signal(which)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (0, 'released\n', '')
+
+
+@pytest.mark.ros
+@pytest.mark.full
+@pytest.mark.parametrize('where', ['making', 'working'])
+def test_what_a_node_does_is_not_interrupted(where):
+    long = f"print('{where}', flush=True); time.sleep(0.5); print('done', flush=True)"
+    later = 'self.create_timer(0.05, lambda: self.work())' if where == 'working' else 'self.work()'
+    process = started('import time' + PROGRAM.replace("print('up', flush=True)", f"""{later}
+
+    def work(self):
+        {long}"""))
+    assert process.stdout.readline() == f'{where}\n'
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (0, 'done\nreleased\n', '')
+
+
+@pytest.mark.ros
+@pytest.mark.full
+def test_rclpy_takes_no_signal():
+    # its handler looks at executors in another thread, also while they are put away
+    asked = 'from rclpy.signals import get_current_signal_handlers_options as taken\n'
+    process = started(asked + PROGRAM.replace("print('up', flush=True)", 'print(taken().name, flush=True)'))
+    assert process.stdout.readline() == 'NO\n'
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=20) == 0
+
+
+@pytest.mark.ros
+@pytest.mark.full
+def test_further_interrupts_do_not_tear_what_is_put_away():
+    last = "print('released', flush=True)"
+    process = started('import time' + PROGRAM.replace(last, f"print('putting away', flush=True); time.sleep(0.5); {last}"))
+    assert process.stdout.readline() == 'up\n'
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    assert process.stdout.readline() == 'putting away\n'
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (0, 'released\n', '')
+
+
+@pytest.mark.ros
+@pytest.mark.full
+@pytest.mark.parametrize('which', [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_while_the_interpreter_closes_down_does_not_count(which):
+    # launch sends its own after that of the terminal
+    last = """
+import os, sys, time
+
+class Last:
+    def __del__(self, write=os.write, sleep=time.sleep):
+        write(1, b'closing down\\n')
+        sleep(0.5)
+sys.last_to_go = Last()
+"""
+    process = started(last + PROGRAM)
+    assert process.stdout.readline() == 'up\n'
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    assert [process.stdout.readline() for _ in range(2)] == ['released\n', 'closing down\n']
+    process.send_signal(which)
+    assert process.wait(timeout=20) == 0
+
+
+@pytest.mark.ros
+@pytest.mark.full
+def test_an_exception_that_nothing_catches_ends_the_process_with_its_traceback():
+    failing = PROGRAM.replace("print('up', flush=True)", """self.create_timer(0.05, self.fail)
+
+    def fail(self):
+        raise RuntimeError('no such thing')""")
+    process = started(failing)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 1 and out == 'released\n' and "RuntimeError: no such thing" in err
+
+
+@pytest.mark.ros
+@pytest.mark.full
+def test_what_was_given_and_cannot_be_used_ends_the_process_while_it_spins():
+    wrong = PROGRAM.replace("print('up', flush=True)", """self.create_timer(0.05, self.refuse)
+
+    def refuse(self):
+        raise BadArgument('path: is none')""").replace('import sys', 'import sys\nfrom tactile_driver.errors import BadArgument')
+    process = started(wrong)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out) == (run.WRONG, 'released\n') and 'path: is none' in err and 'Traceback' not in err
+
+
+@pytest.mark.parametrize('chosen', run._CHOSEN_BY)
+def test_a_users_own_fast_dds_set_up_is_left_alone(monkeypatch, chosen):
+    for name in run._CHOSEN_BY:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv(chosen, 'mine')
+    run.make_room_for_images()
+    assert {name: os.environ[name] for name in run._CHOSEN_BY if name in os.environ} == {chosen: 'mine'}
+
+
+def test_without_one_the_profile_is_used_and_exists(monkeypatch):
+    for name in run._CHOSEN_BY:
+        monkeypatch.setenv(name, '')
+    run.make_room_for_images()
+    assert os.path.isfile(os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'])
+
+
+@pytest.mark.ros
+def test_several_nodes_are_put_away_in_their_order_also_where_one_cannot_be_made(capfd, monkeypatch):
+    from rclpy.node import Node
+    from tactile_driver.errors import BadArgument
+    monkeypatch.setattr(run, '_call_on_signals', lambda _end: None)
+    gone = []
+
+    class Named(Node):
+        def destroy_node(self):
+            gone.append(self.get_name())
+            super().destroy_node()
+
+    def make():
+        yield Named('first')
+        yield Named('second')
+        raise BadArgument('third: its calibration is missing')
+    assert run.run_nodes(make, []) == run.WRONG
+    assert gone == ['first', 'second']
+    assert 'third: its calibration is missing' in capfd.readouterr().err
+
+
+def test_it_runs_where_simulated_time_stands_still(node):
+    node.set_parameters([Parameter('use_sim_time', value=True)])
+    calls = []
+    timer = steady_timer(node, 0.01, lambda: calls.append(time.monotonic()))
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    end = time.monotonic() + 5.0
+    while len(calls) < 3 and time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.1)
+    executor.shutdown()
+    assert len(calls) >= 3 and timer.clock.clock_type == ClockType.STEADY_TIME

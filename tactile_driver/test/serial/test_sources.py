@@ -1,0 +1,260 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Sources on serial ports, with modulated light, and matrices in files."""
+
+import os
+import time
+import tty
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tactile_driver.errors import BadArgument, BadFrame, BadRecording, DeviceLost
+from tactile_driver.samples import SampleBlock
+from tactile_driver.serial import port as serial_port
+from tactile_driver.serial.frames import MATRIX, CountFrame, write_frame
+from tactile_driver.serial.port import SerialPort, SerialSource, find_port
+from tactile_driver.serial.psd import Demodulator, PsdSerialSource, PsdSimulatedSource, SerialSettings
+from tactile_driver.serial.taxel import TaxelFileSource
+from tactile_driver.sources.source import EndOfSource, NothingYet
+
+PORTS = [SimpleNamespace(device='/dev/ttyUSB0', description='FT232R', serial_number='A901'),
+         SimpleNamespace(device='/dev/ttyUSB1', description='FT232R', serial_number='A902')]
+
+
+def test_a_port_is_found_by_its_serial_number(monkeypatch, tmp_path):
+    monkeypatch.setattr(serial_port.list_ports, 'comports', lambda: PORTS)
+    monkeypatch.setattr(serial_port, '_BY_ID', tmp_path)
+    (tmp_path / 'usb-FTDI').write_text('')
+    assert find_port('A902') == '/dev/ttyUSB1'
+    assert find_port('usb-FTDI') == str(tmp_path / 'usb-FTDI')
+    with pytest.raises(DeviceLost, match='several.*A901'):
+        find_port('A90')
+
+
+def test_what_has_come_is_read_and_a_port_that_is_gone_is_told():
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    port = SerialPort(os.ttyname(slave), 115200)
+    port.open()
+    os.write(master, b'abc')
+    found = b''.join(port.read() for _ in range(4))  # the terminal may hand it over in parts
+    assert found == b'abc' and port.read() == b''
+    os.close(master), os.close(slave)
+    with pytest.raises(DeviceLost, match='is gone'):
+        port.read()
+    port.close()
+    with pytest.raises(DeviceLost, match='not open'):
+        port.read()
+
+
+class Lines(SerialSource):
+    def _new_reader(self):
+        return self
+
+    def feed(self, data):
+        return [line.decode() for line in data.splitlines() if line.startswith(b'+')]
+
+    def _poll(self):
+        self._ready = self._received()[0]
+
+    def _delivered(self, found):
+        return found.upper()
+
+    def _deafness(self):
+        return 'no +'
+
+
+@pytest.fixture
+def port():
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    source = Lines(os.ttyname(slave), 9600, lambda: 0, 20)
+    source.open()
+    yield master, source
+    source.close()
+    os.close(master), os.close(slave)
+
+
+def test_frames_come_one_by_one_and_those_unwanted_are_passed_over(port):
+    master, source = port
+    os.write(master, b'+a\n+b\n+c\n')
+    assert [source.read(), source.read(wanted=False), source.read()] == ['+A', None, '+C']
+    with pytest.raises(NothingYet):
+        source.read()
+    assert source.describe()['baud'] == 9600 and source.describe()['path'] == source.describe()['device']
+    assert (source.corrupt, source.remark, source.calibration()) == (0, '', None)
+
+
+def test_bytes_without_a_frame_are_remarked_until_one_comes_or_the_port_is_opened_anew(port):
+    master, source = port
+    for text, remark in ((b'x' * 19, ''), (b'x', 'no +'), (b'+y\n', '')):
+        os.write(master, text)
+        try:
+            source.read()
+        except NothingYet:
+            pass
+        assert source.remark == remark
+    os.write(master, b'x' * 40)
+    with pytest.raises(NothingYet):
+        source.read()
+    assert source.remark
+    source.open()
+    assert source.remark == ''
+
+
+SETTINGS = SerialSettings('binary', 921600, 5.0, 12, 0.005)
+
+
+def test_a_missing_port_is_told_with_those_that_exist():
+    for device in ('/dev/nothing', 'no-such-serial-number'):
+        with pytest.raises(DeviceLost, match='there are'):
+            PsdSerialSource(device, SETTINGS, lambda: 0).open()
+
+
+def test_wrong_settings():
+    with pytest.raises(BadArgument, match='serial port'):
+        PsdSerialSource('', SETTINGS, lambda: 0)
+    with pytest.raises(BadArgument, match='binary, csv'):
+        PsdSerialSource('/dev/x', SerialSettings('xml', 1, 5.0, 12, 0.005), lambda: 0)
+
+
+def test_bytes_without_frames_are_told():
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    source = PsdSerialSource(os.ttyname(slave), SETTINGS, lambda: 0)
+    source.open()
+    for _ in range(3):
+        os.write(master, b'\x80' * 2000)
+        with pytest.raises(NothingYet):
+            source.read()
+    assert 'baud' in source.remark and source.describe()['garbage bytes'] >= 5990
+    os.write(master, write_frame(CountFrame(np.zeros((4, 4), int), 0, 0, 0, 8), MATRIX))
+    with pytest.raises(NothingYet):
+        source.read()
+    assert f'another sensor sends on {os.ttyname(slave)}: a matrix of 4 x 4 values of 8 bits; ' in source.remark
+    source.close()
+    os.close(master), os.close(slave)
+
+
+RATE = 10_000.0
+PERIOD_NS = round(1e9 / RATE)
+LIGHT = np.array([0.5, 0.8, 1.1, 0.4], np.float32)
+
+
+def samples(count, ambient, lit=None):
+    """(count, 5) V: the light of a contact on every second sample, over ambient light (count,)."""
+    lit = np.arange(count) % 2 == 0 if lit is None else lit
+    return np.column_stack([lit[:, None] * LIGHT + np.asarray(ambient)[:, None] / 4, lit]).astype(np.float32)
+
+
+def net(rows, size, begin_ns=10**9):
+    """All net blocks of rows in blocks of that size."""
+    made = Demodulator(4.9)
+    return made, [part for k in range(0, len(rows), size)
+                  for part in made.net(SampleBlock(rows[k:k + size], begin_ns + k * PERIOD_NS, 1 / RATE))]
+
+
+@pytest.mark.parametrize('size', [1, 2, 7, 50, 1000])
+def test_ambient_light_flicker_and_steps_are_gone_and_stamps_are_those_of_the_lit_samples(size):
+    t = np.arange(1000) / RATE
+    ambient = 1.2 + 0.3 * np.sin(200 * np.pi * t) + 2 * np.clip((t - 0.05) / 0.02, 0, 1)
+    made, blocks = net(samples(1000, ambient), size)
+    volts = np.concatenate([block.volts for block in blocks])
+    assert volts == pytest.approx(np.tile(LIGHT, (499, 1)), abs=2e-3)
+    stamps = np.concatenate([block.stamp_ns + 2 * PERIOD_NS * np.arange(len(block.volts)) for block in blocks])
+    assert stamps.tolist() == [10**9 + k * PERIOD_NS for k in range(2, 1000, 2)]
+    assert {block.period_s for block in blocks} == {2 / RATE} and made.missing <= 1
+
+
+def test_what_lacks_a_dark_neighbour_is_left_out_and_counted():
+    lit = np.arange(40) % 2 == 0
+    lit[21] = True  # three lit samples in a row
+    made, blocks = net(samples(40, np.zeros(40), lit), 40)
+    assert [len(block.volts) for block in blocks] == [9, 8] and made.missing >= 3
+    assert blocks[1].stamp_ns == 10**9 + 24 * PERIOD_NS
+
+
+def test_samples_around_a_gap_are_not_joined():
+    rows, made = samples(40, np.zeros(40)), Demodulator(4.9)
+    first = made.net(SampleBlock(rows[:20], 10**9, 1 / RATE))
+    second = made.net(SampleBlock(rows[21:], 10**9 + 35 * PERIOD_NS, 1 / RATE))
+    assert [b.stamp_ns for b in first + second] == [10**9 + 2 * PERIOD_NS, 10**9 + 36 * PERIOD_NS]
+
+
+def test_a_saturated_output_stays_saturated():
+    rows = samples(20, np.full(20, 16.0))
+    rows[::2, 2] = 4.95
+    _, blocks = net(rows, 20)
+    assert (blocks[0].volts[:, 2] >= 4.9).all() and blocks[0].volts[:, 0] == pytest.approx(LIGHT[0], abs=1e-5)
+
+
+def test_without_a_known_period_or_light_there_is_nothing():
+    made = Demodulator(4.9)
+    assert made.net(SampleBlock(samples(5, np.zeros(5)), 10**9, float('nan'))) == []
+    assert made.net(SampleBlock(samples(8, np.zeros(8), np.zeros(8, bool)), 2 * 10**9, 1 / RATE)) == []
+
+
+def test_wrong_settings_simulated():
+    with pytest.raises(BadArgument, match='real time'):
+        PsdSimulatedSource('demo', 0, 0, 0.01, time.time_ns)
+    with pytest.raises(BadArgument, match='taps'):
+        PsdSimulatedSource('nowhere', -1, 0, 0.01, time.time_ns).open()
+
+
+FRAMES = np.arange(3 * 2 * 4, dtype=np.uint8).reshape(3, 2, 4)
+
+
+def source(path, array='', rate=0.0, loop=False, shape=(2, 4)):
+    opened = TaxelFileSource(str(path), array, rate, loop, shape, time.time_ns)
+    opened.open()
+    return opened
+
+
+def all_of(opened):
+    frames = []
+    while True:
+        try:
+            frames.append(opened.read().image.tolist())
+        except EndOfSource:
+            return frames
+
+
+def test_npz_npy_and_csv_hold_the_same(tmp_path):
+    np.savez(tmp_path / 'a.npz', frames=FRAMES, t=np.arange(3) * 0.01)
+    np.save(tmp_path / 'a.npy', FRAMES)
+    np.savetxt(tmp_path / 'a.csv', FRAMES.reshape(3, -1), delimiter=',')
+    np.savetxt(tmp_path / 'timed.csv', np.column_stack([np.arange(3) * 0.01, FRAMES.reshape(3, -1)]), delimiter=',')
+    for name in ('a.npz', 'a.npy', 'a.csv', 'timed.csv'):
+        assert all_of(source(tmp_path / name)) == FRAMES.tolist()
+
+
+def test_recorded_times_are_kept(tmp_path):
+    np.savez(tmp_path / 'a.npz', pad1=FRAMES, t_ms=10**12 + np.array([0, 50, 150]))
+    opened = source(tmp_path / 'a.npz', rate=-1.0)
+    stamps = [opened.read().stamp_ns for _ in range(3)]
+    assert np.diff(stamps) == pytest.approx([50e6, 100e6], abs=10e6)
+
+
+def test_one_of_several_arrays_and_a_loop(tmp_path):
+    np.savez(tmp_path / 'a.npz', pad1=FRAMES, pad5=FRAMES + 1)
+    with pytest.raises(BadRecording, match='pad1, pad5'):
+        source(tmp_path / 'a.npz')
+    opened = source(tmp_path / 'a.npz', 'pad5', loop=True)
+    assert [opened.read().image[0, 0] for _ in range(4)] == [1, 9, 17, 1]
+
+
+@pytest.mark.parametrize('name, content', [('a.txt', b''), ('a.npz', b'no'), ('a.csv', b'1,2\n'), ('a.csv', b'x'), ('none.npy', None)])
+def test_broken_files(tmp_path, name, content):
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(BadRecording):
+        source(tmp_path / name)
+
+
+def test_frames_of_another_size_are_skipped(tmp_path):
+    np.save(tmp_path / 'a.npy', FRAMES)
+    with pytest.raises(BadFrame):
+        source(tmp_path / 'a.npy', shape=(4, 4)).read()
+    with pytest.raises(BadArgument):
+        source('')

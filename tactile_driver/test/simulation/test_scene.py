@@ -1,0 +1,328 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes and their truth."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from tactile_driver.simulation.scene.contact_region import find_region
+from tactile_driver.simulation.scene.observe import SLIP_SPEED, Observer
+from tactile_driver.simulation.scene.shutters import Shutters
+from tactile_driver.simulation.scene.specimen import UNTOUCHED, act, one_after_the_other, press
+from tactile_driver.simulation.sensors.areal_dual import areal_dual
+from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
+from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
+from tactile_driver.simulation.skin.contact import FrictionalContact
+from tactile_driver.simulation.skin.dome import Membrane
+from tactile_driver.simulation.skin.motion import Key, Motion
+from tactile_driver.simulation.skin.tools import tool_named
+from tactile_driver.simulation.truth import GROSS, INCIPIENT, NON_CONTACT, NO_SLIP, SLIPPING, STICKING
+
+
+@pytest.fixture(scope='module')
+def membrane():
+    return Membrane(nodes=49)
+
+
+def pressed(membrane, name, depth, x=0.0):
+    """State, tool and pose of a tool that was pressed straight down."""
+    motion = Motion(tool_named(name), [Key(0, x=x, press=0), Key(0.5, x=x, press=depth)], membrane)
+    contact = FrictionalContact(membrane, 0.4)
+    for k in range(15):
+        state = contact.step(motion.tool, motion.pose(k / 30), motion.pose((k + 1) / 30))
+    return state, motion.tool, motion.pose(0.5)
+
+
+def test_nothing_touches_at_rest(membrane):
+    contact = FrictionalContact(membrane, 0.4)
+    assert find_region(membrane, contact.state, tool_named('disc'), None) is None
+
+
+def test_ring_pressed_hard_is_touched_all_round(membrane):
+    region = find_region(membrane, *pressed(membrane, 'ring', 0.003))
+    assert len(region.outlines) == 1 and len(region.holes) == 1
+    outer, inner = (np.hypot(*line[0][:, :2].T) for line in (region.outlines, region.holes))
+    assert outer.mean() == pytest.approx(0.0075, abs=0.3e-3) and inner.mean() == pytest.approx(0.0045, abs=0.3e-3)
+    assert outer.std() < 0.15e-3 and inner.std() < 0.15e-3
+    assert region.area == pytest.approx(np.pi * (0.0075**2 - 0.0045**2), rel=0.15)
+    assert region.centroid[:2] == pytest.approx([0, 0], abs=1e-4)
+    assert region.normal == pytest.approx([0, 0, 1], abs=0.01)
+
+
+def test_region_on_a_ball_is_round_about_its_tip(membrane):
+    region = find_region(membrane, *pressed(membrane, 'sphere', 0.004))
+    radius = np.hypot(*(region.outlines[0][:, :2] - region.centroid[:2]).T)
+    assert region.centroid[:2] == pytest.approx([0, 0], abs=1e-4)
+    assert radius.std() < 0.2e-3 and 0.003 < radius.mean() < 0.0065
+    gap = np.linalg.norm(region.outlines[0] - [0, 0, 0.021 - 0.004], axis=1) - 0.008
+    assert np.abs(gap).max() < 60e-6
+
+
+def test_area_is_what_the_outline_encloses(membrane):
+    region = find_region(membrane, *pressed(membrane, 'disc', 0.0025, x=0.002))
+    x, y = region.outlines[0][:, 0], region.outlines[0][:, 1]
+    enclosed = 0.5 * abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1)))
+    assert region.area == pytest.approx(enclosed, rel=0.03)
+
+
+FRICTION, RATE = 0.35, 30
+
+
+def run(name, keys):
+    """Truths, states and poses of a tool that goes through keys, frame by frame."""
+    membrane, camera = Membrane(nodes=49), touchpad_camera()
+    motion = Motion(tool_named(name), keys, membrane)
+    contact = FrictionalContact(membrane, FRICTION)
+    observer = Observer(membrane, touchpad_dots(membrane, np.random.default_rng(0)), camera, 1 / RATE)
+    out = []
+    for k in range(int(keys[0].t * RATE), int(keys[-1].t * RATE)):
+        before, now = motion.pose(k / RATE), motion.pose((k + 1) / RATE)
+        state = contact.step(motion.tool, before, now)
+        out.append((observer.observe(state, motion.tool, before, now).truth, state, now))
+    return membrane, camera, motion, out
+
+
+@pytest.fixture(scope='module')
+def drag():
+    return run('rectangle', [Key(0, press=-0.001), Key(0.8, press=0.0032), Key(1.2, press=0.0032), Key(3.0, x=0.0055, press=0.0032),
+                             Key(3.4, x=0.0055, press=0.0032)])
+
+
+@pytest.fixture(scope='module')
+def twist():
+    return run('disc', [Key(0, x=0.001, press=0.0), Key(0.6, x=0.001, press=0.003), Key(2.0, x=0.001, press=0.003, yaw=0.7)])
+
+
+@pytest.fixture(scope='module')
+def balls():
+    return run('two_spheres', [Key(0, press=0.0), Key(0.6, press=0.0034), Key(0.8, press=0.0034)])
+
+
+@pytest.fixture(scope='module')
+def two_objects():
+    pressed = Key(0.6, press=0.0034)
+    return run('two_spheres', [Key(0, press=0.0), pressed, replace(pressed, t=0.8), replace(pressed, t=1.8, other_y=-0.004)])
+
+
+def test_one_of_two_objects_is_dragged_until_it_slips_and_the_other_rests(two_objects):
+    membrane, _, _, frames = two_objects
+    truth = frames[-3][0]
+    touched, right = truth.dot_state != NON_CONTACT, truth.dot_xyz[:, 0] > 0
+    assert (truth.dot_state[touched & ~right] == STICKING).mean() > 0.8 and (truth.dot_state[touched & right] == SLIPPING).mean() > 0.5
+    y = sorted((contact.position[0], contact.position[1]) for contact in truth.contacts)
+    assert abs(y[0][1]) < 1e-6 and y[1][1] == pytest.approx(-0.004, abs=0.5e-3)
+
+
+def test_touching_dots_lie_on_the_tool(drag):
+    _, _, motion, frames = drag
+    for truth, _, pose in frames[20::5]:
+        gap = motion.tool.distance(pose.to_tool(truth.dot_xyz))
+        assert np.abs(gap[truth.dot_state != NON_CONTACT]).max() <= 20e-6
+        assert gap.min() > -1e-6
+        assert (truth.dot_state != NON_CONTACT).sum() > 15
+
+
+def test_wrench_is_the_sum_of_the_nodes_forces(drag):
+    membrane, _, _, frames = drag
+    truth, state, _ = frames[60]
+    nodes = state.shape.reshape(-1, 3)[membrane.inner][state.touching]
+    np.testing.assert_allclose(truth.wrench[:3], state.force.sum(axis=0), atol=1e-12)
+    np.testing.assert_allclose(truth.wrench[3:], np.cross(nodes, state.force).sum(axis=0), atol=1e-12)
+    assert truth.wrench[2] < -0.4 and truth.wrench[0] > 0.1
+    assert truth.contacts[0].force == pytest.approx(-truth.wrench[:3] @ truth.normal)
+
+
+def test_membrane_s_rim_and_water_carry_the_wrench(drag):
+    membrane, _, _, frames = drag
+    truth, state, _ = frames[33]
+    pull = membrane.springs.T @ np.ones(membrane.inner.sum())
+    flat = state.shape.reshape(-1, 3)
+    # what the rim's springs and the water do to the free skin balances the tool, up to the solver's residual
+    springs = pull @ (flat - membrane.rest.reshape(-1, 3))
+    pressed, resting = (membrane.area_vectors(shape)[membrane.inner].sum(axis=0) for shape in (state.shape, membrane.rest))
+    water = state.pressure * pressed - membrane.pressure * resting
+    np.testing.assert_allclose(springs - water, truth.wrench[:3], atol=0.003 * np.linalg.norm(truth.wrench[:3]))
+
+
+def test_drag_sticks_then_slips_in_part_then_altogether(drag):
+    states = [truth.slip_state for truth, _, _ in drag[3]]
+    assert set(states[28:36]) == {NO_SLIP}
+    assert INCIPIENT in states[36:]
+    assert states[80:88] == [GROSS] * 8
+    assert states.index(INCIPIENT) < states.index(GROSS)
+    assert states[-5:] == [NO_SLIP] * 5
+    for truth, _, _ in drag[3]:
+        assert truth.slip_state == (NO_SLIP if truth.slipping_fraction < 0.05 else INCIPIENT if truth.slipping_fraction < 0.9 else GROSS)
+
+
+def test_a_dot_slips_when_it_moves_over_the_tool(drag):
+    _, _, _, frames = drag
+    limit = SLIP_SPEED / RATE
+    for (first, _, before), (second, _, now) in zip(frames[40:85], frames[41:86]):
+        both = (first.dot_state > 0) & (second.dot_state > 0)
+        way = now.to_tool(second.dot_xyz) - before.to_tool(first.dot_xyz)
+        along = np.linalg.norm(way[both][:, :2], axis=1)
+        clear = np.abs(along - limit) > 0.05 * limit
+        face = np.abs(now.to_tool(second.dot_xyz)[both][:, 2]) < 1e-6
+        np.testing.assert_array_equal((second.dot_state[both] == SLIPPING)[clear & face], (along > limit)[clear & face])
+
+
+def test_motion_of_the_object(drag):
+    truth = drag[3][60][0]
+    speed = 0.0055 / 1.8 / 0.85
+    assert truth.motion == pytest.approx([speed / RATE, 0, 0, 0, 0, 0], abs=1e-6)
+    assert truth.contacts[0].depth == pytest.approx(0.0032, abs=2e-6)
+
+
+def test_object_over_the_skin_is_still_while_it_sticks_and_goes_with_the_object_in_gross_slip(drag):
+    assert (drag[3][30][0].velocity == 0).all()
+    gross = [truth for truth, _, _ in drag[3][60:85] if truth.slipping_fraction == 1]
+    assert len(gross) > 8
+    # the median: now and then a row of nodes leaves the tool and the skin snaps back
+    assert np.median([truth.velocity[0] for truth in gross]) == pytest.approx(0.0055 / 1.8 / 0.85, rel=0.15)
+    for truth in gross:
+        assert np.abs(truth.velocity[1]) < 1e-4 and np.isnan(truth.rotation_center).all()
+
+
+def test_twist_turns_about_its_axis_and_makes_a_moment(twist):
+    truth = twist[3][45][0]
+    assert truth.velocity[5] == pytest.approx(0.7 / 1.4 / 0.85, rel=0.05)
+    assert truth.velocity[:2] == pytest.approx([0, -0.001 * truth.velocity[5]], abs=4e-4)
+    assert truth.rotation_center[:2] == pytest.approx([0.001, 0], abs=0.5e-3)
+    assert truth.wrench[5] > 2e-4
+    assert truth.motion[5] == pytest.approx(0.7 / 1.4 / 0.85 / RATE, rel=0.01)
+    truth = next(truth for truth, _, _ in twist[3] if truth.slip_state == INCIPIENT and truth.slipping_fraction > 0.4)
+    inner = np.linalg.norm(truth.dot_xyz[:, :2] - [0.001, 0], axis=1)
+    assert inner[truth.dot_state == STICKING].mean() < inner[truth.dot_state == SLIPPING].mean()
+
+
+def test_two_balls_are_two_touches(balls):
+    truth = balls[3][-1][0]
+    assert len(truth.contacts) == 2 and len(truth.outlines) == 2
+    left, right = truth.contacts
+    assert left.depth - right.depth == pytest.approx(0.0004, abs=2e-6)
+    assert left.position[:2] == pytest.approx([-0.0065, 0]) and right.position[:2] == pytest.approx([0.0065, 0])
+    assert left.force > right.force > 0.1
+    assert left.force * left.normal[2] + right.force * right.normal[2] == pytest.approx(-truth.wrench[2], rel=0.05)
+    for touch in truth.contacts:
+        assert np.linalg.norm(touch.normal) == pytest.approx(1) and touch.normal[2] > 0.8
+
+
+def test_of_two_unlike_balls_one_that_hardly_presses_is_where_it_touches():
+    """Its pressure is all below half of the usual one, so that it has no region."""
+    sensor, tool = areal_dual(0), tool_named('fingers_6_and_12mm_42mm')
+    motion = Motion(tool, [Key(0, press=0.0), Key(1.0, press=0.002)], sensor.skin)
+    contact, (before, now) = FrictionalContact(sensor.skin, FRICTION), (motion.pose(0.5), motion.pose(1.0))
+    contact.step(tool, motion.pose(0.0), before)
+    state = contact.step(tool, before, now)
+    nodes = state.shape.reshape(-1, 3)[sensor.skin.inner][state.touching]
+    few, large = np.hypot(nodes[:, 0] - 0.021, nodes[:, 1]) < 5e-4, nodes[:, 0] > 0
+    state.force[large] *= 0.05
+    state = replace(state, touching=state.touching[few | ~large], force=state.force[few | ~large])
+    observer = Observer(sensor.skin, sensor.pattern, sensor.cameras[0], 1 / RATE)
+    large = observer.observe(state, tool, before, now).truth.contacts[1]
+    assert large.depth == pytest.approx(0.002, abs=2e-6) and large.position[:2] == pytest.approx([0.021, 0], abs=1e-3)
+    assert -large.depth - 1e-4 < large.position[2] < -large.depth + 1e-3
+
+
+@pytest.fixture(scope='module')
+def scene():
+    return open_scene('impact', width=320, height=240)
+
+
+def test_same_time_gives_the_same_frame_in_any_order(scene):
+    times = [0.5, 1.9, 1.85, 0.0, 2.4]
+    first = [scene.render(t) for t in times]
+    again = open_scene('impact', width=320, height=240)
+    for t, frame in sorted(zip(times, first), key=lambda pair: pair[0]):
+        other = again.render(t)
+        np.testing.assert_array_equal(other.image, frame.image)
+        np.testing.assert_array_equal(other.truth.dot_uv, frame.truth.dot_uv)
+
+
+def test_scene_repeats_but_its_noise_does_not(scene):
+    early, late = scene.render(1.9), scene.render(1.9 + scene.duration)
+    np.testing.assert_array_equal(early.truth.dot_xyz, late.truth.dot_xyz)
+    assert (early.image != late.image).mean() > 0.2
+    np.testing.assert_array_equal(scene.render_clean(1.9).image, scene.render_clean(1.9 + scene.duration).image)
+
+
+def test_frames_computed_ahead_are_those_of_the_scene():
+    ahead, plain = (open_scene('impact', 30.0, 0, 320, 240) for _ in range(2))
+    assert sum(ahead.observe_ahead(9) for _ in range(20)) == 10 and not ahead.observe_ahead(9)
+    while ahead.observe_ahead(10 * ahead.frames):
+        pass
+    deepest = int(np.argmax([-plain.observe(k).truth.wrench[2] for k in range(plain.frames)]))
+    np.testing.assert_array_equal(ahead.observe(deepest).shape, plain.observe(deepest).shape)
+
+
+def test_a_slow_camera_sees_the_same_presses():
+    slow, quick = (open_scene('sphere_press', rate=rate, width=320, height=240) for rate in (3, 30))
+    assert slow.frames * 10 == pytest.approx(quick.frames, abs=10)
+    for k in range(slow.frames):
+        pair = slow.observe(k).truth, quick.observe(10 * k).truth
+        depth, other = (max([touch.depth for touch in truth.contacts], default=0.0) for truth in pair)
+        assert depth == pytest.approx(other, abs=1e-6)
+
+
+def test_a_fast_drag_slides_at_coulombs_friction():
+    scene = open_dual_scene('areal_dual_fast_drag', shutters=Shutters(0.0))
+    forces = np.array([scene.observe(k).truth.wrench[:3] for k in range(73, 88)])  # the first drag, at 80 mm/s
+    ratios = np.hypot(forces[:, 0], forces[:, 1]) / -forces[:, 2]
+    assert ratios.min() > 0.26 and ratios.max() < 0.39 and ratios.mean() == pytest.approx(0.35, abs=0.03)
+
+
+@pytest.mark.parametrize('sign', [1, -1])
+def test_right_camera_sees_the_tool_at_its_own_time(sign):
+    scene = open_dual_scene('areal_dual_press', rate=10.0, shutters=Shutters(sign * 0.025))
+    finer = open_dual_scene('areal_dual_press', rate=40.0, shutters=Shutters(0.0))
+    for k in range(17, 22):
+        late = finer.right_dot_uv(4 * k + sign)
+        early = finer.right_dot_uv(4 * k)
+        assert scene.right_delay(k) == sign * 0.025
+        off = np.linalg.norm(scene.right_dot_uv(k) - late, axis=1).max()
+        assert off < 0.35 + 0.3 * np.linalg.norm(early - late, axis=1).max()
+    moved = np.linalg.norm(scene.right_dot_uv(19) - scene.right_dot_uv(17), axis=1).max()
+    assert moved > 1.0
+
+
+def test_two_views_are_the_same_for_the_same_time_in_any_order():
+    scene, again = (open_dual_scene('areal_dual_press', rate=10.0, seed=1) for _ in range(2))
+    first = [scene.render(t) for t in (2.3, 0.0, 1.9)]
+    for t, pictures in zip((2.3, 1.9, 0.0), (first[0], first[2], first[1])):
+        left, right, truth = again.render(t)
+        np.testing.assert_array_equal(left, pictures[0])
+        np.testing.assert_array_equal(right, pictures[1])
+        np.testing.assert_array_equal(truth.dot_uv, pictures[2].dot_uv)
+
+
+def test_offset_drift_and_jitter():
+    assert (Shutters(0.004).delays(100, 30.0) == 0.004).all()
+    swung = Shutters(0.002, 0.006).delays(600, 30.0)
+    assert swung.mean() == pytest.approx(0.002, abs=1e-9) and np.ptp(swung) == pytest.approx(0.012, rel=1e-3)
+    assert np.abs(np.diff(np.r_[swung, swung[0]])).max() < 1e-4, 'a scene that repeats goes on without a leap'
+    shaky = Shutters(jitter=5e-4).delays(600, 30.0)
+    assert shaky.std() == pytest.approx(5e-4, rel=0.1) and (shaky == Shutters(jitter=5e-4).delays(600, 30.0)).all()
+    assert (shaky != Shutters(jitter=5e-4, seed=1).delays(600, 30.0)).any()
+
+
+@pytest.mark.parametrize('offset', [0.1, -0.1])
+def test_the_exposure_of_the_same_number_is_the_nearest(offset):
+    delays = Shutters(offset, 0.01, 0.002).delays(200, 30.0)
+    assert np.abs(delays).max() < 0.5 / 30 and (np.sign(delays) == np.sign(offset)).all()
+
+
+def test_act_comes_from_above_and_leaves_upwards():
+    tool, keys = act('sphere', 2.0, {'t': 0.5, 'press': 0.003}, {'t': 1.0, 'x': 0.004}, x=0.001)
+    assert tool == 'sphere'
+    assert [key.t for key in keys] == [1.75, 2.0, 2.5, 3.0, 3.25]
+    assert [key.x for key in keys] == [0.001, 0.001, 0.001, 0.004, 0.004]
+    assert [key.press for key in keys] == [-0.0015, 0.0, 0.003, 0.003, -0.0015]
+
+
+def test_acts_follow_one_another_with_a_pause():
+    first, second = one_after_the_other([partial(press, 'sphere', 0, 0, 0.001)] * 2, pause=0.5)
+    assert first[1][0].t == UNTOUCHED
+    assert second[1][0].t - first[1][-1].t == pytest.approx(0.5)

@@ -1,0 +1,278 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated sensors with cameras."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from sheets_seen import bright_spots
+from tactile_driver.errors import BadArgument
+from tactile_driver.simulation.optics.pattern import SurfaceSampler
+from tactile_driver.simulation.scene.specimen import UNTOUCHED, Script, one_after_the_other, press
+from tactile_driver.simulation.sensors import scenes
+from tactile_driver.simulation.sensors.air_cushion import air_cushion
+from tactile_driver.simulation.sensors.scenes import SCENES, open_dual_scene, open_scene
+from tactile_driver.simulation.sensors.touchpad import TOUCHPAD_SCENES
+
+
+def test_unknown_scene_lists_the_known_ones():
+    with pytest.raises(BadArgument, match='demo, disc_tilt, disc_twist'):
+        open_scene('nowhere')
+
+
+@pytest.mark.parametrize('arguments', [{'rate': 0}, {'rate': float('nan')}, {'width': 640, 'height': 640}, {'width': 100, 'height': 75}])
+def test_bad_numbers_are_refused(arguments):
+    with pytest.raises(BadArgument, match='simulation'):
+        open_scene('rest', **arguments)
+
+
+def test_every_scene_starts_untouched_and_ends_before_its_duration():
+    for name, script in SCENES.items():
+        starts = [keys[0].t for _, keys in script.acts]
+        assert all(start >= UNTOUCHED for start in starts), name
+        ends = [keys[-1].t for _, keys in script.acts]
+        assert all(end <= start for end, start in zip(ends, starts[1:])), name
+        assert all(keys[0].press < 0 and keys[-1].press < 0 for _, keys in script.acts), name
+
+
+@pytest.fixture(scope='module')
+def demo():
+    scene = open_scene('demo', width=320, height=240)
+    return scene, [scene.observe(k).truth for k in range(scene.frames)]
+
+
+def test_one_camera_and_two_are_opened_each_by_its_function():
+    with pytest.raises(BadArgument, match='two cameras'):
+        open_scene('areal_dual_rest')
+    with pytest.raises(BadArgument, match='one camera; those with two are areal_dual_calibration'):
+        open_dual_scene('demo')
+    with pytest.raises(BadArgument, match='unknown'):
+        open_dual_scene('nowhere')
+
+
+@pytest.mark.parametrize('name', ['areal_single_rest', 'air_cushion_rest'])
+def test_half_size_is_the_same_view(name):
+    whole, half = (open_scene(name, width=width, height=width * 3 // 4).observe(0).truth.dot_uv for width in (640, 320))
+    np.testing.assert_allclose((half + 0.5) * 2, whole + 0.5, atol=1e-9)
+
+
+def test_glare_is_brighter_and_noise_noisier_than_usual():
+    pictures = {}
+    for name in ('rest', 'glare', 'noise'):
+        specimen = TOUCHPAD_SCENES[name].build(0, 320)
+        _, uv, spread = specimen.pattern.seen(specimen.skin.rest, specimen.cameras[0])
+        shape, radius = specimen.skin.coarse(specimen.skin.rest), specimen.pattern.radius
+        pictures[name] = [specimen.renderers[0].draw(shape, uv, spread, radius, number).astype(float) for number in (None, 1)]
+    assert (pictures['glare'][0] == 255).sum() > (pictures['rest'][0] == 255).sum()
+    noise = {name: (noisy - clean).std() for name, (clean, noisy) in pictures.items()}
+    assert noise['noise'] > 1.5 * noise['rest']
+    np.testing.assert_array_equal(pictures['noise'][0], pictures['rest'][0])
+
+
+@pytest.fixture(scope='module')
+def scene():
+    return open_scene('areal_single_press', rate=20.0, seed=3)
+
+
+@pytest.fixture(scope='module')
+def deepest(scene):
+    depths = [max([touch.depth for touch in scene.observe(k).truth.contacts], default=0.0) for k in range(scene.frames)]
+    return int(np.argmax(depths))
+
+
+def test_markers_are_seen_where_the_truth_says_at_rest_and_pressed(scene, deepest):
+    for number, limit in ((0, 0.1), (deepest, 0.25)):
+        image, uv = scene.render_clean(number / scene.rate).image, scene.observe(number).truth.dot_uv
+        found, _ = bright_spots(image, uv, 13)
+        off = np.linalg.norm(found - uv, axis=1)
+        assert np.median(off) < limit and np.percentile(off, 95) < 4 * limit
+
+
+def test_press_has_a_tip_a_depth_and_a_force_in_balance(scene, deepest):
+    truth = scene.observe(deepest).truth
+    touch, = truth.contacts
+    assert touch.position == pytest.approx([0.007, -0.005, -0.010], abs=2e-6) and touch.depth == pytest.approx(0.010, abs=2e-6)
+    assert truth.wrench[2] == pytest.approx(-touch.force, rel=0.02) and 0.5 < touch.force < 3
+    assert np.cross(touch.position, truth.wrench[:3])[:2] == pytest.approx(truth.wrench[3:5], abs=0.05 * touch.force * 0.0085)
+    assert truth.centroid[:2] == pytest.approx([0.007, -0.005], abs=0.5e-3) and 1e-5 < truth.area < 1e-4
+    lowest = truth.dot_xyz[truth.dot_xyz[:, 2].argmin()]
+    assert np.linalg.norm(lowest[:2] - [0.007, -0.005]) < 0.0035 and -0.010 < lowest[2] < -0.0085
+
+
+def test_seeds_are_other_specimens_and_the_same_seed_the_same(scene):
+    same, other = (open_scene('areal_single_press', rate=20.0, seed=seed).render(0) for seed in (3, 4))
+    np.testing.assert_array_equal(same.image, scene.render(0).image)
+    off = other.truth.dot_uv - same.truth.dot_uv
+    assert 1 < np.linalg.norm(off, axis=1).mean() < 15 and off.std(axis=0).min() > 0.3
+
+
+def test_of_two_fingertips_each_is_where_it_touches_a_sheet_that_the_other_inclines():
+    """Away from the other by some part of the radius, and higher than its lowest point."""
+    scene = open_scene('areal_single_two', rate=4.0)
+    pairs = (scene.observe(k).truth.contacts for k in range(scene.frames))
+    first, second = pair = next(pair for pair in pairs if pair and pair[0].depth > 5.9e-3)
+    apart = np.hypot(*(first.position - second.position)[:2])
+    assert 0.023 + 1e-4 < apart < 0.023 + 2e-3
+    assert all(-contact.depth + 1e-4 < contact.position[2] < -contact.depth + 2e-3 for contact in pair)
+
+
+def test_of_two_unlike_fingertips_one_moves():
+    scene = open_scene('areal_single_two_unlike', rate=8.0)
+    pairs = [[(c.position, c.depth) for c in scene.observe(k).truth.contacts] for k in range(scene.frames)]
+    pairs = np.array([[np.append(*contact) for contact in pair] for pair in pairs[:len(pairs) // 2] if len(pair) == 2])
+    still, moved = (np.ptp(pairs[8:16, k, :2], axis=0).max() for k in (0, 1))
+    assert still < 5e-4 and moved > 1.5e-3 and pairs[10, 1, 3] > pairs[10, 0, 3] + 1.5e-3
+
+
+@pytest.fixture(scope='module')
+def scene_areal():
+    return open_dual_scene('areal_dual_press', rate=20.0, seed=3)
+
+
+def inside(uv, margin):
+    return (uv > margin).all(axis=1) & (uv < np.array([480, 640]) - margin).all(axis=1)
+
+
+def test_each_camera_sees_its_half_and_two_columns_are_in_both(scene_areal):
+    left, right, truth = scene_areal.render(0)
+    assert left.shape == right.shape == (640, 480, 3) and (scene_areal.rows, scene_areal.columns) == (11, 14)
+    in_left, in_right = (inside(uv, 12).reshape(11, 14).all(axis=0) for uv in (truth.dot_uv, scene_areal.right_dot_uv(0)))
+    assert in_left.tolist() == [True] * 8 + [False] * 6 and in_right.tolist() == [False] * 6 + [True] * 8
+
+
+@pytest.mark.parametrize('number', [0, 51])
+def test_markers_are_seen_by_both_where_the_truth_says(scene_areal, number):
+    left, right, truth = scene_areal.render_clean(number / scene_areal.rate)
+    for image, uv in ((left, truth.dot_uv), (right, scene_areal.right_dot_uv(number))):
+        seen = uv[inside(uv, 20)]
+        off = np.linalg.norm(bright_spots(image, seen, 17)[0] - seen, axis=1)
+        assert len(seen) >= 80 and np.median(off) < (0.2 if number == 0 else 0.3)
+
+
+def test_cameras_are_turned_a_little_and_the_right_one_is_brighter(scene_areal):
+    left, right, truth = scene_areal.render_clean(0)
+    rows = [np.mean([np.arctan2(*(uv[k + 3] - uv[k])[::-1]) for k in starts])
+            for uv, starts in ((truth.dot_uv, range(1, 154, 14)), (scene_areal.right_dot_uv(0), range(8, 154, 14)))]
+    assert 0.02 < abs(rows[0] - rows[1]) < 0.08
+    shared = np.flatnonzero((np.arange(154) % 14 == 6) | (np.arange(154) % 14 == 7))
+    bright = [image[tuple(np.round(uv[shared]).astype(int).T[::-1])][:, 1].astype(float).mean()
+              for image, uv in ((left, truth.dot_uv), (right, scene_areal.right_dot_uv(0)))]
+    assert 1.05 < bright[1] / bright[0] < 1.4
+
+
+def test_press_is_five_millimetres_deep_in_both_views(scene_areal):
+    truth = scene_areal.observe(52).truth
+    touch, = truth.contacts
+    assert touch.position == pytest.approx([0.004, -0.008, -0.005], abs=1e-4) and 0.2 < touch.force < 1.5
+    moved = [np.abs(uv(52) - uv(0)).max() for uv in (lambda k: scene_areal.observe(k).truth.dot_uv, scene_areal.right_dot_uv)]
+    assert min(moved) > 8
+
+
+def test_seed_makes_the_specimen(scene_areal):
+    same, other = (open_dual_scene('areal_dual_press', rate=20.0, seed=seed) for seed in (3, 4))
+    for a, b in zip(same.render(0)[:2], scene_areal.render(0)[:2]):
+        np.testing.assert_array_equal(a, b)
+    assert not np.array_equal(other.render(0)[0], scene_areal.render(0)[0])
+    assert 0.003 <= other.right_delay(0) <= 0.004 and other.right_delay(0) == other.right_delay(9) != scene_areal.right_delay(0)
+
+
+@pytest.fixture(scope='module')
+def cushion():
+    return open_scene('air_cushion_press', rate=20.0, seed=3)
+
+
+@pytest.fixture(scope='module')
+def deepest_air(cushion):
+    return int(np.argmax([max([touch.depth for touch in cushion.observe(k).truth.contacts], default=0.0) for k in range(cushion.frames)]))
+
+
+def test_circles_are_a_grid_without_corners_and_all_in_the_picture(cushion):
+    truth = cushion.render(0).truth
+    assert (cushion.rows, cushion.columns, cushion.sensor) == (17, 17, 'air_cushion')
+    assert 0 not in truth.dot_id and 8 * 17 + 8 in truth.dot_id and 200 < len(truth.dot_id) < 240
+    assert truth.dot_uv.min() > 8 and (truth.dot_uv < [632, 472]).all()
+    assert cushion.membrane.rest[..., 2].max() == pytest.approx(0.120, abs=1e-4)
+    assert np.hypot(*cushion.membrane.rim(60)[:, :2].T) == pytest.approx(0.150, abs=1e-6)
+
+
+def test_circles_are_seen_where_the_truth_says(cushion, deepest_air):
+    for number in (0, deepest_air):
+        image, uv = cushion.render_clean(number / cushion.rate).image, cushion.observe(number).truth.dot_uv
+        found, _ = bright_spots(image, uv, 9)
+        assert np.median(np.linalg.norm(found - uv, axis=1)) < 0.25
+
+
+def test_circles_are_seen_at_the_centroid_of_their_bent_area(cushion, deepest_air):
+    """That is the mean over many small parts of a circle, weighed by the area of their image."""
+    membrane, camera, pattern = cushion.membrane, cushion.camera, cushion._pattern
+    pressed = open_scene('air_cushion_press', rate=20.0, seed=3)
+    pressed.observe(deepest_air)
+    shape = pressed._contact.state.shape
+    radius, turn = np.sqrt((np.arange(12) + 0.5) / 12), np.arange(24) * np.pi / 12
+    disc = (radius[:, None] * np.exp(1j * turn)).ravel()
+    rest = pattern.sampler.places(membrane.rest)
+    aside = np.linalg.qr(pattern.sampler.tangents(membrane.rest))[0]
+    parts = (rest[:, None] + np.einsum('k,kij,jp->kpi', pattern.radius, aside, [disc.real, disc.imag])).reshape(-1, 3)
+    sampler = SurfaceSampler(membrane.square_of(parts), membrane.nodes)
+    uv, slope = camera.project_with_slope(sampler.places(shape))
+    printed = np.linalg.norm(np.cross(*np.moveaxis(sampler.tangents(membrane.rest), -1, 0)), axis=-1)
+    weight = (np.abs(np.linalg.det(slope @ sampler.tangents(shape))) / printed).reshape(len(rest), -1)
+    true = np.einsum('kp,kpi->ki', weight, uv.reshape(len(rest), -1, 2)) / weight.sum(axis=1, keepdims=True)
+    places, seen, _ = pattern.seen(shape, camera)
+    off, of_centres = (np.linalg.norm(at - true, axis=1) for at in (seen, camera.project(places)))
+    assert of_centres.max() > 0.2 and off.max() < 0.03 and np.sqrt(np.mean(off**2)) < 0.005
+
+
+def test_a_press_hardly_depends_on_the_frames_it_is_seen_in(monkeypatch):
+    """Friction depends on the path: a tip that goes far in one step of contact would touch the skin too late."""
+    act = partial(press, 'ball_30mm', 0.03, -0.02, 0.035, move=0.5, hold=1.0)
+    monkeypatch.setitem(scenes.SCENES, 'one press', Script(air_cushion, one_after_the_other([act], untouched=0.0)))
+    places = []
+    for rate in (2.0, 40.0):
+        seen = open_scene('one press', rate=rate, seed=3)
+        number = max(range(seen.frames), key=lambda k: max([touch.depth for touch in seen.observe(k).truth.contacts], default=0.0))
+        places.append(seen.observe(number).truth.dot_xyz)
+    assert np.linalg.norm(places[0] - places[1], axis=1).max() < 1.5e-4
+
+
+def test_light_is_low_and_noise_high(cushion):
+    noisy, clean = cushion.render(0).image.astype(float), cushion.render_clean(0).image.astype(float)
+    assert np.median(clean) < 25 and 60 < np.percentile(clean, 99.5) < 200
+    assert 2 < (noisy - clean)[100:200, 250:400].std() < 6
+
+
+def test_gas_is_compressed_and_carries_the_indenter(cushion, deepest_air):
+    rest, truth = cushion.observe(0).truth, cushion.observe(deepest_air).truth
+    touch, = truth.contacts
+    assert touch.depth == pytest.approx(0.035, abs=1e-5) and touch.position[:2] == pytest.approx([0.030, -0.020], abs=1e-5)
+    assert 1.02 < truth.pressure / rest.pressure < 1.4
+    assert touch.force == pytest.approx(-truth.wrench[:3] @ truth.normal) and 5 < touch.force < 20
+    # what presses on the contact's area, and the skin's pull at its edge
+    assert touch.force > 0.8 * truth.pressure * truth.area
+    volume = cushion.membrane.volume_of(cushion.observe(deepest_air).shape.astype(float))
+    lost = 1 - volume / cushion.membrane.volume
+    assert lost == pytest.approx((truth.pressure - rest.pressure) / (101325 + rest.pressure), rel=0.05)
+
+
+@pytest.mark.full
+def test_random_circles_are_no_grid_and_do_not_overlap():
+    cushion = open_scene('air_cushion_random_test', rate=20.0, seed=1)
+    truth = cushion.observe(0).truth
+    assert (cushion.rows, cushion.columns) == (0, 0) and 180 < len(truth.dot_id) < 320
+    apart = np.linalg.norm(truth.dot_xyz[:, None] - truth.dot_xyz, axis=-1) + np.eye(len(truth.dot_id))
+    assert apart.min() > 2.2 * 0.0046
+    other = open_scene('air_cushion_random_test', rate=20.0, seed=2).observe(0).truth
+    assert len(other.dot_uv) != len(truth.dot_uv) or np.abs(other.dot_uv - truth.dot_uv).max() > 20
+
+
+@pytest.mark.full
+def test_a_larger_indenter_makes_a_wider_contact():
+    cushion = open_scene('air_cushion_demo', rate=4.0)
+    areas = {}
+    for k in range(cushion.frames):
+        truth = cushion.observe(k).truth
+        if len(truth.contacts) == 1 and truth.contacts[0].depth > 0.024:
+            place = tuple(np.round(truth.contacts[0].position[:2], 3))
+            areas[place] = max(areas.get(place, 0), truth.area)
+    assert areas[(0.040, 0.045)] < 0.6 * areas[(0.010, -0.015)] < 0.6 * areas[(-0.045, 0.020)]

@@ -1,0 +1,335 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Skins, tools and their contact, against elasticity, balance and friction."""
+
+import numpy as np
+import pytest
+from tactile_driver.errors import BadArgument
+from tactile_driver.simulation.skin.contact import FrictionalContact
+from tactile_driver.simulation.skin.dome import Membrane
+from tactile_driver.simulation.skin.motion import Key, Motion, Pose, attitude
+from tactile_driver.simulation.skin.sheet import Sheet
+from tactile_driver.simulation.skin.tools import TOOLS, tool_named
+
+
+@pytest.fixture(params=[lambda: Membrane(nodes=25), lambda: Sheet(0.06, 0.045, 40.0, 1.3, 1e-4, 25)], ids=['dome', 'sheet'])
+def skin(request):
+    return request.param()
+
+
+def test_border_is_held_and_the_rest_is_free(skin):
+    assert skin.inner.sum() == 23 * 23
+    shape = skin.with_rim(skin.rest.reshape(-1, 3)[skin.inner] + [0, 0, 0.001])
+    lifted = np.zeros((25, 25))
+    lifted[1:-1, 1:-1] = 0.001
+    np.testing.assert_allclose(shape - skin.rest, lifted[..., None] * [0, 0, 1], atol=1e-15)
+
+
+def test_rim_lies_in_its_plane_on_the_skin_s_border(skin):
+    rim = skin.rim(120)
+    assert len(rim) == 120 and not rim[:, 2].any()
+    assert np.abs(np.abs(skin.square_of(rim)).max(axis=1) - 1).max() < 1e-6
+
+
+def test_area_vectors_sum_to_the_area_over_the_rim(skin):
+    corners = skin.rim(4000)[:, :2]
+    after = np.roll(corners, -1, axis=0)
+    area = 0.5 * (corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]).sum()
+    assert skin.area_vectors(skin.rest).sum(axis=0) == pytest.approx([0, 0, area], rel=0.01, abs=1e-9)
+
+
+def test_volume_is_that_under_a_lifted_skin(skin):
+    lifted = skin.rest + [0, 0, 1e-3]
+    area = skin.area_vectors(skin.rest)[:, 2].sum()
+    assert skin.volume_of(lifted) - skin.volume_of(skin.rest) == pytest.approx(1e-3 * area, rel=1e-9)
+
+
+@pytest.fixture(scope='module')
+def membrane():
+    return Membrane(nodes=33)
+
+
+def test_rest_is_a_cap_with_a_clamped_rim(membrane):
+    arm = membrane.rest - [0, 0, -0.007]
+    np.testing.assert_allclose(np.linalg.norm(arm, axis=-1), 0.020, atol=1e-12)
+    border = membrane.rest.reshape(-1, 3)[~membrane.inner]
+    np.testing.assert_allclose(border[:, 2], 0, atol=1e-12)
+    np.testing.assert_allclose(np.hypot(border[:, 0], border[:, 1]), np.sqrt(0.020**2 - 0.007**2), atol=1e-12)
+    assert membrane.rest[16, 16] == pytest.approx([0, 0, 0.013], abs=1e-12)
+
+
+def test_volume_area_and_pressure_are_the_cap_s(membrane):
+    assert membrane.volume == pytest.approx(np.pi * 0.013**2 * (0.060 - 0.013) / 3, rel=0.005)
+    assert membrane.node_area.sum() == pytest.approx(2 * np.pi * 0.020 * 0.013, rel=0.005)
+    assert membrane.pressure == pytest.approx(2 * 32 / 0.020)
+    lift = membrane.area_vectors(membrane.rest).sum(axis=0)
+    assert lift == pytest.approx([0, 0, np.pi * (0.020**2 - 0.007**2)], abs=1e-5)
+
+
+def test_rest_is_in_balance(membrane):
+    places = membrane.slack + membrane.give(membrane.pressure * membrane.area_vectors(membrane.rest)[membrane.inner])
+    np.testing.assert_allclose(membrane.with_rim(places), membrane.rest, atol=1e-15)
+
+
+def test_compliance_is_what_the_skin_gives(membrane):
+    force = np.zeros((membrane.inner.sum(), 3))
+    force[400, 2] = -0.1
+    np.testing.assert_allclose(membrane.give(force)[:, 2], -0.1 * membrane.compliance[:, 400], rtol=1e-3, atol=1e-7)
+    assert membrane.give(force)[400, 2] < -0.3e-3
+
+
+TENSION, STRETCH, BENDING = 50.0, 1.3, 1e-4
+
+
+@pytest.fixture(scope='module')
+def sheet():
+    return Sheet(0.060, 0.045, TENSION, STRETCH, BENDING, 41)
+
+
+def pressed(sheet, *keys):
+    """State, tool and pose after a ball has gone through keys."""
+    motion = Motion(tool_named('ball_6mm'), list(keys), sheet)
+    contact = FrictionalContact(sheet, 0.4)
+    times = np.linspace(keys[0].t, keys[-1].t, 31)
+    for before, now in zip(times[:-1], times[1:]):
+        state = contact.step(motion.tool, motion.pose(before), motion.pose(now))
+    return state, motion.tool, motion.pose(times[-1])
+
+
+@pytest.fixture(scope='module')
+def deep(sheet):
+    return pressed(sheet, Key(0, 0.004, -0.003, 0.0), Key(1, 0.004, -0.003, 0.009))
+
+
+def test_even_load_bends_the_sheet_as_the_series_of_sines_says(sheet):
+    load, cell = 200.0, 0.060 / 40 * 0.045 / 40
+    force = np.zeros((39 * 39, 3))
+    force[:, 2] = load * cell
+    odd = np.arange(1, 60, 2)
+    p, q = np.meshgrid(np.pi * odd / 0.060, np.pi * odd / 0.045)
+    wave = p**2 + q**2
+    signs = np.sin(np.outer(odd, [np.pi / 2])).ravel()
+    middle = (16 * load / (np.pi**2 * np.outer(odd, odd)) * np.outer(signs, signs) / (TENSION * wave + BENDING * wave**2)).sum()
+    assert sheet.give(force).reshape(39, 39, 3)[19, 19, 2] == pytest.approx(middle, rel=2e-3)
+
+
+def test_compliance_is_what_the_sheet_gives(sheet):
+    near = np.array([400, 401, 760, 1200])
+    for k, node in enumerate(near):
+        force = np.zeros((39 * 39, 3))
+        force[node, 1] = 1.0
+        np.testing.assert_allclose(sheet.compliance_among(near)[:, k], sheet.give(force)[near, 1], rtol=2e-5)
+
+
+def test_single_precision_is_exact_to_ten_nanometres_under_a_newton_on_a_node(sheet):
+    force = np.zeros((39 * 39, 3))
+    force[[400, 760]] = [[0.3, 0.0, -1.0], [-0.2, 0.4, -0.5]]
+    wave = np.arange(1, 40)
+    sines = np.sqrt(2 / 40) * np.sin(np.pi * np.outer(wave, wave) / 40)
+    curve, dx, dy = 2 - 2 * np.cos(np.pi * wave / 40), 0.060 / 40, 0.045 / 40
+    waves = curve[:, None] / dy**2 + curve / dx**2
+    modes = np.einsum('ai,bj,abk->ijk', sines, sines, force.reshape(39, 39, 3)) / (dx * dy * waves * (TENSION + BENDING * waves))[..., None]
+    exact = np.einsum('ai,bj,ijk->abk', sines, sines, modes).reshape(-1, 3)
+    assert np.abs(exact).max() > 5e-3 and np.abs(sheet.give(force) - exact).max() < 1e-8
+    near = np.array([1, 401, 760, 1200])
+    np.testing.assert_allclose(sheet.give(force, near), exact[near], atol=1e-8)
+
+
+def test_thinning_does_nothing_at_rest_and_is_the_slope_of_its_energy_elsewhere(sheet):
+    assert np.abs(sheet.push_apart(sheet.rest)[1:-1, 1:-1]).max() < 1e-12
+    rng = np.random.default_rng(2)
+    shape, way = sheet.rest + rng.normal(0, 1e-4, sheet.rest.shape), rng.normal(0, 1e-8, sheet.rest.shape)
+
+    def energy(x):
+        sizes = 0.5 * np.linalg.norm(np.cross(x[1:, 1:] - x[:-1, :-1], x[1:, :-1] - x[:-1, 1:]), axis=-1)
+        cell = 0.060 / 40 * 0.045 / 40
+        return (0.5 * TENSION * STRETCH**-6 * cell**3 / sizes**2).sum()
+
+    found = (energy(shape + way) - energy(shape - way)) / 2
+    assert found == pytest.approx(-(sheet.push_apart(shape) * way).sum(), rel=1e-4)
+
+
+def test_pressed_sheet_is_in_balance_and_lies_on_the_tip(sheet, deep):
+    state, tool, pose = deep
+    places = state.shape.reshape(-1, 3)[sheet.inner]
+    force = np.zeros_like(places)
+    force[state.touching] = state.force
+    _, load = sheet.slack_at(state.shape, state.touching)
+    off = sheet.slack + sheet.give(load + force) - places
+    assert np.abs(off).max() < 2e-5
+    assert -3.0 < state.force[:, 2].sum() < -0.5 and np.hypot(*state.force[:, :2].sum(axis=0)) < -0.1 * state.force[:, 2].sum()
+    gap = tool.distance(pose.to_tool(places))
+    assert gap.min() > -5e-6 and np.abs(gap[state.touching]).max() < 5e-6
+    assert places[:, 2].min() == pytest.approx(-0.009, abs=1.5e-4) and state.pressure == 0
+
+
+@pytest.mark.parametrize('depths', [(0.0, 0.009, 0.009), (0.0, 0.012, 0.006)])
+def test_the_force_of_a_press_is_that_of_its_depth_however_large_the_steps(sheet, depths):
+    """While it deepens, where it stops, and while it is lifted."""
+    keys = [Key(k, press=depth) for k, depth in enumerate(depths)]
+    motion, forces = Motion(tool_named('ball_6mm'), keys, sheet), []
+    for count in (24, 240):
+        contact, times = FrictionalContact(sheet, 0.0), np.linspace(0, 2, count + 1)
+        steps = [contact.step(motion.tool, motion.pose(before), motion.pose(now)) for before, now in zip(times[:-1], times[1:])]
+        forces.append([steps[at - 1].force[:, 2].sum() for at in (count * 5 // 12, count // 2, count)])
+    np.testing.assert_allclose(*forces, rtol=5e-3)
+    if depths[1] == depths[2]:
+        assert forces[0][2] == pytest.approx(forces[0][1], rel=1e-3)
+
+
+def test_material_is_drawn_towards_the_tip(sheet, deep):
+    moved = (deep[0].shape - sheet.rest).reshape(-1, 3)
+    toward = np.array([0.004, -0.003]) - sheet.rest.reshape(-1, 3)[:, :2]
+    distance = np.linalg.norm(toward, axis=1)
+    ring = (distance > 0.008) & (distance < 0.012)
+    inward = (moved[ring, :2] * toward[ring]).sum(axis=1) / distance[ring]
+    assert (inward > 0).mean() > 0.93 and 0.03e-3 < inward.mean() < 0.3e-3
+
+
+def test_a_dragged_tip_pulls_the_sheet_along_up_to_the_friction(sheet):
+    state, _, _ = pressed(sheet, Key(0, -0.008, 0, 0.0), Key(1, -0.008, 0, 0.006), Key(3, 0.008, 0, 0.006))
+    along, _, down = state.force.sum(axis=0)
+    assert 0.3 < along / -down < 0.5
+
+
+@pytest.mark.parametrize('name, place, distance', [
+    ('rectangle', (0, 0, -0.002), 0.002), ('rectangle', (0.009, 0, 0.005), 0.002), ('rectangle', (0, 0, 0.001), -0.001),
+    ('disc', (0.008, 0, 0.005), 0.002), ('disc', (0.003, 0, 0), 0.0),
+    ('ring', (0, 0, 0.005), 0.0045), ('ring', (0.006, 0, -0.001), 0.001), ('ring', (0, -0.006, 0), 0.0),
+    ('sphere', (0, 0, -0.010), 0.002), ('sphere', (0.008, 0, 0), 0.0), ('prism', (0, 0, -0.001), 0.001), ('prism', (0.005, 0, 0), 0.0),
+    ('two_spheres', (-0.0065, 0, -0.0055), 0.001), ('two_spheres', (0.0065, 0, -0.0041), 0.0)])
+def test_distances(name, place, distance):
+    assert tool_named(name).distance(np.array([place]))[0] == pytest.approx(distance, abs=1e-9)
+
+
+@pytest.mark.parametrize('name', sorted(TOOLS))
+def test_distance_grows_by_one_along_its_slope_outside(name):
+    tool = TOOLS[name]
+    places = np.random.default_rng(2).uniform(-0.012, 0.012, (300, 3))
+    distance, normal = tool.distance_and_normal(places)
+    nearest = np.sort(np.vstack([tool.part_distances(places), np.full(len(places), np.inf)]), axis=0)
+    outside = (distance > 1e-4) & (nearest[1] - nearest[0] > 3e-4)  # two balls' distance has a crease between them
+    np.testing.assert_allclose(tool.distance(places + 1e-4 * normal)[outside], distance[outside] + 1e-4, atol=2e-6)
+
+
+def test_unknown_tool_lists_the_known_ones():
+    with pytest.raises(BadArgument, match='fingertips_37mm, fingertips_46mm'):
+        tool_named('hammer')
+
+
+@pytest.fixture(scope='module')
+def coarse():
+    return Membrane(nodes=13)
+
+
+@pytest.mark.parametrize('name, x, height', [('rectangle', 0, 0.013), ('disc', 0.002, 0.013), ('sphere', 0, 0.021),
+                                             ('sphere', 0.006, np.sqrt(0.028**2 - 0.006**2) - 0.007),
+                                             ('ring', 0, np.sqrt(0.0205**2 - 0.005**2) - 0.007 - 0.0005)])
+def test_touching_height_is_where_the_tool_meets_the_cap(coarse, name, x, height):
+    found = coarse.touching_height(tool_named(name).distance, np.eye(3), x, 0.0)
+    assert found == pytest.approx(height, abs=1e-7)
+
+
+def test_a_tilted_face_touches_off_its_middle(coarse):
+    flat = coarse.touching_height(tool_named('disc').distance, np.eye(3), 0, 0)
+    tilted = coarse.touching_height(tool_named('disc').distance, attitude(0, 0, 0.1), 0, 0)
+    # the face's plane touches the ball where the ball's normal is the face's
+    assert tilted - flat == pytest.approx(coarse.radius * (1 / np.cos(0.1) - 1), abs=1e-7)
+
+
+def test_the_other_part_of_a_tool_moves_by_itself():
+    other = np.array([0.0005, -0.002, -0.0003])
+    pose = Pose(np.array([0.001, 0.002, 0.003]), attitude(0.3, 0.2, 0.1), other)
+    places = np.array([[-0.006, 0.001, 0.0], [0.006, 0.001, 0.0]])
+    seen = pose.to_sensor(places)
+    np.testing.assert_allclose(seen - Pose(pose.origin, pose.turn).to_sensor(places), [[0, 0, 0], other], atol=1e-15)
+    np.testing.assert_allclose(pose.to_tool(seen), places, atol=1e-15)
+
+
+def test_motion_passes_its_keys_and_moves_smoothly_between(coarse):
+    motion = Motion(tool_named('sphere'), [Key(1, press=0.0), Key(2, press=0.003), Key(4, x=0.004, press=0.003)], coarse)
+    assert not motion.covers(0.9) and motion.covers(1.0) and not motion.covers(4.01)
+    np.testing.assert_allclose(motion.pose(1).origin, [0, 0, 0.021], atol=1e-7)
+    np.testing.assert_allclose(motion.pose(2).origin, [0, 0, 0.018], atol=1e-7)
+    assert motion.pose(4).origin[0] == pytest.approx(0.004)
+    heights = np.array([motion.pose(t).origin[2] for t in np.linspace(1, 2, 101)])
+    assert (np.diff(heights) <= 0).all()
+    assert abs(np.diff(heights)[[0, -1]]).max() < 3e-6 < abs(np.diff(heights)[50])
+
+
+FRICTION = 0.4
+
+
+@pytest.fixture(scope='module')
+def dome():
+    return Membrane(nodes=41)
+
+
+def play(dome, name, keys, until, rate=30):
+    """The contact after the tool has gone through keys until a time, and the last pose."""
+    motion = Motion(tool_named(name), keys, dome)
+    contact = FrictionalContact(dome, FRICTION)
+    times = np.arange(keys[0].t, until + 1e-9, 1 / rate)
+    for before, now in zip(times[:-1], times[1:]):
+        contact.step(motion.tool, motion.pose(before), motion.pose(now))
+    return contact, motion.tool, motion.pose(times[-1])
+
+
+def out_of_balance(dome, state):
+    """(m, 3) N left over at the inner nodes."""
+    places = state.shape.reshape(-1, 3)[dome.inner]
+    pull = dome.springs[:, dome.inner] @ (places - dome.slack)
+    left = pull - state.pressure * dome.area_vectors(state.shape)[dome.inner]
+    left[state.touching] -= state.force
+    return left
+
+
+def test_pressed_block_is_in_balance_keeps_the_volume_and_touches_the_face(dome):
+    contact, tool, pose = play(dome, 'rectangle', [Key(0, press=0), Key(0.6, press=0.003), Key(0.8, press=0.003)], 0.8)
+    state = contact.state
+    force = state.force.sum(axis=0)
+    assert -1.2 < force[2] < -0.4 and np.abs(force[:2]).max() < 1e-3
+    assert np.abs(out_of_balance(dome, state).sum(axis=0)).max() < 0.003 * abs(force[2])
+    assert dome.volume_of(state.shape) == pytest.approx(dome.volume, rel=1e-4)
+    assert state.pressure > 1.15 * dome.pressure
+    gap = tool.distance(pose.to_tool(state.shape.reshape(-1, 3)[dome.inner]))
+    assert np.abs(gap[state.touching]).max() < 5e-6 and gap.min() > -5e-6
+
+
+def test_an_oblique_press_in_one_step_is_that_in_many(dome):
+    keys = [Key(0, x=0.01, press=0), Key(0.1, x=0.01, press=0.002)]
+    one, many = (play(dome, 'sphere', keys, 0.1, rate)[0].state for rate in (10, 300))
+    moved = [(state.shape - dome.rest).reshape(-1, 3)[dome.inner][many.touching].mean(axis=0) for state in (one, many)]
+    assert moved[1][2] < -1.5e-3 and np.abs(moved[0] - moved[1]).max() < 5e-5
+    np.testing.assert_allclose(one.force.sum(axis=0)[[0, 2]], many.force.sum(axis=0)[[0, 2]], rtol=0.15)
+
+
+def test_friction_cone_holds_and_a_long_drag_reaches_it_everywhere(dome):
+    keys = [Key(0, press=0), Key(0.5, press=0.003), Key(2.5, x=0.007, press=0.003)]
+    contact, tool, pose = play(dome, 'rectangle', keys, 2.2)
+    state = contact.state
+    _, normal = tool.distance_and_normal(pose.to_tool(state.shape.reshape(-1, 3)[dome.inner][state.touching]))
+    push = (state.force * (normal @ pose.turn.T)).sum(axis=1)
+    along = np.linalg.norm(state.force - push[:, None] * (normal @ pose.turn.T), axis=1)
+    assert (push > 0).all()
+    assert (along <= FRICTION * push * 1.02 + 1e-6).all()
+    assert state.force.sum(axis=0)[0] > 0.9 * FRICTION * -state.force.sum(axis=0)[2] * 0.85
+
+
+def test_a_short_drag_sticks(dome):
+    keys = [Key(0, press=0), Key(0.5, press=0.003), Key(1.5, x=0.0004, press=0.003)]
+    contact, tool, pose = play(dome, 'rectangle', keys, 0.9)
+    first = contact.state.shape.reshape(-1, 3)[dome.inner]
+    middle = contact.state.touching[np.linalg.norm(first[contact.state.touching, :2], axis=1) < 0.003]
+    later, _, _ = play(dome, 'rectangle', keys, 1.4)
+    moved = later.state.shape.reshape(-1, 3)[dome.inner][middle] - first[middle]
+    motion = Motion(tool, keys, dome)
+    way = motion.pose(42 / 30).origin[0] - motion.pose(27 / 30).origin[0]
+    np.testing.assert_allclose(moved[:, 0], way, atol=3e-6)
+
+
+def test_released_skin_returns_to_rest(dome):
+    keys = [Key(0, press=0), Key(0.4, press=0.003), Key(0.8, x=0.004, press=0.003), Key(1.2, x=0.004, press=-0.002)]
+    contact, _, _ = play(dome, 'sphere', keys, 1.2)
+    np.testing.assert_array_equal(contact.state.shape, dome.rest)
+    assert contact.state.pressure == dome.pressure

@@ -1,0 +1,324 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The thread that reads a source, and its queue of frames."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from tactile_driver.errors import BadFrame, BadRecording, DeviceLost
+from tactile_driver.frame import Frame
+from tactile_driver.sources import capture as capture_module, capture as frame_queue
+from tactile_driver.sources.capture import Backoff, Capture, FrameQueue
+from tactile_driver.sources.source import EndOfSource
+
+
+class ScriptedSource:
+    """A source that plays a list of frame numbers and errors; a live one gives frame after frame at its end."""
+
+    skipped = corrupt = 0
+
+    def __init__(self, script, live=False, on_demand=True, period=0.0):
+        self.script, self.live, self.on_demand, self.period = list(script), live, on_demand, period
+        self.opened, self.closed, self.asked = 0, 0, []
+        self.open_errors = []
+
+    def open(self):
+        self.opened += 1
+        if self.open_errors:
+            raise self.open_errors.pop(0)
+
+    def read(self, wanted=True):
+        time.sleep(self.period)
+        self.asked.append(wanted)
+        step = self.script.pop(0) if self.script else (len(self.asked) if self.live else EndOfSource('over'))
+        if isinstance(step, Exception):
+            raise step
+        return frame(step) if wanted else None
+
+    def close(self):
+        self.closed += 1
+
+    def describe(self):
+        return {'source': 'script'}
+
+
+def frame(number, size=(4, 6)):
+    return number if isinstance(number, Frame) else Frame(np.zeros((*size, 3), np.uint8), number, 'bgr8')
+
+
+class Captured:
+    """A capture of a script, with what it reported."""
+
+    def __init__(self, source, wanted=lambda: True):
+        self.reports = []
+        self.capture = Capture(source, wanted, lambda level, text: self.reports.append((level, text)), Backoff(0.01, 0.04))
+
+    def take_all(self, count):
+        self.capture.resume()
+        return [f.stamp_ns for f in (self.capture.take(1.0) for _ in range(count)) if f is not None]
+
+
+@pytest.fixture
+def captured():
+    """Makes captures and stops them at the end."""
+    made = []
+
+    def make(source, **options):
+        made.append(Captured(source, **options))
+        return made[-1]
+    yield make
+    for each in made:
+        each.capture.stop()
+
+
+def wait_for(condition, seconds=3.0):
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.005)
+    assert condition()
+
+
+def test_backoff_doubles_up_to_its_end_and_starts_again():
+    backoff = Backoff(0.5, 3.0)
+    assert [backoff.next() for _ in range(5)] == [0.5, 1.0, 2.0, 3.0, 3.0]
+    backoff.reset()
+    assert backoff.next() == 0.5
+
+
+def test_a_device_is_looked_for_again_within_half_a_second():
+    backoff = Backoff()
+    waits = [backoff.next() for _ in range(20)]
+    assert sum(waits[:3]) < 1.0 and max(waits) == 0.5
+
+
+def test_a_recording_loses_nothing_however_slow_its_reader(captured):
+    it = captured(ScriptedSource(range(20)))
+    it.capture.resume()
+    seen = []
+    for _ in range(20):
+        seen.append(it.capture.take(1.0).stamp_ns)
+        time.sleep(0.002)
+    assert seen == list(range(20))
+    wait_for(lambda: it.capture.status.state == 'ended')
+    assert it.reports == [('info', 'over')]
+    assert it.capture.status.dropped == 0 and it.capture.status.received == 20
+
+
+def test_of_a_camera_only_the_newest_frame_is_kept(captured):
+    it = captured(ScriptedSource([], live=True, period=0.002))
+    it.capture.resume()
+    it.capture.take(1.0)
+    time.sleep(0.1)
+    newest = it.capture.take(1.0)
+    status = it.capture.status
+    assert newest.stamp_ns >= status.received - 2
+    assert status.dropped > 5
+    assert 100 < status.rate < 600
+
+
+def test_a_recording_waits_until_it_is_resumed_and_holds_when_paused(captured):
+    source = ScriptedSource(range(100))
+    it = captured(source)
+    time.sleep(0.05)
+    assert source.asked == [] and it.capture.status.state == 'paused'
+    assert it.take_all(3) == [0, 1, 2]
+    it.capture.pause()
+    time.sleep(0.05)
+    read = len(source.asked)
+    time.sleep(0.1)
+    assert len(source.asked) == read
+    wait_for(lambda: it.capture.status.state == 'paused')
+
+
+def test_a_camera_is_drained_but_not_decoded_while_nobody_wants_it(captured):
+    source = ScriptedSource([], live=True, period=0.002)
+    it = captured(source, wanted=lambda: False)
+    it.capture.resume()
+    wait_for(lambda: len(source.asked) > 10)
+    assert not any(source.asked)
+    assert it.capture.take(0.05) is None
+    assert it.capture.status.received > 5
+
+
+def test_as_fast_as_consumed_stands_still_without_a_consumer(captured):
+    wanted = threading.Event()
+    source = ScriptedSource(range(5))
+    it = captured(source, wanted=wanted.is_set)
+    it.capture.resume()
+    time.sleep(0.1)
+    assert source.asked == []
+    wanted.set()
+    assert it.take_all(5) == [0, 1, 2, 3, 4]
+
+
+def test_at_its_own_pace_a_recording_begins_with_its_first_consumer_and_goes_on_without(captured):
+    wanted = threading.Event()
+    source = ScriptedSource(range(5), on_demand=False, period=0.05)
+    it = captured(source, wanted=wanted.is_set)
+    it.capture.resume()
+    time.sleep(0.1)
+    assert source.asked == []
+    wanted.set()
+    assert it.take_all(1) == [0]
+    wanted.clear()
+    wait_for(lambda: it.capture.take(0.01) is None and it.capture.status.state == 'ended')
+    assert len(source.asked) == 6 and source.asked[-1] is False
+
+
+def test_bad_frames_are_counted_said_once_and_skipped(captured):
+    it = captured(ScriptedSource([1, BadFrame('torn'), BadFrame('torn'), 2, BadFrame('torn'), 3]))
+    assert it.take_all(3) == [1, 2, 3]
+    assert it.capture.status.corrupt == 3
+    assert it.capture.status.error == 'torn'
+    assert [r for r in it.reports if r[0] == 'error'] == [('error', 'torn')]
+
+
+def test_a_frame_of_another_size_is_skipped(captured):
+    it = captured(ScriptedSource([1, frame(2, (8, 8)), 3]))
+    assert it.take_all(2) == [1, 3]
+    assert it.capture.status.corrupt == 1
+    assert '8 x 8' in it.capture.status.error
+
+
+def test_the_newest_frame_s_failure_is_told_until_a_good_one_comes(captured):
+    source = ScriptedSource([1, BadFrame('torn')], live=True)
+    source.read = paused_after(source.read, 2)
+    it = captured(source)
+    it.capture.resume()
+    wait_for(lambda: it.capture.status.failing)
+    source.read.go_on.set()
+    wait_for(lambda: not it.capture.status.failing)
+    assert it.capture.status.error == 'torn' and it.capture.status.corrupt == 1
+
+
+def paused_after(read, count):
+    """read, that waits for go_on after so many calls."""
+    def paused(wanted=True):
+        if paused.left == 0:
+            paused.go_on.wait(5.0)
+        paused.left -= 1
+        return read(wanted)
+    paused.left, paused.go_on = count, threading.Event()
+    return paused
+
+
+def test_a_failure_is_said_again_after_a_while(captured, monkeypatch):
+    monkeypatch.setattr(capture_module, '_LOG_AGAIN_S', 0.0)
+    it = captured(ScriptedSource([1, BadFrame('torn'), 2, BadFrame('torn'), 3]))
+    assert it.take_all(3) == [1, 2, 3]
+    assert [r for r in it.reports if r[0] == 'error'] == [('error', 'torn')] * 2
+
+
+def test_a_camera_that_gives_another_size_for_good_is_set_up_anew(captured, monkeypatch):
+    monkeypatch.setattr(capture_module, '_OTHER_SIZE_S', 0.05)
+    size, source = [(4, 6)], ScriptedSource([], live=True, period=0.01)
+    numbered = source.read
+    source.read = lambda wanted=True: numbered(wanted) and frame(len(source.asked), size[0])
+    it = captured(source)
+    assert it.take_all(1)
+    size[0] = (8, 8)
+    wait_for(lambda: len(it.reports) == 3 and it.capture.status.received > 3)
+    (_, skipped), (_, lost), (_, back) = it.reports
+    assert 'skipped' in skipped and '8 x 8 px among frames of 6 x 4 px, and no others any more' in lost and 'back' in back
+    assert it.capture.take(1.0).image.shape == (8, 8, 3) and not it.capture.status.failing
+
+
+def test_a_lost_camera_is_opened_again_with_back_off(captured):
+    source = ScriptedSource([1, DeviceLost('pulled out'), 7], live=True, period=0.002)
+    source.open_errors = [DeviceLost('not there'), DeviceLost('still not there')]
+    it = captured(source)
+    it.capture.resume()
+    wait_for(lambda: len(it.reports) == 2)
+    assert source.opened == 3
+    wait_for(lambda: it.capture.status.state == 'running')
+    assert it.take_all(1)[0] >= 3
+    assert it.reports[0] == ('error', 'pulled out')
+    assert it.reports[-1][0] == 'info' and 'back' in it.reports[-1][1]
+
+
+@pytest.mark.parametrize(('error', 'said'), [(BadRecording('gone'), 'gone'), (RuntimeError('surprise'), 'surprise')])
+def test_what_cannot_be_tried_again_ends_the_reading_with_a_word(captured, error, said):
+    it = captured(ScriptedSource([1, error]))
+    assert it.take_all(1) == [1]
+    wait_for(lambda: it.capture.status.state == 'failed')
+    assert said in it.capture.status.error
+    assert len(it.reports) == 1
+
+
+def test_stop_ends_the_thread_and_closes_the_source():
+    source = ScriptedSource(range(100))
+    it = Captured(source)
+    it.take_all(2)
+    it.capture.stop()
+    assert source.closed == 1
+    assert not any(t.name == 'capture' and t is it.capture._thread for t in threading.enumerate())
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that is set by hand, s."""
+    now = [100.0]
+    monkeypatch.setattr(frame_queue.time, 'monotonic', lambda: now[0])
+    return now
+
+
+def taken_of(clock, keep, rate, work_s, count=600):
+    """(queue, [(number, s waited)]) of count frames at rate Hz, where each one that is taken takes work_s."""
+    queue, taken, begin, number = FrameQueue(keep), [], clock[0], 0
+    while number < count:
+        while number < count and begin + number / rate <= clock[0]:
+            queue.add(number)
+            number += 1
+        frame = queue.take()
+        if frame is None:
+            clock[0] = begin + number / rate
+            continue
+        taken.append((frame, clock[0] - begin - frame / rate))
+        clock[0] += work_s
+    return queue, taken
+
+
+@pytest.mark.parametrize(('keep', 'rate', 'work_s'), [(1, 60, 0.025), (100, 200, 0.008), (100, 1000, 0.0025), (1, 60, 0.05)])
+def test_too_slow_it_leaves_out_evenly_and_nothing_gets_old(clock, keep, rate, work_s):
+    count = 8 * rate
+    queue, taken = taken_of(clock, keep, rate, work_s, count)
+    lasting = [(number, waited) for number, waited in taken if number > 2 * rate]
+    steps = np.diff([number for number, _ in lasting])
+    assert max(waited for _, waited in lasting) < 0.06 + work_s
+    assert steps.mean() == pytest.approx(rate * work_s, rel=0.1) and steps.max() <= np.ceil(rate * work_s) + 1
+    assert 0 <= count - len(taken) - queue.left_out <= 0.06 * rate, 'but for those that still wait'
+    assert queue.share_left_out == pytest.approx(1 - 1 / (rate * work_s), abs=0.05)
+
+
+def test_fast_enough_it_leaves_nothing_out(clock):
+    queue, taken = taken_of(clock, 1, 60, 0.015)
+    assert [number for number, _ in taken] == list(range(600)) and (queue.left_out, queue.share_left_out) == (0, 0.0)
+
+
+@pytest.mark.parametrize('step', [0.005, 0.1])
+def test_a_hiccup_is_worked_off(clock, step):
+    queue = FrameQueue(100)
+    for _ in range(3):
+        for number in range(8):
+            queue.add(number)
+            clock[0] += step
+        assert [queue.take() for _ in range(9)] == [*range(8), None] and queue.left_out == 0
+        clock[0] += 2.0
+
+
+def test_it_says_how_long_a_frame_has_waited(clock):
+    queue = FrameQueue(3)
+    queue.add(1)
+    clock[0] += 0.25
+    queue.add(2)
+    clock[0] += 0.5
+    assert [(queue.take(), queue.waited_s) for _ in range(2)] == [(1, 0.75), (2, 0.5)]
+
+
+def test_what_is_forgotten_does_not_count(clock):
+    queue = FrameQueue(3)
+    queue.add(1)
+    queue.clear()
+    assert len(queue) == 0 and queue.take() is None and queue.left_out == 0

@@ -1,0 +1,134 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Time in sources: stamps, paces, and scenes in real time."""
+
+import time
+
+import numpy as np
+import pytest
+from tactile_driver.errors import BadArgument
+from tactile_driver.sources import source as pacing
+from tactile_driver.sources.source import NS, EvenPace, SceneSource, StampPace, stamp_of, wait_until
+
+
+@pytest.fixture
+def now(monkeypatch):
+    """The monotonic clock, in a list of one entry, ns."""
+    clock = [1_000_000_000_000]
+    monkeypatch.setattr(pacing.time, 'monotonic_ns', lambda: clock[0])
+    return clock
+
+
+def test_a_stamp_is_carried_over_to_the_other_clock(now):
+    assert stamp_of(now[0] - 3_000_000, lambda: 77 * NS) == 77 * NS - 3_000_000
+    assert stamp_of(now[0] - 3_000_000, lambda: 0) == 0
+
+
+def test_deadlines_do_not_drift(now):
+    pace = EvenPace(60.0, skip=True)
+    start = now[0]
+    for k in range(600):
+        due = pace.next()
+        assert due == pytest.approx(start + k * NS / 60, abs=2)
+        now[0] = due + 900_000  # whoever is a little late stays only a little late
+    assert pace.skipped == 0
+
+
+def test_a_camera_goes_on_while_its_reader_is_late(now):
+    pace = EvenPace(10.0, skip=True)
+    first = pace.next()
+    now[0] = first + int(0.35 * NS)
+    assert pace.next() == first + int(0.3 * NS)
+    assert pace.skipped == 2
+
+
+def test_a_recording_waits_for_its_reader(now):
+    pace = EvenPace(10.0, skip=False)
+    first = pace.next()
+    now[0] = first + int(5.02 * NS)
+    second = pace.next()
+    assert 0 <= now[0] - second < NS // 10
+    assert pace.next() == second + NS // 10
+    assert pace.skipped == 0
+
+
+def test_recorded_stamps_set_the_pace(now):
+    pace = StampPace()
+    start = pace.next(100 * NS)
+    assert start == now[0]
+    assert pace.next(100 * NS + 40_000_000) == start + 40_000_000
+
+
+@pytest.mark.parametrize('stamp', [90 * NS, 200 * NS])
+def test_stamps_that_jump_do_not_stop_the_recording(now, stamp):
+    pace = StampPace()
+    pace.next(100 * NS)
+    assert pace.next(stamp) == now[0]
+
+
+def test_a_paused_recording_does_not_rush(now):
+    pace = StampPace()
+    pace.next(100 * NS)
+    now[0] += 30 * NS
+    assert pace.next(100 * NS + 40_000_000) == now[0]
+
+
+def test_waiting_lasts_until_the_deadline():
+    due = time.monotonic_ns() + 20_000_000
+    wait_until(due)
+    assert 0 <= time.monotonic_ns() - due < 100_000_000
+    wait_until(due)
+
+
+class Counting(SceneSource):
+    """Hands over the number of the first step and when that was due; slow: s that making it takes."""
+
+    usual_rate = 200.0
+    slow = 0.0
+
+    def _open_scene(self):
+        return 'scene'
+
+    def _make(self, number):
+        time.sleep(self.slow)
+        return number
+
+    def _handed_over(self, made, due_ns):
+        return made, due_ns
+
+
+def opened(rate=-1.0, count=1):
+    source = Counting('any', rate, 0, time.time_ns, count)
+    source.open()
+    return source
+
+
+def test_steps_come_in_order_at_their_pace():
+    source = opened(count=4)
+    numbers, due = zip(*(source.read() for _ in range(5)))
+    assert numbers == (0, 4, 8, 12, 16)
+    assert np.diff(due) == pytest.approx([20e6] * 4, abs=1e3)
+    assert source.rate == 200.0 and source.describe()['scene'] == 'any' and source.calibration() is None
+
+
+def test_a_scene_stands_still_while_nobody_wants_it_and_begins_anew_when_opened_again():
+    source = opened()
+    assert source.read()[0] == 0
+    assert [source.read(wanted=False) for _ in range(5)] == [None] * 5
+    assert source.read()[0] == 1
+    source.close()
+    source.open()
+    assert source.read()[0] == 0
+
+
+def test_after_a_stall_only_a_few_steps_are_leapt_over_and_all_are_counted():
+    source = opened()
+    source.read()
+    time.sleep(0.1)
+    assert source.read()[0] == 1 + source.longest_leap
+    assert source.skipped >= 15
+
+
+def test_no_rate_is_refused():
+    with pytest.raises(BadArgument, match='real time.*200 Hz'):
+        Counting('any', 0.0, 0, time.time_ns)

@@ -1,0 +1,223 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Emulated firmware on a pseudo-terminal, read by the drivers, with the faults of real links."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from tactile_driver.emulators.port import FAULTS
+from tactile_driver.emulators.psd import Emulator, main
+from tactile_driver.emulators.taxel import TaxelEmulator, main as main_taxel
+from tactile_driver.errors import BadArgument, DeviceLost
+from tactile_driver.serial.psd import PsdSerialSource, SerialSettings
+from tactile_driver.serial.taxel import TaxelSerialSource
+from tactile_driver.sources.source import NothingYet
+
+VOLT = 5 / 4096
+
+pytestmark = pytest.mark.full  # a device in a thread keeps its own time
+
+
+class Bench:
+    """A running emulator, and a source that is open on it."""
+
+    def __init__(self, folder, format='binary', rate=2000.0, scene='demo', modulation=False):
+        self.emulator = Emulator(folder / 'port', scene, rate, 4, format=format, keep=True, modulation=modulation)
+        self._ended = False
+        self._thread = threading.Thread(target=self.emulator.run, args=(lambda: self._ended,), daemon=True)
+        self._thread.start()
+        settings = SerialSettings(format, 921600, 5.0, 12, 0.005, modulation)
+        self.source = PsdSerialSource(str(folder / 'port'), settings, time.time_ns)
+        self.source.open()
+
+    def read(self, seconds):
+        """Blocks that come within so many s; a lost port is opened again."""
+        blocks, end = [], time.monotonic() + seconds
+        while time.monotonic() < end:
+            try:
+                blocks.append(self.source.read())
+            except NothingYet:
+                pass
+            except DeviceLost:
+                self._reopen(end)
+        return blocks
+
+    def _reopen(self, end):
+        while time.monotonic() < end:
+            try:
+                return self.source.open()
+            except DeviceLost:
+                time.sleep(0.02)
+
+    def check(self, blocks):
+        """Every sample delivered is one that was sent, and its neighbours in a block are its neighbours."""
+        sent = [tuple(counts) for _, counts in self.emulator.sent]
+        places = {}
+        for place, counts in enumerate(sent):
+            places.setdefault(counts, []).append(place)
+        for block in blocks:
+            counts = [tuple(row) for row in np.round(block.volts / VOLT).astype(int).tolist()]
+            assert any(sent[p:p + len(counts)] == counts for p in places.get(counts[0], []))
+
+    def close(self):
+        self._ended = True
+        self._thread.join(5)
+        self.source.close()
+
+
+@pytest.fixture
+def bench(tmp_path):
+    made = []
+
+    def make(**words):
+        made.append(Bench(tmp_path, **words))
+        return made[-1]
+    yield make
+    for each in made:
+        each.close()
+
+
+@pytest.mark.parametrize('format', ['binary', 'csv'])
+def test_samples_come_whole_and_under_the_time_they_were_taken(bench, format):
+    rig = bench(format=format)
+    blocks = rig.read(1.5)
+    rig.check(blocks)
+    assert sum(len(b.volts) for b in blocks) > 1000
+    assert blocks[-1].period_s == pytest.approx(5e-4, rel=0.1 if format == 'csv' else 1e-6)
+    stamps = np.array([b.stamp_ns for b in blocks])
+    assert (np.diff(stamps) > 0).all() and abs(time.time_ns() - stamps[-1]) < 5e8
+
+
+@pytest.mark.parametrize('fault', [f for f in FAULTS if f not in ('unplug', 'pause')])
+def test_a_fault_costs_a_frame_or_two_and_gives_no_false_sample(bench, fault):
+    rig = bench()
+    blocks = rig.read(0.3)
+    for _ in range(5):
+        rig.emulator.fault(fault)
+        blocks += rig.read(0.1)
+    after = rig.read(0.3)
+    rig.check(blocks + after)
+    assert sum(len(b.volts) for b in after) > 200
+    about = rig.source.describe()
+    told = {'drop': 'missing frames', 'swap': 'crc errors', 'garbage': 'garbage bytes', 'wrong_baud': 'missing frames', 'reset': 'resets'}
+    assert about[told[fault]] > 0
+    if fault not in ('reset', 'wrong_baud'):
+        assert about['missing frames'] <= 10 + about['missing samples'] // 4
+
+
+@pytest.mark.parametrize('fault', ['unplug', 'pause'])
+def test_it_goes_on_after_a_silence(bench, fault):
+    rig = bench()
+    blocks = rig.read(0.3)
+    rig.emulator.fault(fault)
+    blocks += rig.read(1.5)
+    after = rig.read(0.5)
+    rig.check(blocks + after)
+    assert sum(len(b.volts) for b in after) > 200
+    assert (np.diff([b.stamp_ns for b in blocks + after]) > 0).all()
+
+
+@pytest.mark.parametrize('format', ['binary', 'csv'])
+def test_with_modulation_the_driver_publishes_net_voltages_at_half_the_rate(bench, format):
+    rig = bench(scene='light', format=format, modulation=True)  # nothing touches, under lamps that flicker
+    blocks = rig.read(1.5)
+    volts = np.concatenate([block.volts for block in blocks])
+    assert volts.shape[1] == 4 and 500 < len(volts) < 1600 and abs(volts.mean(0)).max() < 2e-3
+    assert blocks[-1].period_s == pytest.approx(1e-3, rel=0.1 if format == 'csv' else 1e-6)
+    assert rig.source.describe()['samples without a dark neighbour'] < 20
+
+
+def test_wrong_words(tmp_path, capsys):
+    with pytest.raises(BadArgument, match='drop, swap'):
+        Emulator(tmp_path / 'port').fault('melt')
+    with pytest.raises(BadArgument, match='batch'):
+        Emulator(tmp_path / 'port', batch=0)
+    assert main(['--scene', 'nowhere', '--link', str(tmp_path / 'p')]) == 1
+    assert 'calibration' in capsys.readouterr().err
+
+
+  # a device in a thread keeps its own time
+
+
+class Bench_taxel:
+    """A running emulator, and a source that is open on it."""
+
+    def __init__(self, folder, shape=(44, 44), bits=8, rate=200.0):
+        self.emulator = TaxelEmulator(folder / 'port', 'disc', rate, 0, shape, bits, keep=True)
+        self._ended = False
+        self._thread = threading.Thread(target=self.emulator.run, args=(lambda: self._ended,), daemon=True)
+        self._thread.start()
+        self.source = TaxelSerialSource(str(folder / 'port'), 921600, shape, time.time_ns)
+        self.source.open()
+
+    def read(self, seconds, enough=None):
+        """Frames of the next seconds; enough: as many end it before."""
+        frames, end = [], time.monotonic() + seconds
+        while time.monotonic() < end and len(frames) != enough:
+            try:
+                frames.append(self.source.read())
+            except NothingYet:
+                pass
+            except DeviceLost:
+                try:
+                    self.source.open()
+                except DeviceLost:
+                    time.sleep(0.02)
+        return frames
+
+    def close(self):
+        self._ended = True
+        self._thread.join()
+        self.source.close()
+
+
+@pytest.fixture
+def bench_taxel(tmp_path):
+    rigs = []
+
+    def make(**settings):
+        rigs.append(Bench_taxel(tmp_path, **settings))
+        return rigs[-1]
+    yield make
+    for rig in rigs:
+        rig.close()
+
+
+@pytest.mark.parametrize('shape, bits', [((44, 44), 8), ((13, 6), 12), ((100, 7), 16)])
+def test_every_frame_arrives_as_it_was_sent(bench_taxel, shape, bits):
+    rig = bench_taxel(shape=shape, bits=bits, rate=50.0)  # two frames fill the port: a busy machine may come 40 ms late
+    frames = rig.read(30.0, 40)
+    sent = [values.tolist() for _, values in rig.emulator.sent]
+    assert len(frames) == 40 and rig.source.skipped == rig.source.corrupt == 0
+    first = sent.index(frames[0].image.tolist())
+    assert [frame.image.tolist() for frame in frames] == sent[first:first + len(frames)] or len(set(map(str, sent))) < 3
+    assert {frame.encoding for frame in frames} == {'mono8' if bits == 8 else 'mono16'}
+    steps = np.diff([frame.stamp_ns for frame in frames])
+    assert (steps > 0).all() and np.median(steps) == pytest.approx(20e6, rel=0.02)
+
+
+@pytest.mark.parametrize('fault', ['drop', 'swap', 'garbage', 'unplug', 'reset'])
+def test_faults_are_counted_or_survived_and_nothing_wrong_arrives(bench_taxel, fault):
+    rig = bench_taxel()
+    rig.read(0.2)
+    rig.emulator.fault(fault)
+    frames = rig.read(30.0, 60)
+    sent = {values.tobytes() for _, values in rig.emulator.sent}
+    assert len(frames) == 60 and all(frame.image.astype(np.uint16).tobytes() in sent for frame in frames)
+
+
+def test_frames_of_another_size_are_told(bench_taxel):
+    rig = bench_taxel(rate=500.0)
+    rig.source._shape = (10, 10)
+    rig.source.open()
+    assert not rig.read(0.6)
+    assert 'a matrix of 44 x 44' in rig.source.remark and 'set the parameters' in rig.source.remark
+
+
+def test_wrong_words_taxel(tmp_path, capsys):
+    with pytest.raises(BadArgument, match='1 to 256'):
+        TaxelEmulator(tmp_path / 'port', shape=(300, 1))
+    assert main_taxel(['--scene', 'nowhere', '--link', str(tmp_path / 'p')]) == 1
+    assert 'two_fingers' in capsys.readouterr().err

@@ -1,0 +1,164 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// The taxel array's compiled part for Python, as module _core.taxel.
+#include "bindings/bindings.hpp"
+
+#include <pybind11/eigen.h>
+
+#include "bindings/border.hpp"
+#include "common/outlines.hpp"
+#include "taxel/keyframe.hpp"
+#include "taxel/score.hpp"
+#include "taxel/shear.hpp"
+
+namespace tactile::border {
+namespace {
+
+using taxel::Keyframe;
+using taxel::Picture;
+using taxel::Registration;
+using taxel::SurfaceShear;
+
+constexpr double MOST_TAXELS = 1e4, LONGEST = 1e6, LARGEST_NUMBER = 1e30;  // of a side; taxels, of a width: far beyond any array
+
+template <class Work>
+auto without_gil(const Work& work) {
+    py::gil_scoped_release others_run;
+    return work();
+}
+
+py::array_t<float> contact_score(const py::object& pressure, const py::object& full, double smooth, int reach, double least, double share,
+                                 double ramp) {
+    const Input<float> given(pressure, "pressure", {ANY, ANY});
+    const Input<bool> saturated(full, "full", {given.length(0), given.length(1)});
+    const taxel::ScoreRule rule{within(smooth, "smooth", 1e-3, MOST_TAXELS), within(reach, "reach", 1, MOST_TAXELS),
+                                static_cast<float>(within(least, "least", 1e-30, LARGEST_NUMBER)),
+                                static_cast<float>(within(share, "share", 0.1, 1)),
+                                static_cast<float>(within(ramp, "ramp", 0, MOST_TAXELS))};
+    auto found = without_gil([&] { return taxel::contact_score(given.data(), marks(saturated), given.length(0), given.length(1), rule); });
+    return kept(std::move(found), {given.length(0), given.length(1)});
+}
+
+py::tuple contours(const py::object& field, double level) {
+    const Input<double> given(field, "field", {ANY, ANY});
+    within(level, "level", 1e-6, LONGEST);
+    Loops found = without_gil([&] { return find_contours(given.data(), given.length(0), given.length(1), level); });
+    const auto vertices = static_cast<py::ssize_t>(found.places.size()) / 2, loops = static_cast<py::ssize_t>(found.region.size());
+    return py::make_tuple(output(found.places, {vertices, 2}), output(found.start, {loops + 1}), output(found.region, {loops}));
+}
+
+Picture picture_of(const Input<float>& pressure, double scale) {
+    within(pressure.length(0), "pressure", 1, MOST_TAXELS);
+    within(pressure.length(1), "pressure", 1, MOST_TAXELS);
+    return {pressure.data(), pressure.length(0), pressure.length(1), static_cast<float>(within(scale, "scale", 0, LARGEST_NUMBER))};
+}
+
+Keyframe make_keyframe(const py::object& pressure, double scale, double steep, int rim, int most) {
+    const Input<float> given(pressure, "pressure", {ANY, ANY});
+    const Picture picture = picture_of(given, scale);
+    within(steep, "steep", 1e-6, LONGEST);
+    within(rim, "rim", 0, MOST_TAXELS);
+    within(most, "most", 1, LONGEST);
+    return without_gil([&] { return Keyframe(picture, steep, rim, most); });
+}
+
+Registration motion(const Keyframe& key, const py::object& pressure, double scale, bool turns, const py::object& guess) {
+    const Input<float> given(pressure, "pressure", {ANY, ANY});
+    const Input<double> start(guess, "guess", {4});
+    const Picture picture = picture_of(given, scale);
+    return without_gil([&] { return key.motion(picture, turns, Eigen::Map<const Eigen::Vector4d>(start.data())); });
+}
+
+SurfaceShear make_shear(int rows, int columns, double pitch, double thickness, double stiffness) {
+    within(rows, "rows", 1, MOST_TAXELS);
+    within(columns, "columns", 1, MOST_TAXELS);
+    return SurfaceShear({rows, columns, within(pitch, "pitch", 1e-9, LONGEST), within(thickness, "thickness", 1e-6, MOST_TAXELS),
+                         within(stiffness, "stiffness", 1e-30, LARGEST_NUMBER)});
+}
+
+py::array_t<float> move(SurfaceShear& shear, const py::object& touched, const py::object& pressure, const py::object& shift,
+                        double friction) {
+    const py::ssize_t rows = shear.pad().rows, columns = shear.pad().columns;
+    const Input<bool> contact(touched, "touched", {rows, columns});
+    const Input<float> pressed(pressure, "pressure", {rows, columns});
+    const Input<double> way(shift, "shift", {3});
+    within(friction, "friction", 0, LARGEST_NUMBER);
+    SurfaceShear next = shear;
+    auto slip = without_gil([&] {
+        return next.move(marks(contact), pressed.data(), {way.data()[0], way.data()[1], way.data()[2]}, friction);
+    });
+    shear = std::move(next);
+    return kept(std::move(slip), {2, rows, columns});
+}
+
+py::array_t<float> pressure_of(const SurfaceShear& shear, const py::object& traction) {
+    const Input<float> given(traction, "traction", {2, shear.pad().rows, shear.pad().columns});
+    auto found = without_gil([&] { return shear.pressure_of(given.data()); });
+    return kept(std::move(found), {shear.pad().rows, shear.pad().columns});
+}
+
+template <class T, class... Options>
+py::class_<T> copyable(py::class_<T, Options...> bound) {
+    bound.def("__copy__", [](const T& one) { return one; }).def("__deepcopy__", [](const T& one, const py::dict&) { return one; });
+    return bound;
+}
+
+}  // namespace
+
+void bind_taxel(py::module_& parent) {
+    py::module_ module = parent.def_submodule("taxel", "The taxel array's compiled part: contact score, registration, surface shear.");
+    module.def("contact_score", &contact_score, py::arg("pressure"), py::arg("full"), py::kw_only(), py::arg("smooth"), py::arg("reach"),
+               py::arg("least"), py::arg("share"), py::arg("ramp"),
+               "Contact scores (rows, columns) float32, 0 to 1, above 0.5 in contact, of pressure (rows, columns) float32.\n\n"
+               "full: (rows, columns) bool, taxels that are saturated; smooth: taxels, of the Gaussian against noise;\n"
+               "reach: taxels, thickness of the pad; least: level of pressure that counts;\n"
+               "share: pressure at a flat face's border over the level inside; ramp: taxels, the same of a curved face over the level's "
+               "slope.");
+    module.def("contours", &contours, py::arg("field"), py::arg("level"),
+               "Polygons along which field (rows, columns) float64 crosses level; outside of it counts as below. Vertices (M, 2) of (row,\n"
+               "column), first vertices of the polygons and M (L + 1,), and their regions (L,): each region's outline, then its holes.");
+    py::class_<Registration>(module, "Registration", "A motion from a keyframe to a later image.")
+        .def_readonly("fit", &Registration::fit, "(4,) taxels: shift along columns and rows, turn times reach, growth")
+        .def_readonly("spread", &Registration::spread, "standard deviation of the image's residuals")
+        .def_readonly("inliers", &Registration::inliers, "share of the edge taxels that the fit keeps");
+    copyable(
+        py::class_<Keyframe>(module, "Keyframe",
+                             "Edge taxels of the image that is positive pressure (rows, columns) float32 times scale, where its slope "
+                             "exceeds steep,\n1/taxel. rim: taxels at the array's border that are ignored; most: about how many are used."))
+        .def(py::init(&make_keyframe), py::arg("pressure"), py::kw_only(), py::arg("scale"), py::arg("steep"), py::arg("rim"),
+             py::arg("most"))
+        .def("motion", &motion, py::arg("pressure"), py::kw_only(), py::arg("scale"), py::arg("turns"), py::arg("guess"),
+             "Registration of the edges with the image by pressure and scale; turns: whether a turn is fitted; guess: (4,) to begin with.")
+        .def_readonly("normal", &Keyframe::normal,
+                      "(4, 4) sum over all edge taxels of the products of their slopes by the motions of a fit")
+        .def_readonly("middle", &Keyframe::middle, "(2,) column and row, mean of all edge taxels")
+        .def_readonly("reach", &Keyframe::reach, "taxels from middle, within which most of them lie")
+        .def_readonly("count", &Keyframe::count, "number of edge taxels, also of those that are not used");
+    copyable(
+        py::class_<SurfaceShear>(
+            module, "SurfaceShear",
+            "Tangential displacement and traction of the surface of a pad on rows x columns taxels, pitch m apart: coupled bristles\n"
+            "(the paper's virtual cantilevers), held by the pad's shear stiffness, that follow the object up to friction times pressure.\n"
+            "Coupling makes the rim of a contact slip first. thickness: taxels; stiffness: Pa/m. It can be copied, and is as it was\n"
+            "after an exception."))
+        .def(py::init(&make_shear), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pitch"), py::arg("thickness"),
+             py::arg("stiffness"))
+        .def("reset", &SurfaceShear::reset, "Release all traction.")
+        .def("move", &move, py::arg("touched"), py::arg("pressure"), py::arg("shift"), py::arg("friction"),
+             "Slip (2, rows, columns) float32 m of an object that moves by shift (3,): m, m at the origin, rad. touched: (rows, columns) "
+             "bool;\npressure: (rows, columns) float32 Pa; friction: coefficient.")
+        .def("pressure_of", &pressure_of, py::arg("traction"),
+             "Pressure (rows, columns) float32 under the pad that a traction (2, rows, columns) float32 causes by its convergence, in its "
+             "unit.")
+        .def(
+            "traction_pressure",
+            [](const SurfaceShear& shear) {
+                return kept(shear.traction_pressure(), {shear.pad().rows, shear.pad().columns});
+            },
+            "(rows, columns) float32 Pa: the pressure under the pad that the present traction causes.")
+        .def_property_readonly(
+            "force", [](const SurfaceShear& shear) { return output(shear.force(), {2}); },
+            "(2,) N that the object exerts along the surface.");
+}
+
+}  // namespace tactile::border

@@ -1,0 +1,143 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Registration of a contact's image with a keyframe: Gauss-Newton on the residuals at the edges (Lucas and Kanade 1981), weighted by
+// Tukey's biweight. The image is the sum of a cubic B-spline at each taxel times its value there.
+#include "taxel/keyframe.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "common/median.hpp"
+#include "common/wide.hpp"
+
+namespace tactile::taxel {
+namespace {
+
+constexpr double QUANTILE = 0.9;  // of the edges' distances, is the reach: a few edges beside the contact must not count
+constexpr int ITERATIONS = 4;
+constexpr double CONVERGED = 0.04;      // taxels: a step below it leaves an error of about a tenth of it
+constexpr double TUKEY = 4.685;         // of the biweight: 95 percent efficiency for Gaussian noise
+constexpr double LEAST_SPREAD = 0.015;  // least standard deviation of the image's residuals
+constexpr double FARTHEST = 1e6;        // taxels, of a guess, beyond which the fit has failed
+
+// Cubic B-spline at the four taxels around a place, part past the second.
+std::array<double, 4> spline(double part) {
+    const double rest = 1 - part;
+    return {rest * rest * rest / 6, (4 + part * part * (3 * part - 6)) / 6, (4 + rest * rest * (3 * rest - 6)) / 6, part * part * part / 6};
+}
+
+// The image at a taxel.
+TACTILE_INLINE float shown(float pressure, float scale) {
+    const float value = pressure * scale;
+    return value > 0 ? std::min(value, 1e15f) : 0;  // 0 for NaN
+}
+
+double sampled(const Picture& picture, double row, double column) {
+    const std::ptrdiff_t rows = picture.rows, columns = picture.columns;
+    row = row > 0 ? std::min(row, static_cast<double>(rows - 1)) : 0;
+    column = column > 0 ? std::min(column, static_cast<double>(columns - 1)) : 0;
+    const auto top = static_cast<std::ptrdiff_t>(row), left = static_cast<std::ptrdiff_t>(column);
+    const auto down = spline(row - static_cast<double>(top)), across = spline(column - static_cast<double>(left));
+    double sum = 0;
+    for (std::ptrdiff_t r = 0; r < 4; ++r) {
+        const float* line = picture.pressure + std::clamp<std::ptrdiff_t>(top + r - 1, 0, rows - 1) * columns;
+        double part = 0;
+        for (std::ptrdiff_t c = 0; c < 4; ++c)
+            part += across[c] * shown(line[std::clamp<std::ptrdiff_t>(left + c - 1, 0, columns - 1)], picture.scale);
+        sum += down[r] * part;
+    }
+    return sum;
+}
+
+TACTILE_WIDE void show(const float* pressure, std::ptrdiff_t columns, float scale, double* line) {
+    for (std::ptrdiff_t c = 0; c < columns; ++c) line[c] = shown(pressure[c], scale);
+}
+
+// Slopes along both axes, and value of the spline, along the middle one of three lines of the image (3, columns); none at the ends.
+TACTILE_WIDE void slopes_of(const double* lines, std::ptrdiff_t columns, double* across, double* down, double* value) {
+    const double *up = lines, *here = lines + columns, *low = lines + 2 * columns;
+#pragma GCC ivdep
+    for (std::ptrdiff_t c = 1; c < columns - 1; ++c) {
+        const double left = up[c - 1] + 4 * here[c - 1] + low[c - 1], right = up[c + 1] + 4 * here[c + 1] + low[c + 1];
+        const double top = up[c - 1] + 4 * up[c] + up[c + 1], bottom = low[c - 1] + 4 * low[c] + low[c + 1];
+        const double middle = here[c - 1] + 4 * here[c] + here[c + 1];
+        across[c] = (right - left) / 12;
+        down[c] = (bottom - top) / 12;
+        value[c] = (top + 4 * middle + bottom) / 36;
+    }
+}
+
+}  // namespace
+
+Keyframe::Keyframe(const Picture& picture, double steep, std::ptrdiff_t rim, std::ptrdiff_t most) {
+    const std::ptrdiff_t rows = picture.rows, columns = picture.columns, from = std::max<std::ptrdiff_t>(rim, 1);
+    std::vector<double> lines(3 * columns), across(columns), down(columns), value(columns), far;
+    for (std::ptrdiff_t r = from; r < rows - from; ++r) {
+        for (std::ptrdiff_t k = 0; k < 3; ++k)
+            show(picture.pressure + (r + k - 1) * columns, columns, picture.scale, lines.data() + k * columns);
+        slopes_of(lines.data(), columns, across.data(), down.data(), value.data());
+        for (std::ptrdiff_t c = from; c < columns - from; ++c) {
+            const double slope = std::hypot(across[c], down[c]);
+            if (!(slope > steep)) continue;
+            edges_.push_back({{static_cast<double>(c), static_cast<double>(r)}, value[c], {across[c], down[c], 0, -slope}});
+            middle += edges_.back().place;
+        }
+    }
+    count = static_cast<std::ptrdiff_t>(edges_.size());
+    if (count == 0) return;
+    middle /= static_cast<double>(count);
+    for (const Edge& edge : edges_) far.push_back((edge.place - middle).norm());
+    reach = std::max(smallest(std::move(far), std::lround(QUANTILE * static_cast<double>(count - 1))), 1e-6);
+    const std::ptrdiff_t step = (count + most - 1) / most;
+    std::vector<Edge> used;
+    for (Edge& edge : edges_) {
+        const bool taken = std::lround(edge.place.sum()) % step == 0;  // evenly over all edges, along whichever axis they run
+        edge.place -= middle;
+        edge.slopes[2] = (edge.place.x() * edge.slopes[1] - edge.place.y() * edge.slopes[0]) / reach;
+        normal += edge.slopes * edge.slopes.transpose();
+        if (taken) used.push_back(edge);
+    }
+    edges_ = std::move(used);
+}
+
+Registration Keyframe::motion(const Picture& picture, bool turns, const Eigen::Vector4d& guess) const {
+    const Eigen::Vector4d fitted(1, 1, turns, 1);
+    Registration found{guess};
+    std::vector<double> left(edges_.size()), size(edges_.size());
+    for (int iteration = 0; iteration < ITERATIONS; ++iteration) {
+        const double turn = found.fit[2] / reach, cosine = std::cos(turn), sine = std::sin(turn);
+        for (std::size_t k = 0; k < edges_.size(); ++k) {
+            const double x = edges_[k].place.x(), y = edges_[k].place.y();
+            const double column = middle.x() + cosine * x - sine * y + found.fit[0],
+                         row = middle.y() + cosine * y + sine * x + found.fit[1];
+            left[k] = edges_[k].value - sampled(picture, row, column) - edges_[k].slopes[3] * found.fit[3];
+            size[k] = std::isnan(left[k]) ? FARTHEST : std::abs(left[k]);
+        }
+        const auto half = static_cast<std::ptrdiff_t>(size.size() / 2);
+        found.spread = std::max(SIGMA_PER_MAD * (size.empty() ? 0 : smallest(size, half)), LEAST_SPREAD);
+        Eigen::Matrix4d products = Eigen::Matrix4d::Zero();
+        Eigen::Vector4d right = Eigen::Vector4d::Zero();
+        for (std::size_t k = 0; k < edges_.size(); ++k) {
+            const double off = left[k] / (TUKEY * found.spread);
+            if (!(off * off < 1)) continue;
+            const Eigen::Vector4d slopes = edges_[k].slopes.cwiseProduct(fitted);
+            const Eigen::Vector4d weighed = (1 - off * off) * (1 - off * off) * slopes;
+            products += weighed * slopes.transpose();
+            right += weighed * left[k];
+        }
+        products.diagonal().array() += 1e-9 * products.trace() + 1e-12;
+        const Eigen::Vector4d step = products.ldlt().solve(right);
+        found.fit += step;
+        const double largest = step.cwiseAbs().maxCoeff();
+        if (!(largest >= CONVERGED && largest < FARTHEST)) break;
+    }
+    const auto kept = std::count_if(size.begin(), size.end(), [&](double one) { return one < TUKEY * found.spread; });
+    found.inliers = size.empty() ? 0 : static_cast<double>(kept) / static_cast<double>(size.size());
+    return found;
+}
+
+}  // namespace tactile::taxel

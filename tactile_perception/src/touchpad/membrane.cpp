@@ -1,0 +1,594 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Places of all dots from measured ranges and the balance of forces. Gauss-Newton steps in the ranges of all dots and the fluid's pressure
+// minimise
+//   sum w_i (range_i - measured_i)^2 + sum (load_k - expected load_k)^2 / s_k^2,
+// where each load is expected to be free or touched; the normal equations of the ranges are a band, bordered by the pressure.
+#include "touchpad/membrane.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "common/grid.hpp"
+#include "common/median.hpp"
+#include "common/wide.hpp"
+#include "touchpad/band.hpp"
+
+namespace tactile {
+namespace {
+
+// ---- Unseen dots.
+
+constexpr double UNKNOWN_WEIGHT = 0.5;  // chosen; a known neighbour weighs 1
+
+// values (K, count): where known is false, each is replaced by the mean of its up to eight neighbours, as a soap film spans a hole
+// (Laplace's equation); unknown neighbours weigh half. All are 0 where nothing is known.
+void fill_holes(Grid grid, double* values, const std::vector<std::uint8_t>& known, std::ptrdiff_t count) {
+    std::vector<std::ptrdiff_t> holes, number(grid.size());  // number: of a hole among the holes
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        number[k] = static_cast<std::ptrdiff_t>(holes.size());
+        if (!known[k]) holes.push_back(k);
+    }
+    const auto size = static_cast<std::ptrdiff_t>(holes.size());
+    for (const std::ptrdiff_t k : holes) std::fill_n(values + k * count, count, 0.0);
+    if (size == 0 || size == grid.size()) return;
+    // Neighbours are at most columns + 1 dots apart, so the matrix is a band.
+    Band<double> matrix(size, std::min(size - 1, grid.columns + 1));
+    std::vector<double> right(size * count);  // one row for each of the values
+    for (std::ptrdiff_t h = 0; h < size; ++h) {
+        beside(grid, holes[h], [&](std::ptrdiff_t near) {
+            matrix.column(h)[0] += known[near] ? 1.0 : UNKNOWN_WEIGHT;
+            if (!known[near] && near > holes[h]) matrix.column(h)[number[near] - h] = -UNKNOWN_WEIGHT;
+            for (std::ptrdiff_t i = 0; known[near] && i < count; ++i) right[i * size + h] += values[near * count + i];
+        });
+    }
+    factorise(matrix);  // positive definite: each hole is linked to a known dot
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        solve(matrix, right.data() + i * size);
+        for (std::ptrdiff_t h = 0; h < size; ++h) values[holes[h] * count + i] = right[i * size + h];
+    }
+}
+
+// Standard deviation of an interpolated position and largest step, m; chosen.
+constexpr double UNSEEN_SIGMA = 1e-3, UNSEEN_STEP = 4e-4;
+// Load expected of a free and of a touched dot, and their standard deviations; chosen: 1 under a face, 2 to 3 under a ball or an edge.
+constexpr double EXPECTED[2] = {0.0, 1.3}, SPREAD[2] = {0.4, 0.8}, LOADED = 0.5;
+
+// places (K, 3) with unseen dots moved along their rays from origin by one Gauss-Newton step towards the balance around them; load (K): of
+// the dots over the fluid's pressure, Pa.
+std::vector<double> settle_holes(const Skin& skin, const std::vector<double>& places, const std::vector<double>& load,
+                                 const std::vector<std::uint8_t>& seen, Vec3 origin) {
+    const Grid grid = skin.grid;
+    std::vector<double> settled = places, rays(places.size());
+    std::vector<std::ptrdiff_t> holes, number(grid.size());
+    std::vector<std::uint8_t> beside(grid.size());  // inner dots with an unseen one among the 3 x 3 dots around them
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        const Vec3 away = vec3_at(places.data(), k) - origin;
+        store(rays.data(), k, 1 / length(away) * away);
+        if (seen[k]) continue;
+        number[k] = static_cast<std::ptrdiff_t>(holes.size());
+        holes.push_back(k);
+        around(grid, k, [&](std::ptrdiff_t j) {
+            if (grid.inner(j / grid.columns, j % grid.columns)) beside[j] = 1;
+        });
+    }
+    if (holes.empty()) return settled;
+    const Balance balance = find_balance(skin, places.data(), skin.pressure);
+    const std::vector<double> slopes = find_slopes(skin, places.data(), rays.data(), skin.pressure, balance);
+    const auto size = static_cast<std::ptrdiff_t>(holes.size());
+    Band<double> normal(size, std::min(size - 1, 2 * grid.columns + 2));  // dots beside the same one are at most so far apart
+    std::vector<double> right(size);
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        if (!beside[k]) continue;
+        const bool held = load[k] > LOADED;
+        const double weight = 1 / (SPREAD[held] * SPREAD[held]), off = load[k] - EXPECTED[held];
+        for (int i = 0; i < 9; ++i) {
+            const std::ptrdiff_t one = k + (i / 3 - 1) * grid.columns + i % 3 - 1;
+            if (seen[one]) continue;
+            right[number[one]] -= weight * slopes[9 * k + i] * off;
+            for (int j = 0; j <= i; ++j) {
+                const std::ptrdiff_t other = k + (j / 3 - 1) * grid.columns + j % 3 - 1;
+                if (!seen[other])
+                    normal.column(number[other])[number[one] - number[other]] += weight * slopes[9 * k + i] * slopes[9 * k + j];
+            }
+        }
+    }
+    for (std::ptrdiff_t h = 0; h < size; ++h) normal.column(h)[0] += 1 / (UNSEEN_SIGMA * UNSEEN_SIGMA);
+    if (!factorise(normal)) return settled;
+    solve(normal, right.data());
+    for (std::ptrdiff_t h = 0; h < size; ++h) {
+        if (!std::isnan(right[h])) add_to(settled.data(), holes[h], std::clamp(right[h], -UNSEEN_STEP, UNSEEN_STEP) * vec3_at(rays.data(), holes[h]));
+    }
+    return settled;
+}
+
+// ---- Loads.
+
+// A touched dot's load is most likely 1.1; its standard deviation below and above that: 1 under a face, hardly less anywhere, but 2 to 4
+// under a ball or an edge. Chosen on simulated faces, rings, balls and edges.
+constexpr double TOUCHED = 1.1, LIGHTER = 0.4, HEAVIER = 1.0;
+constexpr double COUPLING = 4.0;  // log odds of a dot among touched neighbours (minus that: among free ones). Chosen
+constexpr double SURE = 30.0;     // largest log odds. Chosen
+// Log likelihood ratio that a patch must exceed (e^-18: noise in about one of 10^7 dots), and the most that one dot contributes: three
+// dots are needed.
+constexpr double EVIDENCE = 18.0, LARGEST_GAIN = 7.5;
+constexpr double PRESSURE_ROUNDS[] = {0.3, 0.1, 0.06};  // scale of a free dot's load in each round; chosen, to the discretisation error
+constexpr double LEAST_PRESSURE = 0.1;                  // of the rest pressure; chosen
+constexpr double FILL_LOAD = 0.25;  // unseen dots are placed by the balance where they or neighbours carry more than this; chosen
+
+double touched_spread(double load) {
+    return load < TOUCHED ? LIGHTER : HEAVIER;
+}
+
+// Robust mean of the pressures wanted, at which each inner dot would be free: from their median, by reweighting.
+double fluid_pressure(const std::vector<double>& wanted, double least) {
+    double pressure = std::max(least, smallest(wanted, static_cast<std::ptrdiff_t>(wanted.size() / 2)));
+    for (const double misfit : PRESSURE_ROUNDS) {
+        double total = 0, sum = 0;
+        for (const double value : wanted) {
+            const double off = (value / pressure - 1) / misfit, weight = 1 / ((1 + off * off) * (1 + off * off));
+            total += weight, sum += weight * value;
+        }
+        pressure = std::max(least, sum / total);
+    }
+    return pressure;
+}
+
+// Log likelihood ratio, touched over free, of a load. misfit: standard deviation of a free dot's load; variance: from measurement errors.
+double log_likelihood_ratio(double load, double misfit, double variance) {
+    const double narrow = misfit * misfit + variance, off = load - TOUCHED, spread = touched_spread(load);
+    // the two halves of the touched loads' distribution meet at its mode: their mean width normalises it
+    const double width = (std::sqrt(LIGHTER * LIGHTER + variance) + std::sqrt(HEAVIER * HEAVIER + variance)) / 2;
+    return (load * load / narrow - off * off / (spread * spread + variance) + std::log(narrow / (width * width))) / 2;
+}
+
+// Weight of a load that is touched with some probability, and the weight times the load's residual from its expected value.
+struct Expectation {
+    double weight, pull;
+};
+
+Expectation expectation(double load, double touched, double misfit) {
+    const double spread = touched_spread(load), free = (1 - touched) / (misfit * misfit), held = touched / (spread * spread);
+    return {free + held, (free + held) * load - held * TOUCHED};
+}
+
+// Replaces the probabilities touched (K) by those that the log likelihood ratios gain (K) and the neighbours' last ones say.
+void update_probabilities(Grid grid, const double* gain, double* touched) {
+    const std::vector<double> last(touched, touched + grid.size());
+    for (std::ptrdiff_t row = 0; row < grid.rows; ++row) {
+        for (std::ptrdiff_t column = 0; column < grid.columns; ++column) {
+            const std::ptrdiff_t k = row * grid.columns + column;
+            touched[k] = 0;
+            if (!grid.inner(row, column)) continue;
+            const double beside = (last[k - 1] + last[k + 1] + last[k - grid.columns] + last[k + grid.columns]) / 4;
+            touched[k] = 1 / (1 + std::exp(-std::clamp(gain[k] + COUPLING * (2 * beside - 1), -SURE, SURE)));
+        }
+    }
+}
+
+// Sets touched (K) to 0 in connected patches whose summed log likelihood ratios gain (K) are not significant.
+void drop_weak_patches(Grid grid, const double* gain, double* touched) {
+    std::vector<std::uint8_t> held(grid.size());
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) held[k] = touched[k] > 0.5;
+    std::vector<std::int32_t> patch;
+    std::vector<double> evidence(1 + components(held.data(), grid.rows, grid.columns, true, patch).size());
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) evidence[patch[k]] += std::min(gain[k], LARGEST_GAIN);
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        if (evidence.size() == 1 || (patch[k] > 0 && !(evidence[patch[k]] > EVIDENCE))) touched[k] = 0;
+    }
+}
+
+// Sets normals, forces and loads at the places. The fluid's pressure is that at which most inner dots are free, at least a tenth of that at
+// rest. Outermost dots have no balance: their forces and loads are 0.
+void find_loads(const Skin& skin, DotLoads& found) {
+    const Grid grid = skin.grid;
+    const double* places = found.xyz.data();
+    found.normal.assign(3 * grid.size(), 0), found.force.assign(3 * grid.size(), 0), found.load.assign(grid.size(), 0);
+    std::vector<double> elastic(3 * grid.size()), share(3 * grid.size()), wanted;
+    add_forces(skin, places, elastic.data(), share.data());
+    const auto each_inner = [&](auto visit) {
+        for (std::ptrdiff_t row = 1; row + 1 < grid.rows; ++row) {
+            for (std::ptrdiff_t k = row * grid.columns + 1; k + 1 < (row + 1) * grid.columns; ++k) {
+                const Vec3 area = vec3_at(share.data(), k);
+                visit(k, area, area - vec3_at(skin.residual.data(), k), vec3_at(elastic.data(), k));
+            }
+        }
+    };
+    each_inner([&](std::ptrdiff_t, Vec3 area, Vec3 pushed, Vec3 pull) {
+        const double pressure = -dot(pull, area) / dot(pushed, area);
+        if (std::isfinite(pressure)) wanted.push_back(pressure);
+    });
+    const double pressure = wanted.empty() ? skin.pressure : fluid_pressure(wanted, LEAST_PRESSURE * skin.pressure);
+    each_inner([&](std::ptrdiff_t k, Vec3 area, Vec3 pushed, Vec3 pull) {
+        const Vec3 left = pressure * pushed + pull;  // what the object balances
+        store(found.force.data(), k, -1.0 * left);
+        found.load[k] = dot(left, area) / (pressure * dot(area, area));
+    });
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        const Vec3 area = vec3_at(share.data(), k);
+        store(found.normal.data(), k, 1 / length(area) * area);
+    }
+}
+
+// Whether an unseen dot or a neighbour of one is loaded.
+bool unseen_are_loaded(Grid grid, const std::vector<std::uint8_t>& seen, const std::vector<double>& load) {
+    bool any = false;
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        if (!seen[k]) around(grid, k, [&](std::ptrdiff_t j) { any |= std::abs(load[j]) > FILL_LOAD; });
+    }
+    return any;
+}
+
+// ---- A frame.
+
+constexpr double FAR_ENOUGH = 0.5e-3, FAR_SHARE = 0.02;  // m; chosen: update only while more of the dots than this are displaced by more
+constexpr double TRIAL = 0.01;                           // relative step of the finite difference; chosen
+// Standard deviation of a free dot's tangential residual (over the fluid's pressure) from other causes, and the number of dots and frames
+// over which such a cause is correlated; chosen.
+constexpr double RESIDUAL = 0.2, CORRELATED = 50;
+constexpr double FINEST_SCALE = 0.008;  // smallest standard deviation of the scale; chosen for the mesh's discretisation error
+constexpr double LARGEST_SCALE = 0.2;   // largest error of the scale, and step; chosen
+constexpr double CALM = 0.3;  // sum of the probabilities of a load over 3 x 3 dots below which a dot counts as free. Chosen
+
+// What a frame tells about all dots. rays (K, 3): unit; measured (K), m, with weight (K), 1/m^2, 0 where unknown; displaced (K), m: what is
+// measured less the range at rest, 0 where unknown; last (K), m: ranges in the last frame; seen (K).
+struct WholeFrame {
+    std::vector<double> rays, measured, weight, displaced, last;
+    std::vector<std::uint8_t> seen;
+};
+
+// Directions of unseen dots: turned (K, 3), the change of direction of the seen ones since the last frame, is spread over the grid.
+void turn_unseen(Grid grid, std::vector<double> turned, WholeFrame& frame) {
+    fill_holes(grid, turned.data(), frame.seen, 3);
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        if (frame.seen[k]) continue;
+        const Vec3 ray = vec3_at(frame.rays.data(), k) + vec3_at(turned.data(), k);
+        store(frame.rays.data(), k, 1 / length(ray) * ray);
+    }
+}
+
+// The part along the surface of the force on dot k over the pressure. force and share (K, 3): of add_forces.
+Vec3 along_surface(const Skin& skin, const std::vector<double>& force, const std::vector<double>& share, double pressure,
+                   std::ptrdiff_t k) {
+    const Vec3 area = vec3_at(share.data(), k);
+    const Vec3 total = vec3_at(force.data(), k) + pressure * (area - vec3_at(skin.residual.data(), k));
+    const double square = dot(area, area);
+    return 1 / (pressure * std::sqrt(square)) * (total - dot(total, area) / square * area);
+}
+
+// scale: factor on what is measured less the range at rest. Unseen dots keep their direction of the last frame, plus the motion of their
+// neighbours.
+WholeFrame whole_frame(Grid grid, Vec3 from, const double* rest, const double* last_places, const SeenRanges& seen, double scale) {
+    const auto size = static_cast<std::size_t>(grid.size());
+    WholeFrame found{std::vector<double>(3 * size), std::vector<double>(size), std::vector<double>(size),
+                     std::vector<double>(size),     std::vector<double>(size), std::vector<std::uint8_t>(size)};
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        const Vec3 away = vec3_at(last_places, k) - from;
+        found.last[k] = length(away);
+        store(found.rays.data(), k, 1 / found.last[k] * away);
+    }
+    std::vector<double> turned(3 * size);
+    for (std::ptrdiff_t i = 0; i < seen.count; ++i) {
+        const std::ptrdiff_t k = seen.id[i];
+        const Vec3 ray = vec3_at(seen.rays, i);
+        store(turned.data(), k, ray - vec3_at(found.rays.data(), k));
+        store(found.rays.data(), k, ray);
+        const double at_rest = length(vec3_at(rest, k) - from), displaced = scale * (seen.ranges[i] - at_rest);
+        const double weight = 1 / (seen.sigma[i] * seen.sigma[i]);
+        const bool good = std::isfinite(displaced) && std::isfinite(weight);
+        found.seen[k] = true;
+        found.weight[k] = good ? weight : 0;
+        found.displaced[k] = good ? displaced : 0;
+        found.measured[k] = good ? at_rest + displaced : 0;
+    }
+    if (std::find(found.seen.begin(), found.seen.end(), 0) != found.seen.end()) turn_unseen(grid, std::move(turned), found);
+    return found;
+}
+
+// How the forces along the surface lean on a common scale of the displacements. With the residual r (K, 3) of the forces along the surface
+// over the pressure at free dots, each weighted by 1 / (1 + r^2 / (2 RESIDUAL)^2)^2, and its derivative r' by the scale: curvature, the sum
+// of r'^2, and gradient, that of r r'.
+struct Leaning {
+    double curvature, gradient;
+};
+
+// rays (K, 3); moved (K), m, and lifted, Pa: change of ranges and pressure if all displacements doubled; scale: as of whole_frame.
+Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double* rays, const double* moved, double lifted, double scale) {
+    const Grid grid = skin.grid;
+    const std::ptrdiff_t size = grid.size();
+    const double *places = state.xyz.data(), *touched = state.touched.data();
+    const double pressure = state.pressure, share = TRIAL / scale, higher = pressure + share * lifted;
+    std::vector<double> force(3 * size), area(3 * size), force_there(3 * size), area_there(3 * size), there(3 * size);
+    for (std::ptrdiff_t k = 0; k < size; ++k) store(there.data(), k, vec3_at(places, k) + share * moved[k] * vec3_at(rays, k));
+    add_forces(skin, places, force.data(), area.data());
+    add_forces(skin, there.data(), force_there.data(), area_there.data());
+    Leaning found{0, 0};
+    for (std::ptrdiff_t row = 1; row + 1 < grid.rows; ++row) {
+        for (std::ptrdiff_t k = row * grid.columns + 1; k + 1 < (row + 1) * grid.columns; ++k) {
+            double loaded = 0;
+            for (const std::ptrdiff_t middle : {k - grid.columns, k, k + grid.columns})
+                loaded += touched[middle - 1] + touched[middle] + touched[middle + 1];
+            if (!(loaded < CALM)) continue;
+            const Vec3 here = along_surface(skin, force, area, pressure, k);
+            const Vec3 slope = 1 / TRIAL * (along_surface(skin, force_there, area_there, higher, k) - here);
+            const double off = 1 + dot(here, here) / (4 * RESIDUAL * RESIDUAL), weight = 1 / (off * off);
+            found.curvature += weight * dot(slope, slope);
+            found.gradient += weight * dot(slope, here);
+        }
+    }
+    return found;
+}
+
+// ---- The solution.
+
+// Standard deviation of a free dot's load in each step from nothing and from the last frame. Chosen: from loose to the mesh's
+// discretisation error.
+constexpr double COLD[] = {1.0, 0.7, 0.4, 0.25, 0.15, 0.2}, WARM[] = {0.4, 0.2};
+// From the last frame, as many steps more at most, while dots become touched or free: the border of a contact moves by a dot a step.
+// Chosen.
+constexpr int MORE = 2;
+constexpr double LARGEST_STEP = 4e-4, LARGEST_PRESSURE_STEP = 400.0;  // m and Pa a step; chosen, about 0.3 pitches, 0.2 rest pressures
+constexpr double HOLD = 1e6;  // 1/m^2, weight of the prior at the start, for dots without other constraints; chosen, of 1 mm
+constexpr double TAIL = 4.0;  // standard deviations of a range beyond which it loses weight; chosen
+// A range is an outlier if it is this many standard deviations and this share of its change off its neighbours; chosen.
+constexpr double OUTLIER_SIGMA = 5.0, OUTLIER_SHARE = 0.7;
+constexpr std::ptrdiff_t FEW = 3;  // changes of more than two steps above which a frame starts from the measured ranges; chosen
+constexpr double LEAST_INFORMATION = 1e-3, LEAST_STIFFNESS = 1e-12;  // about a load, and of the pressure; chosen against division by 0
+
+// ranges (K), m; touched (K): probability that a dot carries a load; weight (K): without the ranges that were left out; pressure, Pa; moved
+// (K), m, and lifted, Pa: first-order change of ranges and pressure for the frame's displacements.
+struct Solution {
+    std::vector<double> ranges, touched, weight;
+    double pressure;
+    std::vector<double> moved;
+    double lifted = 0;
+};
+
+class Steps {
+ public:
+    // touched (K) and pressure: of the last frame, touched is empty where there is none; response: as of Membrane::set_response.
+    Steps(const Skin& skin, Vec3 origin, const WholeFrame& frame, const std::vector<double>& touched, double pressure,
+          const std::vector<float>& response)
+        : skin_(skin), grid_(skin.grid), origin_(origin), frame_(frame), size_(grid_.size()), factor_(0, 0) {
+        found_.weight = frame.weight;
+        found_.pressure = pressure;
+        start(touched);
+        load_variance(response);
+    }
+
+    Solution run() {
+        const double *misfits = cold_ ? std::begin(COLD) : std::begin(WARM), *end = cold_ ? std::end(COLD) : std::end(WARM);
+        for (const double* misfit = misfits; misfit < end; ++misfit) {
+            const bool first = misfit == misfits, last = misfit + 1 == end;
+            step(*misfit, !first || !cold_, !first || last, last);
+        }
+        for (int more = cold_ ? 0 : MORE; more > 0 && turned_; --more) step(end[-1], true, true, true);
+        respond();
+        return std::move(found_);
+    }
+
+ private:
+    // The last ranges plus their change, averaged over 3 x 3 dots; the measured ones without a last frame or where the change is large.
+    void start(const std::vector<double>& touched) {
+        std::vector<double> gone(size_);
+        for (std::ptrdiff_t k = 0; k < size_; ++k) gone[k] = found_.weight[k] > 0 ? frame_.measured[k] - frame_.last[k] : 0.0;
+        leave_out_outliers(gone);
+        std::ptrdiff_t far = 0;
+        for (std::ptrdiff_t k = 0; k < size_; ++k) far += found_.weight[k] > 0 && std::abs(gone[k]) > 2 * LARGEST_STEP;
+        cold_ = touched.empty() || far > FEW;
+        found_.touched.assign(size_, 0.0);
+        if (!cold_) found_.touched = touched;
+        found_.ranges.resize(size_);
+        for (std::ptrdiff_t k = 0; k < size_; ++k) {
+            double sum = 0, count = 0;
+            around(grid_, k, [&](std::ptrdiff_t j) {
+                if (found_.weight[j] > 0 && (!cold_ || j == k)) sum += gone[j], count += 1;
+            });
+            found_.ranges[k] = frame_.last[k] + sum / std::max(count, 1.0);
+        }
+        anchor_ = found_.ranges;
+    }
+
+    // Takes the weight off ranges of inner dots whose change gone (K), m, at most one neighbour shares: glare spoils one or two dots, an
+    // edge moves more.
+    void leave_out_outliers(const std::vector<double>& gone) {
+        std::vector<std::ptrdiff_t> alone;
+        each_dot(grid_, [&](std::ptrdiff_t k, bool inner) {
+            if (!(found_.weight[k] > 0) || !inner) return;
+            std::pair<double, double> beside[9];  // distance to a dot's change, and that change
+            const double scale = std::sqrt(found_.weight[k]);
+            int off = 0;
+            for (int a = 0; a < 9; ++a) {
+                const double change = gone[neighbour(k, a)];
+                beside[a] = {std::abs(gone[k] - change), change};
+                off += beside[a].first * scale > OUTLIER_SIGMA;
+            }
+            if (off < 7) return;
+            std::nth_element(beside, beside + 2, beside + 9);  // the nearest is the dot itself
+            if (beside[2].first > OUTLIER_SHARE * std::abs(beside[2].second)) alone.push_back(k);
+        });
+        for (const std::ptrdiff_t k : alone) found_.weight[k] = 0;
+    }
+
+    // Variance of each dot's load from the range errors, all other loads known.
+    TACTILE_WIDE void load_variance(const std::vector<float>& response) {
+        std::vector<std::ptrdiff_t> inner;
+        each_dot(grid_, [&](std::ptrdiff_t k, bool is_inner) {
+            if (is_inner) inner.push_back(k);
+        });
+        const auto count = static_cast<std::ptrdiff_t>(inner.size());
+        std::vector<float> information(count);
+        for (std::ptrdiff_t j = 0; j < count; j += 4) {  // four rows in one pass over the sums
+            float weight[4];
+            const float* row[4];
+            for (std::ptrdiff_t part = 0; part < 4; ++part) {
+                const std::ptrdiff_t at = std::min(j + part, count - 1);
+                weight[part] = at == j + part ? static_cast<float>(found_.weight[inner[at]]) : 0.0f;
+                row[part] = response.data() + at * count;
+            }
+            for (std::ptrdiff_t k = 0; k < count; ++k)
+                information[k] += (weight[0] * row[0][k] + weight[1] * row[1][k]) + (weight[2] * row[2][k] + weight[3] * row[3][k]);
+        }
+        variance_.assign(size_, 1 / LEAST_INFORMATION);
+        for (std::ptrdiff_t k = 0; k < count; ++k) variance_[inner[k]] = 1 / std::max<double>(information[k], LEAST_INFORMATION);
+    }
+
+    // One step. misfit: standard deviation of a free dot's load; classify: update the contact probabilities first; robust: ranges lose
+    // weight by their residuals; last: drop insignificant patches.
+    void step(double misfit, bool classify, bool robust, bool last) {
+        std::vector<double> places(3 * size_);
+        for (std::ptrdiff_t k = 0; k < size_; ++k) store(places.data(), k, origin_ + found_.ranges[k] * vec3_at(frame_.rays.data(), k));
+        balance_ = find_balance(skin_, places.data(), found_.pressure);
+        // two steps from the last frame share their slopes: both are near the solution
+        if (slopes_.empty() || cold_) slopes_ = find_slopes(skin_, places.data(), frame_.rays.data(), found_.pressure, balance_);
+        if (classify) update_touched(misfit, last);
+        misfit_ = misfit;
+        solve_for(robust);
+    }
+
+    // Contact probabilities from the measurements alone: in the loads, the pull of the dot's own prior in the last step is undone.
+    void update_touched(double misfit, bool last) {
+        std::vector<double> gain(size_);
+        const std::vector<double> before = found_.touched;
+        for (std::ptrdiff_t k = 0; k < size_; ++k) {
+            const double pull = expectation(balance_.load[k], found_.touched[k], misfit_).pull;
+            gain[k] = log_likelihood_ratio(balance_.load[k] + variance_[k] * pull, misfit, variance_[k]);
+        }
+        update_probabilities(grid_, gain.data(), found_.touched.data());
+        if (last) drop_weak_patches(grid_, gain.data(), found_.touched.data());
+        turned_ = false;
+        for (std::ptrdiff_t k = 0; k < size_; ++k) turned_ |= (before[k] > 0.5) != (found_.touched[k] > 0.5);
+    }
+
+    // Builds the normal equations at the balance and moves ranges and pressure by their solution.
+    void solve_for(bool robust) {
+        Band<float> matrix(size_, 2 * grid_.columns + 2);
+        std::vector<double> gradient(size_), border(size_);
+        std::ptrdiff_t beside[9];  // from a dot to those of the 3 x 3 around it
+        for (int a = 0; a < 9; ++a) beside[a] = neighbour(0, a);
+        double stiffness = 0, slope = 0;  // second and first derivative by the pressure
+        trust_.resize(size_);
+        each_dot(grid_, [&](std::ptrdiff_t k, bool inner) {
+            const double misfit = found_.ranges[k] - frame_.measured[k], weight = found_.weight[k];
+            trust_[k] = robust ? weight / (1 + misfit * misfit * weight / (TAIL * TAIL)) : weight;
+            matrix.column(k)[0] += static_cast<float>(trust_[k] + HOLD);
+            gradient[k] += trust_[k] * misfit + HOLD * (found_.ranges[k] - anchor_[k]);
+            if (!inner) return;
+            const Expectation load = expectation(balance_.load[k], found_.touched[k], misfit_);
+            const double by_pressure = balance_.by_pressure[k], *slopes = slopes_.data() + 9 * k;
+            float part[9];
+            for (int a = 0; a < 9; ++a) part[a] = static_cast<float>(slopes[a]);
+#pragma GCC unroll 9
+            for (int a = 0; a < 9; ++a) {
+                const std::ptrdiff_t i = k + beside[a];
+                gradient[i] += slopes[a] * load.pull;
+                border[i] += slopes[a] * load.weight * by_pressure;
+                const float scaled = static_cast<float>(slopes[a] * load.weight);
+                float* row = matrix.column(i) - a % 3 + 1;  // then a row of dots further in each line
+                for (int line = a / 3; line < 3; ++line, row += grid_.columns) {
+                    for (int c = line == a / 3 ? a % 3 : 0; c < 3; ++c) row[c - 1] += scaled * part[3 * line + c];
+                }
+            }
+            stiffness += load.weight * by_pressure * by_pressure;
+            slope += load.pull * by_pressure;
+        });
+        if (!factorise(matrix)) return;
+        std::vector<double> by_border = border;
+        solve(matrix, by_border.data(), gradient.data());
+        stiffness = std::max(stiffness - product(border, by_border), LEAST_STIFFNESS);
+        const double change = std::clamp((product(border, gradient) - slope) / stiffness, -LARGEST_PRESSURE_STEP, LARGEST_PRESSURE_STEP);
+        for (std::ptrdiff_t k = 0; k < size_; ++k) {
+            found_.ranges[k] -= std::clamp(gradient[k] + change * by_border[k], -LARGEST_STEP, LARGEST_STEP);
+        }
+        found_.pressure += change;
+        factor_ = std::move(matrix), border_ = std::move(border), by_border_ = std::move(by_border), stiffness_ = stiffness;
+    }
+
+    // First-order response to the frame's change of the measured ranges, by the equations of the last step.
+    void respond() {
+        found_.moved.assign(size_, 0.0);
+        if (factor_.size == 0) return;
+        for (std::ptrdiff_t k = 0; k < size_; ++k) found_.moved[k] = trust_[k] * frame_.displaced[k];
+        solve(factor_, found_.moved.data());
+        const double change = product(border_, found_.moved) / stiffness_;
+        for (std::ptrdiff_t k = 0; k < size_; ++k) found_.moved[k] += change * by_border_[k];
+        found_.lifted = -change;
+    }
+
+    // Dot in slot 0 to 8 of the 3 x 3 around an inner dot, row by row.
+    std::ptrdiff_t neighbour(std::ptrdiff_t k, int place) const {
+        return k + (place / 3 - 1) * grid_.columns + place % 3 - 1;
+    }
+
+    static double product(const std::vector<double>& a, const std::vector<double>& b) {
+        double sum = 0;
+        for (std::size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
+        return sum;
+    }
+
+    const Skin& skin_;
+    const Grid grid_;
+    const Vec3 origin_;
+    const WholeFrame& frame_;
+    const std::ptrdiff_t size_;
+    Solution found_;
+    bool cold_ = true, turned_ = false;  // turned_: dots became touched or free in the last step
+    std::vector<double> anchor_, variance_, trust_;
+    double misfit_ = 1.0;
+    Balance balance_;
+    std::vector<double> slopes_;
+    Band<float> factor_;  // of the last step's equations, with the pressure's column, the solution for it, and its Schur complement
+    std::vector<double> border_, by_border_;
+    double stiffness_ = 1.0;
+};
+
+}  // namespace
+
+const MembraneState& Membrane::solve(const SeenRanges& seen) {
+    const double factor = scale();
+    const bool fresh = state_.xyz.empty();
+    const WholeFrame frame = whole_frame(skin_.grid, origin_, skin_.rest.data(), fresh ? skin_.rest.data() : state_.xyz.data(), seen, factor);
+    Solution found = Steps(skin_, origin_, frame, state_.touched, fresh ? skin_.pressure : state_.pressure, *response_).run();
+    MembraneState state{std::vector<double>(frame.rays.size()), std::move(found.ranges), std::move(found.touched), found.pressure, frame.seen};
+    for (std::ptrdiff_t k = 0; k < skin_.grid.size(); ++k)
+        store(state.xyz.data(), k, origin_ + state.ranges[k] * vec3_at(frame.rays.data(), k));
+    learn_scale(frame.displaced, [&] { return scale_leaning(skin_, state, frame.rays.data(), found.moved.data(), found.lifted, factor); });
+    state_ = std::move(state);
+    return state_;
+}
+
+// A Gauss-Newton step towards the scale of best balance, while enough dots are displaced.
+template <class Lean>
+void Membrane::learn_scale(const std::vector<double>& displaced, Lean lean) {
+    if (std::isinf(scale_precision_)) return;
+    const auto far = std::count_if(displaced.begin(), displaced.end(), [](double one) { return std::abs(one) > FAR_ENOUGH; });
+    if (static_cast<double>(far) <= FAR_SHARE * static_cast<double>(displaced.size())) return;
+    const Leaning leaning = lean();
+    const double information = leaning.curvature / (RESIDUAL * RESIDUAL) / CORRELATED;
+    if (!(information > 0)) return;
+    scale_precision_ = std::min(scale_precision_ + information, 1 / (FINEST_SCALE * FINEST_SCALE));
+    const double best = std::clamp(-leaning.gradient / leaning.curvature, -LARGEST_SCALE, LARGEST_SCALE);
+    scale_error_ = std::clamp(scale_error_ + information / scale_precision_ * best, -LARGEST_SCALE, LARGEST_SCALE);
+}
+
+DotLoads Membrane::loads(const std::int64_t* id, const double* places, std::ptrdiff_t count) const {
+    const std::ptrdiff_t size = skin_.grid.size();
+    DotLoads found;
+    found.seen.assign(size, 0), found.xyz.assign(3 * size, 0);  // displacements first
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        found.seen[id[i]] = 1;
+        store(found.xyz.data(), id[i], vec3_at(places, i) - vec3_at(skin_.rest.data(), id[i]));
+    }
+    fill_holes(skin_.grid, found.xyz.data(), found.seen, 3);
+    for (std::ptrdiff_t k = 0; k < size; ++k) store(found.xyz.data(), k, vec3_at(skin_.rest.data(), k) + vec3_at(found.xyz.data(), k));
+    find_loads(skin_, found);
+    if (unseen_are_loaded(skin_.grid, found.seen, found.load)) {
+        found.xyz = settle_holes(skin_, found.xyz, found.load, found.seen, origin_);
+        find_loads(skin_, found);
+    }
+    return found;
+}
+
+}  // namespace tactile

@@ -1,0 +1,81 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// The membrane of a touchpad: ranges of its dots from measured ones and the balance of forces, and what an object does to the dots.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "common/vectors.hpp"
+#include "touchpad/membrane_forces.hpp"
+
+namespace tactile {
+
+// Dots seen in a frame: id (N), on the grid; unit rays (N, 3); ranges (N), m, and their standard deviations sigma (N), m, NaN where unknown.
+struct SeenRanges {
+    const std::int64_t* id;
+    const double *rays, *ranges, *sigma;
+    std::ptrdiff_t count;
+};
+
+// All K dots in a frame, unseen ones interpolated: xyz (K, 3) and ranges (K), m; touched (K): probability of a load; pressure of the fluid,
+// Pa; seen (K).
+struct MembraneState {
+    std::vector<double> xyz, ranges, touched;
+    double pressure = std::numeric_limits<double>::quiet_NaN();
+    std::vector<std::uint8_t> seen;
+};
+
+// What an object does to all K dots: xyz (K, 3), m, and seen (K) as above; normal (K, 3), outward; force (K, 3), N; load (K): its normal
+// pressure over the fluid's, 0 free, 1 under a flat face.
+struct DotLoads {
+    std::vector<double> xyz;
+    std::vector<std::uint8_t> seen;
+    std::vector<double> normal, force, load;
+};
+
+class Membrane {
+ public:
+    // origin: the camera's centre.
+    Membrane(Skin skin, Vec3 origin) : skin_(std::move(skin)), origin_(origin) {}
+
+    const Skin& skin() const { return skin_; }
+    const MembraneState& state() const { return state_; }
+    double scale() const { return 1 + scale_error_; }
+    bool responds() const { return response_ != nullptr; }
+
+    // Another rest, as of a drifting reference. The last frame and the response are kept.
+    void set_rest(Skin skin) { skin_ = std::move(skin); }
+
+    // Information (I, I) about the load on each inner dot (columns) from the range of one (rows) at unit weight; solve needs it.
+    void set_response(std::vector<float> response) { response_ = std::make_shared<const std::vector<float>>(std::move(response)); }
+
+    // Drops the last frame. scale_sigma: standard deviation of the relative error that all displacements share; 0: there is none.
+    void reset(double scale_sigma) {
+        state_ = {};
+        scale_error_ = 0, scale_precision_ = scale_sigma > 0 ? 1 / (scale_sigma * scale_sigma) : std::numeric_limits<double>::infinity();
+    }
+
+    // The state of the next frame.
+    const MembraneState& solve(const SeenRanges& seen);
+
+    // Loads at places (count, 3), m, of the seen dots id (count). Where an unseen dot or one of its neighbours has a load, unseen dots are
+    // placed by one step towards the balance, along their rays.
+    DotLoads loads(const std::int64_t* id, const double* places, std::ptrdiff_t count) const;
+
+ private:
+    template <class Lean>
+    void learn_scale(const std::vector<double>& displaced, Lean lean);
+
+    Skin skin_;
+    Vec3 origin_;
+    std::shared_ptr<const std::vector<float>> response_;
+    MembraneState state_;
+    double scale_error_ = 0, scale_precision_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace tactile

@@ -1,0 +1,448 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#include "touchpad/water.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "common/lanes.hpp"
+#include "common/pi.hpp"
+
+namespace tactile {
+
+namespace {
+
+constexpr int LAMPS = 8;  // points that stand for the uniform ring light, to 1e-4 of a length (test_light_path)
+constexpr double HALF = 0.70710678118654752440;
+constexpr double COSINE[LAMPS] = {1, HALF, 0, -HALF, -1, -HALF, 0, HALF}, SINE[LAMPS] = {0, HALF, 1, HALF, 0, -HALF, -1, -HALF};
+constexpr double DARK = 1e-6;  // irradiance by Lambert's cosine that a place turned away from all lamps still has: keeps the means defined
+
+// Unit normal, z up, at an inner place of a grid of places (x, y, z each) with that many columns: cross product of central differences;
+// otherwise where a neighbour is missing.
+Vec3 grid_normal(const double* here, std::ptrdiff_t columns, Vec3 otherwise) {
+    const Vec3 right = vec3_at(here, 1) - vec3_at(here, -1), down = vec3_at(here, columns) - vec3_at(here, -columns);
+    const Vec3 out = cross(right, down), unit = std::copysign(1 / length(out), out.z) * out;
+    return std::isfinite(unit.x) && std::isfinite(unit.y) && std::isfinite(unit.z) ? unit : otherwise;
+}
+
+}  // namespace
+
+// Means over the lamps, weighted by irradiance: inverse square of the distance, Lambert's cosine, ambient.
+Incidence incidence(const LightPath& path, const Vec3& place, const Vec3& normal, const Vec3& ray) {
+    const double up = place.z - path.lamp_z, ambient = std::max(path.ambient, 0.0) + DARK;
+    double distance[LAMPS], weight[LAMPS], outward[LAMPS];
+    for (int k = 0; k < LAMPS; ++k) {
+        const double x = place.x - path.centre.x - path.lamp_radius * COSINE[k];
+        const double y = place.y - path.centre.y - path.lamp_radius * SINE[k];
+        distance[k] = std::sqrt(x * x + y * y + up * up);
+        const double near = 1 / distance[k], cosine = (x * normal.x + y * normal.y + up * normal.z) * near;
+        weight[k] = ((cosine > 0 ? cosine : 0) + ambient) * near * near;
+        outward[k] = (x * ray.x + y * ray.y + up * ray.z) * near;
+    }
+    double total = 0, far = 0, along = 0;
+    for (int k = 0; k < LAMPS; ++k) {
+        total += weight[k];
+        far += weight[k] * distance[k];
+        along += weight[k] * outward[k];
+    }
+    const double slant = far / (total * up);
+    return {slant, along / (total * up) - slant * ray.z / up, total / LAMPS};
+}
+
+// The derivative neglects that of the weights: accurate to 1 %.
+Length length_at(const LightPath& path, double z, double upwards, const Incidence& light) {
+    const double depth = z - path.window_z, both = 1 / upwards + light.slant;
+    return {depth * both, upwards * both + depth * light.change};
+}
+
+namespace {
+
+constexpr int POINTS = 16;       // on a ring, each the sum of 3 x 3 pixels. Chosen
+constexpr int LEAST_POINTS = 4;  // for a colour. Chosen
+// A point with blue below or above these shares of its ring's upper quartile is ink or glare (white light raises blue, the weakest channel
+// in red water, first). Chosen: shading across the flank of a dent stays between them.
+constexpr double INK = 0.75, GLARE = 1.2;
+constexpr int SATURATED = 9 * 254;       // sum of nine pixels of red, the brightest channel in red water
+constexpr double NOISE_FLOOR = 9 * 0.5;  // sum of nine pixels below which a channel has no information. Chosen
+constexpr double FAR = 16384;            // px. Places are clipped to this; no image is that large
+constexpr std::ptrdiff_t AHEAD = 3;      // dots whose pixels are fetched from memory before they are needed. Chosen: of 1, 2, 3, 7
+constexpr double NONE = std::numeric_limits<double>::quiet_NaN();
+
+using Sums = std::array<std::array<int, POINTS>, 3>;  // of 3 x 3 pixels: blue, green, red at each point
+using OnRing = std::array<double, POINTS>;
+
+// Offsets of the points from the dot's centre.
+struct Ring {
+    OnRing across, down, cosine, sine;
+    explicit Ring(double radius) {
+        for (int p = 0; p < POINTS; ++p) {
+            cosine[p] = std::cos(2 * PI * p / POINTS);
+            sine[p] = std::sin(2 * PI * p / POINTS);
+            across[p] = radius * cosine[p];
+            down[p] = radius * sine[p];
+        }
+    }
+};
+
+// The nearest whole number to one from -FAR - LARGEST_RADIUS up.
+TACTILE_INLINE std::ptrdiff_t nearest(double value) {
+    constexpr std::ptrdiff_t FLOOR = 1 << 16;  // makes the number positive, so that the conversion rounds down
+    return static_cast<std::ptrdiff_t>(value + (FLOOR + 0.5)) - FLOOR;
+}
+
+// Whether sixteen numbers from the pixel before (row, column) on are inside the image, and so those of the rows above and below.
+TACTILE_INLINE bool is_inside(const ColourImage& image, std::ptrdiff_t row, std::ptrdiff_t column) {
+    return row > 0 && column > 0 && row + 1 < image.rows && column + 5 <= image.columns;
+}
+
+// Adds up the 3 x 3 pixels around (row, column); pixels outside of the image are black.
+std::array<int, 3> sum_at_border(const ColourImage& image, std::ptrdiff_t row, std::ptrdiff_t column) {
+    std::array<int, 3> total{};
+    const std::ptrdiff_t top = std::max<std::ptrdiff_t>(row - 1, 0), bottom = std::min(row + 2, image.rows);
+    const std::ptrdiff_t left = std::max<std::ptrdiff_t>(column - 1, 0), right = std::min(column + 2, image.columns);
+    for (std::ptrdiff_t r = top; r < bottom; ++r) {
+        for (std::ptrdiff_t c = left; c < right; ++c) {
+            for (int channel = 0; channel < 3; ++channel) total[channel] += image.pixels[3 * (r * image.columns + c) + channel];
+        }
+    }
+    return total;
+}
+
+// The same inside the image, from the first number of the row above on: first down the columns of numbers, then across the pixels.
+TACTILE_INLINE std::array<int, 3> sum_of_nine(const std::uint8_t* above, std::ptrdiff_t stride) {
+    const Sixteen down = Sixteen(above) + Sixteen(above + stride) + Sixteen(above + 2 * stride);
+    const std::uint64_t even = down.even.first_four(), odd = down.odd.first_four();  // numbers 0, 2, 4, 6, and 1, 3, 5, 7
+    const std::uint64_t sides = even + (odd >> 16) + (even >> 48), middle = odd + (even >> 32) + (odd >> 48);
+    return {static_cast<int>(sides & 0xffff), static_cast<int>(middle & 0xffff),
+            static_cast<int>(sides >> 16 & 0xffff) + down.even.values[4]};
+}
+
+// The pixels nearest to the points of a ring.
+struct RingPixels {
+    std::ptrdiff_t rows[POINTS], columns[POINTS];
+};
+
+// Those of the ring around a place (u, v), which are fetched into the cache.
+TACTILE_INLINE void fetch(const ColourImage& image, const double* place, const Ring& ring, RingPixels& pixels) {
+    const double u = place[0] >= -FAR ? std::min(place[0], FAR) : -FAR,
+                 v = place[1] >= -FAR ? std::min(place[1], FAR) : -FAR;  // also of NaN
+    for (int p = 0; p < POINTS; ++p) {
+        const std::ptrdiff_t row = nearest(v + ring.down[p]), column = nearest(u + ring.across[p]);
+        pixels.rows[p] = row, pixels.columns[p] = column;
+        if (!is_inside(image, row, column)) continue;
+        for (std::ptrdiff_t r = -1; r <= 1; ++r) __builtin_prefetch(image.pixels + 3 * ((row + r) * image.columns + column - 1));
+    }
+}
+
+// Sums of 3 x 3 pixels at each point of a ring.
+TACTILE_INLINE void sum_on_ring(const ColourImage& image, const RingPixels& pixels, Sums& sums) {
+    const std::ptrdiff_t stride = 3 * image.columns;
+    for (int p = 0; p < POINTS; ++p) {
+        const std::ptrdiff_t row = pixels.rows[p], column = pixels.columns[p];
+        const std::array<int, 3> nine = is_inside(image, row, column)
+                                            ? sum_of_nine(image.pixels + (row - 1) * stride + 3 * (column - 1), stride)
+                                            : sum_at_border(image, row, column);
+        for (int channel = 0; channel < 3; ++channel) sums[channel][p] = nine[channel];
+    }
+}
+
+// The upper quartile: the largest number that at most three quarters of all fall short of.
+TACTILE_INLINE int upper_quartile(const std::array<int, POINTS>& numbers) {
+    std::array<int, POINTS> less{};
+    for (int q = 0; q < POINTS; ++q) {
+        for (int p = 0; p < POINTS; ++p) less[p] += numbers[q] < numbers[p];
+    }
+    int found = 0;
+    for (int p = 0; p < POINTS; ++p) found = std::max(found, less[p] <= 3 * POINTS / 4 ? numbers[p] : 0);
+    return found;
+}
+
+// Which points are neither ink nor glare nor saturated: 1, others 0.
+TACTILE_INLINE std::array<int, POINTS> background(const Sums& sums) {
+    const double level = upper_quartile(sums[0]);
+    const auto least = static_cast<int>(INK * level), most = static_cast<int>(std::ceil(GLARE * level));
+    std::array<int, POINTS> keep;
+    for (int p = 0; p < POINTS; ++p) keep[p] = (sums[0][p] > least) & (sums[0][p] < most) & (sums[2][p] < SATURATED);
+    return keep;
+}
+
+// Sum over the points, four of them at once.
+TACTILE_INLINE double sum_of(const Four (&numbers)[POINTS / FOUR]) {
+    static_assert(POINTS == 4 * FOUR);
+    double parts[FOUR];
+    ((numbers[0] + numbers[1]) + (numbers[2] + numbers[3])).store(parts);
+    return (parts[0] + parts[1]) + (parts[2] + parts[3]);
+}
+
+// Relative variance of blue / red over the points kept, without its mean and first harmonic (Fourier series).
+TACTILE_INLINE double patchiness(const Sums& sums, const std::array<int, POINTS>& keep, int count, const Ring& ring) {
+    OnRing blue, red, kept;
+    for (int p = 0; p < POINTS; ++p) blue[p] = sums[0][p], red[p] = std::max(sums[2][p], 1), kept[p] = keep[p];
+    Four uneven[POINTS / FOUR], square[POINTS / FOUR], even[POINTS / FOUR], odd[POINTS / FOUR];
+    for (int k = 0, p = 0; p < POINTS; ++k, p += FOUR) uneven[k] = Four(&kept[p]) * (Four(&blue[p]) / Four(&red[p]));
+    const double mean = std::max(sum_of(uneven) / std::max(count, 1), 1e-6);
+    for (int k = 0, p = 0; p < POINTS; ++k, p += FOUR) {
+        const Four off = Four(&kept[p]) * (uneven[k] / mean - 1.0);
+        square[k] = off * off;
+        even[k] = off * Four(&ring.cosine[p]);
+        odd[k] = off * Four(&ring.sine[p]);
+    }
+    const double first = sum_of(even), second = sum_of(odd);
+    return sum_of(square) / POINTS - (first * first + second * second) * 2 / (POINTS * POINTS);
+}
+
+}  // namespace
+
+TACTILE_WIDE RingColours ring_colours(const ColourImage& image, const double* places, std::ptrdiff_t count, double radius) {
+    RingColours found{std::vector<double>(2 * count, NONE), std::vector<double>(count, NONE), std::vector<std::int64_t>(count, 0),
+                      std::vector<double>(count, 0)};
+    const Ring ring(radius);
+    Sums sums;
+    RingPixels pixels[AHEAD + 1];  // of this dot and of the next ones, which are on their way from memory meanwhile
+    for (std::ptrdiff_t k = 0; k < std::min(AHEAD, count); ++k) fetch(image, places + 2 * k, ring, pixels[k]);
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+        if (k + AHEAD < count) fetch(image, places + 2 * (k + AHEAD), ring, pixels[(k + AHEAD) % (AHEAD + 1)]);
+        if (!std::isfinite(places[2 * k]) || !std::isfinite(places[2 * k + 1])) continue;
+        sum_on_ring(image, pixels[k % (AHEAD + 1)], sums);
+        const auto keep = background(sums);
+        int used = 0, total[3] = {0, 0, 0};
+        for (int p = 0; p < POINTS; ++p) {
+            used += keep[p];
+            for (int channel = 0; channel < 3; ++channel) total[channel] += -keep[p] & sums[channel][p];
+        }
+        found.count[k] = used;
+        found.patchiness[k] = patchiness(sums, keep, used, ring);
+        if (used < LEAST_POINTS || !(std::min({total[0], total[1], total[2]}) > NOISE_FLOOR * used)) continue;
+        const double red = total[2];
+        found.brightness[k] = std::log(red / (9 * used));
+        found.ratios[2 * k] = std::log(total[0] / red);
+        found.ratios[2 * k + 1] = std::log(total[1] / red);
+    }
+    return found;
+}
+
+namespace {
+
+constexpr double DISAGREE = 2.5;  // standard deviations between the two ratios above which the length's is widened. Chosen
+// Times the noise's variance of a ring point above which blue / red around a ring shows glare or an edge. Chosen.
+constexpr double PATCHY = 2.5;
+constexpr int STEPS = 5;             // Gauss-Newton steps for the share; chosen: it then changes by less than 1e-4
+constexpr double STRONGEST = 1e3;    // colour, beyond which it is unknown. Chosen
+constexpr double LARGEST_SHARE = 2;  // chosen: with more, the ring is saturated
+
+// Weighted least squares of the length from two log ratios.
+struct Ratios {
+    double gain[2];      // of the length from what both ratios fall short of their constants
+    double apart[2];     // of the disagreement of both, in standard deviations
+    double information;  // about the length, of a whole ring, 1/m^2
+
+    explicit Ratios(const WaterColour& water) {
+        const double *n = water.noise, *a = water.absorptions, det = n[0] * n[3] - n[1] * n[2];
+        const double weight[2] = {(n[3] * a[0] - n[1] * a[1]) / det, (n[0] * a[1] - n[2] * a[0]) / det};
+        information = a[0] * weight[0] + a[1] * weight[1];
+        const double scale = std::sqrt(1 / (det * information));
+        for (int c = 0; c < 2; ++c) gain[c] = weight[c] / information;
+        apart[0] = a[1] * scale;
+        apart[1] = -a[0] * scale;
+    }
+};
+
+// What a share of glare adds to a log ratio, ln((1 + colour share) / (1 + share)), and its derivative.
+double tint(double colour, double share) {
+    return std::log((1 + colour * share) / (1 + share));
+}
+double tint_slope(double colour, double share) {
+    return colour / (1 + colour * share) - 1 / (1 + share);
+}
+
+struct Estimate {
+    double length, variance, disagreement;  // m, m^2, standard deviations
+};
+
+// The length from what both ratios fall short of their constants, on this share of a ring's points.
+Estimate without_glare(const Ratios& ratios, const double* fallen, double points) {
+    const double apart = ratios.apart[0] * fallen[0] + ratios.apart[1] * fallen[1];
+    return {ratios.gain[0] * fallen[0] + ratios.gain[1] * fallen[1], 1 / (points * ratios.information), apart * std::sqrt(points)};
+}
+
+// The most likely length with glare whose share is normally distributed about 0 with the standard deviation size, and the logarithm of the
+// evidence for such glare over none (Laplace's approximation). Gauss-Newton steps for the share alone, since the length follows from it,
+// with the ratios' disagreement, the excess of brightness ln(1 + share), and the distribution of shares as data.
+Estimate with_glare(const Ratios& ratios, const double* colour, const double* fallen, double points, double excess, double sigma,
+                    double size, double& evidence) {
+    double share = std::clamp(std::expm1(excess), 0.0, LARGEST_SHARE);
+    for (int step = 0;; ++step) {
+        double scattered[2], slope[2];
+        for (int c = 0; c < 2; ++c) {
+            scattered[c] = fallen[c] + tint(colour[c], share);
+            slope[c] = tint_slope(colour[c], share);
+        }
+        Estimate found = without_glare(ratios, scattered, points);
+        const double by_ratios = (ratios.apart[0] * slope[0] + ratios.apart[1] * slope[1]) * std::sqrt(points);
+        const double brighter = (excess - std::log1p(share)) / sigma, by_brightness = -1 / ((1 + share) * sigma), usual = share / size;
+        const double curvature = by_ratios * by_ratios + by_brightness * by_brightness + 1 / (size * size);
+        if (step == STEPS) {
+            const double pull = ratios.gain[0] * slope[0] + ratios.gain[1] * slope[1];
+            const double none = without_glare(ratios, fallen, points).disagreement, dark = excess / sigma;
+            evidence = (none * none + dark * dark - found.disagreement * found.disagreement - brighter * brighter - usual * usual) / 2 +
+                       std::log(2 / (size * std::sqrt(curvature)));
+            found.variance += pull * pull / curvature;
+            return found;
+        }
+        const double gradient = found.disagreement * by_ratios + brighter * by_brightness + usual / size;
+        share = std::clamp(share - gradient / curvature, 0.0, LARGEST_SHARE);
+    }
+}
+
+}  // namespace
+
+SkinLight skin_light(const LightPath& path, const double* places, const double* border_normals, std::ptrdiff_t rows,
+                     std::ptrdiff_t columns) {
+    const std::ptrdiff_t dots = rows * columns;
+    SkinLight found{std::vector<double>(dots), std::vector<double>(dots)};
+    for (std::ptrdiff_t row = 0; row < rows; ++row) {
+        for (std::ptrdiff_t column = 0; column < columns; ++column) {
+            const std::ptrdiff_t k = row * columns + column;
+            const bool inner = row > 0 && column > 0 && row < rows - 1 && column < columns - 1;
+            const Vec3 place = vec3_at(places, k), border = vec3_at(border_normals, k);
+            const Vec3 normal = inner ? grid_normal(places + 3 * k, columns, border) : border;
+            const Vec3 away = place - path.centre, ray = (1 / length(away)) * away;
+            const Incidence light = incidence(path, place, normal, ray);
+            found.irradiance[k] = light.irradiance;
+            found.lengths[k] = length_at(path, place.z, ray.z, light).metres;
+        }
+    }
+    return found;
+}
+
+// A dot has glare or not: the mean and the variance of both estimates, weighted by their probabilities.
+WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const DotColours& seen) {
+    const Ratios ratios(water);
+    const double unlikely = (1 - glare.probability) / glare.probability;
+    WaterLengths found{std::vector<double>(seen.dots), std::vector<double>(seen.dots)};
+    for (std::ptrdiff_t k = 0; k < seen.dots; ++k) {
+        const double fallen[2] = {water.constants[0] - seen.ratios[2 * k], water.constants[1] - seen.ratios[2 * k + 1]};
+        const double points = std::max<double>(static_cast<double>(seen.count[k]), 1) / POINTS;
+        Estimate best = without_glare(ratios, fallen, points);
+        const double* colour = seen.colour + 2 * k;
+        const bool known = colour[0] >= 0 && colour[0] <= STRONGEST && colour[1] >= 0 && colour[1] <= STRONGEST;
+        if (std::isfinite(seen.excess[k]) && seen.excess_sigma[k] > 0 && known) {
+            double evidence;
+            const Estimate other = with_glare(ratios, colour, fallen, points, seen.excess[k], seen.excess_sigma[k], glare.size, evidence);
+            const double p = 1 / (1 + unlikely * std::exp(-evidence)), apart = other.length - best.length;
+            best.variance = (1 - p) * best.variance + p * other.variance + p * (1 - p) * apart * apart;
+            best.length += p * apart;
+            best.disagreement = (1 - p) * best.disagreement + p * other.disagreement;
+        }
+        const double widen = std::max(best.disagreement * best.disagreement / (DISAGREE * DISAGREE), 1.0);
+        const double patches = std::max(seen.patchiness[k] - PATCHY * POINTS * water.noise[0], 0.0);
+        found.lengths[k] = best.length;
+        found.sigma[k] = std::sqrt(widen * widen * best.variance + patches / (water.absorptions[0] * water.absorptions[0]));
+    }
+    return found;
+}
+
+namespace {
+
+constexpr double BINOMIAL[3] = {0.25, 0.5, 0.25};
+
+// Values on the grid of dots, NaN where a dot is not seen.
+struct Grid {
+    std::ptrdiff_t rows, columns;
+    std::vector<double> values;
+
+    Grid(std::ptrdiff_t rows, std::ptrdiff_t columns) : rows(rows), columns(columns), values(rows * columns, NONE) {}
+    double at(std::ptrdiff_t row, std::ptrdiff_t column) const { return values[row * columns + column]; }
+    bool inner(std::ptrdiff_t row, std::ptrdiff_t column) const { return row > 0 && column > 0 && row < rows - 1 && column < columns - 1; }
+};
+
+// Binomial mean over the known ones of 3 x 3 neighbours.
+Grid smooth(const Grid& grid) {
+    Grid out(grid.rows, grid.columns);
+    for (std::ptrdiff_t row = 0; row < grid.rows; ++row) {
+        for (std::ptrdiff_t column = 0; column < grid.columns; ++column) {
+            double sum = 0, weight = 0;
+            for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(row - 1, 0); r <= std::min(row + 1, grid.rows - 1); ++r) {
+                for (std::ptrdiff_t c = std::max<std::ptrdiff_t>(column - 1, 0); c <= std::min(column + 1, grid.columns - 1); ++c) {
+                    const double share = BINOMIAL[r - row + 1] * BINOMIAL[c - column + 1], value = grid.at(r, c);
+                    if (!std::isfinite(value)) continue;
+                    sum += share * value;
+                    weight += share;
+                }
+            }
+            if (weight > 0) out.values[row * grid.columns + column] = sum / weight;
+        }
+    }
+    return out;
+}
+
+// Discrete Laplacian, per pitch squared; 0 at the grid's border and where a neighbour is missing.
+double laplacian(const Grid& grid, std::ptrdiff_t row, std::ptrdiff_t column) {
+    if (!grid.inner(row, column)) return 0;
+    const double sum = grid.at(row - 1, column) + grid.at(row + 1, column) + grid.at(row, column - 1) + grid.at(row, column + 1) -
+                       4 * grid.at(row, column);
+    return std::isfinite(sum) ? sum : 0;
+}
+
+// The surface through the dots.
+class Surface {
+ public:
+    // ranges: N, m, a first estimate. Only their changes since rest are smoothed, since derivatives amplify noise.
+    Surface(const LightPath& path, const SeenDots& dots, const std::vector<double>& ranges)
+        : dots_(dots), flat_(dots.rows < 3 || dots.columns < 3), change_(flat_ ? 0 : dots.rows, flat_ ? 0 : dots.columns), places_{} {
+        if (flat_) return;
+        for (std::ptrdiff_t k = 0; k < dots.count; ++k) change_.values[dots.id[k]] = ranges[k] - dots.rest_ranges[k];
+        change_ = smooth(change_);
+        places_.assign(3 * change_.values.size(), NONE);
+        for (std::ptrdiff_t k = 0; k < dots.count; ++k) {
+            const double change = change_.values[dots.id[k]], range = dots.rest_ranges[k] + (std::isfinite(change) ? change : 0);
+            store(places_.data(), dots.id[k], path.centre + range * vec3_at(dots.rays, k));
+        }
+    }
+
+    // Laplacian of the change of the ranges since rest at dot k, m per pitch squared.
+    double curvature(std::ptrdiff_t k) const {
+        return flat_ ? 0 : laplacian(change_, dots_.id[k] / dots_.columns, dots_.id[k] % dots_.columns);
+    }
+
+    // Unit normal, z up, at dot k; that at rest at the border and where a neighbour is missing.
+    Vec3 normal(std::ptrdiff_t k) const {
+        const Vec3 rest = vec3_at(dots_.rest_normals, k);
+        if (flat_ || !change_.inner(dots_.id[k] / dots_.columns, dots_.id[k] % dots_.columns)) return rest;
+        return grid_normal(places_.data() + 3 * dots_.id[k], dots_.columns, rest);
+    }
+
+ private:
+    const SeenDots& dots_;
+    bool flat_;
+    Grid change_;
+    std::vector<double> places_;
+};
+
+// One Newton step along a ray from range start to the range at which the path has that length.
+Length march(const LightPath& path, double length, Vec3 ray, double start, Vec3 normal) {
+    const Vec3 place = path.centre + start * ray;
+    const Length here = length_at(path, place.z, ray.z, incidence(path, place, normal, ray));
+    return {start + (length - here.metres) / here.slope, here.slope};
+}
+
+}  // namespace
+
+WaterRanges water_ranges(const LightPath& path, const SeenDots& dots, const double* lengths, double ring_share) {
+    std::vector<double> first(dots.count);
+    for (std::ptrdiff_t k = 0; k < dots.count; ++k)
+        first[k] = march(path, lengths[k], vec3_at(dots.rays, k), dots.rest_ranges[k], vec3_at(dots.rest_normals, k)).metres;
+    const Surface surface(path, dots, first);
+    WaterRanges found{std::vector<double>(dots.count), std::vector<double>(dots.count)};
+    for (std::ptrdiff_t k = 0; k < dots.count; ++k) {
+        const Length second = march(path, lengths[k], vec3_at(dots.rays, k), first[k], surface.normal(k));
+        // The mean over a ring of radius r differs from the value at its centre by r^2 / 4 times the Laplacian, to second order.
+        found.ranges[k] = second.metres - surface.curvature(k) * ring_share * ring_share / 4;
+        found.slopes[k] = second.slope;
+    }
+    return found;
+}
+
+}  // namespace tactile

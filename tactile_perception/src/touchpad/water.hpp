@@ -1,0 +1,104 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Ranges of dots from the colour around them: absorption in the water along the light's path (Beer and Lambert), beside mirrored light.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/vectors.hpp"
+#include "dots/detect/image.hpp"
+
+namespace tactile {
+
+// From a ring light through a window to the skin, and back to the camera; metres, sensor frame.
+struct LightPath {
+    double window_z, lamp_z, lamp_radius, ambient;  // ambient: diffuse share of the irradiance, 0 for Lambert's cosine alone
+    Vec3 centre;                                    // of the camera, on the ring's axis
+};
+
+// The light that falls on a place: its mean 1 / cos(angle to the z axis), that mean's derivative along the camera's ray, 1/m, and the
+// irradiance in units of the lamps' power.
+struct Incidence {
+    double slant, change, irradiance;
+};
+
+// The light on a place with outward unit normal, on the unit ray from the camera's centre.
+Incidence incidence(const LightPath& path, const Vec3& place, const Vec3& normal, const Vec3& ray);
+
+// Length in the water, m, to the place and back, and its derivative along the ray.
+struct Length {
+    double metres, slope;
+};
+
+// The length at height z on a ray whose z component is upwards, under the given light.
+Length length_at(const LightPath& path, double z, double upwards, const Incidence& light);
+
+// Colour of the background around each of N dots; NaN where it cannot be read.
+struct RingColours {
+    std::vector<double> ratios;       // N x 2: ln(blue / red), ln(green / red)
+    std::vector<double> brightness;   // N: ln(red), red in grey levels
+    std::vector<std::int64_t> count;  // N: ring points used, of 16
+    std::vector<double> patchiness;   // N: relative variance of blue / red around the ring without its mean and first harmonic
+};
+
+// The colours on rings of the given radius, px, around N dots at u, v, u, v, ... px.
+RingColours ring_colours(const ColourImage& image, const double* places, std::ptrdiff_t count, double radius);
+
+// The light on a skin, dot by dot of a grid.
+struct SkinLight {
+    std::vector<double> irradiance, lengths;  // in units of the lamps' power; m, in the water
+};
+
+// The light on a skin through rows x columns places (N x 3), m; at the grid's border its normals are border_normals (N x 3).
+SkinLight skin_light(const LightPath& path, const double* places, const double* border_normals, std::ptrdiff_t rows,
+                     std::ptrdiff_t columns);
+
+// The colour of the water: the ratios blue/red and green/red are exp(constant - absorption * length), their logarithms have covariance
+// noise.
+struct WaterColour {
+    double constants[2], absorptions[2], noise[4];
+};
+
+// What is measured at N dots: log ratios (N x 2), points of the ring used (N, of 16), patchiness (N), excess (N): ln of the red light over
+// the light expected without glare, and its standard deviation excess_sigma (N), NaN where unknown.
+struct DotColours {
+    const double* ratios;
+    const std::int64_t* count;
+    const double *patchiness, *excess, *excess_sigma;
+    const double* colour;  // (N x 2) blue/red and green/red of glare over those of the scattered light
+    std::ptrdiff_t dots;
+};
+
+// Glare: light that the skin mirrors. Its share is its red light over the scattered red light.
+struct Glare {
+    double probability;  // of a dot to have glare, before it is measured
+    double size;         // standard deviation of the shares
+};
+
+// Path lengths (N) and their standard deviations (N), m. Dots whose excess or colour is unknown are taken to have no glare.
+struct WaterLengths {
+    std::vector<double> lengths, sigma;
+};
+
+WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const DotColours& seen);
+
+// N dots of a printed grid of rows x columns; without a grid (rows or columns below 3) the surface keeps its normals at rest.
+struct SeenDots {
+    const std::int64_t* id;      // N: row * columns + column, within the grid
+    const double* rays;          // N x 3, unit, from the camera's centre
+    const double* rest_ranges;   // N, m
+    const double* rest_normals;  // N x 3, unit, outward
+    std::ptrdiff_t count, rows, columns;
+};
+
+// Ranges of dots and how much longer the light's path gets with a longer range.
+struct WaterRanges {
+    std::vector<double> ranges, slopes;  // N, m; N
+};
+
+// Ranges at which the light's paths have the given lengths (N), m. A length is the mean over a ring around the dot; its radius over the
+// dots' pitch is ring_share.
+WaterRanges water_ranges(const LightPath& path, const SeenDots& dots, const double* lengths, double ring_share);
+
+}  // namespace tactile

@@ -1,0 +1,563 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tangential motion of the object from images of its pressure, and its slip over the pad.
+
+Images are registered relative to the mean pressure of a keyframe, grown with the load. Pressure rises where traction converges, so the
+image leads an object that sticks: its motion is a known part of the image's (BORDER_LEAD). The pad's surface follows it up to friction times
+pressure (SurfaceShear); where it lags behind, the object slips. What the pad cannot know, the traction's own pressure shows (TractionWatch):
+an object that is smoother than expected, or that rolls.
+"""
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from .._core import taxel as _kernel
+from .pressure import SoftPad, TaxelArray
+from .region import BORDER_SHARE, LEVEL
+from ..common.estimates import NONE, SlipEstimate
+from ..common.slip import next_state
+
+
+class Limits:
+    """What decides; lengths in taxels, or in thicknesses of the pad, times in s."""
+
+    # Registration
+    edge = 0.08  # gradient of an image, 1/taxel, from which a taxel belongs to an edge: above the roughness of gains and faces
+    fewest_edges, most_edges = 6, 250  # taxels: needed (4 unknowns), and used at most, which bounds the time
+    # Least information on a shift, over the best direction: the rough edge of a half plane has up to 0.06, a bar of 5 : 2 has 0.4. On a turn:
+    # a face of 3 : 2 has 0.06, a ring has only that of its roughness, which is larger where edges are few (plus roughness over their number).
+    shift_information, turn_information, roughness = 0.08, 0.035, 3.0
+    large = 20  # rows and columns, from which two at the array's border are ignored, else one: what moves over it is not seen
+    farthest = 5.0  # from a keyframe; farther the fit does not converge
+    spread, inliers = 0.2, 0.7  # of the residuals, up to which a fit holds, and of the taxels, from which it holds
+    few = 40  # taxels, up to which a contact is followed by its pressure's centroid, for want of edges
+    centroid_sigma = 0.3  # of that centroid: pressure shifts without motion
+    key_moved, key_grew = 0.8, 0.3  # since a keyframe, before a new one: slopes hold for parts of a taxel
+    # Load
+    load_s, load_change, other_load = 0.06, 0.2, 0.1  # a change over this time to which the image's is attributed; and one that lasts
+    evident = 0.4  # a frame, from which a centroid's shift is motion even if the load rises a little
+    # Motion
+    window_s, velocity_s = 0.2, 0.06  # longest stretch of a steady motion; stretch of the velocity that is reported
+    fewest_frames = 4  # for a velocity that is reported: two more than a line needs
+    bound = 2.5  # sigmas, by which velocities of ever longer stretches may differ (98 %)
+    least_noise = 2e-3  # of a position: what registration leaves of the phase between object and taxels
+    begins, goes_on, path = 5.0, 3.0, 2.0  # sigmas: of a velocity from which an object moves, and moves on; of the path by which it begins
+    creep = 0.2  # taxels/s, up to which the picture creeps by itself: pad and sensing layer relax
+    latest, stopped, expected = 3, 0.25, 2.5  # frames in which an object goes this part of its way, which is that many sigmas, or has stopped
+    # Slip
+    summed = 3  # frames over which slip is summed against noise
+    lag = 0.1  # of the object's motion, by which the pad's surface lags where it slips: coupled neighbours creep a little
+    far = 4.0  # radii of the contact within which a centre of rotation is reported; farther ones are translations
+    # Traction
+    reach = 2.5  # thicknesses around a contact in which its pressure is seen
+    at_rest, fewest_at_rest = 10, 5  # frames that are averaged for the picture before a motion; needed
+    straight = 0.5  # cosine of the angle to the first direction, within which an object moves on: after a turn back traction falls
+    picture = 0.5  # from that picture, before a new one is taken; half of it while an object rolls, as its contact grows on the way
+    missing, sigmas = 0.04, 5.0  # traction over pressure, and in sigmas, by which it falls where an object slides
+    still = 0.03  # thicknesses, up to which a motion was none but noise
+    pulls, seen = 0.05, 0.1  # traction over pressure: of an object that does not roll; that noise must let see, to tell rolling
+    rolled = 0.15  # motion without traction, from which a curved object rolls: traction is seen at a third of that
+    curved = 0.85  # variance of pressure over that of the area, along the motion, of a curved face: 0.67 to 0.75, of a flat one 0.91 to 1
+    loose, smooth = 0.25, 0.6  # of the pad's friction, traction before a motion, and at which the object slides, up to which it is smoother
+    loosened, smoothest = 0.8, 0.08  # friction of what slides, over its present traction over pressure, which is uneven; and the least
+
+
+#: The border of the pressure image leads by so many thicknesses times traction over pressure (theory of a bonded elastic layer).
+BORDER_LEAD = 0.5
+_MIN_SPREAD = 0.015  # of an image's residuals, as in the kernel
+
+
+class KeyframeMotion(NamedTuple):
+    """Motion since the keyframe: a point p (column, row, taxels) of the contact moves to middle + R(turn) (p - middle) + shift.
+
+    fit: (4,) taxels, shift along columns and rows, turn times reach, growth along the edges' normals; turn: rad, NaN where unobservable;
+    middle: (2,) column and row; reach: distance of far edges from there, taxels; sigma: standard deviation of the registered position,
+    taxels.
+    """
+
+    fit: np.ndarray
+    turn: float
+    middle: np.ndarray
+    reach: float
+    sigma: float
+
+    @property
+    def known_turn(self) -> float:
+        """rad, 0 where unobservable."""
+        return 0.0 if math.isnan(self.turn) else self.turn
+
+    @property
+    def largest(self) -> float:
+        """Largest displacement, taxels."""
+        return math.hypot(self.fit[0], self.fit[1]) + abs(self.known_turn) * self.reach
+
+
+class EdgeKeyframe:
+    """An image that later ones are registered with by the normal flow of its edges: positive pressure (rows, columns) float32 times scale,
+    about 0.8 in a contact. Growth along the edges' normals is fitted too, since a change of load makes a contact grow without motion."""
+
+    def __init__(self, pressure: np.ndarray, scale: float = 1.0):
+        rim = 2 if min(pressure.shape) >= Limits.large else 1
+        self._key = _kernel.Keyframe(pressure, scale=scale, steep=Limits.edge, rim=rim, most=Limits.most_edges)
+        self.middle, self.reach = self._key.middle, self._key.reach
+        self._turns = self._determined() if self._key.count >= Limits.fewest_edges else None
+
+    def motion(self, pressure: np.ndarray, scale: float = 1.0, start: np.ndarray | None = None) -> KeyframeMotion | None:
+        """The motion from the keyframe to the image by pressure and scale; start: predicted fit (4,). None where the fit fails."""
+        if self._turns is None:
+            return None
+        found = self._key.motion(pressure, scale=scale, turns=self._turns, guess=np.zeros(4) if start is None else start)
+        along, across, turned, _ = found.fit.tolist()
+        if not (math.hypot(along, across) + abs(turned) <= Limits.farthest and found.spread <= Limits.spread and
+                found.inliers >= Limits.inliers):
+            return None
+        return KeyframeMotion(found.fit, turned / self.reach if self._turns else math.nan, self.middle, self.reach,
+                              found.spread * self._position_sigma)
+
+    def _determined(self) -> bool | None:
+        """Whether the edges determine a turn, from the products of their slopes; None where a shift is unobservable."""
+        normal = self._key.normal
+        xx, xy, yy = normal[0, 0], normal[0, 1], normal[1, 1]
+        total, apart = xx + yy, math.hypot(xx - yy, 2 * xy)
+        if total - apart < Limits.shift_information * (total + apart):
+            return None
+        x, y = normal[2, :2]
+        turning = normal[2, 2] - (yy * x * x - 2 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+        turns = bool(turning > (Limits.turn_information + Limits.roughness / self._key.count) * total)
+        used = [0, 1, 2, 3] if turns else [0, 1, 3]
+        covariance = np.linalg.pinv(normal[used][:, used], hermitian=True)[:-1, :-1]
+        self._position_sigma = math.sqrt(np.linalg.eigvalsh(covariance)[-1])
+        return turns
+
+
+class CentroidKeyframe:
+    """Keyframe of a contact of few taxels, registered by the centroid of pressure (rows, columns) in touched (rows, columns) bool."""
+
+    def __init__(self, pressure: np.ndarray, touched: np.ndarray):
+        self._pressure, self._touched = pressure, touched
+        self.middle, self.reach = _centroid(pressure, touched), 1.0
+
+    def motion(self, pressure: np.ndarray, touched: np.ndarray) -> KeyframeMotion | None:
+        """The motion from the keyframe to pressure (rows, columns) where touched; None for a jump. Both centroids are taken over the taxels
+        that either touches: one that crosses the border moves no centroid at once."""
+        either = touched | self._touched
+        shift = _centroid(pressure, either) - _centroid(self._pressure, either)
+        if not np.hypot(*shift) < Limits.farthest:
+            return None
+        return KeyframeMotion(np.array([*shift, 0.0, 0.0]), np.nan, self.middle, self.reach, Limits.centroid_sigma)
+
+
+def _centroid(pressure: np.ndarray, touched: np.ndarray) -> np.ndarray:
+    row, column = np.nonzero(touched)
+    weight = np.maximum(pressure[row, column], 0) + 1e-12
+    return np.array([weight @ column, weight @ row]) / weight.sum()
+
+
+class SteadyMotion(NamedTuple):
+    """place, velocity: (3,) at the last time, by a line through the latest places; sigma: standard deviation of each velocity; used: places
+    of the line."""
+
+    place: np.ndarray
+    velocity: np.ndarray
+    sigma: float
+    used: int
+
+
+def steady_motion(times: np.ndarray, places: np.ndarray, sigma: float) -> SteadyMotion:
+    """The motion by places (N, 3), with noise sigma, at rising times (N,), over the longest stretch in which it was constant: lines are
+    fitted to ever longer stretches, as long as the confidence intervals of their slopes have a point in common (Goldenshluger and
+    Nemirovski 1997; Katkovnik 1999). A start, a stop or a reversal is seen within a few frames, and a slow motion is averaged over many."""
+    if len(times) < 2:
+        return SteadyMotion(places[-1], np.zeros(3), math.inf, len(times))
+    time, off, count = times[::-1] - times[-1], places[::-1] - places[-1], np.arange(2, len(times) + 1)
+    total, square = time.cumsum()[1:], (time * time).cumsum()[1:]
+    sums, moments = off.cumsum(axis=0)[1:], (time[:, None] * off).cumsum(axis=0)[1:]
+    spread = square - total * total / count
+    slopes = (moments - (total / count)[:, None] * sums) / spread[:, None]
+    sigmas = sigma / np.sqrt(spread)
+    reach = Limits.bound * sigmas[:, None]
+    steady = (np.maximum.accumulate(slopes - reach) <= np.minimum.accumulate(slopes + reach)).all(axis=1)
+    k = len(steady) - 1 if steady.all() else max(int(steady.argmin()) - 1, 0)
+    return SteadyMotion(places[-1] + (sums[k] - slopes[k] * total[k]) / count[k], slopes[k], float(sigmas[k]), k + 2)
+
+
+def noise_of(places: np.ndarray) -> float:
+    """Standard deviation of the first two coordinates of places (N, 3), by the median length of their second differences, in which steady
+    motion has no part; without the last one, in which a motion may begin. A second difference has six times the variance of a place; the
+    median of a Rayleigh distribution is sqrt(2 ln 2)."""
+    if len(places) < 4:
+        return 0.0
+    bends = np.diff(places[:-1, :2], 2, axis=0)
+    return float(np.median(np.hypot(*bends.T))) / math.sqrt(12 * math.log(2))
+
+
+@dataclass(frozen=True)
+class SeenPressure:
+    """pressure: (rows, columns) as the taxels see it; sigma: its noise; clipped: whether taxels are saturated, so that what is curved looks
+    flat."""
+
+    pressure: np.ndarray
+    sigma: float
+    clipped: bool = False
+
+
+class TractionWatch:
+    """Whether the traction of a moving object has ceased to grow, so that it slides, or is none, so that it rolls.
+
+    While an object sticks, its traction grows with its motion, and so does the pressure before it at the expense of that behind it, over
+    some two thicknesses of the pad. Once all of it slides, the picture moves on and that difference grows no more. So a picture is fitted by
+    one before the motion, shifted, turned, grown, of another load, and with some traction (least squares). The picture of an object that
+    rolls moves on without any traction; only curved faces roll, and only theirs show an even traction well.
+    """
+
+    def __init__(self, array: TaxelArray, pad: SoftPad, shear: _kernel.SurfaceShear):
+        self._thickness, self._shear = pad.thickness / array.pitch, shear
+        self.reset()
+
+    def reset(self) -> None:
+        """The next picture is the one before a motion, of which no traction is known."""
+        self._drop()
+        self._pulls = self._rolls = self._loose = False
+
+    def _drop(self) -> None:
+        self._before: np.ndarray | None = None
+        self._frames, self._share, self._went, self._rested = 0, None, 0.0, True
+
+    def rest(self, pressure: np.ndarray, same_load: bool) -> None:
+        """Take pressure (rows, columns) as of an object that does not move; same_load: since the last frame."""
+        if self._before is None or not same_load or self._went > Limits.still:
+            self._drop()
+            self._before = pressure.copy()
+        self._share, self._rested = None, True
+        self._frames = min(self._frames + 1, Limits.at_rest)
+        self._before += (pressure - self._before) / np.float32(self._frames)
+
+    def release(self) -> None:
+        """The object of the last picture at rest has hardly any traction: whether it rolls is open."""
+        self._pulls, self._loose = False, True
+
+    def follow(self, seen: SeenPressure, touched: np.ndarray, direction: np.ndarray) -> tuple[bool, bool, bool]:
+        """(slides, rolls, sticks) of an object that moves in a direction (2,), over touched (rows, columns) bool; sticks: whether traction
+        has grown on after all since slides was reported."""
+        size = math.hypot(*direction)
+        if min(seen.pressure.shape) < 4 or size == 0:
+            return False, self._rolls, False
+        if self._before is None:
+            self.rest(seen.pressure, True)
+        if self._share is None:
+            self._fit(touched)
+        found = self._share @ (seen.pressure[self._box] - self._before[self._box]).ravel()
+        if not np.isfinite(found).all():
+            return False, self._rolls, False
+        shift, traction, along = found[:2], found[2:], np.asarray(direction) / size
+        went = math.hypot(*shift)
+        if self._along is None:
+            self._along = along
+        self._straight = self._straight and along @ self._along > Limits.straight
+        now, path = self._carried[0] + traction @ along, self._carried[1] + shift @ along / self._thickness
+        if now > self._most:
+            self._most, self._from = now, path
+        self._went = max(self._went, path)
+        noise = Limits.sigmas * self._noise * seen.sigma
+        least = max(Limits.missing, noise)
+        slides = bool(self._straight and path > self._from and self._most > least and self._most - now > least)
+        sticks = not slides and now > self._reported + least
+        if slides or sticks:
+            self._reported = min(self._reported, self._most) if slides else math.inf
+        rolls = self._roll(traction @ shift / max(went, 1e-9), max(Limits.pulls, noise), went,
+                           seen.clipped and self._rolls or is_curved(seen.pressure, touched, shift))
+        if went > (0.5 if self._rolls else 1.0) * Limits.picture:
+            self._loose = False
+            self._drop()
+            self.rest(seen.pressure, True)
+            self._rested, self._carried = False, (now, path)
+        return slides, rolls, sticks
+
+    def _roll(self, traction: float, least: float, shift: float, curved: bool) -> bool:
+        """Whether the object rolls, or is still to show by its traction that it does not; traction along a shift, taxels, is seen from least
+        on; curved: whether its face is."""
+        if traction > (2 if self._rolls else 1) * least:  # growth and load disturb what is seen of one that rolls on
+            self._pulls, self._rolls = True, False
+        if self._rolls:
+            self._rolls = curved or shift <= Limits.rolled
+        elif self._loose and not self._pulls and curved and least <= Limits.seen:
+            self._rolls = shift > Limits.rolled
+            return True
+        return self._rolls
+
+    def _fit(self, touched: np.ndarray) -> None:
+        """Least squares by the picture before the motion: its slopes, the pressure of an even traction, turn, growth, load."""
+        row, column = np.nonzero(touched)
+        reach = math.ceil(Limits.reach * self._thickness)
+        self._box = tuple(slice(max(int(at.min()) - reach, 0), int(at.max()) + reach + 1) for at in (row, column))
+        even = cv2.GaussianBlur(touched * np.float32(self._before[touched].mean()), (0, 0), 0.5)
+        none = np.zeros_like(even)
+        before = self._before[self._box]
+        down, across = np.gradient(cv2.GaussianBlur(before, (0, 0), 0.5))
+        y, x = (np.arange(length)[side] for length, side in zip(touched.shape, self._box))
+        terms = np.stack([-across, -down, *(self._shear.pressure_of(np.stack(pull))[self._box] for pull in ((even, none), (none, even))),
+                          (y[:, None] - row.mean()) * across - (x - column.mean()) * down, np.hypot(across, down), before]).reshape(7, -1)
+        self._share = (np.linalg.pinv(terms.astype(float) @ terms.T.astype(float), rcond=1e-9, hermitian=True)[:4] @ terms)
+        self._noise = math.sqrt(np.square(self._share[2:]).sum(axis=1).max() * (1 + 1 / self._frames))
+        self._went = 0.0
+        if self._rested:
+            self._along, self._most, self._from, self._carried = None, -math.inf, 0.0, (0.0, 0.0)
+            self._reported = math.inf  # largest traction when slides was reported
+            self._straight = self._frames >= Limits.fewest_at_rest
+
+
+def is_curved(pressure: np.ndarray, touched: np.ndarray, direction: np.ndarray) -> bool:
+    """Whether the face is curved along a direction (2,), from pressure (rows, columns) where touched (rows, columns) bool."""
+    row, column = np.nonzero(touched)
+    places, load = column * direction[0] + row * direction[1], np.maximum(pressure[touched], 0)
+    if not load.sum() > 0:
+        return False
+    places = places - np.average(places, weights=load)
+    return bool(np.average(places * places, weights=load) < Limits.curved * places.var())
+
+
+@dataclass(frozen=True)
+class ObjectMotion:
+    """Motion of the object in one frame. linear: (2,) m/s at the sensor's origin, and turn: rad/s, NaN where unknown; slipping: (rows,
+    columns) bool, where the object slips over the pad; step: (2,) m, and step_turn: rad, since the last frame."""
+
+    linear: np.ndarray
+    turn: float
+    slipping: np.ndarray
+    step: np.ndarray
+    step_turn: float
+
+
+class MotionTracker:
+    """Tracks all contacts of an array as one rigid object."""
+
+    def __init__(self, array: TaxelArray, pad: SoftPad):
+        self._array, self._pad = array, pad
+        self.shear = _kernel.SurfaceShear(rows=array.rows, columns=array.columns, pitch=array.pitch,
+                                          thickness=pad.thickness / array.pitch, stiffness=pad.shear_stiffness)
+        self._watch = TractionWatch(array, pad, self.shear)
+        self._middle = 0.5 * np.array([array.columns - 1, array.rows - 1])
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing touches."""
+        self.shear.reset()
+        self._watch.reset()
+        self._friction = self._pad.friction
+        self._key: EdgeKeyframe | CentroidKeyframe | None = None
+        self._seen: KeyframeMotion | None = None  # in the last frame
+        self._expected: np.ndarray | None = None  # predicted fit of the next frame
+        self._pose = np.zeros(3)  # of the keyframe's centre since the keyframe: m, m, rad
+        self._total = np.zeros(3)  # of the object at the origin since it touched: m, m, rad
+        self._past = np.zeros((0, 4))  # s, and total, of the last frames
+        self._smooth = np.zeros(3)  # total without noise
+        self._loads: deque[tuple[float, float]] = deque()
+        self._lags: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=Limits.summed)  # slip and motion of each of the last frames
+        self._slip_fraction = self._pulled = self._pulled_at_rest = 0.0  # pulled: traction over pressure
+        self._varied = 0.0  # relative change of the load over the last frames
+        self._waited = False  # since the last frames, for a load that varies
+        self._key_load, self._key_count = 0.0, 1  # sum of pressure in the keyframe, Pa, and taxels
+        self._followed = 1.0  # object's part of the picture's motion
+        self._moves = False
+        self._arm = np.zeros(2)  # m, of the keyframe's centre from the origin
+        self._along = np.zeros(3)  # unit vector of the motion of that centre, rotation as the path of the edges
+
+    def process(self, pressure: np.ndarray, touched: np.ndarray, stamp_s: float, seen: SeenPressure) -> ObjectMotion:
+        """Motion and slip in one frame with pressure (rows, columns, Pa) without the part that traction causes, and touched (rows, columns)
+        bool, not empty; seen: the pressure with that part."""
+        count = int(np.count_nonzero(touched))
+        load = float(pressure[touched].sum(dtype=float))
+        self._pulled = math.hypot(*self.shear.force) / max(load * self._array.taxel_area, 1e-12)
+        few, now = count <= Limits.few, (pressure, touched, load)
+        if self._key is None or few != isinstance(self._key, CentroidKeyframe):
+            self._rekey(few, *now)
+        found = self._key.motion(pressure, touched) if few else self._key.motion(pressure, self._scale(load), self._expected)
+        if found is None:
+            self._rekey(few, *now)
+            self._past, self._moves = np.zeros((0, 4)), False
+            return ObjectMotion(np.full(2, np.nan), np.nan, np.zeros(self._array.shape, bool), np.full(2, np.nan), np.nan)
+        waits = self._load_varies(found, few, load, stamp_s)
+        if self._waited and not waits and abs(load - self._key_load) > Limits.other_load * self._key_load:
+            self._rekey(few, *now)
+            found = found._replace(fit=np.zeros(4), turn=0 * found.turn)
+        self._waited = waits
+        along_x, along_y, turned = np.zeros(3) if waits else self._step(found, load / count)
+        step = np.array([along_x + turned * self._arm[1], along_y - turned * self._arm[0], turned])
+        self._expected = found.fit if self._seen is None else 1.5 * found.fit - 0.5 * self._seen.fit
+        self._seen = found
+        smooth, velocity, steady = self._follow(step, stamp_s)
+        if self._rolls(seen, touched, velocity, not waits):
+            smooth, self._moves = np.zeros(3), False
+        slip = self.shear.move(touched, pressure, smooth, self._friction)
+        self._lags.append((slip, smooth))
+        slipping = self._lagging(steady, touched) if self._moves else np.zeros_like(touched)
+        self._along = self._direction(velocity) if self._moves else np.zeros(3)
+        if found.largest > Limits.key_moved or abs(found.fit[3]) > Limits.key_grew:
+            self._rekey(few, *now)
+        self._slip_fraction = np.count_nonzero(slipping) / count
+        linear = self._reported_velocity(stamp_s)
+        return ObjectMotion(linear[:2], math.nan if math.isnan(found.turn) else float(linear[2]), slipping, step[:2], float(turned))
+
+    def _load_varies(self, seen: KeyframeMotion, few: bool, load: float, stamp_s: float) -> bool:
+        """Whether the load varies, so that motion since the keyframe is estimated when it has settled: a new keyframe at each variation would
+        add up the errors of those positions."""
+        self._loads.append((stamp_s, load))
+        while self._loads[0][0] < stamp_s - Limits.load_s * (1 + 1e-6):
+            self._loads.popleft()
+        least, most = min(value for _, value in self._loads), max(value for _, value in self._loads)
+        self._varied = 1 - least / max(most, 1e-9)
+        moved = few and seen.largest > Limits.evident and load < (1 + Limits.load_change) * self._loads[0][1]
+        return self._varied > Limits.load_change and not moved
+
+    def _step(self, seen: KeyframeMotion, mean: float) -> np.ndarray:
+        """m, m, rad since the last frame, at the keyframe's centre, under a mean pressure, Pa. The pressure of the last frame's
+        traction is already subtracted from the image; that of the new motion is corrected here."""
+        pitch = self._array.pitch
+        stiff = BORDER_LEAD * self._pad.thickness * self._pad.shear_stiffness / max(mean, 1.0)
+        moved = np.array([seen.fit[0] * pitch, seen.fit[1] * pitch, seen.known_turn]) - self._pose
+        # Where the object slips, traction is at its limit and changes its direction only.
+        paths = np.array([1.0, 1.0, seen.reach * pitch])
+        along = self._along * (self._along @ (moved * paths)) / paths
+        self._followed = 1 / (1 + stiff * (1 - self._slip_fraction))
+        step = (moved - along) / (1 + stiff) + along * self._followed
+        self._pose = self._pose + step
+        return step
+
+    def _follow(self, step: np.ndarray, stamp_s: float) -> tuple[np.ndarray, np.ndarray, int]:
+        """The last motion (3,) m, m at the origin, rad, without noise, the velocity (3,), and for how many frames it was steady; step: with
+        noise."""
+        self._total = self._total + step
+        keep = max(len(self._past) - Limits.fewest_frames + 1, 0)
+        old = int(np.searchsorted(self._past[:keep, 0], stamp_s - Limits.window_s * (1 + 1e-6)))
+        self._past = np.vstack([self._past[old:], [stamp_s, *self._total]])
+        reach = self._key.reach * self._array.pitch
+        # Positions of the contact's middle, and of its edges along a turn.
+        turned = self._past[:, 3:]
+        places = np.hstack([self._past[:, 1:3] + turned * [-self._arm[1], self._arm[0]], turned * reach])
+        noise = max(noise_of(places), Limits.least_noise * self._array.pitch)
+        steady = steady_motion(self._past[:, 0], places, noise)
+        speed, lasting = math.hypot(*steady.velocity), stamp_s - self._past[-steady.used, 0]
+        evident = steady.used > 1 and self._is_evident(speed, steady.sigma, lasting)
+        if evident and self._moves and self._has_stopped(places, steady.velocity, noise):
+            self._past, evident = self._past[-Limits.latest:], False  # what came before is another motion
+        self._moves = evident
+        smooth, velocity = (np.array([x + turn / reach * self._arm[1], y - turn / reach * self._arm[0], turn / reach])
+                            for x, y, turn in (steady.place, steady.velocity))
+        last, self._smooth = self._smooth, smooth
+        return smooth - last, velocity, steady.used - 1
+
+    def _is_evident(self, speed: float, sigma: float, lasting: float) -> bool:
+        """Whether a speed, m/s, with a standard deviation sigma, over lasting, s, is a motion of the object. It begins by a path longer
+        than the registration's own error, by which pressure wanders without motion, and than that of the traction that a load lets go."""
+        pitch = self._array.pitch
+        if speed <= max((Limits.goes_on if self._moves else Limits.begins) * sigma, Limits.creep * pitch):
+            return False
+        released = BORDER_LEAD * self._pad.thickness * self._pulled * self._varied
+        return self._moves or speed * lasting > (Limits.path * self._seen.sigma * pitch + released) * self._followed
+
+    def _has_stopped(self, places: np.ndarray, velocity: np.ndarray, noise: float) -> bool:
+        """Whether an object has not moved on in the latest frames, though a line through its places (N, 3) still has a velocity (3,): the
+        line may hold the end of a motion. noise: standard deviation of a place, m."""
+        if len(places) <= Limits.latest:
+            return False
+        speed = math.hypot(*velocity)
+        expected = speed * (self._past[-1, 0] - self._past[-1 - Limits.latest, 0])
+        went = (places[-1] - places[-1 - Limits.latest]) @ velocity / max(speed, 1e-12)
+        return expected > Limits.expected * noise and went < Limits.stopped * expected
+
+    def _reported_velocity(self, stamp_s: float) -> np.ndarray:
+        """(3,) over the last stretch of Limits.velocity_s; NaN with too few frames."""
+        count = max(np.count_nonzero(self._past[:, 0] >= stamp_s - Limits.velocity_s * (1 + 1e-6)), Limits.fewest_frames)
+        if len(self._past) < count:
+            return np.full(3, np.nan)
+        off = self._past[-count:] - self._past[-count:].mean(axis=0)
+        return off[:, 0] @ off[:, 1:] / (off[:, 0] @ off[:, 0])
+
+    def _rolls(self, seen: SeenPressure, touched: np.ndarray, velocity: np.ndarray, same_load: bool) -> bool:
+        """Whether the object, which moves by velocity (3,), rolls without traction. If it slides, take the present traction for that of
+        friction."""
+        if not (self._moves and same_load):
+            self._pulled_at_rest = self._pulled
+            self._watch.rest(seen.pressure, same_load)
+            if self._pulled < Limits.pulls:
+                self._watch.release()
+            return False
+        slides, rolls, sticks = self._watch.follow(seen, touched, velocity[:2])
+        if sticks:
+            self._friction = self._pad.friction
+        nominal = self._pad.friction
+        if slides and self._pulled_at_rest < Limits.loose * nominal and Limits.smoothest < self._pulled < Limits.smooth * nominal:
+            self._friction = min(self._friction, Limits.loosened * self._pulled)
+        x, y, turn = self._along_of(velocity)
+        return rolls and isinstance(self._key, EdgeKeyframe) and abs(turn) <= math.hypot(x, y)
+
+    def _along_of(self, velocity: np.ndarray) -> tuple[float, float, float]:
+        """m/s of the keyframe's centre, and of its edges by the turn, for a velocity (3,) at the origin."""
+        (x, y), (along_x, along_y, turn) = self._arm, velocity
+        return along_x - turn * y, along_y + turn * x, turn * self._key.reach * self._array.pitch
+
+    def _direction(self, velocity: np.ndarray) -> np.ndarray:
+        motion = np.array(self._along_of(velocity))
+        length = math.hypot(*motion)
+        return motion / length if length > 0 else np.zeros(3)
+
+    def _lagging(self, steady: int, touched: np.ndarray) -> np.ndarray:
+        """(rows, columns) bool: where the pad's surface lagged behind the object in the last frames, steady of them at most."""
+        last = list(self._lags)[-min(steady, Limits.summed):]
+        x, y, turn = sum(step for _, step in last)
+        slip = sum(one for one, _ in last)
+        square = (x - turn * self._array.y[:, None])**2 + (y + turn * self._array.x)**2
+        return touched & (slip[0]**2 + slip[1]**2 > Limits.lag**2 * square)
+
+    def _rekey(self, few: bool, pressure: np.ndarray, touched: np.ndarray, load: float) -> None:
+        self._key_load, self._key_count, self._waited = load, int(np.count_nonzero(touched)), False
+        self._key = CentroidKeyframe(pressure, touched) if few else EdgeKeyframe(pressure, self._scale(load))
+        self._arm = (self._key.middle - self._middle) * self._array.pitch
+        self._seen, self._expected, self._pose = None, None, np.zeros(3)
+
+    def _scale(self, load: float) -> float:
+        """1/Pa that makes pressure an image: over that of the keyframe at this load, scaled as the score of a flat face. The level that is
+        fitted for a contact's border varies by itself from frame to frame."""
+        return LEVEL / BORDER_SHARE / max(load / self._key_count, 1e-9)
+
+
+class TaxelSlip:
+    """Slip of the object from its motion and the slipping taxels, with hysteresis of the state."""
+
+    def __init__(self, array: TaxelArray):
+        self._array = array
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing slips."""
+        self._state = NONE
+
+    def process(self, motion: ObjectMotion, touched: np.ndarray) -> SlipEstimate:
+        """Slip in a frame; touched: (rows, columns) bool, taxels in contact, at least one."""
+        fraction = np.count_nonzero(motion.slipping) / np.count_nonzero(touched)
+        self._state = next_state(self._state, fraction)
+        estimate = SlipEstimate(self._state, fraction, np.zeros(3), np.zeros(3))
+        if self._state == NONE:
+            return estimate
+        x, y = estimate.x, estimate.y = self._positions(motion.slipping)
+        turn = 0.0 if math.isnan(motion.turn) else motion.turn
+        along_x, along_y = motion.linear.tolist()
+        estimate.vx, estimate.vy = along_x - turn * y, along_y + turn * x
+        estimate.linear, estimate.angular = np.array([along_x, along_y, 0.0]), np.array([0.0, 0.0, motion.turn])
+        if turn:  # else a translation, or rotation is unobservable
+            centre = -along_y / turn, along_x / turn
+            x, y = self._positions(touched)
+            if math.dist(centre, (x.mean(), y.mean())) < Limits.far * math.sqrt(len(x) / math.pi) * self._array.pitch:
+                estimate.rotation_center = np.array([*centre, 0.0])
+        return estimate
+
+    def _positions(self, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """x and y (M,) m of the taxels in mask (rows, columns) bool."""
+        row, column = np.divmod(np.flatnonzero(mask), self._array.columns)  # half of the time of np.nonzero
+        return self._array.x[column], self._array.y[row]

@@ -1,0 +1,101 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The parameters of taxel_contact_node: the array and its pad, contact estimation, and what is known of the grasped object."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from tactile_driver.parameters.table import Parameter
+
+from .estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
+from .pressure import LARGEST, SoftPad, TaxelArray
+from .response import SENSOR, Response, read_taxels
+from .wrench import GraspedObject
+from ..common.frame_tree import FrameTree
+from ..errors import BadArgument
+
+_fixed = partial(Parameter, read_only=True)
+_HERE = np.eye(3), np.zeros(3)
+
+TAXEL_SENSOR_PARAMETERS = (
+    _fixed('sensor_type', str, SENSOR, '', 'sensor type; a calibration file must be for the same type', choices=(SENSOR,)),
+    _fixed('rows', int, 44, '', 'rows of taxels: the height of the image', 1, LARGEST),
+    _fixed('columns', int, 44, '', 'columns of taxels: the width of the image', 1, LARGEST),
+    _fixed('pitch', float, 0.001, 'm', 'distance between taxels along rows and columns', 1e-5, 0.1),
+    _fixed('bits', int, 8, '', 'bits of a value: full scale is 2^bits - 1', 8, 16),
+    _fixed('dead_taxels', list[int], [-1], '', 'indices (row * columns + column) of dead taxels; -1: none', -1, LARGEST**2),
+    _fixed('pad.thickness', float, 0.002, 'm', 'thickness of the soft pad', 1e-5, 0.1),
+    _fixed('pad.stiffness', float, 3e5, 'Pa', 'pressure under a wide flat plate, divided by depth / thickness', 1.0, 1e9),
+    _fixed('pad.shear_modulus', float, 1e5, 'Pa', 'shear modulus of the pad', 1.0, 1e9),
+    _fixed('pad.friction', float, 0.6, '', 'friction coefficient between pad and object', 0.01, 10.0),
+    _fixed('calibration', str, '', '', 'calibration file from calibrate; empty: pressure and force are NaN'),
+)
+
+OBJECT_PARAMETERS = (
+    Parameter('object.depth', float, -1.0, 'm',
+              'indentation depth of the object; negative: not known. Gives the force where pressure does not', -1.0, 0.1),
+    Parameter('object.weight', float, 0.0, 'N',
+              'weight of the object between two fingers; 0: not known, friction forces are NaN', 0.0, 1e4),
+    Parameter('object.gravity', list[float], [0.0, 1.0, 0.0], '', 'direction of gravity', -1.0, 1.0),
+    _fixed('object.gravity_frame', str, '', '', 'tf frame in which gravity is given; empty: the sensor frame'),
+    Parameter('object.centre_of_mass', list[float], [0.0, 0.0, 0.0], 'm', 'centre of mass of the object', -10.0, 10.0),
+    _fixed('object.centre_of_mass_frame', str, '', '', 'tf frame in which the centre of mass is given; empty: the sensor frame'),
+)
+
+TAXEL_PARAMETERS = TAXEL_SENSOR_PARAMETERS + (
+    _fixed('method', str, 'mechanics', '', 'estimation method; mechanics: mechanics of the pad; paper: the steps of the paper',
+           choices=tuple(TAXEL_METHODS)),
+    _fixed('reference.start', str, 'first', '',
+           'untouched values at the start; first: from the first frame on; zero: zeros, where something may touch already; '
+           'those of a calibration have precedence', choices=('first', 'zero')),
+    _fixed('reference.frames', int, 10, '', 'untouched frames averaged for the reference', 1, 1000),
+    _fixed('reference.time_constant', float, 30.0, 's',
+           'time constant with which the reference follows drift while nothing touches', 0.1, 1e6),
+) + OBJECT_PARAMETERS
+
+
+def taxel_array(values: Mapping) -> TaxelArray:
+    """The array that values (of TAXEL_SENSOR_PARAMETERS) describe."""
+    return TaxelArray(values['rows'], values['columns'], values['pitch'], 2.0**values['bits'] - 1)
+
+
+def taxel_estimator(values: Mapping) -> TaxelEstimator:
+    """The estimator that values (of TAXEL_PARAMETERS) describe. Raises BadArgument, BadCalibration for inconsistent values."""
+    array = taxel_array(values)
+    pad = SoftPad(*(values[f'pad.{name}'] for name in ('thickness', 'stiffness', 'shear_modulus', 'friction')))
+    response = read_taxels(values['calibration'], array, values) if values['calibration'] else Response()
+    if response.zero is None and values['reference.start'] == 'zero':
+        response = replace(response, zero=np.zeros(array.shape, np.float32))
+    dead = tuple(number for number in values['dead_taxels'] if number >= 0)
+    estimator = TaxelEstimator(array, pad, TaxelSettings(values['method'], dead, values['reference.frames'],
+                                                         values['reference.time_constant'], response))
+    estimator.grasped = grasped_object(values)
+    return estimator
+
+
+def frames_of(values: Mapping) -> set[str]:
+    """The tf frames that values (of OBJECT_PARAMETERS) name."""
+    return {values[name] for name in ('object.gravity_frame', 'object.centre_of_mass_frame')} - {''}
+
+
+def grasped_object(values: Mapping, tree: FrameTree = FrameTree(), sensor_frame: str = '') -> GraspedObject:
+    """The object in the sensor frame, from values (of OBJECT_PARAMETERS). What is given in a frame that tree does not connect to
+    sensor_frame is NaN. Raises BadArgument for a gravity or a centre of mass without three numbers, and for a gravity of 0."""
+    gravity, mass = (np.array(values[f'object.{name}'], float) for name in ('gravity', 'centre_of_mass'))
+    if gravity.shape != (3,) or mass.shape != (3,) or not np.linalg.norm(gravity) > 0:
+        raise BadArgument('parameters object.gravity and object.centre_of_mass must have three numbers each, and gravity a direction')
+    poses = {name: tree.pose(name, sensor_frame) for name in frames_of(values)} | {'': _HERE}
+    if None in poses.values():
+        return GraspedObject(_depth(values))
+    rotation, _ = poses[values['object.gravity_frame']]
+    turn, place = poses[values['object.centre_of_mass_frame']]
+    weight = values['object.weight']
+    held = rotation @ gravity * (weight / np.linalg.norm(gravity)) if weight > 0 else np.full(3, np.nan)
+    return GraspedObject(_depth(values), held, turn @ mass + place)
+
+
+def _depth(values: Mapping) -> float:
+    return values['object.depth'] if values['object.depth'] >= 0 else np.nan

@@ -1,0 +1,275 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Contact regions of a taxel image: contact score, outlines with subtaxel accuracy and their moments (paper taxel_array_image_processing,
+eqs 1 to 3, with I = 1 inside the outline), and contact ids from frame to frame."""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from .._core import taxel as _kernel
+from .pressure import SoftPad, TaxelArray, grown
+from ..common.contour import Outline, grouped
+from ..common.region_moments import Moments
+
+LEVEL = 0.5  # score at the border of a contact
+NOISE = 10.0  # standard deviations of the noise, least level: a false taxel in a hundred thousand frames, also of correlated noise
+# Pressure under a bonded elastic layer at the border of a rigid face pressed on it, as a part of that under its inside: 0.59 to 0.63 at
+# Poisson ratios of 0.3 to 0.4, whatever the face's width (2.5 to 20 thicknesses) and the load; under 0.6 where the layer can hardly shrink.
+BORDER_SHARE = 0.6
+# Thicknesses: pressure at the border of a curved face over the slope with which the fitted level runs out to zero there. By theory at most
+# 0.22, 1 / sqrt(2 pi) of the width of the Gaussian by which the pad blurs pressure; less, since the pad stiffens under deep presses and its
+# pressure runs out more gently than a paraboloid.
+_BORDER_RAMP = 0.165
+_SMOOTH = 0.5  # thicknesses, of the Gaussian that averages noise, differences of gain and roughness
+_AROUND = 2  # taxels around a region that share its force: a pad of 2 mm on taxels of 1 mm (paper)
+_MOST = 64  # regions; an image with more is broken: more than fingers can make
+_LEAST = 0.25  # taxels, area of a piece: half of what a single taxel of full score has; noise at a border makes smaller ones
+_LASTING = 3  # frames before a contact that merges is remembered: a beginning contact may consist of several regions
+_SMALL = 4  # taxels: smaller regions neither merge nor split, since noise at a border makes such regions
+
+
+class ContactScore:
+    """Scores of taxels, above LEVEL in contact; linear in pressure, so that the contour at LEVEL is the border.
+
+    The pad spreads pressure over about its thickness. At the border of a flat face it falls to a fixed part of the level inside
+    (BORDER_SHARE), whatever the load; under a curved face the level itself runs out, and a part of its slope is left. The level is a plane,
+    or a quadratic, fitted to each patch.
+    """
+
+    def __init__(self, array: TaxelArray, pad: SoftPad):
+        thickness = pad.thickness / array.pitch
+        self._rule = {'smooth': max(_SMOOTH * thickness, 0.5), 'reach': min(max(1, round(thickness)), max(array.shape)),
+                      'share': BORDER_SHARE, 'ramp': _BORDER_RAMP * thickness}
+
+    def compute(self, pressure: np.ndarray, sigma: float, full: np.ndarray | None = None) -> np.ndarray:
+        """Scores (rows, columns) float32, 0 to 1, of pressure (rows, columns) float32; sigma: its noise, in the same unit; full: (rows,
+        columns) bool, taxels that are saturated, None for none."""
+        least = NOISE * sigma
+        full = np.zeros(pressure.shape, bool) if full is None else full
+        return _kernel.contact_score(pressure, full, least=least if math.isfinite(least) else 1e30, **self._rule)
+
+
+@dataclass(frozen=True)
+class TaxelRegion:
+    """One region, of one piece or of several.
+
+    label: in the frame's labels; box: its rows and columns, slices; outlines: of its pieces, with holes; moments: of area; count: of
+    taxels; force: sum of pressure times area over its taxels and those around, in the pressure's unit times m^2; peak: largest
+    pressure.
+    """
+
+    label: int
+    box: tuple[slice, slice]
+    outlines: list[Outline]
+    moments: Moments
+    count: int
+    force: float
+    peak: float
+
+
+@dataclass(frozen=True)
+class Regions:
+    """Regions of one frame. all: largest first; labels: (rows, columns) uint16, 0 outside; touched: (rows, columns) bool, inside; near:
+    labels extended to the taxels around, which share a region's force; broken: whether the image has more than 64 regions, of which all
+    holds the largest."""
+
+    all: list[TaxelRegion]
+    labels: np.ndarray
+    touched: np.ndarray
+    near: np.ndarray
+    broken: bool = False
+
+    @property
+    def total(self) -> Moments:
+        """Moments of all regions together; requires at least one."""
+        return sum((region.moments for region in self.all[1:]), self.all[0].moments)
+
+
+def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray, reach: float = 0.0) -> Regions:
+    """Regions where score (rows, columns) float32 exceeds LEVEL, with the load of pressure (rows, columns) float32; reach: taxels. Pieces
+    nearer to each other are one region: a pad hands on the pressure of two objects nearer than its thickness as that of one."""
+    touched = score > LEVEL
+    if not touched.any():
+        return Regions([], np.zeros(score.shape, np.uint16), touched, np.zeros(score.shape, np.uint16))
+    count, labels = cv2.connectedComponents(touched.view(np.uint8), connectivity=4, ltype=cv2.CV_16U)
+    broken = count - 1 > _MOST
+    if broken:
+        largest = 1 + np.argsort(-np.bincount(labels.ravel())[1:], kind='stable')[:_MOST]
+        labels[~np.isin(labels, largest)] = 0
+        touched = labels > 0
+        score = score * touched
+    elif count > 2:  # one outline surrounds taxels that meet at a corner, too
+        _, labels = cv2.connectedComponents(grown(touched, round(0.5 * reach)).view(np.uint8), ltype=cv2.CV_16U)
+        labels *= touched
+    around = cv2.dilate(labels, np.ones((2 * _AROUND + 1,) * 2, np.uint8))
+    near = np.where(touched, labels, around)
+    regions = [_region(label, pieces, labels, (near, pressure), array) for label, pieces in _pieces(score, labels, array).items()]
+    return Regions(sorted(regions, key=lambda region: -region.moments.area), labels, touched, near, broken)
+
+
+def _pieces(score: np.ndarray, labels: np.ndarray, array: TaxelArray) -> dict[int, list[tuple[Outline, np.ndarray]]]:
+    """Label -> outlines of its pieces, largest first, and the integrals (6,) within each, without its holes."""
+    places, start, number = _kernel.contours(np.pad(score, 1).astype(float), LEVEL)
+    places -= 1
+    points = np.zeros((len(places), 3))
+    points[:, 1::-1] = (places - 0.5 * (np.array(array.shape) - 1)) * array.pitch
+    first = np.flatnonzero(np.diff(number, prepend=-1))  # loop of each outline; its holes follow
+    integrals = np.add.reduceat(_integrals(points[:, :2], start), first)
+    on_edge = places[start[first]]
+    inner = np.pad(labels, 1)  # of the two taxels beside a vertex one is inside
+    beside = [inner[tuple(side(on_edge).astype(int).T + 1)] for side in (np.floor, np.ceil)]
+    found: dict[int, list] = {}
+    for outline, sums, label in zip(grouped(places, points, start, number), integrals, np.maximum(*beside).tolist()):
+        if sums[0] > _LEAST * array.taxel_area:
+            found.setdefault(label, []).append((outline, sums))
+    return found
+
+
+def _integrals(points: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """(L, 6) integrals of 1, x, y, xx, xy, yy within polygons of points (M, 2), from start (L + 1,) on, by Green's theorem; negative for
+    holes, which turn the other way. About their first vertices, and then moved to the origin: a tiny polygon keeps its digits."""
+    origin, follows = points[start[:-1]], np.arange(1, len(points) + 1)
+    follows[start[1:] - 1] = start[:-1]
+    ax, ay = (points - np.repeat(origin, np.diff(start), axis=0)).T
+    bx, by = ax[follows], ay[follows]
+    twice = ax * by - bx * ay  # of the triangle with the first vertex
+    terms = twice * np.stack([np.full(len(ax), 0.5), (ax + bx) / 6, (ay + by) / 6, (ax * ax + ax * bx + bx * bx) / 12,
+                              (2 * ax * ay + ax * by + bx * ay + 2 * bx * by) / 24, (ay * ay + ay * by + by * by) / 12])
+    (area, x, y, xx, xy, yy), (x0, y0) = np.add.reduceat(terms, start[:-1], axis=1), origin.T
+    return np.stack([area, x + area * x0, y + area * y0, xx + 2 * x0 * x + area * x0 * x0, xy + x0 * y + y0 * x + area * x0 * y0,
+                     yy + 2 * y0 * y + area * y0 * y0], axis=1)
+
+
+def _region(label: int, pieces: list, labels: np.ndarray, load: tuple[np.ndarray, np.ndarray], array: TaxelArray) -> TaxelRegion:
+    """load: (rows, columns) labels of the taxels that share the load, and pressure."""
+    corners = np.concatenate([outline.grid_points for outline, _ in pieces])
+    low, high = np.maximum(np.ceil(corners.min(axis=0)), 0).astype(int), np.floor(corners.max(axis=0)).astype(int) + 1
+    wide = tuple(slice(max(a - _AROUND, 0), b + _AROUND) for a, b in zip(low, high))
+    near, pressure = load
+    pressed = np.maximum(pressure[wide][near[wide] == label], 0)
+    box = slice(int(low[0]), int(high[0])), slice(int(low[1]), int(high[1]))
+    area, first_x, first_y, *second = sum(sums for _, sums in pieces).tolist()
+    moments = Moments(area, np.array([0.0, 0.0, area]), np.array([first_x, first_y, 0.0]), np.array(second))
+    return TaxelRegion(label, box, [outline for outline, _ in pieces], moments, int(np.count_nonzero(labels[box] == label)),
+                       float(pressed.sum(dtype=float)) * array.taxel_area, float(pressed.max(initial=0)))
+
+
+@dataclass(frozen=True)
+class TrackedContact:
+    """number: id of the contact, never reused; merged: whether several contacts have merged into this region; reported: whether it is to
+    be reported."""
+
+    number: int
+    merged: bool
+    reported: bool = True
+
+
+@dataclass
+class _Track:
+    """merged_ids: id -> last centroid (2,) m of contacts that merged into this one; age: frames; size: largest so far, taxels; own:
+    centroid (2,) m before the merge."""
+
+    merged_ids: dict
+    age: int
+    size: int
+    centroid: np.ndarray
+    own: np.ndarray
+
+
+class ContactTracker:
+    """A region continues the contact of the last frame with which it shares most taxels; a region that shares none is a new contact.
+
+    Where contacts merge, the one with the largest overlap keeps its id and remembers the others. Where they split, each part gets the id
+    of the contact that was nearest to it before the merge.
+    """
+
+    def __init__(self):
+        self._next = 1
+        self.reset()
+
+    def reset(self) -> None:
+        """All regions are new contacts; ids are not reused."""
+        self._tracks: dict[int, _Track] = {}
+        self._ids: dict[int, int] = {}  # label in the last frame -> id
+        self._labels: np.ndarray | None = None
+
+    def assign(self, regions: Regions, least: float = 0.0) -> list[TrackedContact]:
+        """The contact of each region, in their order; least: peak of a region's pressure from which it is reported at once.
+
+        A lighter one is reported if it is the largest, or was there in the last frame too: a face that begins or ceases to touch shows as
+        pieces for a frame.
+        """
+        shared = self._shared(regions)
+        chosen = self._split_by_position(_greedy_matches(shared), shared, regions)
+        tracks: dict[int, _Track] = {}
+        for k, number in chosen.items():
+            tracks[number] = self._continue(number, regions.all[k], {other: n for (at, other), n in shared.items() if at == k}, chosen)
+        for k, region in enumerate(regions.all):
+            if k not in chosen:
+                chosen[k] = self._start(k, region, shared, tracks)
+                tracks[chosen[k]] = _Track({}, 1, region.count, region.moments.centroid[:2], region.moments.centroid[:2])
+        self._tracks, self._labels = tracks, regions.labels
+        self._ids = {region.label: chosen[k] for k, region in enumerate(regions.all)}
+        return [TrackedContact(chosen[k], bool(tracks[chosen[k]].merged_ids), k == 0 or tracks[chosen[k]].age > 1 or region.peak >= least)
+                for k, region in enumerate(regions.all)]
+
+    def _shared(self, regions: Regions) -> dict[tuple[int, int], int]:
+        """(index of a region, id of a contact of the last frame) -> number of taxels in common."""
+        shared = {}
+        for k, region in enumerate(regions.all if self._ids else ()):
+            before = self._labels[region.box][regions.labels[region.box] == region.label]
+            for label, count in enumerate(np.bincount(before).tolist()):
+                if count and label in self._ids:
+                    shared[k, self._ids[label]] = count
+        return shared
+
+    def _split_by_position(self, chosen: dict[int, int], shared: dict, regions: Regions) -> dict[int, int]:
+        """chosen (index -> id), with the id of a splitting contact moved to the part nearest to where it was before the merge."""
+        given = dict(chosen)
+        for k, number in chosen.items():
+            track = self._tracks[number]
+            parts = [at for at, n in shared if n == number and chosen.get(at, number) == number and regions.all[at].count >= _SMALL]
+            if track.merged_ids and len(parts) > 1:
+                del given[k]
+                given[min(parts, key=lambda at: _distance_gain(regions.all[at].moments.centroid[:2], track))] = number
+        return given
+
+    def _continue(self, number: int, region: TaxelRegion, sharing: dict[int, int], chosen: dict[int, int]) -> _Track:
+        before = self._tracks[number]
+        merged_ids = dict(before.merged_ids)
+        for other in sharing:
+            ended = self._tracks[other]
+            if other not in chosen.values() and ended.age >= _LASTING and ended.size >= _SMALL:
+                merged_ids |= {other: ended.centroid} | ended.merged_ids
+        centroid = region.moments.centroid[:2]
+        return _Track(merged_ids, before.age + 1, max(before.size, region.count), centroid, before.own if merged_ids else centroid)
+
+    def _start(self, k: int, region: TaxelRegion, shared: dict, tracks: dict[int, _Track]) -> int:
+        """Id of a region that continues no contact: a merged one of the contact that it split from, else a new one."""
+        centroid = region.moments.centroid[:2]
+        for at, number in shared:
+            merged_ids = tracks[number].merged_ids if at == k and number in tracks else {}
+            if merged_ids and region.count >= _SMALL:
+                back = min(merged_ids, key=lambda n: math.dist(merged_ids[n], centroid))
+                del merged_ids[back]
+                return back
+        self._next += 1
+        return self._next - 1
+
+
+def _greedy_matches(shared: dict[tuple[int, int], int]) -> dict[int, int]:
+    """Index of a region -> id: one-to-one, by largest overlap first."""
+    chosen: dict[int, int] = {}
+    for (k, number), _ in sorted(shared.items(), key=lambda item: (-item[1], item[0][1])):
+        if k not in chosen and number not in chosen.values():
+            chosen[k] = number
+    return chosen
+
+
+def _distance_gain(centroid: np.ndarray, track: _Track) -> float:
+    """m: distance of a centroid (2,) from the track's own minus that from the nearest merged one."""
+    return math.dist(centroid, track.own) - min(math.dist(centroid, other) for other in track.merged_ids.values())

@@ -1,0 +1,124 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Classification of dots as free, sticking or slipping: the methods by name, behind one interface."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import _core
+from .._core import lie_on_a_line
+from ..common.contour import label_score
+from ..common.dot_grid import to_grid
+from ..errors import BadFrame
+from .membrane import Membrane, MembraneMaterial
+from .published import PaperRegion
+
+_THINNEST = 1e-3  # width over length of the dots' places, below which they lie on a line; chosen
+_NETWORK = Path(__file__).with_name('border_network.npz')  # fitted by test/benchmark/fit_contact_score.py
+
+
+@lru_cache(maxsize=1)
+def border_network() -> _core.BorderNetwork:
+    """The network that tells how far a dot is from a contact's border."""
+    with np.load(_NETWORK, allow_pickle=False) as stored:
+        weights = {name: stored[name] for name in stored.files}
+    return _core.BorderNetwork(**weights | {'bias_3': float(weights['bias_3'])})
+
+
+class AllDots(NamedTuple):
+    """All K dots of the grid, unseen ones interpolated. xyz: (K, 3) m; score, state: (K,); force: (K, 3) N on the sensor, which sum up to
+    the wrench's force."""
+
+    xyz: np.ndarray
+    score: np.ndarray
+    state: np.ndarray
+    force: np.ndarray
+
+
+@dataclass(frozen=True)
+class DotClassification:
+    """Classification of the N seen dots of one frame.
+
+    state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None if the
+    method estimates no forces; wrench: (6,) N and N m at the sensor's origin, NaN if unknown; all_dots: None if the method does not
+    interpolate unseen dots; slides: (N, 2) m, way over each dot since the last frame of an object in gross slip, as it moved when it last
+    held dots, NaN: unknown, None if the method does not follow objects.
+    """
+
+    state: np.ndarray
+    score: np.ndarray
+    force: np.ndarray | None
+    wrench: np.ndarray
+    all_dots: AllDots | None = None
+    slides: np.ndarray | None = None
+
+
+class MembraneMethod:
+    """By the membrane's force balance; origin: (3,) m, camera centre. Kernels: src/touchpad/contact.cpp, stick_slip.cpp.
+
+    A dot is in contact by its loads and the bends of the skin around it: a network tells half its distance from the border, pitches, plus
+    1/2, cut to 0, free, and 1, well inside. In contact it sticks to the object or lags behind it and slips.
+    """
+
+    def __init__(self, rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray):
+        self._shape, self._material, self._origin = (rows, columns), material, np.asarray(origin, float)
+        self._membrane: Membrane | None = None
+        self.core: _core.DotClassifier | None = None
+        self._stamp_s = np.nan
+
+    def set_rest(self, rest_xyz: np.ndarray) -> None:
+        """Set the dots' rest positions (K, 3), m; NaN: unknown. Raises BadArgument if less than half are known."""
+        if self._membrane is None:
+            self._membrane = Membrane(rest_xyz, *self._shape, self._origin, self._material)
+            self.core = _core.DotClassifier(self._membrane.core, self._origin, border_network())
+        else:
+            self._membrane.set_rest(rest_xyz)
+            self.core.take_rest(self._membrane.core)
+
+    def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
+        """Classify dots ids (N,) at xyz (N, 3), m. Raises BadFrame for dots on a line, which span no membrane, BadArgument for ids outside
+        the grid."""
+        xyz = np.asarray(xyz, float)
+        if len(ids) > 2 and lie_on_a_line(xyz, thinnest=_THINNEST):
+            raise BadFrame('the 3D positions of all dots lie on a line; check the camera, or take a new reference')
+        seconds = stamp_s - self._stamp_s if stamp_s > self._stamp_s else 0.0
+        found = self.core.classify(self._membrane.checked(ids), xyz, seconds)
+        self._stamp_s = stamp_s
+        loads, every = found.loads, AllDots(found.loads.xyz, found.score, found.state, found.force)
+        return DotClassification(every.state[ids], every.score[ids], loads.force[ids], found.wrench, every, found.slides[ids])
+
+
+class PaperMethod:
+    """By the movements of dots (paper touchpad_contact_region, eqs 2, 7, 9 to 14); estimates no forces."""
+
+    def __init__(self, rows: int, columns: int, d_max: float, delta_d: float):
+        self._shape = rows, columns
+        self._region = PaperRegion(rows, columns, d_max, delta_d)
+        self._rest = np.full((rows * columns, 3), np.nan)
+
+    def set_rest(self, rest_xyz: np.ndarray) -> None:
+        """Set the dots' rest positions (K, 3), m."""
+        self._rest = rest_xyz
+
+    def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
+        """Classify dots ids (N,) at xyz (N, 3), m, at stamp_s."""
+        state = self._region.process(ids, xyz, self._rest[ids], stamp_s).state
+        score = label_score(to_grid(ids, (state > 0).astype(float), *self._shape)).ravel()[ids]
+        return DotClassification(state, score, None, np.full(6, np.nan))
+
+
+CONTACT_METHODS = {
+    'membrane': lambda rows, columns, material, origin, values: MembraneMethod(rows, columns, material, origin),
+    'paper': lambda rows, columns, material, origin, values: PaperMethod(rows, columns, values['paper.d_max'], values['paper.delta_d']),
+}
+
+
+def make_method(rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray, values: Mapping) -> MembraneMethod | PaperMethod:
+    """The method that values (of REGION_PARAMETERS) select; origin: (3,) m, camera centre."""
+    return CONTACT_METHODS[values['contact']](rows, columns, material, origin, values)

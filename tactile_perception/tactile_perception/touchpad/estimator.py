@@ -1,0 +1,140 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Contact region, contacts, slip and wrench of a touchpad from the dots of one frame."""
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from .._core import all_within
+from ..calibration.files.format import CalibrationFile
+from ..common.camera import CameraModel
+from ..common.dots import DotTracks
+from ..common.estimates import AMBIGUOUS, ContactEstimate, ContactRegionEstimate, SlipEstimate
+from ..common.dot_grid import scatter
+from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
+from ..dots.reference.untouched_shape import rest_suspicion
+from ..errors import BadArgument, BadFrame
+from .contact import DotClassification, make_method
+from .places import RestPlaces
+from .region import ContactDots, ContactTracker, describe, find_regions
+from .sensor import Touchpad
+from .slip import ObjectMotion, SlipEstimator
+
+_FARTHEST = 10.0  # radii of curvature of the cap: farther positions are invalid. Chosen
+_DRIFT = 0.1  # px: a reference that has drifted further is checked again. Chosen
+_RANGE_SIGMA = 0.15e-3  # m, common-mode error of the ranges without a calibration. Chosen
+
+
+@dataclass(frozen=True)
+class ContactResult:
+    """Estimates of one frame. wrench: (6,) N and N m, of the object on the sensor, NaN if unknown; points: computes the surface points on
+    demand."""
+
+    region: ContactRegionEstimate
+    contacts: list[ContactEstimate]
+    slip: SlipEstimate
+    wrench: np.ndarray
+    points: Callable[[], SurfacePoints]
+
+
+class ContactEstimator:
+    """Estimates contact frame by frame.
+
+    values: of REGION_PARAMETERS; calibration: provides the calibrated range and the range error. While the reference seems to have been
+    taken under a press, contacts are AMBIGUOUS and depth, force and wrench are NaN. Raises BadArgument for a sensor without a surface
+    model.
+    """
+
+    def __init__(self, sensor: Touchpad, camera: CameraModel, values: Mapping, calibration: CalibrationFile | None = None):
+        if sensor.cap is None:
+            raise BadArgument('parameter surface is none: contact needs the 3D positions of the dots; set it to cap')
+        self._sensor = sensor
+        self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
+        self._method = make_method(sensor.rows, sensor.columns, sensor.material, camera.centre, values)
+        self._motion = ObjectMotion(sensor.rows, sensor.columns)
+        self._contacts = ContactTracker(sensor.cap, *_calibrated_reach(calibration))
+        self._origin, self._range_sigma = camera.centre, _calibrated_sigma(calibration)
+        self._slip = SlipEstimator()
+        self._suspected, self._checked = False, np.full_like(self._rest.uv, np.inf)
+
+    def process(self, tracks: DotTracks, stamp_s: float) -> ContactResult:
+        """Contact in one frame; stamp_s: s. Raises BadFrame for dots without 3D positions, of another grid, or with an earlier stamp."""
+        if (tracks.rows, tracks.columns) != (self._sensor.rows, self._sensor.columns):
+            raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, parameters rows and columns say '
+                           f'{self._sensor.rows} x {self._sensor.columns}')
+        if tracks.xyz is None:
+            raise BadFrame('dots have no 3D positions: the tracker needs surface cap and a calibrated camera')
+        if self._rest.update(tracks):
+            self._method.set_rest(self._rest.xyz)
+            self._check_rest()
+        ids, xyz, rest_xyz = self._usable(tracks)
+        found = self._method.classify(ids, xyz, stamp_s)
+        dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, rest_xyz, found.score, found.state, found.force, all_dots=found.all_dots)
+        return self._describe(dots, found, stamp_s)
+
+    def _check_rest(self) -> None:
+        """Check the reference for a press if it is new, has drifted, or was suspected before."""
+        uv = self._rest.uv
+        known = np.flatnonzero(np.isfinite(uv[:, 0]))
+        if self._suspected or not (np.abs(uv[known] - self._checked[known]) < _DRIFT).all():
+            self._suspected, self._checked = bool(rest_suspicion(known, uv[known], self._sensor.columns)), uv.copy()
+
+    def _usable(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Ids (N,), positions (N, 3) m and rest positions (N, 3) m of the dots that have both positions."""
+        rest_xyz = self._rest.xyz.take(tracks.id, axis=0)
+        reach = _FARTHEST * self._sensor.cap.curvature_radius
+        if all_within(tracks.xyz, most=reach) and all_within(rest_xyz):
+            return tracks.id, tracks.xyz, rest_xyz
+        usable = ((np.abs(tracks.xyz) <= reach) & np.isfinite(rest_xyz)).all(axis=1)
+        if not usable.any():
+            raise BadFrame('no dot has a 3D position: images must be in colour, not grey; or take a new reference')
+        return tracks.id[usable], tracks.xyz[usable], rest_xyz[usable]
+
+    def _describe(self, dots: ContactDots, found: DotClassification, stamp_s: float) -> ContactResult:
+        regions = find_regions(dots)
+        motion = self._motion.process(dots, stamp_s, [region.members for region in regions])
+        contacts = self._contacts.process(dots, regions)
+        slip = self._slip.process(dots, contacts, motion, stamp_s, found.slides)
+        region = describe(dots, regions, motion.motion, motion.interval)
+        contacts = [self._with_range_error(contact) for contact in contacts]
+        wrench, force = found.wrench, found.all_dots and found.all_dots.force
+        if self._suspected:
+            contacts, wrench, force = [_without_reference(contact) for contact in contacts], np.full(6, np.nan), None
+        return ContactResult(region, contacts, slip, wrench, partial(_points, dots, found, self._rest.xyz.copy(), force))
+
+    def _with_range_error(self, contact: ContactEstimate) -> ContactEstimate:
+        """The same contact with the common-mode error of the ranges added to its covariance."""
+        ray = contact.position - self._origin
+        along = ray * (self._range_sigma / math.sqrt(ray @ ray))
+        return replace(contact, position_covariance=contact.position_covariance + along[:, None] * along)
+
+
+def _points(dots: ContactDots, found: DotClassification, rest: np.ndarray, force: np.ndarray | None) -> SurfacePoints:
+    """Surface points of all K dots of the grid; rest: (K, 3) m; force: (K, 3) N, or None if unknown."""
+    xyz, state = (scatter(dots.xyz, dots.ids, len(rest)), scatter(found.state, dots.ids, len(rest), UNKNOWN)) if found.all_dots is None \
+        else (found.all_dots.xyz, found.all_dots.state)
+    return dot_points((dots.rows, dots.columns), xyz, rest, state, force)
+
+
+def _without_reference(contact: ContactEstimate) -> ContactEstimate:
+    """The same contact without depth and force, which need an untouched reference."""
+    return replace(contact, depth=np.nan, force=np.nan, flags=contact.flags | AMBIGUOUS)
+
+
+def _calibrated_sigma(calibration: CalibrationFile | None) -> float:
+    """Common-mode error of the ranges, m: the calibration's cross-validation RMSE, or _RANGE_SIGMA without one."""
+    found = np.nan if calibration is None else calibration.residuals.get('held_out_places_range_rms', np.nan)
+    return float(found) if found > 0 else _RANGE_SIGMA
+
+
+def _calibrated_reach(calibration: CalibrationFile | None) -> tuple[float | None, float | None]:
+    """Largest calibrated depth and distance from the z axis, m; None without a calibration."""
+    if calibration is None:
+        return None, None
+    span = calibration.calibrated_range
+    return span['depth'][1], float(np.hypot(np.max(np.abs(span['x'])), np.max(np.abs(span['y']))))

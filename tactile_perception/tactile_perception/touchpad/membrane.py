@@ -1,0 +1,132 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Dot positions from measured ranges, regularised by the membrane's force balance.
+
+Off contact the membrane's elastic force and the fluid's pressure cancel; in contact the residual is the object's pressure. Each dot is free
+(residual: the mesh's discretisation error) or touched (residual: roughly the fluid's pressure): a mixture model with coupled neighbours,
+solved by reweighted Gauss-Newton steps in the ranges, each one banded Cholesky solve. It assumes no object shape and no motion.
+
+With the rest tension T0 = p0 R / 2 (Young-Laplace), the energy of a triangle of area A (A0 at rest) is G/2 (tr C + a (A0/A)^2) A0 with
+a = 1 - T0/G (incompressible neo-Hookean): the first term is the cotangent Laplacian of the rest shape (springs with constant weights), the
+second depends on the area alone. Bending is neglected: its length scale sqrt(B/T), 0.3 mm, is far below a pitch.
+
+All displacements along the rays may share a scale error of a few percent, which the untouched pad does not determine. A wrong scale makes a
+dented surface too deep or too flat for the dots' image positions; the tension is then out of balance along the surface, at all dots alike.
+A Gauss-Newton step towards the scale of best balance is made in every frame.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import _core
+from ..errors import BadArgument
+
+_MOST = 4096  # dots, 64 x 64; chosen for memory: the response is a dense matrix of the inner dots (64 MB)
+
+
+@dataclass(frozen=True)
+class MembraneMaterial:
+    """shear_stiffness: shear modulus times thickness, N/m; rest_pressure: gauge pressure of the fluid without contact, Pa;
+    rest_curvature_radius: m.
+
+    Raises BadArgument for a rest tension p R / 2 above shear_stiffness, which a neo-Hookean membrane cannot carry.
+    """
+
+    shear_stiffness: float = 90.0
+    rest_pressure: float = 2000.0
+    rest_curvature_radius: float = 0.020
+
+    def __post_init__(self):
+        if not (self.shear_stiffness > 0 and self.rest_pressure > 0 and 0 < self.rest_tension <= self.shear_stiffness):
+            raise BadArgument(f'membrane: shear_stiffness {self.shear_stiffness} N/m, rest_pressure {self.rest_pressure} Pa and curvature '
+                              f'radius {self.rest_curvature_radius} m need 0 < pressure * radius / 2 <= stiffness; check membrane.*')
+
+    @property
+    def rest_tension(self) -> float:
+        """Tension at rest, N/m."""
+        return self.rest_pressure * self.rest_curvature_radius / 2
+
+
+class Membrane:
+    """The membrane between the dots of a rows x columns grid with rest positions rest_xyz (K, 3), m, in the order of their numbers;
+    origin: (3,) m, camera centre.
+
+    core: the running membrane (_core.Membrane), which holds the last frame. NaN rows of rest_xyz (dots missing from the reference) are
+    interpolated. Raises BadArgument for a wrong shape, too few or too many dots, or less than half of the rest positions.
+    Kernel: src/touchpad/membrane.cpp.
+    """
+
+    def __init__(self, rest_xyz: np.ndarray, rows: int, columns: int, origin: np.ndarray, material: MembraneMaterial | None = None):
+        if rows < 3 or columns < 3:
+            raise BadArgument(f'membrane: a grid of at least 3 x 3 dots is needed, got {rows} x {columns}; '
+                              'check parameters rows and columns')
+        if rows * columns > _MOST:
+            raise BadArgument(f'membrane: {rows} x {columns} dots are more than the maximum of {_MOST}; check rows and columns')
+        self.rows, self.columns = rows, columns
+        self.material, self.origin = material or MembraneMaterial(), np.asarray(origin, float)
+        self.core = self._at(rest_xyz)
+
+    def _at(self, rest_xyz: np.ndarray) -> _core.Membrane:
+        size, rest = self.rows * self.columns, np.asarray(rest_xyz, float)
+        if rest.shape != (size, 3):
+            raise BadArgument(f'membrane: rest_xyz must be ({size}, 3) for {self.rows} x {self.columns} dots, got {rest.shape}')
+        known = np.isfinite(rest).all(1)
+        if known.sum() < size / 2:
+            raise BadArgument(f'membrane: only {known.sum()} of {size} dots have a rest place; take a new reference')
+        return _core.Membrane(
+            fill_rest(rest, known, self.columns), rows=self.rows, columns=self.columns, stiffness=self.material.shear_stiffness,
+            area_share=1 - self.material.rest_tension / self.material.shear_stiffness, pressure=self.material.rest_pressure,
+            origin=self.origin)
+
+    def set_rest(self, rest_xyz: np.ndarray) -> None:
+        """Take other rest positions (K, 3), m, of a drifting reference. Raises BadArgument as the constructor."""
+        self.core.take_rest(self._at(rest_xyz))
+
+    def solve(self, rays: np.ndarray, ranges: np.ndarray, sigma: np.ndarray, ids: np.ndarray) -> _core.MembraneState:
+        """The state of the next frame from measured ranges (N,) m along unit rays (N, 3) from the origin to the dots ids (N,).
+
+        sigma: (N,) m, independent error of each range, without the errors that neighbours share; a NaN range is interpolated. Raises
+        BadArgument for ids outside the grid.
+        """
+        if not self.core.responds:
+            self.core.set_response(self._squared_response())
+        return self.core.solve(np.asarray(rays, float), np.asarray(ranges, float), np.asarray(sigma, float), self.checked(ids))
+
+    def checked(self, ids: np.ndarray) -> np.ndarray:
+        """ids (N,) as int64. Raises BadArgument for some outside the grid."""
+        ids, size = np.asarray(ids, np.int64), self.rows * self.columns
+        if len(ids) and not 0 <= ids.min() <= ids.max() < size:
+            raise BadArgument(f'membrane: dot numbers {ids.min()} to {ids.max()} are outside the grid of {size} dots; '
+                              'check parameters rows and columns')
+        return ids
+
+    def _squared_response(self) -> np.ndarray:
+        """(I, I) m^2: information about one inner dot's load (columns), in fluid pressures, from each one's range (rows) at unit weight.
+
+        It is the squared displacement along the rays under that load alone, reduced by what the outermost dots, which have no balance, can
+        compensate.
+        """
+        size, columns = self.rows * self.columns, self.columns
+        inner = np.arange(size).reshape(self.rows, columns)[1:-1, 1:-1].ravel()
+        away = self.core.rest - self.origin
+        rays = away / np.linalg.norm(away, axis=1, keepdims=True)
+        stencil = inner[:, None] + [i * columns + j for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        rows = np.zeros((len(inner), size))
+        rows[np.arange(len(inner))[:, None], stencil] = self.core.slopes(self.core.rest, rays, self.material.rest_pressure)[inner]
+        squared = np.linalg.inv(rows[:, inner])**2
+        stiff = 1e-6 / squared.sum(axis=0).min()  # variance of each load with all others nearly fixed, without its own balance
+        alone = 1 / np.diag(np.linalg.inv(rows @ rows.T + stiff * np.eye(len(inner)))) - stiff
+        return (squared / (alone * squared.sum(axis=0))).astype(np.float32)
+
+
+def fill_rest(rest: np.ndarray, known: np.ndarray, columns: int) -> np.ndarray:
+    """rest (K, 3) with unknown rows from a bicubic polynomial in row and column, fitted to the known ones."""
+    if known.all():
+        return rest
+    row, column = np.divmod(np.arange(len(rest)), columns)
+    y, x = 2 * row / row[-1] - 1, 2 * column / (columns - 1) - 1
+    terms = np.stack([x**i * y**j for i in range(4) for j in range(4)], axis=1)
+    fit = np.linalg.lstsq(terms[known], rest[known], rcond=None)[0]
+    return np.where(known[:, None], rest, terms @ fit)

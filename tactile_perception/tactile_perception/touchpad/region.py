@@ -1,0 +1,250 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Contact regions of one frame, and the contacts in them from frame to frame: point, depth, force, id."""
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from .. import _core
+from .._core import all_within, deepest_notch
+from ..common.contour import Outline, region_outlines
+from ..common.dot_grid import to_grid
+from ..common.dot_surface import DotSurface
+from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
+from ..common.region_moments import Moments, axes, joined
+from ..common.rigid_motion import RigidFit
+from ..common.rotations import quaternion
+from ..common.spherical_cap import Cap
+from ..errors import BadArgument
+
+_MASK_SCALE = 8  # pixels a pitch, of the mask that assigns dots to regions; chosen
+
+
+@dataclass
+class ContactDots:
+    """The dots of one frame; entry k of each array belongs to the same dot.
+
+    rows, columns: of the grid; ids: (N,) row * columns + column; xyz, rest_xyz: (N, 3) m, now and untouched, sensor frame; score: (N,),
+    above 0.5 in contact; state: (N,) uint8, 0 none, 1 sticking, 2 slipping; force: (N, 3) N, object on sensor, or None; sigma: standard
+    deviation of a coordinate of xyz, m; all_dots: positions (K, 3), m, scores (K,), states and, with force, the forces (K, 3), N, that
+    they carry, of all dots of the grid, unseen ones interpolated, or None. Raises BadArgument for shapes that differ or numbers that are
+    not finite.
+    """
+
+    rows: int
+    columns: int
+    ids: np.ndarray
+    xyz: np.ndarray
+    rest_xyz: np.ndarray
+    score: np.ndarray
+    state: np.ndarray
+    force: np.ndarray | None = None
+    sigma: float = 30e-6  # chosen
+    all_dots: Sequence[np.ndarray] | None = None
+
+    def __post_init__(self):
+        count = len(self.ids)
+        shapes = {'xyz': (count, 3), 'rest_xyz': (count, 3), 'score': (count,), 'force': (count, 3)}
+        for name, shape in shapes.items():
+            values = getattr(self, name)
+            if values is None:
+                continue
+            if np.shape(values) != shape or not all_within(np.asarray(values, float)):
+                raise BadArgument(f'contact dots: {name} must be {shape} finite numbers; leave out unknown dots')
+            setattr(self, name, np.asarray(values, float))
+        if np.shape(self.state) != (count,):
+            raise BadArgument(f'contact dots: state must be ({count},), a number for each dot')
+        if min(self.rows, self.columns) < 2 or not 0 < self.sigma < np.inf:
+            raise BadArgument(f'contact dots: need a grid of 2 x 2 or more and sigma > 0, got {self.rows} x {self.columns}, {self.sigma}')
+
+    def grids(self) -> tuple[np.ndarray, np.ndarray]:
+        """Positions (rows, columns, 3), m, and scores (rows, columns) of all dots; NaN where unknown."""
+        if self.all_dots is None:
+            return to_grid(self.ids, self.xyz, self.rows, self.columns), to_grid(self.ids, self.score, self.rows, self.columns)
+        return self.all_dots[0].reshape(self.rows, self.columns, 3), self.all_dots[1].reshape(self.rows, self.columns)
+
+
+@dataclass(frozen=True)
+class Region:
+    """One separate region.
+
+    members: (N,) bool, the frame's dots in it; pitch: of the dots, m; surface: of this frame.
+    """
+
+    outline: Outline
+    moments: Moments
+    members: np.ndarray
+    pitch: float
+    surface: DotSurface
+
+
+def find_regions(dots: ContactDots) -> list[Region]:
+    """The separate regions of one frame, largest first."""
+    if not len(dots.ids) or not (dots.score > 0.5).any():
+        return []
+    xyz, score = dots.grids()
+    surface = DotSurface(xyz)
+    outlines, moments, pitch = region_outlines(score, surface)
+    members = [dots.score > 0.5] if len(outlines) == 1 else [_within(outline, dots) for outline in outlines]
+    regions = [Region(*shape, pitch, surface) for shape in zip(outlines, moments, members)]
+    # Between two dots just below the threshold the interpolated score may exceed it: a region without dots is no contact.
+    return [region for region in regions if region.moments.area > 0 and region.members.any()]
+
+
+def _within(outline: Outline, dots: ContactDots) -> np.ndarray:
+    """(N,) bool: the dots in contact inside the outline and outside its holes."""
+    mask = np.zeros(((dots.rows + 1) * _MASK_SCALE, (dots.columns + 1) * _MASK_SCALE), np.uint8)
+    loops = [np.round((loop[:, ::-1] + 0.5) * _MASK_SCALE).astype(np.int32) for loop in (outline.grid_points, *outline.grid_holes)]
+    cv2.fillPoly(mask, loops, 1)
+    place = np.stack(np.divmod(np.asarray(dots.ids), dots.columns)) * _MASK_SCALE + _MASK_SCALE // 2
+    return (mask[place[0], place[1]] > 0) & (dots.score > 0.5)
+
+
+def describe(dots: ContactDots, regions: list[Region], motion: RigidFit | None = None, interval: float = np.nan) -> ContactRegionEstimate:
+    """The ContactRegion of one frame; motion: of the object over interval, s, None when unknown."""
+    estimate = ContactRegionEstimate(np.asarray(dots.ids), np.asarray(dots.state))
+    if motion is not None and np.isfinite(interval):
+        estimate.motion_translation = motion.translation
+        estimate.motion_rotation = quaternion(motion.rotation)
+        estimate.motion_interval = float(interval)
+    if not regions:
+        return estimate
+    total = sum((region.moments for region in regions[1:]), regions[0].moments)
+    estimate.outlines = [region.outline.points for region in regions]
+    estimate.holes = [hole for region in regions for hole in region.outline.holes]
+    estimate.area, estimate.centroid, estimate.normal = total.area, total.centroid, total.normal
+    estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, estimate.outlines + estimate.holes, regions[0].pitch)
+    return estimate
+
+
+_NO_FORCE = np.zeros((0, 3))
+
+
+def find_contact(dots: ContactDots, region: Region, cap: Cap) -> _core.RegionContact:
+    """The contact in a region of one frame. Kernel: src/touchpad/contact.cpp and contact_point.cpp.
+
+    The dots of the region lie on the object. Along a principal direction in which they curve like a fingertip, the contact point is the
+    lowest point of the fitted curve; along one without curvature (a face, an edge), it is the area centroid of the region. With too few
+    dots for a fit the covariance covers both cases. The depth is the distance along z by which the object must retract to just touch the
+    surface at rest: the largest height of the rest shape above the deformed surface at the region's dots, by a quadratic fitted around the
+    deepest one. The force is the part along the region's normal of that on all dots to which the region is the nearest.
+    """
+    moments = region.moments
+    return _core.region_contact(
+        dots.ids, dots.xyz, region.members, dots.score > 0.5, _carried(dots),
+        *joined(region.outline.loops), region.surface.wide, moments.centroid, moments.normal, rows=dots.rows, columns=dots.columns,
+        area=moments.area, pitch=region.pitch, sigma=dots.sigma, centre_z=cap.centre_z, radius=cap.curvature_radius)
+
+
+def _carried(dots: ContactDots) -> np.ndarray:
+    """(K, 3) N: force that all dots of the grid carry (_core.DotFrame.force); that on the seen dots where no more is known; (0, 3) without
+    forces."""
+    if dots.force is None:
+        return _NO_FORCE
+    if dots.all_dots is not None:
+        return dots.all_dots[3]
+    force = np.zeros((dots.rows * dots.columns, 3))
+    force[dots.ids] = dots.force
+    return force
+
+
+_NOTCH = 1.3  # pitches, convexity defect of an outline from which it may be two merged touches; chosen
+_MERGED_FRAMES = 15  # for which a merged region is AMBIGUOUS; chosen
+_LASTING = 5  # frames after which a region is a touch of its own, not a part of one that is just beginning; chosen
+
+
+class ContactTracker:
+    """Contacts frame by frame.
+
+    A region continues the contact of the last frame with which it shares most dots; without common dots, the nearest one within a pitch
+    and a half from border to border. A contact that is lost for a frame keeps its id. Of merging regions, the one with most common dots
+    gives its id; if both had lasted, the contact is AMBIGUOUS for the next frames, and longer only while its outline has a notch. Of the
+    parts of a region that splits, the one with most common dots keeps the id.
+    calibrated_depth, calibrated_radius: m, largest calibrated depth and distance from the z axis; None: unknown.
+    """
+
+    def __init__(self, cap: Cap, calibrated_depth: float | None = None, calibrated_radius: float | None = None):
+        for name, value in (('calibrated_depth', calibrated_depth), ('calibrated_radius', calibrated_radius)):
+            if value is not None and not 0 < value < np.inf:
+                raise BadArgument(f'contact tracker: {name} must be positive, m, got {value}')
+        self._cap, self._depth, self._radius = cap, calibrated_depth, calibrated_radius
+        self._next = 1
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all contacts; ids are not used again."""
+        self._last: dict[int, _Track] = {}
+
+    def process(self, dots: ContactDots, regions: list[Region]) -> list[ContactEstimate]:
+        """One contact for each region of this frame, in their order."""
+        held = [set(np.asarray(dots.ids)[region.members].tolist()) for region in regions]
+        chosen = _match(held, regions, self._last)
+        contacts, tracks = [], {}
+        for k, region in enumerate(regions):
+            number = chosen.get(k)
+            if number is None:
+                number, self._next = self._next, self._next + 1
+            merged = self._merged_for(number, k, held, chosen)
+            age = self._last[number].age + 1 if number in self._last else 1
+            tracks[number] = _Track(held[k], region.moments.centroid, region.moments.area, merged, age)
+            contacts.append(self._contact(number, dots, region, merged > 0))
+        lost = {number: replace(track, lost=True) for number, track in self._last.items() if number not in tracks and not track.lost}
+        self._last = tracks | lost
+        return contacts
+
+    def _merged_for(self, number: int, k: int, held: list[set], chosen: dict[int, int]) -> int:
+        """Frames for which region k still counts as merged: it absorbs a contact that ends now, or did before and has not split since."""
+        ended = [track for other, track in self._last.items()
+                 if other not in chosen.values() and not track.lost and track.age >= _LASTING]
+        if any(len(track.held & held[k]) > len(track.held) / 2 for track in ended):
+            return _MERGED_FRAMES
+        before = self._last.get(number)
+        whole = before is not None and sum(bool(some & before.held) for some in held) == 1
+        return max(before.merged - 1, 0) if whole else 0
+
+    def _contact(self, number: int, dots: ContactDots, region: Region, merged: bool) -> ContactEstimate:
+        found = find_contact(dots, region, self._cap)
+        flags = self._flags(dots, region, found, merged)
+        return ContactEstimate(number, found.position, found.normal, found.depth, found.force, found.covariance, flags, region.members)
+
+    def _flags(self, dots: ContactDots, region: Region, found: _core.RegionContact, merged: bool) -> int:
+        place = region.outline.grid_points
+        row, column = place.max(axis=0).tolist()
+        flags = AT_EDGE if place.min() < 0.5 or row > dots.rows - 1.5 or column > dots.columns - 1.5 else 0
+        if merged or deepest_notch(place) > _NOTCH:
+            flags |= AMBIGUOUS
+        beyond = self._depth is not None and found.depth > self._depth
+        outside = self._radius is not None and math.hypot(found.position[0], found.position[1]) > self._radius
+        return flags | (OUT_OF_RANGE if beyond or outside else 0)
+
+
+@dataclass(frozen=True)
+class _Track:
+    held: set
+    centroid: np.ndarray
+    area: float
+    merged: int
+    age: int
+    lost: bool = False
+
+
+def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> dict[int, int]:
+    """Id for each region that continues a contact: greedily by most common dots, then by the smallest gap."""
+    pairs = []
+    for k, region in enumerate(regions):
+        for number, track in last.items():
+            radii = math.sqrt(region.moments.area / math.pi) + math.sqrt(track.area / math.pi)
+            gap = math.dist(region.moments.centroid, track.centroid) - radii
+            common = len(held[k] & track.held)
+            if common or gap < 1.5 * region.pitch:
+                pairs.append((-common, gap, number, k))
+    chosen: dict[int, int] = {}
+    for _, _, number, k in sorted(pairs):
+        if k not in chosen and number not in chosen.values():
+            chosen[k] = number
+    return chosen

@@ -1,0 +1,118 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calibrates a touchpad: fits its optics to recordings of a sphere pressed at known positions (ground_truth/contacts)."""
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from tactile_driver.nodes.messages.images import image_to_array
+
+from ..bags.stamped import TRUTH, pairs_of
+from ..calibration.files.format import Specimen
+from ..calibration.residuals import outliers, report_residuals
+from ..common.camera import CameraModel
+from ..errors import BadCalibration, BadFrame
+from ..nodes.messages import conversions as convert
+from ..parameters.file import read_parameters
+from ..parameters.touchpad import DOT_PARAMETERS
+from ..pipeline.dot_stage import make_tracker
+from .calibration import Press, TouchpadCalibration, find_sphere_radius, fit_touchpad, sphere_misfit, write_touchpad
+from .sensor import Touchpad
+
+_MOST_PRESSES, _MOST_REST = 80, 10  # frames fitted, chosen
+_RADIUS_PRESSES = 12  # presses fitted while searching for the sphere's radius, chosen
+_TOUCHES = 3e-4  # m, chosen: smallest depth of a press
+
+
+class PressReader:
+    """Reads presses from bags: each image with the true contact of its stamp."""
+
+    def __init__(self, values: dict, namespace: str):
+        self.sensor = Touchpad.from_parameters(values)
+        if self.sensor.cap is None:
+            raise BadCalibration('parameter surface is none: there is nothing to calibrate')
+        self.camera: CameraModel | None = None
+        self.left_out: list[str] = []
+        self._values, self._namespace = values, namespace
+
+    def read(self, bag: Path) -> list[Press]:
+        """Every usable frame of one bag. Raises TactileError for a bag without images or ground truth."""
+        tracker = make_tracker(self.sensor, self._values)
+        presses = []
+        for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera):
+            image, contacts = found['image_raw'], found[TRUTH].contacts
+            try:
+                tracks = tracker.process(image_to_array(image), convert.stamp_seconds(image.header))
+                presses.append(_press(name, image_to_array(image), tracks, contacts))
+            except BadFrame as error:
+                self.left_out.append(f'{name}: {error}')
+        return presses
+
+    def _take_camera(self, message) -> None:
+        matrices = convert.camera_matrices(message)
+        if matrices is None:
+            raise BadCalibration('camera_info has no K: calibrate the camera first (camera_info_path of camera_node)')
+        self.camera = self.sensor.camera(*matrices)
+
+
+def _press(name: str, image: np.ndarray, tracks, contacts: list) -> Press:
+    if len(contacts) > 1:
+        raise BadFrame(f'{len(contacts)} contacts; one sphere at a time is needed')
+    if not contacts:
+        return Press(image, tracks, name=name)
+    position, normal = contacts[0].position, contacts[0].normal
+    tip, axis = np.array([position.x, position.y, position.z]), np.array([normal.x, normal.y, normal.z])
+    if not np.isfinite(axis).all() or not np.isclose(np.linalg.norm(axis), 1, atol=1e-3):
+        axis = np.array([0.0, 0.0, 1.0])
+    return Press(image, tracks, tip, contacts[0].depth, axis, name)
+
+
+def chosen(presses: list[Press], most: int = _MOST_PRESSES) -> list[Press]:
+    """Evenly spaced choice of untouched frames and of presses; touching frames shallower than _TOUCHES are left out."""
+    rest = [p for p in presses if not p.touching]
+    touching = [p for p in presses if p.touching and p.depth >= _TOUCHES]
+    return _evenly(rest, _MOST_REST) + _evenly(touching, most)
+
+
+def _evenly(items: list, most: int) -> list:
+    return [items[k] for k in np.unique(np.linspace(0, len(items) - 1, min(most, len(items))).round().astype(int))] if items else []
+
+
+def report(found: TouchpadCalibration, left_out: list[str], output: Path) -> str:
+    """The report of the fit."""
+    model = found.model
+    shallow, deep = (1e3 * depth for depth in found.depth_range)
+    lines = [
+        f'{found.presses} presses, {found.dots} dots on a sphere of {found.sphere_radius * 1e3:.2f} mm radius',
+        f'range residual: {found.residual_rms * 1e3:.3f} mm RMS, {found.residual_bias * 1e3:+.3f} mm mean; '
+        f'cross-validation {found.held_out_rms * 1e3:.3f} mm RMS',
+        f'absorption relative to red: blue {model.absorptions[0]:.2f}, green {model.absorptions[1]:.2f} 1/m',
+        f'standard deviation of the depth scale {model.scale_sigma:.1%}; calibrated for depths of {shallow:.2f} to {deep:.2f} mm',
+    ]
+    lines += [f'left out: {line}' for line in left_out + found.left_out]
+    return '\n'.join([*lines, f'written: {output}'])
+
+
+def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',
+                       sphere_radius: float | None = None) -> str:
+    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
+
+    Raises TactileError for recordings that cannot determine the model.
+    """
+    values = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
+    reader = PressReader(values, namespace)
+    presses = chosen([press for bag in bags for press in reader.read(bag)])
+    if reader.camera is None:
+        raise BadCalibration('no camera_info in the recordings; record it beside image_raw')
+    cap = reader.sensor.cap
+    if sphere_radius is None:
+        print('fitting the radius of the sphere; with --sphere-radius this is not needed', file=sys.stderr, flush=True)
+        few = chosen(presses, most=_RADIUS_PRESSES)
+        sphere_radius = find_sphere_radius(lambda radius: sphere_misfit(few, reader.camera, radius, cap))
+    found = fit_touchpad(presses, reader.camera, sphere_radius, cap)
+    height, width = presses[0].image.shape[:2]
+    write_touchpad(output, found, (width, height), Specimen(serial, values))
+    told = report_residuals(found.held_out, outliers(found.held_out), output, 'touchpad')
+    return '\n'.join([report(found, reader.left_out, output), *told])

@@ -1,0 +1,111 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import cv2
+import numpy as np
+import pytest
+from scipy import ndimage
+from taxel_pictures import ARRAY, bar, both, disc, picture, ring
+from tactile_perception.common.region_moments import axes
+from tactile_perception.taxel.pressure import SoftPad, TaxelArray
+from tactile_perception.taxel.region import LEVEL, ContactScore, find_regions
+
+SCORE = ContactScore(ARRAY, SoftPad())
+
+
+def regions_of(inside, load=60.0, reach=0.0):
+    image = picture(inside, load)
+    return find_regions(SCORE.compute(image, 0.05), image, ARRAY, reach)
+
+
+@pytest.mark.parametrize('angle', [0.0, 0.3, -0.7, 1.2])
+def test_centroid_and_direction_of_a_bar(angle):
+    region = regions_of(bar(1.23, -0.61, angle)).all[0]
+    assert region.moments.centroid[:2] == pytest.approx([1.23e-3, -0.61e-3], abs=0.1e-3)
+    assert region.moments.area == pytest.approx(160e-6, rel=0.06)
+    spread = region.moments.spread
+    assert 0.5 * np.arctan2(2 * spread[0, 1], spread[0, 0] - spread[1, 1]) == pytest.approx(angle, abs=np.radians(0.2))
+
+
+def test_ring_has_one_hole():
+    regions = regions_of(ring())
+    assert len(regions.all) == 1 and len(regions.all[0].outlines[0].holes) == 1
+    assert regions.total.area == pytest.approx(np.pi * 65e-6, rel=0.09)
+
+
+def test_hole_is_found_to_a_part_of_a_taxel():
+    hole = regions_of(ring(inner=5.0, outer=11.0)).all[0].outlines[0].holes[0]
+    assert np.hypot(*hole[:, :2].T) == pytest.approx(np.full(len(hole), 5e-3), abs=0.4e-3)
+
+
+@pytest.mark.parametrize('inside', [disc(0.3, 0.2), bar(length=10, width=10), ring()])
+def test_round_and_square_shapes_have_no_direction(inside):
+    regions = regions_of(inside)
+    region = regions.all[0]
+    assert np.isnan(axes(region.moments, region.outlines[0].loops, 0.5e-3)[2])
+
+
+def test_two_fingers_with_their_forces():
+    regions = regions_of(both(bar(-8, 0, 0, 8, 8), bar(8, 0, 0, 8, 6)))
+    assert [region.moments.centroid[0] for region in regions.all] == pytest.approx([-8e-3, 8e-3], abs=1e-4)
+    assert [region.force for region in regions.all] == pytest.approx([60 * 64e-6, 60 * 48e-6], rel=0.02)
+
+
+def test_one_taxel_and_none():
+    image = np.zeros((44, 44), np.float32)
+    assert not find_regions(image, image, ARRAY).all
+    image[10, 12] = 1.0
+    region = find_regions(image, image, ARRAY).all[0]
+    assert region.count == 1 and region.moments.centroid[:2] == pytest.approx([-9.5e-3, -11.5e-3])
+
+
+def test_a_taxel_that_hardly_exceeds_the_border_is_no_region():
+    image = np.zeros((44, 44), np.float32)
+    image[10, 12] = 0.6
+    assert not find_regions(image, image, ARRAY).all
+    image[10, 13] = 0.9
+    assert find_regions(image, image, ARRAY).all[0].count == 2
+
+
+def pads(gap):
+    """Two squares of 8 mm with gap, mm, between them."""
+    return both(bar(-4 - gap / 2, 0, 0, 8, 8), bar(4 + gap / 2, 0, 0, 8, 6))
+
+
+@pytest.mark.parametrize(('gap', 'count'), [(2.0, 1), (4.0, 2)])
+def test_pieces_nearer_than_the_pad_hands_on_pressure_are_one_region(gap, count):
+    apart, regions = regions_of(pads(gap)), regions_of(pads(gap), reach=2.0)
+    assert len(apart.all) == 2 and len(regions.all) == count
+    assert sorted(set(np.unique(regions.labels)) - {0}) == sorted(region.label for region in regions.all)
+    assert regions.total.area == pytest.approx(apart.total.area) and len([o for r in regions.all for o in r.outlines]) == 2
+    assert sum(region.force for region in regions.all) == pytest.approx(60 * 112e-6, rel=0.05)
+    assert sum(region.count for region in regions.all) == sum(piece.count for piece in apart.all)
+    assert regions.total.centroid[:2] == pytest.approx(apart.total.centroid[:2])
+
+
+@pytest.mark.parametrize('size', [(1, 1), (1, 9), (7, 1), (2, 2), (13, 6), (44, 44)])
+@pytest.mark.parametrize('seed', range(3))
+def test_any_score_has_regions_with_their_taxels_loads_and_integrals(seed, size):
+    rng = np.random.default_rng(seed)
+    rough = ndimage.gaussian_filter(rng.normal(0, 1, size), 1.5, mode='constant')
+    score = np.clip(0.4 + 3 * rough, 0, 1).astype(np.float32)
+    pressure = (3e4 * score + 1e3 * rng.normal(0, 1, size)).astype(np.float32)
+    regions = find_regions(score, pressure, TaxelArray(*size, 1e-3))
+    assert (regions.touched == (score > LEVEL)).all() and (regions.near[regions.touched] == regions.labels[regions.touched]).all()
+    for region in regions.all:
+        mine, near = regions.labels == region.label, regions.near == region.label
+        assert region.count == mine.sum() and mine[region.box].sum() == mine.sum()
+        load = np.where(near, np.maximum(pressure, 0), 0).astype(float)
+        assert [region.force, region.peak] == pytest.approx([1e-6 * load.sum(), load.max()], rel=1e-6, abs=1e-15)
+        loops = [(1, outline.points) for outline in region.outlines] + [(-1, hole) for o in region.outlines for hole in o.holes]
+        found = [(sign, cv2.moments(points[:, None, :2].astype(np.float32) * np.float32(1e3))) for sign, points in loops]
+        sums = np.array([sum(sign * one[name] for sign, one in found) for name in ('m00', 'm10', 'm01', 'm20', 'm11', 'm02')])
+        moments = [1e6 * region.moments.area, *1e9 * region.moments.first[:2], *1e12 * region.moments.second]
+        assert moments == pytest.approx(sums.tolist(), rel=1e-4, abs=1e-3)
+
+
+def test_of_too_many_regions_the_largest_are_reported():
+    score = np.zeros((40, 40), np.float32)
+    score[::3, ::3] = 1
+    score[9, 9:12] = 1
+    regions = find_regions(score, score, TaxelArray(40, 40, 1e-3))
+    assert regions.broken and len(regions.all) == 64 and regions.all[0].count == 4

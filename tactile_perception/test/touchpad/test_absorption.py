@@ -1,0 +1,119 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ranges from colour: on pads whose walls are known, and on recordings with truth."""
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from tactile_perception.common.dots import DotTracks
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.touchpad.water import log_ratios
+from tactile_perception.touchpad.identification import fit_rest
+
+
+def rms(values):
+    return float(np.sqrt(np.nanmean(np.square(values))))
+
+
+@pytest.fixture(scope='module')
+def pad(water_pad):
+    return water_pad()
+
+
+@pytest.fixture(scope='module')
+def model(pad):
+    return fit_rest(pad.image(), pad.rest_uv, pad.camera)
+
+
+def test_untouched_ranges_are_those_of_the_cap_within_their_sigma(pad, model):
+    ranges, sigma = model.depths(pad.image(), pad.tracks(), pad.camera)
+    error = ranges - pad.ranges()
+    assert rms(error) < 3e-5
+    assert abs(np.nanmean(error)) < 1e-5
+    assert 0.6 < np.nanstd(error / sigma) < 1.4
+
+
+def test_a_dent_is_measured_from_rest_alone(pad, model):
+    tip = pad.tip(0.001, -0.002, 0.003)
+    ranges, _ = model.depths(pad.image(tip), pad.tracks(), pad.camera)
+    moved = pad.ranges() - pad.ranges(tip)
+    flat = np.hypot(*(pad.camera.centre + pad.ranges(tip)[:, None] * pad.camera.rays(pad.rest_uv) - tip)[:, :2].T) < 0.0025
+    assert moved[flat].max() > 2.5e-3
+    assert rms((ranges - pad.ranges(tip))[flat]) < 0.1 * 3e-3
+    assert rms((ranges - pad.ranges(tip))[moved == 0]) < 6e-5
+
+
+def test_exposure_alone_changes_nothing(water_pad, model):
+    pad = water_pad(gain=(280, 231, 161))
+    ranges, _ = model.depths(pad.image(), pad.tracks(), pad.camera)
+    assert abs(np.nanmean(ranges - pad.ranges())) < 1.5e-5
+
+
+def test_glare_widens_sigma_or_hides_the_dot(pad, model):
+    image = pad.image().astype(float)
+    place = pad.rest_uv[140]
+    v, u = np.mgrid[0:image.shape[0], 0:image.shape[1]]
+    image += 90 * np.exp(-((u - place[0])**2 + (v - place[1])**2) / 2 / 12**2)[..., None]
+    ranges, sigma = model.depths(np.clip(image, 0, 255).astype(np.uint8), pad.tracks(), pad.camera)
+    assert np.isnan(ranges[140]) or sigma[140] > 3 * np.nanmedian(sigma)
+
+
+def test_a_pattern_without_a_grid_is_measured_too(pad, model):
+    tracks = replace(pad.tracks(), rows=0, columns=0)
+    ranges, _ = model.depths(pad.image(), tracks, pad.camera)
+    assert rms(ranges - pad.ranges()) < 3e-5
+
+
+def test_missing_dots_are_no_obstacle(pad, model):
+    full = pad.tracks()
+    keep = np.random.default_rng(3).permutation(len(full))[:150]
+    tracks = DotTracks(full.rows, full.columns, full.id[keep], full.uv[keep], full.area[keep], full.sigma[keep], full.duv[keep])
+    ranges, _ = model.depths(pad.image(), tracks, pad.camera)
+    assert rms(ranges - pad.ranges()[keep]) < 4e-5
+
+
+def test_bad_input_is_named(pad, model):
+    with pytest.raises(BadFrame, match='colour image'):
+        model.depths(pad.image()[..., 0], pad.tracks(), pad.camera)
+    ranges, sigma = model.depths(np.zeros_like(pad.image()), pad.tracks(), pad.camera)
+    assert np.isnan(ranges).all()
+    with pytest.raises(BadArgument, match='positive absorptions'):
+        replace(model, absorptions=np.array([0.0, 1.0]))
+    with pytest.raises(BadArgument, match='finite'):
+        replace(model, constants=np.array([np.nan, 1.0]))
+
+
+def test_colour_that_bleeds_leaves_the_ranges_of_dots_in_their_place_alone(pad, stored_420):
+    model = fit_rest(stored_420(pad.image()), pad.rest_uv, pad.camera)
+    bled = model.bled(stored_420(pad.image()), pad.tracks(), pad.camera)
+    light = model.at_rest(model.cap.meet(pad.camera.centre, pad.camera.rays(pad.rest_uv)))
+    colours, rays = log_ratios(stored_420(pad.image()), pad.rest_uv, model.ring), pad.camera.rays(pad.rest_uv)
+    there, _ = model.solve(colours, rays, light, pad.tracks())
+    assert np.nanmedian(np.abs(there - light.ranges)) > 3e-5
+    ranges, _ = model.solve(colours, rays, replace(light, bled=bled), pad.tracks())
+    assert np.nanmedian(np.abs(ranges - light.ranges)) < 0.7 * np.nanmedian(np.abs(there - light.ranges))
+    gone = replace(pad.tracks(), duv=np.full((len(rays), 2), 5.0))
+    assert model.solve(colours, rays, replace(light, bled=bled), gone)[0] == pytest.approx(there, abs=1e-8, nan_ok=True)
+
+
+def test_nothing_bleeds_where_each_pixel_has_its_own_colour(pad, model):
+    assert model.bled(pad.image(), pad.tracks(), pad.camera) is None
+
+
+@pytest.mark.parametrize('scene', ['tp_calib', 'tp_rect_drag', 'tp_ring_press', 'tp_disc_twist'])
+def test_recordings_from_rest_alone(touchpad, scene):
+    recording = touchpad(scene)
+    root = Path(os.environ['TACTILE_RECORDINGS']) / 'simulated'
+    frames = sorted((root / scene / 'frames').glob('*.webp'))
+    rest_uv = recording.camera.project(recording.rest)
+    model = fit_rest(cv2.imread(str(root / 'tp_calib' / 'frames' / '000.webp')), rest_uv, recording.camera)
+    errors = []
+    for k in range(3, len(frames), 4):
+        uv, count = recording.truth['uv'][k].astype(float), len(rest_uv)
+        tracks = DotTracks(23, 23, np.arange(count), uv, np.full(count, 100.0), np.full(count, 0.02), uv - rest_uv)
+        ranges, _ = model.depths(cv2.imread(str(frames[k])), tracks, recording.camera)
+        errors.append(ranges - np.linalg.norm(recording.truth['dot_xyz'][k] - recording.camera.centre, axis=1))
+    assert rms(np.concatenate(errors)) < 8e-5

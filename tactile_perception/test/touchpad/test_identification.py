@@ -1,0 +1,101 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The water from the untouched pad: three pads of different water, window and lamps."""
+import numpy as np
+import pytest
+from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.touchpad.water import RING, WIDE
+from tactile_perception.touchpad.identification import OpticsPrior, as_ring_colours, fit, fit_rest, predict, rest_colours, update_constants
+
+PADS = [{}, {'window': -0.004, 'lamp_radius': 0.020, 'absorption': (30, 24, 2)}, {'window': -0.018, 'lamp_radius': 0.010}]
+
+
+@pytest.mark.parametrize('design', PADS)
+def test_the_untouched_pad_tells_how_fast_its_water_absorbs(water_pad, design):
+    pad = water_pad(**design)
+    model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
+    true = pad.absorption[:2] - pad.absorption[2]
+    assert model.absorptions == pytest.approx(true, rel=0.08)
+    assert model.scale_sigma < 0.15
+    assert model.path.window_z == pytest.approx(pad.window, abs=0.006)
+
+
+def test_a_design_that_is_known_narrows_the_answer(water_pad):
+    pad = water_pad()
+    known = OpticsPrior(window=(-0.275, 0.002), lamp_height=(0, 0.002), lamp_radius=(0.35, 0.01))
+    model = fit_rest(pad.image(), pad.rest_uv, pad.camera, prior=known)
+    assert model.absorptions == pytest.approx(pad.absorption[:2] - pad.absorption[2], rel=0.02)
+
+
+def test_constants_follow_a_drift_of_the_white_balance(water_pad):
+    pad = water_pad()
+    model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
+    pad.gain = pad.gain * np.array([1.1, 1.0, 0.95])
+    followed = update_constants(model, pad.image(), pad.rest_uv, pad.camera)
+    assert followed.constants - model.constants == pytest.approx(np.log([1.1 / 0.95, 1 / 0.95]), abs=2e-3)
+    ranges, _ = followed.depths(pad.image(), pad.tracks(), pad.camera)
+    assert np.sqrt(np.nanmean((ranges - pad.ranges())**2)) < 4e-5
+
+
+def test_a_calibrated_model_takes_the_noise_of_the_images_at_hand(water_pad):
+    pad = water_pad(noise=1.0)
+    model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
+    pad.noise = 5.0
+    followed = update_constants(model, pad.image(), pad.rest_uv, pad.camera)
+    ranges, sigma = followed.depths(pad.image(), pad.tracks(), pad.camera)
+    off = np.nanstd(ranges - pad.ranges())
+    assert np.nanmedian(sigma) == pytest.approx(off, rel=0.25)
+
+
+def test_water_without_colour_is_refused(water_pad):
+    pad = water_pad(absorption=(5.0, 5.0, 30.0), gain=(200, 200, 700))
+    with pytest.raises(BadArgument, match='leaves no colour'):
+        fit_rest(pad.image(), pad.rest_uv, pad.camera)
+
+
+def test_black_frames_are_refused(water_pad):
+    pad = water_pad()
+    with pytest.raises(BadFrame, match='check light'):
+        fit_rest(np.zeros_like(pad.image()), pad.rest_uv, pad.camera)
+
+
+def test_where_colour_bleeds_the_rings_are_believed_and_not_the_ground(water_pad, stored_420):
+    pad = water_pad()
+    image = stored_420(pad.image())
+    model = fit_rest(image, pad.rest_uv, pad.camera)
+    assert model.ring_share == WIDE
+    assert np.sqrt(np.nanmean((model.depths(image, pad.tracks(), pad.camera)[0] - pad.ranges())**2)) < 1e-4
+    ground = rest_colours(image, pad.camera, model.cap, model.ring, np.eye(2) * 1e-4)
+    shifted = as_ring_colours(ground, model, pad.camera.centre)
+    assert shifted.ratios - ground.ratios == pytest.approx(np.broadcast_to(shifted.ratios[0] - ground.ratios[0], ground.ratios.shape))
+    assert as_ring_colours(ground, fit_rest(pad.image(), pad.rest_uv, pad.camera), pad.camera.centre) is ground
+
+
+def test_a_calibrated_model_widens_its_ring_where_colour_bleeds(water_pad, stored_420):
+    pad = water_pad()
+    model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
+    assert model.ring_share == RING
+    followed = update_constants(model, stored_420(pad.image()), pad.rest_uv, pad.camera)
+    assert followed.ring_share == pytest.approx(WIDE) and followed.ring == pytest.approx(model.ring * WIDE / RING)
+    assert followed.ring_offset == pytest.approx(model.ring_offset * (WIDE / RING)**2, rel=0.01)
+    again = update_constants(followed, pad.image(), pad.rest_uv, pad.camera)
+    assert again.ring == followed.ring
+
+
+def test_the_answer_is_where_the_misfit_is_least(water_pad):
+    """The slopes that the fit goes by are those of its residuals."""
+    pad = water_pad()
+    cap, prior = Cap(), OpticsPrior()
+    colours = rest_colours(pad.image(), pad.camera, cap, 8.0, np.eye(2) * 1e-4)
+    q, covariance, noise = fit(colours, pad.camera, prior)
+    mean, sd = prior.as_lengths(pad.camera)
+
+    def cost(there):
+        gap = predict(there, colours.places, colours.normals, pad.camera.centre) - colours.ratios
+        square = np.einsum('ni,nij,nj->n', gap, np.linalg.inv(colours.covariances), gap)
+        return square.sum() + (((there[4:] - mean) / sd)**2).sum()
+
+    for way in np.linalg.cholesky(covariance).T:
+        assert min(cost(q + way / 3), cost(q - way / 3)) > cost(q) - 0.02
+    assert 0.5 < noise < 3

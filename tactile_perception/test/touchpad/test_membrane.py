@@ -1,0 +1,329 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The membrane: its forces against its energy, its solution on noise, presses, gaps and spoiled ranges, and the loads."""
+import copy
+
+import numpy as np
+import pytest
+from tactile_perception import _core
+from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.errors import BadArgument
+from tactile_perception.touchpad.membrane import Membrane, MembraneMaterial
+
+ROWS, COLUMNS, STIFFNESS, SHARE, PRESSURE = 9, 8, 90.0, 0.8, 2000.0
+SIZE = ROWS * COLUMNS
+ORIGIN = np.array([0.0, 0.0, -0.04])
+ROW, COLUMN = np.divmod(np.arange(SIZE), COLUMNS)
+INNER = (ROW > 0) & (ROW < ROWS - 1) & (COLUMN > 0) & (COLUMN < COLUMNS - 1)
+CAP = Cap()
+SPREAD = 30e-6
+
+
+def rest_places(seed=0, uneven=30e-6):
+    x, y = (COLUMN - 3.5) * 1.3e-3, (ROW - 4) * 1.2e-3
+    even = np.stack([x, y, -(x**2 + y**2) / 0.04], axis=1)
+    return even + np.random.default_rng(seed).normal(size=even.shape) * uneven
+
+
+def rays_to(places):
+    away = places - ORIGIN
+    return away / np.linalg.norm(away, axis=1, keepdims=True)
+
+
+def triangles():
+    """Corners (T, 3): each cell is cut along both diagonals."""
+    a = (np.arange(ROWS - 1)[:, None] * COLUMNS + np.arange(COLUMNS - 1)).ravel()
+    b, c, d = a + 1, a + COLUMNS, a + COLUMNS + 1
+    return np.stack([[a, b, c], [b, d, c], [a, b, d], [a, d, c]]).transpose(2, 0, 1).reshape(-1, 3)
+
+
+def energy(rest, places):
+    """G/2 (tr C + a (A0/A)^2) A0 of all triangles, each of which counts half."""
+    total = 0.0
+    for corners in triangles():
+        before, now = np.diff(rest[corners], axis=0), np.diff(places[corners], axis=0)
+        shape, metric = before @ before.T, now @ now.T
+        area0, area = np.sqrt(np.linalg.det(shape)) / 2, np.sqrt(np.linalg.det(metric)) / 2
+        total += STIFFNESS / 4 * (np.trace(np.linalg.solve(shape, metric)) + SHARE * (area0 / area)**2) * area0
+    return total
+
+
+def slope_of(function, places, step=1e-8):
+    """Central differences of a function (scalar or (K,)) by each coordinate of places."""
+    found = []
+    for k in np.ndindex(*places.shape):
+        moved = np.zeros_like(places)
+        moved[k] = step
+        found.append((function(places + moved) - function(places - moved)) / (2 * step))
+    return np.array(found).reshape(*places.shape, *np.shape(found[0]))
+
+
+@pytest.fixture(scope='module')
+def small():
+    return _core.Membrane(rest_places(), rows=ROWS, columns=COLUMNS, stiffness=STIFFNESS, area_share=SHARE, pressure=PRESSURE,
+                          origin=ORIGIN)
+
+
+def test_the_force_is_the_slope_of_the_energy(small):
+    places = small.rest + np.random.default_rng(1).normal(size=(SIZE, 3)) * 0.1e-3
+    expected = -slope_of(lambda x: energy(small.rest, x), places)
+    np.testing.assert_allclose(small.forces(places)[0], expected, atol=1e-5 * np.abs(expected).max())
+
+
+def test_nothing_is_left_over_at_rest(small):
+    force, share = small.forces(small.rest)
+    np.testing.assert_allclose(share + force / PRESSURE, small.residual, atol=1e-18)
+
+
+def normal_load(membrane, places, pressure, normal=None):
+    """Load along the normals (those held, where given) times the area, the normals, and the areas at places."""
+    force, share = membrane.forces(places)
+    normal = share / np.linalg.norm(share, axis=1, keepdims=True) if normal is None else normal
+    return ((force + pressure * (share - membrane.residual)) * normal).sum(axis=1), normal, np.linalg.norm(share, axis=1)
+
+
+def test_slopes_are_those_of_the_loads(small):
+    places = small.rest + np.random.default_rng(2).normal(size=(SIZE, 3)) * 0.1e-3
+    rays = rays_to(places)
+    slopes = small.slopes(places, rays, 3000.0)
+    _, normal, area = normal_load(small, places, 3000.0)
+    expected = np.zeros((SIZE, SIZE))
+    for k in range(SIZE):
+        moved = np.zeros_like(places)
+        moved[k] = 1e-8 * rays[k]
+        ahead, behind = (normal_load(small, places + way * moved, 3000.0, normal)[0] for way in (1, -1))
+        expected[:, k] = (ahead - behind) / 2e-8 / (3000.0 * area)
+    for k in np.flatnonzero(INNER):
+        near = [k + i * COLUMNS + j for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        np.testing.assert_allclose(slopes[k], expected[k, near], atol=1e-5 * np.abs(expected).max())
+    assert not slopes[~INNER].any()
+
+
+def test_an_inflated_sphere_is_in_balance_at_the_pressure_of_a_neo_hookean_balloon():
+    rng, angle, radius = np.random.default_rng(1), np.linspace(-0.75, 0.75, 23), 0.020
+    y, x = np.meshgrid(np.tan(angle), np.tan(angle), indexing='ij')
+    points = np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3) + rng.normal(size=(529, 3)) * [0.004, 0.004, 0]
+    sphere = radius * points / np.linalg.norm(points, axis=1, keepdims=True)
+    membrane, stretch = Membrane(sphere, 23, 23, ORIGIN, MembraneMaterial(90.0, 2000.0, radius)).core, 1.08
+    pressure = 2 * 90.0 * (1 - (1 - 20.0 / 90.0) / stretch**6) / (stretch * radius)
+    elastic, share = membrane.forces(stretch * sphere)
+    left = elastic + pressure * (share - membrane.residual)
+    load = (np.linalg.norm(left, axis=1) / (pressure * np.linalg.norm(share, axis=1))).reshape(23, 23)[1:-1, 1:-1]
+    assert load.max() < 0.02 and pressure > 4000
+
+
+def test_what_no_membrane_can_be_is_refused():
+    rest = _rest()[0]
+    with pytest.raises(BadArgument, match='shear_stiffness'):
+        MembraneMaterial(shear_stiffness=15.0, rest_pressure=2000.0, rest_curvature_radius=0.02)
+    with pytest.raises(BadArgument, match='rest_xyz'):
+        Membrane(rest[:-1], 15, 17, ORIGIN)
+    for rows, columns in ((2, 17), (100, 100)):
+        with pytest.raises(BadArgument, match='rows and columns'):
+            Membrane(rest, rows, columns, ORIGIN)
+    rest[::2], rest[1::4] = np.nan, np.nan
+    with pytest.raises(BadArgument, match='reference'):
+        Membrane(rest, 15, 17, ORIGIN)
+
+
+def _rest(rows=15, columns=17):
+    y, x = np.meshgrid(np.linspace(-0.2, 0.2, rows), np.linspace(-0.22, 0.22, columns), indexing='ij')
+    rays = np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3)
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    return CAP.meet(ORIGIN, rays), rays
+
+
+@pytest.fixture
+def still():
+    """A membrane of 15 x 17 dots, the rays to them, and their ranges at rest."""
+    rest, rays = _rest()
+    return Membrane(rest, 15, 17, ORIGIN), rays, np.linalg.norm(rest - ORIGIN, axis=1)
+
+
+def solve(membrane, rays, ranges, ids=None, sigma=SPREAD):
+    ids = np.arange(len(ranges)) if ids is None else ids
+    return membrane.solve(rays, ranges, np.full(len(ranges), sigma), ids)
+
+
+def loads(membrane, state):
+    return membrane.core.loads(np.arange(len(state.xyz)), state.xyz).load
+
+
+def test_numbers_outside_the_grid_are_refused(still):
+    membrane, rays, ranges = still
+    for number in (-1, 255):
+        with pytest.raises(BadArgument, match='outside the grid'):
+            solve(membrane, rays[:1], ranges[:1], np.array([number]))
+
+
+def test_rest_places_that_the_reference_lacks_are_filled_in():
+    rest = _rest()[0]
+    holed = rest.copy()
+    holed[[30, 31, 100]] = np.nan
+    np.testing.assert_allclose(Membrane(holed, 15, 17, ORIGIN).core.rest, rest, atol=5e-5)
+
+
+def test_an_untouched_membrane_takes_the_noise_off_the_ranges_and_carries_nothing(still):
+    membrane, rays, ranges = still
+    rng, inner = np.random.default_rng(0), np.zeros((15, 17), bool)
+    inner[1:-1, 1:-1] = True
+    for _ in range(20):
+        state = solve(membrane, rays, ranges + rng.normal(size=255) * SPREAD)
+        assert np.sqrt(np.mean((state.ranges - ranges)[inner.ravel()]**2)) < SPREAD / 2
+        assert loads(membrane, state).max() < 0.45
+        assert state.fluid_pressure == pytest.approx(2000, rel=0.02)
+        assert not (state.touched > 0.5).any()
+
+
+def test_a_membrane_with_other_rest_places_is_at_rest_there(still):
+    membrane, rays, ranges = still
+    solve(membrane, rays, ranges)
+    turned = rays + [2e-4, 0, 0]
+    turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+    membrane.set_rest(CAP.meet(ORIGIN, turned))
+    membrane.core.reset(0.0)
+    state = solve(membrane, turned, np.linalg.norm(membrane.core.rest - ORIGIN, axis=1))
+    np.testing.assert_allclose(loads(membrane, state), 0, atol=1e-6)
+
+
+def test_a_range_that_glare_has_spoiled_is_not_believed_and_an_edge_is(still):
+    membrane, rays, ranges = still
+    noisy = ranges + np.random.default_rng(1).normal(size=255) * 10e-6
+    noisy[100] += 0.5e-3
+    state = solve(membrane, rays, noisy, sigma=10e-6)
+    assert abs(state.ranges[100] - ranges[100]) < 30e-6
+    edge = ranges - 0.4e-3 * (np.arange(255) // 17 == 7)
+    membrane.core.reset(0.0)
+    assert np.median((ranges - solve(membrane, rays, edge).ranges)[edge < ranges]) > 0.25e-3
+
+
+def test_unknown_ranges_unseen_dots_and_empty_frames_leave_finite_numbers(still):
+    membrane, rays, ranges = still
+    ids = np.arange(0, 255, 2)
+    spoiled = ranges[ids].copy()
+    spoiled[::5] = np.nan
+    state = solve(membrane, rays[ids], spoiled, ids)
+    assert np.isfinite(state.xyz).all() and np.abs(state.ranges - ranges).reshape(15, 17)[1:-1, 1:-1].max() < 2e-5
+    empty = solve(membrane, np.zeros((0, 3)), np.zeros(0), np.zeros(0, int))
+    assert np.isfinite(empty.xyz).all() and not empty.seen.any()
+
+
+def test_dots_not_seen_move_as_their_neighbours(still):
+    membrane, rays, ranges = still
+    ids = np.setdiff1d(np.arange(255), [120, 121])
+    turned = rays + [0.01, 0, 0]
+    turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+    state = solve(membrane, turned[ids], ranges[ids], ids)
+    away = state.xyz[[120, 121]] - ORIGIN
+    assert not state.seen[[120, 121]].any()
+    np.testing.assert_allclose(away / np.linalg.norm(away, axis=1, keepdims=True), turned[[120, 121]], atol=1e-4)
+
+
+def test_a_copy_goes_its_own_way_and_a_refused_frame_changes_nothing(still):
+    membrane, rays, ranges = still
+    solve(membrane, rays, ranges)
+    other = copy.deepcopy(membrane.core)
+    with pytest.raises(ValueError, match='ranges'):
+        membrane.core.solve(rays, ranges[:-1], np.full(255, SPREAD), np.arange(255))
+    np.testing.assert_array_equal(membrane.core.state.xyz, other.state.xyz)
+    solve(membrane, rays, ranges - 1e-4)
+    assert np.abs(other.state.ranges - ranges).max() < 1e-6 < np.abs(membrane.core.state.ranges - ranges).max()
+
+
+def _follow(pad, frames, seed=0, scale_sigma=0.0, **errors):
+    rng = np.random.default_rng(seed)
+    material = MembraneMaterial(pad.info['shear_modulus_times_thickness'], pad.info['rest_gauge_pressure'], pad.info['curvature_radius'])
+    membrane = Membrane(pad.rest, 23, 23, pad.camera.centre, material)
+    membrane.core.reset(scale_sigma)
+    for frame in frames:
+        rays, ranges, _ = pad.measure(frame, rng, **errors)
+        state = solve(membrane, rays, ranges)
+    return membrane, state
+
+
+def _force(membrane, state):
+    found = membrane.core.loads(np.arange(529), state.xyz)
+    return found.force[found.load > 0.25].sum(axis=0)
+
+
+@pytest.mark.parametrize('name, frame, force_error', [('tp_rect_drag', 15, 0.10), ('tp_ring_press', 16, 0.06), ('tp_disc_twist', 20, 0.06)])
+def test_places_pressure_and_force_of_a_pressed_pad(touchpad, name, frame, force_error):
+    pad = touchpad(name)
+    membrane, state = _follow(pad, range(1, frame + 1), gain=0.01)
+    truth = pad.truth
+    assert np.sqrt(np.mean(np.sum((state.xyz - truth['dot_xyz'][frame])**2, axis=1))) < 30e-6
+    assert state.fluid_pressure == pytest.approx(truth['pressure'][frame], rel=0.06)
+    assert np.linalg.norm(_force(membrane, state) - truth['force'][frame]) < force_error * np.linalg.norm(truth['force'][frame])
+
+
+def test_a_jump_of_the_surface_is_followed_within_one_frame(touchpad):
+    pad = touchpad('tp_calib')
+    expected = pad.truth['force'][10]
+    assert np.linalg.norm(_force(*_follow(pad, [6, 7, 10])) - expected) < 0.15 * np.linalg.norm(expected)
+
+
+@pytest.mark.parametrize('name, gain', [('tp_disc_twist', 0.06), ('tp_rect_drag', -0.04), ('tp_rect_drag', 0.0)])
+def test_a_common_scale_error_is_found_from_what_is_out_of_balance(touchpad, name, gain):
+    frames = [1, 3, 5, 7, *range(8, 31), *range(9, 31)]
+    membrane, _ = _follow(touchpad(name), frames, 3, scale_sigma=0.05, spread=28e-6, gain=gain)
+    assert membrane.core.scale * (1 + gain) == pytest.approx(1, abs=0.022)
+
+
+def test_a_known_scale_and_an_untouched_pad_teach_nothing(touchpad):
+    pad = touchpad('tp_rect_drag')
+    assert _follow(pad, range(3, 13), 3, scale_sigma=0.0, gain=0.05)[0].core.scale == 1
+    assert _follow(pad, [0, 1] * 6, 3, scale_sigma=0.05, gain=0.05)[0].core.scale == 1
+
+
+@pytest.fixture
+def balance(pad):
+    return Membrane(pad.rest, pad.rows, pad.columns, ORIGIN).core
+
+
+def dent(rest, depth, width=3e-3):
+    distance = np.linalg.norm(rest[:, :2], axis=1)
+    return rest - np.outer(depth * np.exp(-(distance / width)**2), [0, 0, 1])
+
+
+def test_an_untouched_pad_is_quiet_in_noise_and_when_it_has_moved_as_a_whole(pad, balance):
+    noise = np.random.default_rng(0).normal(size=(529, 3)) * 2e-6
+    found = balance.loads(pad.ids, pad.rest + noise + [20e-6, 0, -30e-6])
+    assert found.seen.all() and (np.abs(found.load) < 0.3).all()
+
+
+def test_a_dent_carries_a_load_where_it_is_and_the_wrench_points_inwards(pad, balance):
+    found = balance.loads(pad.ids, dent(pad.rest, 1.5e-3))
+    distance = np.linalg.norm(pad.rest[:, :2], axis=1)
+    assert found.load[distance < 1.5e-3].min() > 0.5 and np.abs(found.load[distance > 9e-3]).max() < 0.3
+
+
+def test_unseen_dots_are_placed_by_the_balance(pad, balance):
+    whole = dent(pad.rest, 1.5e-3)
+    all_loads = balance.loads(pad.ids, whole)
+    some = np.flatnonzero(np.random.default_rng(0).random(529) > 0.05)
+    found = balance.loads(some, whole[some])
+    assert not found.seen.all()
+    assert np.mean(np.abs(found.load - all_loads.load) > 0.3) < 0.03
+
+
+def test_no_dots_at_all_leave_finite_numbers(balance):
+    found = balance.loads(np.zeros(0, int), np.zeros((0, 3)))
+    assert not found.seen.any() and (np.abs(found.load) < 0.3).all() and np.isfinite(found.load).all()
+
+
+def test_another_rest_is_taken_as_untouched(pad, balance):
+    other = pad.rest + [0.2e-3, 0, 0]
+    balance.take_rest(Membrane(other, 23, 23, ORIGIN).core)
+    np.testing.assert_allclose(balance.loads(pad.ids, other).load, 0, atol=1e-9)
+
+
+@pytest.mark.parametrize('name', ['tp_rect_drag', 'tp_disc_twist', 'tp_ring_press'])
+def test_force_and_pressure_of_a_recording_seen_without_error(recording, name):
+    truth, errors = recording(name), []
+    balance = Membrane(truth['dot_rest_xyz'], 23, 23, ORIGIN).core
+    for frame in range(len(truth['pressure'])):
+        found = balance.loads(np.arange(529), truth['dot_xyz'][frame].astype(float))
+        true = truth['force'][frame]
+        if np.linalg.norm(true) > 0.1 and truth['residual'][frame] < 0.03 * np.linalg.norm(true):
+            errors.append(np.linalg.norm(found.force[found.load > 0.25].sum(axis=0) - true) / np.linalg.norm(true))
+    assert np.median(errors) < 0.04

@@ -1,0 +1,118 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.common.rotations import rotation_matrix
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.touchpad.published import PaperRegion
+
+
+def press(region, pad, frames, radius=6e-3):
+    """A flat disc moved by 0.3 mm a frame into the pad: the dots it reaches go with it."""
+    for k in range(frames):
+        height = pad.cap.height - 0.3e-3 * k
+        dots = pad.disc(radius=min(radius, np.sqrt(max(0.02**2 - (height - pad.cap.centre_z)**2, 1e-12))), height=height)
+        states = region.process(dots.ids, dots.xyz, dots.rest_xyz, k / 30)
+    return dots, states
+
+
+def test_nothing_touches_an_untouched_pad(pad):
+    region = PaperRegion(23, 23)
+    for k in range(5):
+        noisy = pad.rest + np.random.default_rng(k).normal(0, 30e-6, pad.rest.shape)
+        states = region.process(pad.ids, noisy, pad.rest, k / 30)
+        assert not states.state.any()
+        assert (states.reference_id, states.motion) == (-1, None)
+        assert np.isnan(states.interval)
+
+
+def test_finds_a_pressed_disc_and_its_motion(pad):
+    dots, states = press(PaperRegion(23, 23), pad, 12)
+    found, true = states.state > 0, dots.score > 0.5
+    assert 2 * (found & true).sum() / (found.sum() + true.sum()) > 0.75
+    assert states.interval == pytest.approx(4 / 30)  # 4 frames are the first to exceed 0.91 mm
+    middle = np.array([0, 0, 10e-3])
+    np.testing.assert_allclose(states.motion.apply(middle[None])[0] - middle, [0, 0, -1.2e-3], atol=1e-6)
+
+
+def test_reference_is_the_farthest_dot(pad):
+    dots, states = press(PaperRegion(23, 23), pad, 8)
+    assert states.reference_id == np.argmax(np.linalg.norm(dots.xyz - dots.rest_xyz, axis=1))
+
+
+def test_states_stay_while_held_and_go_when_released(pad):
+    region = PaperRegion(23, 23, horizon_s=0.5)
+    dots, last = press(region, pad, 12)
+    for k in range(12, 40):
+        held = region.process(dots.ids, dots.xyz, dots.rest_xyz, k / 30)
+    assert (held.state > 0).sum() >= 0.9 * (last.state > 0).sum()
+    assert not region.process(pad.ids, pad.rest, pad.rest, 2.0).state.any()
+
+
+def test_equation_7_holds_for_a_turning_object(pad):
+    region = PaperRegion(23, 23)
+    dots = pad.disc(height=10.5e-3)
+    region.process(pad.ids, pad.rest, pad.rest, 0.0)
+    region.process(dots.ids, dots.xyz, dots.rest_xyz, 0.1)
+    touched = dots.score > 0.5
+    moved = dots.xyz.copy()
+    moved[touched] = moved[touched] @ rotation_matrix([0, 0, 0.3]).T + [0, 0, -0.6e-3]
+    states = region.process(dots.ids, moved, dots.rest_xyz, 0.2)
+    assert (states.state[touched] == 1).all()
+    np.testing.assert_allclose(states.motion.rotation_vector, [0, 0, 0.3], atol=1e-9)
+
+
+def test_dots_that_slide_along_the_surface_are_told_apart(pad):
+    region = PaperRegion(23, 23)
+    dots, _ = press(region, pad, 12)
+    touched = dots.score > 0.5
+    moved = dots.xyz.copy()
+    moved[touched] += [1.5e-3, 0, 0]
+    slow = touched & (dots.xyz[:, 0] < -2e-3)
+    moved[slow] -= [0.6e-3, 0, 0]
+    region._past.clear()
+    region.process(dots.ids, dots.xyz, dots.rest_xyz, 0.5)
+    states = region.process(dots.ids, moved, dots.rest_xyz, 0.6).state
+    assert np.mean(states[slow] == 2) > 0.7
+    assert np.mean(states[touched & ~slow] == 1) > 0.7
+
+
+def test_missing_dots_keep_their_state(pad):
+    region = PaperRegion(23, 23)
+    dots, last = press(region, pad, 10)
+    half = np.arange(0, 529, 2)
+    lower = dots.xyz - [0, 0, 0.3e-3] * (dots.score > 0.5)[:, None]
+    partly = region.process(half, lower[half], dots.rest_xyz[half], 10 / 30)
+    assert len(partly.state) == len(half)
+    assert np.mean(partly.state == last.state[half]) > 0.9
+    assert not len(region.process(np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3)), 11 / 30).state)
+
+
+@pytest.mark.parametrize('stamp', [0.0, -1.0, np.nan])
+def test_stamp_must_grow(pad, stamp):
+    region = PaperRegion(23, 23)
+    region.process(pad.ids, pad.rest, pad.rest, 0.0)
+    with pytest.raises(BadFrame):
+        region.process(pad.ids, pad.rest, pad.rest, stamp)
+    region.process(pad.ids, pad.rest, pad.rest, 0.1)
+
+
+def test_refuses_bad_arguments(pad):
+    with pytest.raises(BadArgument):
+        PaperRegion(23, 23, d_max=0)
+    with pytest.raises(BadArgument):
+        PaperRegion(2, 23)
+    with pytest.raises(BadArgument):
+        PaperRegion(23, 23).process(pad.ids, pad.rest[:-1], pad.rest, 0.0)
+
+
+@pytest.mark.parametrize('name, least', [('tp_rect_drag', 0.75), ('tp_disc_twist', 0.85), ('tp_ring_press', 0.35)])
+def test_recordings_with_noise_of_20_um(recording, name, least):
+    truth, region, counts, rng = recording(name), PaperRegion(23, 23), np.zeros(3), np.random.default_rng(0)
+    for k, stamp in enumerate(truth['timestamps']):
+        ids = np.flatnonzero(truth['visible'][k])
+        xyz = truth['dot_xyz'][k][ids] + rng.normal(0, 20e-6, (len(ids), 3))
+        found = region.process(ids, xyz, truth['dot_rest_xyz'][ids], stamp).state > 0
+        there, clear = truth['dot_contact'][k][ids], truth['dot_gap'][k][ids] > 50e-6
+        counts += [(found & there).sum(), (found & ~there & clear).sum(), (~found & there).sum()]
+    assert 2 * counts[0] / (2 * counts[0] + counts[1] + counts[2]) > least

@@ -1,0 +1,132 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE
+from tactile_perception.errors import BadArgument
+from tactile_perception.touchpad.region import find_regions, ContactTracker
+
+
+def discs(pad, *centres, radius=2.2e-3, **more):
+    distance = np.min([np.hypot(*(pad.rest[:, :2] - centre).T) for centre in centres], axis=0) - radius
+    return pad.pressed(distance, np.full(529, 11e-3), **more)
+
+
+def track(tracker, dots):
+    return tracker.process(dots, find_regions(dots))
+
+
+def test_empty_when_nothing_touches(pad):
+    assert track(ContactTracker(pad.cap), pad.disc(radius=-1e-2)) == []
+
+
+def test_number_lasts_with_the_touch_and_is_not_used_again(pad):
+    tracker = ContactTracker(pad.cap)
+    numbers = [track(tracker, pad.disc(centre=(0.4e-3 * k, 0)))[0].id for k in range(10)]
+    assert set(numbers) == {1}
+    for lost, number in ((1, 1), (2, 2), (1, 2)):
+        for _ in range(lost):
+            assert track(tracker, pad.disc(radius=-1e-2)) == []
+        assert track(tracker, pad.disc())[0].id == number
+    tracker.reset()
+    assert track(tracker, pad.disc())[0].id == 3
+
+
+def test_a_fast_drag_keeps_the_number(pad):
+    tracker = ContactTracker(pad.cap)
+    assert [track(tracker, discs(pad, (x, 0)))[0].id for x in (0, 4.5e-3, 0)] == [1, 1, 1]
+
+
+def test_two_touches_keep_theirs_when_one_goes(pad):
+    tracker = ContactTracker(pad.cap)
+    first = track(tracker, discs(pad, (-5e-3, 0)))[0].id
+    both = track(tracker, discs(pad, (-5e-3, 0), (5e-3, 0)))
+    places = {contact.id: contact.position[0] for contact in both}
+    assert places[first] == pytest.approx(-5e-3, abs=0.1e-3)
+    other = (set(places) - {first}).pop()
+    assert track(tracker, discs(pad, (5e-3, 0)))[0].id == other
+
+
+def test_one_of_two_touches_that_is_lost_for_a_frame_keeps_its_number(pad):
+    tracker, both = ContactTracker(pad.cap), discs(pad, (-5e-3, 0), (5e-3, 0))
+    numbers = {contact.id for contact in track(tracker, both)}
+    assert len(track(tracker, discs(pad, (5e-3, 0)))) == 1
+    assert {contact.id for contact in track(tracker, both)} == numbers
+    for _ in range(2):
+        track(tracker, discs(pad, (5e-3, 0)))
+    assert {contact.id for contact in track(tracker, both)} != numbers
+
+
+def test_merged_touches_are_ambiguous_and_those_that_part_are_not(pad):
+    tracker = ContactTracker(pad.cap)
+    for _ in range(5):
+        track(tracker, discs(pad, (-4e-3, 0), (4e-3, 0)))
+    merged = [track(tracker, pad.disc(radius=6e-3))[0] for _ in range(3)]
+    assert all(contact.flags & AMBIGUOUS for contact in merged)
+    parted = track(tracker, discs(pad, (-4e-3, 0), (4e-3, 0)))
+    assert len(parted) == 2 and merged[-1].id in {contact.id for contact in parted}
+    assert not any(contact.flags & AMBIGUOUS for contact in parted)
+
+
+def test_merged_touches_are_trusted_in_time(pad):
+    tracker = ContactTracker(pad.cap)
+    for _ in range(5):
+        track(tracker, discs(pad, (-4e-3, 0), (4e-3, 0)))
+    flags = [track(tracker, pad.disc(radius=6e-3))[0].flags for _ in range(20)]
+    assert flags == [AMBIGUOUS] * 15 + [0] * 5
+
+
+def test_parts_of_a_beginning_touch_are_not_ambiguous(pad):
+    tracker = ContactTracker(pad.cap)
+    track(tracker, discs(pad, (-4e-3, 0), (4e-3, 0)))
+    assert not track(tracker, pad.disc(radius=6e-3))[0].flags
+
+
+def test_two_joined_discs_are_ambiguous_and_one_or_a_ring_is_not(pad):
+    assert track(ContactTracker(pad.cap), discs(pad, (-3.6e-3, 0), (3.6e-3, 0), radius=3.7e-3))[0].flags == AMBIGUOUS
+    assert track(ContactTracker(pad.cap), pad.disc())[0].flags == 0
+    assert track(ContactTracker(pad.cap), pad.ring())[0].flags == 0
+
+
+def test_edge_and_range_are_flagged(pad):
+    tracker = ContactTracker(pad.cap, calibrated_depth=3e-3, calibrated_radius=5e-3)
+    assert track(tracker, pad.disc(height=11e-3))[0].flags == 0
+    assert track(tracker, pad.disc(height=9e-3))[0].flags == OUT_OF_RANGE
+    assert track(tracker, pad.disc(centre=(6e-3, 0)))[0].flags == OUT_OF_RANGE
+    assert track(ContactTracker(pad.cap), pad.disc(centre=(10e-3, 0)))[0].flags & AT_EDGE
+
+
+def test_force_is_summed_or_unknown(pad):
+    dots = pad.disc()
+    assert np.isnan(track(ContactTracker(pad.cap), dots)[0].force)
+    dots.force = np.where((dots.score > 0)[:, None], [0.0, 0.0, -0.01], 0.0)
+    assert track(ContactTracker(pad.cap), dots)[0].force == pytest.approx(0.01 * (dots.score > 0).sum(), rel=0.01)
+
+
+def test_depth_and_normal(pad):
+    contact, = track(ContactTracker(pad.cap), pad.disc(height=11e-3))
+    assert contact.depth == pytest.approx(2e-3, abs=5e-6)
+    np.testing.assert_allclose(contact.normal, [0, 0, 1], atol=0.01)
+    assert contact.position_covariance.shape == (3, 3)
+
+
+def test_refuses_bad_arguments(pad):
+    with pytest.raises(BadArgument):
+        ContactTracker(pad.cap, calibrated_depth=0)
+
+
+@pytest.mark.parametrize('name', ['tp_rect_drag', 'tp_disc_twist'])
+def test_one_number_through_a_recording(recording, name, pad):
+    truth, tracker, errors = recording(name), ContactTracker(pad.cap), []
+    for k in range(len(truth['timestamps'])):
+        if truth['dot_contact'][k].sum() < 4:
+            continue
+        dots = pad.disc()
+        dots.xyz, dots.rest_xyz = truth['dot_xyz'][k].astype(float), truth['dot_rest_xyz'].astype(float)
+        dots.score, dots.state = truth['dot_contact'][k].astype(float), truth['dot_state'][k]
+        contact, = track(tracker, dots)
+        assert contact.id == 1
+        errors.append([contact.depth - truth['depth'][k], np.linalg.norm((contact.position - truth['contact_centroid'][k])[:2])])
+    depth, place = np.median(np.abs(errors), axis=0)
+    assert depth < 10e-6
+    assert place < 0.15e-3

@@ -1,0 +1,213 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From a recording to figures, for all sensors: a bag with ground truth is judged with each method as `evaluate` judges it.
+
+    python3 test/benchmark/judged.py touchpad tp_rect_drag tp_ring_press --set contact=paper
+    python3 test/benchmark/judged.py areal_single as_test --presses as_calib_small
+
+Bags are made of simulated scenes, which ship, or of recordings (TACTILE_RECORDINGS), as `convert_recording` makes them.
+"""
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import os
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cv2
+import numpy as np
+import yaml
+from tactile_bringup.installed import share
+from tactile_bringup.simulate.bags import write_scene
+from tactile_bringup.simulate.bags import write_psd_scene
+from tactile_bringup.simulate.bags import write_taxel_scene
+from tactile_driver.simulation.sensors.scenes import open_scene
+from tactile_perception.bags.judged_bag import JudgedBag
+from tactile_perception.errors import BadArgument, TactileError
+from tactile_perception.evaluation.evaluation import Evaluation, Instant
+from tactile_perception.evaluation.report import text
+from tactile_perception.evaluation.scores import f1
+from tactile_perception.tools.calibrate.command import calibrator
+from tactile_perception.tools.convert.command import convert, open_recording, parameters
+
+RATES = {'psd_finger': 1000.0, 'taxel_array': 100.0}  # Hz, of scenes; else 30
+_WRITERS = {'psd_finger': write_psd_scene, 'taxel_array': write_taxel_scene}
+_NEAR = 50e-6  # m: a free dot nearer to the tool is in neither class, as the description of the recordings asks
+_TOLERANCE = 10e-6  # m, of the touchpad: a slip of half to three times this value is in neither class
+
+
+@dataclass(frozen=True)
+class Case:
+    """A bag with ground truth, and the parameter file of its sensor. unclear: stamp, ns -> numbers of the dots that are in no class."""
+
+    bag: Path
+    params: Path
+    unclear: Mapping[int, np.ndarray] = field(default_factory=dict)
+
+
+def recording_folder(name: str) -> Path:
+    """Folder of a simulated recording. Raises BadArgument where TACTILE_RECORDINGS does not lead to it."""
+    folder = Path(os.environ.get('TACTILE_RECORDINGS', '')) / 'simulated' / name
+    if not os.environ.get('TACTILE_RECORDINGS') or not (folder / 'truth.npz').exists():
+        raise BadArgument(f'no recording {name}: set TACTILE_RECORDINGS to the folder that holds simulated/{name}')
+    return folder
+
+
+def recorded(folder: Path, name: str, sensor: str) -> Case:
+    """A recording of that name, as a bag in the folder; one that is there is taken."""
+    source = recording_folder(name)
+    recording, unclear = open_recording(source), _unclear(source) if sensor == 'touchpad' else {}
+    case = Case(folder / name, folder / f'{name}.yaml', unclear)
+    if not case.bag.exists():
+        convert(recording, case.bag, sensor)
+    case.params.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters(recording)}}))
+    return case
+
+
+def _unclear(folder: Path) -> dict[int, np.ndarray]:
+    with np.load(folder / 'truth.npz') as truth:
+        stamps, state, slip = truth['timestamps'], truth['dot_state'], np.linalg.norm(np.nan_to_num(truth['dot_slip']), axis=2)
+        doubtful = np.where(state == 0, truth['dot_gap'] < _NEAR, (slip >= 0.5 * _TOLERANCE) & (slip <= 3 * _TOLERANCE))
+        row, column = (truth['dot_rc'] - truth['dot_rc'].min(axis=0)).T
+    shift, numbers = (1.0 if stamps[0] < 1 else 0.0), row * (column.max() + 1) + column
+    return {round((stamp + shift) * 1e9): numbers[these] for stamp, these in zip(stamps.tolist(), doubtful)}
+
+
+def simulated(folder: Path, name: str, rate: float, sensor: str, seed: int = 0) -> Case:
+    """A scene of a simulated sensor at rate Hz, as a bag in the folder; one that is there is taken."""
+    case = Case(folder / f'{name}_{seed}', Path(share('params', f'{sensor}_sim.yaml')))
+    if not case.bag.exists():
+        _WRITERS.get(sensor, write_scene)(case.bag, name, rate, seed)
+    return case
+
+
+def touchpad_scene(folder: Path, name: str, rate: float, size: tuple[int, int] = (640, 480), seed: int = 3) -> Case:
+    """The same of a touchpad seen by a camera of another size, (width, height) px, with the parameters of that very specimen."""
+    name_of_bag = f'{name}_{size[0]}'
+    scene = open_scene(name, rate, seed, width=size[0], height=size[1])
+    camera, skin, bag = scene.camera, scene.membrane, folder / name_of_bag
+    values = {'sensor_type': 'touchpad', 'cap.curvature_radius': float(skin.radius), 'cap.height': float(skin.height),
+              'membrane.shear_stiffness': float(skin.tension), 'membrane.rest_pressure': float(skin.pressure),
+              'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(), 'camera.translation': camera.translation.tolist()}
+    unclear = {}
+    for number in range(scene.frames):
+        truth = scene.observe(number).truth
+        unclear[10**9 + round(number / rate * 1e9)] = truth.dot_id[(truth.dot_state == 0) & (truth.dot_gap < _NEAR)]
+    if not bag.exists():
+        write_scene(bag, name, rate, seed, size=size)
+    return Case(bag, parameter_file(folder / f'{name_of_bag}.yaml', None, values), unclear)
+
+
+def parameter_file(path: Path, old: Path | None, changes: Mapping) -> Path:
+    """A parameter file at path: the old one with changes, for all nodes."""
+    page = yaml.safe_load(old.read_text()) if old else {}
+    for section in page.values():
+        section['ros__parameters'] |= {name: value for name, value in changes.items() if name in section['ros__parameters']}
+    page.setdefault('/**', {'ros__parameters': {}})['ros__parameters'] |= changes
+    path.write_text(yaml.safe_dump(page))
+    return path
+
+
+def calibrated(case: Case, sensor: str, output: Path, more: Iterable[Path] = (), **how) -> Path:
+    """The calibration file output, fitted to the presses of a bag, and of more bags, as `calibrate` fits it."""
+    with contextlib.redirect_stderr(io.StringIO()):
+        calibrator(sensor, **how)([case.bag, *more], case.params, output)
+    return output
+
+
+@dataclass
+class Judged:
+    """One method on some bags. ms: of each frame, one thread, from the raw message to the messages of the results; refused: frames."""
+
+    evaluation: Evaluation = field(default_factory=Evaluation)
+    ms: list[float] = field(default_factory=list)
+    refused: int = 0
+    instants: int = 0
+
+    def medians(self) -> dict[str, float]:
+        """Median errors by name of QUANTITIES, in their units; NaN for what was not compared or not estimated."""
+        return {name: found['median'] for name, found in self.evaluation.summary()['errors'].items()}
+
+    def mean(self, quantity: str, factor: float = 1.0) -> float:
+        """Mean of the absolute errors of a quantity times factor; NaN without one."""
+        errors = self.evaluation.all_errors().get(quantity)
+        return factor * float(np.abs(errors.table()[:, 3]).mean()) if errors and errors.rows else np.nan
+
+    def dots_f1(self) -> dict[str, float]:
+        """F1 of 'contact', 'sticking' and 'slipping' dots among those seen; of the last two among those that touch and are found to."""
+        counts = self.evaluation.dots[:, :3]
+        found = {'contact': f1(counts[1:, 1:].sum(), counts[0, 1:].sum(), counts[1:, 0].sum())}
+        for state, name in ((1, 'sticking'), (2, 'slipping')):
+            true = counts[state, 1:].sum()
+            found[name] = f1(counts[state, state], counts[3 - state, state], counts[state, 3 - state]) if true else np.nan
+        return found
+
+
+Counts = Callable[[Instant, Instant], bool]
+
+
+def judge(cases: Iterable[Case], calibration: Path | None = None, changes: Mapping = {},
+          counts: Counts = lambda estimated, true: True) -> Judged:
+    """A method, by the changes that it needs to the parameters, on some bags; counts: which instants (estimated, true) are judged."""
+    judged = Judged()
+    for case in cases:
+        path = case.bag.with_name(f'{case.bag.name}_changed.yaml')
+        params = parameter_file(path, case.params, changes) if changes else case.params
+        with contextlib.redirect_stderr(io.StringIO()):
+            bag = JudgedBag(case.bag, params=params, calibration=calibration)
+            for stamp, estimated, true in bag.instants():
+                clear(true, case.unclear.get(round(stamp * 1e9)))
+                if counts(estimated, true):
+                    judged.instants += 1
+                    judged.evaluation.add(stamp, estimated, true)
+        stages = bag.times.stages
+        judged.ms += (1e3 * (np.array(stages['all']) - stages['decoding'])).tolist()
+        judged.refused += sum(bag.times.refused.values())
+    return judged
+
+
+def clear(true: Instant, unclear: np.ndarray | None) -> None:
+    """Take out of the truth the dots that are in no class."""
+    if unclear is not None and true.region is not None:
+        kept = ~np.isin(true.region.dot_id, unclear)
+        true.region.dot_id, true.region.dot_state = true.region.dot_id[kept], true.region.dot_state[kept]
+
+
+def main() -> None:
+    """Print the figures of some recordings, or scenes, together."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('sensor', help='type of the sensor')
+    parser.add_argument('names', nargs='+', help='recordings (tp_rect_drag), or scene:NAME of the simulated sensor')
+    parser.add_argument('--presses', nargs='*', default=[], metavar='NAME', help='what to calibrate with first')
+    parser.add_argument('--set', nargs='*', default=[], metavar='NAME=VALUE', help='changes of the parameters, such as contact=paper')
+    given = parser.parse_args()
+    cv2.setNumThreads(1)
+    with TemporaryDirectory() as place:
+        folder, scene = Path(place), 'scene:'
+        rate = RATES.get(given.sensor, 30.0)
+        cases = {name: simulated(folder, name.removeprefix(scene), rate, given.sensor) if name.startswith(scene) else
+                 recorded(folder, name, given.sensor) for name in (*given.names, *given.presses)}
+        first, *more = (cases[name] for name in given.presses) if given.presses else [None]
+        file = first and calibrated(first, given.sensor, folder / 'calibration.yaml', [case.bag for case in more])
+        changes = yaml.safe_load('\n'.join(one.replace('=', ': ', 1) for one in given.set)) or {}
+        judged = judge([cases[name] for name in given.names], file, changes)
+    ms = {'median': float(np.median(judged.ms)), 'within_95': float(np.percentile(judged.ms, 95)), 'worst': max(judged.ms)}
+    refused = {'frames': judged.refused} if judged.refused else {}
+    times = {'latency_ms': {}, 'stages_ms': {'all': ms}, 'memory_mb': np.nan, 'refused': refused}
+    instants = {'judged': judged.instants, 'without an estimate': 0, 'without truth': 0}
+    print(text({'instants': instants, **judged.evaluation.summary(), 'times': times}))
+    if judged.evaluation.dots.any():
+        print('F1 of dots that are ' + ', '.join(f'{name} {value:.3f}' for name, value in judged.dots_f1().items()) +
+              f"; mean overlap of the regions {judged.mean('region_overlap'):.3f}")
+
+
+if __name__ == '__main__':
+    try:
+        main()
+    except TactileError as error:
+        sys.exit(str(error))

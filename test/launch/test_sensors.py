@@ -1,0 +1,150 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The launch file of each sensor with a simulated one: results, stamps, frames, accuracy, what RViz shows, and shutdown."""
+import pathlib
+
+import numpy as np
+import pytest
+import yaml
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from ament_index_python.packages import get_package_share_directory  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from geometry_msgs.msg import WrenchStamped  # noqa: E402
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip  # noqa: E402
+from visualization_msgs.msg import MarkerArray  # noqa: E402
+
+pytestmark = pytest.mark.ros
+SPACE = 'left/pad'
+DOTS = {'dots': DotTracks, 'contacts': Contacts, 'contact_region': ContactRegion, 'wrench': WrenchStamped, 'points': PointCloud2}
+CAMERA = {'image_raw': Image, 'camera_info': CameraInfo}
+DRAWN = {'markers': MarkerArray, 'image_annotated': Image}
+# sensor: scene, rate (Hz), raw topics, results, period of the results (s), largest median error: place (m; finger: normal, rad), depth (m)
+SENSORS = {
+    'touchpad': ('sphere_press', 10, CAMERA, {**DOTS, 'slip': Slip}, 0.1, 1e-3, 4e-4),
+    'areal_single': ('areal_single_press', 10, CAMERA, DOTS, 0.1, 1e-3, 5e-4),
+    'areal_dual': ('areal_dual_press', 10, CAMERA, DOTS, 0.1, 1.5e-3, 3e-4),
+    'air_cushion': ('air_cushion_press', 10, CAMERA, DOTS, 0.1, 6e-3, 3e-3),
+    'psd_finger': ('grid', 1000, {'voltages': PsdVoltages}, {'contacts': Contacts}, 0.005, 0.026, 2e-3),
+    'taxel_array': ('demo', 30, {'image_raw': Image}, {**{name: kind for name, kind in DOTS.items() if name != 'dots'}, 'slip': Slip},
+                    1 / 30, 2e-3, np.inf)}
+RVIZ_TYPES = {'rviz_default_plugins/Image': 'sensor_msgs/msg/Image', 'rviz_default_plugins/Camera': 'sensor_msgs/msg/Image',
+              'rviz_default_plugins/MarkerArray': 'visualization_msgs/msg/MarkerArray',
+              'rviz_default_plugins/PointCloud2': 'sensor_msgs/msg/PointCloud2'}
+
+
+def stamp_of(message):
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+def topics(names):
+    return {f'/{SPACE}/{name}': kind for name, kind in names.items()}
+
+
+def frames_of(messages):
+    """Frames that messages name; of markers those of each."""
+    return {one.header.frame_id for message in messages for one in (message.markers if hasattr(message, 'markers') else [message])}
+
+
+def untouched_reference(ear, truth):
+    """Have the untouched state taken when nothing has touched for a moment: the middleware may have joined a node to the sensor so late
+    that it began while something did."""
+    client = ear.node.create_client(Trigger, f'/{SPACE}/set_reference')
+    assert client.wait_for_service(30) and ear.wait_for(lambda: truth and truth[-1].contacts, 30)
+    assert ear.wait_for(lambda: not any(message.contacts for message in truth[-5:]), 30)
+    answer = ear.ask(client, Trigger.Request())
+    assert answer and answer.success
+
+
+def check_rviz(sensor, graph):
+    """What RViz is set up to show is there, as the type that its displays take."""
+    file = pathlib.Path(get_package_share_directory('tactile_bringup')) / 'rviz' / f'{sensor}.rviz'
+    shown = yaml.safe_load(file.read_text())['Visualization Manager']
+    found = {d['Topic']['Value'].replace(f'/{sensor}/', f'/{SPACE}/'): RVIZ_TYPES[d['Class']] for d in shown['Displays'] if 'Topic' in d}
+    assert f'/{SPACE}/markers' in found and {topic: graph.get(topic) for topic in found} == found
+    assert shown['Global Options']['Fixed Frame'] == sensor and graph['/tf_static'] == 'tf2_msgs/msg/TFMessage'
+
+
+def errors(sensor, found, truth):
+    """(place, depth) of frames in which one thing touches and one contact is found."""
+    true = {stamp_of(message): message.contacts for message in list(truth)}
+    stamps, pairs = np.array(sorted(true)), []
+    for message in list(found):
+        there = true[stamps[max(np.searchsorted(stamps, stamp_of(message), side='right') - 1, 0)]]
+        if len(message.contacts) == len(there) == 1:
+            pairs.append((message.contacts[0], there[0]))
+    what = 'normal' if sensor == 'psd_finger' else 'position'
+    return np.array([(np.hypot(getattr(a, what).x - getattr(b, what).x, getattr(a, what).y - getattr(b, what).y), abs(a.depth - b.depth))
+                     for a, b in pairs]).reshape(-1, 2)
+
+
+@pytest.mark.parametrize('sensor', SENSORS)
+def test_a_simulated_sensor_as_a_user_starts_it(ros2, listen, sensor):
+    scene, rate, raw, results, period, place, depth = SENSORS[sensor]
+    launched = ros2('launch', 'tactile_bringup', f'{sensor}.launch.py', f'namespace:={SPACE}', f'scene:={scene}', f'rate:={rate}')
+    ear = listen({**topics({**results, **DRAWN}), '/diagnostics': DiagnosticArray})
+    contacts, last = (ear.heard[f'/{SPACE}/{name}'] for name in ('contacts', 'image_annotated'))
+    # The scene begins with the first subscriber to the raw data; this must be perception, which needs the untouched state.
+    assert ear.wait_for(lambda: contacts or ear.heard.get(f'/{SPACE}/dots'), 60), launched.log
+    eye = listen(topics({**raw, 'ground_truth/contacts': Contacts}))
+    truth = eye.heard[f'/{SPACE}/ground_truth/contacts']
+    untouched_reference(ear, truth)
+    contacts.clear()
+    least = 150 if sensor == 'psd_finger' else 25
+    assert ear.wait_for(lambda: sum(bool(message.contacts) for message in list(contacts)) > least and len(last) > 10, 60), launched.log
+    heard = {**ear.heard, **eye.heard}
+    graph = {name: types[0] for name, types in ear.node.get_topic_names_and_types()}
+    assert launched.interrupt() == 0, launched.log
+    assert launched.complaints == []
+    check_rviz(sensor, graph)
+    health = {status.name.split(':')[0]: (status.level, status.message)
+              for message in list(heard['/diagnostics']) for status in message.status}
+    assert len(health) >= 3 and {name: found for name, found in health.items() if found[0] != b'\0'} == {}
+    for topic, messages in heard.items():
+        assert messages, f'nothing on {topic}: {launched.log}'
+        if topic != '/diagnostics':
+            camera = 'camera_info' in raw and topic.endswith(('image_raw', 'camera_info', 'image_annotated'))
+            assert frames_of(list(messages)) <= {'left_pad_camera_optical' if camera else 'left_pad'}, topic
+    for name in results:
+        stamps = ear.stamps(f'/{SPACE}/{name}')
+        assert stamps == sorted(set(stamps)), name
+    assert np.median(np.diff(ear.stamps(f'/{SPACE}/contacts'))) * 1e-9 == pytest.approx(period, rel=0.1)
+    found = errors(sensor, contacts, truth)
+    assert len(found) > 3 and np.median(found[:, 0]) < place and not np.median(found[:, 1]) > depth
+
+
+def test_without_a_subscriber_nothing_is_computed(ros2, listen):
+    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'scene:=rest')
+    ear = listen({'/diagnostics': DiagnosticArray})
+
+    def idle():
+        said = {status.name: status.message for message in list(ear.heard['/diagnostics']) for status in message.status}
+        return sum('idle' in text for text in said.values())
+    assert ear.wait_for(lambda: idle() == 3, 30), launched.log
+    assert ear.node.count_subscribers('/touchpad/image_raw') == 0
+    assert launched.interrupt() == 0, launched.log
+    assert launched.complaints == []
+
+
+@pytest.mark.parametrize('sensor, words, named', [
+    ('touchpad', ('source:=foo',), 'source:=foo'), ('touchpad', ('source:=file',), 'path:='),
+    ('touchpad', ('source:=bag', 'path:=nowhere'), 'path:=nowhere'), ('touchpad', ('params:=broken.yaml',), 'broken.yaml'),
+    ('touchpad', ('rate:=fast',), 'rate:=fast'), ('psd_finger', ('source:=file', 'path:=.'), 'source:=file'),
+    ('taxel_array', ('calibration:=nowhere',), 'calibration:=nowhere')])
+def test_a_wrong_argument_is_named_in_one_line(ros2, tmp_path, sensor, words, named):
+    (tmp_path / 'broken.yaml').write_text('a: [1\n')
+    launched = ros2('launch', 'tactile_bringup', f'{sensor}.launch.py', *words)
+    assert launched.wait(30) != 0
+    assert named in launched.log
+    assert len(launched.log.splitlines()) == 3, launched.log  # two are launch's own, about its log file
+    assert 'process started' not in launched.log and 'Traceback' not in launched.log
+
+
+def test_arguments_are_shown(ros2):
+    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', '--show-args')
+    assert launched.wait(30) == 0
+    for name in ('namespace', 'source', 'device', 'path', 'params', 'calibration', 'rviz', 'record', 'rate', 'loop', 'scene'):
+        assert f"'{name}':" in launched.log

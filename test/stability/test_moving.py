@@ -1,0 +1,99 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tips that are dragged, two tips at once, and two cameras that run free, at other frictions than the calibrated one, as `evaluate` judges.
+
+The scenes, their optics and mechanics share nothing with the estimator; the calibrations are those that ship.
+"""
+import dataclasses
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tactile_bringup.installed import share
+from tactile_bringup.simulate.bags import write_scene
+from tactile_driver.simulation.scene.shutters import Shutters
+from tactile_driver.simulation.scene.specimen import Script, drag, one_after_the_other
+from tactile_driver.simulation.sensors.air_cushion import air_cushion
+from tactile_driver.simulation.sensors.scenes import SCENES
+from tactile_perception.bags.judged_bag import JudgedBag
+from tactile_perception.evaluation.scores import normalised_square
+from tactile_perception.evaluation.evaluation import pairs
+
+TRACE = 0.3e-3  # m: a shallower tip stands on one node of the simulated sheet, up to 0.7 mm beside its place
+LEAST, APART = 5e-4, 0.0145  # m: two tips count from this depth, and this far apart
+
+
+def errors(folder, scene, rate=30.0, shutters=None, tips=1):
+    """(N, 3): place, depth, mm, and normalised squared error of the place, of the touches in frames with so many tips, all of which are
+    found; the share of such frames; and how many touches are beside. The scene's name begins with that of the sensor."""
+    files = [Path(share(kind, '_'.join(scene.split('_')[:2]) + '_sim.yaml')) for kind in ('params', 'calibration')]
+    write_scene(folder / 'bag', scene, rate, shutters=shutters)
+    found, whole, beside = [], [], 0
+    for _, estimated, true in JudgedBag(folder / 'bag', params=files[0], calibration=files[1]).instants():
+        touches, there = estimated.contacts, true.contacts
+        if not there:
+            beside += any(touch.depth > TRACE for touch in touches)
+        elif len(there) == tips and min(tip.depth for tip in there) > (TRACE if tips == 1 else LEAST) and (
+                tips == 1 or np.hypot(*(there[0].position - there[1].position)[:2]) >= APART):
+            whole.append(len(touches) == tips)
+            for tip, touch in pairs(there, touches) if touches and whole[-1] else ():
+                off = touch.position - tip.position
+                found.append((1e3 * np.hypot(*off[:2]), 1e3 * abs(touch.depth - tip.depth),
+                              normalised_square(off, touch.position_covariance)[0] / 3))
+    return np.array(found), float(np.mean(whole)), beside
+
+
+def check(found, place, depth, squared=2.0):
+    """place, depth: mm, largest mean and 95 % of the errors; squared: largest mean of the normalised squared error."""
+    for errors_mm, limits in ((found[:, 0], place), (found[:, 1], depth)):
+        assert errors_mm.mean() < limits[0] and np.percentile(errors_mm, 95) < limits[1]
+    assert found[:, 2].mean() < squared
+
+
+@pytest.mark.parametrize('friction, place, depth', [(0.2, (0.2, 0.4), (0.1, 0.2)), (1.0, (0.25, 0.7), (0.35, 0.8))])
+def test_a_drag_over_a_sheet_whatever_the_friction(tmp_path, monkeypatch, friction, place, depth):
+    name = 'areal_single_drag'
+    monkeypatch.setitem(SCENES, name, dataclasses.replace(SCENES[name], friction=friction))
+    found, whole, beside = errors(tmp_path, name)
+    check(found, place, depth)
+    assert whole > 0.9 and beside == 0
+
+
+@pytest.mark.parametrize('friction', [0.2, 1.0])
+def test_a_drag_over_the_dome_whatever_the_friction(tmp_path, monkeypatch, friction):
+    act = partial(drag, 'ball_30mm', 0.02, -0.01, 0.022, -0.021, 0.021, duration=2.0)
+    monkeypatch.setitem(SCENES, 'air_cushion_any', Script(air_cushion, one_after_the_other([act]), friction=friction))
+    found, whole, _ = errors(tmp_path, 'air_cushion_any', 5.0)
+    check(found, (2e0, 4e0), (2e0, 4e0), 3.0)
+    assert whole > 0.9
+
+
+# Largest errors of place and depth, mean and 95 %, mm: of a sheet with one camera, and with two.
+TWO = {'areal_single_two': ((0.25, 0.6), (0.1, 0.3)), 'areal_single_two_unlike': ((0.25, 0.6), (0.3, 0.7)),
+       'areal_dual_two': ((0.3, 0.6), (0.08, 0.2)), 'areal_dual_two_unlike': ((0.7, 1.3), (0.08, 0.2))}
+
+
+@pytest.mark.parametrize('name', TWO)
+def test_two_tips_are_two_where_they_touch(tmp_path, name):
+    found, whole, _ = errors(tmp_path, name, 10.0, tips=2)
+    check(found, *TWO[name])
+    assert whole > 0.85
+
+
+@pytest.fixture(scope='module')
+def together(tmp_path_factory):
+    """Errors of cameras of one trigger."""
+    return errors(tmp_path_factory.mktemp('together'), 'areal_dual_fast', shutters=Shutters())[0]
+
+
+@pytest.mark.parametrize('shutters', [*(Shutters(skew, jitter=2e-4) for skew in (-0.0055, 0.0115, -0.0164)), Shutters(0.003, 0.009, 2e-4)])
+def test_fast_presses_are_as_by_cameras_of_one_trigger(tmp_path, together, shutters):
+    found, _, beside = errors(tmp_path, 'areal_dual_fast', shutters=shutters)
+    assert len(found) >= 0.95 * len(together) and beside == 0
+    check(found, (together[:, 0].mean() + 0.1, 0.5), (0.12, 0.3))
+
+
+def test_fast_drags_by_cameras_that_run_free(tmp_path):
+    found = errors(tmp_path, 'areal_dual_fast_drag', shutters=Shutters(0.0115, jitter=2e-4))[0]
+    check(found, (0.45, 1.0), (0.04, 0.1))
