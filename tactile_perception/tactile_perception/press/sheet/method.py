@@ -50,9 +50,9 @@ class SheetPresses:
 
     def __init__(self, library: SheetLibrary, inverse: SheetInverse, start: SheetStart, pitch: float):
         self._library, self._inverse, self._start, self._pitch = library, inverse, start, pitch
-        self.forget()
+        self.reset()
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """The next press comes straight down first."""
         self.dragged = None
 
@@ -168,7 +168,7 @@ class SheetModelMethod:
         motion = self._motion(field)
         begins, self._lasts = not self._lasts, False
         if field.seen.sum() < FEWEST:
-            self._presses.forget()
+            self._presses.reset()
             return []
         field = self._calibration.eyes.shifted(field)
         start, score = self._start.best(field)
@@ -185,7 +185,7 @@ class SheetModelMethod:
         if score < STANDS_OUT:  # what is left of a touch that has ended may be fitted by the shallowest press that there is
             touches = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma]
             if not touches:
-                self._presses.forget()
+                self._presses.reset()
         if len(found.presses) == len(touches) == 1:
             touches = [replace(touches[0], wrench=_wrench_of(found, touches[0].position))]
         return touches

@@ -21,7 +21,7 @@ PRESSES = SheetPresses(library(), SheetInverse(library(), NOISE, 0.0, PITCH), ST
 
 @pytest.fixture(autouse=True)
 def _another_touch():
-    PRESSES.forget()
+    PRESSES.reset()
 
 
 def explained(field):
@@ -90,7 +90,7 @@ def test_a_dragged_tip_drags_until_the_touch_ends():
     assert not any(explained(lifted)[0].presses[0].drag)
     explained(together([Press(np.array([0.005, -0.003]), 4e-3, drag=(0.4, -0.25))]))
     assert explained(lifted)[0].presses[0].drag == pytest.approx((0.15, -0.1), abs=0.06)
-    PRESSES.forget()
+    PRESSES.reset()
     assert not any(explained(lifted)[0].presses[0].drag)
 
 
