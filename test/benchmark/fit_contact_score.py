@@ -23,11 +23,10 @@ from tactile_driver.simulation.optics.water_light import Lighting
 from tactile_driver.simulation.scene.scene import Scene
 from tactile_driver.simulation.scene.specimen import act, one_after_the_other
 from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS, touchpad
-from tactile_driver.simulation.skin.motion import Motion
-from tactile_driver.simulation.skin.tools import Tool, block, disc, edge, ring, sphere
+from tactile_driver.simulation.skin.tools import Motion, Tool, block, disc, edge, ring, sphere
 from tactile_perception.common.progress import Progress
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
-from tactile_perception.pipeline.dot_stage import make_tracker
+from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.touchpad.membrane import Membrane
 from tactile_perception.touchpad.places import DotPlaces, RestPlaces
 from tactile_perception.touchpad.sensor import Touchpad

@@ -23,9 +23,7 @@ import cv2
 import numpy as np
 import yaml
 from tactile_bringup.installed import share
-from tactile_bringup.simulate.bags import write_scene
-from tactile_bringup.simulate.bags import write_psd_scene
-from tactile_bringup.simulate.bags import write_taxel_scene
+from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.errors import BadArgument, TactileError

@@ -27,7 +27,7 @@ from tactile_driver.simulation.scene.specimen import Act, Script, Specimen, act,
 from tactile_driver.simulation.sensors import areal_dual, areal_single
 from tactile_driver.simulation.sensors.marker_sheet import markers
 from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, SCENES
-from tactile_driver.simulation.skin.sheet import Sheet
+from tactile_driver.simulation.skin.surfaces import Sheet
 from tactile_driver.simulation.skin.tools import TOOLS, Tool, sphere
 
 from judged import Case, Judged, calibrated, judge

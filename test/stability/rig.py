@@ -13,8 +13,7 @@ import yaml
 from sensor_msgs.msg import CameraInfo
 from tactile_bringup.installed import share
 from tactile_driver.frame import Frame, pinhole_calibration
-from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
-from tactile_driver.nodes.messages.conversions import voltages_message
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message, voltages_message
 from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
