@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dots/reference.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -45,42 +46,31 @@ struct PlacedDots {
     std::ptrdiff_t count;
 };
 
-// A dot: position and motion, px.
+// A dot: position and motion (u, v, du, dv), px.
 struct Moved {
-    double u, v, du, dv, sigma;
+    Eigen::Vector4d at;
+    double sigma;
 };
 
 // Squared residuals, px^2, of all dots from the affine motion fitted to those whose square is at most `most`.
 std::vector<double> residuals(const std::vector<Moved>& dots, const std::vector<double>& squares, double most) {
-    Moved middle{};
+    Eigen::Vector4d middle = Eigen::Vector4d::Zero();
     double count = 0;
     for (std::size_t i = 0; i < dots.size(); ++i) {
-        if (!(squares[i] <= most)) continue;
-        middle.u += dots[i].u, middle.v += dots[i].v, middle.du += dots[i].du, middle.dv += dots[i].dv;
-        ++count;
+        if (squares[i] <= most) middle += dots[i].at, ++count;
     }
-    middle.u /= count, middle.v /= count, middle.du /= count, middle.dv /= count;
-    double uu = 0, uv = 0, vv = 0, sides[2][2] = {};  // normal equations; sides: of du and dv
+    middle /= count;
+    Eigen::Matrix4d scatter = Eigen::Matrix4d::Zero();
     for (std::size_t i = 0; i < dots.size(); ++i) {
-        if (!(squares[i] <= most)) continue;
-        const double u = dots[i].u - middle.u, v = dots[i].v - middle.v, du = dots[i].du - middle.du, dv = dots[i].dv - middle.dv;
-        uu += u * u, uv += u * v, vv += v * v;
-        sides[0][0] += du * u, sides[0][1] += du * v, sides[1][0] += dv * u, sides[1][1] += dv * v;
+        if (squares[i] <= most) scatter += (dots[i].at - middle) * (dots[i].at - middle).transpose();
     }
-    const double ridge = RIDGE * (uu + vv) + RIDGE;
-    uu += ridge, vv += ridge;
-    const double inverse = 1 / (uu * vv - uv * uv);
-    double slopes[2][2];
-    for (int k = 0; k < 2; ++k) {
-        slopes[k][0] = (sides[k][0] * vv - sides[k][1] * uv) * inverse;
-        slopes[k][1] = (sides[k][1] * uu - sides[k][0] * uv) * inverse;
-    }
-    std::vector<double> found(dots.size());
-    for (std::size_t i = 0; i < dots.size(); ++i) {
-        const double u = dots[i].u - middle.u, v = dots[i].v - middle.v;
-        const double du = dots[i].du - middle.du - slopes[0][0] * u - slopes[0][1] * v;
-        const double dv = dots[i].dv - middle.dv - slopes[1][0] * u - slopes[1][1] * v;
-        found[i] = du * du + dv * dv;
+    Eigen::Matrix2d places = scatter.topLeftCorner<2, 2>();
+    places += (RIDGE * places.trace() + RIDGE) * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d slopes = scatter.bottomLeftCorner<2, 2>() * places.inverse();
+    std::vector<double> found;
+    for (const Moved& dot : dots) {
+        const Eigen::Vector4d off = dot.at - middle;
+        found.push_back((off.tail<2>() - slopes * off.head<2>()).squaredNorm());
     }
     return found;
 }
@@ -117,9 +107,9 @@ Deviation deviation_from_drift(const double* places, const double* motions, cons
     std::vector<Moved> dots;
     std::vector<double> squares;
     for (std::ptrdiff_t i = 0; i < count; ++i) {
-        const Moved dot{places[2 * i], places[2 * i + 1], motions[2 * i], motions[2 * i + 1], sigma[i]};
-        const double square = dot.du * dot.du + dot.dv * dot.dv;
-        if (!(square <= FARTHEST * FARTHEST && std::abs(dot.u) <= FARTHEST && std::abs(dot.v) <= FARTHEST)) continue;  // or not seen
+        const Moved dot{{places[2 * i], places[2 * i + 1], motions[2 * i], motions[2 * i + 1]}, sigma[i]};
+        const double square = dot.at.tail<2>().squaredNorm();
+        if (!(square <= FARTHEST * FARTHEST && dot.at.head<2>().cwiseAbs().maxCoeff() <= FARTHEST)) continue;  // or not seen
         dots.push_back(dot);
         squares.push_back(square);
     }

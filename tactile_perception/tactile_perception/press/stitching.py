@@ -15,8 +15,7 @@ from tactile_driver.stitching.methods import make_stitcher
 from ..common.dots import Dots
 from ..common.statistics import robust_sigma
 from ..dots.detect import DotDetector
-from ..dots.number import number_grid
-from ..dots.number import find_lattice
+from ..dots.number import find_lattice, number_grid
 from ..errors import BadArgument, BadCalibration, BadFrame
 from .sensor import MarkerSensor
 

@@ -9,9 +9,7 @@ import pytest
 from border_checks import check_any_array, check_memory, check_wrong_type
 from tactile_perception import _core
 from tactile_perception.press.sheet.mechanics import SheetMesh
-from tactile_perception.dots.fit import DiscModel
 
-IMAGE = np.random.default_rng(0).integers(0, 256, (60, 80), dtype=np.uint8)
 PLACES = np.random.default_rng(1).uniform(5, 55, (40, 2))
 
 
@@ -149,9 +147,9 @@ ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name i
 def test_every_function_of_the_module_is_tried():
     files = Path(__file__).parent.glob('test_border*.py')
     tried = [name for path in files for name in re.findall(r"^    '(\w+)': \(", path.read_text(), re.MULTILINE)]
-    # The modules of the finger and of the taxel array are tried by their tests; classes are tried by their methods.
+    # Modules of rooms are tried by their tests; classes are tried by their methods.
     functions = {name for name in dir(_core) if not name.startswith('__') and not isinstance(getattr(_core, name), type)}
-    assert functions - {'finger', 'taxel'} <= set(tried)
+    assert functions - {'finger', 'dots', 'taxel'} <= set(tried)
 
 
 @pytest.mark.parametrize('check', [check_any_array, check_wrong_type, check_memory])

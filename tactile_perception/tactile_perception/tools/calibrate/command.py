@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from tactile_driver.command import tells_errors
-from tactile_driver.recordings.description import descriptions
+from tactile_driver.recordings.reader import descriptions
 
 from ...bags.chain import SENSOR_TYPE
 from ...finger.model import SENSOR as PSD_FINGER

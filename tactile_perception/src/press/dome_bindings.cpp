@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Python bindings of the kernels of domes; see bindings.cpp, whose length they would exceed.
+// Python bindings of the kernels of domes.
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
 #include "press/dome_fit.hpp"

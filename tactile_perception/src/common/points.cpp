@@ -1,16 +1,84 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-#include "common/point_shapes.hpp"
+#include "common/points.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
 
 #include "common/vectors.hpp"
+#include "common/wide.hpp"
 
 namespace tactile {
+
+TACTILE_WIDE bool all_within(const double* values, std::ptrdiff_t count, double most) {
+    std::int64_t within = 0;  // counted: a loop without branches
+    for (std::ptrdiff_t k = 0; k < count; ++k) within += std::abs(values[k]) <= most;
+    return within == count;
+}
+
+namespace {
+
+// Slope at place k, number `at` along an axis of count places, step numbers apart.
+double slope(const double* values, std::ptrdiff_t k, std::ptrdiff_t step, std::ptrdiff_t at, std::ptrdiff_t count) {
+    constexpr double UNKNOWN = std::numeric_limits<double>::quiet_NaN();
+    const double before = at > 0 ? values[k] - values[k - step] : UNKNOWN;
+    const double after = at + 1 < count ? values[k + step] - values[k] : UNKNOWN;
+    if (std::isnan(before) || std::isnan(after)) return std::isnan(before) ? after : before;
+    return 0.5 * (before + after);
+}
+
+}  // namespace
+
+std::vector<double> grid_normals(const double* places, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+    std::vector<double> normals(static_cast<std::size_t>(3 * rows * columns), std::numeric_limits<double>::quiet_NaN());
+    for (std::ptrdiff_t r = 0; r < rows; ++r) {
+        for (std::ptrdiff_t c = 0; c < columns; ++c) {
+            const std::ptrdiff_t k = r * columns + c;
+            double across[3], down[3];
+            for (std::ptrdiff_t axis = 0; axis < 3; ++axis) {
+                across[axis] = slope(places, 3 * k + axis, 3, c, columns);
+                down[axis] = slope(places, 3 * k + axis, 3 * columns, r, rows);
+            }
+            const Vec3 normal = cross(vec3_at(across, 0), vec3_at(down, 0));
+            const double size = length(normal);
+            if (size > 0) store(normals.data(), k, 1 / size * normal);
+        }
+    }
+    return normals;
+}
+
+namespace {
+
+constexpr double COINCIDENT = 1e-24;  // m^2: a picometre
+
+std::array<double, 2> mean(const double* values, std::ptrdiff_t count) {
+    double x = 0, y = 0;
+    for (std::ptrdiff_t k = 0; k < count; ++k) x += values[2 * k], y += values[2 * k + 1];
+    return {x / static_cast<double>(count), y / static_cast<double>(count)};
+}
+
+}  // namespace
+
+PlanarTwist planar_twist(const double* place, const double* velocity, std::ptrdiff_t count, double far) {
+    const std::array<double, 2> middle = mean(place, count), drift = mean(velocity, count);
+    double spread = 0, product = 0;
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+        const double x = place[2 * k] - middle[0], y = place[2 * k + 1] - middle[1];
+        spread += x * x + y * y;
+        product += x * (velocity[2 * k + 1] - drift[1]) - y * (velocity[2 * k] - drift[0]);
+    }
+    if (!(spread > COINCIDENT && spread < INFINITY)) return {{NAN, NAN}, NAN, {NAN, NAN}};
+    const double turn = product / spread, radius = std::sqrt(spread / static_cast<double>(count));
+    const std::array<double, 2> linear{drift[0] + turn * middle[1], drift[1] - turn * middle[0]};
+    if (std::hypot(drift[0], drift[1]) >= std::abs(turn) * far * radius) return {linear, turn, {NAN, NAN}};
+    return {linear, turn, {middle[0] - drift[1] / turn, middle[1] + drift[0] / turn}};
+}
+
 namespace {
 
 // A polygon's corners in the plane.
