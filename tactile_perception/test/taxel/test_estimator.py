@@ -1,5 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+import copy
 from dataclasses import replace
 
 import numpy as np
@@ -234,3 +235,14 @@ def test_the_area_of_a_face_that_saturates_taxels(face):
         found = estimator.process(values, 1 + k / scene.rate)
     assert (values == 255).sum() > 50 and found.contacts[0].flags & SATURATED
     assert found.region.area == pytest.approx(truth.area, rel=0.1)
+
+
+def test_a_copy_goes_on_by_itself_as_the_original():
+    images = [whole(picture(bar(0.05 * k))) for k in range(30)]
+    estimator = TaxelEstimator(ARRAY, SoftPad(), KNOWN)
+    run(images[:15], estimator=estimator)
+    other = copy.deepcopy(estimator)
+    found, again = ([one.process(image, 2 + 0.01 * k) for k, image in enumerate(images[15:])] for one in (estimator, other))
+    for one, two in zip(found, again):
+        np.testing.assert_array_equal(one.wrench, two.wrench)
+        np.testing.assert_array_equal(one.slip.linear, two.slip.linear)
