@@ -32,8 +32,6 @@ from tactile_perception.touchpad.membrane import Membrane
 from tactile_perception.touchpad.places import DotPlaces, RestPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 
-from sources import scene_parameters
-
 RATE, UNTOUCHED = 10.0, 0.4  # frames/s; s
 REACH, SIDE, FED = 2, 5, 51  # dots, of what is fed around each; numbers fed
 HIDDEN = 48, 16
@@ -44,6 +42,14 @@ LIGHTEST, HEAVIEST, STEEPEST, SPREADS = -1.0, 4.0, 0.5, (0.02, 0.06)  # limits o
 HEIGHT_SCALE, SPREAD_SCALE = 4.0, 20.0  # as in the kernel
 EFFECTS, SHARES = 8, (0.7, 0.5, 0.25)  # after how many scenes of each kind the effects come again; weights of the first in the fit
 KINDS = 'block', 'disc', 'ring', 'ball', 'edge', 'balls', 'light', 'tilted'
+
+
+def scene_parameters(scene: Scene) -> dict[str, object]:
+    """Name -> value of the sensor's parameters of a simulated scene."""
+    camera, skin = scene.camera, scene.membrane
+    return {'rows': scene.rows, 'columns': scene.columns, 'cap.curvature_radius': float(skin.radius), 'cap.height': float(skin.height),
+            'membrane.shear_stiffness': float(skin.tension), 'membrane.rest_pressure': float(skin.pressure),
+            'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(), 'camera.translation': camera.translation.tolist()}
 
 
 def random_tool(kind: str, rng: np.random.Generator) -> Tool:
