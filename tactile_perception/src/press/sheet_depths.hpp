@@ -2,18 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
+#include <Eigen/Core>
 
 namespace tactile {
 
-// Energies of a sheet of so many markers, symmetric matrices (markers, markers): see press/sheet/positions.py:SheetSurface.
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Energies of a sheet of K markers, symmetric (K, K): see press/positions.py:SheetSurface.
 struct SheetEnergies {
-    std::ptrdiff_t markers;
-    const double *bending, *strain;
+    Eigen::Map<const Rows> bending, strain;
 };
 
-// Depths (count, markers), m, under the untouched plane, by displacements (count, markers, 2), m, in the image of markers whose rays have
-// slopes (markers, 2); NaN where the equations are not positive definite.
-void sheet_depths(const SheetEnergies& sheet, const double* slope, const double* shifts, std::ptrdiff_t count, double* depths);
+// Depths (K), m, under the untouched plane, by displacements (K, 2), m, in the image of markers whose rays have slopes (K, 2); NaN where
+// the equations are not positive definite.
+Eigen::VectorXd sheet_depths(const SheetEnergies& sheet, const Eigen::Map<const Rows>& slope, const Eigen::Map<const Rows>& shift);
 
 }  // namespace tactile

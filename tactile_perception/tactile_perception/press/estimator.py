@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Contacts, region and wrench from the marker tracks of each frame, with persistent ids and a Kalman filter for each contact (kernel
-follow_touches: src/press/touch_filter.cpp)."""
+ContactTracker: src/press/contact_tracker.cpp)."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -12,11 +12,11 @@ from math import sqrt
 import numpy as np
 
 from .. import _core
-from ..common.dot_grid import scatter
+from ..common.surface import scatter
 from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
-from ..dots.reference.calibrated_rest import CalibratedRest
+from ..dots.reference import CalibratedRest
 from ..errors import BadArgument, BadFrame
 from .calibration import TouchCalibration
 from .estimate import TouchEstimate, region_of
@@ -51,13 +51,13 @@ class TouchTracker:
 
     def __init__(self, filtered: bool = True):
         self._filtered = filtered
-        self._next = 1
-        self.reset()
+        self._tracker = _core.ContactTracker(acceleration=ACCELERATION, gate=_GATE, speed=_SPEED, most_missed=_MISSED)
+        self._stamp_s: float | None = None
 
     def reset(self) -> None:
         """Drop all tracks; ids are not reused."""
-        self._tracks: list[_Track] = []
-        self._stamp_s: float | None = None
+        self._tracker.reset()
+        self._stamp_s = None
 
     def check(self, stamp_s: float) -> None:
         """Raise BadFrame for a stamp that is not later than the last."""
@@ -69,53 +69,15 @@ class TouchTracker:
         self.check(stamp_s)
         elapsed = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
         self._stamp_s = stamp_s
-        if not estimates and not self._tracks:
-            return []
-        values, spreads = _measurements(estimates)
-        continued = self._follow(values, spreads, elapsed)
-        kept = [self._tracks[k] if k >= 0 else self._new(value, spread) for k, value, spread in zip(continued, values, spreads)]
-        for track in kept:
-            track.missed = 0
-        touches = [Touch(track.id, track.filtered(estimate) if self._filtered else estimate) for track, estimate in zip(kept, estimates)]
-        for track in self._tracks:
-            if track not in kept and track.missed < _MISSED:
-                track.missed += 1
-                kept.append(track)
-        self._tracks = kept
-        return touches
-
-    def _follow(self, values: np.ndarray, spreads: np.ndarray, elapsed: float) -> list[int]:
-        """Predict and update the tracks; the one that each measurement continues, -1 for none."""
-        if not self._tracks:
-            return [-1] * len(values)
-        states, covariances = (np.array([getattr(track, name) for track in self._tracks]) for name in ('state', 'covariance'))
-        states, covariances, continued = _core.follow_touches(states, covariances, values, spreads, elapsed=elapsed,
-                                                              acceleration=ACCELERATION, gate=_GATE)
-        for track, state, covariance in zip(self._tracks, states, covariances):
-            track.state, track.covariance = state, covariance
-        return continued.tolist()
-
-    def _new(self, value: np.ndarray, spread: np.ndarray) -> _Track:
-        self._next += 1
-        covariance = _SPEED**2 * np.eye(8)
-        covariance[:4, :4] = spread
-        return _Track(self._next - 1, np.concatenate([value, np.zeros(4)]), covariance)
+        tracks = self._tracker.update(*_measurements(estimates), elapsed)
+        return [Touch(track.id, _filtered(estimate, track) if self._filtered else estimate) for track, estimate in zip(tracks, estimates)]
 
 
-@dataclass(eq=False)
-class _Track:
-    """One touch. state: (8,) place and depth, m, and their velocities; covariance: (8, 8); missed: consecutive frames."""
-
-    id: int
-    state: np.ndarray
-    covariance: np.ndarray
-    missed: int = 0
-
-    def filtered(self, estimate: TouchEstimate) -> TouchEstimate:
-        """The estimate with filtered place, depth and covariance."""
-        place = self.covariance[:3, :3]
-        return replace(estimate, position=self.state[:3].copy(), depth=max(float(self.state[3]), 0.0),
-                       covariance=0.5 * (place + place.T), depth_sigma=sqrt(self.covariance[3, 3]))
+def _filtered(estimate: TouchEstimate, track: _core.Track) -> TouchEstimate:
+    """The estimate with the track's position, depth and covariance."""
+    place, covariance = track.covariance[:3, :3], track.covariance
+    return replace(estimate, position=track.state[:3].copy(), depth=max(float(track.state[3]), 0.0), covariance=0.5 * (place + place.T),
+                   depth_sigma=sqrt(covariance[3, 3]))
 
 
 def _measurements(estimates: list[TouchEstimate]) -> tuple[np.ndarray, np.ndarray]:

@@ -39,23 +39,18 @@ class SheetSurface:
         self._bending = DOWN * self._laplacian @ self._laplacian
 
     def depths(self, place: np.ndarray, shift: np.ndarray, eye: np.ndarray) -> np.ndarray:
-        """Depths (K,), m, under the untouched plane; (M, K) of M displacements at the same positions.
+        """Depths (K,), m, under the untouched plane.
 
-        place: (K, 2) m, apparent positions in the plane; shift: (K, 2) or (M, K, 2) m, displacements; eye: (K, 3) m. A marker that is not
-        seen (NaN) is interpolated from its neighbours.
+        place, shift: (K, 2) m, apparent positions in the plane and displacements; eye: (K, 3) m. A marker that is not seen (NaN) is
+        interpolated from its neighbours.
         """
         place, shift, eye = (np.asarray(values, float) for values in (place, shift, eye))
-        shifts = shift.reshape(-1, *place.shape)
-        seen = np.isfinite(shifts).all(axis=(0, 2))
+        seen = np.isfinite(shift).all(axis=1)
         if not seen.any():
-            return np.full(shift.shape[:-1], np.nan)
+            return np.full(len(shift), np.nan)
         slope = np.where(seen[:, None], place - eye[:, :2], 0.0) / np.where(seen, -eye[:, 2], 1.0)[:, None]
-        slope, *shifts = (self._fill(values, seen) for values in (slope, *np.where(seen[:, None], shifts, 0.0)))
-        return _core.sheet_depths(self._bending, self._strain, slope, np.stack(shifts)).reshape(shift.shape[:-1])
-
-    def loads(self, depth: np.ndarray) -> np.ndarray:
-        """Loads (..., K), in units of the tension, m, that hold depths (..., K), m, of the sheet: 0 where nothing touches."""
-        return depth @ self._laplacian
+        slope, shift = (self._fill(values, seen) for values in (slope, np.where(seen[:, None], shift, 0.0)))
+        return _core.sheet_depths(self._bending, self._strain, slope, shift)
 
     def _fill(self, values: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """values (K, 2), those not seen interpolated (harmonic)."""

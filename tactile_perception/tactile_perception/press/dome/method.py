@@ -11,7 +11,7 @@ import numpy as np
 from .calibration import DomeCalibration, calibrate_dome
 from .library import RADIUS_SPREAD
 from .fit import DEPTH, DRAG, DRAGGED, OF_TWO, PRESS, RADIUS, X, Y, DomeFound, DomeInverse
-from ...common.vectors import cross
+from ...common.geometry import cross
 from ...errors import BadArgument
 from ..presses import Presses
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
@@ -53,9 +53,9 @@ class DomeModelMethod:
         self.solver = DomeInverse(calibration.library, calibration.noise, calibration.points(sensor), calibration.eyes, sensor.plane_z,
                                   max(sensor.pitch))
         self._threshold = max(STANDS_OUT, QUIETER * calibration.quiet)
-        self._forget()
+        self._reset()
 
-    def _forget(self) -> None:
+    def _reset(self) -> None:
         """What comes next is another touch."""
         self._last: DomeFound | None = None
         self._searched = 1.0  # misfit of the touch where last all starts were tried; of a pair over that of one straight press
@@ -95,7 +95,7 @@ class DomeModelMethod:
         match = self.solver.match(field)
         score = self.solver.score(field, match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
         if not score > self._threshold:
-            self._forget()
+            self._reset()
             return None
         self._last = self._explained(field, match, self._last)
         return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, match, self._last)

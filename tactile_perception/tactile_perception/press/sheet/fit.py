@@ -74,12 +74,11 @@ class SheetInverse:
         self._library, self._marker = library, {'marker_radius': marker_radius, 'near': NEAR * pitch}
         self._noise = astuple(noise)
 
-    def solve(self, seen: Seen, start: list[Press], drags: bool = False, tip: tuple[float, float] = ANY_TIP) -> Inverse:
-        """Fit one press or two from start; drags: whether their drags are unknown, else 0; tip: prior mean and standard deviation of the
-        log radius."""
+    def solve(self, seen: Seen, start: list[Press], drags: bool = False) -> Inverse:
+        """Fit one press or two from start; drags: whether their drags are unknown, else 0."""
         state, covariance, misfit, wrenches = _core.fit_presses(
             self._library.table, seen.rest, seen.eye, seen.value, seen.sigma, seen.motion, np.array([press.vector for press in start]),
-            noise=self._noise, tip=tip, drags=drags, **self._marker)
+            noise=self._noise, tip=ANY_TIP, drags=drags, **self._marker)
         presses = [Press.of(state[SIZE * k:SIZE * (k + 1)]) for k in range(len(start))]
         return Inverse(presses, covariance, misfit, wrenches, float(state[SIZE * len(start):].sum()))
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .calibration import SheetCalibration, calibrate_sheet
-from .fit import ANY_TIP, SURE, Inverse, Seen, SheetInverse, SheetStart, show
+from .fit import SURE, Inverse, Seen, SheetInverse, SheetStart, show
 from .library import Press, SheetLibrary
-from ...common.vectors import cross
+from ...common.geometry import cross
 from ..presses import Presses
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..field import MarkerField
@@ -27,7 +27,6 @@ MOST = 4.0          # largest misfit of two presses, unless
 SURELY = 0.2        # it is this share of the misfit of one, or less
 APART = 2.2         # least distance of two tips, marker pitches
 SLIGHT = 0.12       # least depth of the shallower of two presses over the deeper
-SAME_TIP = 0.05     # least standard deviation of the log radius that straight presses tell: model errors last longer than noise
 FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
 DRAG_PLACE, DRAG_DEPTH = 0.1, 0.06  # standard deviations of place and depth over the tip radius, of a drag of 1
 RADIUS, DRAG_RADIUS = 0.1, 0.2  # standard deviations of a log radius, of a press and of a drag: other friction passes for another radius
@@ -51,55 +50,34 @@ class SheetPresses:
 
     def __init__(self, library: SheetLibrary, inverse: SheetInverse, start: SheetStart, pitch: float):
         self._library, self._inverse, self._start, self._pitch = library, inverse, start, pitch
-        self.forget()
+        self.reset()
 
-    def forget(self) -> None:
-        """The next press may be by another tip, and comes straight down first."""
-        self._tip, self._known, self.dragged = ANY_TIP, 0.0, None
-
-    def carry_on(self) -> Press | None:
-        """The press from which to begin where the field is like no straight press: the drag of the last frame, with much friction, or None.
-        The tip may be any from now on."""
-        self._tip, self._known = ANY_TIP, 0.0
-        return self.dragged
+    def reset(self) -> None:
+        """The next press comes straight down first."""
+        self.dragged = None
 
     def explain(self, field: MarkerField, begin: Press, motion: np.ndarray | None = None) -> Inverse:
-        """The presses that explain a field; begin: coarse place of one press; motion: as of Seen. A drag is by the tip of the straight
-        presses before, and lasts until the touch ends: friction holds the sheet while the tip is lifted. Each straight press tells its own
-        tip: frames share the errors of the model, so many of them tell no more than one."""
+        """The presses that explain a field; begin: coarse place of one press; motion: as of Seen. A drag lasts until the touch ends:
+        friction holds the sheet while the tip is lifted."""
         seen = Seen(field, motion)
         straight = self._inverse.solve(seen, [begin])
         if straight.misfit < RIGHT and self.dragged is None:
-            self._remember(straight.presses[0].log_radius, straight.covariance[3, 3])
             return straight
-        dragged = self._inverse.solve(seen, straight.presses, drags=True, tip=self._tip)
+        dragged = self._inverse.solve(seen, straight.presses, drags=True)
         if self.dragged is not None and dragged.misfit > RIGHT:  # with much friction, the straight press may be far from the drag
-            dragged = min(dragged, self._inverse.solve(seen, [self.dragged], drags=True, tip=self._tip), key=lambda found: found.misfit)
+            dragged = min(dragged, self._inverse.solve(seen, [self.dragged], drags=True), key=lambda found: found.misfit)
         drags = self.dragged is not None or dragged.misfit < DRAGGED * straight.misfit
         single = dragged if drags else straight
         if single.misfit < WRONG:
             self.dragged = dragged.presses[0] if drags else None
             return single
-        two = self._two(field, seen, straight, FAR_BETTER * single.misfit)
+        two = self._two(field, seen, FAR_BETTER * single.misfit)
         return two if self._are_two(two, single.misfit) else single
 
-    def _remember(self, log_radius: float, variance: float) -> None:
-        """The tip of the touch is that of its straight presses in the mean, as the first frame of a drag may pass for a straight press of
-        another tip; its variance is the least of one frame."""
-        known = self._known + 1 / variance
-        mean = (self._known * self._tip[0] + log_radius / variance) / known
-        least = variance if not self._known else min(variance, self._tip[1]**2)
-        self._tip, self._known = (mean, max(SAME_TIP, np.sqrt(least))), known
-
-    def _two(self, field: MarkerField, seen: Seen, one: Inverse, enough: float) -> Inverse:
-        """Two presses: from one and another by the matched filter of its residual, or from the best pair: of two like presses, one alone
-        stands in the middle. Where the misfit is not far above enough, refined, with traction: each draws the sheet along under the other.
-        """
-        predicted = np.zeros((len(field), 3))
-        predicted[seen.index] = self._inverse.predict(one.presses, seen)[0]
-        left = replace(field, shift=field.shift - predicted[:, :2], growth=field.growth - predicted[:, 2])
-        starts = [*one.presses, self._start.best(left)[0]], self._start.best_pair(field)
-        two = min((self._inverse.solve(seen, start) for start in starts), key=lambda found: found.misfit)
+    def _two(self, field: MarkerField, seen: Seen, enough: float) -> Inverse:
+        """Two presses, from the best pair of the matched filter. Where the misfit is not far above enough, refined, with traction: each
+        draws the sheet along under the other."""
+        two = self._inverse.solve(seen, self._start.best_pair(field))
         return self._inverse.solve(seen, two.presses, drags=True) if two.misfit < HOPELESS * enough else two
 
     def _are_two(self, two: Inverse, alone: float) -> bool:
@@ -185,17 +163,17 @@ class SheetModelMethod:
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and with two cameras in the first frame of a touch that no press explains: they
-        may show it at different moments. Of the frames before, only the tip's radius counts, whether it is dragged, and the motion of a
+        may show it at different moments. Of the frames before, only the drag counts, and the motion of a
         second camera's markers, which may be seen at another moment."""
         motion = self._motion(field)
         begins, self._lasts = not self._lasts, False
         if field.seen.sum() < FEWEST:
-            self._presses.forget()
+            self._presses.reset()
             return []
         field = self._calibration.eyes.shifted(field)
         start, score = self._start.best(field)
         if score < STANDS_OUT:
-            start = self._presses.carry_on()
+            start = self._presses.dragged  # it goes on where the field is like no straight press
         if start is None:
             return []
         self._lasts = True
@@ -207,7 +185,7 @@ class SheetModelMethod:
         if score < STANDS_OUT:  # what is left of a touch that has ended may be fitted by the shallowest press that there is
             touches = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma]
             if not touches:
-                self._presses.forget()
+                self._presses.reset()
         if len(found.presses) == len(touches) == 1:
             touches = [replace(touches[0], wrench=_wrench_of(found, touches[0].position))]
         return touches
