@@ -322,7 +322,7 @@ class RestLight:
 
 @dataclass(frozen=True)
 class WaterModel:
-    """Colour -> range. From optics.identification.fit_rest (untouched pad alone) or calibration.touchpad.fit_touchpad.
+    """Colour -> range. From identification.fit_rest (untouched pad alone) or calibration.fit_touchpad.
 
     constants: (2,) log blue/red and green/red without water; absorptions: (2,) 1/m, of blue and green minus that of red; noise: (2, 2)
     covariance of the two log ratios of a whole ring; ring: radius of the sampling ring, px; ring_offset: m, mean range over that ring
