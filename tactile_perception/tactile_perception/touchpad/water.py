@@ -43,7 +43,7 @@ class LightPath:
         """Path lengths (N,), m, in the water to positions places (N, 3), m, and back, and their derivatives (N,) along rays.
 
         normals: (N, 3) unit vectors out of the pad; rays: (N, 3) unit vectors from the camera centre through the positions, None: computed.
-        The derivative neglects that of the irradiance weights: accurate to 1 %. Kernel: src/touchpad/optics/light_path.cpp.
+        The derivative neglects that of the irradiance weights: accurate to 1 %. Kernel: src/touchpad/water.cpp.
         """
         return self._paths(places, normals, rays)[:2]
 
@@ -67,7 +67,7 @@ def rays_from(centre: Sequence[float], places: np.ndarray) -> np.ndarray:
     return away / np.sqrt(np.einsum('ij,ij->i', away, away))[:, None]
 
 
-POINTS = 16  # on a ring around each dot, each the sum of 3 x 3 pixels (src/touchpad/optics/ring_colour.cpp)
+POINTS = 16  # on a ring around each dot, each the sum of 3 x 3 pixels (src/touchpad/water.cpp)
 RING_PIXELS = 9 * POINTS
 CLIPPED = 250  # mean grey level of red from which some of its pixels may be clipped; chosen: a few levels of noise below
 GROUND = 0.93  # share of the brightest surrounding pixel from which a pixel is background, at rest, where shading varies slowly; chosen
@@ -127,7 +127,7 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
 
     image: (H, W, 3) uint8 BGR; uv: (N, 2) px; radius: of the ring, px. Points on ink, on glare or outside the image are not used; ratios
     are NaN with less than a quarter of the points or a dark channel. Raises BadFrame for a wrong image.
-    Kernel: src/touchpad/optics/ring_colour.cpp.
+    Kernel: src/touchpad/water.cpp.
     """
     return RingColours(*ring_colours(check_image(image), np.asarray(uv, float), float(radius)))
 
@@ -289,7 +289,7 @@ class GlaringPad:
         return np.tile(self._glare.colour, (len(lengths), 1))
 
     def _light(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Irradiance (K,), and lengths (K,), m, of light's paths. Kernel: src/touchpad/optics/glare.cpp."""
+        """Irradiance (K,), and lengths (K,), m, of light's paths. Kernel: src/touchpad/water.cpp."""
         return skin_light(self._path.numbers, np.ascontiguousarray(places), self._normals, rows=self._shape[0], columns=self._shape[1])
 
 
@@ -322,7 +322,7 @@ class RestLight:
 
 @dataclass(frozen=True)
 class WaterModel:
-    """Colour -> range. From optics.identification.fit_rest (untouched pad alone) or calibration.touchpad.fit_touchpad.
+    """Colour -> range. From identification.fit_rest (untouched pad alone) or calibration.fit_touchpad.
 
     constants: (2,) log blue/red and green/red without water; absorptions: (2,) 1/m, of blue and green minus that of red; noise: (2, 2)
     covariance of the two log ratios of a whole ring; ring: radius of the sampling ring, px; ring_offset: m, mean range over that ring
@@ -364,7 +364,7 @@ class WaterModel:
               glare: SeenGlare | None = None) -> tuple[np.ndarray, np.ndarray]:
         """As depths, from the colours (N,) around the dots, their unit rays (N, 3), and rest (N,).
 
-        glare: as for path_lengths. Kernel: src/touchpad/optics/water_ranges.cpp.
+        glare: as for path_lengths. Kernel: src/touchpad/water.cpp.
         """
         length, sigma = self.path_lengths(colours, glare)
         ranges, slope = water_ranges(
@@ -392,7 +392,7 @@ class WaterModel:
         """Path lengths (N,), m, by weighted least squares from both log ratios, and their standard deviations, m.
 
         glare: as seen in this frame, None for a pad without. Unexplained glare and sharp edges make the two ratios disagree and blue/red
-        vary around the ring: both widen the standard deviation. Kernel: src/touchpad/optics/glare.cpp.
+        vary around the ring: both widen the standard deviation. Kernel: src/touchpad/water.cpp.
         """
         excess, sigma, size, colour = glare or no_glare(len(colours.count))
         return water_lengths(

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel ring_colours (src/touchpad/optics/ring_colour.cpp) against the same means taken one point at a time."""
+"""The kernel ring_colours (src/touchpad/water.cpp) against the same means taken one point at a time."""
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernels water_lengths and skin_light (src/touchpad/optics/glare.cpp) against sums over all shares of glare,
+"""The kernels water_lengths and skin_light (src/touchpad/water.cpp) against sums over all shares of glare,
 and against path_lengths."""
 import numpy as np
 import pytest
