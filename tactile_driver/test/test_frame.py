@@ -5,9 +5,9 @@
 import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument, BadFrame
-from tactile_driver.frame import CameraCalibration, Frame, as_encoding, frame_of, load_calibration, pinhole_calibration
+from tactile_driver.frame import (
+    CameraCalibration, Frame, MatrixOrder, as_encoding, frame_of, load_calibration, matrix_frame, pinhole_calibration)
 from tactile_driver.frame_names import optical_frame, sensor_frame, stitched_frame
-from tactile_driver.matrix import MatrixOrder, matrix_frame
 
 CAMERA_INFO = """
 image_width: 640

@@ -10,10 +10,10 @@ from importlib import import_module
 #: public name -> module of this package : name there
 _PUBLIC = {
     'detect_dots': 'api:detect_dots',
-    'index_dots': 'dots.index.grid:number_grid',
+    'index_dots': 'dots.number:number_grid',
     'DotTracker': 'dots.tracker:DotTracker',
     'Touchpad': 'touchpad.sensor:Touchpad',
-    'TouchpadDots': 'pipeline.dot_stage:DotEstimator',
+    'TouchpadDots': 'touchpad.places:TouchpadDots',
     'TouchpadContact': 'touchpad.estimator:ContactEstimator',
     'ContactDots': 'touchpad.region:ContactDots',
     'find_contact_regions': 'touchpad.region:find_regions',

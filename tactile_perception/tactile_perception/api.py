@@ -11,7 +11,7 @@ from tactile_driver.parameters.table import defaults
 
 from .press.calibration import read_touch
 from .common.dots import Dots
-from .dots.detect.methods import DotDetector
+from .dots.detect import DotDetector
 from .errors import BadArgument
 from .finger.parameters import PSD_PARAMETERS
 from .press.field import view_maker
@@ -30,7 +30,7 @@ def detect_dots(image: np.ndarray, polarity: str = 'dark', method: str = 'likeli
     """The printed dots of one image, in no order.
 
     image: (H, W) grey or (H, W, 3) BGR, uint8; polarity: 'dark' dots on bright ground, or 'bright' ones on dark; method: a name in
-    dots.detect.methods.METHODS. Returns Dots: uv (N, 2) px (column, row), area (N,) px^2, sigma (N,) px, standard deviation of uv per
+    dots.detect.METHODS. Returns Dots: uv (N, 2) px (column, row), area (N,) px^2, sigma (N,) px, standard deviation of uv per
     axis. Raises BadFrame for an image without dots (black, white, of another type or shape) and BadArgument for an unknown name.
     For a stream of images use DotTracker, which keeps what it has learnt of the dots' appearance.
     """

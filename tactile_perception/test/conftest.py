@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
-from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.common.geometry import Cap
 
 WIDTH, HEIGHT, FOCAL = 480, 360, 525.0
 ROWS = COLUMNS = 17

@@ -14,11 +14,11 @@ from collections import defaultdict
 import cv2
 import numpy as np
 from printed_dots import NAMES, make_scene, position_bound
+from scipy.spatial import cKDTree
 
 from tactile_perception.common.dots import Dots
-from tactile_perception.dots.detect.methods import METHODS, DotDetector
-from tactile_perception.dots.index.grid import Numbered
-from tactile_perception.dots.index.methods import numbering_method
+from tactile_perception.dots.detect import METHODS, DotDetector
+from tactile_perception.dots.number import grid_numbering
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadFrame
 
@@ -127,20 +127,26 @@ def _timed(detector, image) -> tuple[Dots, float]:
 
 
 class FromNothing:
-    """Detection and numbering that know no frame before; keep: numbers are taken from the last frame, as nearest matching does."""
+    """Detection and numbering that know no frame before; nearest: each number is that of the nearest dot of the last frame."""
 
-    def __init__(self, detector, numbering: str, keep: bool = False):
-        self._detector, self._number, self._keep = detector, numbering_method(numbering), keep
+    def __init__(self, detector, numbering: str = 'lattice', nearest: bool = False):
+        self._detector, self._numbering, self._nearest = detector, numbering, nearest
         self._previous = None
 
     def process(self, image: np.ndarray, _stamp_s: float):
         """(uv (N, 2), id (N,)) of an image."""
         uv = self._detector.detect(image).uv
-        numbers = self._number(uv, 23, 23, self._previous, image.shape[1::-1])
-        if self._keep and numbers.certain:
-            seen = numbers.id >= 0
-            self._previous = Numbered(uv[seen], numbers.id[seen])
-        return uv, numbers.id
+        if self._previous is None or not len(uv):
+            id = grid_numbering(self._numbering, 23, 23).number(uv, *image.shape[1::-1]).id
+        else:
+            distance, place = cKDTree(self._previous[0]).query(uv)
+            id = np.full(len(uv), -1)
+            for dot in np.argsort(-distance):  # of several with the same nearest dot, the nearest has its number
+                id[id == self._previous[1][place[dot]]] = -1
+                id[dot] = self._previous[1][place[dot]]
+        if self._nearest and (id >= 0).any():
+            self._previous = uv[id >= 0], id[id >= 0]
+        return uv, id
 
 
 class Following:
@@ -160,7 +166,7 @@ def ways() -> dict:
     return {('from nothing', 1): FromNothing(DotDetector('dark'), 'lattice'), ('with a previous frame', 1): Following(),
             ('from nothing', 2): FromNothing(DotDetector('dark'), 'lattice'), ('with a previous frame', 2): Following(),
             ("the paper's steps", 1): FromNothing(DotDetector('dark', 'paper'), 'paper'),
-            ('SimpleBlobDetector, nearest', 1): FromNothing(BlobDetector(), 'nearest', keep=True)}
+            ('SimpleBlobDetector, nearest', 1): FromNothing(BlobDetector(), nearest=True)}
 
 
 def number(scenes: int, turns: int) -> list[dict]:

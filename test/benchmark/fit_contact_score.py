@@ -23,16 +23,15 @@ from tactile_driver.simulation.optics.water_light import Lighting
 from tactile_driver.simulation.scene.scene import Scene
 from tactile_driver.simulation.scene.specimen import act, one_after_the_other
 from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS, touchpad
-from tactile_driver.simulation.skin.motion import Motion
-from tactile_driver.simulation.skin.tools import Tool, block, disc, edge, ring, sphere
+from tactile_driver.simulation.skin.tools import Motion, Tool, block, disc, edge, ring, sphere
 from tactile_perception.common.progress import Progress
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
-from tactile_perception.pipeline.dot_stage import make_tracker
+from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.touchpad.membrane import Membrane
 from tactile_perception.touchpad.places import DotPlaces, RestPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 
-from sources import scene_parameters
+from judged import touchpad_parameters
 
 RATE, UNTOUCHED = 10.0, 0.4  # frames/s; s
 REACH, SIDE, FED = 2, 5, 51  # dots, of what is fed around each; numbers fed
@@ -159,7 +158,7 @@ def symmetries() -> np.ndarray:
 def examples(scene: Scene, whole: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Surroundings (N, FED) and signed distances (N,), pitches, of the dots near the contacts that are found in a scene; and their weights
     (N,), which sum up to whole in each frame."""
-    values = {**defaults(DOT_PARAMETERS), **scene_parameters(scene)}
+    values = {**defaults(DOT_PARAMETERS), **touchpad_parameters(scene)}
     sensor = Touchpad.from_parameters(values)
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
     tracker, places = make_tracker(sensor, values), DotPlaces(sensor, camera)

@@ -23,9 +23,7 @@ import cv2
 import numpy as np
 import yaml
 from tactile_bringup.installed import share
-from tactile_bringup.simulate.bags import write_scene
-from tactile_bringup.simulate.bags import write_psd_scene
-from tactile_bringup.simulate.bags import write_taxel_scene
+from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.errors import BadArgument, TactileError
@@ -90,17 +88,22 @@ def touchpad_scene(folder: Path, name: str, rate: float, size: tuple[int, int] =
     """The same of a touchpad seen by a camera of another size, (width, height) px, with the parameters of that very specimen."""
     name_of_bag = f'{name}_{size[0]}'
     scene = open_scene(name, rate, seed, width=size[0], height=size[1])
-    camera, skin, bag = scene.camera, scene.membrane, folder / name_of_bag
-    values = {'sensor_type': 'touchpad', 'cap.curvature_radius': float(skin.radius), 'cap.height': float(skin.height),
-              'membrane.shear_stiffness': float(skin.tension), 'membrane.rest_pressure': float(skin.pressure),
-              'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(), 'camera.translation': camera.translation.tolist()}
-    unclear = {}
+    bag, unclear = folder / name_of_bag, {}
     for number in range(scene.frames):
         truth = scene.observe(number).truth
         unclear[10**9 + round(number / rate * 1e9)] = truth.dot_id[(truth.dot_state == 0) & (truth.dot_gap < _NEAR)]
     if not bag.exists():
         write_scene(bag, name, rate, seed, size=size)
-    return Case(bag, parameter_file(folder / f'{name_of_bag}.yaml', None, values), unclear)
+    return Case(bag, parameter_file(folder / f'{name_of_bag}.yaml', None, touchpad_parameters(scene)), unclear)
+
+
+def touchpad_parameters(scene) -> dict[str, object]:
+    """Name -> value of the sensor's parameters of a simulated touchpad."""
+    camera, skin = scene.camera, scene.membrane
+    return {'sensor_type': 'touchpad', 'rows': scene.rows, 'columns': scene.columns, 'cap.curvature_radius': float(skin.radius),
+            'cap.height': float(skin.height), 'membrane.shear_stiffness': float(skin.tension),
+            'membrane.rest_pressure': float(skin.pressure),
+            'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(), 'camera.translation': camera.translation.tolist()}
 
 
 def parameter_file(path: Path, old: Path | None, changes: Mapping) -> Path:

@@ -14,8 +14,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from tactile_perception.dots.detect.methods import DotDetector
-from tactile_perception.dots.index.point_set_registration import Pattern
+from tactile_perception.dots.detect import DotDetector
+from tactile_perception.dots.pattern import Pattern
 
 TARGETS = {'depth, mm': 'pose_2', 'tilt, deg': 'pose_6', 'slide, mm': 'move_1', 'turn, deg': 'move_6'}
 PINS = 127

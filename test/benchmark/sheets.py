@@ -11,8 +11,6 @@ times as large. Images are rendered, and processed as recordings are; the simula
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -29,12 +27,10 @@ from tactile_driver.simulation.scene.specimen import Act, Script, Specimen, act,
 from tactile_driver.simulation.sensors import areal_dual, areal_single
 from tactile_driver.simulation.sensors.marker_sheet import markers
 from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, SCENES
-from tactile_driver.simulation.skin.sheet import Sheet
+from tactile_driver.simulation.skin.surfaces import Sheet
 from tactile_driver.simulation.skin.tools import TOOLS, Tool, sphere
-from tactile_perception.bags.judged_bag import JudgedBag
-from tactile_perception.evaluation.scores import normalised_square, relative_errors
-from tactile_perception.evaluation.evaluation import pairs
-from tactile_perception.press.tools import calibrate_markers
+
+from judged import Case, Judged, calibrated, judge
 
 RATE, SLOW = 30.0, 3.0  # Hz: of scenes, of calibrations
 LEAST = 0.3e-3          # m: shallower touches are not judged
@@ -172,75 +168,42 @@ def write(sheet: AnySheet, folder: Path, name: str, script: Script, rate: float,
     return bag
 
 
-def calibrate(sheet: AnySheet, folder: Path) -> Path:
-    """Calibration file of the sheet, by small straight presses."""
-    bag, output = write(sheet, folder, 'small', sheet.calibration(), SLOW), folder / 'calibration.yaml'
-    with contextlib.redirect_stderr(io.StringIO()):
-        calibrate_markers([bag], Path(share('params', f'{sheet.name}_sim.yaml')), output)
-    return output
+def counts(apart: float, _estimated, true) -> bool:
+    """Whether an instant is judged: untouched, or touched deep enough by tips that are far enough apart, m."""
+    tips = true.contacts or []
+    if tips and min(tip.depth for tip in tips) < LEAST:
+        return False
+    return len(tips) < 2 or np.hypot(*(tips[0].position - tips[1].position)[:2]) >= apart
 
 
-@dataclass
-class Errors:
-    """Of touches: place and depth, mm, normalised squared error; of single touches relative errors of force and moment; and shares."""
-
-    touches: list
-    wrenches: list
-    told: list
-    beside: int = 0
-
-    def line(self, name: str) -> str:
-        """A line of the table."""
-        place, depth, squares = np.array(self.touches).reshape(-1, 3).T
-        force, moment = np.median(self.wrenches, axis=0) if self.wrenches else (np.nan, np.nan)
-        spreads = ' | '.join(f'{part.mean():.3f} / {np.percentile(part, 95):.3f}' for part in (place, depth))
-        return (f'| {name} | {spreads} | {squares.mean():.2f} | {100 * force:.1f} | {100 * moment:.1f} | {100 * np.mean(self.told):.0f} | '
-                f'{self.beside} |')
-
-
-def judge(instants: Iterator[tuple], radius: float) -> Errors:
-    """Errors of the results against the truth; radius: m, of the larger of two tips, for pairs."""
-    errors = Errors([], [], [])
-    for _, told, true in instants:
-        touches, tips = told.contacts or [], true.contacts or []
-        if not tips:
-            errors.beside += any(touch.depth > LEAST for touch in touches)
-            continue
-        if min(tip.depth for tip in tips) < LEAST:
-            continue
-        if len(tips) == 2 and np.hypot(*(tips[0].position - tips[1].position)[:2]) < APART * radius:
-            continue
-        errors.told.append(len(touches) == len(tips))
-        if errors.told[-1]:
-            errors.touches += [_error(touch, tip) for tip, touch in pairs(tips, touches)]
-            if len(tips) == 1 and told.wrench is not None and true.wrench is not None:
-                errors.wrenches.append(relative_errors(told.wrench.reshape(2, 3), true.wrench.reshape(2, 3)))
-    return errors
-
-
-def _error(touch, tip) -> tuple[float, float, float]:
-    """Place, depth, mm, and normalised squared error of the place."""
-    off = touch.position - tip.position
-    return 1e3 * np.hypot(*off[:2]), 1e3 * abs(touch.depth - tip.depth), normalised_square(off, touch.position_covariance)[0] / 3
+def line(name: str, judged: Judged) -> str:
+    """A line of the table."""
+    errors, summary = judged.evaluation.all_errors(), judged.evaluation.summary()
+    spreads = [1e3 * np.abs(errors[quantity].table()[:, 3]) for quantity in ('place', 'depth')]
+    frames, middle = summary['frames'], judged.medians()
+    whole = 1 - (frames['missed'] + frames['too_few'] + frames['too_many']) / max(frames['touched'], 1)
+    return (f'| {name} | ' + ' | '.join(f'{part.mean():.3f} / {np.percentile(part, 95):.3f}' for part in spreads)
+            + f' | {summary["covariance"].get("mean", np.nan):.2f} | {middle.get("force_relative", np.nan):.1f} '
+            f'| {middle.get("moment_relative", np.nan):.1f} | {100 * whole:.0f} | {frames["false"]} |')
 
 
 ROWS = {'areal_single': ('press', *(f'drag_{friction}' for friction in (0.2, 0.35, 0.6, 1.0)), 'two_0.2', 'two_1.0')}
 ROWS['areal_dual'] = (*ROWS['areal_single'], *(f'shutter_{ms}' for ms in (-16.0, -11.5, -5.0, 0.0, 5.0, 11.5, 16.0)))
 
 
-def run(kind: str, specimens: range, rows: tuple[str, ...], seed: int) -> Iterator[tuple[int, str, Errors]]:
+def run(kind: str, specimens: range, rows: tuple[str, ...], seed: int) -> Iterator[tuple[int, str, Judged]]:
     """Specimen, row and errors."""
+    params = Path(share('params', f'{kind}_sim.yaml'))
     for number in specimens:
         sheet = AnySheet(kind, number)
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
-            calibration = calibrate(sheet, folder)
+            presses = Case(write(sheet, folder, 'small', sheet.calibration(), SLOW), params)
+            calibration = calibrated(presses, kind, folder / 'calibration.yaml')
             for row in rows:
                 script, shutters = sheet.scene(row, seed)
                 bag = write(sheet, folder, row, script, RATE, shutters)
-                with contextlib.redirect_stderr(io.StringIO()):
-                    judged = JudgedBag(bag, params=Path(share('params', f'{kind}_sim.yaml')), calibration=calibration)
-                    yield number, row, judge(judged.instants(), 1.6 * sheet.radius)
+                yield number, row, judge([Case(bag, params)], calibration, counts=partial(counts, APART * 1.6 * sheet.radius))
                 shutil.rmtree(bag)
 
 
@@ -254,8 +217,8 @@ def main() -> None:
     wanted = parser.parse_args()
     print('| specimen, row | place, mm, mean / 95 % | depth | squared | force, % | moment, % | told, % | beside |\n' + '|---' * 8 + '|')
     rows = tuple(wanted.rows or ROWS[wanted.sensor])
-    for number, row, errors in run(wanted.sensor, range(wanted.seed, wanted.seed + wanted.specimens), rows, wanted.seed):
-        print(errors.line(f'{number}, {row}'), flush=True)
+    for number, row, judged in run(wanted.sensor, range(wanted.seed, wanted.seed + wanted.specimens), rows, wanted.seed):
+        print(line(f'{number}, {row}', judged), flush=True)
 
 
 if __name__ == '__main__':

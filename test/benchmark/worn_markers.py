@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Worn, speckled and dirty markers on simulated sheets of all kinds: detected and false markers, position errors, and stated sigmas.
 
-    python3 test/benchmark/worn_markers.py [--sheets 36] [--seed 0] [--methods discs auto blobs likelihood]
+    python3 test/benchmark/worn_markers.py [--sheets 36] [--seed 0] [--methods discs blobs likelihood]
 
 Each sheet has 50 to 350 markers of 8 to 40 px, in a grid, hexagonal or random, bright on dark or dark on bright, with illumination ratios
 up to 3 to 1, and wear from none to heavy; every third sheet has the heaviest wear. A marker is found if a dot lies within 0.35 of its
@@ -19,11 +19,11 @@ import cv2
 import numpy as np
 
 from tactile_driver.simulation.sensors.worn_sheet import LAYOUTS, Print, worn_sheet
-from tactile_perception.dots.detect.methods import DotDetector
+from tactile_perception.dots.detect import DotDetector
 from tactile_perception.errors import BadFrame
 
 FOUND = 0.35  # of a marker's diameter
-METHODS = ('discs', 'auto', 'blobs', 'likelihood')
+METHODS = ('discs', 'blobs', 'likelihood')
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ import runpy, sys
 import numpy as np
 from tactile_driver.simulation.sensors.scenes import open_scene
 runpy.run_path(sys.argv[1])
-from tactile_perception.dots.detect.methods import DotDetector
+from tactile_perception.dots.detect import DotDetector
 scene = open_scene('rest', 30.0, 0)
 frame, truth = scene.render(0.5).image, scene.observe(15).truth.dot_uv
 found = DotDetector('dark', 'simple_blobs').detect(frame).uv

@@ -13,8 +13,7 @@ import yaml
 from sensor_msgs.msg import CameraInfo
 from tactile_bringup.installed import share
 from tactile_driver.frame import Frame, pinhole_calibration
-from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
-from tactile_driver.nodes.messages.conversions import voltages_message
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message, voltages_message
 from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
@@ -79,7 +78,7 @@ def _finger():
     counts, truth = scene.play(0, 1500)
     volts = (counts * (scene.electronics.full_scale / 2**scene.electronics.bits)).astype(np.float32)
     first = np.flatnonzero(truth.touching > 0)[0]
-    return Seen('psd_finger', list(volts[:(first - 20) // 100 * 100].reshape(-1, 100, 4)), volts[first + 50:first + 150],
+    return Seen('psd_finger', list(volts[:(first - 20) // 100 * 100].reshape(-1, 100, 4)), volts[first - 30:first + 70],
                 truth.touches(first + 100))
 
 
@@ -128,12 +127,14 @@ class Chain:
         return image_to_message(Frame(raw, self.stamp_ns, encoding), '', header_of(self.stamp_ns, 'sensor'))
 
     def take(self, message, first=0):
-        """Results of a message, from a stage on; of several on a topic the last. Raises what a stage refuses it with."""
+        """Results of a message, from a stage on; of several on a topic the first with a contact, or the last. Raises the error of
+        a stage that refuses it."""
         results = {}
         for _, topic, result in self._chain.process(message, first):
             if isinstance(result, Exception):
                 raise result
-            results[topic] = result
+            if not getattr(results.get(topic), 'contacts', None):
+                results[topic] = result
         return results
 
     def __call__(self, raw, stamp_ns=None):
@@ -158,7 +159,7 @@ class Chain:
 def contacts(results):
     """The contacts of results, with arrays in place of points; each finite, not above the surface, of a covariance that is one."""
     found = []
-    for one in results['contacts'].contacts:
+    for one in results['contacts'].contacts if 'contacts' in results else ():  # a finger that takes its reference publishes nothing
         covariance = np.array(one.position_covariance).reshape(3, 3)
         place = np.array([one.position.x, one.position.y, one.position.z])
         assert np.isfinite(place).all() and not np.isinf([one.depth, one.force]).any() and not one.depth < 0
@@ -174,7 +175,7 @@ def untouched(results):
     region, wrench = results.get('contact_region'), results.get('wrench')
     force = [] if wrench is None else [getattr(wrench.wrench.force, axis) for axis in 'xyz']
     flat = region is None or (region.area == 0 and not any(region.dot_state))
-    return not results['contacts'].contacts and flat and not np.nansum(np.abs(force))
+    return not contacts(results) and flat and not np.nansum(np.abs(force))
 
 
 def duv(dots):

@@ -64,7 +64,7 @@ def _pressed(sensor):
             values = raw + rng.normal(0, 1, raw.shape) * level
             return values if sensor == 'psd_finger' else np.clip(np.rint(values), 0, 255).astype(np.uint8)
         for raw in of.rest[:12]:
-            if rig.contacts(chain(noisy(raw))):
+            if rig.contacts(chain(noisy(raw))) and sensor in rig.SENSORS[:4]:
                 return np.inf, np.nan
         found = rig.contacts(chain(noisy(of.pressed)))
         if not found:
@@ -83,8 +83,8 @@ RAMPS = {
     'touchpad': Ramp(_pressed('touchpad'), (0, 16, 64), 5e-4, 5e-5, 64),
     'areal_single': Ramp(_pressed('areal_single'), (0, 8, 16, 128), 1e-3, 1e-4, 128),
     'air_cushion': Ramp(_pressed('air_cushion'), (0, 8, 128), 6e-3, 1e-3, 128),
-    'psd_finger': Ramp(_pressed('psd_finger'), (0, 0.01, 0.03, 3), 0.02, 1.0, 3),
-    'taxel_array': Ramp(_pressed('taxel_array'), (0, 1, 3, 100), 3e-4, 1e-4, 100),
+    'psd_finger': Ramp(_pressed('psd_finger'), (0, 0.01, 0.1, 1, 3), 0.02, 1.0, 3),
+    'taxel_array': Ramp(_pressed('taxel_array'), (0, 1, 10, 100), 3e-4, 1e-4, 100),
 }
 
 

@@ -4,11 +4,10 @@
 import cv2
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.spatial import cKDTree
-from tactile_perception import DotTracker, detect_dots, index_dots
+from tactile_perception import detect_dots, DotTracker, index_dots
 from tactile_perception.errors import BadFrame
 
 ROWS, COLUMNS, SIZE, FINE = 9, 13, (480, 360), 4

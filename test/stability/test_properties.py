@@ -5,12 +5,11 @@ import numpy as np
 import pytest
 
 hypothesis = pytest.importorskip('hypothesis', reason='pip install hypothesis')
-from hypothesis import HealthCheck, assume, given, settings  # noqa: E402
-from hypothesis import strategies as st  # noqa: E402
+from hypothesis import HealthCheck, assume, given, settings, strategies as st  # noqa: E402
 from hypothesis.extra import numpy as arrays  # noqa: E402
 
 from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust  # noqa: E402
-from tactile_perception.common.rotations import rotation_matrix, rotation_vector  # noqa: E402
+from tactile_perception.common.geometry import rotation_matrix, rotation_vector  # noqa: E402
 from tactile_perception.errors import BadFrame, TactileError  # noqa: E402
 from tactile_perception.clock import StampClock  # noqa: E402
 from tactile_perception._core.finger import SphereFilter  # noqa: E402

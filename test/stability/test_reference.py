@@ -92,7 +92,7 @@ def test_a_glaring_spot_over_the_touch_makes_up_nothing_far_away():
         assert np.hypot(*(contact.position - of.truth[0].position)[:2]) < 3e-3
 
 
-def test_a_hundred_starts_of_two_cameras_with_one_late():
+def test_starts_of_two_cameras_with_one_late():
     """No reference is taken before both views are there; then touches are found."""
     scene, stitch = rig.open_dual_scene('areal_dual_demo', 3.0), rig.stitcher()
     pictures = []
@@ -101,7 +101,7 @@ def test_a_hundred_starts_of_two_cameras_with_one_late():
         pictures.append((stitch(left, right), stitch(left, None), stitch(None, right), bool(truth.contacts)))
     of, rng = rig.seen('areal_dual'), np.random.default_rng(7)
     pressed = wrong = 0
-    for _ in range(100):
+    for _ in range(20):
         chain, first, late, side = of.chain(), rng.integers(24), rng.integers(1, 5), rng.integers(1, 3)
         for k in range(late):
             with pytest.raises(BadFrame, match='one of the two views is black'):
@@ -110,6 +110,6 @@ def test_a_hundred_starts_of_two_cameras_with_one_late():
             whole, *_, touched = pictures[(first + k) % 24]
             wrong += bool(contacts(chain(whole))) != touched
             pressed += touched
-    assert pressed > 50 and wrong <= 8
+    assert pressed > 10 and wrong <= 2
     chain = of.chain()
     assert untouched(chain(pictures[0][0])) and untouched(chain(pictures[1][1])), 'one view alone, later'

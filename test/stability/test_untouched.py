@@ -32,7 +32,7 @@ def test_no_contact_in_noisy_images(sensor, level):
 
 def test_no_contact_under_noise_of_a_taxel_array():
     of, rng = rig.seen('taxel_array'), np.random.default_rng(3)
-    chain = of.chain().begun()
+    chain = of.chain()
     for _ in range(300):
         values = of.rest[0] + rng.normal(0, 1.0, of.rest[0].shape)
         assert untouched(chain(np.clip(np.rint(values), 0, 255).astype(np.uint8)))

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import COMPRESSED
-from tactile_driver.recordings.reader import BagReader
-from tactile_driver.recordings.description import descriptions
+from tactile_driver.recordings.reader import BagReader, descriptions
 
 from tactile_perception.sensors import SENSOR_TYPES
 

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument, TactileError
-from tactile_driver.nodes.messages.transforms import static_transform
+from tactile_driver.nodes.messages.conversions import static_transform
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 from tactile_driver.nodes.runtime.diagnostics import OK, Health, LogOnce, NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host

@@ -12,8 +12,7 @@ from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message, stamp_ns_of
 from tactile_driver.nodes.messages.images import image_to_array
-from tactile_driver.nodes.runtime.adaptive_subscription import AdaptiveSubscription
-from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.host import AdaptiveSubscription, Host
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.stitching.calibration import Stitching, load_stitching

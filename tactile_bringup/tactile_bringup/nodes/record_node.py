@@ -16,7 +16,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.messages.images import message_type
-from tactile_driver.nodes.runtime.adaptive_subscription import AdaptiveSubscription
+from tactile_driver.nodes.runtime.host import AdaptiveSubscription
 from tactile_driver.nodes.runtime.defect_guard import guard_services
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, LogOnce, NodeDiagnostics, common_values
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters

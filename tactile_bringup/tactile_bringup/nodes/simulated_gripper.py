@@ -12,7 +12,7 @@ from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TRUTH, GroundTruth
 from tactile_driver.nodes.runtime.run import run_node
-from tactile_driver.simulation.taxel.held_object import HeldScene
+from tactile_driver.simulation.taxel.scene import HeldScene
 
 from .grip_reflex import JOINT
 

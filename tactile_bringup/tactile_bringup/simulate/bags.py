@@ -18,13 +18,12 @@ from tactile_driver.camera.pairs import NAMES
 from tactile_driver.command import tells_errors
 from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.frame_names import optical_frame
-from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message, instants, voltages_message
+from tactile_driver.nodes.messages.conversions import (
+    calibration_to_message, camera_transforms, header_of, image_to_message, instants, static_transform, voltages_message)
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, truth_messages
-from tactile_driver.nodes.messages.transforms import camera_transforms, static_transform
 from tactile_driver.recordings.writer import write_messages
 from tactile_driver.samples import SampleBlock
-from tactile_driver.simulation.psd.finger import COVER_RADIUS
-from tactile_driver.simulation.psd.scene import PSD_SCENES, open_psd_scene
+from tactile_driver.simulation.psd.scene import COVER_RADIUS, PSD_SCENES, open_psd_scene
 from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.shutters import Shutters
 from tactile_driver.simulation.sensors.scenes import SCENES, open_dual_scene, open_scene

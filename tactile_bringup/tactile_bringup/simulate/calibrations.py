@@ -20,7 +20,7 @@ from tactile_perception.errors import BadArgument
 from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.press.tools import calibrate_markers
 from tactile_perception.finger.tools import calibrate_psd
-from tactile_perception.taxel.calibration import calibrate_taxels
+from tactile_perception.taxel.tools import calibrate_taxels
 
 from .bags import write_psd_scene, write_scene, write_taxel_scene
 from ..installed import share

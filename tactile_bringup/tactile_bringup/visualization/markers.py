@@ -11,7 +11,7 @@ from geometry_msgs.msg import Point, Quaternion, Vector3
 from rclpy.duration import Duration
 from std_msgs.msg import ColorRGBA, Header
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
-from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.common.geometry import Cap
 from visualization_msgs.msg import Marker, MarkerArray
 
 from . import pictures as colours

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tactile_bringup.nodes.grip_reflex import LONGEST_S, Reflex
 from tactile_driver.parameters.table import defaults
-from tactile_driver.simulation.taxel.held_object import HeldScene
+from tactile_driver.simulation.taxel.scene import HeldScene
 from tactile_driver.simulation.truth import INCIPIENT, NO_SLIP
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, taxel_estimator
 

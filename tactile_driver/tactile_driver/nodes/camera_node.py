@@ -18,8 +18,7 @@ from ..parameters.drivers import CAMERA_PARAMETERS, known_pose
 from ..sources.registry import CAMERA_SOURCES, make_source
 from ..sources.source import Source
 from .driver_node import ACKNOWLEDGE, BaseStream, DriverNode, RawPublishers
-from .messages.conversions import calibration_to_message, header_of, image_to_message
-from .messages.transforms import Pose, camera_transforms
+from .messages.conversions import Pose, calibration_to_message, camera_transforms, header_of, image_to_message
 from .runtime.host import Host
 from .runtime.ros_defaults import LATCHED_QOS, STREAM_QOS
 from .runtime.run import run_node

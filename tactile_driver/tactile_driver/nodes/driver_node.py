@@ -18,7 +18,7 @@ from std_msgs.msg import String
 from ..errors import BadArgument, DeviceLost, TactileError
 from ..parameters.drivers import LIVE, check_together
 from ..parameters.table import Parameter
-from ..recordings.truth import RecordedTruth
+from ..recordings.reader import RecordedTruth
 from ..simulation.truth import TruthFrame
 from ..sources.capture import Backoff, Capture, CaptureStatus
 from ..sources.source import Clock, Source

@@ -27,9 +27,8 @@ from ..stitching.methods import MiddleStitcher, Stitcher, make_stitcher
 from .camera_node import ImagePublishers, ImageStream, ImageTopic, info_of_size, size_remark
 from .driver_node import BaseStream, DriverNode
 from .messages.conversions import RIGHT_TIME, frame_of_message, header_of, right_time_message
-from .runtime.adaptive_subscription import AdaptiveSubscription
+from .runtime.host import AdaptiveSubscription, Host
 from .runtime.diagnostics import Health
-from .runtime.host import Host
 from .runtime.ros_defaults import STREAM_QOS
 from .runtime.run import run_node
 

@@ -10,7 +10,7 @@ from rclpy.lifecycle import LifecycleNode
 from tactile_msgs.msg import PsdVoltages
 
 from ..parameters.drivers import PSD_DRIVER_PARAMETERS
-from ..recordings.truth import RecordedTruth
+from ..recordings.reader import RecordedTruth
 from ..samples import SampleBlock
 from ..sources.registry import PSD_SOURCES, make_source
 from ..sources.source import NS

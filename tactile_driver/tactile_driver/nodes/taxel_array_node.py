@@ -10,8 +10,7 @@ from functools import partial
 from rclpy.lifecycle import LifecycleNode
 from sensor_msgs.msg import Image
 
-from ..frame import Frame
-from ..matrix import MatrixOrder
+from ..frame import Frame, MatrixOrder
 from ..parameters.drivers import TAXEL_DRIVER_PARAMETERS
 from ..sources.registry import TAXEL_SOURCES, make_source
 from .driver_node import ACKNOWLEDGE, BaseStream, DriverNode, SeriesPublishers

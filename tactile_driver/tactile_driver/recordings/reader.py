@@ -1,19 +1,58 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads raw messages from rosbag2 recordings: sqlite3 or MCAP, compressed or not, one file or several."""
+"""Reads rosbag2 recordings (sqlite3 or MCAP, one file or several): raw messages, descriptions, truth, and what is missing."""
 from __future__ import annotations
 
+import posixpath
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+import yaml
 from rosbag2_py import ConverterOptions, MetadataIo, SequentialCompressionReader, SequentialReader, StorageFilter, StorageOptions
 
-from ..errors import BadRecording
+from ..errors import BadFrame, BadRecording
 from ..frame import COMPRESSED
-from .left_out import LeftOut
+from ..frame_names import sensor_frame
+from .serialization import decode
+
+_MOST = 50  # distinct reasons kept, further ones are counted together; chosen
+_NUMBER = re.compile(r'-?\d+(\.\d+)?')
+
+
+class LeftOut:
+    """Skipped items by place and reason. Reasons that differ only in numbers count as one; the first is reported."""
+
+    def __init__(self):
+        self._found: dict[tuple[str, str], list] = {}
+
+    def add(self, where: str, reason: str, stamp_ns: int | None = None, count: int = 1) -> None:
+        """Count skipped items. where: topic or file; stamp_ns: stamp of the message, ns; count: number of items."""
+        key = (where, _NUMBER.sub('#', reason))
+        if key not in self._found and len(self._found) >= _MOST:
+            key, reason = ('elsewhere', ''), 'other reasons'
+        entry = self._found.setdefault(key, [0, reason, stamp_ns])
+        entry[0] += count
+
+    @property
+    def total(self) -> int:
+        """Number of skipped items."""
+        return sum(count for count, _, _ in self._found.values())
+
+    def merge(self, other: LeftOut) -> None:
+        """Add the counts of another LeftOut."""
+        for (where, _), (count, reason, stamp_ns) in other._found.items():
+            self.add(where, reason, stamp_ns, count)
+
+    def lines(self) -> list[str]:
+        """One line per reason: count, place, reason and first time; most frequent first."""
+        told = sorted(self._found.items(), key=lambda item: -item[1][0])
+        return [f'{count} of {where}: {reason}' + ('' if stamp is None else f' (first at {stamp / 1e9:.3f} s)')
+                for (where, _), (count, reason, stamp) in told]
+
 
 _FILES = ('.mcap', '.db3')
 COMPRESSED_IMAGE = 'sensor_msgs/msg/CompressedImage'
@@ -151,3 +190,87 @@ def _help(bag: Path) -> str:
 
 def _one_line(error: Exception) -> str:
     return ' '.join(str(error).split())
+
+
+_STRING = 'std_msgs/msg/String'
+
+
+def recorded_description(reader: BagReader, raw_topic: str) -> dict:
+    """Description of the sensor with this raw topic: /ns/description for /ns/image_raw or /ns/left/image_raw; {} without one.
+
+    For a recording of a replay, the description in the original recording is returned (see original).
+    """
+    namespace = posixpath.dirname(raw_topic)
+    for folder in (namespace, posixpath.dirname(namespace)):
+        for about in _told(reader, {posixpath.join(folder, 'description')}):
+            if about:
+                return about
+    return {}
+
+
+def descriptions(bag: str | Path, namespace: str = '') -> Iterator[dict]:
+    """Descriptions in a bag of the sensor in namespace ('': of any sensor); for a replayed sensor the original one.
+
+    Messages without a YAML mapping are skipped. Raises BadRecording.
+    """
+    end = '/description'
+    with BagReader(bag) as reader:
+        yield from _told(reader, {topic for topic in reader.topics
+                                  if (topic == f'/{namespace}{end}' if namespace else topic.endswith(end))})
+
+
+def recorded_frame(reader: BagReader, prefix: str) -> str:
+    """The sensor frame of the sensor with topics under prefix, '/ns/': as its description says, else as its namespace is named."""
+    told = (about.get('frame_id') for about in _told(reader, {prefix + 'description'}))
+    return next((frame for frame in told if frame and isinstance(frame, str)), sensor_frame(prefix))
+
+
+def original(about: dict) -> dict:
+    """Description of the sensor itself: for a replay, the original description, which the driver keeps under the key recorded."""
+    recorded = about.get('recorded')
+    return recorded if isinstance(recorded, dict) else about
+
+
+def _told(reader: BagReader, topics: set[str]) -> Iterator[dict]:
+    for raw in reader.messages({topic for topic in topics if reader.topics.get(topic) == _STRING}):
+        try:
+            about = yaml.safe_load(decode(raw.data, _STRING).data)
+        except (BadFrame, yaml.YAMLError):
+            continue
+        if isinstance(about, dict):
+            yield original(about)
+
+
+_TYPES = {'contacts': 'tactile_msgs/msg/Contacts', 'contact_region': 'tactile_msgs/msg/ContactRegion', 'slip': 'tactile_msgs/msg/Slip',
+          'wrench': 'geometry_msgs/msg/WrenchStamped'}
+
+
+@dataclass(frozen=True)
+class RecordedTruth:
+    """messages: (name of the topic under ground_truth/, serialised message), as recorded with one raw message."""
+
+    messages: tuple[tuple[str, bytes], ...]
+
+
+def truth_topics(types: Mapping[str, str], raw_topic: str) -> dict[str, str]:
+    """Topic -> its name under ground_truth/, of the sensor with this raw topic: /ns/image_raw, or /ns/left/image_raw; types: of all topics.
+    """
+    folder = posixpath.dirname(raw_topic)
+    named = {posixpath.join(space, 'ground_truth', name): name for space in (folder, posixpath.dirname(folder)) for name in _TYPES}
+    return {topic: name for topic, name in named.items() if types.get(topic) == _TYPES[name]}
+
+
+def with_truth(messages: Iterable, raw_topic: str, topics: Mapping[str, str]) -> Iterator[tuple[object, RecordedTruth | None]]:
+    """(raw message, what is recorded of the truth after it and before the next one), in the order of recording; truth before the first raw
+    message comes with it. messages: RawMessages of the raw topic and of topics, as of truth_topics."""
+    last, found = None, []
+    for message in messages:
+        if message.topic in topics:
+            found.append((topics[message.topic], message.data))
+        elif message.topic == raw_topic:
+            if last is not None:
+                yield last, RecordedTruth(tuple(found)) if found else None
+                found = []
+            last = message
+    if last is not None:
+        yield last, RecordedTruth(tuple(found)) if found else None

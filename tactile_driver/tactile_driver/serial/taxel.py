@@ -9,8 +9,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from ..errors import BadArgument, BadRecording
-from ..frame import Frame
-from ..matrix import matrix_frame
+from ..frame import Frame, matrix_frame
 from ..simulation.taxel.scene import open_taxel_scene
 from ..sources.source import NS, Clock, EndOfSource, EvenPace, SceneSource, Source, StampPace, stamp_of, wait_until
 from .clock import DeviceClock

@@ -10,13 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import BadArgument, BadFrame, BadRecording
-from ..frame import COMPRESSED, CameraCalibration, Frame, frame_of
-from ..matrix import matrix_frame
+from ..frame import COMPRESSED, CameraCalibration, Frame, frame_of, matrix_frame
 from ..nodes.messages.images import grey_to_array, image_to_array
-from ..recordings.description import recorded_description
-from ..recordings.reader import COMPRESSED_IMAGE, BagReader, RawMessage
+from ..recordings.reader import BagReader, COMPRESSED_IMAGE, RawMessage, RecordedTruth, recorded_description, truth_topics, with_truth
 from ..recordings.serialization import decode
-from ..recordings.truth import RecordedTruth, truth_topics, with_truth
 from ..samples import CHANNELS, SampleBlock
 from .source import NS, EndOfSource, EvenPace, Source, StampPace, wait_until
 

@@ -207,10 +207,10 @@ def test_a_missing_device_is_told_and_does_not_end_the_node(watcher, camera, vid
     assert code == 0 and log.count('no-such-serial') == 1
 
 
-class LateCamera:
+class LateCamera(Source):
     """A camera that is plugged in after two tries and pulled out again after its twentieth frame, for one try."""
 
-    live, on_demand, skipped, corrupt, remark = True, False, 0, 0, ''
+    live = True
 
     def __init__(self):
         self.opened, self.frames, self.pulls = 0, 0, [20]
@@ -227,14 +227,8 @@ class LateCamera:
             raise DeviceLost('pulled out')
         return Frame(np.zeros((4, 6), np.uint8), time.time_ns(), 'mono8') if wanted else None
 
-    def close(self):
-        pass
-
     def describe(self):
         return {'source': 'device', 'serial': 'A111', 'rate': 100.0}
-
-    def calibration(self):
-        return None
 
 
 def test_a_camera_that_comes_late_and_is_pulled_out_is_found_again(watcher, monkeypatch):

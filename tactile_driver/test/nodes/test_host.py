@@ -18,8 +18,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
-from tactile_driver.nodes.runtime.adaptive_subscription import AdaptiveSubscription, received_ns
-from tactile_driver.nodes.runtime.host import Host, SharedPublisher
+from tactile_driver.nodes.runtime.host import AdaptiveSubscription, Host, SharedPublisher, received_ns
 
 
 @pytest.fixture

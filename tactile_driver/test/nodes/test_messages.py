@@ -14,10 +14,9 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 from tactile_driver.errors import BadFrame
 from tactile_driver.frame import Frame
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.nodes.messages.conversions import camera_transforms, header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
 from tactile_driver.nodes.messages.images import GREY, PICTURES, array_to_image, grey_to_array, image_to_array, message_type
-from tactile_driver.nodes.messages.transforms import camera_transforms
 from tactile_driver.simulation.truth import Touch, TruthFrame
 
 COLOUR = np.random.default_rng(0).integers(0, 255, (4, 6, 3), dtype=np.uint8)

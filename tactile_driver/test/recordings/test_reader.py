@@ -10,11 +10,8 @@ from sensor_msgs.msg import CompressedImage, Image
 from small_bags import FILE, MESSAGE, TYPE, message, numbers, write_bag
 from std_msgs.msg import String
 from tactile_driver.errors import BadRecording
-from tactile_driver.recordings.description import descriptions, original, recorded_description
-from tactile_driver.recordings.left_out import LeftOut
-from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.reader import BagReader, LeftOut, descriptions, original, recorded_description, truth_topics, with_truth
 from tactile_driver.recordings.serialization import type_hash
-from tactile_driver.recordings.truth import truth_topics, with_truth
 from tactile_driver.recordings.writer import write_messages
 
 

@@ -12,8 +12,7 @@ from tactile_driver.simulation.optics.pattern import SurfaceSampler, WidePattern
 from tactile_driver.simulation.optics.rendering import Imaging, Renderer
 from tactile_driver.simulation.optics.water_light import Illumination, Lighting, lamp_places
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
-from tactile_driver.simulation.skin.dome import Membrane
-from tactile_driver.simulation.skin.sheet import Sheet
+from tactile_driver.simulation.skin.surfaces import Membrane, Sheet
 
 PLACES = np.array([[0.0, 0, 0.013], [0.01, 0.004, 0.008], [-0.012, 0.013, 0.004], [0.004, -0.015, 0.006]])
 
@@ -103,9 +102,6 @@ def test_a_wide_disc_on_a_bent_sheet_appears_at_the_centroid_of_its_image():
 MATT = replace(Lighting(), gloss=0.0)
 
 
-@pytest.fixture(scope='module')
-
-
 def drawn(membrane, lighting=MATT, imaging=Imaging(), number=None, width=640, ink=True):
     """A picture of the resting pad and its dots' places."""
     camera = touchpad_camera(width)
@@ -169,9 +165,6 @@ def test_reflections_of_the_window_stay_in_place_and_are_white(membrane):
         assert extra[v, u, :2] == pytest.approx([60, 60], abs=6)
         rows, columns = np.mgrid[:extra.shape[0], :extra.shape[1]]
         assert extra[np.hypot(rows - v, columns - u) > 20 * scale].max() <= 1
-
-
-@pytest.fixture(scope='module')
 
 
 def look_water(membrane, lighting, flatten=0.0):

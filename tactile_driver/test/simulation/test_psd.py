@@ -5,8 +5,7 @@
 import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument
-from tactile_driver.simulation.psd.finger import Electronics, FingerSpecimen
-from tactile_driver.simulation.psd.scene import PSD_SCENES, open_psd_scene
+from tactile_driver.simulation.psd.scene import Electronics, FingerSpecimen, PSD_SCENES, open_psd_scene
 
 
 def normals(theta, phi=0.3):

@@ -7,17 +7,15 @@ from functools import partial
 
 import numpy as np
 import pytest
-from tactile_driver.simulation.scene.contact_region import find_region
-from tactile_driver.simulation.scene.observe import SLIP_SPEED, Observer
+from tactile_driver.simulation.scene.observe import Observer, SLIP_SPEED, find_region
 from tactile_driver.simulation.scene.shutters import Shutters
 from tactile_driver.simulation.scene.specimen import UNTOUCHED, act, one_after_the_other, press
 from tactile_driver.simulation.sensors.areal_dual import areal_dual
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
 from tactile_driver.simulation.skin.contact import FrictionalContact
-from tactile_driver.simulation.skin.dome import Membrane
-from tactile_driver.simulation.skin.motion import Key, Motion
-from tactile_driver.simulation.skin.tools import tool_named
+from tactile_driver.simulation.skin.surfaces import Membrane
+from tactile_driver.simulation.skin.tools import Key, Motion, tool_named
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NON_CONTACT, NO_SLIP, SLIPPING, STICKING
 
 

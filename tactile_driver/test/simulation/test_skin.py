@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument
 from tactile_driver.simulation.skin.contact import FrictionalContact
-from tactile_driver.simulation.skin.dome import Membrane
-from tactile_driver.simulation.skin.motion import Key, Motion, Pose, attitude
-from tactile_driver.simulation.skin.sheet import Sheet
-from tactile_driver.simulation.skin.tools import TOOLS, tool_named
+from tactile_driver.simulation.skin.surfaces import Membrane, Sheet
+from tactile_driver.simulation.skin.tools import Key, Motion, Pose, TOOLS, attitude, tool_named
 
 
 @pytest.fixture(params=[lambda: Membrane(nodes=25), lambda: Sheet(0.06, 0.045, 40.0, 1.3, 1e-4, 25)], ids=['dome', 'sheet'])

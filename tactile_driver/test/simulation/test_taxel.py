@@ -5,10 +5,8 @@
 import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument
-from tactile_driver.simulation.taxel.held_object import HeldScene
-from tactile_driver.simulation.taxel.layer import BondedLayer
-from tactile_driver.simulation.taxel.pad import FACES, PadSpecimen, RubberPad
-from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, open_taxel_scene
+from tactile_driver.simulation.taxel.scene import HeldScene, TAXEL_SCENES, open_taxel_scene
+from tactile_driver.simulation.taxel.pad import BondedLayer, FACES, PadSpecimen, RubberPad
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP
 
 PULL, REACH = 5e7, 4.0  # N/m^3; thickness in cells

@@ -6,12 +6,9 @@
 
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
-#include "common/all_within.hpp"
 #include "common/camera_view.hpp"
-#include "common/grid_normals.hpp"
 #include "common/outlines.hpp"
-#include "common/planar_twist.hpp"
-#include "common/point_shapes.hpp"
+#include "common/points.hpp"
 #include "common/region_moments.hpp"
 #include "common/rigid_motion.hpp"
 

@@ -4,14 +4,14 @@
 // fixed rule, so that the same points give the same answer.
 #include "common/rigid_motion.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
-
-#include "common/jacobi.hpp"
-#include "common/vectors.hpp"
 
 namespace tactile {
 namespace {
@@ -27,54 +27,39 @@ constexpr double ONE_PLACE = 1e-24;  // m^2, a picometre: points that near coinc
 constexpr double NARROW = 1e-6;      // least variance across the long axis over that along it; below, the turn about it is open. Chosen
 constexpr double MIRRORED = 1e-2;    // third singular value over the second of a reflection; noise reaches it at 10 % of the spread
 
+using Eigen::Vector3d;
 using Points = std::vector<std::ptrdiff_t>;
 
-// after = turn before + shift; turn's rows. The second singular value of the products, and the third, negative for mirrored points.
+// after = turn before + shift. The second singular value of the products, and the third, negative for mirrored points.
 struct Motion {
-    Vec3 turn[3], shift;
+    Eigen::Matrix3d turn;
+    Vector3d shift;
     double second, third;
-    Vec3 apply(Vec3 place) const { return Vec3{dot(turn[0], place), dot(turn[1], place), dot(turn[2], place)} + shift; }
+    Vector3d apply(const Vector3d& place) const { return turn * place + shift; }
 };
 
-// The rotation that maximises the sum of products c[i][j] = before_i after_j (Horn 1987, Closed-form solution of absolute orientation using
-// unit quaternions): its quaternion is the eigenvector of the largest eigenvalue.
-Motion rotation(const double (&c)[3][3]) {
-    double matrix[4][4] = {{c[0][0] + c[1][1] + c[2][2], c[1][2] - c[2][1], c[2][0] - c[0][2], c[0][1] - c[1][0]},
-                           {c[1][2] - c[2][1], c[0][0] - c[1][1] - c[2][2], c[0][1] + c[1][0], c[2][0] + c[0][2]},
-                           {c[2][0] - c[0][2], c[0][1] + c[1][0], c[1][1] - c[0][0] - c[2][2], c[1][2] + c[2][1]},
-                           {c[0][1] - c[1][0], c[2][0] + c[0][2], c[1][2] + c[2][1], c[2][2] - c[0][0] - c[1][1]}};
-    double axes[4][4];
-    diagonalise(matrix, axes);
-    int order[] = {0, 1, 2, 3};
-    std::stable_sort(order, order + 4, [&](int i, int j) { return matrix[i][i] > matrix[j][j]; });
-    const auto value = [&](int k) { return matrix[order[k]][order[k]]; };
-    const int most = order[0];
-    const double w = axes[0][most], x = axes[1][most], y = axes[2][most], z = axes[3][most];
-    // With singular values a, b, c the eigenvalues are a + b + c, a - b - c, b - a - c and c - a - b.
-    return {{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
-             {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
-             {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}},
-            {0, 0, 0},
-            (value(0) + value(2)) / 2,
-            (value(0) + value(3)) / 2};
+// The rotation that maximises the sum of the products (3, 3) before_i after_j (Kabsch 1976), by their singular value decomposition.
+Motion rotation(const Eigen::Matrix3d& products) {
+    if (!products.allFinite()) return {Eigen::Matrix3d::Constant(NAN), Vector3d::Zero(), NAN, NAN};
+    const Eigen::JacobiSVD<Eigen::Matrix3d> parts(products, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const double hand = (parts.matrixV() * parts.matrixU().transpose()).determinant() < 0 ? -1 : 1;
+    const Vector3d signs(1, 1, hand);
+    return {parts.matrixV() * signs.asDiagonal() * parts.matrixU().transpose(), Vector3d::Zero(), parts.singularValues()[1],
+            hand * parts.singularValues()[2]};
+}
+
+Vector3d place_at(const double* array, std::ptrdiff_t k) {
+    return Eigen::Map<const Vector3d>(array + 3 * k);
 }
 
 // The two largest variances of points (count, 3), as weighted, along their principal axes.
 std::array<double, 2> spreads(const double* points, const std::vector<double>& weights) {
-    double total = 0, matrix[3][3] = {}, axes[3][3];
-    Vec3 middle{0, 0, 0};
-    for (const double weight : weights) total += weight;
-    for (std::size_t i = 0; i < weights.size(); ++i) middle = middle + weights[i] / total * vec3_at(points, static_cast<std::ptrdiff_t>(i));
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-        const Vec3 off = vec3_at(points, static_cast<std::ptrdiff_t>(i)) - middle;
-        const double away[3] = {off.x, off.y, off.z};
-        for (int a = 0; a < 3; ++a) {
-            for (int b = 0; b < 3; ++b) matrix[a][b] += weights[i] / total * away[a] * away[b];
-        }
-    }
-    diagonalise(matrix, axes);
-    double values[3] = {matrix[0][0], matrix[1][1], matrix[2][2]};
-    std::sort(values, values + 3);
+    const auto count = static_cast<std::ptrdiff_t>(weights.size());
+    const Eigen::Map<const Eigen::Matrix3Xd> places(points, 3, count);
+    const Eigen::VectorXd share = Eigen::Map<const Eigen::VectorXd>(weights.data(), count) / std::accumulate(weights.begin(), weights.end(), 0.0);
+    const Eigen::Matrix3Xd off = places.colwise() - places * share;
+    const Eigen::Matrix3d covariance = off * share.asDiagonal() * off.transpose();
+    const Vector3d values = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues();
     return {values[2], values[1]};
 }
 
@@ -122,27 +107,19 @@ class Fit {
 
     // Squared residual of point i over the variance of a coordinate.
     double scaled(const Motion& motion, std::ptrdiff_t i) const {
-        const Vec3 left = vec3_at(after_, i) - motion.apply(vec3_at(before_, i));
-        return dot(left, left) * base_[i];
+        return (place_at(after_, i) - motion.apply(place_at(before_, i))).squaredNorm() * base_[i];
     }
 
     Motion least_squares(const Points& points, const double* weights) const {
         double total = 0;
         for (const std::ptrdiff_t i : points) total += weights[i];
-        Vec3 from{0, 0, 0}, to{0, 0, 0};
-        for (const std::ptrdiff_t i : points) {
-            const double share = weights[i] / std::max(total, std::numeric_limits<double>::min());
-            from = from + share * vec3_at(before_, i), to = to + share * vec3_at(after_, i);
-        }
-        double products[3][3] = {};
-        for (const std::ptrdiff_t i : points) {
-            const double share = weights[i] / std::max(total, std::numeric_limits<double>::min());
-            const Vec3 p = vec3_at(before_, i) - from, q = share * (vec3_at(after_, i) - to);
-            const double left[3] = {p.x, p.y, p.z}, right[3] = {q.x, q.y, q.z};
-            for (int a = 0; a < 3; ++a) {
-                for (int b = 0; b < 3; ++b) products[a][b] += left[a] * right[b];
-            }
-        }
+        const double whole = std::max(total, std::numeric_limits<double>::min());
+        Vector3d from = Vector3d::Zero(), to = from;
+        for (const std::ptrdiff_t i : points)
+            from += weights[i] / whole * place_at(before_, i), to += weights[i] / whole * place_at(after_, i);
+        Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
+        for (const std::ptrdiff_t i : points)
+            products += weights[i] / whole * (place_at(before_, i) - from) * (place_at(after_, i) - to).transpose();
         Motion motion = rotation(products);
         motion.shift = to - motion.apply(from);
         return motion;
@@ -171,8 +148,7 @@ class Fit {
     Points neighbourhood(std::ptrdiff_t centre) const {
         std::vector<std::pair<double, std::ptrdiff_t>> distance(count_);
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
-            const Vec3 away = vec3_at(before_, i) - vec3_at(before_, centre);
-            const double square = dot(away, away);
+            const double square = (place_at(before_, i) - place_at(before_, centre)).squaredNorm();
             distance[i] = {std::isfinite(square) ? square : std::numeric_limits<double>::infinity(), i};
         }
         std::nth_element(distance.begin(), distance.begin() + PATCH - 1, distance.end());
@@ -196,12 +172,10 @@ RigidMotion rigid_motion(const double* before, const double* after, const double
     const Fit fit(before, after, weights, count);
     const std::vector<double> used = steps > 0 ? fit.run(steps) : std::vector<double>(weights, weights + count);
     const Motion found = fit.least_squares(used);
-    RigidMotion motion{{}, {found.shift.x, found.shift.y, found.shift.z}, std::vector<double>(3 * count), used, fit.open(found, used)};
-    for (std::ptrdiff_t i = 0; i < count; ++i) store(motion.residuals.data(), i, vec3_at(after, i) - found.apply(vec3_at(before, i)));
-    for (int row = 0; row < 3; ++row) {
-        const Vec3& turn = found.turn[row];
-        motion.rotation[3 * row] = turn.x, motion.rotation[3 * row + 1] = turn.y, motion.rotation[3 * row + 2] = turn.z;
-    }
+    RigidMotion motion{{}, {found.shift.x(), found.shift.y(), found.shift.z()}, std::vector<double>(3 * count), used, fit.open(found, used)};
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(motion.rotation.data()) = found.turn;
+    for (std::ptrdiff_t i = 0; i < count; ++i)
+        Eigen::Map<Vector3d>(&motion.residuals[3 * i]) = place_at(after, i) - found.apply(place_at(before, i));
     return motion;
 }
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dots/index/assignment.hpp"
+#include "dots/links.hpp"
 
 namespace tactile::press {
 namespace {

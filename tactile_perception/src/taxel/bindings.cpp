@@ -6,8 +6,10 @@
 #include <pybind11/eigen.h>
 
 #include "bindings/border.hpp"
-#include "common/outlines.hpp"
+#include "taxel/hysteresis.hpp"
 #include "taxel/keyframe.hpp"
+#include "taxel/path.hpp"
+#include "taxel/region.hpp"
 #include "taxel/score.hpp"
 #include "taxel/shear.hpp"
 
@@ -39,12 +41,41 @@ py::array_t<float> contact_score(const py::object& pressure, const py::object& f
     return kept(std::move(found), {given.length(0), given.length(1)});
 }
 
-py::tuple contours(const py::object& field, double level) {
-    const Input<double> given(field, "field", {ANY, ANY});
+taxel::Outlines outlines(const py::object& score, const py::object& labels, double level, double pitch) {
+    const Input<float> given(score, "score", {ANY, ANY});
+    const Input<std::int32_t> regions(labels, "labels", {given.length(0), given.length(1)});
     within(level, "level", 1e-6, LONGEST);
-    Loops found = without_gil([&] { return find_contours(given.data(), given.length(0), given.length(1), level); });
-    const auto vertices = static_cast<py::ssize_t>(found.places.size()) / 2, loops = static_cast<py::ssize_t>(found.region.size());
-    return py::make_tuple(output(found.places, {vertices, 2}), output(found.start, {loops + 1}), output(found.region, {loops}));
+    within(pitch, "pitch", 1e-9, LONGEST);
+    return without_gil([&] { return taxel::outlines_of(given.data(), regions.data(), given.length(0), given.length(1), level, pitch); });
+}
+
+std::pair<py::array_t<float>, py::array_t<float>> hide(const py::object& shown, const py::object& held, double share, double reach,
+                                                       double relative) {
+    const Input<float> given(shown, "shown", {ANY, ANY}), before(held, "held", {given.length(0), given.length(1)});
+    const taxel::Play play{static_cast<float>(within(share, "share", 0, 0.999)),
+                           static_cast<float>(within(reach, "reach", 0, LARGEST_NUMBER)),
+                           static_cast<float>(within(relative, "relative", 0, 1))};
+    const py::ssize_t taxels = given.length(0) * given.length(1);
+    std::vector<float> now(before.data(), before.data() + taxels), hidden(taxels);
+    taxel::hide(given.data(), taxels, play, now.data(), hidden.data());
+    return {kept(std::move(hidden), {given.length(0), given.length(1)}), kept(std::move(now), {given.length(0), given.length(1)})};
+}
+
+taxel::Path make_path(double window, double reported, int fewest, int latest, double least_noise, double bound) {
+    return taxel::Path({within(window, "window", 0, LONGEST), within(reported, "reported", 0, LONGEST),
+                        within(fewest, "fewest", 2, LONGEST), within(latest, "latest", 1, LONGEST),
+                        within(least_noise, "least_noise", 0, LARGEST_NUMBER), within(bound, "bound", 0, LARGEST_NUMBER)});
+}
+
+taxel::PathMotion add(taxel::Path& path, double time, const py::object& pose, const py::object& arm, double reach) {
+    const Input<double> at(pose, "pose", {3}), middle(arm, "arm", {2});
+    within(time, "time", -1e12, 1e12);
+    within(reach, "reach", 1e-12, LONGEST);
+    taxel::Path next = path;
+    const auto found =
+        next.add(time, Eigen::Map<const Eigen::Vector3d>(at.data()), Eigen::Map<const Eigen::Vector2d>(middle.data()), reach);
+    path = std::move(next);
+    return found;
 }
 
 Picture picture_of(const Input<float>& pressure, double scale) {
@@ -114,9 +145,61 @@ void bind_taxel(py::module_& parent) {
                "reach: taxels, thickness of the pad; least: level of pressure that counts;\n"
                "share: pressure at a flat face's border over the level inside; ramp: taxels, the same of a curved face over the level's "
                "slope.");
-    module.def("contours", &contours, py::arg("field"), py::arg("level"),
-               "Polygons along which field (rows, columns) float64 crosses level; outside of it counts as below. Vertices (M, 2) of (row,\n"
-               "column), first vertices of the polygons and M (L + 1,), and their regions (L,): each region's outline, then its holes.");
+    module.def(
+        "hide", &hide, py::arg("shown"), py::arg("held"), py::kw_only(), py::arg("share"), py::arg("reach"), py::arg("relative"),
+        "The part of a load that a sensing layer hides, and the load that it holds, (rows, columns) float32 each, after what is shown "
+        "and\nthe held load before. share: of the held load in what is shown; reach, in the unit of pressure, and relative, of the "
+        "load:\nfarthest distance of load and held load.");
+    using taxel::Outlines;
+    py::class_<Outlines>(module, "Outlines",
+                         "Outlines of the regions of an array: M vertices of L polygons, each region's outline and its holes.")
+        .def_property_readonly(
+            "grid",
+            [](const Outlines& one) {
+                return output(one.loops.places, {static_cast<py::ssize_t>(one.points.size()) / 3, 2});
+            },
+            "(M, 2) row and column")
+        .def_property_readonly(
+            "points",
+            [](const Outlines& one) {
+                return output(one.points, {static_cast<py::ssize_t>(one.points.size()) / 3, 3});
+            },
+            "(M, 3) m")
+        .def_property_readonly(
+            "start", [](const Outlines& one) { return output(one.loops.start, {static_cast<py::ssize_t>(one.loops.start.size())}); },
+            "(L + 1,) first vertices, and M")
+        .def_property_readonly(
+            "region", [](const Outlines& one) { return output(one.loops.region, {static_cast<py::ssize_t>(one.loops.region.size())}); },
+            "(L,) number of the region")
+        .def_readonly("label", &Outlines::label, "[L] of the taxels inside")
+        .def_readonly("integrals", &Outlines::integrals, "[L] of 1, x, y, xx, xy, yy within the polygon, m; negative for holes");
+    module.def("outlines", &outlines, py::arg("score"), py::arg("labels"), py::kw_only(), py::arg("level"), py::arg("pitch"),
+               "Outlines where score (rows, columns) float32 exceeds level. labels: (rows, columns) int32 of the taxels there; pitch: m.");
+    using taxel::PathMotion;
+    py::class_<PathMotion>(module, "PathMotion", "Motion of an object in the last of its frames, at the origin: m, m, rad and per s.")
+        .def_readonly("pose", &PathMotion::pose, "(3,) without noise")
+        .def_readonly("velocity", &PathMotion::velocity, "(3,) over the longest stretch in which it was constant")
+        .def_readonly("reported", &PathMotion::reported, "(3,) velocity over the reported stretch, NaN with too few frames")
+        .def_readonly("noise", &PathMotion::noise, "m, standard deviation of a position")
+        .def_readonly("speed", &PathMotion::speed, "m/s, of the contact's middle and edges together")
+        .def_readonly("sigma", &PathMotion::sigma, "m/s, its standard deviation")
+        .def_readonly("lasting", &PathMotion::lasting, "s, of the constant velocity")
+        .def_readonly("used", &PathMotion::used, "its frames")
+        .def_readonly("expected", &PathMotion::expected, "m, displacement of the latest frames by that speed")
+        .def_readonly("went", &PathMotion::went, "m, as it was");
+    copyable(py::class_<taxel::Path>(
+                 module, "Path",
+                 "Pose of an object in its last frames. window, reported: s, longest stretch of a steady motion, and that of\n"
+                 "the reported velocity; fewest: frames that are kept and needed; latest: frames in which it must move on;\n"
+                 "least_noise: m, of a position; bound: standard deviations by which velocities of ever longer stretches may\n"
+                 "differ. It can be copied, and is as it was after an exception."))
+        .def(py::init(&make_path), py::kw_only(), py::arg("window"), py::arg("reported"), py::arg("fewest"), py::arg("latest"),
+             py::arg("least_noise"), py::arg("bound"))
+        .def("reset", &taxel::Path::reset, py::arg("kept") = 0, "Drop all frames but the last kept.")
+        .def("add", &add, py::arg("time"), py::arg("pose"), py::arg("arm"), py::arg("reach"),
+             "PathMotion after a frame at time, s, with pose (3,): m, m at the origin, rad. arm: (2,) m, of the contact's middle; reach: "
+             "m, of "
+             "its edges\nfrom there.");
     py::class_<Registration>(module, "Registration", "A motion from a keyframe to a later image.")
         .def_readonly("fit", &Registration::fit, "(4,) taxels: shift along columns and rows, turn times reach, growth")
         .def_readonly("spread", &Registration::spread, "standard deviation of the image's residuals")

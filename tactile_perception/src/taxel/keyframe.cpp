@@ -115,7 +115,7 @@ Registration Keyframe::motion(const Picture& picture, bool turns, const Eigen::V
             const double column = middle.x() + cosine * x - sine * y + found.fit[0],
                          row = middle.y() + cosine * y + sine * x + found.fit[1];
             left[k] = edges_[k].value - sampled(picture, row, column) - edges_[k].slopes[3] * found.fit[3];
-            size[k] = std::isnan(left[k]) ? FARTHEST : std::abs(left[k]);
+            size[k] = std::isnan(left[k]) ? std::numeric_limits<double>::infinity() : std::abs(left[k]);
         }
         const auto half = static_cast<std::ptrdiff_t>(size.size() / 2);
         found.spread = std::max(SIGMA_PER_MAD * (size.empty() ? 0 : smallest(size, half)), LEAST_SPREAD);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/vectors.hpp"
-#include "dots/detect/image.hpp"
+#include "dots/image.hpp"
 
 namespace tactile {
 

@@ -9,9 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from tactile_driver.recordings.description import recorded_frame
-from tactile_driver.recordings.left_out import LeftOut
-from tactile_driver.recordings.reader import BagReader, RawMessage
+from tactile_driver.recordings.reader import BagReader, LeftOut, RawMessage, recorded_frame
 from tactile_driver.recordings.serialization import decode, encode, unusable
 
 from ..errors import BadFrame, BadRecording, TactileError

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._core import rigid_motion
-from .rotations import rotation_vector
+from .geometry import rotation_vector
 from ..errors import BadArgument, DegenerateFit
 
 # Why points leave a motion open, in the kernel's order.

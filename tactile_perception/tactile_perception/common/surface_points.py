@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .dot_grid import grid_normals
+from .surface import grid_normals
 from ..errors import BadArgument
 
 NON_CONTACT, STICKING, SLIPPING, UNKNOWN = 0, 1, 2, 255

@@ -13,17 +13,17 @@ from tactile_msgs.msg import DotTracks
 
 from ..calibration.files.format import read_calibration
 from ..press.calibration import read_touch
+from ..touchpad.calibration import read_touchpad
 from ..camera_stage import CameraStage, Matrices
 from ..errors import BadFrame
 from ..press.field import view_maker
 from ..press.sensor import MARKER_SENSORS
 from ..nodes.messages import conversions as convert
 from ..parameters.touchpad import DOT_PARAMETERS
-from ..pipeline.dot_stage import DotEstimator
 from ..stage import Input
-from ..touchpad.calibration import read_touchpad
+from ..touchpad.places import TouchpadDots
 from ..touchpad.sensor import Touchpad, camera_pose
-
+from .tracker import DotEstimator
 
 
 class DotStage(CameraStage):
@@ -59,11 +59,11 @@ class DotStage(CameraStage):
         known = {name: self._markers and getattr(self._markers, name) for name in ('pattern', 'rest')}
         if self._surface is not None:
             make_view = view_maker(self._surface, matrices, self._markers and self._markers.stitching, camera_pose(self.values))
-            return DotEstimator(self.sensor, None, self.values, places=self._places(make_view) if make_view else None,
+            return DotEstimator(self.sensor, self.values, self._places(make_view) if make_view else None,
                                 seam=self.stitching and self.stitching.seam, **known)
         camera = self.sensor.camera(*matrices) if matrices else None
         water = read_touchpad(self.values['calibration'], camera, size) if self._water and camera else None
-        return DotEstimator(self.sensor, camera, self.values, water, **known)
+        return TouchpadDots(self.sensor, camera, self.values, water, **known)
 
     def _places(self, make_view):
         """The SheetPlaces or DomePlaces of markers; None for a pattern without a grid that is not calibrated."""
@@ -99,5 +99,5 @@ class DotStage(CameraStage):
 
     def health(self) -> tuple[str, dict]:
         """Warns of a reference that may have been taken under a touch."""
-        warning = self.estimator.suspicion if self.estimator is not None else ''
+        warning = self.estimator.warning if self.estimator is not None else ''
         return warning, {'reference': warning or 'in order'}

@@ -1,25 +1,27 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Dot tracking: detection, indexing (or linking) and displacement from a reference."""
+"""From an image to dots: detection, indexing (or linking), displacement from a reference, and 3D positions."""
 from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
 
-from tactile_perception.common.dots import DotTracks, Dots
-from tactile_perception.dots.detect.methods import DotDetector
-from tactile_perception.dots.index.grid import Numbered
-from tactile_perception.dots.index.methods import WITHOUT_GRID, numbering_method
-from tactile_perception.dots.reference.drift import Reference
-from tactile_perception.errors import BadArgument, BadFrame
+from ..common.dots import Dots, DotTracks
+from ..errors import BadArgument, BadFrame
+from .detect import DotDetector
+from .number import REGISTER, WITHOUT_GRID, grid_numbering
+from .reference import CalibratedRest, Reference
 
 
 class DotTracker:
     """Tracks the dots of one camera frame by frame.
 
     rows, columns: size of the printed grid, both 0 for an irregular pattern; polarity: 'dark' or 'bright' dots; detection: a name in
-    detect.methods.METHODS; numbering: a name in index.methods.METHODS or WITHOUT_GRID (without a grid, a grid method's name selects
-    'tracks'); detector: an object with detect(image) -> Dots that replaces the named one; reference: Reference() by default; pattern:
-    (K, 2) px, positions of a pattern to register, the first frame's dots by default. Raises BadArgument for unknown names and bad sizes.
+    detect.METHODS; numbering: a name in number.METHODS or WITHOUT_GRID (without a grid, a grid method's name selects 'tracks'); detector:
+    an object with detect(image) -> Dots that replaces the named one; reference: Reference() by default; pattern: (K, 2) px, positions of a
+    pattern to register, the first frame's dots by default. Raises BadArgument for unknown names and bad sizes.
     """
 
     def __init__(self, rows: int, columns: int, polarity: str = 'dark', detection: str = 'likelihood', numbering: str = 'lattice',
@@ -29,22 +31,20 @@ class DotTracker:
         self.rows, self.columns = rows, columns
         self.reference = Reference() if reference is None else reference
         self._detector = DotDetector(polarity, detection) if detector is None else detector
-        self._number_grid, self._linker = self._numbering(numbering, pattern)
-        self._previous: Numbered | None = None
+        self._numbering = self._make_numbering(numbering, pattern)
         self._stamp_s = -np.inf
         self._size: tuple | None = None
 
-    def _numbering(self, name: str, pattern: np.ndarray | None):
-        """(function that indexes a grid, linker for an irregular pattern); one of them is None."""
+    def _make_numbering(self, name: str, pattern: np.ndarray | None):
         if self.rows:
-            return numbering_method(name), None
+            return grid_numbering(name, self.rows, self.columns)
         if name not in WITHOUT_GRID:
-            numbering_method(name)
-        return None, WITHOUT_GRID.get(name, WITHOUT_GRID['tracks'])(pattern)
+            grid_numbering(name, 2, 2)  # an unknown name is refused
+        return WITHOUT_GRID.get(name, WITHOUT_GRID['tracks'])(pattern)
 
     def set_reference(self) -> None:
         """Use the next frame as the untouched reference."""
-        self.reference.restart()
+        self.reference.reset()
 
     def process(self, image: np.ndarray, stamp_s: float, touched: bool | None = None) -> DotTracks:
         """Indexed dots of an image; dots without a certain index are left out.
@@ -77,13 +77,80 @@ class DotTracker:
 
     def _number(self, dots: Dots, stamp_s: float, size: tuple) -> np.ndarray:
         if not self.rows:
-            id = self._linker.update(dots.uv, stamp_s)
+            id = self._numbering.update(dots.uv, stamp_s)
             if not (id >= 0).any():
                 raise BadFrame('dots not indexed: too few match the pattern')
             return id
-        numbers = self._number_grid(dots.uv, self.rows, self.columns, self._previous, size)
-        if not numbers.certain:
+        numbers = self._numbering.number(dots.uv, *size)
+        if numbers.reason:
             raise BadFrame(f'dots not indexed: {numbers.reason}')
-        seen = numbers.id >= 0
-        self._previous = Numbered(dots.uv[seen], numbers.id[seen])
         return numbers.id
+
+
+class PrintedGrid(Protocol):
+    """What a tracker needs of a sensor: rows and columns of the printed grid, both 0 for other patterns."""
+
+    rows: int
+    columns: int
+
+
+def make_tracker(sensor: PrintedGrid, values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None) -> DotTracker:
+    """A tracker with the given parameters.
+
+    values: of DOT_PARAMETERS; pattern: (K, 2) px, untouched image positions whose order gives the ids of an irregular pattern; rest:
+    (K, 2) px, calibrated untouched positions, used to detect contact in the first frame.
+    """
+    known = None if rest is None else CalibratedRest(rest)
+    reference = Reference(values['reference.time_constant'], values['reference.frames'], known)
+    numbering = values['numbering'] if pattern is None else REGISTER
+    return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], numbering, reference=reference, pattern=pattern)
+
+
+def find_pattern(image: np.ndarray, values: Mapping) -> np.ndarray:
+    """(K, 2) px, image positions of the dots of the untouched sensor, from top to bottom. Raises BadFrame if there are none."""
+    uv = DotDetector(values['polarity'], values['detection']).detect(image).uv
+    return uv[np.argsort(uv[:, 1])]
+
+
+class Places(Protocol):
+    """3D positions of dots: DotPlaces, SheetPlaces or DomePlaces."""
+
+    def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
+        """Positions (N, 3), m, in the sensor frame, of tracks in an image; NaN if unknown. Raises BadFrame."""
+
+    def renew(self) -> None:
+        """Discard all state that depends on the reference."""
+
+
+class DotEstimator:
+    """Tracks and locates dots frame by frame. values: of DOT_PARAMETERS; places: 3D positions of the dots; pattern, rest: see make_tracker;
+    seam: px, column of an image stitched from two cameras beyond which the right one sees; None for one camera."""
+
+    def __init__(self, sensor: PrintedGrid, values: Mapping, places: Places | None = None, pattern: np.ndarray | None = None,
+                 rest: np.ndarray | None = None, seam: float | None = None):
+        self._tracker, self._places, self._seam = make_tracker(sensor, values, pattern, rest), places, seam
+
+    @property
+    def warning(self) -> str:
+        """Why the reference may not show the untouched sensor; ''."""
+        return self._tracker.reference.warning
+
+    def set_reference(self) -> None:
+        """Use the next frame as the untouched reference."""
+        self._tracker.set_reference()
+        if self._places is not None:
+            self._places.renew()
+
+    def process(self, image: np.ndarray, stamp_s: float) -> DotTracks:
+        """Dots of an image, uint8 (H, W) or (H, W, 3) BGR, exposed at stamp_s, s. Raises BadFrame for an unusable image or stamp."""
+        if self._seam is not None and not self._tracker.reference.taken and not self._shows_both(image):
+            raise BadFrame('one of the two views is black: both must be there when the reference is taken; check its camera or topic')
+        tracks = self._tracker.process(image, stamp_s)
+        if self._places is not None:
+            tracks.xyz = self._places.locate(image, tracks)
+        return tracks
+
+    def _shows_both(self, image: np.ndarray) -> bool:
+        """Whether a stitched image shows both views; the half of a view that is missing is black."""
+        seam = round(self._seam)
+        return bool(image[:, :seam].any() and image[:, seam + 1:].any())

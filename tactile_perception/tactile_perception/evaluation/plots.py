@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import chi2
 
-from .evaluation import DOT_STATES, SLIP_STATES, Evaluation
-from .evaluation import QUANTITIES, Quantity, spread
+from .evaluation import DOT_STATES, QUANTITIES, SLIP_STATES, Evaluation, Quantity, spread
 
 _TOUCHED, _POINT, _MIDDLE = '#e6e6e6', '#1f77b4', '#d62728'
 _WINDOW = 41  # errors in the running median, chosen

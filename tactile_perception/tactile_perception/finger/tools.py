@@ -11,9 +11,8 @@ from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
-from tactile_driver.nodes.messages.conversions import header_of
+from tactile_driver.nodes.messages.conversions import header_of, instants, voltages_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
-from tactile_driver.nodes.messages.conversions import instants, voltages_message
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.samples import SampleBlock

@@ -10,8 +10,8 @@ from functools import partial
 
 from tactile_driver.parameters.table import Parameter
 
-from ..dots.detect.methods import METHODS, POLARITIES
-from ..dots.index.methods import METHODS as NUMBERING, WITHOUT_GRID
+from ..dots.detect import METHODS, POLARITIES
+from ..dots.number import METHODS as NUMBERING, WITHOUT_GRID
 from ..touchpad.contact import CONTACT_METHODS
 
 _fixed = partial(Parameter, read_only=True)

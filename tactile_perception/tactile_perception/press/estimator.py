@@ -12,11 +12,11 @@ from math import sqrt
 import numpy as np
 
 from .. import _core
-from ..common.dot_grid import scatter
+from ..common.surface import scatter
 from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
-from ..dots.reference.calibrated_rest import CalibratedRest
+from ..dots.reference import CalibratedRest
 from ..errors import BadArgument, BadFrame
 from .calibration import TouchCalibration
 from .estimate import TouchEstimate, region_of

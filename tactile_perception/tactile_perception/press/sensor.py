@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..common.spherical_cap import Cap
+from ..common.geometry import Cap
 from ..errors import BadArgument
 from ..sensors import MARKER_SENSOR_TYPES
 

@@ -14,9 +14,8 @@ from tactile_driver.stitching.methods import make_stitcher
 
 from ..common.dots import Dots
 from ..common.statistics import robust_sigma
-from ..dots.detect.methods import DotDetector
-from ..dots.index.grid import number_grid
-from ..dots.index.lattice import find_lattice
+from ..dots.detect import DotDetector
+from ..dots.number import find_lattice, number_grid
 from ..errors import BadArgument, BadCalibration, BadFrame
 from .sensor import MarkerSensor
 

@@ -22,14 +22,12 @@ from ..bags.stamped import TRUE_WRENCH, TRUTH, find_prefix, pairs_of
 from ..bags.stitched_bag import VIEWS, bag_opener, stitching_in
 from ..calibration.files.format import CalibrationFile, Specimen, write_calibration
 from ..calibration.residuals import outliers, report_residuals
-from ..common.parallel import in_parallel
-from ..common.progress import log_told
-from ..dots.tracker import DotTracker
+from ..common.progress import in_parallel, log_told
+from ..dots.tracker import DotTracker, find_pattern, make_tracker
 from ..errors import BadCalibration, BadFrame, BadRecording
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
 from ..parameters.touchpad import DOT_PARAMETERS
-from ..pipeline.dot_stage import find_pattern, make_tracker
 from ..touchpad.sensor import Touchpad, camera_pose
 from .calibration import METHODS, PATTERN, REST, STIFFNESS, STITCHING, WRENCH, best_method, fit_stiffness, write_touch
 from .field import RestMarkers, view_maker

@@ -1,35 +1,19 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrates a taxel array: fits its response, pressure against value, and the loop of its layer to recordings of known normal loads
-(ground_truth/wrench)."""
+"""Fits the response of a taxel array, pressure against value, and the loop of its sensing layer to known normal loads."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import product
-from pathlib import Path
 
 import numpy as np
-from tactile_driver.nodes.messages.images import grey_to_array
-from tactile_driver.recordings.reader import BagReader
-from tactile_driver.recordings.serialization import decode
 
-from .parameters import TAXEL_PARAMETERS, taxel_array
-from .pressure import TaxelArray, fill
-from .response import MOST_HELD, Hysteresis, Loop, Response, followed, write_taxels
-from ..bags.stamped import TRUE_WRENCH, find_prefix
-from ..calibration.files.format import Specimen
-from ..calibration.residuals import Residuals, outliers, report_residuals
-from ..common.progress import Progress
-from ..errors import BadCalibration, BadFrame
-from ..nodes.messages import conversions as convert
-from ..parameters.file import read_parameters
+from .pressure import TaxelArray
+from .response import MOST_HELD, Hysteresis, Loop, Response, followed
+from ..errors import BadCalibration
 
-_SAME = 0.02  # relative difference below which loads count as equal
-_LONGEST_S = 0.1  # equal loads that last longer are several, since what the sensor shows creeps
 _PARTS = 3  # folds of the cross-validation
 _LIGHT = 0.3  # of the largest force, added to each in the weights of the loop's fit, as in fit_response
-_ZERO = 1e-3  # N, smaller forces count as untouched
-_AFTER_S = 30.0  # s after a load, in which what is left of it is fitted, too: later it no longer changes
 # Tried in the fit: reaches, of the largest load, and of each load; s: a layer that comes back through less than the whole range
 # shows its reach.
 _REACHES = (0.0, 0.005, *np.geomspace(0.01, 0.32, 8).tolist())
@@ -68,60 +52,6 @@ class Loads:
     times: np.ndarray
     bags: np.ndarray
     levels: np.ndarray
-
-
-def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace: str) -> Loads:
-    """The loads in bags. Raises TactileError for bags without images or wrenches."""
-    stretches, untouched, left_out, level = [], [], [], -1
-    for number, bag in enumerate(bags):
-        last = loaded = None
-        for stamp, values, force in _frames(bag, array, namespace, left_out):
-            if not np.isfinite(force):
-                last = None
-            elif force < _ZERO and loaded is None:
-                untouched.append(values)
-            elif force >= _ZERO or stamp - loaded < _AFTER_S:  # after a load the sensor may still show some of it
-                force, loaded = (force, stamp) if force >= _ZERO else (0.0, loaded)
-                if last is None or abs(force - last) > _SAME * last:
-                    last, level, begin = force, level + 1, None
-                if begin is None or stamp - begin > _LONGEST_S:
-                    begin = stamp
-                    stretches.append(([], [], last, f'{bag.name} at {stamp:.3f} s', number, level))
-                stretches[-1][0].append(values)
-                stretches[-1][1].append(stamp)
-    if not any(one[2] for one in stretches):
-        raise BadCalibration('no frame with a normal load in the recordings; ground_truth/wrench must contain it (force.z < 0)')
-    zero = np.mean(untouched, axis=0, dtype=float) if untouched else None
-    if zero is None:  # what is left of a load is unknown
-        stretches = [one for one in stretches if one[2]]
-    values, stamps, forces, when, numbers, levels = zip(*stretches)
-    pictures = np.array([np.mean(one, axis=0, dtype=float) for one in values]) - (0 if zero is None else zero)
-    pictures = np.array([fill(picture.astype(np.float32), dead) for picture in pictures])
-    return Loads(pictures, np.array(forces), zero, left_out, list(when), np.array([np.mean(one) for one in stamps]), np.array(numbers),
-                 np.array(levels))
-
-
-def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
-    """Yield (stamp s, values, normal force N) of each frame; NaN for an unknown force."""
-    waiting = None
-    with BagReader(bag) as reader:
-        prefix = find_prefix(reader.topics, namespace)
-        if prefix + TRUE_WRENCH not in reader.topics:
-            raise BadCalibration(f'{bag}: no {prefix}{TRUE_WRENCH}: calibration needs the normal force')
-        for raw in Progress(reader.messages({prefix + 'image_raw', prefix + TRUE_WRENCH}), f'messages of {bag.name}'):
-            message = decode(raw.data, raw.type_name)
-            stamp = convert.stamp_seconds(message.header)
-            if raw.topic == prefix + 'image_raw':
-                if waiting is not None:
-                    yield *waiting, np.nan
-                try:
-                    waiting = stamp, array.frame(grey_to_array(message, 'taxel image'))
-                except BadFrame as error:
-                    left_out.append(f'{bag.name} at {stamp:.3f} s: {error}')
-                    waiting = None
-            elif waiting is not None and waiting[0] == stamp:
-                yield *waiting, -float(message.wrench.force.z)
-                waiting = None
 
 
 def fit_loop(times: np.ndarray, loads: np.ndarray, terms: np.ndarray, weights: np.ndarray) -> Loop:
@@ -163,7 +93,7 @@ def fit_loop(times: np.ndarray, loads: np.ndarray, terms: np.ndarray, weights: n
     return loop if least < _BETTER * none else Loop()
 
 
-def curve_terms(value: np.ndarray, knee: float) -> np.ndarray:
+def _curve_terms(value: np.ndarray, knee: float) -> np.ndarray:
     """(3, ...) terms that scale multiplies."""
     size = np.abs(value)
     return np.stack([value, value * size, value * knee / (size + knee)])
@@ -185,7 +115,7 @@ def force_terms(changes: np.ndarray, taxel_area: float, gain: np.ndarray | None 
     """What scale multiplies in the forces (N,) of changes (N, rows, columns), (N, 3), and the curve's knee; see fit_response."""
     value = (changes if gain is None else changes / gain).reshape(len(changes), -1).astype(float)
     knee = _KNEE * float(value.max(initial=0))
-    return taxel_area * curve_terms(value, max(knee, 1e-12)).sum(axis=2).T, knee
+    return taxel_area * _curve_terms(value, max(knee, 1e-12)).sum(axis=2).T, knee
 
 
 def fit_response(changes: np.ndarray, forces: np.ndarray, taxel_area: float,
@@ -262,67 +192,3 @@ def calibrated_response(loads: Loads, array: TaxelArray, gain: np.ndarray | None
     """The response to loads, with the loop and the untouched values. loop, shown: see find_loop."""
     response, _ = fit_response(loads.changes, shown, array.taxel_area, gain)
     return replace(response, loop=loop, zero=None if loads.zero is None else np.float32(loads.zero))
-
-
-def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
-    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
-
-    Raises TactileError for recordings that cannot determine the response.
-    """
-    values = read_parameters(params, 'taxel_contact_node', TAXEL_PARAMETERS)
-    array = taxel_array(values)
-    loads = read_loads(bags, array, array.dead([n for n in values['dead_taxels'] if n >= 0]), namespace)
-    gain = fit_gains(loads.changes)
-    loop, shown = find_loop(loads, array, gain)
-    response = calibrated_response(loads, array, gain, loop, shown)
-    errors = held_out_errors(loads, array, gain, loop, shown)
-    residuals = {'held_out_force_mean': float(np.nanmean(np.abs(errors))) if np.isfinite(errors).any() else float('nan'),
-                 'held_out_force_largest': float(np.nanmax(np.abs(errors))) if np.isfinite(errors).any() else float('nan')}
-    pressed = loads.forces[loads.forces > 0]
-    span = {'force': [float(pressed.min()), float(pressed.max())]}
-    most = float(np.max(loads.forces / loaded_areas(loads, array.taxel_area)))
-    held_out = held_out_residuals(loads, array, errors)
-    standing_out = outliers(held_out[:1])
-    write_taxels(output, response, residuals, span, loads.left_out, Specimen(serial, values), standing_out)
-    shown = [*held_out, *_gains(response, array)]
-    return '\n'.join([report(loads, response, residuals, output, most), *report_residuals(shown, standing_out, output, 'taxel array')])
-
-
-def held_out_residuals(loads: Loads, array: TaxelArray, errors: np.ndarray) -> list[Residuals]:
-    """Cross-validation error of each load's force over the force, and over the pad if the loads are at several positions.
-
-    errors: (N,) relative.
-    """
-    pressed = np.flatnonzero(loads.forces)
-    percent, when = 100 * errors[pressed], [loads.when[k] for k in pressed]
-    found = [Residuals('force', '%', percent, np.stack([loads.forces[pressed], percent], axis=1), ('force (N)', 'error (% of it)'), when)]
-    weight = np.maximum(loads.changes[pressed], 0).reshape(len(pressed), -1)
-    x, y = (1e3 * grid.ravel() for grid in np.meshgrid(array.x, array.y))
-    middle = np.stack([weight @ x, weight @ y], axis=1) / np.maximum(weight.sum(axis=1), 1e-12)[:, None]
-    if np.ptp(middle, axis=0).max() > 1e3 * array.pitch:
-        found.append(Residuals('force at its place', '%', percent, middle, ('x (mm)', 'y (mm)'), when))
-    return found
-
-
-def _gains(response: Response, array: TaxelArray) -> list[Residuals]:
-    """Deviation of each taxel's gain from 1, for the plot."""
-    if response.gain is None:
-        return []
-    x, y = (1e3 * grid.ravel() for grid in np.meshgrid(array.x, array.y))
-    return [Residuals('gain, off from 1', '%', 100 * (response.gain.ravel() - 1), np.stack([x, y], axis=1), ('x (mm)', 'y (mm)'), ())]
-
-
-def report(loads: Loads, response: Response, residuals: dict, output: Path, most: float) -> str:
-    """The report of the fit; most: Pa, largest load."""
-    pressed, loop = loads.forces > 0, response.loop
-    lines = [f'{len(np.unique(loads.levels[pressed]))} loads, {loads.forces[pressed].min():.3g} to {loads.forces.max():.3g} N',
-             'gain of each taxel: ' + ('from loads that cover all of them' if response.gain is not None else 'unknown, no load covered all '
-                                       'of them evenly; taken as equal'),
-             'untouched values: ' + ('known' if loads.zero is not None else 'not recorded; taken from the first frames at start'),
-             'loop between rising and falling loads: ' + (f'up to {loop.width(most):.0f} Pa wide, forgotten within '
-                                                          f'{loop.relaxation:.2g} s' if loop.share else 'none seen'),
-             'shown late: ' + (', '.join(f'{part:.1%} of a load after {time:.2g} s' for part, time in zip(loop.late, loop.late_s)) or
-                               'nothing'),
-             f'normal force of held-out loads: error {residuals["held_out_force_mean"]:.1%} mean, '
-             f'{residuals["held_out_force_largest"]:.1%} largest']
-    return '\n'.join([*lines, *[f'left out: {line}' for line in loads.left_out[:10]], f'written: {output}'])

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
-from ..common.region_moments import axes
+from ..common.surface import axes
 from ..common.surface_points import SurfacePoints
 from ..errors import BadArgument, BadFrame
 from .motion import MotionTracker, ObjectMotion, SeenPressure, TaxelSlip
@@ -44,7 +44,8 @@ class TaxelSettings:
 
 @dataclass(frozen=True)
 class TaxelResult:
-    """Results of one frame. wrench: (6,) N and N m, NaN where unknown; pressure: (rows, columns), Pa if the response is known; points: computes the surface points on demand."""
+    """Results of one frame. wrench: (6,) N and N m, NaN where unknown; pressure: (rows, columns), Pa if the response is known; points:
+    computes the surface points on demand."""
 
     region: ContactRegionEstimate
     contacts: list[ContactEstimate]
@@ -81,7 +82,8 @@ class MechanicsMethod:
         bound = np.maximum(pressure, 0)
         surface = pressure - np.clip(self._motion.shear.traction_pressure() / self._assumed, -bound, bound)
         self._seen = SeenPressure(pressure, sigma)
-        return find_regions(self._score.compute(surface, sigma, full), surface, self._array, self._pad.thickness / self._array.pitch), surface
+        score = self._score.compute(surface, sigma, full)
+        return find_regions(score, surface, self._array, self._pad.thickness / self._array.pitch), surface
 
     def slip(self, regions: Regions, surface: np.ndarray, stamp_s: float,
              clipped: bool = False) -> tuple[SlipEstimate, ObjectMotion | None]:

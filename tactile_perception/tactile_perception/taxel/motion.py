@@ -3,14 +3,15 @@
 """Tangential motion of the object from images of its pressure, and its slip over the pad.
 
 Images are registered relative to the mean pressure of a keyframe, grown with the load. Pressure rises where traction converges, so the
-image leads an object that sticks: its motion is a known part of the image's (BORDER_LEAD). The pad's surface follows it up to friction times
-pressure (SurfaceShear); where it lags behind, the object slips. What the pad cannot know, the traction's own pressure shows (TractionWatch):
-an object that is smoother than expected, or that rolls.
+image leads an object that sticks: its motion is a known part of the image's (BORDER_LEAD). The pad's surface follows it up to friction
+times pressure (SurfaceShear); where it lags behind, the object slips. What the pad cannot know, the traction's own pressure shows
+(TractionWatch): an object that is smoother than expected, or that rolls.
 """
 from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,8 +21,7 @@ import numpy as np
 from .._core import taxel as _kernel
 from .pressure import SoftPad, TaxelArray
 from .region import BORDER_SHARE, LEVEL
-from ..common.estimates import NONE, SlipEstimate
-from ..common.slip import next_state
+from ..common.estimates import NONE, SlipEstimate, next_state
 
 
 class Limits:
@@ -30,8 +30,9 @@ class Limits:
     # Registration
     edge = 0.08  # gradient of an image, 1/taxel, from which a taxel belongs to an edge: above the roughness of gains and faces
     fewest_edges, most_edges = 6, 250  # taxels: needed (4 unknowns), and used at most, which bounds the time
-    # Least information on a shift, over the best direction: the rough edge of a half plane has up to 0.06, a bar of 5 : 2 has 0.4. On a turn:
-    # a face of 3 : 2 has 0.06, a ring has only that of its roughness, which is larger where edges are few (plus roughness over their number).
+    # Least information on a shift, over the best direction: the rough edge of a half plane has up to 0.06, a bar of 5 : 2 has 0.4. On a
+    # turn: a face of 3 : 2 has 0.06, a ring has only that of its roughness, which is larger where edges are few (plus roughness over their
+    # number).
     shift_information, turn_information, roughness = 0.08, 0.035, 3.0
     large = 20  # rows and columns, from which two at the array's border are ignored, else one: what moves over it is not seen
     farthest = 5.0  # from a keyframe; farther the fit does not converge
@@ -49,7 +50,7 @@ class Limits:
     least_noise = 2e-3  # of a position: what registration leaves of the phase between object and taxels
     begins, goes_on, path = 5.0, 3.0, 2.0  # sigmas: of a velocity from which an object moves, and moves on; of the path by which it begins
     creep = 0.2  # taxels/s, up to which the picture creeps by itself: pad and sensing layer relax
-    latest, stopped, expected = 3, 0.25, 2.5  # frames in which an object goes this part of its way, which is that many sigmas, or has stopped
+    latest, stopped, expected = 3, 0.25, 2.5  # frames in which an object goes this part of its way, of so many sigmas, or has stopped
     # Slip
     summed = 3  # frames over which slip is summed against noise
     lag = 0.1  # of the object's motion, by which the pad's surface lags where it slips: coupled neighbours creep a little
@@ -159,44 +160,6 @@ def _centroid(pressure: np.ndarray, touched: np.ndarray) -> np.ndarray:
     return np.array([weight @ column, weight @ row]) / weight.sum()
 
 
-class SteadyMotion(NamedTuple):
-    """place, velocity: (3,) at the last time, by a line through the latest places; sigma: standard deviation of each velocity; used: places
-    of the line."""
-
-    place: np.ndarray
-    velocity: np.ndarray
-    sigma: float
-    used: int
-
-
-def steady_motion(times: np.ndarray, places: np.ndarray, sigma: float) -> SteadyMotion:
-    """The motion by places (N, 3), with noise sigma, at rising times (N,), over the longest stretch in which it was constant: lines are
-    fitted to ever longer stretches, as long as the confidence intervals of their slopes have a point in common (Goldenshluger and
-    Nemirovski 1997; Katkovnik 1999). A start, a stop or a reversal is seen within a few frames, and a slow motion is averaged over many."""
-    if len(times) < 2:
-        return SteadyMotion(places[-1], np.zeros(3), math.inf, len(times))
-    time, off, count = times[::-1] - times[-1], places[::-1] - places[-1], np.arange(2, len(times) + 1)
-    total, square = time.cumsum()[1:], (time * time).cumsum()[1:]
-    sums, moments = off.cumsum(axis=0)[1:], (time[:, None] * off).cumsum(axis=0)[1:]
-    spread = square - total * total / count
-    slopes = (moments - (total / count)[:, None] * sums) / spread[:, None]
-    sigmas = sigma / np.sqrt(spread)
-    reach = Limits.bound * sigmas[:, None]
-    steady = (np.maximum.accumulate(slopes - reach) <= np.minimum.accumulate(slopes + reach)).all(axis=1)
-    k = len(steady) - 1 if steady.all() else max(int(steady.argmin()) - 1, 0)
-    return SteadyMotion(places[-1] + (sums[k] - slopes[k] * total[k]) / count[k], slopes[k], float(sigmas[k]), k + 2)
-
-
-def noise_of(places: np.ndarray) -> float:
-    """Standard deviation of the first two coordinates of places (N, 3), by the median length of their second differences, in which steady
-    motion has no part; without the last one, in which a motion may begin. A second difference has six times the variance of a place; the
-    median of a Rayleigh distribution is sqrt(2 ln 2)."""
-    if len(places) < 4:
-        return 0.0
-    bends = np.diff(places[:-1, :2], 2, axis=0)
-    return float(np.median(np.hypot(*bends.T))) / math.sqrt(12 * math.log(2))
-
-
 @dataclass(frozen=True)
 class SeenPressure:
     """pressure: (rows, columns) as the taxels see it; sigma: its noise; clipped: whether taxels are saturated, so that what is curved looks
@@ -211,9 +174,9 @@ class TractionWatch:
     """Whether the traction of a moving object has ceased to grow, so that it slides, or is none, so that it rolls.
 
     While an object sticks, its traction grows with its motion, and so does the pressure before it at the expense of that behind it, over
-    some two thicknesses of the pad. Once all of it slides, the picture moves on and that difference grows no more. So a picture is fitted by
-    one before the motion, shifted, turned, grown, of another load, and with some traction (least squares). The picture of an object that
-    rolls moves on without any traction; only curved faces roll, and only theirs show an even traction well.
+    some two thicknesses of the pad. Once all of it slides, the picture moves on and that difference grows no more. So a picture is fitted
+    by one before the motion, shifted, turned, grown, of another load, and with some traction (least squares). The picture of an object
+    that rolls moves on without any traction; only curved faces roll, and only theirs show an even traction well.
     """
 
     def __init__(self, array: TaxelArray, pad: SoftPad, shear: _kernel.SurfaceShear):
@@ -271,7 +234,7 @@ class TractionWatch:
         if slides or sticks:
             self._reported = min(self._reported, self._most) if slides else math.inf
         rolls = self._roll(traction @ shift / max(went, 1e-9), max(Limits.pulls, noise), went,
-                           seen.clipped and self._rolls or is_curved(seen.pressure, touched, shift))
+                           lambda: self._rolls and seen.clipped or is_curved(seen.pressure, touched, shift))
         if went > (0.5 if self._rolls else 1.0) * Limits.picture:
             self._loose = False
             self._drop()
@@ -279,14 +242,14 @@ class TractionWatch:
             self._rested, self._carried = False, (now, path)
         return slides, rolls, sticks
 
-    def _roll(self, traction: float, least: float, shift: float, curved: bool) -> bool:
-        """Whether the object rolls, or is still to show by its traction that it does not; traction along a shift, taxels, is seen from least
-        on; curved: whether its face is."""
+    def _roll(self, traction: float, least: float, shift: float, curved: Callable[[], bool]) -> bool:
+        """Whether the object rolls, or is still to show by its traction that it does not; traction along a shift, taxels, is seen from
+        least on; curved: tells whether its face is."""
         if traction > (2 if self._rolls else 1) * least:  # growth and load disturb what is seen of one that rolls on
             self._pulls, self._rolls = True, False
         if self._rolls:
-            self._rolls = curved or shift <= Limits.rolled
-        elif self._loose and not self._pulls and curved and least <= Limits.seen:
+            self._rolls = shift <= Limits.rolled or curved()
+        elif self._loose and not self._pulls and least <= Limits.seen and curved():
             self._rolls = shift > Limits.rolled
             return True
         return self._rolls
@@ -342,6 +305,8 @@ class MotionTracker:
         self.shear = _kernel.SurfaceShear(rows=array.rows, columns=array.columns, pitch=array.pitch,
                                           thickness=pad.thickness / array.pitch, stiffness=pad.shear_stiffness)
         self._watch = TractionWatch(array, pad, self.shear)
+        self._path = _kernel.Path(window=Limits.window_s, reported=Limits.velocity_s, fewest=Limits.fewest_frames, latest=Limits.latest,
+                                  least_noise=Limits.least_noise * array.pitch, bound=Limits.bound)
         self._middle = 0.5 * np.array([array.columns - 1, array.rows - 1])
         self.reset()
 
@@ -355,7 +320,7 @@ class MotionTracker:
         self._expected: np.ndarray | None = None  # predicted fit of the next frame
         self._pose = np.zeros(3)  # of the keyframe's centre since the keyframe: m, m, rad
         self._total = np.zeros(3)  # of the object at the origin since it touched: m, m, rad
-        self._past = np.zeros((0, 4))  # s, and total, of the last frames
+        self._path.reset()
         self._smooth = np.zeros(3)  # total without noise
         self._loads: deque[tuple[float, float]] = deque()
         self._lags: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=Limits.summed)  # slip and motion of each of the last frames
@@ -380,7 +345,8 @@ class MotionTracker:
         found = self._key.motion(pressure, touched) if few else self._key.motion(pressure, self._scale(load), self._expected)
         if found is None:
             self._rekey(few, *now)
-            self._past, self._moves = np.zeros((0, 4)), False
+            self._path.reset()
+            self._moves = False
             return ObjectMotion(np.full(2, np.nan), np.nan, np.zeros(self._array.shape, bool), np.full(2, np.nan), np.nan)
         waits = self._load_varies(found, few, load, stamp_s)
         if self._waited and not waits and abs(load - self._key_load) > Limits.other_load * self._key_load:
@@ -391,22 +357,22 @@ class MotionTracker:
         step = np.array([along_x + turned * self._arm[1], along_y - turned * self._arm[0], turned])
         self._expected = found.fit if self._seen is None else 1.5 * found.fit - 0.5 * self._seen.fit
         self._seen = found
-        smooth, velocity, steady = self._follow(step, stamp_s)
-        if self._rolls(seen, touched, velocity, not waits):
+        smooth, path = self._follow(step, stamp_s)
+        if self._rolls(seen, touched, path.velocity, not waits):
             smooth, self._moves = np.zeros(3), False
         slip = self.shear.move(touched, pressure, smooth, self._friction)
         self._lags.append((slip, smooth))
-        slipping = self._lagging(steady, touched) if self._moves else np.zeros_like(touched)
-        self._along = self._direction(velocity) if self._moves else np.zeros(3)
+        slipping = self._lagging(path.used - 1, touched) if self._moves else np.zeros_like(touched)
+        self._along = self._direction(path.velocity) if self._moves else np.zeros(3)
         if found.largest > Limits.key_moved or abs(found.fit[3]) > Limits.key_grew:
             self._rekey(few, *now)
         self._slip_fraction = np.count_nonzero(slipping) / count
-        linear = self._reported_velocity(stamp_s)
-        return ObjectMotion(linear[:2], math.nan if math.isnan(found.turn) else float(linear[2]), slipping, step[:2], float(turned))
+        linear, turn = path.reported[:2], float(path.reported[2])
+        return ObjectMotion(linear, math.nan if math.isnan(found.turn) else turn, slipping, step[:2], float(turned))
 
     def _load_varies(self, seen: KeyframeMotion, few: bool, load: float, stamp_s: float) -> bool:
-        """Whether the load varies, so that motion since the keyframe is estimated when it has settled: a new keyframe at each variation would
-        add up the errors of those positions."""
+        """Whether the load varies, so that motion since the keyframe is estimated when it has settled: a new keyframe at each variation
+        would add up the errors of those positions."""
         self._loads.append((stamp_s, load))
         while self._loads[0][0] < stamp_s - Limits.load_s * (1 + 1e-6):
             self._loads.popleft()
@@ -429,55 +395,27 @@ class MotionTracker:
         self._pose = self._pose + step
         return step
 
-    def _follow(self, step: np.ndarray, stamp_s: float) -> tuple[np.ndarray, np.ndarray, int]:
-        """The last motion (3,) m, m at the origin, rad, without noise, the velocity (3,), and for how many frames it was steady; step: with
-        noise."""
+    def _follow(self, step: np.ndarray, stamp_s: float) -> tuple[np.ndarray, _kernel.PathMotion]:
+        """The last motion (3,) m, m at the origin, rad, without noise, and that of the path; step: with noise."""
         self._total = self._total + step
-        keep = max(len(self._past) - Limits.fewest_frames + 1, 0)
-        old = int(np.searchsorted(self._past[:keep, 0], stamp_s - Limits.window_s * (1 + 1e-6)))
-        self._past = np.vstack([self._past[old:], [stamp_s, *self._total]])
-        reach = self._key.reach * self._array.pitch
-        # Positions of the contact's middle, and of its edges along a turn.
-        turned = self._past[:, 3:]
-        places = np.hstack([self._past[:, 1:3] + turned * [-self._arm[1], self._arm[0]], turned * reach])
-        noise = max(noise_of(places), Limits.least_noise * self._array.pitch)
-        steady = steady_motion(self._past[:, 0], places, noise)
-        speed, lasting = math.hypot(*steady.velocity), stamp_s - self._past[-steady.used, 0]
-        evident = steady.used > 1 and self._is_evident(speed, steady.sigma, lasting)
-        if evident and self._moves and self._has_stopped(places, steady.velocity, noise):
-            self._past, evident = self._past[-Limits.latest:], False  # what came before is another motion
+        found = self._path.add(stamp_s, self._total, self._arm, self._key.reach * self._array.pitch)
+        evident = found.used > 1 and self._is_evident(found)
+        # An object that has not moved on has stopped, though a line through its positions still has a velocity: it holds the motion's end.
+        if evident and self._moves and found.expected > Limits.expected * found.noise and found.went < Limits.stopped * found.expected:
+            self._path.reset(kept=Limits.latest)  # what came before is another motion
+            evident = False
         self._moves = evident
-        smooth, velocity = (np.array([x + turn / reach * self._arm[1], y - turn / reach * self._arm[0], turn / reach])
-                            for x, y, turn in (steady.place, steady.velocity))
-        last, self._smooth = self._smooth, smooth
-        return smooth - last, velocity, steady.used - 1
+        last, self._smooth = self._smooth, found.pose
+        return self._smooth - last, found
 
-    def _is_evident(self, speed: float, sigma: float, lasting: float) -> bool:
-        """Whether a speed, m/s, with a standard deviation sigma, over lasting, s, is a motion of the object. It begins by a path longer
-        than the registration's own error, by which pressure wanders without motion, and than that of the traction that a load lets go."""
+    def _is_evident(self, path: _kernel.PathMotion) -> bool:
+        """Whether the path is a motion of the object. It begins by a displacement longer than the registration's own error, by which
+        pressure wanders without motion, and than that of the traction that a load lets go."""
         pitch = self._array.pitch
-        if speed <= max((Limits.goes_on if self._moves else Limits.begins) * sigma, Limits.creep * pitch):
+        if path.speed <= max((Limits.goes_on if self._moves else Limits.begins) * path.sigma, Limits.creep * pitch):
             return False
         released = BORDER_LEAD * self._pad.thickness * self._pulled * self._varied
-        return self._moves or speed * lasting > (Limits.path * self._seen.sigma * pitch + released) * self._followed
-
-    def _has_stopped(self, places: np.ndarray, velocity: np.ndarray, noise: float) -> bool:
-        """Whether an object has not moved on in the latest frames, though a line through its places (N, 3) still has a velocity (3,): the
-        line may hold the end of a motion. noise: standard deviation of a place, m."""
-        if len(places) <= Limits.latest:
-            return False
-        speed = math.hypot(*velocity)
-        expected = speed * (self._past[-1, 0] - self._past[-1 - Limits.latest, 0])
-        went = (places[-1] - places[-1 - Limits.latest]) @ velocity / max(speed, 1e-12)
-        return expected > Limits.expected * noise and went < Limits.stopped * expected
-
-    def _reported_velocity(self, stamp_s: float) -> np.ndarray:
-        """(3,) over the last stretch of Limits.velocity_s; NaN with too few frames."""
-        count = max(np.count_nonzero(self._past[:, 0] >= stamp_s - Limits.velocity_s * (1 + 1e-6)), Limits.fewest_frames)
-        if len(self._past) < count:
-            return np.full(3, np.nan)
-        off = self._past[-count:] - self._past[-count:].mean(axis=0)
-        return off[:, 0] @ off[:, 1:] / (off[:, 0] @ off[:, 0])
+        return self._moves or path.speed * path.lasting > (Limits.path * self._seen.sigma * pitch + released) * self._followed
 
     def _rolls(self, seen: SeenPressure, touched: np.ndarray, velocity: np.ndarray, same_load: bool) -> bool:
         """Whether the object, which moves by velocity (3,), rolls without traction. If it slides, take the present traction for that of

@@ -14,7 +14,7 @@ from .estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from .pressure import LARGEST, SoftPad, TaxelArray
 from .response import SENSOR, Response, read_taxels
 from .wrench import GraspedObject
-from ..common.frame_tree import FrameTree
+from ..common.geometry import FrameTree
 from ..errors import BadArgument
 
 _fixed = partial(Parameter, read_only=True)

@@ -16,7 +16,7 @@ from ..errors import BadArgument, BadFrame
 
 LARGEST = 256  # rows or columns: the largest size that the tests cover
 _QUANTUM = 0.29  # standard deviation of rounding to whole numbers: 1 / sqrt(12)
-_AROUND = 3  # taxels around a quiet one that must be untouched: the pad spreads pressure over its thickness, 2 mm of 1 mm taxels in the paper
+_AROUND = 3  # taxels around a quiet one that must be untouched: the pad spreads pressure over its thickness, 2 taxels in the paper
 _SETTLED = 5  # quiet frames of a taxel before it contributes to the noise: its mean is then known better than its noise
 _NOISE_FRAMES, _NOISE_INTERVAL = 50, 10  # frames: length of the noise's average; once full, one frame in so many updates it
 _SAMPLE = 2000  # taxels used for the noise: the error of a standard deviation, 1 / sqrt(2 N), is then under 2 percent

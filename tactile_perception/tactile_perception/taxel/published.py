@@ -8,8 +8,7 @@ import cv2
 import numpy as np
 
 from .pressure import TaxelArray
-from ..common.estimates import NONE, SlipEstimate
-from ..common.slip import next_state, planar_twist
+from ..common.estimates import NONE, SlipEstimate, next_state, planar_twist
 from .region import Regions, find_regions
 
 # The paper gives no values; chosen for contacts of 5 to 30 taxels.

@@ -12,8 +12,7 @@ import numpy as np
 
 from .._core import taxel as _kernel
 from .pressure import SoftPad, TaxelArray, grown
-from ..common.contour import Outline, grouped
-from ..common.region_moments import Moments
+from ..common.surface import Moments, Outline, grouped
 
 LEVEL = 0.5  # score at the border of a contact
 NOISE = 10.0  # standard deviations of the noise, least level: a false taxel in a hundred thousand frames, also of correlated noise
@@ -73,9 +72,9 @@ class TaxelRegion:
 
 @dataclass(frozen=True)
 class Regions:
-    """Regions of one frame. all: largest first; labels: (rows, columns) uint16, 0 outside; touched: (rows, columns) bool, inside; near:
+    """Regions of one frame. all: largest first; labels: (rows, columns) int32, 0 outside; touched: (rows, columns) bool, in contact; near:
     labels extended to the taxels around, which share a region's force; broken: whether the image has more than 64 regions, of which all
-    holds the largest."""
+    and labels hold the largest."""
 
     all: list[TaxelRegion]
     labels: np.ndarray
@@ -94,54 +93,32 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray, rea
     nearer to each other are one region: a pad hands on the pressure of two objects nearer than its thickness as that of one."""
     touched = score > LEVEL
     if not touched.any():
-        return Regions([], np.zeros(score.shape, np.uint16), touched, np.zeros(score.shape, np.uint16))
-    count, labels = cv2.connectedComponents(touched.view(np.uint8), connectivity=4, ltype=cv2.CV_16U)
+        return Regions([], np.zeros(score.shape, np.int32), touched, np.zeros(score.shape, np.int32))
+    count, labels = cv2.connectedComponents(touched.view(np.uint8), connectivity=4)
     broken = count - 1 > _MOST
     if broken:
         largest = 1 + np.argsort(-np.bincount(labels.ravel())[1:], kind='stable')[:_MOST]
         labels[~np.isin(labels, largest)] = 0
-        touched = labels > 0
-        score = score * touched
+        score = score * (labels > 0)
     elif count > 2:  # one outline surrounds taxels that meet at a corner, too
-        _, labels = cv2.connectedComponents(grown(touched, round(0.5 * reach)).view(np.uint8), ltype=cv2.CV_16U)
+        _, labels = cv2.connectedComponents(grown(touched, round(0.5 * reach)).view(np.uint8))
         labels *= touched
-    around = cv2.dilate(labels, np.ones((2 * _AROUND + 1,) * 2, np.uint8))
-    near = np.where(touched, labels, around)
+    around = cv2.dilate(labels.astype(np.float32), np.ones((2 * _AROUND + 1,) * 2, np.uint8)).astype(np.int32)
+    near = np.where(labels > 0, labels, around)
     regions = [_region(label, pieces, labels, (near, pressure), array) for label, pieces in _pieces(score, labels, array).items()]
     return Regions(sorted(regions, key=lambda region: -region.moments.area), labels, touched, near, broken)
 
 
 def _pieces(score: np.ndarray, labels: np.ndarray, array: TaxelArray) -> dict[int, list[tuple[Outline, np.ndarray]]]:
     """Label -> outlines of its pieces, largest first, and the integrals (6,) within each, without its holes."""
-    places, start, number = _kernel.contours(np.pad(score, 1).astype(float), LEVEL)
-    places -= 1
-    points = np.zeros((len(places), 3))
-    points[:, 1::-1] = (places - 0.5 * (np.array(array.shape) - 1)) * array.pitch
-    first = np.flatnonzero(np.diff(number, prepend=-1))  # loop of each outline; its holes follow
-    integrals = np.add.reduceat(_integrals(points[:, :2], start), first)
-    on_edge = places[start[first]]
-    inner = np.pad(labels, 1)  # of the two taxels beside a vertex one is inside
-    beside = [inner[tuple(side(on_edge).astype(int).T + 1)] for side in (np.floor, np.ceil)]
-    found: dict[int, list] = {}
-    for outline, sums, label in zip(grouped(places, points, start, number), integrals, np.maximum(*beside).tolist()):
+    loops = _kernel.outlines(score, labels, level=LEVEL, pitch=array.pitch)
+    region, found = loops.region, {}
+    first = np.flatnonzero(np.diff(region, prepend=-1))  # loop of each outline; its holes follow
+    integrals = np.add.reduceat(np.array(loops.integrals), first)
+    for k, outline, sums in zip(first.tolist(), grouped(loops.grid, loops.points, loops.start, region), integrals):
         if sums[0] > _LEAST * array.taxel_area:
-            found.setdefault(label, []).append((outline, sums))
+            found.setdefault(loops.label[k], []).append((outline, sums))
     return found
-
-
-def _integrals(points: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """(L, 6) integrals of 1, x, y, xx, xy, yy within polygons of points (M, 2), from start (L + 1,) on, by Green's theorem; negative for
-    holes, which turn the other way. About their first vertices, and then moved to the origin: a tiny polygon keeps its digits."""
-    origin, follows = points[start[:-1]], np.arange(1, len(points) + 1)
-    follows[start[1:] - 1] = start[:-1]
-    ax, ay = (points - np.repeat(origin, np.diff(start), axis=0)).T
-    bx, by = ax[follows], ay[follows]
-    twice = ax * by - bx * ay  # of the triangle with the first vertex
-    terms = twice * np.stack([np.full(len(ax), 0.5), (ax + bx) / 6, (ay + by) / 6, (ax * ax + ax * bx + bx * bx) / 12,
-                              (2 * ax * ay + ax * by + bx * ay + 2 * bx * by) / 24, (ay * ay + ay * by + by * by) / 12])
-    (area, x, y, xx, xy, yy), (x0, y0) = np.add.reduceat(terms, start[:-1], axis=1), origin.T
-    return np.stack([area, x + area * x0, y + area * y0, xx + 2 * x0 * x + area * x0 * x0, xy + x0 * y + y0 * x + area * x0 * y0,
-                     yy + 2 * y0 * y + area * y0 * y0], axis=1)
 
 
 def _region(label: int, pieces: list, labels: np.ndarray, load: tuple[np.ndarray, np.ndarray], array: TaxelArray) -> TaxelRegion:

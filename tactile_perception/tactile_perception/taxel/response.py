@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from .._core import taxel as _kernel
 from .pressure import TaxelArray
 from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, read_calibration, write_calibration
 from ..errors import BadArgument, BadCalibration
@@ -119,22 +120,10 @@ class Hysteresis:
             self._late += (self._load - self._late) * gone[:, None, None]
             shown = (shown - np.tensordot(np.float32(loop.late), self._late, 1)) / np.float32(loop.at_once)
         held = self._held + (self._load - self._held) * np.float32(-math.expm1(-interval_s / loop.relaxation))
-        load = self._without_held(shown, held)
-        reach = loop.reach + loop.relative * np.maximum(load, 0)
-        self._held = np.clip(held, load - reach, load + reach)
+        hidden, self._held = _kernel.hide(shown, held, share=loop.share, reach=loop.reach, relative=loop.relative)
         # Neighbours show together what is hidden, so that it adds little noise.
-        self._load = shown + cv2.GaussianBlur(load - shown, (0, 0), _SMOOTH, borderType=cv2.BORDER_REPLICATE)
+        self._load = shown + cv2.GaussianBlur(hidden, (0, 0), _SMOOTH, borderType=cv2.BORDER_REPLICATE)
         return self._load
-
-    def _without_held(self, shown: np.ndarray, held: np.ndarray) -> np.ndarray:
-        """Solve the loop for the load where the held load stays, and where it follows from below or above."""
-        loop = self._loop
-        load = (shown - loop.share * held) / (1 - loop.share)
-        off, free = load - held, loop.reach + loop.relative * np.maximum(load, 0)
-        for side, follows in ((1, off > free), (-1, off < -free)):
-            led = shown + side * loop.share * loop.reach
-            load = np.where(follows, np.where(led > 0, led / (1 - side * loop.share * loop.relative), led), load)
-        return load
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from tactile_driver.nodes.messages.images import grey_to_array
 from tf2_msgs.msg import TFMessage
 
-from ..common.frame_tree import FrameTree
+from ..common.geometry import FrameTree
 from ..errors import BadFrame
 from ..nodes.messages import conversions as convert
 from ..nodes.messages.point_cloud import POINTS

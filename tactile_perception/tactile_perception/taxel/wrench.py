@@ -68,8 +68,8 @@ def under_friction(pressure: np.ndarray, touched: np.ndarray, friction: np.ndarr
 def _seen(pressure: np.ndarray, touched: np.ndarray, array: TaxelArray, pad: SoftPad) -> tuple[float, np.ndarray]:
     """N, and (2,) m, where it acts, of the pressure under a face and around."""
     around = min(round(_REACH * pad.thickness / array.pitch), max(array.shape))
-    load = np.where(grown(touched, around), pressure, 0).astype(float)
-    along, down = load.sum(axis=0), load.sum(axis=1)
+    load = pressure * grown(touched, around)
+    along, down = load.sum(axis=0, dtype=float), load.sum(axis=1, dtype=float)
     total = float(along.sum())
     centre = np.array([along @ array.x, down @ array.y]) / total if total > 0 else np.full(2, np.nan)
     return total * array.taxel_area, centre

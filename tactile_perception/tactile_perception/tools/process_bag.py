@@ -12,8 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tactile_driver.recordings.left_out import LeftOut
-from tactile_driver.recordings.reader import RawMessage
+from tactile_driver.recordings.reader import LeftOut, RawMessage
 from tactile_driver.recordings.writer import COMPRESSED, BagWriter
 
 from ..bags.stream import KEPT, Head, Skipped, Task, stream

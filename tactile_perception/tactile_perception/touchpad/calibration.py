@@ -14,7 +14,7 @@ from ..calibration.files.format import CalibrationFile, Specimen, read_calibrati
 from ..calibration.residuals import Residuals, outliers
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
-from ..common.spherical_cap import Cap, sphere_ranges
+from ..common.geometry import Cap, sphere_ranges
 from ..common.statistics import robust_sigma
 from ..errors import BadArgument, BadCalibration, BadFrame
 from .identification import Colours, OpticsPrior, as_ring_colours, fit, fit_rest, model_from, rest_colours, ring_covariances

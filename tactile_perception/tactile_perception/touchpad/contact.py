@@ -13,8 +13,7 @@ import numpy as np
 
 from .. import _core
 from .._core import lie_on_a_line
-from ..common.contour import label_score
-from ..common.dot_grid import to_grid
+from ..common.surface import label_score, to_grid
 from ..errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
 from .published import PaperRegion

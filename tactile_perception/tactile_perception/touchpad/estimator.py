@@ -15,9 +15,9 @@ from ..calibration.files.format import CalibrationFile
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.estimates import AMBIGUOUS, ContactEstimate, ContactRegionEstimate, SlipEstimate
-from ..common.dot_grid import scatter
+from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
-from ..dots.reference.untouched_shape import rest_suspicion
+from ..dots.reference import rest_warning
 from ..errors import BadArgument, BadFrame
 from .contact import DotClassification, make_method
 from .places import RestPlaces
@@ -82,7 +82,7 @@ class ContactEstimator:
         uv = self._rest.uv
         known = np.flatnonzero(np.isfinite(uv[:, 0]))
         if self._suspected or not (np.abs(uv[known] - self._checked[known]) < _DRIFT).all():
-            self._suspected, self._checked = bool(rest_suspicion(known, uv[known], self._sensor.columns)), uv.copy()
+            self._suspected, self._checked = bool(rest_warning(known, uv[known], self._sensor.columns)), uv.copy()
 
     def _usable(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Ids (N,), positions (N, 3) m and rest positions (N, 3) m of the dots that have both positions."""

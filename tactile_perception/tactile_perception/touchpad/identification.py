@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from ..common.camera import CameraModel
-from ..common.spherical_cap import Cap
+from ..common.geometry import Cap
 from ..common.statistics import robust_sigma
 from ..errors import BadArgument, BadFrame
 from .water import (

@@ -4,6 +4,7 @@
 regularised by the membrane's force balance."""
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +12,9 @@ import numpy as np
 from .._core import all_within, rest_moved
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
-from ..common.spherical_cap import Cap
+from ..common.geometry import Cap
 from ..errors import BadArgument, BadFrame
+from ..dots.tracker import DotEstimator
 from .identification import identify
 from .membrane import Membrane
 from .sensor import Touchpad
@@ -132,3 +134,12 @@ class DotPlaces:
 def _are_at_one_place(uv: np.ndarray) -> bool:
     """Whether more than one dot, at uv (N, 2) px, are at one place; the first and the last are compared first."""
     return len(uv) > 1 and all(np.abs(some - uv[0]).max() < _AT_ONE_PLACE for some in (uv[-1], uv))
+
+
+class TouchpadDots(DotEstimator):
+    """DotEstimator of a touchpad. camera: None if not calibrated, then its dots get no 3D positions; water: of a calibration; known: see
+    DotEstimator."""
+
+    def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None, **known):
+        places = DotPlaces(sensor, camera, water) if sensor.cap is not None and camera is not None else None
+        super().__init__(sensor, values, places, **known)

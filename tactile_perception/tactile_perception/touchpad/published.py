@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..common.dot_grid import grid_normals, to_grid
+from ..common.surface import grid_normals, to_grid
 from ..common.rigid_motion import RigidFit, fit_rigid
 from ..errors import BadArgument, BadFrame, DegenerateFit
 

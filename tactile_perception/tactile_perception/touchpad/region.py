@@ -12,14 +12,10 @@ import numpy as np
 
 from .. import _core
 from .._core import all_within, deepest_notch
-from ..common.contour import Outline, region_outlines
-from ..common.dot_grid import to_grid
-from ..common.dot_surface import DotSurface
+from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, to_grid
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
-from ..common.region_moments import Moments, axes, joined
 from ..common.rigid_motion import RigidFit
-from ..common.rotations import quaternion
-from ..common.spherical_cap import Cap
+from ..common.geometry import Cap, quaternion
 from ..errors import BadArgument
 
 _MASK_SCALE = 8  # pixels a pitch, of the mask that assigns dots to regions; chosen

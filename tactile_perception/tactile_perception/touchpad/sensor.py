@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from ..common.camera import CameraModel
-from ..common.spherical_cap import Cap
+from ..common.geometry import Cap
 from ..errors import BadArgument
 from .membrane import MembraneMaterial
 

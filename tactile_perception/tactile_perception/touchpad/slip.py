@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..common.estimates import GROSS, NONE, ContactEstimate, SlipEstimate
+from ..common.estimates import GROSS, NONE, STILL_GROSS, ContactEstimate, SlipEstimate, next_state, planar_twist
 from ..common.rigid_motion import RigidFit, fit_rigid_robust
-from ..common.slip import STILL_GROSS, next_state, planar_twist
 from ..errors import BadArgument, BadFrame, DegenerateFit
 from .region import ContactDots
 

@@ -17,7 +17,7 @@ from ..errors import BadCalibration, BadFrame
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
 from ..parameters.touchpad import DOT_PARAMETERS
-from ..pipeline.dot_stage import make_tracker
+from ..dots.tracker import make_tracker
 from .calibration import Press, TouchpadCalibration, find_sphere_radius, fit_touchpad, sphere_misfit, write_touchpad
 from .sensor import Touchpad
 

@@ -15,7 +15,7 @@ import numpy as np
 from .._core import path_lengths, ring_colours, skin_light, water_lengths, water_ranges
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
-from ..common.spherical_cap import Cap
+from ..common.geometry import Cap
 from ..common.statistics import SIGMA_PER_MAD, robust_sigma
 from ..errors import BadArgument, BadFrame
 

@@ -1,10 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""All items come through in order; what is short is silent, what is long counts on stderr."""
 import logging
+import os
 from types import SimpleNamespace
 
+import pytest
 from tactile_perception.common import progress
+from tactile_perception.common.progress import in_parallel
 
 
 def test_items_come_through_and_a_short_run_is_silent(capsys):
@@ -44,3 +46,28 @@ def test_what_is_logged_of_long_work_is_told_once_in_a_while(capsys, monkeypatch
             log.info('%d of 7', k)
     log.info('not told')
     assert capsys.readouterr().err.splitlines() == ['0 of 7', '3 of 7', '6 of 7']
+
+
+def square(number):
+    return number**2, os.getpid()
+
+
+def squares_of(numbers):
+    return [value for value, _ in in_parallel(square, numbers, 'squares')]
+
+
+@pytest.mark.parametrize('cores', [1, 3])
+def test_results_are_in_order_and_told(cores, monkeypatch, caplog):
+    monkeypatch.setattr(os, 'sched_getaffinity', lambda pid: range(cores))
+    # launch, which other tests import, makes loggers that keep to themselves
+    log = logging.getLogger(progress.__name__)
+    monkeypatch.setattr(log, 'handlers', [caplog.handler])
+    with caplog.at_level(logging.INFO, logger=log.name):
+        done = in_parallel(square, [1, 2, 3, 4, 5], 'squares')
+    assert [value for value, _ in done] == [1, 4, 9, 16, 25] and caplog.messages[-1] == 'squares: 5 of 5'
+    assert all((process == os.getpid()) == (cores == 1) for _, process in done)
+
+
+def test_work_in_parallel_may_itself_be(monkeypatch):
+    monkeypatch.setattr(os, 'sched_getaffinity', lambda pid: range(2))
+    assert in_parallel(squares_of, [[1, 2], [3], [4, 5]], 'rows') == [[1, 4], [9], [16, 25]]

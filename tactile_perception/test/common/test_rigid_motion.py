@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust
-from tactile_perception.common.rotations import rotation_matrix, rotation_vector
+from tactile_perception.common.geometry import rotation_matrix, rotation_vector
 from tactile_perception.errors import BadArgument, DegenerateFit
 
 

@@ -9,20 +9,8 @@ import pytest
 from border_checks import check_any_array, check_memory, check_wrong_type
 from tactile_perception import _core
 from tactile_perception.press.sheet.mechanics import SheetMesh
-from tactile_perception.dots.detect.disc_model import DiscModel
 
-IMAGE = np.random.default_rng(0).integers(0, 256, (60, 80), dtype=np.uint8)
 PLACES = np.random.default_rng(1).uniform(5, 55, (40, 2))
-
-
-def call_find_peaks(image=IMAGE):
-    """Peaks with the arguments that are no arrays as they are in use."""
-    return _core.find_peaks(image, step=2, smooth=3, box=9, sign=-1, lowest=10.0)
-
-
-def call_find_lattice(places=PLACES):
-    """Indices of dots on a grid, None for none, as a tuple in either case."""
-    return _core.find_lattice(places) or ()
 
 
 SHEET = {name: getattr(SheetMesh(np.zeros(2), np.array([0.03, 0.03]), 8e-3, 2), name)
@@ -72,15 +60,6 @@ def call_path_lengths(**arrays):
 def call_water_ranges(**arrays):
     """Ranges on a grid of 3 x 4 dots, with the arrays given in place of the good ones."""
     return _core.water_ranges(**{**PAD, **arrays}, rows=3, columns=4, ring_share=0.45)
-TABLES = DiscModel(4.0, 8.0, 0.9).tables
-DISC_ARRAYS = {name: table for name, table in TABLES.items() if isinstance(table, np.ndarray)}
-DISC_NUMBERS = {name: number for name, number in TABLES.items() if name not in DISC_ARRAYS}
-LOOK = {'typical': 6.0, 'contrast': -100.0, 'ground': 150, 'noise': 2.0, 'usual': 0.5}
-
-
-def call_measure_dots(image=IMAGE, places=PLACES, **tables):
-    """Dots with numbers as they are in use."""
-    return _core.measure_dots(image, places, **(DISC_ARRAYS | tables), **DISC_NUMBERS, **LOOK)
 
 
 SPLINES, EYES = np.zeros((16, 3), np.float32), np.tile([0.0, 0.0, -0.06], (40, 1))
@@ -110,18 +89,6 @@ def call_show_presses(**arrays):
 def call_show_field(field=SPLINES, rest=VIEWED['rest'], eye=EYES):
     """A field, shown."""
     return _core.show_field(field, rest, eye, place=(0.0, 0.0), half=(0.03, 0.03), scale=8e-3, marker_radius=1e-3)[None]
-FLOATS = np.float32(IMAGE)
-QUADRANT = np.float32(np.hypot(*np.mgrid[:7, :7]) < 4.5), np.float32(np.hypot(*np.mgrid[:7, :7]) < 6.2)
-
-
-def call_find_disc_peaks(image=FLOATS, inside=QUADRANT[0], support=QUADRANT[1]):
-    """Peaks with numbers as they are in use."""
-    return _core.find_disc_peaks(image, inside, support, least=0.1, apart=2, margin=3.0, radius=4.0, line=0.8)
-
-
-def call_fit_worn_discs(image=FLOATS, places=PLACES):
-    """Discs of usual size."""
-    return _core.fit_worn_discs(image, places, radius=5.0, ring=1.4)
 
 
 CAMERA = {'uv': np.array([[300.0, 200.0], [640.0, 480.0], [320.0, 240.0]]), 'matrix': np.array([[600.0, 0, 320], [0, 605, 240], [0, 0, 1]]),
@@ -157,22 +124,8 @@ def call_fit_dome(**arrays):
     return _core.fit_dome(**DOME_ARRAYS | known | arrays, plane_z=0.12)
 
 
-LATTICE = {'places': 20.0 * np.argwhere(np.ones((6, 7))), 'rc': np.argwhere(np.ones((6, 7))), 'member': np.arange(42) % 3 > 0}
-
-
-def call_extrapolate_indices(**arrays):
-    """Indices of all dots of a grid from two thirds of them."""
-    return _core.extrapolate_indices(**LATTICE | arrays, pitch=20.0)
-
-
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
-    'find_peaks': (call_find_peaks, {'image': IMAGE}),
-    'measure_dots': (call_measure_dots, {'image': IMAGE, 'places': PLACES, **DISC_ARRAYS}),
-    'find_disc_peaks': (call_find_disc_peaks, {'image': FLOATS, 'inside': QUADRANT[0], 'support': QUADRANT[1]}),
-    'extrapolate_indices': (call_extrapolate_indices, LATTICE),
-    'fit_worn_discs': (call_fit_worn_discs, {'image': FLOATS, 'places': PLACES}),
-    'find_lattice': (call_find_lattice, {'places': 20.0 * np.argwhere(np.ones((6, 7)))}),
     'press_sheet': (call_press_sheet, SHEET),
     'ring_colours': (call_ring_colours, {'image': COLOURS, 'uv': PLACES}),
     'path_lengths': (call_path_lengths, LIGHT),
@@ -194,29 +147,15 @@ ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name i
 def test_every_function_of_the_module_is_tried():
     files = Path(__file__).parent.glob('test_border*.py')
     tried = [name for path in files for name in re.findall(r"^    '(\w+)': \(", path.read_text(), re.MULTILINE)]
-    # The finger's module is tried by its tests; classes are tried by their methods.
+    # Modules of rooms are tried by their tests; classes are tried by their methods.
     functions = {name for name in dir(_core) if not name.startswith('__') and not isinstance(getattr(_core, name), type)}
-    assert functions - {'finger'} <= set(tried)
+    assert functions - {'finger', 'dots', 'taxel'} <= set(tried)
 
 
 @pytest.mark.parametrize('check', [check_any_array, check_wrong_type, check_memory])
 @pytest.mark.parametrize('function, name', ARRAYS)
 def test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory(function, name, check):
     check(*CALLS[function], name)
-
-
-@pytest.mark.parametrize('wrong', [{'step': 3}, {'smooth': 4}, {'box': 1001}, {'sign': 0}, {'lowest': np.nan}])
-def test_numbers_of_find_peaks_are_checked(wrong):
-    given = {'step': 2, 'smooth': 3, 'box': 9, 'sign': -1, 'lowest': 10.0} | wrong
-    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
-        _core.find_peaks(IMAGE, **given)
-
-
-@pytest.mark.parametrize('wrong', [{'half': 0}, {'half': 1000}, {'per_square': np.nan}, {'smallest': -1.0}, {'largest': 4.0},
-                                   {'blur': np.inf}, {'typical': 0.0}, {'contrast': np.nan}, {'ground': 256}, {'noise': -1.0}])
-def test_numbers_of_measure_dots_are_checked(wrong):
-    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
-        _core.measure_dots(IMAGE, PLACES, **(TABLES | LOOK | wrong))
 
 
 @pytest.mark.parametrize('wrong', [{'numbers': np.full(8, np.nan)}, {'sizes': np.array([1, 2, 3, 2, 1, 0, 9])}, {'sizes': np.full(7, -1)},
@@ -232,14 +171,3 @@ def test_a_table_of_anything_is_answered(member, value):
     broken = table(**{member: np.full_like(table()[2 if member == 'coefficients' else 3], value)})
     state, *_ = _core.fit_presses(broken, **VIEWED | VALUES, noise=NOISE, tip=(0.0, 0.15), marker_radius=0.0, drags=True, near=0.0)
     assert np.isfinite(state).all()
-@pytest.mark.parametrize('wrong', [{'radius': 0.0}, {'radius': np.nan}, {'ring': 0.5}])
-def test_numbers_of_fit_worn_discs_are_checked(wrong):
-    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
-        _core.fit_worn_discs(FLOATS, PLACES, **({'radius': 5.0, 'ring': 1.4} | wrong))
-
-
-@pytest.mark.parametrize('wrong', [{'least': 2.0}, {'apart': -1}, {'margin': np.nan}, {'radius': -1.0}, {'line': np.nan}])
-def test_numbers_of_find_disc_peaks_are_checked(wrong):
-    rules = {'least': 0.1, 'apart': 2, 'margin': 3.0, 'radius': 4.0, 'line': 0.8} | wrong
-    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
-        _core.find_disc_peaks(FLOATS, *QUADRANT, **rules)

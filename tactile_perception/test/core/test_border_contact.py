@@ -24,8 +24,8 @@ def membrane(rest=DOTS, origin=np.zeros(3), response=np.full((20, 20), 1e-9, np.
 
 def fields(found):
     """All arrays of a result."""
-    return [np.asarray(getattr(found, name)) for name in sorted(dir(found))
-            if not name.startswith('_') and not callable(getattr(found, name)) and name not in ('loads', 'state') or name == 'state' and isinstance(getattr(found, name), np.ndarray)]
+    values = [getattr(found, name) for name in sorted(dir(found)) if not name.startswith('_')]
+    return [np.asarray(value) for value in values if isinstance(value, (np.ndarray, float))]
 
 
 def call_stick_slip(score=np.where(NUMBERS % 7 < 4, 1.0, 0.0), **arrays):

@@ -4,8 +4,7 @@
 import numpy as np
 import pytest
 from tactile_perception import _core
-from tactile_perception.common.contour import region_outlines
-from tactile_perception.common.dot_surface import DotSurface
+from tactile_perception.common.surface import DotSurface, region_outlines
 
 
 def bumpy(seed, rows=15, columns=19):

@@ -119,7 +119,7 @@ def test_no_wrong_number_on_simulated_recordings(scene):
         assert np.all((number[true] == tracks.id)[distance < 2.0])
         numbered += np.sum(distance < 2.0)
     assert numbered >= 0.97 * truth['visible'][: k + 1].sum()
-    assert tracker.reference.suspicious == ''
+    assert tracker.reference.warning == ''
 
 
 @needs_recordings

@@ -6,8 +6,7 @@ import pytest
 
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from tactile_driver.nodes.messages.conversions import header_of  # noqa: E402
-from tactile_driver.nodes.messages.conversions import voltages_message  # noqa: E402
+from tactile_driver.nodes.messages.conversions import header_of, voltages_message  # noqa: E402
 from tactile_driver.parameters.table import defaults  # noqa: E402
 from tactile_driver.samples import SampleBlock  # noqa: E402
 from tactile_driver.simulation.psd.scene import open_psd_scene  # noqa: E402

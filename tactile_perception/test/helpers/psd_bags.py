@@ -3,9 +3,8 @@
 """Bags of the simulated PSD finger, with ground truth, and its parameter file."""
 import numpy as np
 import yaml
-from tactile_driver.nodes.messages.conversions import header_of
+from tactile_driver.nodes.messages.conversions import header_of, voltages_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
-from tactile_driver.nodes.messages.conversions import voltages_message
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_driver.samples import SampleBlock

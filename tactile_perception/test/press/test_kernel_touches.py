@@ -3,8 +3,7 @@
 """The kernel of src/press/sheet_depths.cpp against the balance that it solves."""
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from tactile_perception._core import sheet_depths
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.taxel.pressure import SoftPad
-from tactile_perception.taxel.region import ContactTracker
-from tactile_perception.taxel.region import find_regions
-from tactile_perception.taxel.region import ContactScore
+from tactile_perception.taxel.region import ContactScore, ContactTracker, find_regions
 from taxel_pictures import ARRAY, bar, both, picture
 
 SCORE = ContactScore(ARRAY, SoftPad())

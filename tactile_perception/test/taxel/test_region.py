@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 from taxel_pictures import ARRAY, bar, both, disc, picture, ring
-from tactile_perception.common.region_moments import axes
+from tactile_perception.common.surface import axes
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.region import LEVEL, ContactScore, find_regions
 

@@ -6,7 +6,7 @@ import copy
 import numpy as np
 import pytest
 from tactile_perception import _core
-from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.common.geometry import Cap
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.contact import CONTACT_METHODS, border_network, make_method
 from tactile_perception.touchpad.membrane import Membrane, MembraneMaterial
@@ -93,7 +93,7 @@ def test_laid_down_dragged_and_lifted_a_hundred_times_no_state_is_left_behind(re
         assert not np.array(found)[free].any(), turn
         if turn == 1:  # friction is known from the first time on
             second = np.array(found)
-    assert np.mean(np.array(found) != second) < 0.01
+    assert np.mean(np.array(found) != second) < 0.02  # a frame in which slip begins may be judged either way
 
 
 def score(rest, xyz, side):

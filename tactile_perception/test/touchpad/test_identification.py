@@ -3,7 +3,7 @@
 """The water from the untouched pad: three pads of different water, window and lamps."""
 import numpy as np
 import pytest
-from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.common.geometry import Cap
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.water import RING, WIDE
 from tactile_perception.touchpad.identification import OpticsPrior, as_ring_colours, fit, fit_rest, predict, rest_colours, update_constants

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.common.rotations import rotation_matrix
+from tactile_perception.common.geometry import rotation_matrix
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.slip import ObjectMotion
 

@@ -13,9 +13,9 @@ from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.sensors.touchpad import touchpad
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
-from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.common.geometry import Cap
 from tactile_perception.errors import BadFrame
-from tactile_perception.pipeline.dot_stage import make_tracker
+from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.touchpad.places import DotPlaces, RestPlaces
 
 CAMERA = CameraModel([[700, 0, 320], [0, 700, 240], [0, 0, 1]], translation=[0, 0, 0.04])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.common.rigid_motion import fit_rigid
-from tactile_perception.common.rotations import rotation_matrix
+from tactile_perception.common.geometry import rotation_matrix
 from tactile_perception.errors import BadArgument
 from tactile_perception.touchpad.region import ContactDots, describe, find_regions
 

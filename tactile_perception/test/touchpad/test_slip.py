@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
-from tactile_perception.common.slip import planar_twist
+from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE, planar_twist
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.region import ContactDots, describe, find_regions, ContactTracker
 from tactile_perception.touchpad.slip import MotionEstimate, ObjectMotion, SlipEstimator, friction_centre

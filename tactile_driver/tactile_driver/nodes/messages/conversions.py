@@ -1,22 +1,25 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Conversions between messages and the drivers' frames, arrays and stamps."""
+"""Conversions between messages and the drivers' frames, arrays, stamps and poses."""
 from __future__ import annotations
 
 from array import array
+from collections.abc import Mapping, Sequence
 
+import cv2
 import numpy as np
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, Point32, Polygon, Vector3
+from geometry_msgs.msg import Point, Point32, Polygon, TransformStamped, Vector3
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, TimeReference
 from std_msgs.msg import Header
 from tactile_msgs.msg import PsdVoltages
 
 from ...errors import BadFrame
 from ...frame import CameraCalibration, Frame, as_encoding, frame_of
-from .images import array_to_image, image_to_array
+from ...frame_names import optical_frame
 from ...samples import SampleBlock
 from ...sources.source import NS
+from .images import array_to_image, image_to_array
 
 #: topic of two cameras: when the right view of a picture was exposed
 RIGHT_TIME = 'right/time_reference'
@@ -91,3 +94,31 @@ def voltages_message(block: SampleBlock, frame_id: str) -> PsdVoltages:
 def instants(touching: np.ndarray) -> list[int]:
     """The first sample of a block and those at which contacts begin or end. touching: (N,) number of contacts at each sample."""
     return [0, *(np.flatnonzero(np.diff(touching)) + 1).tolist()]
+
+
+_IDENTITY = (0.0, 0.0, 0.0, 1.0)
+Pose = tuple[Sequence[float], Sequence[float]]  # rotation vector (3,), rad, and translation (3,), m, from sensor to camera coordinates
+
+
+def static_transform(frame_id: str, child: str, translation: Sequence[float], rotation: Sequence[float] = _IDENTITY,
+                     stamp: Time | None = None) -> TransformStamped:
+    """The pose of the frame child in frame_id: translation (3,), m, and rotation, a quaternion x, y, z, w."""
+    transform = TransformStamped(child_frame_id=child)
+    transform.header.frame_id, transform.header.stamp = frame_id, stamp or Time()
+    transform.transform.translation = vector(translation)
+    quaternion = transform.transform.rotation
+    quaternion.x, quaternion.y, quaternion.z, quaternion.w = map(float, rotation)
+    return transform
+
+
+def camera_transforms(frame_id: str, poses: Mapping[str, Pose], stamp: Time | None = None) -> list[TransformStamped]:
+    """The poses of the cameras' optical frames in the sensor frame; poses: by view ('' for the only one or the stitched picture)."""
+    return [static_transform(frame_id, optical_frame(frame_id, view), *_inverse(*pose), stamp) for view, pose in poses.items()]
+
+
+def _inverse(rotation: Sequence[float], translation: Sequence[float]) -> tuple[np.ndarray, tuple[float, float, float, float]]:
+    """The pose of a camera in the sensor frame: translation (3,), m, and quaternion x, y, z, w."""
+    rotation, translation = np.asarray(rotation, float), np.asarray(translation, float)
+    angle = float(np.linalg.norm(rotation))
+    axis = -rotation * (np.sin(angle / 2) / angle) if angle else np.zeros(3)
+    return -cv2.Rodrigues(rotation)[0].T @ translation, (*axis, np.cos(angle / 2))

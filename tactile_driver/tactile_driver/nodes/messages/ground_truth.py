@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
 
 from .conversions import point, polygon, vector
-from ...recordings.truth import RecordedTruth
+from ...recordings.reader import RecordedTruth
 from ...simulation.truth import Touch, TruthFrame
 
 _NAN = float('nan')

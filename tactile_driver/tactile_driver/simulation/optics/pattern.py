@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from .camera import SimulatedCamera
-from ..skin.grid import Skin
+from ..skin.surfaces import Skin
 
 
 def _cubic_weights(part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from .camera import SimulatedCamera
-from ..skin.grid import Skin
+from ..skin.surfaces import Skin
 from .water_light import vignette
 
 #: px: light is computed once per cell of this size, because only dots, highlights and the rim are sharp; chosen.

@@ -11,7 +11,7 @@ import numpy as np
 from .camera import SimulatedCamera
 from .pattern import DotPattern
 from .rendering import Imaging, Renderer
-from ..skin.grid import Skin
+from ..skin.surfaces import Skin
 from .wear import Wear, WornPrint, WornSkin, glare
 
 

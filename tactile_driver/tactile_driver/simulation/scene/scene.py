@@ -11,7 +11,7 @@ import numpy as np
 from .observe import Observation, Observer, off_tool
 from ..skin.contact import FrictionalContact
 from .shutters import Shutters
-from ..skin.motion import Motion
+from ..skin.tools import Motion
 from .specimen import Specimen
 from ..truth import SimulatedFrame, TruthFrame
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from ..optics.camera import SimulatedCamera
 from ..optics.pattern import DotPattern
 from ..optics.rendering import Renderer
-from ..skin.grid import Skin
-from ..skin.motion import Key
+from ..skin.surfaces import Skin
+from ..skin.tools import Key
 from .shutters import Shutters
 
 Act = tuple[str, list[Key]]

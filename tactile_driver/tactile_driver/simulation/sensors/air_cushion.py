@@ -12,7 +12,7 @@ from ..optics.led_light import Lamps
 from ..optics.pattern import DotPattern, LargeDots, uneven
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, press
-from ..skin.dome import Membrane
+from ..skin.surfaces import Membrane
 
 _RIM, _HEIGHT = 0.150, 0.120
 #: m: radius of the sphere of which the dome is a cap; derived.

@@ -14,7 +14,7 @@ from ..optics.led_light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.shutters import Shutters
 from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, one_of_two, press
-from ..skin.sheet import Sheet
+from ..skin.surfaces import Sheet
 
 _HALF = (0.0665, 0.0455)
 _TIP = 'ball_8mm'

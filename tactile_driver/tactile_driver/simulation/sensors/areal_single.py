@@ -11,7 +11,7 @@ from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers,
 from ..optics.led_light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, one_of_two, press
-from ..skin.sheet import Sheet
+from ..skin.surfaces import Sheet
 
 _HALF = (0.030, 0.0225)
 _TIP = 'ball_6mm'

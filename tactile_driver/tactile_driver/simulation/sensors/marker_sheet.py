@@ -10,7 +10,7 @@ import numpy as np
 from ..optics.camera import SimulatedCamera, mounted
 from ..optics.pattern import WidePattern, uneven
 from ..scene.specimen import drag, press
-from ..skin.sheet import Sheet
+from ..skin.surfaces import Sheet
 
 #: Light from a marker relative to the light from the surrounding sheet, B, G, R; chosen.
 _MARKER = (6.5, 16.0, 5.6)

@@ -12,8 +12,7 @@ from ...errors import BadArgument
 from ..scene.scene import Scene, TwoCameraScene
 from ..scene.shutters import Shutters
 from ..scene.specimen import Script, Specimen
-from ..skin.motion import Motion
-from ..skin.tools import tool_named
+from ..skin.tools import Motion, tool_named
 from .touchpad import TOUCHPAD_SCENES
 from .worn_sheet import WORN_SHEET_SCENES
 

@@ -13,8 +13,8 @@ from ..optics.pattern import DotPattern, uneven
 from ..optics.rendering import Imaging, Renderer
 from ..optics.water_light import Lighting
 from ..scene.specimen import STARTING, UNTOUCHED, Act, Script, Specimen, act, one_after_the_other
-from ..skin.dome import Membrane
-from ..skin.motion import Key
+from ..skin.surfaces import Membrane
+from ..skin.tools import Key
 
 ROWS = COLUMNS = 23
 _FOCAL = 688.0  # px, of the native image; chosen

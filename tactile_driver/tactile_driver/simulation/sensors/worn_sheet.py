@@ -15,7 +15,7 @@ from ..optics.rendering import Imaging
 from ..optics.wear import Wear
 from ..optics.worn_rendering import SideLight, WornRenderer
 from ..scene.specimen import Act, Script, Specimen, drag, one_after_the_other, press
-from ..skin.sheet import Sheet
+from ..skin.surfaces import Sheet
 
 _HALF = (0.030, 0.0225)
 _FOCAL, _DISTANCE = 508.0, 0.0585

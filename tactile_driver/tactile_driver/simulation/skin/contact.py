@@ -12,9 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import lapack
 
-from .grid import Skin
-from .motion import Pose
-from .tools import Tool
+from .surfaces import Skin
+from .tools import Pose, Tool
 
 #: Penalty of ADMM, relative to the skin's tension; chosen near the geometric mean of the skin's least and greatest stiffness.
 #: Over-relaxation, linearisations per step and iterations per linearisation below: chosen.

@@ -9,8 +9,8 @@ from functools import partial
 
 import numpy as np
 
-from ...common.parallel import in_parallel
-from ...common.spherical_cap import Cap
+from ...common.progress import in_parallel
+from ...common.geometry import Cap
 from ...errors import BadCalibration
 from ..presses import Presses
 from ..published import common_rest

@@ -12,9 +12,8 @@ from itertools import product
 import numpy as np
 
 from ... import _core
-from ...common.parallel import in_parallel
-from ...common.spherical_cap import Cap
-from ...common.splines import spline_fit
+from ...common.progress import in_parallel
+from ...common.geometry import Cap, spline_fit
 from ...errors import BadCalibration
 from ..sheet.library import pack, unpack
 from .mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, PressedDome, appear_at, disc_scale, evaluate, outlines, press_dome,

@@ -11,7 +11,7 @@ import numpy as np
 from .calibration import DomeCalibration, calibrate_dome
 from .library import RADIUS_SPREAD
 from .fit import DEPTH, DRAG, DRAGGED, OF_TWO, PRESS, RADIUS, X, Y, DomeFound, DomeInverse
-from ...common.vectors import cross
+from ...common.geometry import cross
 from ...errors import BadArgument
 from ..presses import Presses
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from ...common.parallel import in_parallel
+from ...common.progress import in_parallel
 from ...errors import BadCalibration
 from ..field import MarkerField
 from ..presses import SAME_PLACE, Presses

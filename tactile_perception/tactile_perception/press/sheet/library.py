@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 
 from ... import _core
-from ...common.parallel import in_parallel
-from ...common.splines import spline_fit
+from ...common.progress import in_parallel
+from ...common.geometry import spline_fit
 from ...errors import BadCalibration
 from .mechanics import SheetMaterial, SheetMesh, least_length, press_sheet, uniform
 

@@ -11,7 +11,7 @@ import numpy as np
 from .calibration import SheetCalibration, calibrate_sheet
 from .fit import SURE, Inverse, Seen, SheetInverse, SheetStart, show
 from .library import Press, SheetLibrary
-from ...common.vectors import cross
+from ...common.geometry import cross
 from ..presses import Presses
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..field import MarkerField

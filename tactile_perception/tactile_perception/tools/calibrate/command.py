@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from tactile_driver.command import tells_errors
-from tactile_driver.recordings.description import descriptions
+from tactile_driver.recordings.reader import descriptions
 
 from ...bags.chain import SENSOR_TYPE
 from ...finger.model import SENSOR as PSD_FINGER
@@ -21,7 +21,7 @@ from ...press.tools import calibrate_markers
 from ...press.sensor import MARKER_SENSORS
 from ...parameters.file import read_parameters
 from ...finger.tools import calibrate_psd
-from ...taxel.calibration import calibrate_taxels
+from ...taxel.tools import calibrate_taxels
 from ...touchpad.tools import calibrate_touchpad
 
 

@@ -17,9 +17,8 @@ import yaml
 from tactile_driver.command import tells_errors
 from tactile_driver.frame import Frame
 from tactile_driver.frame_names import optical_frame
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.nodes.messages.conversions import camera_transforms, header_of, image_to_message, static_transform
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
-from tactile_driver.nodes.messages.transforms import camera_transforms, static_transform
 from tactile_driver.recordings.writer import write_messages
 
 from ...taxel.response import SENSOR as TAXEL_ARRAY

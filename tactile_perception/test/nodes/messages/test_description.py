@@ -5,7 +5,7 @@ import yaml
 
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 
-from tactile_driver.nodes.messages.transforms import static_transform  # noqa: E402
+from tactile_driver.nodes.messages.conversions import static_transform  # noqa: E402
 from tactile_perception.nodes.messages.description import description_messages  # noqa: E402
 
 pytestmark = pytest.mark.ros

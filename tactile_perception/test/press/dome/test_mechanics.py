@@ -7,7 +7,7 @@ import pathlib
 import numpy as np
 import pytest
 from dome_scenes import DOME, EYE, markers
-from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.common.geometry import Cap
 from tactile_perception.errors import BadArgument
 from tactile_perception.press.dome.mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, appear_at, centres_of, disc_of, evaluate,
                                                      outlines, press_dome, shift_of)

@@ -1,0 +1,411 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#include "dots/finder.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "common/median.hpp"
+#include "common/pi.hpp"
+#include "dots/links.hpp"
+#include "dots/peaks.hpp"
+
+namespace tactile {
+namespace {
+
+// Fits of all dots of an image. Each is fitted alone first; those with neighbours in their patches again, after the neighbours' images are
+// subtracted.
+
+constexpr double SMALLEST_HALVED = 5.0;  // px: smaller typical diameters are searched at full resolution
+constexpr double WEAKEST = 0.14;         // smallest peak as a share of the dots' contrast: admits a small dot in a third of the light
+constexpr double NOISE_PEAK = 2.0;       // smallest peak in standard deviations of a pixel of the reduced image
+
+constexpr int FIRST_STEPS = 2;       // from a candidate. Chosen: a node further is refined at the end
+constexpr double OFF_CENTRE = 0.9;   // px from the middle pixel beyond which a dot gets a new patch. Chosen; the nodes end at 1 px
+constexpr double UNLIKE = 1.6;       // residual over contrast of an off-centre fit; no neighbour causes more, so more means no dot. Chosen
+constexpr double CROWDED = 2.0;      // px over the diameter: dots nearer than this keep their patch, as fits may have moved to a neighbour
+constexpr double SAME = 0.4;         // of the typical diameter: nearer candidates belong to one dot. Chosen
+constexpr double MET = 0.15;         // of the typical diameter: fits that converge to within this distance belong to one dot. Chosen
+constexpr double GAP = 1.5;          // px, gap between edges below which dots are fitted in turns from the start. Chosen
+constexpr double RUN_OFF = 1.5;      // px from the patch's centre: a fit further away has diverged. Chosen
+constexpr int ROUNDS = 5;            // of fits in turns. Chosen
+constexpr double BELIEVABLE = 0.15;  // of the typical contrast: the images of fainter dots are not subtracted. Chosen
+
+// A candidate and its fit.
+struct DotFit {
+    double start_u, start_v;     // px, of the candidate
+    std::ptrdiff_t column, row;  // middle pixel of its patch
+    Disc disc;                   // relative to that pixel; its ground relative to the look's
+    DiscNode node;               // of the last step
+    bool single = true;          // false: a second fit of another's dot
+    double variance = 0;         // of the residual, grey levels^2
+    float patch[DIMENSIONS];     // compressed
+
+    double u() const { return static_cast<double>(column) + disc.u; }
+    double v() const { return static_cast<double>(row) + disc.v; }
+    // px from the middle pixel: the larger of both axes.
+    double away() const { return std::max(std::abs(disc.u), std::abs(disc.v)); }
+};
+
+// Fits dots near places (count, 2), px; where dots overlap or are close, each without its neighbours' images. Places that are not finite or
+// show no dot are left out.
+class Fits {
+ public:
+    Fits(const Image& image, const DiscModel& model, const DotLook& look) : image_(image), model_(model), look_(look), patch_(model) {}
+
+    std::vector<DotFit> run(const double* places, std::ptrdiff_t count) {
+        dots_.reserve(count);
+        for (std::ptrdiff_t i = 0; i < count; ++i) {
+            if (std::isfinite(places[2 * i]) && std::isfinite(places[2 * i + 1])) begin(places[2 * i], places[2 * i + 1]);
+        }
+        find_neighbours();
+        recentre();
+        take_doubles();
+        take_turns();
+        subtract_neighbours();
+        for (DotFit& dot : dots_) {
+            if (!(nearest_node(dot.disc, model_) == dot.node)) fit(dot, 1);
+            dot.variance = residual_variance(dot.patch, dot.node, model_);
+        }
+        return std::move(dots_);
+    }
+
+ private:
+    // Index of the pixel nearest to a place, the first for NaN.
+    static std::ptrdiff_t pixel(double place, std::ptrdiff_t count) {
+        return place > 0 ? static_cast<std::ptrdiff_t>(std::min(place + 0.5, static_cast<double>(count - 1))) : 0;
+    }
+    double contrast(const DotFit& dot) const { return look_.contrast < 0 ? -dot.disc.amplitude : dot.disc.amplitude; }
+    // px between the candidates.
+    double began_apart(const DotFit& a, const DotFit& b) const { return std::hypot(a.start_u - b.start_u, a.start_v - b.start_v); }
+
+    void cut(const DotFit& dot) { patch_.cut(image_, dot.column, dot.row, look_.ground); }
+    void fit(DotFit& dot, int steps) { dot.disc = fit_disc(dot.patch, dot.disc, steps, model_, dot.node); }
+
+    // Fits a dot alone, in the patch around its nearest pixel.
+    void begin(double u, double v) {
+        DotFit dot{};
+        dot.start_u = u, dot.start_v = v;
+        move(dot, u, v);
+        dot.disc = {u - static_cast<double>(dot.column), v - static_cast<double>(dot.row), look_.typical, 0, 0};
+        fit(dot, FIRST_STEPS);
+        if (dot.away() > OFF_CENTRE) {
+            const double most = UNLIKE * std::max(contrast(dot), 0.0);
+            if (residual_variance(dot.patch, dot.node, model_) > most * most) return;
+        }
+        dots_.push_back(dot);
+    }
+
+    // Takes the patch around the pixel nearest to (u, v).
+    void move(DotFit& dot, double u, double v) {
+        dot.column = pixel(u, image_.columns);
+        dot.row = pixel(v, image_.rows);
+        patch_.compress(image_, dot.column, dot.row, look_.ground, dot.patch);
+    }
+
+    // Lists, for each dot, the dots that may appear in its patch: neighbours_ from first_[i] to first_[i + 1].
+    void find_neighbours() {
+        std::vector<double> places;
+        for (const DotFit& dot : dots_) places.push_back(dot.start_u), places.push_back(dot.start_v);
+        const double reach = static_cast<double>(model_.half) + model_.largest / 2 + 2 * model_.blur;
+        const auto pairs = near_pairs(places.data(), static_cast<std::ptrdiff_t>(dots_.size()), reach);
+        first_.assign(dots_.size() + 1, 0);
+        for (const auto& [i, j] : pairs) ++first_[i + 1], ++first_[j + 1];
+        for (std::size_t i = 0; i < dots_.size(); ++i) first_[i + 1] += first_[i];
+        neighbours_.resize(2 * pairs.size());
+        std::vector<std::int32_t> next(first_.begin(), first_.end() - 1);
+        for (const auto& [i, j] : pairs) neighbours_[next[i]++] = j, neighbours_[next[j]++] = i;
+    }
+
+    template <class Call>
+    void for_neighbours(std::size_t i, Call call) const {
+        for (std::int32_t k = first_[i]; k < first_[i + 1]; ++k) call(static_cast<std::size_t>(neighbours_[k]));
+    }
+
+    // Fits off-centre dots again in patches around their fitted positions.
+    void recentre() {
+        for (std::size_t i = 0; i < dots_.size(); ++i) {
+            DotFit& dot = dots_[i];
+            if (!(dot.away() > OFF_CENTRE) || !(contrast(dot) > 0)) continue;
+            bool crowded = false;
+            for_neighbours(i, [&](std::size_t j) { crowded |= began_apart(dot, dots_[j]) < look_.typical + CROWDED; });
+            if (crowded) continue;
+            const double u = dot.u(), v = dot.v();
+            move(dot, u, v);
+            dot.disc.u = u - static_cast<double>(dot.column), dot.disc.v = v - static_cast<double>(dot.row);
+            fit(dot, FIRST_STEPS);
+        }
+    }
+
+    // Of two fits of one dot, the first alone is single.
+    void take_doubles() {
+        for (std::size_t i = 0; i < dots_.size(); ++i) {
+            for_neighbours(i, [&](std::size_t j) {
+                const DotFit &dot = dots_[i], &other = dots_[j];
+                if (j < i && (began_apart(dot, other) < SAME * look_.typical ||
+                              std::hypot(dot.u() - other.u(), dot.v() - other.v()) < MET * look_.typical)) {
+                    dots_[i].single = false;
+                }
+            });
+        }
+    }
+
+    bool is_solid(const DotFit& dot) const { return dot.single && contrast(dot) > BELIEVABLE * std::abs(look_.contrast); }
+
+    // Fits overlapping dots in alternation from their candidates, each without the others' images.
+    void take_turns() {
+        overlaps_.assign(dots_.size(), 0);
+        std::vector<std::pair<std::size_t, std::size_t>> pairs;
+        for (std::size_t i = 0; i < dots_.size(); ++i) {
+            if (!is_solid(dots_[i])) continue;
+            for_neighbours(i, [&](std::size_t j) {
+                if (!is_solid(dots_[j]) || began_apart(dots_[i], dots_[j]) >= look_.typical + GAP) return;
+                pairs.emplace_back(i, j);
+                overlaps_[i] = 1;
+            });
+        }
+        for (std::size_t i = 0; i < dots_.size(); ++i) {
+            DotFit& dot = dots_[i];
+            if (!overlaps_[i]) continue;
+            dot.disc.u = dot.start_u - static_cast<double>(dot.column), dot.disc.v = dot.start_v - static_cast<double>(dot.row);
+            dot.disc.diameter = look_.typical;
+        }
+        for (int round = 0; round < ROUNDS; ++round) fit_without(pairs);
+    }
+
+    // Fits the first dots of pairs, sorted, one step further without the images of the second as they are now.
+    void fit_without(const std::vector<std::pair<std::size_t, std::size_t>>& pairs) {
+        std::vector<DotFit> fitted;
+        for (std::size_t k = 0; k < pairs.size();) {
+            DotFit dot = dots_[pairs[k].first];
+            cut(dot);
+            for (const std::size_t i = pairs[k].first; k < pairs.size() && pairs[k].first == i; ++k) subtract(dot, dots_[pairs[k].second]);
+            patch_.compress(dot.patch);
+            fit(dot, 1);
+            fitted.push_back(dot);
+        }
+        std::size_t next = 0;
+        for (std::size_t k = 0; k < pairs.size(); ++k) {
+            if (k == 0 || pairs[k].first != pairs[k - 1].first) dots_[pairs[k].first] = fitted[next++];
+        }
+    }
+
+    void subtract(const DotFit& dot, const DotFit& other) {
+        const double u = other.u() - static_cast<double>(dot.column), v = other.v() - static_cast<double>(dot.row);
+        if (std::isfinite(u + v + other.disc.diameter + other.disc.amplitude))
+            patch_.subtract(u, v, other.disc.diameter, other.disc.amplitude);
+    }
+
+    // Whether the fit models the image; one that diverged without an overlapping neighbour, as under glare, does not.
+    bool is_settled(std::size_t j) const {
+        const DotFit& dot = dots_[j];
+        return is_solid(dot) && (overlaps_[j] || (dot.away() < RUN_OFF && dot.disc.diameter < model_.largest));
+    }
+
+    // Fits each dot that has neighbours in its patch one step further without their images.
+    void subtract_neighbours() {
+        std::vector<std::uint8_t> settled(dots_.size());
+        for (std::size_t j = 0; j < dots_.size(); ++j) settled[j] = is_settled(j);
+        std::vector<std::pair<std::size_t, std::size_t>> pairs;
+        for (std::size_t i = 0; i < dots_.size(); ++i) {
+            const DotFit& dot = dots_[i];
+            if (!dot.single) continue;
+            for_neighbours(i, [&](std::size_t j) {
+                const double reach = static_cast<double>(model_.half) + dots_[j].disc.diameter / 2 + model_.blur;
+                const bool seen = std::abs(static_cast<double>(dot.column) - dots_[j].u()) < reach &&
+                                  std::abs(static_cast<double>(dot.row) - dots_[j].v()) < reach;
+                if (settled[j] && seen) pairs.emplace_back(i, j);
+            });
+        }
+        fit_without(pairs);
+    }
+
+    const Image image_;
+    const DiscModel& model_;
+    const DotLook look_;
+    DiscPatch patch_;
+    std::vector<DotFit> dots_;
+    std::vector<std::int32_t> first_, neighbours_;
+    std::vector<std::uint8_t> overlaps_;
+};
+
+// Slopes of the ground from the fitted grounds of neighbouring dots: a slope fitted within each dot's own small patch would cost up to half
+// of the position's accuracy.
+
+constexpr double DARK = 0.2;       // grey levels: a darker ground gets slope zero. Chosen
+constexpr double FEWEST = 3.5;     // dots of a plane: four
+constexpr double FLATTEST = 0.02;  // cells^4, determinant of the dots' second moments per dot: less is a line of dots. Chosen
+
+// Slopes of the ground along u and v, relative to it, per px.
+struct GroundSlope {
+    double along_u = 0, along_v = 0;
+};
+
+// Sums over dots of 1, u, v, ground, uu, uv, vv, u ground, v ground.
+using Sums = Eigen::Array<double, 9, 1>;
+
+// The least-squares plane through the dots that were summed; u and v in cells.
+GroundSlope plane(const Sums& sums, double cell) {
+    if (sums[0] < FEWEST) return {};
+    const double n = sums[0], u = sums[1] / n, v = sums[2] / n, ground = sums[3] / n;
+    const double uu = sums[4] - n * u * u, uv = sums[5] - n * u * v, vv = sums[6] - n * v * v;
+    const double ug = sums[7] - n * u * ground, vg = sums[8] - n * v * ground, determinant = uu * vv - uv * uv;
+    if (!(determinant > FLATTEST * n * n && ground > DARK)) return {};
+    const double scale = 1 / (determinant * ground * cell);
+    return {(vv * ug - uv * vg) * scale, (uu * vg - uv * ug) * scale};
+}
+
+// The slope at each dot, from the grounds of the used dots in its cell, of that side, px, and in the eight cells around; 0 elsewhere.
+std::vector<GroundSlope> ground_slopes(const std::vector<DotFit>& dots, const std::vector<double>& grounds,
+                                       const std::vector<std::uint8_t>& used, double cell) {
+    // the pixel of a dot is inside the image, which bounds the number of cells
+    std::ptrdiff_t columns = 1, rows = 1;
+    const auto index = [cell](std::ptrdiff_t pixel) { return static_cast<std::ptrdiff_t>(static_cast<double>(pixel) / cell) + 1; };
+    for (const DotFit& dot : dots) columns = std::max(columns, index(dot.column) + 2), rows = std::max(rows, index(dot.row) + 2);
+    const auto cell_of = [&](const DotFit& dot) { return index(dot.row) * columns + index(dot.column); };
+    std::vector<Sums> cells(columns * rows, Sums::Zero());  // with a margin
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+        if (!used[i]) continue;
+        // from the middle of the image, so that differences of sums stay exact enough
+        const double u = dots[i].u() / cell - static_cast<double>(columns) / 2, v = dots[i].v() / cell - static_cast<double>(rows) / 2,
+                     g = grounds[i];
+        const Sums terms{1, u, v, g, u * u, u * v, v * v, u * g, v * g};
+        cells[cell_of(dots[i])] += terms;
+    }
+    std::vector<GroundSlope> slopes(dots.size());
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+        if (!used[i]) continue;
+        Sums around = Sums::Zero();
+        const std::ptrdiff_t middle = cell_of(dots[i]);
+        for (const std::ptrdiff_t row : {middle - columns, middle, middle + columns}) {
+            for (std::ptrdiff_t at = row - 1; at <= row + 1; ++at) around += cells[at];
+        }
+        slopes[i] = plane(around, cell);
+    }
+    return slopes;
+}
+
+// Rejects fits that are not dots. A fit is rejected, too, where dirt, glare or a neighbour may have shifted it: a missed dot does less harm
+// than a wrong one.
+
+constexpr double FAINTEST = 0.2;                         // of the typical contrast. Chosen
+constexpr double FARTHEST = 1.4;                         // px from the middle of the patch. Chosen: the model's nodes end at 1 px
+constexpr double CELL = 2.5;                             // typical diameters, about a pitch: side of a cell of ground_slopes
+constexpr double PLAIN_NOISE = 4.0;                      // residual in standard deviations of a pixel that any dot may have. Chosen
+constexpr double PLAIN_TYPICAL = 0.1, PLAIN_OWN = 0.12;  // the same as a share of the typical contrast, and of the dot's own. Chosen
+constexpr double USUAL = 1.7, USUAL_MOST = 0.2;          // times the median ratio of residual to contrast, and its bound. Chosen
+constexpr double UNUSUAL = 2.5, UNLIKEST = 0.3;          // the same where dots were unlike discs from the start. Chosen
+constexpr double SAME_KIND = 1.2;  // times the median ratio when the appearance was measured: bounds the median. Chosen
+
+struct JudgedDots {
+    FoundDots found;
+    double usual;  // median ratio of residual to contrast when the appearance was measured
+};
+
+// usual: as in JudgedDots, NaN on the first image after the appearance was measured.
+class Judge {
+ public:
+    Judge(const Image& image, const std::vector<DotFit>& fits, const DiscModel& model, const DotLook& look, double usual)
+        : image_(image), fits_(fits), model_(model), look_(look), usual_(usual), good_(fits.size()) {}
+
+    JudgedDots run() {
+        for (std::size_t i = 0; i < fits_.size(); ++i) good_[i] = is_strong(fits_[i]);
+        keep_discs();
+        JudgedDots judged{{{}, false}, usual_};
+        for (std::size_t i = 0; i < fits_.size(); ++i) {
+            const DotFit& fit = fits_[i];
+            good_[i] = good_[i] && fit.away() < FARTHEST && is_inside(fit);
+            judged.found.outgrown |= good_[i] && fit.disc.diameter >= model_.largest;
+            good_[i] = good_[i] && fit.disc.diameter < model_.largest && fit.single;
+        }
+        measure(judged.found.dots);
+        return judged;
+    }
+
+ private:
+    double contrast(const DotFit& fit) const { return look_.contrast < 0 ? -fit.disc.amplitude : fit.disc.amplitude; }
+
+    bool is_strong(const DotFit& fit) const {
+        return contrast(fit) > FAINTEST * std::abs(look_.contrast) && fit.disc.diameter > model_.smallest && std::isfinite(fit.variance) &&
+               std::isfinite(fit.u() + fit.v() + fit.disc.amplitude + fit.disc.ground);
+    }
+
+    bool is_inside(const DotFit& fit) const {
+        const double across = std::min(fit.u(), static_cast<double>(image_.columns - 1) - fit.u());
+        const double down = std::min(fit.v(), static_cast<double>(image_.rows - 1) - fit.v());
+        return std::min(across, down) >= fit.disc.diameter / 2 + model_.blur - 0.5;
+    }
+
+    // Keeps fits with a small residual. The limit rises where all dots differ from discs, as after lossy compression, and further if they
+    // did when the appearance was measured, as irregularly printed dots do.
+    void keep_discs() {
+        std::vector<double> ratios;
+        for (std::size_t i = 0; i < fits_.size(); ++i) {
+            if (good_[i]) ratios.push_back(std::sqrt(fits_[i].variance) / contrast(fits_[i]));
+        }
+        if (ratios.empty()) return;
+        const double now = median(std::move(ratios));
+        if (std::isnan(usual_)) usual_ = now;
+        const double raised = std::max(std::min(USUAL * now, USUAL_MOST), std::min(UNUSUAL * std::min(now, SAME_KIND * usual_), UNLIKEST));
+        const double plain = std::max(PLAIN_NOISE * look_.noise, PLAIN_TYPICAL * std::abs(look_.contrast));
+        for (std::size_t i = 0; i < fits_.size(); ++i) {
+            const double rest = std::sqrt(fits_[i].variance), own = contrast(fits_[i]);
+            good_[i] = good_[i] && (rest < std::max(plain, PLAIN_OWN * own) || rest < raised * own);
+        }
+    }
+
+    // Positions corrected for the bias by sloping light, which scales dot and ground alike.
+    void measure(std::vector<Dot>& dots) const {
+        std::vector<double> grounds(fits_.size());
+        for (std::size_t i = 0; i < fits_.size(); ++i) grounds[i] = fits_[i].disc.ground + look_.ground;
+        const std::vector<GroundSlope> slopes = ground_slopes(fits_, grounds, good_, CELL * look_.typical);
+        for (std::size_t i = 0; i < fits_.size(); ++i) {
+            if (!good_[i]) continue;
+            const DotFit& fit = fits_[i];
+            const std::ptrdiff_t size = fit.node.size;
+            const std::ptrdiff_t node = (size * model_.phases + std::abs(fit.node.down)) * model_.phases + std::abs(fit.node.across);
+            const double lever = model_.levers[2 * size] * grounds[i] / fit.disc.amplitude + model_.levers[2 * size + 1];
+            dots.push_back({fit.u() - lever * slopes[i].along_u, fit.v() - lever * slopes[i].along_v,
+                            PI / 4 * fit.disc.diameter * fit.disc.diameter,
+                            std::sqrt(fit.variance * model_.gains[node]) / std::abs(fit.disc.amplitude)});
+        }
+    }
+
+    const Image image_;
+    const std::vector<DotFit>& fits_;
+    const DiscModel& model_;
+    const DotLook look_;
+    double usual_;
+    std::vector<std::uint8_t> good_;
+};
+
+// Small dots are searched at full resolution, others in an image of half the size.
+PeakSearch search_of(const DotLook& look) {
+    const int step = look.typical >= SMALLEST_HALVED ? 2 : 1;
+    const double lowest = std::max({WEAKEST * std::abs(look.contrast), NOISE_PEAK * look.noise / step, 2.0});
+    return {step, 2 * static_cast<int>(std::clamp(look.typical / step / 2.5, 1.0, 5.0)) + 1,
+            2 * static_cast<int>(1.1 * look.typical / step) + 3, look.contrast > 0 ? 1 : -1, static_cast<float>(lowest)};
+}
+
+}  // namespace
+
+DotFinder::DotFinder(std::shared_ptr<const DiscModel> model, const DotLook& look)
+    : model_(std::move(model)), look_(look), usual_(std::numeric_limits<double>::quiet_NaN()) {}
+
+FoundDots DotFinder::find(const Image& image) {
+    if (image.rows == 0 || image.columns == 0) return {{}, false};
+    const std::vector<double> candidates = find_peaks(image, search_of(look_));
+    const std::vector<DotFit> fits = Fits(image, *model_, look_).run(candidates.data(), static_cast<std::ptrdiff_t>(candidates.size() / 2));
+    JudgedDots judged = Judge(image, fits, *model_, look_, usual_).run();
+    usual_ = judged.usual;
+    for (Dot& dot : judged.found.dots) {
+        dot.u = (dot.u + 0.5) * look_.step - 0.5, dot.v = (dot.v + 0.5) * look_.step - 0.5;
+        dot.area *= look_.step * look_.step, dot.sigma *= look_.step;
+    }
+    return std::move(judged.found);
+}
+
+}  // namespace tactile

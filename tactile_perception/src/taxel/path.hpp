@@ -1,0 +1,47 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+namespace tactile::taxel {
+
+// How an object's motion is found. Times in s, lengths in m.
+struct PathRule {
+    double window, reported;        // longest stretch of a steady motion, and the stretch of the velocity that is reported
+    std::ptrdiff_t fewest, latest;  // frames that are kept at least, and for a velocity; last frames in which it must move on
+    double least_noise, bound;      // of a position at least; standard deviations by which velocities of ever longer stretches may differ
+};
+
+// Motion of an object in the last of its frames, at the origin: m, m, rad and per s.
+struct PathMotion {
+    Eigen::Vector3d pose, velocity;  // without noise
+    Eigen::Vector3d reported;        // velocity over the reported stretch, NaN with fewer than fewest frames
+    double noise = 0;                // m, of a position
+    double speed = 0, sigma = 0;     // m/s, of the contact's middle and edges together, and the standard deviation of each
+    double lasting = 0;              // s, of the steady motion
+    std::ptrdiff_t used = 1;         // its frames
+    double expected = 0, went = 0;   // m, displacement of the latest frames by that speed, and as it was; 0 in a short past
+};
+
+// The path of an object: its pose in the last frames.
+class Path {
+ public:
+    explicit Path(const PathRule& rule) : rule_(rule) {}
+    // Drop all frames but the last `kept`.
+    void reset(std::size_t kept = 0);
+    // The motion after a frame at time with a pose. arm: m, of the contact's middle; reach: m, of its edges from there.
+    PathMotion add(double time, const Eigen::Vector3d& pose, const Eigen::Vector2d& arm, double reach);
+
+ private:
+    struct Frame {
+        double time;
+        Eigen::Vector3d pose;
+    };
+    PathRule rule_;
+    std::vector<Frame> past_;
+};
+
+}  // namespace tactile::taxel

@@ -1,0 +1,174 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Rotations, poses of frames, vectors by components, spherical caps and uniform splines."""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import BadArgument, BadFrame
+
+
+def rotation_vector(rotation: np.ndarray) -> np.ndarray:
+    """(3,) axis times angle (rad, at most pi) of a rotation matrix (3, 3), exact for angles near 0 and near pi too."""
+    skew = 0.5 * np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
+    sine = np.linalg.norm(skew)
+    cosine = 0.5 * (np.trace(rotation) - 1)
+    angle = np.arctan2(sine, cosine)
+    if cosine > -0.5:
+        return skew / np.sinc(angle / np.pi)
+    # Near half a turn the axis is that of the symmetric part, cos I + (1 - cos) axis axis^T.
+    square = 0.5 * (rotation + rotation.T) - cosine * np.eye(3)
+    axis = square[np.argmax(np.diag(square))]
+    return axis * (angle / np.linalg.norm(axis) * (-1 if axis @ skew < 0 else 1))
+
+
+def rotation_matrix(vector: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) by a vector (3,) of axis times angle, rad (Rodrigues)."""
+    angle = np.linalg.norm(vector)
+    x, y, z = vector
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0.0]])
+    half = np.sinc(angle / 2 / np.pi)
+    return np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * half**2 * cross @ cross
+
+
+def quaternion(rotation: np.ndarray) -> np.ndarray:
+    """(4,) unit quaternion x, y, z, w, w >= 0, of a rotation matrix (3, 3)."""
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation.tolist()
+    squares = [1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz, 1 + xx + yy + zz]  # of each part, times four
+    largest = squares.index(max(squares))
+    products = ((squares[0], xy + yx, xz + zx, zy - yz), (xy + yx, squares[1], yz + zy, xz - zx),
+                (xz + zx, yz + zy, squares[2], yx - xy), (zy - yz, xz - zx, yx - xy, squares[3]))[largest]
+    answer = np.array(products) / (2 * math.sqrt(squares[largest]))
+    return answer if answer[3] >= 0 else -answer
+
+
+def matrix_of_quaternion(quaternion: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) of a unit quaternion (4,) x, y, z, w."""
+    x, y, z, w = quaternion
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Cross product of component-first arrays (3, ...): np.cross without its copies. For arrays (..., 3): cross(a.T, b.T).T."""
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.multiply(a[j], b[k], out=out[i, ...])
+        out[i] -= a[k] * b[j]
+    return out
+
+
+def tangents(normal: np.ndarray) -> np.ndarray:
+    """Two unit vectors (2, 3) across unit normal (3,) and each other; with normal they are a right-handed frame."""
+    first = np.zeros(3)
+    first[np.argmin(np.abs(normal))] = 1.0
+    first -= (first @ normal) * normal
+    first /= np.linalg.norm(first)
+    return np.stack([first, cross(normal, first)])
+
+
+Pose = tuple[np.ndarray, np.ndarray]
+_SHORTEST = 1e-6  # norm of a quaternion: chosen; publishers normalise, and a shorter one is a message that was not filled
+_FARTHEST = 1e9  # m, of a translation: chosen, beyond any robot; chains of transforms stay finite
+
+
+class FrameTree:
+    """Pose of each frame in its parent. changes: number of transforms taken.
+
+    The newest transform counts as current; none is interpolated.
+    """
+
+    def __init__(self):
+        self._links: dict[str, tuple[str, np.ndarray, np.ndarray]] = {}
+        self.changes = 0
+
+    def take(self, parent: str, child: str, quaternion: np.ndarray, translation: np.ndarray) -> None:
+        """child lies in parent with quaternion (4,) x, y, z, w and translation (3,) m. Raises BadFrame for a quaternion whose norm is
+        near 0 or overflows, a translation beyond 1e9 m, numbers that are not finite, and a child that is its own parent."""
+        quaternion, translation = np.asarray(quaternion, float), np.asarray(translation, float)
+        with np.errstate(over='ignore'):  # refused just below
+            length = float(np.linalg.norm(quaternion))
+        if not (_SHORTEST < length < np.inf and (np.abs(translation) <= _FARTHEST).all() and parent != child):
+            raise BadFrame(f'transform from {parent!r} to {child!r} is none: rotation {quaternion.tolist()}, translation '
+                           f'{translation.tolist()}; it is skipped')
+        self._links[child] = parent, matrix_of_quaternion(quaternion / length), translation
+        self.changes += 1
+
+    def pose(self, frame: str, reference: str) -> Pose | None:
+        """(rotation (3, 3), translation (3,) m) that take a point of frame to reference; None where they do not hang together."""
+        here, there = self._above(frame), self._above(reference)
+        common = next((name for name in here if name in there), None)
+        if common is None:
+            return None
+        (rotation, translation), (back, offset) = here[common], there[common]
+        return back.T @ rotation, back.T @ (translation - offset)
+
+    def _above(self, frame: str) -> dict[str, Pose]:
+        """The frame's pose in itself and in each frame above it, nearest first."""
+        poses, pose = {}, (np.eye(3), np.zeros(3))
+        while frame not in poses:
+            poses[frame] = pose
+            if frame in self._links:
+                frame, rotation, translation = self._links[frame]
+                pose = rotation @ pose[0], rotation @ pose[1] + translation
+        return poses
+
+
+@dataclass(frozen=True)
+class Cap:
+    """A spherical cap over the rim plane z = 0: curvature_radius and height in m; the sphere's centre lies on the z axis."""
+
+    curvature_radius: float = 0.020
+    height: float = 0.013
+
+    def __post_init__(self):
+        if not 0 < self.height <= 2 * self.curvature_radius < np.inf:
+            raise BadArgument(f'cap: need 0 < height <= 2 curvature_radius, got height {self.height} m, radius {self.curvature_radius} m')
+
+    @property
+    def centre_z(self) -> float:
+        """Height of the sphere's centre over the rim plane, m."""
+        return self.height - self.curvature_radius
+
+    @property
+    def rim_radius(self) -> float:
+        """Radius of the clamped rim, m."""
+        return float(np.sqrt(self.curvature_radius**2 - self.centre_z**2))
+
+    def ranges(self, origin: np.ndarray, rays: np.ndarray) -> np.ndarray:
+        """Distances (N,), m, from origin (3,) or (N, 3) along unit rays (N, 3) to the far side of the sphere; NaN where a ray misses it."""
+        return sphere_ranges(origin, rays, np.array([0.0, 0.0, self.centre_z]), self.curvature_radius)[1]
+
+    def meet(self, origin: np.ndarray, rays: np.ndarray) -> np.ndarray:
+        """Points (N, 3), m, where unit rays (N, 3) from origin (3,) or (N, 3) meet the cap from inside; NaN where a ray misses it."""
+        return origin + self.ranges(origin, rays)[:, None] * rays
+
+    def heights(self, xy: np.ndarray) -> np.ndarray:
+        """Heights (N,) of the rest shape over the rim plane at xy (N, 2), m; NaN beyond the sphere."""
+        inside = self.curvature_radius**2 - np.sum(np.square(xy), axis=1)
+        return self.centre_z + np.sqrt(np.where(inside >= 0, inside, np.nan))
+
+
+def sphere_ranges(origin: np.ndarray, rays: np.ndarray, centre: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (N,), m, along unit rays (N, 3) to the near and to the far side of a sphere; NaN where a ray misses it.
+
+    origin: (3,), or one for each ray (N, 3), m; centre: (3,) m.
+    """
+    offset = origin - centre
+    along = rays @ offset if offset.ndim == 1 else np.einsum('ij,ij->i', rays, offset)
+    inside = along**2 - np.einsum('...i,...i->...', offset, offset) + radius**2
+    half_chord = np.sqrt(np.where((inside >= 0) & (inside < np.inf), inside, np.nan))
+    return -along - half_chord, half_chord - along
+
+
+def spline_fit(levels: int) -> np.ndarray:
+    """(levels + 3, levels + 1): from values at levels 0 to levels to coefficients of uniform cubic B-splines, not-a-knot ends."""
+    rows = np.zeros((levels + 3, levels + 3))
+    for k in range(levels + 1):
+        rows[k, k:k + 3] = np.array([1, 4, 1]) / 6
+    rows[-2, :5] = rows[-1, -5:] = [1, -4, 6, -4, 1]
+    return np.linalg.inv(rows)[:, :levels + 1]

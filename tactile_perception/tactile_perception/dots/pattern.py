@@ -1,0 +1,161 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Non-rigid registration of dots to a known pattern, random or regular, from a single image, in the spirit of Myronenko and Song (Point set
+registration: coherent point drift, 2010: Gaussian mixture, smooth displacement)."""
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from .. import _core
+from ..errors import BadArgument, BadFrame
+
+FARTHEST = 1e9  # px: positions beyond it are invalid
+FEWEST, MOST = 8, 3000  # dots of a pattern; more take minutes and gigabytes
+MODES = 40  # smooth modes besides the affine ones
+REACH = 3.0  # spacings, width of the Gaussian kernel of the displacement
+STIFFNESS = 1.0  # regularisation of the modes
+COARSE, MIDDLE, FINE, COOLING = 1.5, 0.7, 0.15, 0.82  # spacings, width of the mixture: starts and end; and its factor per step
+OUTLIERS = 0.1  # density of outliers over that of the pattern
+GATE = 0.45  # spacings, largest residual of a match: below half a spacing
+NEIGHBOURS = 8  # that predict a dot's position
+DISAGREE = 0.35  # spacings, largest deviation from that prediction
+LEAST_MATCHED = 0.75  # of the pattern, least matches of a certain result. Chosen
+NEARLY_ALL = 0.985  # of the pattern, matches at which no wider start is tried. Chosen
+SLENDER = 0.15  # height over longest side of a triangle; flatter ones may flip by noise
+
+
+class Pattern:
+    """Untouched positions uv (K, 2) px of a pattern's dots. Raises BadArgument for fewer than eight, more than MOST, or collinear ones."""
+
+    def __init__(self, uv: np.ndarray):
+        uv = np.array(uv, np.float64)
+        if uv.ndim != 2 or uv.shape[1:] != (2,) or len(uv) < FEWEST or not (np.abs(uv) < FARTHEST).all():
+            raise BadArgument(f'a pattern needs at least {FEWEST} finite positions (K, 2), got shape {uv.shape}')
+        if len(uv) > MOST:
+            raise BadArgument(f'a pattern of {len(uv)} dots is too large to register, the most is {MOST}; give rows and columns of a grid')
+        self.uv = uv
+        distance = scipy.spatial.cKDTree(uv).query(uv, min(NEIGHBOURS, len(uv) - 1) + 1)
+        self.spacing = np.mean(distance[0][:, 1:4], axis=1)
+        self._near = distance[1][:, 1:]
+        self._unit = float(np.median(self.spacing))
+        self._middle = uv.mean(axis=0)
+        try:
+            self._triangles = _stout(scipy.spatial.Delaunay(uv).simplices, uv)
+        except scipy.spatial.QhullError as error:
+            raise BadArgument('the positions of a pattern are collinear') from error
+        self._basis, self._cost = self._modes()
+
+    def match(self, uv: np.ndarray) -> np.ndarray:
+        """Index in the pattern of each dot at uv (N, 2) px, (N,) int64, one to one; -1 where not certain."""
+        uv = np.asarray(uv, np.float64).reshape(-1, 2)
+        good = np.flatnonzero(np.abs(uv).max(axis=1, initial=0.0) < FARTHEST)
+        id = np.full(len(uv), -1)
+        if len(good) < LEAST_MATCHED * len(self.uv):
+            return id
+        place, dot = np.zeros((2, 0), np.int64)
+        moved = self.uv + np.median(uv[good], axis=0) - np.median(self.uv, axis=0)
+        for start, width in ((self.uv, MIDDLE), (self.uv, COARSE), (moved, COARSE)):
+            place, dot = max((place, dot), self._from(start, width, uv[good]), key=lambda answer: len(answer[0]))
+            if len(place) >= NEARLY_ALL * len(self.uv):
+                break
+        if len(place) >= LEAST_MATCHED * len(self.uv):
+            id[good[dot]] = place
+        return id
+
+    def _modes(self):
+        """Affine and smooth modes of displacement (K, 3 + M), and their regularisation (3 + M,)."""
+        scaled = (self.uv - self._middle) / self._unit
+        square = ((scaled[:, None] - scaled)**2).sum(axis=2)
+        size, modes = np.linalg.eigh(np.exp(-square / (2 * REACH**2)))
+        size, modes = size[::-1][:MODES], modes[:, ::-1][:, :MODES]
+        kept = size > 1e-6 * size[0]
+        affine = np.column_stack([np.ones(len(scaled)), scaled])
+        return np.column_stack([affine, modes[:, kept] * np.sqrt(size[kept])]), np.r_[np.full(3, 1e-6), np.full(kept.sum(), STIFFNESS)]
+
+    def _from(self, start, width, uv) -> tuple[np.ndarray, np.ndarray]:
+        """Matched indices of the pattern and of dots, from start (K, 2) px; width: spacings, of the first mixture."""
+        warped = start
+        while width > FINE:
+            warped = self._step(start, warped, uv, width * self._unit)
+            width *= COOLING
+        place, dot = _core.dots.link_places(warped, uv, gate=GATE * self._unit).T
+        agrees = self._agreeing(place, uv[dot])
+        return place[agrees], dot[agrees]
+
+    def _step(self, start, warped, uv, width):
+        """Positions (K, 2) px after one step of expectation and maximisation."""
+        near = scipy.spatial.distance.cdist(warped, uv, 'sqeuclidean')
+        near *= -0.5 / width**2
+        np.exp(near, out=near)
+        share = near / (near.sum(axis=0) + OUTLIERS * 2 * np.pi * (width / self._unit)**2)
+        mass = share.sum(axis=1)
+        pull = share @ uv - mass[:, None] * start
+        weighted = self._basis.T * mass
+        matrix = weighted @ self._basis
+        matrix[np.diag_indices_from(matrix)] += self._cost * (width / self._unit)**2
+        return start + self._basis @ np.linalg.solve(matrix, self._basis.T @ pull)
+
+    def _agreeing(self, place, uv):
+        """(M,) bool: matches near the affine prediction of their neighbours and in no flipped triangle."""
+        moved = np.full_like(self.uv, np.nan)
+        moved[place] = uv
+        turned = self._in_flipped(moved)
+        expected = _by_neighbours(self.uv, moved, self._near)
+        off = np.hypot(*(moved - expected).T)
+        agrees = (off < DISAGREE * self._unit) & ~turned
+        return agrees[place]
+
+    def _in_flipped(self, moved):
+        """(K,) bool: in a flipped triangle."""
+        a, b, c = moved[self._triangles.T]
+        p, q = b - a, c - a
+        over = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] <= 0  # false where one is missing
+        turned = np.zeros(len(moved), bool)
+        turned[self._triangles[over]] = True
+        return turned
+
+
+def _stout(triangles, uv):
+    """Triangles (T, 3) without slivers, all with the same orientation."""
+    a, b, c = uv[triangles.T]
+    p, q = b - a, c - a
+    twice = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+    longest = np.max([(p**2).sum(1), (q**2).sum(1), ((p - q)**2).sum(1)], axis=0)
+    triangles = np.where((twice < 0)[:, None], triangles[:, ::-1], triangles)
+    return triangles[np.abs(twice) > SLENDER * longest]
+
+
+def _by_neighbours(rest, moved, near):
+    """Predictions (K, 2) by the affine motion of neighbours near (K, n); NaN with fewer than four."""
+    known = np.isfinite(moved[near][:, :, :1])
+    count = known.sum(axis=1)
+    from_rest, to = np.where(known, rest[near], 0), np.where(known, moved[near], 0)
+    some = np.maximum(count, 1)
+    middle, middle_to = from_rest.sum(axis=1) / some, to.sum(axis=1) / some
+    x, y = (from_rest - middle[:, None]) * known, (to - middle_to[:, None]) * known
+    square = x.transpose(0, 2, 1) @ x
+    square += 1e-3 * (np.trace(square, axis1=1, axis2=2)[:, None, None] + 1e-9) * np.eye(2)
+    affine = np.linalg.solve(square, x.transpose(0, 2, 1) @ y)
+    expected = middle_to + ((rest - middle)[:, None] @ affine)[:, 0]
+    return np.where(count >= 4, expected, np.nan)
+
+
+class PatternNumbers:
+    """Index of each dot in a pattern: calibrated positions uv (K, 2) px, or None to use the first frame's dots.
+
+    Unlike tracks, indices do not depend on earlier frames, so independent recordings share them. Raises BadArgument as Pattern does.
+    """
+
+    def __init__(self, uv: np.ndarray | None = None):
+        self._pattern = None if uv is None else Pattern(uv)
+
+    def update(self, uv: np.ndarray, stamp_s: float) -> np.ndarray:
+        """Index (N,) int64 of each dot at uv (N, 2) px, -1 where not certain; stamp_s is ignored. Raises BadFrame if the first frame has no
+        valid pattern."""
+        if self._pattern is None:
+            try:
+                self._pattern = Pattern(uv)
+            except BadArgument as error:
+                raise BadFrame(f'the first frame gives no pattern: {error}') from error
+        return self._pattern.match(uv)

@@ -1,0 +1,219 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Published methods.
+
+Detectors: touchpad_contact_region (section 3.4, six steps, eqs 15 and 16), areal_sensor_contact_position (section 2.2) and
+air_cushion_contact (section III.A). Numbers: touchpad_contact_region (section 3.5: five steps, eqs 17, 18 and the unnumbered one of step
+5).
+"""
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+import scipy
+
+from .._core.dots import GridNumbers
+from ..common.dots import Dots
+from ..errors import BadArgument, BadFrame
+
+
+# The papers give no values; chosen for dots of 5 to 15 px at 640 x 480.
+_BLOCK = 31  # px, side of the local mean
+_SMALLEST = 6  # px of a region; smaller ones are noise
+_LARGEST_SHARE = 0.02  # of the image, largest region
+_FARTHEST = 1e9  # px: positions beyond it are invalid
+_LARGEST_OF_TYPICAL = 4.0  # median areas, largest region
+
+
+def _emphasise(grey: np.ndarray, sign: int) -> np.ndarray:
+    """Step 2: contrast emphasis, with bright dots; (H, W) uint8."""
+    above = cv2.subtract(cv2.blur(grey, (_BLOCK, _BLOCK)), grey) if sign < 0 else cv2.subtract(grey, cv2.blur(grey, (_BLOCK, _BLOCK)))
+    return cv2.normalize(above, None, 0, 255, cv2.NORM_MINMAX)
+
+
+class PaperDetector:
+    """Dots as grey-weighted centroids of thresholded regions; sign: 1 for bright dots, -1 for dark."""
+
+    def __init__(self, sign: int):
+        self._sign = sign
+
+    def detect(self, image: np.ndarray) -> Dots:
+        """All six steps for one checked uint8 image; sigma is NaN (the paper has none). Raises BadFrame where no region is left."""
+        grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
+        emphasised = _emphasise(grey, self._sign)
+        _, binary = cv2.threshold(emphasised, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
+        count, labels, stats, _ = cv2.connectedComponentsWithStats(binary, connectivity=8)
+        inverted = cv2.bitwise_not(grey) if self._sign < 0 else grey
+        zeroth, first_u, first_v = _moments(inverted, labels, count)
+        area = stats[1:, cv2.CC_STAT_AREA].astype(float)
+        kept = _dot_sized(area, grey.size) & (zeroth > 0)
+        if not kept.any():
+            raise BadFrame('no region of a dot\'s size is left after the threshold: check light, focus and the parameter polarity')
+        uv = np.stack([first_u[kept], first_v[kept]], 1) / zeroth[kept, None]
+        return Dots(uv, area[kept], np.full(len(uv), np.nan))
+
+
+def _moments(inverted, labels, count):
+    """Steps 4 to 6, eq 16: m00, m10 and m01 of the inverted brightness over each region."""
+    inside = np.flatnonzero(labels)
+    region = labels.ravel()[inside]
+    brightness = inverted.ravel()[inside].astype(float)
+    row, column = np.divmod(inside, labels.shape[1])
+    return tuple(np.bincount(region, brightness * power, count)[1:] for power in (1.0, column, row))
+
+
+def _dot_sized(area, pixels):
+    kept = (area >= _SMALLEST) & (area < _LARGEST_SHARE * pixels)
+    if kept.any():
+        kept &= area < _LARGEST_OF_TYPICAL * np.median(area[kept])
+    return kept
+
+
+_GREEN = 1
+_SQUARE = np.ones((3, 3), np.uint8)
+_DENOISE = 10.0  # grey levels, strength of the non-local means
+_LEAST, _MOST = 0.2, 5.0  # median areas, smallest and largest marker
+
+
+class PaperArealDetector:
+    """Green channel, opening, Otsu's threshold, labels; sign: 1 for bright markers, -1 for dark."""
+
+    def __init__(self, sign: int):
+        self._sign = sign
+
+    def detect(self, image: np.ndarray) -> Dots:
+        """Markers of one checked uint8 image: centroid and number of their pixels. Raises BadFrame where there are none."""
+        green = image if image.ndim == 2 else cv2.extractChannel(image, _GREEN)
+        opened = cv2.morphologyEx(_bright(green, self._sign), cv2.MORPH_OPEN, _SQUARE)
+        binary = cv2.threshold(opened, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1]
+        _, _, stats, centre = cv2.connectedComponentsWithStats(binary, connectivity=8)
+        return _dots(centre[1:], stats[1:, cv2.CC_STAT_AREA])
+
+
+class PaperCushionDetector:
+    """Grey, non-local means, Otsu's threshold, erosion, contours; sign: 1 for bright markers, -1 for dark.
+
+    denoise: replaces the non-local means.
+    """
+
+    def __init__(self, sign: int, denoise: Callable[[np.ndarray], np.ndarray] | None = None):
+        self._sign, self._denoise = sign, denoise or _non_local_means
+
+    def detect(self, image: np.ndarray) -> Dots:
+        """Markers of one checked uint8 image: centroid and area of their contours. Raises BadFrame where there are none."""
+        grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+        denoised = self._denoise(_bright(grey, self._sign))
+        binary = cv2.threshold(denoised, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1]
+        contours = cv2.findContours(cv2.erode(binary, _SQUARE), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+        moments = [m for m in map(cv2.moments, contours) if m['m00'] > 0]
+        sums = np.array([(m['m00'], m['m10'], m['m01']) for m in moments]).reshape(-1, 3)
+        return _dots(sums[:, 1:] / sums[:, :1], sums[:, 0])
+
+
+class FastCushionDetector(PaperCushionDetector):
+    """PaperCushionDetector with a Gaussian of 5 x 5 px in place of the non-local means, which take most of its time."""
+
+    def __init__(self, sign: int):
+        super().__init__(sign, _gaussian)
+
+
+def _non_local_means(grey):
+    return cv2.fastNlMeansDenoising(grey, h=_DENOISE)
+
+
+def _gaussian(grey):
+    return cv2.GaussianBlur(grey, (5, 5), 0)
+
+
+def _bright(grey, sign):
+    return grey if sign > 0 else cv2.bitwise_not(grey)
+
+
+def _dots(uv, area) -> Dots:
+    """Dots of a marker's size; sigma is NaN (the papers have none)."""
+    area = np.asarray(area, float)
+    some = area >= _SMALLEST
+    typical = np.median(area[some]) if some.any() else np.nan
+    kept = some & (area > _LEAST * typical) & (area < _MOST * typical)
+    if not kept.any():
+        raise BadFrame('no region of a marker\'s size is left after the threshold: check light, focus and the parameter polarity')
+    return Dots(np.asarray(uv, float)[kept], area[kept], np.full(int(kept.sum()), np.nan))
+
+
+_SEARCH = 0.5  # pitches around a predicted position: the paper gives no value; wider ones overlap
+
+
+class PaperNumbering:
+    """Indices on a printed grid of rows x columns, each frame anew. Steps 1 and 2: the middle row and column start at the dots nearest to
+    two fixed points, Q_x left of and Q_y above the image's centre; here half the grid's size away from it."""
+
+    def __init__(self, rows: int, columns: int):
+        self._shape = rows, columns
+
+    def number(self, uv: np.ndarray, width: float = 0, height: float = 0) -> GridNumbers:
+        """GridNumbers of dots at uv (N, 2) px. Raises BadArgument without width and height of the image, px."""
+        if not (width and height):
+            raise BadArgument('numbering method paper starts at fixed points of the image: give its width and height, px')
+        uv, id = np.asarray(uv, np.float64), np.full(len(uv), -1)
+        good = np.flatnonzero(np.abs(uv).max(axis=1, initial=0.0) < _FARTHEST)
+        id[good], reason = self._number(uv[good], (np.array([width, height]) - 1) / 2)
+        return GridNumbers(id, reason)
+
+    def _number(self, uv, centre) -> tuple[np.ndarray, str]:
+        if len(uv) < 4:
+            return np.full(len(uv), -1), f'only {len(uv)} dots found'
+        tree, (rows, columns) = scipy.spatial.cKDTree(uv), self._shape
+        pitch = float(np.median(tree.query(uv, 2)[0][:, 1]))
+        row = _propagate_line(tree, centre - [pitch * (columns - 1) / 2, 0], np.array([pitch, 0]), columns)
+        column = _propagate_line(tree, centre - [0, pitch * (rows - 1) / 2], np.array([0, pitch]), rows)
+        crossing = [dot for dot in row if dot in column]  # step 4: D_c lies on both
+        if len(crossing) != 1:
+            return np.full(len(uv), -1), f'the middle row and column meet in {len(crossing)} dots, not in one'
+        return _propagate_grid(tree, crossing[0], self._shape, pitch), ''
+
+
+def _propagate_line(tree: scipy.spatial.cKDTree, start: np.ndarray, step: np.ndarray, count: int) -> list[int]:
+    """Step 3, eqs 17 and 18: dots in sequence, each predicted by the last two; stops where there is none."""
+    dots = [int(tree.query(start)[1])]
+    reach = _SEARCH * np.linalg.norm(step)
+    while len(dots) < count:
+        distance, dot = tree.query(tree.data[dots[-1]] + step, distance_upper_bound=reach)
+        if not np.isfinite(distance):
+            break
+        step = tree.data[dot] - tree.data[dots[-1]]
+        dots.append(int(dot))
+    return dots
+
+
+def _propagate_grid(tree: scipy.spatial.cKDTree, middle: int, shape: tuple[int, int], pitch: float) -> np.ndarray:
+    """Step 5: outwards from the central dot, each dot predicted by two or three indexed ones."""
+    start = (shape[0] // 2, shape[1] // 2)
+    places = {start: tree.data[middle]}
+    id = np.full(len(tree.data), -1)
+    id[middle] = start[0] * shape[1] + start[1]
+    front = [start]
+    while front:
+        following = []
+        for row, column in front:
+            for r, c in ((row, column + 1), (row, column - 1), (row + 1, column), (row - 1, column)):
+                if (r, c) in places or not (0 <= r < shape[0] and 0 <= c < shape[1]):
+                    continue
+                distance, dot = tree.query(_predicted(places, r, c, row, column, pitch), distance_upper_bound=_SEARCH * pitch)
+                if np.isfinite(distance) and id[dot] < 0:
+                    places[r, c], id[dot] = tree.data[dot], r * shape[1] + c
+                    following.append((r, c))
+        front = following
+    return id
+
+
+def _predicted(places: dict, r: int, c: int, row: int, column: int, pitch: float) -> np.ndarray:
+    """P'_ij by the first line of step 5's equation whose dots are indexed; next to the first dot, the constant vector of step 3."""
+    for a, b in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+        if (r + a, c + b) in places and (r + 2 * a, c + 2 * b) in places:
+            return 2 * places[r + a, c + b] - places[r + 2 * a, c + 2 * b]
+    for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        if {(r + a, c + b), (r + a, c), (r, c + b)} <= places.keys():
+            return places[r + a, c] + places[r, c + b] - places[r + a, c + b]
+    return places[row, column] + pitch * np.array([c - column, r - row])

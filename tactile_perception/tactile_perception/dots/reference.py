@@ -1,0 +1,198 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Untouched positions of numbered dots, and whether they are untouched (kernel: src/dots/reference.cpp).
+
+With calibrated untouched positions: a moved camera or a warm lens gives an affine motion of the image, another print independent errors.
+Non-affine displacements that neighbours share are a press. If the dots that move least are at their calibrated positions, those can replace
+the reference. Without: an untouched grid is a smooth function of row and column and, up to the tilt of the view, point symmetric. The
+residuals are printing errors, which are independent between neighbours; a press leaves residuals that are correlated.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import _core
+
+_CALIBRATED = 10  # untouched frames: weight of calibrated positions where the camera has not moved since: as the usual `frames`
+_FEWEST = 30  # dots for a judgement
+_ROUNDS = 3  # of a robust fit
+# With calibrated positions
+_NEIGHBOURS = 4
+_SHARED_PART, _SHARED_SIZE = 0.4, 0.1  # correlation of neighbours' residuals, and px, beyond which it is a press: slow sagging is less
+_KEPT = 80  # percent of the dots with the least residuals that a fit uses
+_STILLEST = 10  # percent of the dots, those that a press moves least
+_STILL = 0.2  # pitches, their largest motion: a pressed dome leans as a whole
+_STAYED = 0.05  # px, median distance from the calibrated positions of a camera that has not moved: the noise is less
+# By the shape of the grid
+_DEGREE = 5  # of the polynomial in row and column: fits a lens and a dome, not a press
+_GRID_PART, _GRID_SIZE = 0.2, 0.01  # as _SHARED_PART; pitches
+_GRID_KEPT = 85  # percent
+
+
+@dataclass(frozen=True)
+class RestJudgement:
+    """pressed: whether something pressed; known: whether the calibrated positions can replace the reference; reason: '' without a press;
+    stayed: whether the dots are where they were calibrated, so that both show the same."""
+
+    pressed: bool = False
+    known: bool = True
+    reason: str = ''
+    stayed: bool = False
+
+
+class CalibratedRest:
+    """uv: (K, 2) px, calibrated untouched positions of all dots by index, NaN where unknown."""
+
+    def __init__(self, uv: np.ndarray):
+        self.uv = np.array(uv, float)
+
+    def judge(self, id: np.ndarray, uv: np.ndarray) -> RestJudgement:
+        """Whether reference positions uv (N, 2) px (NaN: not seen) of dots id (N,) are untouched."""
+        both = np.flatnonzero((id < len(self.uv)) & np.isfinite(uv).all(axis=1))
+        both = both[np.isfinite(self.uv[id[both]]).all(axis=1)]
+        if len(both) < _FEWEST:
+            return RestJudgement()
+        rest = self.uv[id[both]]
+        off = uv[both] - rest
+        near = _core.dots.nearest_others(rest, count=_NEIGHBOURS)
+        left = _robust_residual(np.column_stack([np.ones(len(rest)), rest - rest.mean(axis=0)]), off, _KEPT)
+        together, square = np.mean(left * np.mean(left[near.index], axis=1)), np.mean(left**2)
+        shared = float(np.sqrt(2 * max(together, 0.0)))
+        if together <= _SHARED_PART * square or shared <= _SHARED_SIZE:
+            return RestJudgement(stayed=bool(np.median(np.hypot(*off.T)) <= _STAYED))
+        known = np.percentile(np.hypot(*off.T), _STILLEST) <= _STILL * np.median(near.distance[:, 0])
+        seen = f'the first dots are off their calibrated untouched positions ({shared:.2f} px shared by neighbours)'
+        if known:
+            return RestJudgement(True, True, f'{seen}: the sensor was touched when the reference was taken. The calibrated positions are '
+                                 'used until it is released')
+        return RestJudgement(True, False, f'{seen}, all of them: the sensor was touched when the reference was taken, and the camera may '
+                             'have moved. Release it, then call set_reference; if that does not help, calibrate again')
+
+
+class Reference:
+    """Untouched positions of indexed dots, px: averaged over the first frames, followed as they drift, held during contact.
+
+    time_constant_s: of drift; frames: number of untouched frames that are averaged first; known: calibrated positions, used while a sensor
+    that starts under contact is not released, and averaged in as 10 frames where the first dots are at them; warning: why the reference may
+    not be untouched, ''. A dot that appears later gets its position in the next untouched frame. Raises BadArgument for a time constant
+    that is not positive or frames below 1.
+    """
+
+    def __init__(self, time_constant_s: float = 30.0, frames: int = 10, known: CalibratedRest | None = None):
+        self._rest, self._known = _core.dots.Reference(time_constant_s, frames), known
+        self.warning, self._doubted = '', False
+
+    @property
+    def taken(self) -> bool:
+        """Whether there is a reference."""
+        return len(self._rest.id) > 0
+
+    @property
+    def id(self) -> np.ndarray:
+        """(K,) ids of the dots with a reference position, rising."""
+        return self._rest.id
+
+    @property
+    def uv(self) -> np.ndarray:
+        """(K, 2) px, their reference positions."""
+        return self._rest.uv
+
+    @property
+    def touched(self) -> bool:
+        """Whether something touched in the last frame."""
+        return self._rest.touched
+
+    def reset(self) -> None:
+        """Take the next frame as the reference."""
+        self._rest.reset()
+        self.warning, self._doubted = '', False
+
+    def update(self, id: np.ndarray, uv: np.ndarray, sigma: np.ndarray, stamp_s: float, columns: int,
+               touched: bool | None = None) -> np.ndarray:
+        """Displacements (N, 2) px of dots id (N,) at uv (N, 2) with standard deviations sigma (N,) px; NaN without a reference position.
+
+        touched: as known by a later stage, None to decide by the dots; columns: of the grid, 0 for other patterns. Dots with a non-finite
+        position count as not seen.
+        """
+        id, uv, sigma = np.asarray(id, np.int64), np.asarray(uv, float), np.asarray(sigma, float)
+        if not self.taken or self._doubted and not self._known.judge(id, uv).pressed:
+            self.reset()
+            seen = np.isfinite(uv).all(axis=1)
+            self._begin(id[seen], uv[seen], columns)
+        duv = self._rest.update(id, uv, sigma, stamp_s, touched)
+        if self._rest.grown and self._known is not None and self._known.judge(self._rest.id, self._rest.uv).pressed:
+            self._begin(self._rest.id, self._rest.uv, columns)  # with the dots that were added it does not show an untouched sensor
+            duv = uv - self.places(id)
+        return duv
+
+    def places(self, id: np.ndarray) -> np.ndarray:
+        """Reference positions (N, 2) px of dots id (N,), NaN where unknown."""
+        return self._rest.places(id)
+
+    def _begin(self, id, uv, columns) -> None:
+        """Take the reference from dots id (N,) at uv (N, 2) px."""
+        frames = np.zeros(len(id), np.int64)
+        if self._known is None:
+            self.warning = rest_warning(id, uv, columns) if columns else ''
+        else:
+            judgement = self._known.judge(id, uv)
+            self.warning, self._doubted = judgement.reason, judgement.pressed
+            calibrated = np.flatnonzero(np.isfinite(self._known.uv).all(axis=1))
+            if judgement.pressed and judgement.known:
+                id, uv, frames = calibrated, self._known.uv[calibrated], np.zeros(len(calibrated), np.int64)
+            elif judgement.stayed:
+                at = np.isin(id, calibrated)
+                uv, frames[at] = uv.copy(), _CALIBRATED
+                uv[at] = self._known.uv[id[at]]
+        self._rest.begin(id, uv, frames)
+
+
+def rest_warning(id: np.ndarray, uv: np.ndarray, columns: int) -> str:
+    """Why dots id (N,) at uv (N, 2) px on a grid with that many columns may be touched; empty if nothing suggests it."""
+    if len(id) < _FEWEST:
+        return ''
+    row, column = np.divmod(id, columns)
+    places = np.full((np.ptp(row) + 1, np.ptp(column) + 1, 2), np.nan)  # from the first to the last row and column seen
+    places[row - row.min(), column - column.min()] = uv
+    steps = np.linalg.norm(np.diff(places, axis=1), axis=2)
+    pitch = np.nanmedian(steps) if np.isfinite(steps).any() else np.nan
+    mirrored, degree = (places + places[::-1, ::-1]) / 2, max(1, min(_DEGREE, min(places.shape[:2]) - 3))
+    for name, grid, most, even in (('is not symmetric', mirrored, 2, True), ('has a dent or a bulge', places, degree, False)):
+        size, part = _shared(_grid_residual(grid, most, even))
+        if part > _GRID_PART and size > _GRID_SIZE * pitch:
+            return (f'the grid of dots {name} ({size:.2f} px shared by neighbours): it may have been touched when the reference was taken. '
+                    'Release it, then call set_reference')
+    return ''
+
+
+def _robust_residual(basis, values, kept_percent) -> np.ndarray:
+    """Residuals (N, 2) of values (N, 2) after a least-squares fit of basis (N, K) to those with the least ones."""
+    kept = np.ones(len(basis), bool)
+    for _ in range(_ROUNDS):
+        left = values - basis @ np.linalg.lstsq(basis[kept], values[kept], rcond=None)[0]
+        distance = np.hypot(*left.T)
+        kept = distance <= np.percentile(distance, kept_percent)
+    return left
+
+
+def _grid_residual(places, degree, even) -> np.ndarray:
+    """Residuals of a robust polynomial fit of places (rows, columns, 2) in row and column, of all terms or the even ones."""
+    row, column = np.nonzero(np.isfinite(places[:, :, 0]))
+    residual = np.full_like(places, np.nan)
+    y, x = (2 * k / max(n - 1, 1) - 1 for k, n in zip((row, column), places.shape))
+    terms = [x**i * y**j for i in range(degree + 1) for j in range(degree + 1 - i) if not even or (i + j) % 2 == 0]
+    if len(row) >= 2 * len(terms):
+        residual[row, column] = _robust_residual(np.stack(terms, axis=1), places[row, column], _GRID_KEPT)
+    return residual
+
+
+def _shared(residual) -> tuple[float, float]:
+    """(size, px, and correlation) of the residuals of neighbours: mean product, over the mean square."""
+    products = [(residual[1:] * residual[:-1]).sum(axis=2), (residual[:, 1:] * residual[:, :-1]).sum(axis=2)]
+    products = np.concatenate([p[np.isfinite(p)] for p in products])
+    square = np.nanmean((residual**2).sum(axis=2)) if np.isfinite(residual).any() else 0.0
+    if not len(products) or not square > 0:
+        return 0.0, 0.0
+    return float(np.sqrt(max(products.mean(), 0.0))), float(products.mean() / square)

@@ -1,0 +1,127 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Rotations, poses of frames, vectors, caps and splines."""
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+from tactile_perception.common.geometry import (Cap, FrameTree, cross, matrix_of_quaternion, quaternion, rotation_matrix, rotation_vector,
+                                                sphere_ranges, spline_fit, tangents)
+from tactile_perception.errors import BadArgument, BadFrame
+
+
+def test_half_a_turn_keeps_its_axis():
+    for axis in np.eye(3):
+        assert abs(rotation_vector(rotation_matrix(np.pi * axis)) @ axis) == pytest.approx(np.pi)
+    tilted = np.pi * np.array([0.6, -0.8, 0.0])
+    assert abs(rotation_vector(rotation_matrix(tilted)) @ tilted) == pytest.approx(np.pi**2)
+
+
+@pytest.mark.parametrize('vector', [[0, 0, 0], [3.1, 0, 0], [0, -3.0, 0.2], [0.1, 0.2, 3.0], [1, 1, 1]])
+def test_quaternion_is_that_of_the_rotation(vector):
+    angle = np.linalg.norm(vector)
+    axis = np.array(vector) / max(angle, 1e-9)
+    found = quaternion(rotation_matrix(np.array(vector, float)))
+    np.testing.assert_allclose(found, [*np.sin(angle / 2) * axis, np.cos(angle / 2)], atol=1e-9)
+    np.testing.assert_allclose(matrix_of_quaternion(found), rotation_matrix(np.array(vector, float)), atol=1e-12)
+
+
+A, B = np.random.default_rng(0).normal(size=(2, 3, 4, 5))
+
+
+def test_products_are_those_of_numpy():
+    assert cross(A, B) == pytest.approx(np.cross(A, B, axis=0))
+    assert cross(A[:, 0, 0], B[:, 0, 0]) == pytest.approx(np.cross(A[:, 0, 0], B[:, 0, 0]))
+
+
+@pytest.mark.parametrize('normal', [[0, 0, 1.0], [0, 1.0, 0], [-0.6, 0, 0.8]])
+def test_tangents(normal):
+    basis = np.vstack([tangents(np.array(normal)), normal])
+    assert basis @ basis.T == pytest.approx(np.eye(3), abs=1e-12)
+
+
+QUARTER = np.sqrt(0.5)
+LEFT, STRAIGHT = [0, 0, QUARTER, QUARTER], [0, 0, 0, 1]  # a quarter turn about z, from x to y
+
+
+def hand():
+    """world -> wrist (a metre up, turned left) -> finger (10 cm along the wrist's x); world -> table."""
+    tree = FrameTree()
+    tree.take('world', 'wrist', LEFT, [0, 0, 1])
+    tree.take('wrist', 'finger', STRAIGHT, [0.1, 0, 0])
+    tree.take('world', 'table', STRAIGHT, [2, 0, 0])
+    return tree
+
+
+def at(tree, frame, reference, place=(0, 0, 0)):
+    rotation, translation = tree.pose(frame, reference)
+    return rotation @ place + translation
+
+
+def test_up_down_and_across():
+    tree = hand()
+    assert at(tree, 'finger', 'world') == pytest.approx([0, 0.1, 1])
+    assert at(tree, 'finger', 'world', (1, 0, 0)) == pytest.approx([0, 1.1, 1])
+    assert at(tree, 'world', 'finger', (0, 0.1, 1)) == pytest.approx([0, 0, 0])
+    assert at(tree, 'finger', 'table') == pytest.approx([-2, 0.1, 1])
+    assert at(tree, 'finger', 'finger', (1, 2, 3)) == pytest.approx([1, 2, 3])
+
+
+def test_the_newest_counts():
+    tree = hand()
+    before = tree.changes
+    tree.take('world', 'wrist', STRAIGHT, [0, 0, 2])
+    assert tree.changes == before + 1 and at(tree, 'finger', 'world') == pytest.approx([0.1, 0, 2])
+
+
+def test_frames_that_do_not_hang_together():
+    tree = hand()
+    tree.take('map', 'robot', STRAIGHT, [0, 0, 0])
+    assert tree.pose('finger', 'robot') is None and tree.pose('finger', 'nowhere') is None
+
+
+def test_a_circle_ends():
+    tree = FrameTree()
+    tree.take('a', 'b', STRAIGHT, [1, 0, 0])
+    tree.take('b', 'a', STRAIGHT, [1, 0, 0])
+    assert tree.pose('a', 'c') is None
+
+
+def test_rotations_of_any_length_are_taken_and_others_refused():
+    tree = FrameTree()
+    tree.take('a', 'b', [0, 0, 3, 3], [0, 0, 0])
+    assert at(tree, 'b', 'a', (1, 0, 0)) == pytest.approx([0, 1, 0])
+    for rotation, translation in (([0, 0, 0, 0], [0, 0, 0]), ([0, 0, 0, np.nan], [0, 0, 0]), ([0, 0, 0, 1], [0, np.inf, 0]),
+                                  ([0, 0, 1e200, 1e200], [0, 0, 0]), ([1e308] * 4, [0, 0, 0]), ([0, 0, np.inf, 0], [0, 0, 0]),
+                                  ([0, 0, 0, 1], [1e300, 0, 0]), ([0, 0, 0, 1], [np.nan, 0, 0])):
+        with pytest.raises(BadFrame):
+            tree.take('a', 'c', rotation, translation)
+    with pytest.raises(BadFrame):
+        tree.take('a', 'a', [0, 0, 0, 1], [0, 0, 0])
+
+
+RAYS = np.array([[0, 0, 1.0], [0, 1.0, 0]])
+
+
+@pytest.mark.parametrize('origin', [np.zeros(3), np.zeros((2, 3))])
+def test_near_and_far_side_of_a_sphere(origin):
+    near, far = sphere_ranges(origin, RAYS, np.array([0, 0, 0.05]), 0.008)
+    assert [near[0], far[0]] == pytest.approx([0.042, 0.058]) and np.isnan([near[1], far[1]]).all()
+
+
+def test_rays_from_inside_meet_the_cap():
+    cap = Cap(0.020, 0.013)
+    assert cap.meet(np.array([0, 0, -0.01]), RAYS[:1]) == pytest.approx(np.array([[0, 0, 0.013]]))
+    assert cap.heights(np.array([[0, 0], [cap.rim_radius, 0], [1.0, 0]])) == pytest.approx([0.013, 0, np.nan], nan_ok=True, abs=1e-12)
+
+
+def test_a_cap_higher_than_its_sphere_is_refused():
+    with pytest.raises(BadArgument, match='height'):
+        Cap(0.020, 0.041)
+
+
+@pytest.mark.parametrize('levels', [4, 14])
+def test_values_of_a_cubic_are_met_at_and_between_levels(levels):
+    cubic = np.poly1d([0.3, -1.0, 2.0, 5.0])
+    coefficients = spline_fit(levels) @ cubic(np.arange(levels + 1))
+    at = np.linspace(0, levels, 50)
+    assert np.allclose(BSpline(np.arange(-3, levels + 4), coefficients, 3)(at), cubic(at))

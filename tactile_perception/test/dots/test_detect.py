@@ -1,0 +1,168 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import os
+import warnings
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tactile_perception.dots.detect import METHODS, DotDetector
+from tactile_perception.errors import BadArgument, BadFrame
+
+RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
+
+
+@pytest.fixture(autouse=True)
+def no_warnings():
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        yield
+
+
+def noisy(image, noise, seed=0):
+    return np.clip(np.rint(image + np.random.default_rng(seed).normal(0, 1, image.shape) * noise), 0, 255).astype(np.uint8)
+
+
+def nearest(dots, uv):
+    """Index of the dot nearest to each place, and its distance."""
+    distance = np.hypot(*(uv[:, None] - dots.uv).transpose(2, 0, 1))
+    return distance.argmin(1), distance.min(1)
+
+
+@pytest.mark.parametrize('polarity, ground, contrast', [('dark', 185.0, -130.0), ('bright', 40.0, 130.0)])
+def test_places_areas_and_sigma(draw_dots, lattice, polarity, ground, contrast):
+    uv, diameter = lattice
+    clean = draw_dots(uv, diameter, ground=ground, contrast=contrast)
+    detector, normal, ratio = DotDetector(polarity), [], []
+    for seed in range(8):
+        dots = detector.detect(noisy(clean, 4.0, seed))
+        assert len(dots) == len(uv)
+        k, _ = nearest(dots, uv)
+        normal.append((dots.uv[k] - uv) / dots.sigma[k, None])
+        ratio.append(dots.area[k] / (np.pi / 4 * diameter**2))
+    assert 0.8 < np.mean(np.square(normal)) < 1.25
+    assert np.median(dots.sigma) < 0.03
+    assert np.mean(ratio) == pytest.approx(1, abs=0.02)
+
+
+def test_noise_that_grows_with_light_shows_in_each_sigma(draw_dots, lattice):
+    uv, diameter = lattice
+    clean = draw_dots(uv, diameter)
+    growing = np.where(np.arange(160) < 80, 1.0, 6.0)
+    detector, normal = DotDetector('dark'), []
+    for seed in range(12):
+        dots = detector.detect(noisy(clean, growing, seed))
+        k, _ = nearest(dots, uv)
+        normal.append((dots.uv[k] - uv) / dots.sigma[k, None])
+    squares = np.square(normal).mean((0, 2))
+    quiet, loud = uv[:, 0] < 70, uv[:, 0] > 90
+    assert 0.7 < squares[quiet].mean() < 1.35
+    assert 0.7 < squares[loud].mean() < 1.35
+
+
+def test_dots_cut_by_the_border_are_left_out(draw_dots, lattice):
+    uv, diameter = lattice
+    shifted = uv - [uv[0, 0], 0]  # the first column's centres lie on the border
+    dots = DotDetector('dark').detect(noisy(draw_dots(shifted, diameter), 2.0))
+    _, distance = nearest(dots, shifted[shifted[:, 0] > 6])
+    assert distance.max() < 0.1
+    assert dots.uv[:, 0].min() > 3
+
+
+def test_dots_under_glare_are_left_out_rather_than_misplaced(draw_dots, lattice):
+    uv, diameter = lattice
+    image = draw_dots(uv, diameter)
+    y, x = np.mgrid[:120, :160]
+    image += 400 * np.exp(-((x - uv[19, 0] - 2) ** 2 + (y - uv[19, 1]) ** 2) / 3.5**2)
+    dots = DotDetector('dark').detect(noisy(image, 2.0))
+    k, distance = nearest(dots, uv)
+    far = np.arange(len(uv)) != 19
+    assert distance[far].max() < 0.1
+    assert distance[19] > 3
+
+
+def test_a_new_look_is_measured_when_dots_are_lost(draw_dots, lattice):
+    detector = DotDetector('dark')
+    uv, diameter = lattice
+    assert len(detector.detect(noisy(draw_dots(uv, diameter), 2.0))) == 48
+    larger = detector.detect(noisy(draw_dots(uv * 2, diameter * 2.5, shape=(240, 320)), 2.0))
+    assert len(larger) == 48
+
+
+def test_colour_frames(draw_dots, lattice):
+    uv, diameter = lattice
+    image = np.stack([noisy(draw_dots(uv, diameter, ground=g, contrast=c), 2.0) for g, c in ((40.0, -10.0), (60.0, -20.0), (180.0,
+        -130.0))], -1)
+    dots = DotDetector('dark').detect(image)
+    assert len(dots) == 48
+    assert nearest(dots, uv)[1].max() < 0.1
+
+
+@pytest.mark.parametrize('frame, said', [
+    (np.zeros((120, 160), np.uint8), 'black'),
+    (np.full((120, 160), 255, np.uint8), 'white'),
+    (np.full((120, 160, 3), 100, np.uint8), 'constant'),
+    (np.random.default_rng(0).normal(120, 6, (240, 320)).astype(np.uint8), 'no dark dots'),
+    (np.zeros((120, 160), np.uint16), 'uint16'),
+    (np.zeros((120, 160), float), 'float64'),
+    (None, 'NoneType'),
+    (np.zeros((120, 160, 4), np.uint8), '160, 4'),
+    (np.zeros((0, 0), np.uint8), 'too small'),
+])
+@pytest.mark.parametrize('seen_before', [False, True])
+def test_bad_frames_are_named_and_the_next_good_one_works(draw_dots, lattice, frame, said, seen_before):
+    detector = DotDetector('dark')
+    good = noisy(draw_dots(*lattice), 2.0)
+    if seen_before:
+        detector.detect(good)
+    with pytest.raises(BadFrame, match=said):
+        detector.detect(frame)
+    assert len(detector.detect(good)) == 48
+
+
+def test_unknown_names_list_the_known_ones():
+    with pytest.raises(BadArgument, match=', '.join(METHODS)):
+        DotDetector('dark', 'guess')
+    with pytest.raises(BadArgument, match='dark, bright'):
+        DotDetector('grey')
+
+
+def test_the_papers_method_by_name(draw_dots, lattice):
+    assert len(DotDetector('dark', 'paper').detect(noisy(draw_dots(*lattice), 2.0))) == 48
+
+
+@pytest.mark.skipif(not (RECORDINGS / 'simulated/tp_rect_drag').is_dir(), reason='TACTILE_RECORDINGS holds no simulated/tp_rect_drag')
+def test_oval_dots_of_a_pressed_pad():
+    folder = RECORDINGS / 'simulated/tp_rect_drag'
+    truth, detector = np.load(folder / 'truth.npz'), DotDetector('dark')
+    error, ratio, normal, missed = [], [], [], []
+    for k, path in enumerate(sorted((folder / 'frames').iterdir())[::6]):
+        dots = detector.detect(cv2.imread(str(path)))
+        k = 6 * k
+        seen = truth['visible'][k]
+        index, distance = nearest(dots, truth['uv'][k][seen])
+        found = distance < 0.3
+        missed.append(seen.sum() - found.sum())
+        assert len(dots) == found.sum()
+        index = index[found]
+        error.append(dots.uv[index] - truth['uv'][k][seen][found])
+        ratio.append(dots.area[index] / truth['area_px'][k][seen][found])
+        normal.append(error[-1] / dots.sigma[index, None])
+    assert sum(missed) <= 0.001 * 6 * 529
+    assert np.sqrt(np.square(np.concatenate(error)).sum(1).mean()) < 0.015
+    assert np.mean(np.concatenate(ratio)) == pytest.approx(1, abs=0.01)
+    assert 0.5 < np.mean(np.square(np.concatenate(normal))) < 1.5
+
+
+def test_a_look_measured_in_a_frame_without_dots_is_not_kept_but_the_one_before_is(draw_dots, lattice):
+    uv, diameter = lattice
+    image, detector = noisy(draw_dots(uv, diameter), 2.0), DotDetector('dark')
+    blurred = cv2.GaussianBlur(image, (0, 0), 12)
+    with pytest.raises(BadFrame):
+        detector.detect(blurred)
+    before = detector.detect(image)
+    with pytest.raises(BadFrame):
+        detector.detect(blurred)
+    assert np.array_equal(detector.detect(image).uv, before.uv)

@@ -1,0 +1,200 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import copy
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tactile_perception.dots.number import METHODS, GridNumbering, Numbered, grid_numbering, number_grid
+from tactile_perception.errors import BadArgument
+
+from grids import SCENES, make_grid
+
+SIZE = (640, 480)
+
+
+def score(numbers, number):
+    """(wrong, missed, all) of the true dots."""
+    true = number >= 0
+    return np.sum(true & (numbers.id >= 0) & (numbers.id != number)), np.sum(true & (numbers.id < 0)), np.sum(true)
+
+
+@pytest.mark.parametrize('scene', SCENES)
+def test_from_nothing_no_number_is_wrong(scene):
+    rng = np.random.default_rng(1)
+    totals = np.zeros(3)
+    for _ in range(25):
+        uv, number = make_grid(rng, **SCENES[scene])
+        totals += score(number_grid(uv, 23, 23, None, SIZE), number)
+    assert totals[0] == 0
+    assert totals[1] <= 0.005 * totals[2]
+
+
+@pytest.mark.parametrize('pitches', [0.0, 0.5, 1.0, 2.0, 3.0])
+def test_a_fast_move_between_two_frames_changes_no_number(pitches):
+    rng = np.random.default_rng(int(10 * pitches))
+    for scene in ('plain', 'missing, merged and false', 'dragged'):
+        for way in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            uv, number = make_grid(rng)
+            previous = Numbered(uv, number)
+            uv, number = make_grid(rng, **SCENES[scene], shift=np.array(way) * pitches)
+            wrong, missed, count = score(number_grid(uv, 23, 23, previous, SIZE), number)
+            assert wrong == 0
+            assert missed <= 0.02 * count
+
+
+def test_the_order_of_the_dots_and_those_that_are_not_finite_do_not_matter():
+    uv, number = make_grid(np.random.default_rng(2))
+    uv[7] = np.nan
+    numbers = number_grid(uv, 23, 23)
+    assert numbers.certain
+    assert numbers.id[7] == -1
+    np.testing.assert_array_equal(np.delete(numbers.id, 7), np.delete(number, 7))
+
+
+@pytest.mark.parametrize(('rows', 'columns'), [(7, 10), (9, 13), (5, 4)])
+def test_other_grids(rows, columns):
+    uv, number = make_grid(np.random.default_rng(3), rows=rows, columns=columns, pitch=40.0)
+    np.testing.assert_array_equal(number_grid(uv, rows, columns).id, number)
+
+
+@pytest.mark.parametrize(('rows', 'columns'), [(23, 25), (20, 23), (13, 9)])
+def test_another_pattern_than_configured_is_said(rows, columns):
+    uv, _ = make_grid(np.random.default_rng(4))
+    numbers = number_grid(uv, rows, columns, None, SIZE)
+    assert not numbers.certain
+    assert np.all(numbers.id == -1)
+    assert '23' in numbers.reason and str(rows if rows != 23 else columns) in numbers.reason
+
+
+def test_dots_at_random_places_get_no_number():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        numbers = number_grid(rng.uniform(0, 480, (529, 2)), 23, 23, None, SIZE)
+        assert not numbers.certain and np.all(numbers.id == -1)
+
+
+@pytest.mark.parametrize('count', [0, 1, 3, 4])
+def test_too_few_dots(count):
+    numbers = number_grid(np.arange(2.0 * count).reshape(count, 2), 23, 23)
+    assert not numbers.certain
+    assert len(numbers.id) == count
+
+
+def test_half_of_the_dots_gone_misnumbers_none():
+    rng = np.random.default_rng(6)
+    for _ in range(20):
+        uv, number = make_grid(rng)
+        for gone in (uv[:, 0] > 320, uv[:, 1] < 240, rng.uniform(size=len(uv)) < 0.5):
+            assert score(number_grid(uv[~gone], 23, 23, None, SIZE), number[~gone])[0] == 0
+
+
+@pytest.mark.parametrize(('gone', 'numbered'), [(0.15, 0.98), (0.3, 0.9)])
+@pytest.mark.parametrize('scene', ['plain', 'compressed', 'sheared'])
+def test_scattered_gaps_leave_most_dots_their_numbers(scene, gone, numbered):
+    rng = np.random.default_rng(8)
+    totals = np.zeros(3)
+    for _ in range(5):
+        uv, number = make_grid(rng, **{**SCENES[scene], 'missing': gone})
+        totals += score(number_grid(uv, 23, 23, None, SIZE), number)
+    assert totals[0] == 0
+    assert totals[1] <= (1 - numbered) * totals[2]
+
+
+def test_why_half_of_the_dots_get_no_number_is_told():
+    rng = np.random.default_rng(6)
+    uv, _ = make_grid(rng)
+    numbers = number_grid(uv[rng.uniform(size=len(uv)) < 0.5], 23, 23, None, SIZE)
+    assert (numbers.id < 0).all()
+    assert 'dots found (529 configured)' in numbers.reason
+
+
+def test_a_grid_turned_by_45_degrees_is_not_certain():
+    uv, _ = make_grid(np.random.default_rng(7), turn=45.0, pitch=14.0)
+    assert 'degrees' in number_grid(uv, 23, 23).reason
+
+
+def test_wrong_arguments_are_named():
+    with pytest.raises(BadArgument, match=r'\(N, 2\)'):
+        number_grid(np.zeros((4, 3)), 23, 23)
+    with pytest.raises(BadArgument, match='1 x 23'):
+        number_grid(np.zeros((4, 2)), 1, 23)
+
+
+SIMULATED = Path(os.environ.get('TACTILE_RECORDINGS', '')) / 'simulated'
+
+
+@pytest.mark.skipif(not (SIMULATED / 'as_test').is_dir(), reason='TACTILE_RECORDINGS holds no simulated/as_test')
+@pytest.mark.parametrize('name, side, rows, columns, first', [
+    ('as_test', '', 9, 13, 0), ('as_calib_small', '', 9, 13, 0), ('ac_test', '', 17, 17, 18), ('ac_calib_small', '', 17, 17, 18),
+    ('ad_test', '_left', 11, 8, 0), ('ad_test', '_right', 11, 8, 6), ('ad_calib_small', '_right', 11, 8, 6)])
+def test_all_markers_seen_in_the_deepest_presses_are_numbered_from_one_image(name, side, rows, columns, first):
+    """Of a dome's grid the corners are missing; each view of two cameras sees eight of fourteen columns."""
+    truth = np.load(SIMULATED / name / 'truth.npz')
+    number = truth['dot_rc'] - divmod(first, 17 if name.startswith('ac') else 14)
+    previous = None
+    for uv, seen in zip(truth['uv' + side], truth['visible' + side]):
+        numbers, id = number_grid(uv[seen].astype(float), rows, columns), number[seen] @ [columns, 1]
+        assert numbers.certain and (numbers.id >= 0).mean() >= 0.85
+        for given in (numbers.id, number_grid(uv[seen].astype(float), rows, columns, previous).id):
+            assert np.array_equal(given[given >= 0], id[given >= 0])
+        previous = Numbered(uv[seen], id)
+
+
+@pytest.fixture
+def dome():
+    """Places of an 8 x 10 grid, its pitch growing towards the middle as on a dome, their row, column and index."""
+    row, column = np.divmod(np.arange(80), 10)
+    p = np.stack([column - 4.5, row - 3.5], axis=1)
+    return 30.0 * p * (1.1 - 0.006 * (p**2).sum(axis=1, keepdims=True)) + [160, 130], row, column, np.arange(80)
+
+
+def test_two_false_dots_make_no_row(dome):
+    uv, *_, id = dome
+    numbers = number_grid(np.vstack([uv, [[100.0, -25.0], [130.0, -26.0]]]), 8, 10)
+    np.testing.assert_array_equal(numbers.id, np.r_[id, -1, -1])
+
+
+def test_a_row_that_left_the_image_is_known_by_the_border(dome):
+    uv, row, _, id = dome
+    np.testing.assert_array_equal(number_grid(uv[row > 0] - [0, 33.0], 8, 10, None, (320, 260)).id, id[row > 0])
+
+
+def test_half_a_grid_is_certain_only_by_its_own_unevenness(dome):
+    uv, _, column, id = dome
+    left = column < 5
+    assert '5 of 10 columns' in number_grid(uv[left], 8, 10, None, (1000, 1000)).reason
+    np.testing.assert_array_equal(number_grid(uv[left] + 2.0, 8, 10, Numbered(uv, id), (1000, 1000)).id, id[left])
+
+
+def test_on_an_even_grid_a_hidden_row_cannot_be_told_from_a_move():
+    row, column = np.divmod(np.arange(80), 10)
+    uv, seen = 30.0 * np.stack([column + 1.0, row + 0.5], axis=1), row < 7  # the last one is hidden, the first one could have left
+    assert 'disagree' in number_grid(uv[seen], 8, 10, Numbered(uv, np.arange(80)), (330, 400)).reason
+
+
+def test_a_clipped_row_more_than_configured_is_left_out(dome):
+    uv, row, column, id = dome
+    seen = (row > 0) | (column < 6)
+    np.testing.assert_array_equal(number_grid(uv[seen], 7, 10).id, np.where(row > 0, id - 10, -1)[seen])
+
+
+@pytest.mark.parametrize('name', METHODS)
+def test_each_method_numbers_a_still_grid(name):
+    row, column = np.divmod(np.arange(63), 9)
+    uv = np.stack([column, row], axis=1) * 20.0 + 39.5
+    np.testing.assert_array_equal(grid_numbering(name, 7, 9).number(uv + 1.0, 240, 200).id, np.arange(63))
+
+
+def test_an_unknown_name_lists_the_known():
+    with pytest.raises(BadArgument, match="'nearest' is unknown: choose from lattice, paper, tracks, register"):
+        grid_numbering('nearest', 7, 9)
+
+
+def test_a_copy_remembers_frames_of_its_own(dome):
+    uv, _, column, id = dome
+    numbering, left = GridNumbering(8, 10), column < 5
+    fresh = copy.deepcopy(numbering)
+    numbering.number(uv, 1000, 1000)
+    assert numbering.number(uv[left] + 2.0, 1000, 1000).certain and not fresh.number(uv[left] + 2.0, 1000, 1000).certain

@@ -1,0 +1,280 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.dots.reference import CalibratedRest, Reference, rest_warning
+from tactile_perception.errors import BadArgument
+
+ROW, COLUMN = np.divmod(np.arange(100), 10)
+ID, UV, SIGMA = np.arange(100), np.stack([COLUMN, ROW], axis=1) * 20.0 + 30, np.full(100, 0.02)
+DENT = 3.0 * np.exp(-((UV - 120) ** 2).sum(axis=1, keepdims=True) / (2 * 40**2)) * [1, 0]
+
+
+def run(reference, frames, start=0.0, move=0.0, touched=None, rate=50.0, noise=0.02, seed=0):
+    """Feeds frames of UV + move(k); the last displacements."""
+    rng = np.random.default_rng(seed)
+    for k in range(frames):
+        now = UV + (move(k) if callable(move) else move) + rng.normal(0, noise, UV.shape)
+        duv = reference.update(ID, now, SIGMA, start + k / rate, 10, touched)
+    return duv
+
+
+def test_first_frames_are_averaged():
+    reference = Reference(frames=16)
+    run(reference, 16)
+    assert np.sqrt(np.mean((reference.uv - UV) ** 2)) < 0.02 / 4 * 1.2
+
+
+def test_no_motion_gives_no_displacement():
+    reference = Reference()
+    run(reference, 20)
+    duv = reference.update(ID, UV, SIGMA, 1.0, 10)
+    assert np.abs(duv).max() < 0.03
+    assert not reference.touched
+
+
+def test_a_touch_is_noticed_and_freezes():
+    reference = Reference(time_constant_s=0.1)
+    run(reference, 20)
+    before = reference.uv.copy()
+    duv = run(reference, 100, start=1.0, move=DENT)
+    assert reference.touched
+    np.testing.assert_array_equal(reference.uv, before)
+    assert np.abs(duv - DENT).max() < 0.12
+
+
+def test_what_a_touch_leaves_behind_is_followed_slowly():
+    reference = Reference(time_constant_s=10.0)
+    run(reference, 20)
+    run(reference, 100, start=1.0, move=2 * DENT)
+    run(reference, 100, start=3.0, move=0.08 * 2 * DENT)  # 0.5 px stay for ever
+    assert reference.touched
+    run(reference, 500, start=5.0, move=0.08 * 2 * DENT)
+    assert not reference.touched
+    duv = run(reference, 2000, start=15.0, move=0.08 * 2 * DENT)
+    assert np.linalg.norm(duv, axis=1).max() < 0.12
+
+
+def test_after_a_residue_the_next_touch_freezes_at_once():
+    reference = Reference(time_constant_s=10.0)
+    run(reference, 20)
+    run(reference, 100, start=1.0, move=2 * DENT)
+    run(reference, 500, start=3.0, move=0.08 * 2 * DENT)
+    assert not reference.touched
+    before = reference.uv.copy()
+    run(reference, 1, start=13.01, move=0.3 * DENT)
+    assert reference.touched
+    np.testing.assert_array_equal(reference.uv, before)
+
+
+@pytest.mark.parametrize('held', [0.15, 0.5, 1.0])
+def test_a_contact_that_is_held_stays_frozen(held):
+    reference = Reference(time_constant_s=1.0)
+    run(reference, 20)
+    run(reference, 50, start=1.0, move=lambda k: held * DENT * k / 50)
+    before = reference.uv.copy()
+    run(reference, 3000, start=2.0, move=held * DENT)  # a minute, the lightest of 0.45 px
+    assert reference.touched
+    np.testing.assert_array_equal(reference.uv, before)
+
+
+def test_a_contact_held_at_half_of_its_depth_stays_frozen():
+    reference = Reference(time_constant_s=1.0)
+    run(reference, 20)
+    run(reference, 50, start=1.0, move=DENT)
+    before = reference.uv.copy()
+    run(reference, 1000, start=2.0, move=0.5 * DENT)
+    assert reference.touched
+    np.testing.assert_array_equal(reference.uv, before)
+
+
+def test_slow_drift_is_followed():
+    reference = Reference(time_constant_s=1.0)
+    run(reference, 20)
+    swelling = (UV - 120) * 0.002
+    duv = run(reference, 1000, start=1.0, move=lambda k: swelling * k / 1000)
+    assert not reference.touched
+    assert np.abs(duv).max() < 0.12  # 0.25 px of drift at the corners
+
+
+def test_a_later_stage_may_say_that_something_touches():
+    reference = Reference()
+    run(reference, 5)
+    before = reference.uv.copy()
+    run(reference, 50, start=1.0, move=0.05, touched=True)
+    np.testing.assert_array_equal(reference.uv, before)
+
+
+def test_a_dot_seen_late_gets_its_place_when_untouched():
+    reference = Reference()
+    reference.update(ID[1:], UV[1:], SIGMA[1:], 0.0, 10)
+    duv = reference.update(ID, UV + DENT, SIGMA, 0.1, 10)
+    assert np.isnan(duv[0]).all() and np.isfinite(duv[1:]).all()
+    assert np.isfinite(reference.update(ID, UV, SIGMA, 0.2, 10)).all()
+
+
+def test_reset():
+    reference = Reference()
+    run(reference, 5)
+    reference.reset()
+    assert np.abs(reference.update(ID, UV + 7, SIGMA, 1.0, 10)).max() == 0
+
+
+def test_taken_while_pressed_is_suspicious_until_taken_anew():
+    reference = Reference()
+    run(reference, 1, move=DENT)
+    assert 'set_reference' in reference.warning
+    reference.reset()
+    run(reference, 1, start=1.0)
+    assert reference.warning == ''
+
+
+def test_wrong_parameters():
+    with pytest.raises(BadArgument, match='time_constant_s'):
+        Reference(time_constant_s=0.0)
+
+
+def test_a_touch_at_the_start_is_told_by_the_calibrated_places():
+    reference = Reference(known=CalibratedRest(UV))
+    duv = run(reference, 20, move=2 * DENT)
+    assert reference.touched and 'was touched' in reference.warning
+    assert np.abs(duv - 2 * DENT).max() < 0.12
+    run(reference, 20, start=1.0, move=0.7)
+    assert reference.warning == '' and not reference.touched, 'released, though the camera has drifted since it was calibrated'
+    assert np.abs(reference.uv - UV - 0.7).max() < 0.05
+
+
+def test_a_touch_at_the_start_beside_a_camera_that_has_moved_is_told_until_it_ends():
+    reference = Reference(known=CalibratedRest(UV))
+    run(reference, 5, move=2 * DENT + [6.0, 0.0])
+    assert 'calibrate again' in reference.warning
+    run(reference, 5, start=1.0, move=np.array([6.0, 0.0]))
+    assert reference.warning == '' and np.abs(reference.uv - UV - [6.0, 0.0]).max() < 0.1
+
+
+def test_an_untouched_start_is_taken_where_it_is():
+    reference = Reference(known=CalibratedRest(UV))
+    run(reference, 10, move=np.array([1.0, -1.0]))
+    assert reference.warning == '' and np.abs(reference.uv - UV - [1.0, -1.0]).max() < 0.05
+
+
+def test_a_camera_that_has_not_moved_adds_the_calibrated_places_to_the_first_frames():
+    reference, alone = Reference(frames=1, known=CalibratedRest(UV)), Reference(frames=1)
+    barely = DENT / 100  # a tip that has just begun to press when the only untouched frame is taken: 0.03 px
+    for each in (reference, alone):
+        run(each, 1, move=barely)
+    assert np.sqrt(np.mean((alone.uv - UV)**2)) > 0.02
+    assert np.sqrt(np.mean((reference.uv - UV)**2)) < 0.003
+
+
+def test_without_a_calibrated_place_a_late_dot_gets_its_own():
+    rest = UV.copy()
+    rest[7] = np.nan
+    reference = Reference(known=CalibratedRest(rest))
+    run(reference, 20)
+    assert np.abs(reference.uv[7] - UV[7]).max() < 0.02 and len(reference.id) == 100
+
+
+def test_dots_that_come_later_are_judged_with_the_others():
+    reference, half = Reference(known=CalibratedRest(UV)), COLUMN < 5
+    for k in range(12):
+        reference.update(ID[half], UV[half], SIGMA[half], k / 50, 10)
+    assert reference.warning == ''
+    shift = 4.0 * np.exp(-((UV - [190, 120]) ** 2).sum(axis=1, keepdims=True) / (2 * 30**2)) * [1, 0]
+    shift[half] = 0.0
+    duv = reference.update(ID, UV + shift, SIGMA, 0.5, 10)
+    assert 'touched when the reference was taken' in reference.warning
+    np.testing.assert_allclose(duv, shift, atol=0.05, err_msg='the calibrated positions are the reference meanwhile')
+    duv = reference.update(ID, UV, SIGMA, 0.6, 10)
+    assert reference.warning == '' and np.abs(duv).max() < 0.05, 'taken again by itself'
+
+
+SHEET_ID = np.arange(117)
+SHEET = np.stack(np.divmod(SHEET_ID, 13)[::-1], axis=1) * 40.0 + 80
+MIDDLE = SHEET.mean(axis=0)
+KNOWN = CalibratedRest(SHEET)
+
+
+def press(place, size, width=100.0):
+    """A press's displacements, px: outwards from the image's middle, most beside the place pressed."""
+    bell = np.exp(-((SHEET - place)**2).sum(axis=1) / (2 * width**2))
+    return size * bell[:, None] * (SHEET - MIDDLE) / 150 + 0.2 * size * bell[:, None] * (SHEET - place) / width
+
+
+def noise(size, seed=0):
+    return np.random.default_rng(seed).normal(0, size, SHEET.shape)
+
+
+@pytest.mark.parametrize('moved', [0.0, [3.0, -2.0], (SHEET - MIDDLE) * 0.02, (SHEET - MIDDLE)[:, ::-1] * [0.03, -0.03], noise(0.5, 1)],
+                         ids=['still', 'shifted', 'swollen', 'turned', 'another print'])
+def test_what_is_no_press_is_none(moved):
+    for seed in range(20):
+        judged = KNOWN.judge(SHEET_ID, SHEET + moved + noise(0.05, seed))
+        assert not judged.pressed and judged.reason == ''
+
+
+@pytest.mark.parametrize('place', [(140.0, 120.0), (330.0, 250.0), (520.0, 200.0)])
+@pytest.mark.parametrize('size', [1.0, 5.0, 15.0])
+def test_a_press_is_one_and_the_calibrated_places_hold(place, size):
+    judged = KNOWN.judge(SHEET_ID, SHEET + press(place, size) + noise(0.05))
+    assert judged.pressed and judged.known and 'was touched' in judged.reason
+
+
+def test_a_press_where_the_camera_has_moved_too_leaves_no_place_known():
+    judged = KNOWN.judge(SHEET_ID, SHEET + press((250.0, 150.0), 10.0) + [20.0, 0.0])
+    assert judged.pressed and not judged.known and 'calibrate again' in judged.reason
+
+
+def test_dots_that_are_missing_or_unknown_are_left_out():
+    rest = SHEET.copy()
+    rest[:40] = np.nan
+    seen = np.r_[20:110]
+    now = SHEET + press((330.0, 250.0), 5.0)
+    now[100] = np.nan
+    assert CalibratedRest(rest).judge(SHEET_ID[seen], now[seen]).pressed
+    assert not CalibratedRest(rest).judge(np.r_[SHEET_ID[:60], 300], np.vstack([now[:60], [[0, 0]]])).pressed, 'of twenty nothing is said'
+
+
+def test_a_camera_has_stayed_where_the_dots_are_at_their_calibrated_places():
+    assert KNOWN.judge(SHEET_ID, SHEET + noise(0.02)).stayed
+    assert not KNOWN.judge(SHEET_ID, SHEET + [0.1, 0.0] + noise(0.02)).stayed, 'the camera has moved'
+    assert not KNOWN.judge(SHEET_ID, SHEET + press((330.0, 250.0), 5.0)).stayed, 'something presses'
+
+
+def dome(rows=23, columns=23, pitch=18.0, printing=0.05, seed=0):
+    """A printed dome seen by a tilted camera: id, uv with printing errors of so many pitches, and row and column from the middle."""
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    p = np.stack([column - (columns - 1) / 2, row - (rows - 1) / 2], axis=1)
+    seen = p * (1.1 - 0.1 * (p**2).sum(axis=1, keepdims=True) / (rows / 2) ** 2) / (1 + 0.004 * p[:, 1:])
+    return np.arange(rows * columns), pitch * (seen + np.random.default_rng(seed).normal(0, printing / 2, p.shape)) + 240, p
+
+
+@pytest.mark.parametrize('seed', range(10))
+def test_untouched(seed):
+    id, uv, _ = dome(seed=seed)
+    assert rest_warning(id, uv, 23) == ''
+
+
+@pytest.mark.parametrize('place', [(0.0, 0.0), (4.0, 0.0), (-3.0, 5.0)])
+def test_a_press_of_a_quarter_pitch(place):
+    id, uv, p = dome()
+    away = p - place
+    pressed = uv + 18.0 * 0.25 * away / 2.5 * np.exp(0.5 - (away**2).sum(axis=1, keepdims=True) / (2 * 2.5**2))
+    assert 'set_reference' in rest_warning(id, pressed, 23)
+
+
+def test_a_shear_over_a_patch():
+    id, uv, p = dome()
+    dragged = uv + [6.0, 0] * np.exp(-((p - [3, 2]) ** 2).sum(axis=1, keepdims=True) / (2 * 3.0**2))
+    assert rest_warning(id, dragged, 23) != ''
+
+
+def test_missing_dots_make_no_suspicion():
+    id, uv, _ = dome()
+    keep = np.random.default_rng(0).uniform(size=len(id)) > 0.1
+    assert rest_warning(id[keep], uv[keep], 23) == ''
+
+
+def test_too_few_dots_to_tell():
+    id, uv, _ = dome(5, 5)
+    assert rest_warning(id, uv, 5) == ''
