@@ -2,12 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "press/dome_fit.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-
-#include "common/cholesky.hpp"
 
 namespace tactile {
 namespace {
@@ -141,9 +140,11 @@ struct Problem {
             }
             normal[a * size + a] = 1, right[a] = given[a];
         }
-        if (!factorise(normal.data(), size, size)) return Values();
-        substitute(normal.data(), size, size, right.data());
-        return std::all_of(right.begin(), right.end(), [](double x) { return std::isfinite(x); }) ? right : Values();
+        const Eigen::LLT<Eigen::MatrixXd> factor(Eigen::Map<Eigen::MatrixXd>(normal.data(), size, size));
+        if (factor.info() != Eigen::Success) return Values();
+        Eigen::Map<Eigen::VectorXd> solved(right.data(), size);
+        factor.solveInPlace(solved);
+        return solved.allFinite() ? right : Values();
     }
 
     // The step from presses within what is allowed: the number that would go beyond it by most stops there, one after the other. Empty
@@ -216,13 +217,11 @@ DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const d
         }
         if (gained >= 0 && gained < enough) break;
     }
-    DomeFit fit{best.presses, Values(normal.size(), 0.0), best.left, best.squares};
-    if (!factorise(normal.data(), problem.size, problem.size))
-        std::fill(fit.covariance.begin(), fit.covariance.end(), std::numeric_limits<double>::quiet_NaN());
-    for (int a = 0; a < problem.size; ++a) {  // symmetric: a row is a column
-        fit.covariance[a * problem.size + a] += 1;
-        substitute(normal.data(), problem.size, problem.size, &fit.covariance[a * problem.size]);
-    }
+    DomeFit fit{best.presses, Values(normal.size(), std::numeric_limits<double>::quiet_NaN()), best.left, best.squares};
+    const Eigen::LLT<Eigen::MatrixXd> factor(Eigen::Map<Eigen::MatrixXd>(normal.data(), problem.size, problem.size));
+    if (factor.info() == Eigen::Success)
+        Eigen::Map<Eigen::MatrixXd>(fit.covariance.data(), problem.size, problem.size) =
+            factor.solve(Eigen::MatrixXd::Identity(problem.size, problem.size));
     return fit;
 }
 

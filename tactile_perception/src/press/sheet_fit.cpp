@@ -4,10 +4,10 @@
 // is the sum of the fields of each alone, less an interaction term: the sheet between them is tauter.
 #include "press/sheet_fit.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
-#include "common/cholesky.hpp"
 #include "press/sheet_view.hpp"
 
 namespace tactile {
@@ -215,25 +215,13 @@ void weigh(const MarkerNoise& noise, double sigma, double depth, double doubt, c
     }
 }
 
-// Inverse of a symmetric positive definite matrix (size, size) by Cholesky factors; false where it is not.
+// Replaces a symmetric positive definite matrix (size, size) by its inverse; false where it is not.
 bool invert(std::vector<double>& matrix, int size) {
-    std::vector<double> lower = matrix, inverse(size * size, 0.0);
-    if (!factorise(lower.data(), size, size)) return false;
-    for (int c = 0; c < size; ++c) {
-        for (int i = c; i < size; ++i) {  // L^-1
-            double sum = i == c ? 1.0 : 0.0;
-            for (int k = c; k < i; ++k) sum -= lower[i * size + k] * inverse[k * size + c];
-            inverse[i * size + c] = sum / lower[i * size + i];
-        }
-    }
-    for (int i = 0; i < size; ++i) {
-        for (int j = 0; j < size; ++j) {
-            double sum = 0;
-            for (int k = std::max(i, j); k < size; ++k) sum += inverse[k * size + i] * inverse[k * size + j];
-            matrix[i * size + j] = sum;
-        }
-    }
-    return true;
+    Eigen::Map<Eigen::MatrixXd> whole(matrix.data(), size, size);
+    const Eigen::LLT<Eigen::MatrixXd> factor(whole);
+    if (factor.info() != Eigen::Success) return false;
+    whole = factor.solve(Eigen::MatrixXd::Identity(size, size));
+    return whole.allFinite();
 }
 
 class Fit {
