@@ -11,7 +11,7 @@ from tactile_perception import detect_dots, DotTracker, index_dots
 from tactile_perception.errors import BadFrame
 
 ROWS, COLUMNS, SIZE, FINE = 9, 13, (480, 360), 4
-METHODS = ('likelihood', 'blobs', 'discs', 'auto', 'paper', 'paper_areal', 'paper_cushion_fast')
+METHODS = ('likelihood', 'blobs', 'discs', 'paper', 'paper_areal', 'paper_cushion_fast')
 
 
 def grid(rows=ROWS, columns=COLUMNS, pitch=30.0, size=SIZE):
