@@ -54,7 +54,7 @@ class PerceptionNode(Node):
         self._source, self._inputs, self._shedding = stage_type.input, [], Shedding(stage_type.input.patience_s or LONGEST_S)
         self._first_s: float | None = None
         self.log = WorkLog(self._source.topic, by_call=self._host.publishes(self, self._source.topic))
-        self._log_once, self._guard = LogOnce(self), DefectGuard(self)
+        self._log_once, self.guard = LogOnce(self), DefectGuard(self)
         matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
         self._outputs = {topic: self._host.publisher(
             self.create_publisher(kind, topic, STREAM_QOS, event_callbacks=matched), self._follow_demand)
@@ -96,7 +96,7 @@ class PerceptionNode(Node):
             except Exception as error:
                 if not self.context.ok():  # ROS ends
                     raise
-                self.log.refuse(self._guard.catch(error, topic))
+                self.log.refuse(self.guard.catch(error, topic))
                 self.stage.reset()
 
     def _take(self, topic: str, message, _received_ns: int) -> None:
@@ -163,7 +163,7 @@ class PerceptionNode(Node):
                 self._log_once.warning('stage', warning)
             else:
                 self._log_once.forget('stage')
-            return self.log.health(not self._wanted_topics(), warning, {**values, 'defects met': self._guard.caught})
+            return self.log.health(not self._wanted_topics(), warning, {**values, 'defects met': self.guard.caught})
 
 
 def make_node(name: str, host: Host | None = None) -> Node:

@@ -109,5 +109,5 @@ def test_bad_messages_between_good_ones_change_nothing(name, sensor):
             assert not other.feed(topic, one), (what, topic)
             refused += other.node.log.refused - before
         assert told(other, [(topic, message)])[0] == undisturbed[number], (number, topic)
-    assert refused > 20 and other.node.net.caught == 0
+    assert refused > 20 and other.node.guard.caught == 0
     node.close(), other.close()

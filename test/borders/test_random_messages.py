@@ -43,7 +43,7 @@ def check(name, sensor, count):
     node, stamp, published = thrown(name, sensor, count)
     try:
         log = node.node.log
-        assert node.node.net.caught == 0 and log.refused > count / 10 and published > count * _DRAWN, (log.refused, published)
+        assert node.node.guard.caught == 0 and log.refused > count / 10 and published > count * _DRAWN, (log.refused, published)
         health = node.node._examine()
         assert health.values['refused frames'] == log.refused and health.values['last error']
         done = log.done

@@ -82,7 +82,7 @@ class DrawingNode(Node):
         self.settings = NodeParameters(self, table)
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
-        self.say, self.log, self.net = LogOnce(self), WorkLog('results', by_call=self.host.shares), DefectGuard(self)
+        self.say, self.log, self.guard = LogOnce(self), WorkLog('results', by_call=self.host.shares), DefectGuard(self)
         self._outputs: list[Publisher] = []
         self.marker_output = self.demanded(MarkerArray, 'markers')
         self._drawn_s: float | None = None  # time of the last published markers that are still shown
@@ -131,7 +131,7 @@ class DrawingNode(Node):
 
     def _examine(self) -> Health:
         idle = not any(output.get_subscription_count() for output in self._outputs)
-        return self.log.health(idle, values={'defects met': self.net.caught})
+        return self.log.health(idle, values={'defects met': self.guard.caught})
 
     def try_message(self, topic: str, message, work: Callable[[], None]) -> None:
         """Check a message and call work(); a message that fails is counted, logged once and skipped."""
@@ -144,7 +144,7 @@ class DrawingNode(Node):
         except Exception as error:
             if not self.context.ok():  # ROS is shutting down
                 raise
-            self.log.refuse(self.net.catch(error, topic))
+            self.log.refuse(self.guard.catch(error, topic))
         else:
             self.say.settle(topic)
 

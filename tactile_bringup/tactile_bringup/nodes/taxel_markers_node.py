@@ -241,7 +241,7 @@ class TaxelMarkersNode(DrawingNode):
             self.log.refuse(str(error))
             self.say.error('image', f'nothing drawn: {error}')
         except Exception as error:
-            self.log.refuse(self.net.catch(error, 'image_raw and results'))
+            self.log.refuse(self.guard.catch(error, 'image_raw and results'))
 
     def _picture(self, found: dict) -> Image:
         """The taxels in colours, with what was found."""

@@ -189,7 +189,7 @@ def test_messages_that_cannot_be_drawn_are_counted_and_told_and_so_are_defects(m
         monkeypatch.setattr(DefectGuard, 'strict', False)
         node.try_message('slip', Slip(), lambda: [][7])
         node.try_message('slip', Slip(), lambda: done.append(1))
-        assert done == [1] and node.net.caught == 1 and node._examine().values['defects met'] == 1
+        assert done == [1] and node.guard.caught == 1 and node._examine().values['defects met'] == 1
         assert 'defect of this software' in node.log.last_error
     finally:
         node.markers = None

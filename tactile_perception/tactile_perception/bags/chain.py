@@ -52,7 +52,7 @@ class Chain:
         where a stage refuses its message; topics: those that are wanted, None for all."""
         stage = self.stages[number]
         try:
-            found = stage.process(message, topics and {*topics, *(each.input.topic for each in self.stages[number + 1:])})
+            found = stage.process(message, topics and self._needed(stage, topics))
         except TactileError as error:
             yield stage, stage.input.topic, error
             return
@@ -61,6 +61,10 @@ class Chain:
                 yield stage, topic, result
                 if number + 1 < len(self.stages) and topic == self.stages[number + 1].input.topic:
                     yield from self.process(result, number + 1, topics)
+
+    def _needed(self, stage: Stage, topics: Collection[str]) -> list[str]:
+        """The outputs of a stage that are wanted, or are another stage's input."""
+        return [topic for topic in stage.outputs if topic in topics or any(topic == each.input.topic for each in self.stages)]
 
 
 def make_chain(params: Path, calibration: Path | None = None) -> Chain:
