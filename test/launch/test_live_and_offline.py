@@ -14,7 +14,6 @@ from rosidl_runtime_py.utilities import get_message  # noqa: E402
 from sensor_msgs.msg import CompressedImage  # noqa: E402
 from tactile_bringup.installed import share  # noqa: E402
 from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene  # noqa: E402
-from tactile_driver.nodes.messages.conversions import RIGHT_TIME  # noqa: E402
 from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
 from tactile_driver.recordings.reader import BagReader, RawMessage  # noqa: E402
 from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
@@ -118,7 +117,7 @@ def test_estimates_are_those_of_the_live_nodes(sensor):
     offline = frames_of(stream(task))[:count]
     kinds = {topic: items[0][0] for frame in offline for topic, items in frame.items()}
     with task.open(chain) as reader:
-        raw = {f'/{name}/{topic}' for topic in (chain.raw, 'camera_info', RIGHT_TIME)} & set(reader.topics)
+        raw = {f'/{name}/{topic}' for topic in (chain.raw, 'camera_info')} & set(reader.topics)
         bench = Bench(name, task, {topic: reader.topics[topic] for topic in raw})
         try:
             bench.listen(kinds)

@@ -60,7 +60,9 @@ def test_a_reference_that_is_wrong_and_cannot_be_mended_reports_nothing(sheet):
     for _ in range(3):
         with pytest.raises(BadFrame, match='calibrate'):
             chain(pressed)
-    assert untouched(chain(rest)) and len(contacts(chain(pressed))) == 1
+    assert untouched(chain(rest))
+    chain(pressed)  # of two cameras, the first frame of a touch may be withheld
+    assert len(contacts(chain(pressed))) == 1
 
 
 def hidden(dots, keep):

@@ -27,6 +27,7 @@ from tf2_msgs.msg import TFMessage
 SIZE = 100_000
 WRITING = """
 import sys, time
+from tactile_bringup.nodes.record_node import LiveBag
 bag = LiveBag(sys.argv[1]).__enter__()
 for number in range(1, 51):
     bag.write('/raw', 'std_msgs/msg/String', number, number.to_bytes(4, 'little') * 1000)
