@@ -338,19 +338,12 @@ Twist StickSlip::find_motion(TouchingObject& object, const ObjectDots& dots) con
     return slides ? dots.expected() : by_dots();
 }
 
-// Whether the dots have been at rest for long enough, so that the object rests: at once if it did not slide, or if they moved just before
-// and now not at all, while dots below an object that slides on fade to rest.
+// Whether the dots have been at rest for long enough, so that the object rests: dots below one that slides on may stand still for a while.
 bool StickSlip::rests(TouchingObject& object, const ObjectDots& dots) const {
     const double size = dots.root_mean_square(), excess = size * size / (2 * noise_ * noise_) - 1;
     const bool calm = excess < 3 / std::sqrt(static_cast<double>(dots.count()));  // within three standard deviations of noise
-    if ((calm || size < QUIET * TOLERANCE) && dots.in_touch(Twist::Zero())) {
-        ++object.still;
-    } else {
-        object.still = 0;
-        object.lively = std::max(size, object.lively / 2);
-    }
-    const bool halted = calm && object.lively > TOLERANCE;
-    return object.still >= (object.gross && !halted ? REST_FRAMES : 1);
+    object.still = (calm || size < QUIET * TOLERANCE) && dots.in_touch(Twist::Zero()) ? object.still + 1 : 0;
+    return object.still >= (object.gross ? REST_FRAMES : 1);
 }
 
 // Updates the running mean of the slipping dots' friction.

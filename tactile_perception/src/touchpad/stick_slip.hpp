@@ -19,14 +19,14 @@ enum DotState : std::uint8_t { FREE, STICKING, SLIPPING };
 using Twist = Eigen::Matrix<double, 6, 1>;
 
 // An object that touches. friction: coefficient in its last slip; moves: whether its twist about a centre is known; gross: whether all its
-// dots slip; slipping: share of its dots that slip; lively: m, motion of its dots a frame, in the last few in which they moved; still: frames
-// for which they have been at rest; adrift: s for which it has slipped grossly.
+// dots slip; slipping: share of its dots that slip; still: frames for which they have been at rest; adrift: s for which it has slipped
+// grossly.
 struct TouchingObject {
     double friction = std::numeric_limits<double>::quiet_NaN();
     bool moves = false, gross = false;
     Twist twist = Twist::Zero();
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    double slipping = 0, lively = 0, adrift = 0;
+    double slipping = 0, adrift = 0;
     int still = 0;
 };
 
