@@ -113,10 +113,4 @@ inline const std::uint8_t* marks(const Input<bool>& mask) {
     return reinterpret_cast<const std::uint8_t*>(mask.data());
 }
 
-inline py::array_t<bool> mask_of(const std::vector<std::uint8_t>& marked, py::ssize_t rows, py::ssize_t columns) {
-    py::array_t<bool> mask({rows, columns});
-    std::copy(marked.begin(), marked.end(), reinterpret_cast<std::uint8_t*>(mask.mutable_data()));
-    return mask;
-}
-
 }  // namespace tactile::border

@@ -71,7 +71,6 @@ class Limits:
 
 #: The border of the pressure image leads by so many thicknesses times traction over pressure (theory of a bonded elastic layer).
 BORDER_LEAD = 0.5
-_MIN_SPREAD = 0.015  # of an image's residuals, as in the kernel
 
 
 class KeyframeMotion(NamedTuple):

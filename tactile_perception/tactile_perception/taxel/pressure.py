@@ -24,7 +24,6 @@ _LOOKS_PRESSED = 0.1  # of the full scale: range of a smoothed first frame from 
 _SILENT = 0.1  # of both neighbours, up to which a taxel is silent: pressure blurred by the pad does not fall so far
 _PRESSED = 12.0  # standard deviations of the noise, from which a taxel is pressed
 _SILENT_FRAMES = 10  # without any response before, after which a taxel is dead
-_ROUND = np.ones((3, 3), np.uint8)
 
 
 @dataclass(frozen=True)
