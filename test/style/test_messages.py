@@ -11,12 +11,13 @@ CONTRACT = {
     'ContactRegion': 'uint8 NON_CONTACT=0, uint8 STICKING=1, uint8 SLIPPING=2, std_msgs/Header header, uint32[] dot_id, uint8[] dot_state, '
                      'geometry_msgs/Polygon[] outlines, geometry_msgs/Polygon[] holes, float64 area, geometry_msgs/Point centroid, '
                      'geometry_msgs/Vector3 normal, float64 orientation, float64 major_axis, float64 minor_axis, '
-                     'geometry_msgs/Transform motion, float64 motion_interval',
+                     'geometry_msgs/Transform motion, float64 motion_interval, geometry_msgs/Transform pose, float32[] dot_confidence',
     'Contact': 'uint8 OUT_OF_RANGE=1, uint8 AT_EDGE=2, uint8 AMBIGUOUS=4, uint8 SATURATED=8, uint32 id, geometry_msgs/Point position, '
                'geometry_msgs/Vector3 normal, float64 depth, float64 force, float64[9] position_covariance, uint8 flags',
     'Contacts': 'std_msgs/Header header, Contact[] contacts',
     'Slip': 'uint8 NONE=0, uint8 INCIPIENT=1, uint8 GROSS=2, std_msgs/Header header, uint8 state, float32 slipping_fraction, '
-            'geometry_msgs/Twist velocity, geometry_msgs/Point rotation_center, float32[] x, float32[] y, float32[] vx, float32[] vy',
+            'geometry_msgs/Twist velocity, geometry_msgs/Point rotation_center, float32[] x, float32[] y, float32[] vx, float32[] vy, '
+            'float32 confidence',
     'PsdVoltages': 'std_msgs/Header header, float64 sample_period, float32[] voltages',
 }
 

@@ -38,7 +38,8 @@ class ContactRegionEstimate:
 
     dot_id, dot_state: (N,); outlines, holes: lists of (M, 3) m; area: m^2 on the surface; centroid, normal: (3,); orientation: rad in
     (-pi/2, pi/2]; major_axis, minor_axis: m, full lengths of the ellipse of the same moments; motion_rotation: (4,) quaternion x y z w and
-    motion_translation: (3,) m, so that a point of the object at x comes to rotation x + translation, over motion_interval s.
+    motion_translation: (3,) m, so that a point of the object at x comes to rotation x + translation, over motion_interval s;
+    pose_rotation, pose_translation: the same since the object touched; dot_confidence: (N,) probability of each dot_state, or empty.
     """
 
     dot_id: np.ndarray
@@ -54,6 +55,9 @@ class ContactRegionEstimate:
     motion_translation: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
     motion_rotation: np.ndarray = field(default_factory=_UNKNOWN.copy)
     motion_interval: float = np.nan
+    pose_translation: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
+    pose_rotation: np.ndarray = field(default_factory=_UNKNOWN.copy)
+    dot_confidence: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 NONE, INCIPIENT, GROSS = 0, 1, 2
@@ -65,7 +69,7 @@ class SlipEstimate:
 
     state: NONE, INCIPIENT or GROSS; slipping_fraction: of the dots in contact, NaN without contact; linear, angular: (3,) m/s, rad/s,
     twist of the object over the surface at the frame's origin, 0 while all dots stick; rotation_center: (3,) m; x, y: (S,) m, positions of
-    the slipping dots; vx, vy: (S,) m/s, of the object over the surface there.
+    the slipping dots; vx, vy: (S,) m/s, of the object over the surface there; confidence: probability of state, NaN where none is stated.
     """
 
     state: int = NONE
@@ -77,6 +81,7 @@ class SlipEstimate:
     y: np.ndarray = field(default_factory=lambda: np.zeros(0))
     vx: np.ndarray = field(default_factory=lambda: np.zeros(0))
     vy: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    confidence: float = np.nan
 
 
 # Slipping fractions at which a state begins, and below which it ends (hysteresis against single dots). Chosen.

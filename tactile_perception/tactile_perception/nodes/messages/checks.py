@@ -62,12 +62,17 @@ def check_region(message: ContactRegion) -> None:
     for name in ('outlines', 'holes'):
         for loop in getattr(message, name):
             _check_numbers(f'contact_region: {name}', [c for p in loop.points for c in (p.x, p.y, p.z)], _FARTHEST_M, known=True)
-    motion = message.motion
-    for name, values in (('centroid', _xyz(message.centroid)), ('normal', _xyz(message.normal)), ('motion', _xyz(motion.translation)),
-                         ('motion', (*_xyz(motion.rotation), motion.rotation.w)), ('area', (message.area,)),
+    if len(message.dot_confidence) not in (0, len(states)):
+        raise BadFrame(f'contact_region: {len(message.dot_confidence)} confidences of {len(states)} dots; one each, or none at all')
+    for name, values in (('centroid', _xyz(message.centroid)), ('normal', _xyz(message.normal)), ('motion', _transform(message.motion)),
+                         ('pose', _transform(message.pose)), ('area', (message.area,)), ('dot_confidence', message.dot_confidence),
                          ('axes', (message.orientation, message.major_axis, message.minor_axis))):
         _check_numbers(f'contact_region: {name}', values, _FARTHEST_M)
     _check_numbers('contact_region: motion_interval', (message.motion_interval,), _LARGEST)
+
+
+def _transform(transform) -> tuple[float, ...]:
+    return *_xyz(transform.translation), *_xyz(transform.rotation), transform.rotation.w
 
 
 def check_contacts(message: Contacts) -> None:
@@ -86,7 +91,7 @@ def check_slip(message: Slip) -> None:
     _check_lengths('slip', message, ('y', 'vx', 'vy'), len(message.x), 'x')
     for name in ('x', 'y', 'vx', 'vy'):
         _check_numbers(f'slip: {name}', getattr(message, name), _LARGEST)
-    for name, values in (('slipping_fraction', (message.slipping_fraction,)), ('rotation_center', _xyz(message.rotation_center)),
+    for name, values in (('slipping_fraction', (message.slipping_fraction,)), ('confidence', (message.confidence,)), ('rotation_center', _xyz(message.rotation_center)),
                          ('velocity', (*_xyz(message.velocity.linear), *_xyz(message.velocity.angular)))):
         _check_numbers(f'slip: {name}', values, _LARGEST)
 

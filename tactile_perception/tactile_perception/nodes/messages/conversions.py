@@ -86,7 +86,6 @@ def tracks_from_message(message: DotTracks) -> dots.DotTracks:
 
 def region_to_message(estimate: ContactRegionEstimate, header) -> ContactRegion:
     """ContactRegion under the image's header."""
-    x, y, z, w = map(float, estimate.motion_rotation)
     return ContactRegion(
         header=header,
         dot_id=array('I', np.ascontiguousarray(estimate.dot_id, np.uint32).tobytes()),
@@ -99,9 +98,16 @@ def region_to_message(estimate: ContactRegionEstimate, header) -> ContactRegion:
         orientation=float(estimate.orientation),
         major_axis=float(estimate.major_axis),
         minor_axis=float(estimate.minor_axis),
-        motion=Transform(translation=vector(estimate.motion_translation), rotation=Quaternion(x=x, y=y, z=z, w=w)),
+        motion=_transform(estimate.motion_translation, estimate.motion_rotation),
         motion_interval=float(estimate.motion_interval),
+        pose=_transform(estimate.pose_translation, estimate.pose_rotation),
+        dot_confidence=_floats(estimate.dot_confidence),
     )
+
+
+def _transform(translation: np.ndarray, rotation: np.ndarray) -> Transform:
+    x, y, z, w = map(float, rotation)
+    return Transform(translation=vector(translation), rotation=Quaternion(x=x, y=y, z=z, w=w))
 
 
 def contacts_to_message(estimates: list[ContactEstimate], header) -> Contacts:
@@ -130,6 +136,7 @@ def slip_to_message(estimate: SlipEstimate, header) -> Slip:
         y=_floats(estimate.y),
         vx=_floats(estimate.vx),
         vy=_floats(estimate.vy),
+        confidence=float(estimate.confidence),
     )
 
 

@@ -22,11 +22,10 @@ def region_from_message(message: ContactRegion) -> ContactRegionEstimate:
     """The region. Raises BadFrame for different numbers of dots and states, an undefined state, or an invalid number."""
     check_region(message)
     ids, states = np.array(message.dot_id, np.int64), np.array(message.dot_state, np.uint8)
-    turn = message.motion.rotation
     return ContactRegionEstimate(ids, states, [_loop(loop) for loop in message.outlines], [_loop(loop) for loop in message.holes],
                                  message.area, _xyz(message.centroid), _xyz(message.normal), message.orientation, message.major_axis,
-                                 message.minor_axis, _xyz(message.motion.translation), np.array([turn.x, turn.y, turn.z, turn.w]),
-                                 message.motion_interval)
+                                 message.minor_axis, *_motion(message.motion), message.motion_interval, *_motion(message.pose),
+                                 np.array(message.dot_confidence, float))
 
 
 def slip_from_message(message: Slip) -> SlipEstimate:
@@ -34,7 +33,7 @@ def slip_from_message(message: Slip) -> SlipEstimate:
     check_slip(message)
     places = (np.array(getattr(message, name), float) for name in ('x', 'y', 'vx', 'vy'))
     return SlipEstimate(message.state, message.slipping_fraction, _xyz(message.velocity.linear), _xyz(message.velocity.angular),
-                        _xyz(message.rotation_center), *places)
+                        _xyz(message.rotation_center), *places, message.confidence)
 
 
 def wrench_from_message(message: WrenchStamped) -> np.ndarray:
@@ -45,6 +44,11 @@ def wrench_from_message(message: WrenchStamped) -> np.ndarray:
 
 def _xyz(point) -> np.ndarray:
     return np.array([point.x, point.y, point.z])
+
+
+def _motion(transform) -> tuple[np.ndarray, np.ndarray]:
+    turn = transform.rotation
+    return _xyz(transform.translation), np.array([turn.x, turn.y, turn.z, turn.w])
 
 
 def _loop(polygon) -> np.ndarray:
