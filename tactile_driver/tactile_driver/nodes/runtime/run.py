@@ -3,6 +3,7 @@
 """Runs nodes as a process: init, spin, destroy, shutdown."""
 from __future__ import annotations
 
+import faulthandler
 import gc
 import os
 import signal
@@ -23,6 +24,8 @@ from ...errors import TactileError
 WRONG = 2
 #: s, chosen: with Python's default of 5 ms a thread with a frame to publish waits for the one that reads or renders the next
 _SWITCH_S = 5e-4
+#: s that ending may take before the process says where it hangs and exits with code 1; launch kills it 15 s after Ctrl-C
+_ENDS_S = 12.0
 _ENDING = signal.SIGINT, signal.SIGTERM
 _PROFILE = Path(__file__).with_name('fastdds_profile.xml')
 _PROFILE_NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
@@ -67,6 +70,7 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
         for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
+        faulthandler.cancel_dump_traceback_later()
         _ignore_signals()
     return 0
 
@@ -89,4 +93,10 @@ def _call_on_signals(end: Callable[[], None]) -> None:
     signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
     for number in _ENDING:
         signal.signal(number, lambda *_: None)
-    threading.Thread(target=lambda: os.read(reading, 1) and end(), daemon=True).start()
+
+    def wait() -> None:
+        if os.read(reading, 1):
+            faulthandler.dump_traceback_later(_ENDS_S, exit=True, file=sys.__stderr__)
+            end()
+
+    threading.Thread(target=wait, daemon=True).start()
