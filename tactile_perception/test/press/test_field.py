@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument as DriverBadArgument
 from tactile_driver.stitching.calibration import SideView, Stitching
-from tactile_perception._core import follow_markers
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadArgument, BadFrame
@@ -153,11 +152,3 @@ def test_without_a_calibrated_camera_there_is_no_view():
     assert view_maker(MARKER_SENSORS['areal_single'], None, None) is None
     with pytest.raises(DriverBadArgument):
         view_maker(MARKER_SENSORS['areal_dual'], None, {'size': [1]})
-
-
-def test_markers_of_another_pattern_are_left_out():
-    known = np.zeros((2, 2)), np.full(2, 50.0), np.ones(2)
-    found = follow_markers(np.array([-1, 2]), np.ones((2, 2)), np.zeros((2, 2)), np.full(2, 60.0), *known, moved=0.3, still=0.25,
-                           most_frames=5)
-    for mine, before in zip(found, known):
-        np.testing.assert_array_equal(mine, before)
