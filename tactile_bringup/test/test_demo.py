@@ -37,13 +37,6 @@ def test_rate_and_latency():
     assert math.isnan(Summary().rate) and math.isnan(Summary().latency_ms(50))
 
 
-def test_stamps_of_a_recording_tell_no_latency():
-    summary = Summary()
-    for k in range(10):
-        summary.add(Reading(k / 30, 1.7e9))
-    assert math.isnan(summary.latency_ms(50)) and 'latency - ms' in summary.report()[0]
-
-
 def test_the_panel_says_the_numbers_in_their_units():
     text = '\n'.join(filled(**TOUCH).panel(Reading(3.0, 0.02, **TOUCH)))
     for words in ('3.0 s', '30.0 Hz', '529', '400 untouched, 100 sticking, 29 slipping', '1 touch, 84 mm^2, 2.50 mm deep, 1.50 N',
@@ -55,15 +48,6 @@ def test_what_is_not_known_is_not_made_up():
     line = filled().line(Reading(1.0, dots=70))
     assert '70 dots' in line and 'largest displacement - px' in line and 'nan' not in line
     assert 'nan' not in '\n'.join(filled().panel(Reading(1.0, touches=1, states=(1, 2, 3))))
-
-
-def test_the_report_tells_the_largest():
-    summary = filled(**TOUCH)
-    summary.add(Reading(4.0, 0.02, **{**TOUCH, 'force': 3.25}))
-    frames, largest = summary.report()
-    assert frames.startswith('92 frames')
-    assert largest == 'largest displacement 7.2 px, area 84 mm^2, depth 2.5 mm, force 3.2 N'
-    assert Summary().report()[1] == 'largest values unknown'
 
 
 def test_all_messages_of_a_touch():
@@ -80,11 +64,6 @@ def test_all_messages_of_a_touch():
     assert reading.states == (1, 0, 2) and reading.touches == 2
     assert (reading.depth, reading.force, reading.slip, reading.slipping) == (1e-3, 5.0, 'gross slip', 0.75)
     assert reading.motion == pytest.approx((1e-3, 0, 0, 0, 0, 0.2)) and reading.motion_interval == 0.5
-
-
-def test_what_is_missing_is_not_known():
-    reading = reading_of({'dots': DotTracks()}, 1.0, 0.01)
-    assert reading.dots == 0 and np.isnan(reading.displacement) and reading.states == () and reading.slip == ''
 
 
 def test_nothing_touches():

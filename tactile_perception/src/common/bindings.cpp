@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Python bindings of the kernels that rooms share: surfaces, outlines, points, cameras, rigid motions; see bindings/bindings.cpp.
 #include "bindings/bindings.hpp"
+
 #include "bindings/border.hpp"
 #include "common/camera_view.hpp"
 #include "common/outlines.hpp"

@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_driver.errors import BadArgument as DriverBadArgument
-from tactile_driver.stitching.calibration import SideView, Stitching
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.press.field import RestMarkers, StitchedView, camera_view, marker_field, stitched_view, view_maker
+from tactile_perception.press.field import RestMarkers, StitchedView, camera_view, marker_field, view_maker
 from tactile_perception.press.sensor import MARKER_SENSORS
 
 SENSOR = MARKER_SENSORS['areal_single']
@@ -110,26 +108,7 @@ def test_the_view_is_made_anew_only_for_a_reference_that_moved_or_new_markers():
     assert markers.area == pytest.approx(120.0)  # another reference, other areas
 
 
-def test_ids_of_another_pattern_are_refused():
-    with pytest.raises(BadArgument, match='marker ids'):
-        RestMarkers(2, lambda uv: VIEW).field(tracks_markers((0.0, 0.0), 100.0, id=(0, 3)))
-
-
 PLAIN, NO_DISTORTION = np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]), np.zeros(5)
-
-
-def side(x):
-    return SideView((640, 480), PLAIN, NO_DISTORTION, np.array([[1.0, 0, -x], [0, 1, 0], [0, 0, 0.05]]), np.array([x, 0, -0.05]))
-
-
-STITCHING = Stitching(side(-0.02), side(0.02), (800, 500), 1e4, np.array([400.0, 250.0]), 400.0, (500.0, 140.0))
-
-
-def test_a_stitched_picture_is_a_plane_with_two_eyes():
-    for view in (stitched_view(STITCHING), view_maker(MARKER_SENSORS['areal_dual'], None, STITCHING.to_dict())(None)):
-        seen, eyes = view.back_project(np.array([(300.0, 250.0), (500.0, 350.0)]))
-        assert seen == pytest.approx(np.array([(-0.01, 0, 1e-8), (0.01, 0.01, 1e-8)]), abs=1e-12)
-        assert eyes == pytest.approx(np.array([(-0.02, 0, -0.05), (0.02, 0, -0.05)]))
 
 
 def test_a_sheet_s_camera_stands_where_its_untouched_markers_say():
@@ -146,9 +125,3 @@ def test_a_dome_s_camera_stands_where_the_parameters_say():
     seen, eyes = view.back_project(np.array([(320.0, 240.0), (420.0, 240.0)]))
     assert eyes[0] == pytest.approx([0, 0, -0.045])
     assert seen[:, :2] == pytest.approx(np.array([(0, 0), (0.2 * 0.165, 0)]))
-
-
-def test_without_a_calibrated_camera_there_is_no_view():
-    assert view_maker(MARKER_SENSORS['areal_single'], None, None) is None
-    with pytest.raises(DriverBadArgument):
-        view_maker(MARKER_SENSORS['areal_dual'], None, {'size': [1]})
