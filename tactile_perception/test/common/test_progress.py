@@ -25,6 +25,18 @@ def test_a_long_run_counts_once_in_a_while(capsys, monkeypatch):
     assert [int(line.split()[0]) for line in lines] == sorted(int(line.split()[0]) for line in lines)
 
 
+def test_what_is_logged_of_long_work_is_told_once_in_a_while(capsys, monkeypatch):
+    now = iter(5 + 0.4 * k for k in range(100))
+    monkeypatch.setattr(progress, 'time', SimpleNamespace(monotonic=lambda: next(now)))  # threads of other tests ask for the time too
+    log = logging.getLogger('tactile_perception.touch.any')
+    monkeypatch.setattr(log, 'propagate', True)  # launch, which other tests import, makes loggers that keep to themselves
+    with progress.log_told():
+        for k in range(7):
+            log.info('%d of 7', k)
+    log.info('not told')
+    assert capsys.readouterr().err.splitlines() == ['0 of 7', '3 of 7', '6 of 7']
+
+
 def square(number):
     return number**2, os.getpid()
 

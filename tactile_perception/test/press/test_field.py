@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+from tactile_driver.stitching.calibration import SideView, Stitching
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.press.field import RestMarkers, StitchedView, camera_view, marker_field, view_maker
+from tactile_perception.press.field import RestMarkers, StitchedView, camera_view, marker_field, stitched_view, view_maker
 from tactile_perception.press.sensor import MARKER_SENSORS
 
 SENSOR = MARKER_SENSORS['areal_single']
@@ -109,6 +110,20 @@ def test_the_view_is_made_anew_only_for_a_reference_that_moved_or_new_markers():
 
 
 PLAIN, NO_DISTORTION = np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]), np.zeros(5)
+
+
+def side(x):
+    return SideView((640, 480), PLAIN, NO_DISTORTION, np.array([[1.0, 0, -x], [0, 1, 0], [0, 0, 0.05]]), np.array([x, 0, -0.05]))
+
+
+STITCHING = Stitching(side(-0.02), side(0.02), (800, 500), 1e4, np.array([400.0, 250.0]), 400.0, (500.0, 140.0))
+
+
+def test_a_stitched_picture_is_a_plane_with_two_eyes():
+    for view in (stitched_view(STITCHING), view_maker(MARKER_SENSORS['areal_dual'], None, STITCHING.to_dict())(None)):
+        seen, eyes = view.back_project(np.array([(300.0, 250.0), (500.0, 350.0)]))
+        assert seen == pytest.approx(np.array([(-0.01, 0, 1e-8), (0.01, 0.01, 1e-8)]), abs=1e-12)
+        assert eyes == pytest.approx(np.array([(-0.02, 0, -0.05), (0.02, 0, -0.05)]))
 
 
 def test_a_sheet_s_camera_stands_where_its_untouched_markers_say():

@@ -26,7 +26,7 @@ def patch_of(depth, tip, sensor, place=(0.0, 0.0)):
     return np.sqrt(region_of([touch(*place, depth, tip)], field_at_rest(), sensor, tip).area / np.pi)
 
 
-FLAT_DISC = type(DOME)('air_cushion', 9, 9, (4e-3, 4e-3), rim_radius=0.02, height=1e-9)
+FLAT_DISC = type(DOME)(9, 9, (4e-3, 4e-3), rim_radius=0.02, height=1e-9)
 
 
 @pytest.mark.parametrize('patch', [0.5e-3, 2e-3, 4e-3])

@@ -17,7 +17,7 @@ def test_the_grid_is_centred_and_numbered_row_by_row():
 @pytest.mark.parametrize('wrong', [{}, {'size': (0.06, 0.04), 'rim_radius': 0.1, 'height': 0.1}, {'rim_radius': 0.1}])
 def test_neither_sheet_nor_dome_is_refused(wrong):
     with pytest.raises(BadArgument, match='either size'):
-        MarkerSensor('areal_single', 9, 13, (4e-3, 4e-3), **wrong)
+        MarkerSensor(9, 13, (4e-3, 4e-3), **wrong)
 
 
 DOME, SHEET = MARKER_SENSORS['air_cushion'], MARKER_SENSORS['areal_single']
