@@ -111,11 +111,6 @@ def test_two_cameras_the_second_a_little_late(tmp_path):
     assert len(found['/areal_dual/left/camera_info']) == len(found['/areal_dual/right/camera_info']) == 2
 
 
-def test_an_unknown_scene_is_named(tmp_path):
-    with pytest.raises(BadArgument, match='areal_single_demo'):
-        write_scene(tmp_path / 'bag', 'none', 1.0)
-
-
 def contacts_in(bag, topic):
     with BagReader(bag) as reader:
         return {raw.stamp_ns: decode(raw.data, raw.type_name).contacts for raw in reader.messages({f'/psd_finger/{topic}'})}
