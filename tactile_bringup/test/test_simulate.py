@@ -12,7 +12,6 @@ from ament_index_python.packages import get_package_share_directory
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.bags import main, write_psd_scene, write_scene, write_taxel_scene
 from tactile_bringup.simulate.calibrations import calibrate_specimen, main as main_calibrations
-from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.messages.ground_truth import TRUTH
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader
