@@ -13,6 +13,7 @@ from tactile_driver.simulation.scene.specimen import UNTOUCHED, Script, one_afte
 from tactile_driver.simulation.sensors import scenes
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_driver.simulation.sensors.scenes import SCENES, open_dual_scene, open_scene
+from tactile_driver.simulation.sensors.touchpad import TOUCHPAD_SCENES
 
 
 def test_unknown_scene_lists_the_known_ones():
@@ -201,3 +202,26 @@ def test_gas_is_compressed_and_carries_the_indenter(cushion, deepest_air):
     volume = cushion.membrane.volume_of(cushion.observe(deepest_air).shape.astype(float))
     lost = 1 - volume / cushion.membrane.volume
     assert lost == pytest.approx((truth.pressure - rest.pressure) / (101325 + rest.pressure), rel=0.05)
+
+
+@pytest.mark.full
+def test_random_circles_are_no_grid_and_do_not_overlap():
+    cushion = open_scene('air_cushion_random_test', rate=20.0, seed=1)
+    truth = cushion.observe(0).truth
+    assert (cushion.rows, cushion.columns) == (0, 0) and 180 < len(truth.dot_id) < 320
+    apart = np.linalg.norm(truth.dot_xyz[:, None] - truth.dot_xyz, axis=-1) + np.eye(len(truth.dot_id))
+    assert apart.min() > 2.2 * 0.0046
+    other = open_scene('air_cushion_random_test', rate=20.0, seed=2).observe(0).truth
+    assert len(other.dot_uv) != len(truth.dot_uv) or np.abs(other.dot_uv - truth.dot_uv).max() > 20
+
+
+@pytest.mark.full
+def test_a_larger_indenter_makes_a_wider_contact():
+    cushion = open_scene('air_cushion_demo', rate=4.0)
+    areas = {}
+    for k in range(cushion.frames):
+        truth = cushion.observe(k).truth
+        if len(truth.contacts) == 1 and truth.contacts[0].depth > 0.024:
+            place = tuple(np.round(truth.contacts[0].position[:2], 3))
+            areas[place] = max(areas.get(place, 0), truth.area)
+    assert areas[(0.040, 0.045)] < 0.6 * areas[(0.010, -0.015)] < 0.6 * areas[(-0.045, 0.020)]
