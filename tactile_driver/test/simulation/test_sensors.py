@@ -13,7 +13,6 @@ from tactile_driver.simulation.scene.specimen import UNTOUCHED, Script, one_afte
 from tactile_driver.simulation.sensors import scenes
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_driver.simulation.sensors.scenes import SCENES, open_dual_scene, open_scene
-from tactile_driver.simulation.sensors.touchpad import TOUCHPAD_SCENES
 
 
 def test_unknown_scene_lists_the_known_ones():
