@@ -18,9 +18,6 @@ from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
-TOUCH = dict(dots=529, displacement=7.25, states=(400, 100, 29), area=84e-6, depth=2.5e-3, force=1.5, touches=1,
-             motion=(1e-3, 0, 0, 0, 0, 0.1), motion_interval=0.1, slip='incipient slip', slipping=0.22)
-
 
 def filled(count=91, rate=30.0, **values):
     summary = Summary()
@@ -37,33 +34,10 @@ def test_rate_and_latency():
     assert math.isnan(Summary().rate) and math.isnan(Summary().latency_ms(50))
 
 
-def test_stamps_of_a_recording_tell_no_latency():
-    summary = Summary()
-    for k in range(10):
-        summary.add(Reading(k / 30, 1.7e9))
-    assert math.isnan(summary.latency_ms(50)) and 'latency - ms' in summary.report()[0]
-
-
-def test_the_panel_says_the_numbers_in_their_units():
-    text = '\n'.join(filled(**TOUCH).panel(Reading(3.0, 0.02, **TOUCH)))
-    for words in ('3.0 s', '30.0 Hz', '529', '400 untouched, 100 sticking, 29 slipping', '1 touch, 84 mm^2, 2.50 mm deep, 1.50 N',
-                  '(+10.0, +0.0, +0.0) mm/s, turning 57 deg/s', 'incipient slip, 22 % of the contact'):
-        assert words in text
-
-
 def test_what_is_not_known_is_not_made_up():
     line = filled().line(Reading(1.0, dots=70))
     assert '70 dots' in line and 'largest displacement - px' in line and 'nan' not in line
     assert 'nan' not in '\n'.join(filled().panel(Reading(1.0, touches=1, states=(1, 2, 3))))
-
-
-def test_the_report_tells_the_largest():
-    summary = filled(**TOUCH)
-    summary.add(Reading(4.0, 0.02, **{**TOUCH, 'force': 3.25}))
-    frames, largest = summary.report()
-    assert frames.startswith('92 frames')
-    assert largest == 'largest displacement 7.2 px, area 84 mm^2, depth 2.5 mm, force 3.2 N'
-    assert Summary().report()[1] == 'largest values unknown'
 
 
 def test_all_messages_of_a_touch():
@@ -80,17 +54,6 @@ def test_all_messages_of_a_touch():
     assert reading.states == (1, 0, 2) and reading.touches == 2
     assert (reading.depth, reading.force, reading.slip, reading.slipping) == (1e-3, 5.0, 'gross slip', 0.75)
     assert reading.motion == pytest.approx((1e-3, 0, 0, 0, 0, 0.2)) and reading.motion_interval == 0.5
-
-
-def test_what_is_missing_is_not_known():
-    reading = reading_of({'dots': DotTracks()}, 1.0, 0.01)
-    assert reading.dots == 0 and np.isnan(reading.displacement) and reading.states == () and reading.slip == ''
-
-
-def test_nothing_touches():
-    found = {'contact_region': ContactRegion(dot_id=[1], dot_state=[0]), 'contacts': Contacts(), 'wrench': WrenchStamped()}
-    reading = reading_of(found, 1.0, 0.0)
-    assert reading.touches == 0 and np.isnan(reading.force) and reading.states == (1, 0, 0)
 
 
 def image(k):
@@ -128,19 +91,6 @@ def test_it_plays_at_the_speed_of_the_stamps(tmp_path, monkeypatch, forms):
     assert rate == pytest.approx(15.0)
     assert len(found) in (30, 31)
     assert np.abs(np.array(found) - 8 * np.arange(len(found))).max() <= 12  # a frame is 8
-
-
-def test_a_gap_is_shown_as_a_still(tmp_path):
-    it = Video(tmp_path / 'demo')
-    for stamp_s in (0.0, 1.0):
-        it.add(stamp_s, np.zeros((48, 64, 3), np.uint8))
-    it.close()
-    assert len(frames_of(it.path)[1]) == 16
-
-
-def test_without_frames_there_is_no_file(tmp_path):
-    Video(tmp_path / 'demo').close()
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.fixture

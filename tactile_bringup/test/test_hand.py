@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 from scipy.spatial.transform import Rotation
-from tactile_bringup.hand.configurations import aggregator_configuration, main
+from tactile_bringup.hand.configurations import main
 from tactile_bringup.hand.description import Hand, HandSensor, read_hand
 from tactile_bringup.nodes.hand_frames_node import body_markers
 from tactile_driver.errors import BadArgument
@@ -96,17 +96,6 @@ def test_rods_lead_from_behind_the_parent_to_the_back_of_each_sensor():
     assert ends(second) == pytest.approx(np.array([(0.06, 0, 0.02), (0.1, 0, 0.02)]))
     assert [marker.header.frame_id for marker in (first, second, *others)] == ['palm', 'palm', 'thumb', 'thumb']
     assert len({(marker.ns, marker.id) for marker in (first, second, *others)}) == 4
-
-
-def test_a_sensor_in_the_frame_of_the_hand_stands_on_one_rod():
-    (rod,) = body_markers(Hand('palm', (HandSensor('sheet', 'areal_dual', 'palm'),))).markers
-    assert ends(rod) == pytest.approx(np.array([(0, 0, -0.04), (0, 0, 0)]))
-
-
-def test_one_analyzer_for_each_sensor_takes_its_nodes():
-    page = yaml.safe_load(aggregator_configuration(Hand('palm', (HandSensor('left/thumb', 'touchpad', 'palm'),))))
-    assert page == {'analyzers': {'ros__parameters': {'path': 'palm', 'left_thumb': {
-        'type': 'diagnostic_aggregator/GenericAnalyzer', 'path': 'left/thumb', 'startswith': ['/left/thumb/']}}}}
 
 
 def test_both_files_are_written_and_named(tmp_path, capsys):

@@ -12,7 +12,6 @@ from ament_index_python.packages import get_package_share_directory
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.bags import main, write_psd_scene, write_scene, write_taxel_scene
 from tactile_bringup.simulate.calibrations import calibrate_specimen, main as main_calibrations
-from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.messages.ground_truth import TRUTH
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader
@@ -109,11 +108,6 @@ def test_two_cameras_the_second_a_little_late(tmp_path):
     assert [told.child_frame_id for told in found['/tf_static'][0].transforms] == frames
     assert [found[f'/areal_dual/{side}/image_raw'][0].header.frame_id for side in ('left', 'right')] == frames
     assert len(found['/areal_dual/left/camera_info']) == len(found['/areal_dual/right/camera_info']) == 2
-
-
-def test_an_unknown_scene_is_named(tmp_path):
-    with pytest.raises(BadArgument, match='areal_single_demo'):
-        write_scene(tmp_path / 'bag', 'none', 1.0)
 
 
 def contacts_in(bag, topic):

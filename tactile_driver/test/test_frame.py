@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument, BadFrame
 from tactile_driver.frame import (
-    CameraCalibration, Frame, MatrixOrder, as_encoding, frame_of, load_calibration, matrix_frame, pinhole_calibration)
+    Frame, MatrixOrder, as_encoding, frame_of, load_calibration, matrix_frame)
 from tactile_driver.frame_names import optical_frame, sensor_frame, stitched_frame
 
 CAMERA_INFO = """
@@ -65,13 +65,6 @@ def test_a_missing_calibration_file_is_named():
         load_calibration('/nowhere/pad.yaml')
 
 
-def test_pinhole_calibration_fills_all_matrices():
-    k = np.array([[500.0, 0, 319], [0, 510, 239], [0, 0, 1]])
-    made = pinhole_calibration(k, np.zeros(5), (640, 480))
-    assert made.k == tuple(k.ravel()) and made.p[:4] == (500.0, 0, 319, 0) and made.r == (1, 0, 0, 0, 1, 0, 0, 0, 1)
-    assert CameraCalibration(640, 480).k == (0.0,) * 9
-
-
 def test_the_sensor_frame_is_named_as_the_namespace():
     assert [sensor_frame(space) for space in ('/left/pad', 'left/pad/', '/pad', '/')] == ['left_pad', 'left_pad', 'pad', '']
 
@@ -79,10 +72,6 @@ def test_the_sensor_frame_is_named_as_the_namespace():
 @pytest.mark.parametrize('view', ['', 'left', 'right'])
 def test_the_picture_of_a_view_is_that_of_both(view):
     assert stitched_frame(optical_frame('left_pad', view)) == 'left_pad_camera_optical'
-
-
-def test_a_foreign_name_is_left_alone():
-    assert stitched_frame('camera_link') == 'camera_link'
 
 
 VALUES = np.arange(6, dtype=np.uint8).reshape(2, 3)

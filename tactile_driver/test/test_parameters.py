@@ -43,14 +43,6 @@ def test_nan_is_only_good_where_it_means_unknown():
     assert math.isnan(SCALE.checked(math.nan))
 
 
-def test_what_is_allowed_in_words():
-    assert RATE.allowed == 'float, 0 to 100 Hz'
-    assert MODE.allowed == "string, one of 'fast', 'exact'"
-    assert PLACES.allowed == 'list of float, 0 to 10 mm'
-    assert Parameter('n', int, 5, '', '', 1).allowed == 'int, at least 1'
-    assert Parameter('n', int, 5, '', '', highest=9).allowed == 'int, at most 9'
-
-
 @pytest.mark.parametrize('broken', [{'type': dict, 'default': {}}, {'type': float, 'default': 5.0, 'lowest': 6.0}])
 def test_a_table_that_contradicts_itself_is_found_at_once(broken):
     with pytest.raises(BadArgument):

@@ -57,12 +57,6 @@ def test_between_nodes_of_one_process_the_publisher_alone_tells_what_is_missing(
     assert log.health(False).level == OK and log.health(False).values['lost frames'] == 0
 
 
-def test_a_remark_is_a_warning():
-    log = WorkLog('image_raw')
-    log.add(0.001, 0.002)
-    assert log.health(False, 'taken while pressed', {'reference': 'x'}).message == 'taken while pressed'
-
-
 def test_lost_frames_are_counted_and_a_warning():
     log, period = WorkLog('image_raw'), 33_333_333
     log.add(0.001, 0.002)

@@ -5,7 +5,6 @@
 import os
 import signal
 import subprocess
-import sys
 
 import pytest
 
@@ -46,12 +45,6 @@ def test_show_args_names_arguments_and_defaults(launch_file):
     done = launch(launch_file, '--show-args')
     assert done.returncode == 0
     assert "'code':" in done.stdout and 'How long it runs' in done.stdout and "(default: '0')" in done.stdout
-
-
-def test_ends_with_0_when_the_process_ends_cleanly(launch_file):
-    done = launch(launch_file)
-    assert done.returncode == 0
-    assert 'at work' in done.stdout
 
 
 @pytest.mark.skipif('TACTILE_FALLBACK' not in os.environ, reason="ROS 2's own ros2launch does not tell failed processes by its exit code")
@@ -119,8 +112,3 @@ def test_a_word_that_is_no_argument_is_refused(launch_file):
     done = launch(launch_file, 'code=3')
     assert done.returncode != 0
     assert 'code=3' in done.stderr + done.stdout
-
-
-def test_python_of_the_launch_is_the_environment():
-    assert launch('--help').returncode == 0
-    assert sys.prefix == os.environ.get('VIRTUAL_ENV', sys.prefix)

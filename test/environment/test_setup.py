@@ -30,10 +30,6 @@ def test_sourced_twice_it_adds_nothing():
     assert done.stdout.strip() == 'same', done.stderr
 
 
-def test_it_leaves_no_function_behind():
-    assert shell('source "$ROOT/setup.bash"; declare -F').stdout.count('_tactile') == 0
-
-
 def test_no_step_is_taken_when_nothing_is_missing():
     shell('source "$ROOT/setup.bash"')
     done = shell('source "$ROOT/setup.bash"')
@@ -116,14 +112,6 @@ def test_known_causes_are_told_in_one_line(tmp_path, said, told):
     done = shell(STEP + 'broken() { echo "$SAID"; false; }; step broken 1 "a step" broken', SCRATCH=str(tmp_path), SAID=said)
     assert done.returncode == 1
     assert len(done.stderr.splitlines()) == 2 and told in done.stderr
-
-
-def test_progress_shows_what_is_done_without_the_compilers_lines(tmp_path):
-    script = STEP + """SECONDS=0; build() {
-        echo 'Starting >>> a_package'; sleep 6; echo '[ 40%] Building CXX object a.o'; echo 'g++ -O3 a.cpp'; }
-        step build 1 "1 of 2: packages" build"""
-    done = shell(script, SCRATCH=str(tmp_path))
-    assert '1 of 2: a_package [ 40%]' in done.stderr and 'g++' not in done.stderr
 
 
 def test_a_step_ends_at_its_first_command_that_fails(tmp_path):

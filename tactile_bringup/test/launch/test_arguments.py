@@ -53,15 +53,6 @@ def notes(found):
 
 
 @pytest.mark.parametrize('sensor_type', SENSOR_TYPES)
-def test_the_arguments_are_those_of_the_contract(sensor_type):
-    found = sensor_arguments(sensor_type)
-    common = ['namespace', 'source', 'device', 'path', 'topic', 'params', 'calibration', 'rviz', 'record', 'rate', 'loop', 'scene',
-              'autostart', 'composed']
-    assert [a.name for a in found] == [*common, *SENSOR_TYPES[sensor_type].arguments]
-    assert all(a.description for a in found)
-
-
-@pytest.mark.parametrize('sensor_type', SENSOR_TYPES)
 def test_a_simulated_sensor_is_one_process_of_all_its_nodes_and_calibrated(processes_of, sensor_type):
     kind, found = SENSOR_TYPES[sensor_type], actions(sensor_type)
     assert processes_of(found) == [[kind.driver, *kind.perception, kind.view]]
@@ -148,23 +139,12 @@ def test_an_argument_that_nobody_knows_is_refused_with_those_known(monkeypatch):
     assert run_with(monkeypatch, ['origin:=bag'], file='of_others.launch.py'), 'which includes this one and has arguments of its own'
 
 
-@pytest.mark.parametrize('namespace, frame', [('touchpad', 'touchpad'), ('/hand/left/', 'hand_left'), ('', 'touchpad'), ('/', 'touchpad')])
-def test_the_frame_is_named_after_the_namespace(namespace, frame):
-    assert sensor_plan(values(namespace=namespace), 'touchpad').frame == frame
-
-
 def test_only_what_is_given_goes_before_the_parameter_file():
     assert driver_parameters(values(), 'touchpad') == {'source': 'sim'}
     given = {'source': 'file', 'path': 'a.avi', 'rate': '60', 'loop': 'true', 'scene': 'impact', 'device': '0', 'autostart': 'false',
              'topic': '/pad/image_raw'}
     assert driver_parameters(values(**given), 'touchpad') == {**given, 'rate': 60.0, 'loop': True, 'autostart': False}
     assert driver_parameters(values('areal_dual', right_device='1'), 'areal_dual')['right_device'] == '1'
-
-
-@pytest.mark.parametrize('rate', ['fast', '-1', 'inf'])
-def test_a_rate_that_is_none(rate):
-    with pytest.raises(LaunchError, match='rate:='):
-        driver_parameters(values(rate=rate), 'touchpad')
 
 
 def test_only_the_simulated_specimen_takes_its_own_files():
@@ -282,17 +262,6 @@ def test_of_several_of_a_type_the_namespace_or_the_topic_chooses(tmp_path):
     assert recorded_topics(bag, 'touchpad', 'touchpad', {'topic': '/thumb/image_raw'}) == ({'topic': '/thumb/image_raw'}, True)
     with pytest.raises(BadArgument, match='/index/.*/thumb/'):
         recorded_topics(bag, 'touchpad', 'touchpad', {})
-
-
-def test_a_topic_of_another_name_is_left_to_the_driver(tmp_path):
-    bag = write(tmp_path / 'bag', cam=('camera', 'device'))
-    assert recorded_topics(bag, 'touchpad', 'touchpad', {}) == ({}, False)
-    assert recorded_topics(bag, 'touchpad', 'touchpad', {'topic': '/cam/image_color'}) == ({'topic': '/cam/image_color'}, False)
-
-
-def test_a_kind_of_sensor_that_has_no_launch_file_may_be_anything(tmp_path):
-    bag = write(tmp_path / 'bag', gel=('marker_video', 'device'))
-    assert recorded_topics(bag, 'touchpad', 'touchpad', {}) == ({'topic': '/gel/image_raw'}, False)
 
 
 @pytest.mark.parametrize('wanted', ['areal_single', 'psd_finger'])

@@ -37,10 +37,6 @@ def test_the_example_hand_is_a_process_for_each_sensor_and_one_for_the_frames(pr
     assert alone.count('camera_node') == 2 and alone[-1] == 'hand_frames_node' and len(alone) == 19
 
 
-def test_a_recorder_for_each_sensor(processes_of, tmp_path):
-    assert processes_of(actions(record=str(tmp_path / 'new'))).count(['record_node']) == 5
-
-
 def test_a_simulated_hand_has_the_specimens_parameters_whatever_the_real_ones_are():
     own = {'calibration': '/mine.yaml', 'params': '/mine.yaml', 'device': '1', 'rate': '15'}
     sensor = HandSensor('palm', 'areal_dual', 'hand', settings=own)
@@ -86,12 +82,6 @@ def test_what_is_wrong_with_a_sensor_names_it(tmp_path):
     path.write_text(yaml.safe_dump({'sensors': [{'name': 'palm', 'type': 'areal_single', 'device': '0', 'rate': 'fast'}]}))
     with pytest.raises(LaunchError, match='palm.*rate:=fast'):
         actions(hand=str(path), source='device')
-
-
-def test_an_uncalibrated_sensor_is_noted_by_its_name(tmp_path):
-    path = tmp_path / 'hand.yaml'
-    path.write_text(yaml.safe_dump({'sensors': [{'name': 'tip', 'type': 'psd_finger', 'device': '0'}]}))
-    assert [note.split(':')[0] for note in notes(actions(hand=str(path), source='device'))] == ['tip']
 
 
 def test_what_is_not_installed_is_left_out_with_a_word_and_the_files_are_there(processes_of, monkeypatch, tmp_path):

@@ -4,27 +4,20 @@
 
 import time
 
-import numpy as np
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import Point32, Polygon, Vector3
+from geometry_msgs.msg import Point32, Polygon
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 from tactile_bringup.nodes.drawing_node import DrawingNode, StampSync
-from tactile_bringup.nodes.finger_markers_node import FingerMarkersNode, finger_picture
 from tactile_bringup.nodes.markers_node import MarkersNode
-from tactile_bringup.nodes.taxel_markers_node import TaxelMarkersNode
 from tactile_driver.errors import BadArgument
-from tactile_driver.frame import Frame
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message
-from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.parameters.table import Parameter
-from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
-from tactile_perception.nodes.messages.conversions import RESULTS
+from tactile_msgs.msg import ContactRegion, DotTracks, Slip
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -46,17 +39,6 @@ def test_a_set_is_handed_over_when_it_is_complete():
     assert it.sets == []
     it.add('b', 1)
     assert it.sets == [{'a': 'a1', 'b': 'b1'}]
-
-
-def test_of_a_stream_with_gaps_only_complete_sets_are_handed_over():
-    it = Collected('dots', 'region', 'contacts', patience=8)
-    lost = {('region', 3), ('contacts', 4), ('contacts', 5), ('dots', 9), ('region', 12)}
-    for k in range(20):  # 5 sets a second; what is computed later arrives later
-        for topic, late in (('dots', 0), ('region', 1), ('contacts', 2)):
-            if k >= late and (topic, k - late) not in lost:
-                it.add(topic, 200 * (k - late))
-    assert [found['dots'] for found in it.sets] == [f'dots{200 * k}' for k in range(18) if k not in (3, 4, 5, 9, 12)]
-    assert all(len(found) == 3 for found in it.sets)
 
 
 def test_a_topic_that_has_a_publisher_and_is_silent_is_waited_for_two_seconds_and_again_from_its_next_message():
@@ -261,68 +243,3 @@ def test_every_array_of_a_stream_with_gaps_is_complete(bench):
     assert until(lambda: len(seen) >= len(complete))
     drawn = {(array.markers[0].header.stamp.sec, array.markers[0].header.stamp.nanosec) for array in seen}
     assert drawn == complete and all({'dots', 'outlines'} <= {marker.ns for marker in array.markers} for array in seen)
-
-
-def test_markers_for_somebody_and_the_tip_for_all(bench):
-    other, until = bench(FingerMarkersNode)
-    contacts = other.create_publisher(Contacts, 'contacts', 10)
-    places, drawn = [], []
-    other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-    assert until(lambda: places)
-    tip = places[0].transforms[0]
-    assert (tip.header.frame_id, tip.child_frame_id, tip.transform.translation.z) == ('psd_finger', 'psd_finger_tip', 0.016)
-    assert contacts.get_subscription_count() == 0
-    other.create_subscription(MarkerArray, 'markers', drawn.append, 10)
-    assert until(lambda: contacts.get_subscription_count() == 1)
-    message = Contacts()
-    message.header.frame_id, message.header.stamp.sec = 'psd_finger', 7
-    contacts.publish(message)
-    assert until(lambda: drawn)
-    assert drawn[0].markers[1].ns == 'finger' and drawn[0].markers[1].header.stamp.sec == 7
-
-
-def test_the_annotated_image_shows_contacts_and_force_to_those_who_look(bench):
-    other, until = bench(FingerMarkersNode)
-    contacts, drawn = other.create_publisher(Contacts, 'contacts', 10), []
-    other.create_subscription(Image, 'image_annotated', drawn.append, 10)
-    assert until(lambda: contacts.get_subscription_count() == 1)
-    message = Contacts(contacts=[Contact(normal=Vector3(x=0.5, z=0.87), force=1.2), Contact(normal=Vector3(x=-0.5, z=0.87), force=np.nan)])
-    message.header.frame_id, message.header.stamp.sec = 'psd_finger', 7
-    contacts.publish(message)
-    assert until(lambda: drawn)
-    assert np.array_equal(image_to_array(drawn[0]), finger_picture(message))
-    assert (drawn[0].header.frame_id, drawn[0].header.stamp.sec) == ('psd_finger', 7)
-
-
-def test_markers_of_one_instant_for_somebody_and_the_array_for_all(bench):
-    other, until = bench(TaxelMarkersNode)
-    publishers = {topic: other.create_publisher(kind, topic, 10) for topic, kind in {'image_raw': Image, **RESULTS}.items()}
-    places, drawn = [], []
-    other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-    assert until(lambda: places)
-    assert places[0].transforms[0].child_frame_id == 'taxel_array_taxels'
-    assert not any(publisher.get_subscription_count() for publisher in publishers.values())
-    other.create_subscription(MarkerArray, 'markers', drawn.append, 10)
-    assert until(lambda: all(publisher.get_subscription_count() for publisher in publishers.values()))
-    header = header_of(7 * 10**9, 'taxel_array')
-    publishers['image_raw'].publish(image_to_message(Frame(np.zeros((3, 4), np.uint8), 0, 'mono8'), '', header))
-    for topic, kind in RESULTS.items():
-        publishers[topic].publish(kind(header=header))
-    assert until(lambda: drawn)
-    assert drawn[0].markers[1].ns == 'plate' and drawn[0].markers[1].header.stamp.sec == 7
-
-
-def test_the_annotated_image_is_drawn_for_those_who_look(bench):
-    other, until = bench(TaxelMarkersNode)
-    publishers = {topic: other.create_publisher(kind, topic, 10) for topic, kind in {'image_raw': Image, **RESULTS}.items()}
-    drawn = []
-    other.create_subscription(Image, 'image_annotated', drawn.append, 10)
-    assert until(lambda: all(publisher.get_subscription_count() for publisher in publishers.values()))
-    header = header_of(7 * 10**9, 'taxel_array')
-    values = np.zeros((44, 44), np.uint8)
-    values[10:20, 10:20] = 100
-    publishers['image_raw'].publish(image_to_message(Frame(values, 0, 'mono8'), '', header))
-    for topic, kind in RESULTS.items():
-        publishers[topic].publish(kind(header=header))
-    assert until(lambda: drawn)
-    assert drawn[0].encoding == 'bgr8' and drawn[0].width >= 600 and drawn[0].header.stamp.sec == 7

@@ -27,23 +27,9 @@ def area(corners):
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
 
 
-def polygon_area(radius, n=60):
-    return 0.5 * n * radius**2 * np.sin(2 * np.pi / n)
-
-
-def test_a_hole_stays_open():
-    filled = mesh.fill([circle(0.01), circle(0.005)[::-1]], np.zeros((0, 3)))
-    assert area(filled) == pytest.approx(polygon_area(0.01) - polygon_area(0.005), rel=1e-6)
-
-
 def test_places_within_lift_the_fill_to_the_surface():
     filled = mesh.fill([circle(0.01)], np.array([(0.0, 0.0, 0.004), (0.05, 0.0, 0.9)]))
     assert filled[:, 2].max() == 0.004
-
-
-@pytest.mark.parametrize('rings', [[], [np.zeros((2, 3))], [np.array([(0, 0, 0), (1, 1, 0), (2, 2, 0)], float)]])
-def test_what_has_no_area_gives_no_triangles(rings):
-    assert len(mesh.fill(rings, np.zeros((0, 3)))) == 0
 
 
 def test_the_skin_does_not_bridge_a_notch_in_the_border():
@@ -52,14 +38,6 @@ def test_the_skin_does_not_bridge_a_notch_in_the_border():
     places = np.column_stack([x, y, 0 * x])[kept]
     assert area(places[mesh.skin(places)].reshape(-1, 3)) < 42, 'of 36 without the notch, 64 with it'
     assert len(mesh.skin(places[:2])) == 0 and len(mesh.skin(np.zeros((5, 3)))) == 0
-
-
-def test_light_falls_from_above():
-    flat = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], float)
-    level = mesh.light(flat, np.array([[0, 1, 2]]))
-    assert np.ptp(level) == 0 and (mesh.light(flat, np.array([[2, 1, 0]])) == level).all(), 'whichever way round'
-    steep = mesh.light(flat * (1, 1, 0) + [(0, 0, 0), (0, 0, -9), (0, 0, 0)], np.array([[0, 1, 2]]))
-    assert (0 < steep).all() and (steep != level).all() and level[0] <= 1
 
 
 SIZES = {'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_length': 8e-3, 'full_force': 4.0,
@@ -105,13 +83,6 @@ def test_dots_have_the_colours_of_their_states_and_unknown_places_are_left_out()
     assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(colours.STATE_COLOURS[s]) for s in (1, 2)]
 
 
-def test_dots_may_have_the_colours_of_their_depths():
-    found = {'dots': DotTracks(id=[0, 1, 2], x=[0.0, 0.001, 0.002], y=[0.0] * 3, z=[0.0, -0.005, -0.02])}
-    dots = by_name(MarkerSet({**SIZES, 'dot_colour': 'depth'}).frame(HEADER, found))['dots']
-    assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(row) for row in colours.of_depth(np.array([0.0, 1.0, 1.0]))]
-    assert dots.colors[0] != dots.colors[1]
-
-
 def test_depth_is_under_the_untouched_dome_where_there_is_one():
     dome = {**SIZES, 'dot_colour': 'depth', 'sensor_type': 'air_cushion',
             'dome.rim_radius': 0.15, 'dome.height': 0.12}
@@ -141,16 +112,6 @@ def test_the_fill_spares_the_hole():
     corners = xyz(by_name(MarkerSet(SIZES).frame(HEADER, touch()))['region'].points).reshape(-1, 3, 3)
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
     assert area == pytest.approx(0.008**2 - 0.002**2, rel=1e-5)
-
-
-def test_arrows_have_their_lengths():
-    made = by_name(MarkerSet(SIZES).frame(HEADER, touch()))
-    start, end = xyz(made['normals'].points)
-    assert made['normals'].id == 3 and end - start == pytest.approx([0, 0, 6e-3])
-    start, end = xyz(made['force'].points)
-    assert end - start == pytest.approx([0.5 * 2e-3, 0, -2.0 * 2e-3])
-    away = np.array([0.001, 0, 0.012]) - end
-    assert np.linalg.norm(away) == pytest.approx(6e-3) and np.cross(away, end - start) == pytest.approx(np.zeros(3)), 'off the touch'
 
 
 def grid_of_dots(depth=0.0):
@@ -185,16 +146,6 @@ def test_each_array_takes_away_all_that_was_before():
         assert first.action == Marker.DELETEALL and first.ns == '' and {m.action for m in others} == {Marker.ADD}
         assert len({(m.ns, m.id) for m in others}) == len(others), 'RViz complains of two of one name'
     assert {m.ns for m in others} == {'text'}
-
-
-@pytest.mark.parametrize('newton', [0.01, 0.7, 40.0])
-def test_an_arrow_has_a_shaft_however_short_it_is(newton):
-    found = touch()
-    found['wrench'].wrench.force = Vector3(z=-newton)
-    arrow = by_name(MarkerSet(SIZES).frame(HEADER, found))['force']
-    length = float(np.linalg.norm(np.diff(xyz(arrow.points), axis=0)))
-    head = min(arrow.scale.z, length)  # RViz: the rest is the shaft
-    assert 0 < head < 0.5 * length and arrow.scale.x < arrow.scale.y <= length
 
 
 def test_name_numbers_and_state_stand_in_front_of_the_sensor():
@@ -265,12 +216,6 @@ def test_the_trail_fades_and_begins_anew_with_the_stamps():
     assert ('trail', 4) in drawn(markers, told(2.1, (4, 0.2)))
 
 
-def test_a_place_that_is_not_known_is_not_drawn():
-    message = told(5.0, (1, 0.1))
-    message.contacts[0].position = Point(x=float('nan'), y=float('nan'), z=float('nan'))
-    assert set(drawn(FingerMarkers(SIZES_FINGER), message)) == {('finger', 0), ('text', 0)}
-
-
 def test_the_picture_shows_where_the_finger_is_touched():
     message = told(5.0, (1, np.pi / 6))
     message.contacts.append(Contact(normal=Vector3(x=float('nan'), y=float('nan'), z=float('nan'))))
@@ -289,12 +234,6 @@ SQUARE = np.array([[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]]) * 1e-3
 def region(**more):
     return ContactRegion(header=HEADER, outlines=[polygon(SQUARE)], holes=[polygon(0.5 * SQUARE)], major_axis=4e-3, minor_axis=2e-3,
                          centroid=Point(x=1e-3), **more)
-
-
-def slipping():
-    message = Slip(header=HEADER, state=Slip.GROSS, x=[0.0, 1e-3], y=[0.0, 0.0], vx=[0.02, float('nan')], vy=[0.0, 0.0])
-    message.rotation_center.x = float('nan')
-    return message
 
 
 def drawn_taxel(markers, **found):
@@ -323,22 +262,3 @@ def test_of_many_pressed_taxels_blocks_are_drawn_over_the_same_place():
     assert 6 * 100 < len(corners) < 6 * 800
     assert corners.min(axis=0) == pytest.approx((-20e-3, -40e-3), abs=3e-3)
     assert corners.max(axis=0) == pytest.approx((20e-3, 40e-3), abs=3e-3)
-
-
-def test_outlines_holes_axes_flow_and_slip():
-    found = drawn_taxel(TaxelMarkers(SIZES_TAXEL), contact_region=region(orientation=0.0), slip=slipping())
-    assert {'outlines', 'holes', 'axes', 'flow', 'text'} == set(found)
-    assert [p.x for p in found['axes'].points] == pytest.approx([-1e-3, 3e-3, 1e-3, 1e-3])
-    assert len(found['flow'].points) == 2 and found['flow'].points[1].x == pytest.approx(0.01)
-    assert found['text'].text == 'pad\ngross slip'
-
-
-def test_contacts_and_a_wrench_of_which_only_a_part_is_known():
-    wrench = WrenchStamped(header=HEADER)
-    wrench.wrench.force = Vector3(x=float('nan'), y=float('nan'), z=-5.0)
-    contact = Contact(id=3, normal=Vector3(z=1.0))
-    found = drawn_taxel(TaxelMarkers(SIZES_TAXEL), contact_region=region(orientation=0.0), wrench=wrench,
-                        contacts=Contacts(header=HEADER, contacts=[contact]))
-    assert found['normals'].id == 3 and found['normals'].points[1].z == pytest.approx(6e-3)
-    ends = found['force'].points
-    assert (ends[0].x, ends[1].z, ends[0].z) == pytest.approx((1e-3, 6e-3, 10.5e-3))

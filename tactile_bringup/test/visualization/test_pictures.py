@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped
 from sensor_msgs.msg import CameraInfo
-from tactile_bringup.nodes.taxel_markers_node import coloured, taxel_annotation
+from tactile_bringup.nodes.taxel_markers_node import taxel_annotation
 from tactile_bringup.visualization import pictures as colours, pictures as picture
 from tactile_bringup.visualization.annotation import Projection, annotation_of
-from tactile_bringup.visualization.pictures import Annotation, annotate, states_of
+from tactile_bringup.visualization.pictures import Annotation, annotate
 from tactile_driver.stitching.calibration import SideView, Stitching
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.nodes.messages.conversions import camera_matrices
@@ -31,11 +31,6 @@ def dots_at(*places, moved=(0.0, 0.0), state=0):
 def centroid(mask):
     v, u = np.nonzero(mask)
     return u.mean(), v.mean()
-
-
-def test_nothing_known_leaves_the_image_as_it_is():
-    image = np.random.default_rng(0).integers(0, 255, (480, 640, 3), np.uint8)
-    assert (annotate(image, Annotation()) == image).all()
 
 
 @pytest.mark.parametrize('state', [0, 1, 2])
@@ -87,35 +82,6 @@ def test_a_region_beyond_the_border_does_not_fail():
     assert not changed(annotate(GREY, Annotation(outlines=[far]))).any()
 
 
-def test_a_legend_stands_below_the_text_in_its_colours_and_fits():
-    names = [(name * 3, colour) for name, colour in zip(colours.STATE_NAMES, colours.STATE_COLOURS)]
-    result = annotate(GREY, Annotation(text=['a line'], legend=names))
-    assert result.shape == (480 + 26 + 26, 640, 3)
-    places = [np.nonzero((result[506:] == colours.bgr(colour)).all(axis=2).any(axis=0))[0].mean() for _, colour in names]
-    assert places == sorted(places) and (result[506:, 632:] == 24).all()
-
-
-def test_a_contact_is_marked_and_an_unknown_place_is_not():
-    result = annotate(GREY, Annotation(contacts=np.array([(300.0, 200.0), (np.nan, np.nan)])))
-    assert centroid(changed(result)) == (300.0, 200.0)
-
-
-def test_numbers_are_written_beside_few_dots_of_a_grid():
-    u, v = np.meshgrid(np.arange(23) * 20.0 + 100, np.arange(23) * 20.0 + 20)
-    uv = np.stack([u.ravel(), v.ravel()], axis=1)
-    still = np.zeros_like(uv)
-    what = Annotation(23, 23, np.arange(529), uv, still, np.zeros(529, int), radius=3.0)
-    plain = Annotation(0, 0, np.arange(529), uv, still, np.zeros(529, int), radius=3.0)
-    written = changed(annotate(GREY, what), 0) & (annotate(GREY, what) != annotate(GREY, plain)).any(axis=2)
-    assert 0 < written.sum() < 0.03 * written.size
-
-
-def test_states_are_found_by_the_dots_numbers():
-    found = states_of(np.array([5, 1, 9, 3]), np.array([9, 1, 5]), np.array([2, 0, 1]))
-    assert found.tolist() == [1, 0, 2, -1]
-    assert states_of(np.array([5, 1]), np.zeros(0, int), np.zeros(0, int)).tolist() == [-1, -1]
-
-
 @pytest.mark.parametrize('shape', [(1, 300_000), (300_000, 1), (3, 100_000)])
 def test_an_image_of_one_row_or_column_makes_no_huge_picture(shape):
     found = picture.annotate(np.zeros(shape, np.uint8), Annotation(text=['1 touch', '0.50 N']))
@@ -138,11 +104,6 @@ def test_places_are_projected_by_hand():
     uv = projection().places(np.array([(0.01, -0.005, 0.0), (np.nan, 0, 0)]))
     assert uv[0] == pytest.approx([320 + 500 * 0.01 / 0.05, 240 - 500 * 0.005 / 0.05])
     assert np.isnan(uv[1]).all()
-
-
-def test_without_a_calibration_nothing_is_projected():
-    assert np.isnan(projection([0.0] * 9).places(np.zeros((2, 3)))).all()
-    assert annotation_of({'dots': DOTS, 'contact_region': REGION}, projection([0.0] * 9)).outlines == []
 
 
 def camera_at(x):
@@ -192,20 +153,3 @@ def test_everything_lies_where_it_is():
     assert what.outlines[0][0] == pytest.approx([21.5, 18.5]) and what.contacts[0] == pytest.approx([26.5, 23.5])
     assert what.duv[0] == pytest.approx([2.0, 0.0]) and what.uv[0] == pytest.approx([28.5, 23.5])
     assert what.text == ['1 contact, 100 mm2, 3.0 N', 'gross slip']
-
-
-def test_nothing_is_said_of_what_is_not_known():
-    what = taxel_annotation({}, (44, 44), SIZES)
-    assert what.text == ['nothing touches', ''] and not what.outlines and not len(what.uv) and not len(what.contacts)
-    still = messages()
-    still['slip'].state = Slip.NONE
-    assert not len(taxel_annotation(still, (44, 44), SIZES).uv)
-
-
-def test_values_have_colours_and_the_picture_is_large_and_bright():
-    values = np.zeros((44, 44), np.uint8)
-    values[19:29, 22:32] = 100
-    colour = coloured(values, 120.0)
-    assert colour.shape == (44, 44, 3) and (colour[24, 27] != colour[0, 0]).any()
-    picture = annotate(colour, taxel_annotation(messages(), (44, 44), SIZES))
-    assert picture.shape[1] >= 600 and picture.shape[0] > picture.shape[1]

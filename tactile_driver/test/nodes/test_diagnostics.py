@@ -168,11 +168,6 @@ def test_parameters_of_a_type_that_does_not_exist_are_refused_with_a_reason(serv
     assert not answer.result.successful and '10' in answer.result.reason
 
 
-def test_others_are_set_as_ever(services):
-    answer = services[SetParameters](request(SetParameters, 3), SetParameters.Response())
-    assert [result.successful for result in answer.results] == [True, True]
-
-
 def test_a_transition_that_the_state_does_not_allow_fails(services):
     asked = ChangeState.Request()
     asked.transition.id = 255
@@ -228,14 +223,6 @@ def test_wrong_values_at_the_start_are_told_and_leave_the_defaults(make):
     assert set(parameters.problems) == {'rate', 'device'}
 
 
-def test_descriptors_carry_the_table(make):
-    node, _ = make()
-    rate, width = node.describe_parameter('rate'), node.describe_parameter('width')
-    assert rate.description == 'frames a second' and rate.additional_constraints == 'float, 0 to 100 Hz'
-    assert (rate.floating_point_range[0].to_value, width.integer_range[0].from_value) == (100.0, 1)
-    assert node.describe_parameter('autostart').read_only
-
-
 @pytest.mark.parametrize('values', [{'rate': 101.0}, {'rate': 'fast'}, {'width': -1}, {'autostart': False}, {'rate': 20.0, 'width': 0}])
 def test_a_wrong_value_changes_nothing(make, values):
     applied = []
@@ -251,11 +238,3 @@ def test_check_sees_changes_before_and_apply_after(make):
                             apply=lambda c: seen.append(('apply', c, parameters['rate'])))
     assert put(node, rate=50, device='pad').successful
     assert seen == [('check', {'rate': 50.0, 'device': 'pad'}, 30.0), ('apply', {'rate': 50.0, 'device': 'pad'}, 50.0)]
-
-
-def test_check_can_refuse(make):
-    def refuse(_changes):
-        raise BadArgument('not now')
-    node, parameters = make(check=refuse)
-    result = put(node, rate=50.0)
-    assert (result.successful, result.reason, parameters['rate']) == (False, 'not now', 30.0)

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Images, truth and transforms as messages."""
 
-import math
 import struct
 import zlib
 from array import array
@@ -13,9 +12,8 @@ import pytest
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 from tactile_driver.errors import BadFrame
-from tactile_driver.frame import Frame
-from tactile_driver.nodes.messages.conversions import camera_transforms, header_of, image_to_message
-from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
+from tactile_driver.nodes.messages.conversions import camera_transforms, header_of
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, region_message
 from tactile_driver.nodes.messages.images import GREY, PICTURES, array_to_image, grey_to_array, image_to_array, message_type
 from tactile_driver.simulation.truth import Touch, TruthFrame
 
@@ -62,10 +60,6 @@ CASES = {
     **{f'bayer_{pattern}16': (mosaic(pattern).astype('<u2') * 257, EVEN) for pattern in RED},
     'yuv422': (packed_colour(1), None), 'yuv422_yuy2': (packed_colour(0), None),
 }
-
-
-def test_every_encoding_has_a_case():
-    assert set(CASES) == set(PICTURES)
 
 
 @pytest.mark.parametrize('encoding', CASES)
@@ -176,26 +170,6 @@ def test_the_name_of_a_topic_tells_whether_it_is_compressed(topic, kind):
     assert message_type(Header, topic) is Header
 
 
-HEADER = header_of(12_000_000_345, 'pad')
-
-
-@pytest.mark.parametrize(('shape', 'own', 'asked', 'encoding', 'step'), [
-    ((4, 6, 3), 'bgr8', '', 'bgr8', 18), ((4, 6), 'mono8', '', 'mono8', 6), ((4, 6), 'mono8', 'bgr8', 'bgr8', 18),
-    ((4, 6, 3), 'bgr8', 'mono8', 'mono8', 6)])
-def test_images(shape, own, asked, encoding, step):
-    pixels = np.arange(np.prod(shape), dtype=np.uint8).reshape(shape)
-    message = image_to_message(Frame(pixels, 0, own), asked, HEADER)
-    assert (message.width, message.height, message.encoding, message.step, len(message.data)) == (6, 4, encoding, step, 4 * step)
-    assert message.header == HEADER
-    if asked in ('', own):
-        assert bytes(message.data) == pixels.tobytes()
-
-
-def test_an_image_that_is_a_view_is_put_in_order():
-    pixels = np.arange(96, dtype=np.uint8).reshape(4, 8, 3)[:, ::2]
-    assert bytes(image_to_message(Frame(pixels, 0, 'bgr8'), '', HEADER).data) == np.ascontiguousarray(pixels).tobytes()
-
-
 HEADER_GROUND = header_of(1_000, 'pad')
 
 
@@ -216,22 +190,6 @@ def test_a_touch_keeps_its_number_while_it_lasts():
     assert numbers.assign([touch(0.012)]) == [2]
 
 
-def test_contacts():
-    message = contacts_message([touch(0.01)], [4], HEADER_GROUND)
-    contact = message.contacts[0]
-    assert (contact.id, contact.position.x, contact.normal.z, contact.depth, contact.force) == (4, 0.01, 1.0, 0.002, 1.5)
-    assert message.header == HEADER_GROUND
-
-
-def test_region():
-    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0.5]], float)
-    message = region_message(truth(outlines=[square], area=2e-5, centroid=np.array([1.0, 2, 3])), 0.02, HEADER_GROUND)
-    assert list(message.dot_id) == [0, 5] and list(message.dot_state) == [0, 2]
-    assert [(p.x, p.y, p.z) for p in message.outlines[0].points] == [tuple(p) for p in square]
-    assert message.area == 2e-5 and message.centroid.y == 2.0
-    assert math.isnan(message.normal.x) and math.isnan(message.motion.rotation.w) and math.isnan(message.motion_interval)
-
-
 def test_motion():
     # A quarter turn about x and a way of 3 mm along y.
     message = region_message(truth(motion=np.array([0, 3e-3, 0, np.pi / 2, 0, 0])), 0.02, HEADER_GROUND)
@@ -239,20 +197,6 @@ def test_motion():
     assert message.motion.translation.y == 3e-3 and message.motion_interval == 0.02
     assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx((0.5 ** 0.5, 0, 0, 0.5 ** 0.5))
     assert region_message(truth(motion=np.zeros(6)), 0.02, HEADER_GROUND).motion.rotation.w == 1.0
-
-
-def test_slip():
-    turning = truth(slip_state=2, slipping_fraction=1.0, velocity=np.array([0.01, 0, 0, 0, 0, 2.0]))
-    message = slip_message(turning, HEADER_GROUND)
-    assert (message.state, message.slipping_fraction) == (2, 1.0)
-    assert message.velocity.linear.x == 0.01
-    assert message.velocity.angular.z == 2.0
-    assert math.isnan(message.rotation_center.x)
-
-
-def test_wrench():
-    message = wrench_message(truth(wrench=np.arange(6.0)), HEADER_GROUND)
-    assert (message.wrench.force.y, message.wrench.torque.z) == (1.0, 5.0)
 
 
 def turned(quaternion, point):

@@ -23,14 +23,6 @@ def test_light_rises_with_depth_before_and_after_touch_and_falls_towards_the_rim
     assert (np.diff(rim) < 0).all() and rim[-1] < 0.25 * rim[0]
 
 
-def test_electrodes_share_all_the_light_by_place():
-    finger = FingerSpecimen(0)
-    shares = finger.electrodes(np.array([[0.0, 0.0], [-0.6, -0.6], [0.6, -0.6], [0.6, 0.6], [-0.6, 0.6]]))
-    assert shares.sum(1) == pytest.approx(1.0)
-    assert shares[0] == pytest.approx(0.25)
-    assert shares[1:].argmax(1).tolist() == [0, 1, 2, 3]
-
-
 def test_the_converter_ends_where_the_amplifiers_do():
     rng = np.random.default_rng(0)
     counts = Electronics().counts(np.array([[0.0, 1.0, 4.9, 9.0]] * 2000), rng)
@@ -50,15 +42,6 @@ def test_every_scene_plays_with_its_truth(name):
     assert np.isfinite(truth.normal[touching]).all() and np.isnan(truth.normal[~touching]).all()
     assert np.linalg.norm(truth.normal[touching], axis=1) == pytest.approx(1.0)
     assert touching.any() == (name not in ('rest', 'light'))
-
-
-def test_taps_last_what_the_paper_has():
-    scene = open_psd_scene('taps', RATE)
-    touching = scene.play(0, scene.samples)[1].touching > 0
-    edges = np.flatnonzero(np.diff(touching.astype(int)))
-    assert len(edges) == 32
-    assert np.median(edges[1::2] - edges[::2]) / RATE == pytest.approx(0.06, abs=0.02)
-    assert np.median(np.diff(edges[::2])) / RATE == pytest.approx(1 / 3.2, abs=2e-3)
 
 
 def test_it_goes_on_from_where_it_was_and_begins_again():

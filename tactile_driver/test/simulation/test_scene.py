@@ -3,13 +3,11 @@
 """Scenes and their truth."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
 from tactile_driver.simulation.scene.observe import Observer, SLIP_SPEED, find_region
 from tactile_driver.simulation.scene.shutters import Shutters
-from tactile_driver.simulation.scene.specimen import UNTOUCHED, act, one_after_the_other, press
 from tactile_driver.simulation.sensors.areal_dual import areal_dual
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
@@ -31,11 +29,6 @@ def pressed(membrane, name, depth, x=0.0):
     for k in range(15):
         state = contact.step(motion.tool, motion.pose(k / 30), motion.pose((k + 1) / 30))
     return state, motion.tool, motion.pose(0.5)
-
-
-def test_nothing_touches_at_rest(membrane):
-    contact = FrictionalContact(membrane, 0.4)
-    assert find_region(membrane, contact.state, tool_named('disc'), None) is None
 
 
 def test_ring_pressed_hard_is_touched_all_round(membrane):
@@ -111,15 +104,6 @@ def test_one_of_two_objects_is_dragged_until_it_slips_and_the_other_rests(two_ob
     assert (truth.dot_state[touched & ~right] == STICKING).mean() > 0.8 and (truth.dot_state[touched & right] == SLIPPING).mean() > 0.5
     y = sorted((contact.position[0], contact.position[1]) for contact in truth.contacts)
     assert abs(y[0][1]) < 1e-6 and y[1][1] == pytest.approx(-0.004, abs=0.5e-3)
-
-
-def test_touching_dots_lie_on_the_tool(drag):
-    _, _, motion, frames = drag
-    for truth, _, pose in frames[20::5]:
-        gap = motion.tool.distance(pose.to_tool(truth.dot_xyz))
-        assert np.abs(gap[truth.dot_state != NON_CONTACT]).max() <= 20e-6
-        assert gap.min() > -1e-6
-        assert (truth.dot_state != NON_CONTACT).sum() > 15
 
 
 def test_wrench_is_the_sum_of_the_nodes_forces(drag):
@@ -296,31 +280,7 @@ def test_two_views_are_the_same_for_the_same_time_in_any_order():
         np.testing.assert_array_equal(truth.dot_uv, pictures[2].dot_uv)
 
 
-def test_offset_drift_and_jitter():
-    assert (Shutters(0.004).delays(100, 30.0) == 0.004).all()
-    swung = Shutters(0.002, 0.006).delays(600, 30.0)
-    assert swung.mean() == pytest.approx(0.002, abs=1e-9) and np.ptp(swung) == pytest.approx(0.012, rel=1e-3)
-    assert np.abs(np.diff(np.r_[swung, swung[0]])).max() < 1e-4, 'a scene that repeats goes on without a leap'
-    shaky = Shutters(jitter=5e-4).delays(600, 30.0)
-    assert shaky.std() == pytest.approx(5e-4, rel=0.1) and (shaky == Shutters(jitter=5e-4).delays(600, 30.0)).all()
-    assert (shaky != Shutters(jitter=5e-4, seed=1).delays(600, 30.0)).any()
-
-
 @pytest.mark.parametrize('offset', [0.1, -0.1])
 def test_the_exposure_of_the_same_number_is_the_nearest(offset):
     delays = Shutters(offset, 0.01, 0.002).delays(200, 30.0)
     assert np.abs(delays).max() < 0.5 / 30 and (np.sign(delays) == np.sign(offset)).all()
-
-
-def test_act_comes_from_above_and_leaves_upwards():
-    tool, keys = act('sphere', 2.0, {'t': 0.5, 'press': 0.003}, {'t': 1.0, 'x': 0.004}, x=0.001)
-    assert tool == 'sphere'
-    assert [key.t for key in keys] == [1.75, 2.0, 2.5, 3.0, 3.25]
-    assert [key.x for key in keys] == [0.001, 0.001, 0.001, 0.004, 0.004]
-    assert [key.press for key in keys] == [-0.0015, 0.0, 0.003, 0.003, -0.0015]
-
-
-def test_acts_follow_one_another_with_a_pause():
-    first, second = one_after_the_other([partial(press, 'sphere', 0, 0, 0.001)] * 2, pause=0.5)
-    assert first[1][0].t == UNTOUCHED
-    assert second[1][0].t - first[1][-1].t == pytest.approx(0.5)

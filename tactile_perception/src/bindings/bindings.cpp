@@ -6,10 +6,9 @@
 PYBIND11_MODULE(_core, module) {
     module.doc() = "Compiled kernels of tactile_perception: arrays in, arrays out. A wrong argument raises ValueError with its name.";
     tactile::border::bind_dots(module);
-    tactile::border::bind_links(module);
     tactile::border::bind_touchpad(module);
     tactile::border::bind_dome(module);
-    tactile::border::bind_region(module);
+    tactile::border::bind_common(module);
     tactile::border::bind_finger(module);
     tactile::border::bind_sheet(module);
     tactile::border::bind_touches(module);

@@ -8,10 +8,9 @@
 namespace tactile::border {
 
 void bind_dots(pybind11::module_& module);
-void bind_links(pybind11::module_& module);
 void bind_touchpad(pybind11::module_& module);
 void bind_dome(pybind11::module_& module);
-void bind_region(pybind11::module_& module);
+void bind_common(pybind11::module_& module);
 void bind_finger(pybind11::module_& module);
 void bind_sheet(pybind11::module_& module);
 void bind_touches(pybind11::module_& module);

@@ -150,17 +150,6 @@ bool have_stayed(const PlacedDots& now, const double* sigma, const PlacedDots& t
 
 }  // namespace
 
-bool rest_moved(const std::int64_t* id, const double* places, const double* motions, std::ptrdiff_t count, const double* known,
-                double limit) {
-    for (std::ptrdiff_t i = 0; i < count; ++i) {
-        const double u = places[2 * i] - motions[2 * i], v = places[2 * i + 1] - motions[2 * i + 1];
-        const double* at = known + 2 * id[i];
-        const bool near = std::abs(u - at[0]) <= limit && std::abs(v - at[1]) <= limit;
-        if (!near && std::isfinite(u) && std::isfinite(v)) return true;
-    }
-    return false;
-}
-
 Reference::Reference(double time_constant_s, std::int64_t frames) : time_constant_s_(time_constant_s), frames_(frames) {
     reset();
 }

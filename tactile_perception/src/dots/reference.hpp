@@ -10,11 +10,6 @@
 
 namespace tactile {
 
-// Whether any dot id (count), its motion taken off its place (count, 2), px, is farther than limit along an axis from its known place
-// (K, 2), or that is NaN. Dots whose own places or motions are not finite do not count.
-bool rest_moved(const std::int64_t* id, const double* places, const double* motions, std::ptrdiff_t count, const double* known,
-                double limit);
-
 // Dots of a frame: distinct ids, finite positions uv, px, and their standard deviations per axis, px.
 struct SeenDots {
     std::vector<std::int64_t> id;

@@ -58,6 +58,11 @@ class DotTracks:
         """(N, 2) positions of the same dots in the untouched reference, px."""
         return self.uv - self.duv
 
+    def rest_moved(self, known: np.ndarray, limit: float) -> bool:
+        """Whether a dot's untouched position is farther than limit, px, along an axis from known[id], (K, 2) px, or that is NaN."""
+        rest = self.rest_uv
+        return bool((np.isfinite(rest).all(1) & ~(np.abs(rest - known[self.id]) <= limit).all(1)).any())
+
     def take(self, some: np.ndarray) -> DotTracks:
         """A subset of the dots; some: (N,) bool, or indices."""
         xyz = None if self.xyz is None else self.xyz[some]

@@ -3,11 +3,11 @@
 """Estimates of all sensors, with the fields of their messages: contacts, contact regions, slip. NaN: unknown."""
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from .. import _core
 
 OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED = 1, 2, 4, 8
 _UNKNOWN = np.full(4, np.nan)
@@ -89,6 +89,7 @@ _INCIPIENT = (0.05, 0.03)
 STILL_GROSS = 0.85
 _GROSS = (0.90, STILL_GROSS)
 _FAR = 4.0  # radii of the contact: a centre of rotation farther away counts as a translation. Chosen
+_COINCIDENT = 1e-24  # m^2: squares of places a picometre apart
 
 
 def next_state(state: int, fraction: float) -> int:
@@ -100,5 +101,17 @@ def next_state(state: int, fraction: float) -> int:
 
 def planar_twist(place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
     """Velocity (2,) at the origin, angular velocity, and centre of rotation (2,), NaN for a translation, from velocity (S, 2) at place
-    (S, 2); all NaN for coincident or NaN places. Kernel: src/common/planar_twist.cpp."""
-    return _core.planar_twist(np.asarray(place, float), np.asarray(velocity, float), far=_FAR)
+    (S, 2); all NaN for coincident or NaN places."""
+    unknown = np.full(2, np.nan)
+    if not len(place):
+        return unknown, np.nan, unknown
+    middle, drift = np.mean(place, axis=0), np.mean(velocity, axis=0)
+    (x, y), (u, v) = (place - middle).T, (velocity - drift).T
+    spread = x @ x + y @ y
+    if not _COINCIDENT < spread < np.inf:
+        return unknown, np.nan, unknown
+    turn = (x @ v - y @ u) / spread
+    linear = drift + turn * np.array([middle[1], -middle[0]])
+    if math.hypot(*drift) >= abs(turn) * _FAR * math.sqrt(spread / len(place)):
+        return linear, turn, unknown
+    return linear, turn, middle + np.array([-drift[1], drift[0]]) / turn

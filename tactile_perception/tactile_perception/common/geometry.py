@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from ..errors import BadArgument, BadFrame
@@ -69,6 +70,26 @@ def tangents(normal: np.ndarray) -> np.ndarray:
     first -= (first @ normal) * normal
     first /= np.linalg.norm(first)
     return np.stack([first, cross(normal, first)])
+
+
+def lie_on_a_line(points: np.ndarray, thinnest: float) -> bool:
+    """Whether the second largest extent of points (N, 3) is less than this share of the largest one."""
+    away = points - np.mean(points, axis=0)
+    scatter = away.T @ away
+    total = np.trace(scatter)  # its square less the squares is twice the sum of the products of two squared extents
+    return bool(total**2 - np.sum(scatter**2) <= 2 * (thinnest * total)**2)
+
+
+_FINE = 1e4  # steps a unit: OpenCV's contours are whole numbers
+
+
+def deepest_notch(corners: np.ndarray) -> float:
+    """Largest depth below the convex hull of a polygon's corners (M, 2), to a ten thousandth of their unit."""
+    if len(corners) < 4:
+        return 0.0
+    whole = np.rint(np.asarray(corners) * _FINE).astype(np.int32)
+    notches = cv2.convexityDefects(whole, np.sort(cv2.convexHull(whole, returnPoints=False), axis=0))
+    return 0.0 if notches is None else notches[:, 0, 3].max() / 256 / _FINE  # depths come in parts of 256
 
 
 Pose = tuple[np.ndarray, np.ndarray]

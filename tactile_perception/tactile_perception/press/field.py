@@ -121,23 +121,25 @@ def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray,
 def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
     """The field of one frame's tracks, whose ids index rest_area (K,), px^2 (NaN: unknown). Raises BadArgument for other ids."""
     _check_ids(tracks, len(rest_area))
-    return _field(tracks, rest_area, view)
+
+    def by_marker(values: np.ndarray) -> np.ndarray:
+        out = np.full((len(rest_area), *values.shape[1:]), np.nan)
+        out[tracks.id] = values
+        return out
+
+    places, eyes = view.back_project(np.concatenate([tracks.uv, tracks.rest_uv]))
+    now, rest = places[:len(tracks)], places[len(tracks):]
+    with np.errstate(invalid='ignore', divide='ignore'):
+        growth = np.log(tracks.area / rest_area[tracks.id] * (now[:, 2] / rest[:, 2]))
+    growth[~np.isfinite(growth)] = np.nan
+    eye = np.broadcast_to(eyes[:len(tracks)], (len(tracks), 3))
+    return MarkerField(*map(by_marker, (rest[:, :2], now[:, :2] - rest[:, :2], growth, eye, tracks.sigma * view.metres_per_px, tracks.uv,
+                                        tracks.duv, tracks.area)))
 
 
 def _check_ids(tracks: DotTracks, count: int) -> None:
     if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < count):
         raise BadArgument(f'marker ids {tracks.id.min()} to {tracks.id.max()} are not those of a pattern of {count} markers')
-
-
-def _field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
-    places, eyes = view.back_project(np.concatenate([tracks.uv, tracks.rest_uv]))
-    return MarkerField(*_core.marker_field(*_places(tracks), np.asarray(tracks.sigma, float), places, eyes, np.asarray(rest_area, float),
-                                           metres_per_px=view.metres_per_px))
-
-
-def _places(tracks: DotTracks) -> tuple[np.ndarray, ...]:
-    """ids, positions, displacements and areas, as the kernels take them."""
-    return tracks.id, *(np.asarray(values, float) for values in (tracks.uv, tracks.duv, tracks.area))
 
 
 _MOVED = 0.3  # px: a reference that changed by more is a new one. Chosen
@@ -161,11 +163,20 @@ class RestMarkers:
     def field(self, tracks: DotTracks) -> MarkerField:
         """The field of one frame, whose ids are below K. Raises BadFrame where there is no view, BadArgument for other ids."""
         _check_ids(tracks, len(self.area))
-        self.uv, self.area, self._frames = _core.follow_markers(*_places(tracks), self.uv, self.area, self._frames, moved=_MOVED,
-                                                                still=_STILL, most_frames=_FRAMES)
-        if self._view is None or _core.rest_moved(*_places(tracks)[:3], self._view_uv, limit=_MOVED):
+        self._follow(tracks.take(np.isfinite(tracks.duv).all(1)))
+        if self._view is None or tracks.rest_moved(self._view_uv, _MOVED):
             self._view, self._view_uv = self._make_view(self.uv), self.uv.copy()
-        return _field(tracks, self.area, self._view)
+        return marker_field(tracks, self.area, self._view)
+
+    def _follow(self, tracks: DotTracks) -> None:
+        """Take the untouched positions of a frame's markers, and the areas of those that hardly move into their means."""
+        id, rest = tracks.id, tracks.rest_uv
+        self._frames[id[~(np.abs(rest - self.uv[id]) <= _MOVED).all(1)]] = 0
+        self.uv[id] = rest
+        still = (np.abs(tracks.duv) <= _STILL).all(1)
+        id, area = id[still], tracks.area[still]
+        frames = self._frames[id] = np.minimum(self._frames[id] + 1, _FRAMES)
+        self.area[id] = np.where(frames == 1, area, self.area[id] + (area - self.area[id]) / frames)
 
 
 def view_maker(sensor: MarkerSensor, matrices: tuple[np.ndarray, np.ndarray] | None, stitching: Mapping | None,

@@ -37,8 +37,8 @@ POINT_PARAMETERS = MARKER_SENSOR_PARAMETERS + (
 
 def marker_sensor(values: Mapping) -> MarkerSensor:
     """The sensor that values (of MARKER_SENSOR_PARAMETERS or DOT_PARAMETERS) describe. Raises BadArgument for an inconsistent geometry."""
-    return MarkerSensor(values['sensor_type'], values['rows'], values['columns'], *_pairs(values),
-                        rim_radius=values['dome.rim_radius'], height=values['dome.height'])
+    return MarkerSensor(values['rows'], values['columns'], *_pairs(values), rim_radius=values['dome.rim_radius'],
+                        height=values['dome.height'], type=values['sensor_type'])
 
 
 def _pairs(values: Mapping) -> list[tuple[float, float]]:

@@ -9,25 +9,17 @@ import numpy as np
 
 from ..common.geometry import Cap
 from ..errors import BadArgument
-from ..sensors import MARKER_SENSOR_TYPES
+from ..sensors import MARKER_SENSOR_TYPES, MarkerSensorType
 
 
 @dataclass(frozen=True)
-class MarkerSensor:
+class MarkerSensor(MarkerSensorType):
     """A sheet clamped along a rectangle, or an inflated dome on a round rim.
 
-    type: as in the launch file; rows, columns: of the printed grid, 0 for an irregular pattern; pitch: (2,) m along x and y;
-    size: (2,) m of the clamped sheet, (0, 0) for a dome; rim_radius, height: m of a dome, 0 for a sheet. Raises BadArgument for
-    dimensions of neither.
+    type: as in the launch file; rows, columns: 0 for an irregular pattern. Raises BadArgument for dimensions of neither sheet nor dome.
     """
 
-    type: str
-    rows: int
-    columns: int
-    pitch: tuple[float, float]
-    size: tuple[float, float] = (0.0, 0.0)
-    rim_radius: float = 0.0
-    height: float = 0.0
+    type: str = ''
 
     def __post_init__(self):
         sheet, dome = min(self.size) > 0, self.rim_radius > 0 and self.height > 0
@@ -61,8 +53,7 @@ class MarkerSensor:
 
 
 #: Name -> nominal geometry.
-MARKER_SENSORS = {name: MarkerSensor(name, kind.rows, kind.columns, kind.pitch, kind.size, kind.rim_radius, kind.height)
-                  for name, kind in MARKER_SENSOR_TYPES.items()}
+MARKER_SENSORS = {name: MarkerSensor(**vars(kind), type=name) for name, kind in MARKER_SENSOR_TYPES.items()}
 
 
 def dome_cap(sensor: MarkerSensor) -> Cap:

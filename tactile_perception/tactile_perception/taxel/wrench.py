@@ -95,13 +95,6 @@ def wrench_of(normal: float, pressure_centre: np.ndarray, contact: np.ndarray, g
     return wrench
 
 
-def transform_wrench(wrench: np.ndarray, rotation: np.ndarray, translation: np.ndarray) -> np.ndarray:
-    """The wrench (6,) about the origin of a frame in which a point x of the sensor frame is rotation (3, 3) @ x + translation (3,) (eqs 8,
-    9)."""
-    force = rotation @ wrench[:3]
-    return np.concatenate([force, rotation @ wrench[3:] + np.cross(translation, force)])
-
-
 def taxel_points(array: TaxelArray, pad: SoftPad, surface: np.ndarray, known: bool, forces: np.ndarray, state: np.ndarray) -> SurfacePoints:
     """Points of all taxels on the untouched surface.
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
-from .._core import lie_on_a_line
+from ..common.geometry import lie_on_a_line
 from ..common.surface import label_score, to_grid
 from ..errors import BadFrame
 from .membrane import Membrane, MembraneMaterial

@@ -10,13 +10,13 @@ from functools import partial
 
 import numpy as np
 
-from .._core import all_within
 from ..calibration.files.format import CalibrationFile
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.estimates import AMBIGUOUS, ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
+from ..common.statistics import all_within
 from ..dots.reference import rest_warning
 from ..errors import BadArgument, BadFrame
 from .contact import DotClassification, make_method

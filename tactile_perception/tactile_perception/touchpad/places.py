@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from .._core import all_within, rest_moved
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.geometry import Cap
+from ..common.statistics import all_within
 from ..errors import BadArgument, BadFrame
 from ..dots.tracker import DotEstimator
 from .identification import identify
@@ -34,7 +34,7 @@ class RestPlaces:
 
     def update(self, tracks: DotTracks) -> bool:
         """Take the rest positions of the dots in tracks; whether any has moved or is new."""
-        if not rest_moved(tracks.id, tracks.uv, tracks.duv, self.uv, limit=_MOVED):
+        if not tracks.rest_moved(self.uv, _MOVED):
             return False
         rest = tracks.rest_uv
         known = np.isfinite(rest).all(axis=1)

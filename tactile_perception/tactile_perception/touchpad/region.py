@@ -11,11 +11,11 @@ import cv2
 import numpy as np
 
 from .. import _core
-from .._core import all_within, deepest_notch
 from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, to_grid
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.rigid_motion import RigidFit
-from ..common.geometry import Cap, quaternion
+from ..common.geometry import Cap, deepest_notch, quaternion
+from ..common.statistics import all_within
 from ..errors import BadArgument
 
 _MASK_SCALE = 8  # pixels a pitch, of the mask that assigns dots to regions; chosen

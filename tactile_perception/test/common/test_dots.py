@@ -12,9 +12,3 @@ def test_tracks_of_single_precision_are_kept_in_double():
         assert all(values.dtype == np.float64 for values in (dots.uv, dots.area, dots.sigma, dots.duv, dots.xyz, dots.rest_uv))
     tracks.xyz = 2 * xyz
     assert tracks.xyz.dtype == np.float64 and (tracks.xyz == 2 * xyz).all() and tracks.id.dtype == np.int64
-
-
-def test_tracks_without_positions_keep_none_and_arrays_of_double_are_not_copied():
-    uv = np.ones((2, 2))
-    tracks = DotTracks(1, 2, np.arange(2), uv, uv[:, 0], uv[:, 1], uv)
-    assert tracks.xyz is None and tracks.uv is uv

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
-from tactile_perception.common.geometry import (Cap, FrameTree, cross, matrix_of_quaternion, quaternion, rotation_matrix, rotation_vector,
-                                                sphere_ranges, spline_fit, tangents)
+from tactile_perception.common.geometry import (Cap, FrameTree, cross, deepest_notch, lie_on_a_line, matrix_of_quaternion, quaternion,
+                                                rotation_matrix, rotation_vector, sphere_ranges, spline_fit, tangents)
 from tactile_perception.errors import BadArgument, BadFrame
 
 
@@ -125,3 +125,20 @@ def test_values_of_a_cubic_are_met_at_and_between_levels(levels):
     coefficients = spline_fit(levels) @ cubic(np.arange(levels + 1))
     at = np.linspace(0, levels, 50)
     assert np.allclose(BSpline(np.arange(-3, levels + 4), coefficients, 3)(at), cubic(at))
+
+
+@pytest.mark.parametrize('corners, depth', [
+    ([[0, 0], [4, 0], [4, 3], [2, 1.2], [0, 3]], 1.8), ([[0, 0], [2, 1], [4, 0], [4, 3], [0, 3]], 1.0),
+    ([[0, 0], [2, 0], [2, 2], [0, 2]], 0.0), ([[0, 0], [2, 0], [0, 2]], 0.0), ([[1, 1]] * 7, 0.0), ([[0, 0], [1, 1], [2, 2], [1, 1]], 0.0)])
+@pytest.mark.parametrize('way', [1, -1])
+def test_a_notch_is_as_deep_as_it_lies_below_the_hull(corners, depth, way):
+    assert deepest_notch(np.array(corners, float)[::way]) == pytest.approx(depth, abs=2e-3)
+
+
+@pytest.mark.parametrize('width', [0.0, 0.9e-3, 1.1e-3, 0.5])
+def test_points_are_on_a_line_by_their_second_extent(width):
+    rng = np.random.default_rng(5)
+    cloud = rng.normal(size=(50, 3))
+    extents = np.linalg.qr(cloud - cloud.mean(axis=0))[0] * [1.0, width, 0.0]
+    points = extents @ np.linalg.qr(rng.normal(size=(3, 3)))[0] + rng.normal(size=3)
+    assert lie_on_a_line(points, thinnest=1e-3) == (width < 1e-3)

@@ -25,17 +25,6 @@ def test_a_long_run_counts_once_in_a_while(capsys, monkeypatch):
     assert [int(line.split()[0]) for line in lines] == sorted(int(line.split()[0]) for line in lines)
 
 
-def test_with_a_total_there_is_a_bar_and_the_time_that_is_left(capsys, monkeypatch):
-    now = iter(0.4 * k for k in range(100))
-    monkeypatch.setattr(progress, 'time', SimpleNamespace(monotonic=lambda: next(now)))
-    line = progress.ProgressLine('frames', 12)
-    for _ in range(6):
-        line.step()
-    assert capsys.readouterr().err.splitlines() == [
-        '[######..................] 3 of 12 frames, 2 a second, 0:04 left',
-        '[############............] 6 of 12 frames, 2 a second, 0:02 left']
-
-
 def test_what_is_logged_of_long_work_is_told_once_in_a_while(capsys, monkeypatch):
     now = iter(5 + 0.4 * k for k in range(100))
     monkeypatch.setattr(progress, 'time', SimpleNamespace(monotonic=lambda: next(now)))  # threads of other tests ask for the time too

@@ -7,11 +7,6 @@ from tactile_perception.common.surface import DotSurface, fill_unseen, grid_norm
 from tactile_perception.errors import BadArgument
 
 
-def test_lays_out_and_marks_unseen():
-    grid = to_grid(np.array([0, 5]), np.array([1.0, 2.0]), 2, 3)
-    np.testing.assert_array_equal(grid, [[1, np.nan, np.nan], [np.nan, np.nan, 2]])
-
-
 def test_values_of_some_dots_among_all():
     assert scatter(np.array([1.5, 2.5]), np.array([3, 0]), 4) == pytest.approx([2.5, np.nan, np.nan, 1.5], nan_ok=True)
     assert scatter(np.array([1, 2], np.uint8), np.array([3, 0]), 4, 255).tolist() == [2, 255, 255, 1]
@@ -23,27 +18,6 @@ def test_values_of_some_dots_among_all():
 def test_refuses_ids_off_the_grid(ids):
     with pytest.raises(BadArgument):
         to_grid(np.array(ids), np.zeros(2), 2, 3)
-
-
-def slopes(grid, axis):
-    """Differences along an axis of grid (rows, columns, 3): central, one-sided next to a gap, NaN without neighbours."""
-    before, after = np.full((2, *grid.shape), np.nan)
-    step = np.diff(grid, axis=axis)
-    inner = [slice(None)] * 3
-    inner[axis] = slice(1, None)
-    before[tuple(inner)] = step
-    inner[axis] = slice(None, -1)
-    after[tuple(inner)] = step
-    return np.where(np.isnan(before), after, np.where(np.isnan(after), before, 0.5 * (before + after)))
-
-
-@pytest.mark.parametrize('seed', range(5))
-def test_normals_are_those_of_central_and_one_sided_differences(seed):
-    rng = np.random.default_rng(seed)
-    xyz = rng.normal(size=(*rng.integers(1, 9, 2), 3))
-    xyz[rng.random(xyz.shape[:2]) < 0.3] = np.nan
-    normal = np.cross(slopes(xyz, 1), slopes(xyz, 0))
-    np.testing.assert_allclose(grid_normals(xyz), normal / np.linalg.norm(normal, axis=2, keepdims=True), rtol=1e-12)
 
 
 def test_slopes_are_central_and_one_sided_at_gaps():
@@ -60,12 +34,6 @@ def test_normals_of_a_sphere(pad):
     assert np.degrees(np.arccos(np.sum(normals * true, axis=1)))[inner].max() < 1.0
 
 
-def test_normals_are_nan_where_alone():
-    xyz = np.full((3, 3, 3), np.nan)
-    xyz[1, 1] = 0
-    assert np.isnan(grid_normals(xyz)).all()
-
-
 def test_fills_a_plane_exactly():
     row, column = np.mgrid[:6, :7]
     plane = 2.0 * row - 3 * column
@@ -79,24 +47,12 @@ def test_fill_ends_where_nothing_is_known():
     np.testing.assert_array_equal(fill_unseen(np.where(np.eye(3) > 0, 1.0, np.nan)), 1)
 
 
-def test_fill_from_few_dots_stays_near_them():
-    grid = np.full((23, 23), np.nan)
-    grid[10, 10:12] = [0.0, 1e-3]
-    grid[11, 11] = 3e-3
-    assert np.abs(fill_unseen(grid)).max() < 10e-3
-
-
 def test_points_lie_on_the_cap(pad):
     surface = DotSurface(pad.rest.reshape(23, 23, 3))
     places = np.random.default_rng(0).uniform(4, 18, (200, 2))
     points = surface.points(places)
     np.testing.assert_allclose(points[:, 0], (places[:, 1] - 11) * pad.pitch, atol=1e-12)
     assert np.abs(points[:, 2] - pad.cap.heights(points[:, :2])).max() < 1e-6
-
-
-def test_reaches_half_a_pitch_beyond(pad):
-    point = DotSurface(pad.rest.reshape(23, 23, 3)).points(np.array([[11.0, 22.5]]))[0]
-    np.testing.assert_allclose(point[:2], [11.5 * pad.pitch, 0], atol=1e-9)
 
 
 def test_unseen_dots_are_continued(pad):
@@ -143,12 +99,6 @@ def test_regions_add_up(pad):
     assert both.area == pytest.approx(2 * one.area, rel=1e-6)
     np.testing.assert_allclose(both.centroid, 0, atol=1e-8)
     assert both.spread[0, 0] == pytest.approx((2.25 + 25) * pad.pitch**2, rel=0.03)
-
-
-def test_pitch_is_that_of_the_dots(pad):
-    surface = DotSurface((pad.rest * [1, 1, 0]).reshape(23, 23, 3))
-    score = (np.hypot(*pad.rest[:, :2].T) < 4e-3).astype(float).reshape(23, 23)
-    assert region_outlines(score, surface)[2] == pytest.approx(pad.pitch)
 
 
 def signed_area(loop):
@@ -216,15 +166,6 @@ def test_unseen_dots_leave_no_hole():
 def test_nothing_where_nothing_touches():
     assert region_outlines(np.zeros((23, 23)), flat())[0] == []
     assert region_outlines(np.full((23, 23), np.nan), flat())[0] == []
-
-
-def test_labels_alone_lose_little():
-    row, column = np.mgrid[:23, :23]
-    areas = []
-    for shift in np.linspace(0, 0.9, 10):
-        label = (np.hypot(row - 11 - shift, column - 11.4) < 4.0).astype(float)
-        areas.append(signed_area(region_outlines(label_score(label), flat())[0][0].points))
-    assert np.mean(areas) == pytest.approx(np.pi * 16, rel=0.03)
 
 
 def test_one_label_keeps_a_region():

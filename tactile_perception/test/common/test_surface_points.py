@@ -59,11 +59,6 @@ def test_dots_of_a_grid():
     assert points.normal_force == pytest.approx(np.full(20, 0.25 / np.hypot(0.5, 1)))
 
 
-def test_forces_that_are_not_known_are_nan():
-    points = dot_points((1, 9), on_a_sphere(9), on_a_sphere(9), np.zeros(9, np.uint8), None)
-    assert np.isnan(points.force).all() and np.isnan(points.normal_force).all() and not points.displacement.any()
-
-
 def test_arrays_that_differ_in_length_are_refused():
     three = np.zeros((4, 3))
     with pytest.raises(BadArgument, match=r'force must be \(4, 3\) for 2 x 2 points'):

@@ -17,36 +17,6 @@ def bumpy(seed, rows=15, columns=19):
     return DotSurface(1e-3 * place), score
 
 
-def contours(field, level):
-    places, start, region = _core.find_contours(field, level=level)
-    assert start[-1] == len(places) and len(region) == len(start) - 1
-    return [places[a:b] for a, b in zip(start[:-1], start[1:])], region
-
-
-def test_contour_of_one_node_is_a_diamond():
-    field = np.zeros((3, 3))
-    field[1, 1] = 1
-    (loop,), _ = contours(field, 0.5)
-    assert {tuple(point) for point in loop.tolist()} == {(0.5, 1.0), (1.5, 1.0), (1.0, 0.5), (1.0, 1.5)}
-    row, column = loop.T
-    assert (column @ np.roll(row, -1) - row @ np.roll(column, -1)) / 2 == pytest.approx(0.5)  # from +x (column) to +y (row)
-
-
-def test_contour_settles_diagonal_cells_by_their_mean():
-    field = np.zeros((4, 4))
-    field[1, 1] = field[2, 2] = 0.9
-    assert len(contours(field, 0.5)[0]) == 2
-    field[1, 2] = field[2, 1] = 0.4
-    assert len(contours(field, 0.5)[0]) == 1
-
-
-def test_a_linear_surface_is_extended_and_read_as_what_it_is():
-    row, column = np.mgrid[:7, :5].astype(float)
-    surface = DotSurface(np.stack([column, row, 2 * column - row], axis=2))
-    places = np.random.default_rng(0).uniform(-0.5, 4, (300, 2))
-    np.testing.assert_allclose(surface.points(places)[:, 2], 2 * places[:, 1] - places[:, 0], atol=1e-12)
-
-
 def test_arrays_that_do_not_fit_are_refused():
     surface, score = bumpy(0)
     outline = region_outlines(score, surface)[0][0]

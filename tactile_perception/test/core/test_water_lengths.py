@@ -62,17 +62,6 @@ def test_strong_glare_is_taken_off(share, length):
     assert abs(with_it - length) < 0.2 * abs(without - length)
 
 
-def test_without_a_known_excess_it_is_weighted_least_squares():
-    ratios = np.array([-1.62, -1.31])
-    weight = np.linalg.inv(NOISE)
-    information = ABSORPTIONS @ weight @ ABSORPTIONS
-    found = lengths_of(ratios, np.nan)
-    assert found[0] == pytest.approx(ABSORPTIONS @ weight @ (CONSTANTS - ratios) / information, rel=1e-12)
-    plain = lengths_of(CONSTANTS - ABSORPTIONS * 0.03, np.nan)
-    assert plain[1] == pytest.approx(information**-0.5, rel=1e-9)
-    assert lengths_of(CONSTANTS - ABSORPTIONS * 0.03, np.nan, count=4)[1] == pytest.approx(2 * plain[1], rel=1e-9)
-
-
 def test_ratios_that_disagree_and_patches_widen_the_deviation():
     agree = CONSTANTS - ABSORPTIONS * 0.03
     usual = lengths_of(agree, np.nan)[1]

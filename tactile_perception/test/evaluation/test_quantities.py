@@ -24,11 +24,6 @@ def test_of_an_overlap_the_least_is_the_worst():
     assert found['worst'] == 0 and found['within_95'] == pytest.approx(0.05) and 'bias' not in found
 
 
-def test_what_is_not_told_is_counted_and_no_error():
-    found = errors([1e-3, np.nan, 2e-3])
-    assert found.untold == 1 and found.table()[:, 3].tolist() == [1e-3, 2e-3]
-
-
 def test_over_time_and_over_the_surface():
     table = errors([1e-3] * 60 + [5e-3] * 60, x=1e-4).table()
     times = over_time(table, QUANTITIES['place'])
@@ -37,8 +32,3 @@ def test_over_time_and_over_the_surface():
     cells = over_surface(table, QUANTITIES['place'])
     assert [cell['median'] for cell in cells] == pytest.approx([1, 1, 3, 5, 5]) and sum(cell['count'] for cell in cells) == 120
     assert cells[0]['x_mm'] == pytest.approx(1.19)
-
-
-def test_of_nothing_there_is_nothing():
-    assert over_time(np.zeros((0, 4)), QUANTITIES['place']) == over_surface(np.zeros((0, 4)), QUANTITIES['place']) == []
-    assert over_surface(np.array([[0, np.nan, np.nan, 1.0]]), QUANTITIES['place']) == []

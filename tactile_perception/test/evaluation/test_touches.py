@@ -49,11 +49,6 @@ def test_frames_and_touches_are_counted():
     assert found['touches']['told_after_ms']['median'] == pytest.approx(100)
 
 
-def test_flags_are_counted():
-    assert counted([([contact(0, 0, flags=5)], [contact(0, 0)])]).summary()['flagged'] == {
-        'OUT_OF_RANGE': 1, 'AT_EDGE': 0, 'AMBIGUOUS': 1, 'SATURATED': 0}
-
-
 @pytest.mark.parametrize('factor, mean', [(1.0, 1.0), (2.0, 0.25), (0.5, 4.0)])
 def test_covariances_that_are_too_large_or_small_are_seen(factor, mean):
     rng = np.random.default_rng(1)

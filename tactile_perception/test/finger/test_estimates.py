@@ -8,7 +8,7 @@ import pytest
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.psd.scene import Act, Ambient, PsdScene, PsdScript, open_psd_scene
 
-from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.errors import BadArgument
 from tactile_perception.finger.calibration import Recording, find_presses, fit_finger
 from tactile_perception.finger.model import FingerModel
 from tactile_perception.finger.parameters import PSD_METHODS, PSD_PARAMETERS, make_finger
@@ -67,11 +67,6 @@ def test_a_moving_contact_is_stamped_with_the_time_at_which_it_is_there():
     assert inside.sum() > 20 and abs(np.mean(late)) < np.radians(0.1) and np.abs(late).max() < np.radians(0.6)
 
 
-def test_one_result_a_sample(taps):
-    found = run(make_finger(FingerModel(), VALUES | {'results': 'sample'}), taps[0], 50)
-    assert [k for k, _ in found] == list(range(200, 1500))
-
-
 def test_the_filter_smooths_and_covers(taps):
     plain, smooth = (run(make_finger(FingerModel(), VALUES | {'results': 'sample', 'filter': on}), taps[0], 10) for on in (False, True))
     def scatter(found):
@@ -87,12 +82,6 @@ def test_single_samples_of_unknown_rate(taps):
     assert first.needs_period and not first.estimates
     found = [touches for k in range(1, 600) for _, touches in results(finger, taps[0][k:k + 1], 1 + 1e-3 * k, float('nan'))]
     assert any(found) and len(found) == 399
-
-
-@pytest.mark.parametrize(('period', 'count'), [(0.0, 5), (-1e-3, 5), (float('nan'), 5), (0.0, 1)])
-def test_invalid_periods_are_refused(taps, period, count):
-    with pytest.raises(BadFrame, match='sample_period'):
-        make_finger(FingerModel(), VALUES).estimate(taps[0][:count], 1.0, period)
 
 
 def circling(model, values=VALUES, seed=2):

@@ -8,7 +8,6 @@ from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.scene import Act, Ambient, PsdScene, PsdScript
 from tactile_driver.serial.psd import Demodulator
 
-from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception._core.finger import AMBIGUOUS, OUT_OF_RANGE, SATURATED
 from tactile_perception.finger.map import error_angle
 from tactile_perception.finger.model import FingerModel
@@ -42,15 +41,6 @@ def test_positions_are_accurate_to_the_rim(grid):
     assert len(found) == 25 and error.mean() < 0.4 and error.max() < 1.2
     assert np.linalg.norm([t.position for t in found], axis=1) == pytest.approx(0.016)
     assert not any(t.flags for t in found)
-
-
-def test_the_mean_deviation_is_below_that_of_the_paper(grid):
-    finger, samples, truth = grid
-    normals = finger.normals(samples)
-    for run in played.runs(samples):
-        if samples.contact[run].sum() > 200 and truth.normal[run][150, 2] > np.cos(np.radians(46)):
-            held = normals[run][50:-50]
-            assert np.degrees(error_angle(held, held.mean(0) / np.linalg.norm(held.mean(0)))).mean() < 1.5
 
 
 def test_covariances_match_the_errors(grid):
@@ -204,34 +194,6 @@ def test_negative_net_voltages_make_no_place_beyond_the_detector(model):
     assert not pressed(ready(model)[0], [-0.5, -0.5, -0.5, -0.5]).contact.any()
 
 
-def test_beyond_the_calibrated_cap_is_flagged(model):
-    finger, _ = ready(model)
-    corner = pressed(finger, [0.0, 0.02, 0.9, 0.02])
-    assert played.touch(finger, corner, slice(40, 60)).flags & OUT_OF_RANGE
-
-
-@pytest.mark.parametrize('period', [0.0, -1e-3, np.nan, np.inf])
-def test_bad_period(model, period):
-    with pytest.raises(BadFrame, match='period'):
-        PsdFinger(model).detect(np.zeros((5, 4)), period)
-
-
-@pytest.mark.parametrize('shape', [(0, 4), (5, 3), (4,)])
-def test_bad_shape(model, shape):
-    with pytest.raises(BadFrame, match='shape'):
-        PsdFinger(model).detect(np.zeros(shape), 1e-3)
-
-
-def test_one_to_a_hundred_thousand_samples_in_a_call(model):
-    finger = PsdFinger(model)
-    volts, truth = played.scene('demo')
-    samples = finger.detect(np.tile(volts, (10, 1)), PERIOD)
-    contact = np.tile(truth.touching > 0, 10)
-    assert len(contact) == 100_000 and (samples.contact != contact).mean() < 1e-3 and samples.id.max() == 70
-    one = PsdFinger(model)
-    assert len(one.detect(volts[:1], PERIOD).id) == 1
-
-
 def test_without_a_calibration_it_works_as_the_nominal_sensor():
     finger = PsdFinger(FingerModel())
     volts, truth = played.scene('grid')
@@ -240,18 +202,6 @@ def test_without_a_calibration_it_works_as_the_nominal_sensor():
     found, true = touched(finger, samples, truth)
     assert np.degrees(error_angle(np.array([t.normal for t in found]), true)).mean() < 20
     assert np.isnan(found[0].force) and np.isnan(found[0].depth)
-
-
-@pytest.mark.parametrize('light', [-0.2, 0.3, 1.2])
-def test_ambient_steps_during_a_contact_are_rejected(model, light):
-    place = (2.0, 0.3)
-    lamp = Ambient(steps=((1.5, light),))
-    finger = PsdFinger(model)
-    volts, truth = played.script(PsdScript([Act(0.5, 2.5, place, place, 3e-4), Act(4.0, 5.0, place, place, 3e-4)], 5.5, lamp))
-    samples = finger.detect(volts, PERIOD)
-    assert not samples.contact[2505:3995].any() and samples.contact[700:2400].all()
-    for some in (slice(1600, 2300), slice(4200, 4800)):
-        assert np.degrees(error_angle(played.touch(finger, samples, some).normal, truth.normal[some.start])) < 0.4
 
 
 def reported(finger, volts):
@@ -319,11 +269,3 @@ def test_with_modulated_light_lamps_and_flicker_are_no_contacts_and_touches_are_
     assert 1.79 < times.min() < 1.83 and 2.57 < times.max() < 2.61
     errors = [np.degrees(error_angle(touch.normal, truth.normal[21_000])) for at, _, touch in found if 1.9 < at < 2.5]
     assert np.mean(errors) < 1.5 and finger.offset == pytest.approx(np.zeros(4), abs=5e-3)
-
-
-def test_bad_settings(model):
-    with pytest.raises(BadArgument, match='radius'):
-        PsdFinger(model, FingerSettings(radius=0.0))
-    finger, offset = ready(model)
-    with pytest.raises(BadArgument, match='not in contact'):
-        played.touch(finger, finger.detect(np.tile(offset, (5, 1)), PERIOD), slice(0, 5))

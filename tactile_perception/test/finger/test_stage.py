@@ -30,13 +30,6 @@ def blocks():
     return [voltages_message(SampleBlock(volts[k:k + BATCH], 10**9 + k * 1_000_000, 1e-3), 'finger') for k in range(0, 700, BATCH)]
 
 
-def test_contacts_come_under_the_stamps_of_their_samples(stage, blocks):
-    found = [message for block in blocks for message in stage.process(block)['contacts']]
-    stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in found]
-    assert stamps == sorted(set(stamps)) and {m.header.frame_id for m in found} == {'finger'}
-    assert {len(m.contacts) for m in found} == {0, 1}
-
-
 @pytest.mark.parametrize('count', [0, 3, 7])
 def test_incomplete_samples_are_refused(stage, count):
     with pytest.raises(BadFrame, match='a sample has four'):

@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 from tactile_perception.press.sensor import MarkerSensor
 
-SENSOR = MarkerSensor('areal_dual', 5, 8, (9.4e-3, 8.2e-3), (0.078, 0.046))
+SENSOR = MarkerSensor(5, 8, (9.4e-3, 8.2e-3), (0.078, 0.046), type='areal_dual')
 SIZE, FINE = (300, 330), 4
 MATRIX = np.array([[286.0, 0, 151], [0, 285, 166], [0, 0, 1]])
 DISTORTION = np.array([-0.03, 0.004, 0, 0, 0])

@@ -59,29 +59,6 @@ def appearance(deformed, rest, eye):
     return np.column_stack([moved[:, :2] + offset * (scale - 1)[:, None], growth])
 
 
-def interaction(one, other):
-    """(K, 3, 3) correction of the sum of two deformations (K, 3, 3), for a factor of one."""
-    lacks = np.zeros_like(one)
-    a, b = np.minimum(one[:, 0, 2], -1e-9), np.minimum(other[:, 0, 2], -1e-9)
-    lacks[:, 0, 2] = -a * b / (a + b)
-    lacks[:, 1:, 2] = -((b / (a + b))**2)[:, None] * one[:, 1:, 2] - ((a / (a + b))**2)[:, None] * other[:, 1:, 2]
-    return lacks
-
-
-def widening(one, other, one_at_other, other_at_one, prestretch):
-    """(K, 3, 3) displacement along the plane, and its derivatives but for curvatures, that two deformations (K, 3, 3) cause together, whose
-    heights, m, at each other's tip are given."""
-    area = 3 * prestretch**-6
-    share = 0.4 * area / (2 + 2 * area)
-    (a, *slope_a), (b, *slope_b) = np.moveaxis(one[..., 2], 1, 0), np.moveaxis(other[..., 2], 1, 0)
-    aside = np.zeros_like(one)
-    for c in (0, 1):
-        aside[:, 0, c] = -share * (slope_a[c] * (b - other_at_one) + slope_b[c] * (a - one_at_other))
-        for o in (0, 1):
-            aside[:, 1 + o, c] = -share * (slope_a[c] * slope_b[o] + slope_b[c] * slope_a[o])
-    return aside
-
-
 def disc(radius, count=1000):
     """(count, 2) points, m, all over a disc: a sunflower's."""
     steps = np.arange(count) + 0.5

@@ -70,13 +70,6 @@ def test_a_file_without_methods_or_for_another_sensor_is_refused(path, tmp_path)
         read_touch(tmp_path / 'none.yaml', 'areal_single')
 
 
-def test_the_best_is_the_one_with_the_least_errors_in_proportion():
-    both = {'a': GOOD.numbers(), 'b': BAD.numbers()}
-    assert best_method(both, ['a', 'b']) == 'a'
-    assert best_method({'a': {'place_median': NAN}, 'b': BAD.numbers()}, ['a', 'b']) == 'b'
-    assert best_method({}, ['only']) == 'only'
-
-
 def test_mechanics_come_before_what_was_only_learned_unless_clearly_worse():
     worse = replace(GOOD, place_median=1.8 * GOOD.place_median, depth_median=1.8 * GOOD.depth_median)
     assert best_method({'paper': GOOD.numbers(), 'model': worse.numbers()}, ['paper', 'model']) == 'model'

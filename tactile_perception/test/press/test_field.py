@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_driver.errors import BadArgument as DriverBadArgument
 from tactile_driver.stitching.calibration import SideView, Stitching
-from tactile_perception._core import follow_markers
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadArgument, BadFrame
@@ -111,11 +109,6 @@ def test_the_view_is_made_anew_only_for_a_reference_that_moved_or_new_markers():
     assert markers.area == pytest.approx(120.0)  # another reference, other areas
 
 
-def test_ids_of_another_pattern_are_refused():
-    with pytest.raises(BadArgument, match='marker ids'):
-        RestMarkers(2, lambda uv: VIEW).field(tracks_markers((0.0, 0.0), 100.0, id=(0, 3)))
-
-
 PLAIN, NO_DISTORTION = np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]), np.zeros(5)
 
 
@@ -147,17 +140,3 @@ def test_a_dome_s_camera_stands_where_the_parameters_say():
     seen, eyes = view.back_project(np.array([(320.0, 240.0), (420.0, 240.0)]))
     assert eyes[0] == pytest.approx([0, 0, -0.045])
     assert seen[:, :2] == pytest.approx(np.array([(0, 0), (0.2 * 0.165, 0)]))
-
-
-def test_without_a_calibrated_camera_there_is_no_view():
-    assert view_maker(MARKER_SENSORS['areal_single'], None, None) is None
-    with pytest.raises(DriverBadArgument):
-        view_maker(MARKER_SENSORS['areal_dual'], None, {'size': [1]})
-
-
-def test_markers_of_another_pattern_are_left_out():
-    known = np.zeros((2, 2)), np.full(2, 50.0), np.ones(2)
-    found = follow_markers(np.array([-1, 2]), np.ones((2, 2)), np.zeros((2, 2)), np.full(2, 60.0), *known, moved=0.3, still=0.25,
-                           most_frames=5)
-    for mine, before in zip(found, known):
-        np.testing.assert_array_equal(mine, before)

@@ -1,9 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Displacement of a dome's markers under presses, against a plain reference; the fit, against presses that are known."""
+"""The fit of presses on a dome, against presses that are known."""
 import numpy as np
 import pytest
-from scipy.interpolate import BSpline
 from scipy.optimize import least_squares
 from tactile_perception import _core
 
@@ -41,58 +40,13 @@ def markers(count=60, seed=1):
     return points
 
 
-def reference(arrays, points, press):
-    """press_dome for one press, step by step."""
-    curvature, centre_z, scale, reach, deepest, power, radius, spread = arrays['numbers']
-    x, y, log_depth, size, friction, drag_x, drag_y = press
-    away = np.hypot(x, y)
-    cos, sin = (x / away, y / away) if away > 0 else (1.0, 0.0)
-    shift = np.tan(np.arcsin(away / (curvature + radius * np.exp(spread * size))) / 2) / scale
-    along, across = cos * drag_x + sin * drag_y, cos * drag_y - sin * drag_x
-    level = (np.exp(log_depth) / deepest) ** (1 / power) * LEVELS
-    by_level = BSpline.design_matrix([level], np.arange(-3, LEVELS + 4, dtype=float), 3).toarray()[0]
-    by_shift = np.polynomial.chebyshev.chebvander([shift / reach], ORDER - 1)[0]
-    by_radius = size ** np.arange(RADII)
-    rubs = np.array([1, np.clip(-friction, 0, 1)])
-    kinds = np.array([1, friction, friction**2, friction**3, *(along * rubs)])
-    even = np.einsum('dkabm,d,k,a,b->m', arrays['even_table'], by_level, kinds, by_shift, by_radius)
-    odd = across * np.einsum('dkabm,d,k,a,b->m', arrays['odd_table'], by_level, rubs, by_shift, by_radius)
-    even, odd = np.tensordot(even, arrays['even_modes'], 1), np.tensordot(odd, arrays['odd_modes'], 1)
-    moved = np.zeros((len(points), 3))
-    for k, point in enumerate(points):
-        if np.isnan(point).any():
-            continue
-        w = (point[0] + 1j * point[1]) * (cos - 1j * sin) / ((curvature + point[2] - centre_z) * scale)
-        z = (w - shift) / (1 - shift * w)
-        if not abs(z) < 1:
-            continue
-        order, rows = np.arange(WAVES), []
-        for axis in range(3):
-            of_even, of_odd = [np.array([np.interp(abs(z), arrays['edges'], field[:, axis, m]) for m in order]) for field in (even, odd)]
-            waves = np.cos(order * np.angle(z)), np.sin(order * np.angle(z))
-            rows.append(of_even @ waves[axis == 1] + of_odd @ waves[axis != 1])
-        moved[k] = cos * rows[0] - sin * rows[1], sin * rows[0] + cos * rows[1], rows[2]
-    return moved
+def pressed(arrays, points, press):
+    """(K, 3) m: displacements under one press; test_library.py compares them with the simulated ones."""
+    return _core.press_dome(**arrays, points=points, eyes=np.zeros_like(points), presses=np.array([press]))
 
 
-ROUNDED = 2e-8  # m: tables and sums are float32, of displacements up to 0.1 m
 PRESSES = np.array([[0.03, 0.02, np.log(0.02), 0.4, -0.5, 0.2, -0.3], [-0.04, 0.01, np.log(0.008), -0.7, 0.6, 0.0, 0.1],
                     [0.0, 0.0, np.log(0.03), 0.0, 0.0, 0.3, 0.0]])
-
-
-@pytest.mark.parametrize('press', PRESSES.tolist())
-def test_a_press_is_that_of_the_plain_reference(press):
-    arrays, points = library(), markers()
-    moved = _core.press_dome(**arrays, points=points, eyes=np.zeros_like(points), presses=np.array([press]))
-    assert np.abs(moved).max() > 1e-4
-    assert np.allclose(moved, reference(arrays, points, press), rtol=0, atol=ROUNDED)
-
-
-def test_presses_add_up_and_none_moves_nothing():
-    arrays, points = library(), markers()
-    together = _core.press_dome(**arrays, points=points, eyes=np.zeros_like(points), presses=PRESSES)
-    assert np.allclose(together, sum(reference(arrays, points, press) for press in PRESSES), rtol=0, atol=ROUNDED)
-    assert not _core.press_dome(**arrays, points=points, eyes=np.zeros_like(points), presses=PRESSES[:0]).any()
 
 
 def seen_at(places, eye):
@@ -111,7 +65,7 @@ def test_an_error_that_markers_share_is_counted_in_fit_and_covariance():
     """A common shift along x and y, of a standard deviation far above the noise."""
     arrays, points, eye = library(), markers(150), np.array([0.001, -0.002, -0.04])
     press, sigma, common, rng, errors = PRESSES[0], 2e-6, 1e-4, np.random.default_rng(0), []
-    true = seen_at(points + reference(arrays, points, press), eye) - seen_at(points, eye)
+    true = seen_at(points + pressed(arrays, points, press), eye) - seen_at(points, eye)
     weight = np.where(np.isfinite(true).all(1), sigma**-2, 0.0)
     shared = weight[None] / np.sqrt(weight.sum() + common**-2)  # Woodbury
     for _ in range(40):
@@ -128,7 +82,7 @@ def test_an_error_that_markers_share_is_counted_in_fit_and_covariance():
 @pytest.mark.parametrize('press', PRESSES[:2].tolist())
 def test_a_fit_finds_the_press_and_its_covariance_that_of_the_noise(press):
     arrays, points, eye = library(), markers(150), np.array([0.001, -0.002, -0.04])
-    true = seen_at(points + reference(arrays, points, press), eye) - seen_at(points, eye)
+    true = seen_at(points + pressed(arrays, points, press), eye) - seen_at(points, eye)
     seen = np.isfinite(true).all(1)
     start = np.array([press]) + [[2e-3, -2e-3, 0.1, 0.1, 0.1, 0.05, 0.05]]
     sigma, rng, errors = 2e-6, np.random.default_rng(0), []
@@ -147,7 +101,7 @@ def test_a_fit_finds_the_press_and_its_covariance_that_of_the_noise(press):
 def test_a_number_that_may_go_no_farther_leaves_the_others_at_their_best(number, bound):
     arrays, points, eye = library(), markers(150), np.array([0.001, -0.002, -0.04])
     press = np.abs(PRESSES[0]) * [1, 1, -1, 1, 1, 1, 1]
-    shift = np.nan_to_num(seen_at(points + reference(arrays, points, press), eye) - seen_at(points, eye))
+    shift = np.nan_to_num(seen_at(points + pressed(arrays, points, press), eye) - seen_at(points, eye))
     prior, weight = PRIOR.copy(), np.where(np.isfinite(points).all(1), 1e12, 0.0)
     prior[3, number] = bound
     start = np.minimum(press + [2e-3, -2e-3, 0.1, 0.1, 0.1, 0.05, 0.05], prior[3])
@@ -155,9 +109,9 @@ def test_a_number_that_may_go_no_farther_leaves_the_others_at_their_best(number,
                            shared=ALONE, starts=start[None], prior=prior)
 
     def left(numbers):
-        seen = np.nan_to_num(seen_at(points + reference(arrays, points, numbers), eye) - seen_at(points, eye))
+        seen = np.nan_to_num(seen_at(points + pressed(arrays, points, numbers), eye) - seen_at(points, eye))
         return ((shift - seen) * np.sqrt(weight)[:, None]).ravel()
-    best = least_squares(left, start - 1e-6, bounds=(prior[2], prior[3]), x_scale=prior[4])
+    best = least_squares(left, start - 1e-6, bounds=(prior[2], prior[3]), x_scale=prior[4], diff_step=1e-3)
     assert found[0][0, number] == pytest.approx(bound, abs=1e-9)
     assert found[3] <= 2 * best.cost * 1.01
 

@@ -132,7 +132,7 @@ def test_what_cannot_tell_is_refused(pair):
     covered[:120] = 12
     with pytest.raises(BadCalibration, match='left image.*rows'):
         fit_stitching((covered, pair[1]), (KNOWN, KNOWN), SENSOR)
-    wide = MarkerSensor('areal_dual', 5, 14, SENSOR.pitch, (0.133, 0.046))
+    wide = MarkerSensor(5, 14, SENSOR.pitch, (0.133, 0.046), type='areal_dual')
     with pytest.raises(BadCalibration, match='gap'):
         fit_stitching(pair, (KNOWN, KNOWN), wide)
     with pytest.raises(BadArgument, match='no|not'):

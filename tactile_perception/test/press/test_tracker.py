@@ -39,13 +39,6 @@ def test_a_touch_that_was_missed_for_two_frames_goes_on():
     assert [t.id for t in tracker.process([touch(0.0, 0.0)], 0.21)] == [1]
 
 
-def test_a_touch_elsewhere_in_the_next_frame_is_another_one():
-    tracker = TouchTracker()
-    for k in range(10):
-        tracker.process([touch(0.0, 0.0)], 0.033 * k)
-    assert [t.id for t in tracker.process([touch(0.03, 0.0)], 0.33)] == [2]
-
-
 def test_the_filter_does_not_delay_a_finger_that_moves_evenly_and_adds_no_noise():
     random = np.random.default_rng(0)
     for speed in (0.0, 0.05):
@@ -90,13 +83,6 @@ def test_the_covariance_of_what_is_filtered_is_honest():
         off = found.position[:2] - place
         squares.append(off @ np.linalg.solve(found.covariance[:2, :2], off) / 2)
     assert 0.6 < np.mean(squares) < 1.5
-
-
-def test_frames_far_apart_are_each_their_own():
-    tracker = TouchTracker()
-    tracker.process([touch(0.0, 0.0)], 0.0)
-    found = tracker.process([touch(0.004, 0.0)], 10.0)[0].estimate
-    assert found.position[0] == pytest.approx(0.004, abs=1e-6)
 
 
 def test_without_the_filter_the_estimate_goes_through():

@@ -21,11 +21,6 @@ def two(gap, more=0.0):
     return both(bar(-4 - gap / 2, 0, 0, 8, 8 + more), bar(4 + gap / 2, 0, 0, 8, 8 - more))
 
 
-def test_numbers_last_while_a_contact_moves():
-    numbers = ContactTracker()
-    assert [list(assigned(numbers, bar(x0))) for x0 in np.arange(0, 5, 0.5)] == [[1]] * 10
-
-
 @pytest.mark.parametrize('more', [0.0, 1.0, -1.0])
 def test_two_regions_merge_and_part_with_their_numbers_though_the_larger_one_changes(more):
     numbers = ContactTracker()

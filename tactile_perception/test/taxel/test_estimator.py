@@ -13,7 +13,7 @@ from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.response import Response
 from tactile_perception.taxel.wrench import GraspedObject
-from taxel_pictures import ARRAY, bar, both, disc, picture, ring
+from taxel_pictures import ARRAY, bar, picture
 
 
 KNOWN = TaxelSettings(response=Response((500.0, 0.0, 0.0), known=True))
@@ -39,19 +39,6 @@ def test_hard_pictures_are_survived_and_quiet(method, image):
         assert result.slip.state == NONE and np.isfinite(result.region.area)
 
 
-def test_empty_image():
-    result = run([whole(np.zeros((44, 44)))])[0]
-    assert result.region.area == 0 and not result.contacts and not result.wrench.any()
-    assert np.isnan(result.region.centroid).all()
-
-
-def test_one_taxel():
-    image = np.zeros((44, 44))
-    image[10, 12] = 200
-    result = run([whole(image)])[0]
-    assert result.region.centroid[:2] == pytest.approx([-9.5e-3, -11.5e-3], abs=1e-4) and np.isnan(result.region.orientation)
-
-
 def test_full_saturation_is_flagged():
     flags = run([np.full((44, 44), 255, np.uint8)] * 2)[1].contacts[0].flags
     assert flags & SATURATED and flags & AT_EDGE
@@ -61,20 +48,6 @@ def test_uniform_load():
     result = run([whole(np.full((44, 44), 40.0))] * 2)[1]
     assert result.region.area == pytest.approx(44e-3**2, rel=0.06) and np.isnan(result.region.orientation)
     assert result.wrench[2] == pytest.approx(-40 * 500 * 44e-3**2, rel=0.02)
-
-
-@pytest.mark.parametrize('inside', [disc(0.3, -0.4), bar(length=12, width=12), ring()])
-def test_no_direction(inside):
-    assert np.isnan(run([whole(picture(inside))])[0].region.orientation)
-
-
-def test_contacts_of_two_regions_that_merge_and_part():
-    def two(gap):
-        return whole(picture(both(bar(-4 - gap / 2, 0, 0, 8, 8), bar(4 + gap / 2, 0, 0, 8, 8))))
-    results = run([two(gap) for gap in (8, 6, 5, 5, 0, 5, 8)])
-    assert [sorted(c.id for c in result.contacts) for result in results[:4]] == [[1, 2]] * 4
-    assert [c.flags for c in results[4].contacts] == [AMBIGUOUS]
-    assert sorted(c.id for c in results[-1].contacts) == [1, 2]
 
 
 def test_jump_of_half_the_array_is_another_contact_and_no_slip():
@@ -92,13 +65,6 @@ def test_dead_rows_through_the_contact():
     assert region.orientation == pytest.approx(0.2, abs=np.radians(0.6))
 
 
-def test_nan_in_float_input():
-    image = picture(bar())
-    image[20:22, 20] = np.nan
-    result = run([image + 3], untouched=8)[0]
-    assert result.region.area == pytest.approx(160e-6, rel=0.08) and np.isfinite(result.pressure).all()
-
-
 @pytest.mark.parametrize('shape', [(1, 30), (30, 1), (1, 1), (2, 2), (256, 256)])
 def test_any_size(shape):
     array = TaxelArray(*shape, 1e-3)
@@ -108,23 +74,11 @@ def test_any_size(shape):
         assert result.region.area > 0 and result.slip.state == NONE
 
 
-def test_constant_images_are_no_contact():
-    for level in (0, 3, 200):
-        for result in run([np.full((44, 44), level, np.uint8)] * 5, estimator=TaxelEstimator(ARRAY, SoftPad(), KNOWN), untouched=0):
-            assert not result.contacts and result.region.area == 0 and not result.wrench.any() and np.isnan(result.slip.slipping_fraction)
-
-
 def test_a_checkerboard_is_a_broken_image_of_which_little_is_told():
     even = np.indices((44, 44)).sum(axis=0) % 2 * 120.0
     for result in run([whole(even), whole(120 - even)] * 3):
         assert result.slip.state == NONE and np.isnan(result.region.orientation) and np.isnan(result.wrench).all()
         assert len(result.contacts) == 64 and all(c.flags & AMBIGUOUS and np.isnan(c.force) for c in result.contacts)
-
-
-def test_a_ring_has_its_centre_in_its_hole():
-    region = run([whole(picture(ring(5, 10)))])[0].region
-    assert len(region.outlines) == len(region.holes) == 1 and region.centroid[:2] == pytest.approx([0, 0], abs=5e-5)
-    assert region.area == pytest.approx(np.pi * 75e-6, rel=0.08)
 
 
 def test_rows_that_die_unnoticed_are_found_in_the_contact_and_bridged():
@@ -177,11 +131,6 @@ def test_calibrated_pressure_goes_before_depth_unless_it_is_saturated(method, st
     result = run([image], estimator=estimator)[0]
     expected = 3e5 / 0.002 * depth * result.region.area if by_depth else -known.wrench[2]
     assert -result.wrench[2] == pytest.approx(expected) and result.contacts[0].depth == depth
-
-
-def test_without_calibration_force_is_not_known():
-    result = run([whole(picture(bar()))], TaxelSettings())[0]
-    assert np.isnan(result.wrench).all() and np.isnan(result.contacts[0].force) and np.isnan(result.contacts[0].depth)
 
 
 def test_refused_frames():

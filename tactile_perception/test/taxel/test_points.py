@@ -10,7 +10,7 @@ from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, Ta
 from tactile_perception.taxel.motion import ObjectMotion
 from tactile_perception.taxel.region import find_regions
 from tactile_perception.taxel.response import Response
-from tactile_perception.taxel.wrench import GraspedObject, taxel_forces, taxel_points, taxel_states
+from tactile_perception.taxel.wrench import GraspedObject, taxel_states
 from taxel_pictures import ARRAY, bar, both, disc, picture
 
 PAD, PER_COUNT = SoftPad(), 500.0  # Pa
@@ -57,16 +57,6 @@ def test_a_point_lies_where_its_taxel_is_and_the_pad_gives_as_it_is_pressed():
     assert points.state[middle] == STICKING and points.state[0] == 0
 
 
-def test_nothing_touches_nothing_presses():
-    points = result_of(np.zeros((44, 44))).points()
-    assert not points.normal_force.any() and not points.state.any()
-
-
-def test_without_calibration_forces_and_displacements_are_not_known():
-    points = result_of(picture(TWO), TaxelSettings()).points()
-    assert np.isnan(points.normal_force).all() and np.isnan(points.displacement).all() and points.state.any()
-
-
 def test_a_known_depth_tells_the_force_and_pressure_only_its_shares():
     result = result_of(picture(TWO), TaxelSettings(), GraspedObject(depth=4e-4))
     points = result.points()
@@ -80,13 +70,6 @@ def test_a_broken_image_has_no_forces():
     assert np.isnan(result_of(even).points().normal_force).all()
 
 
-def test_a_region_without_pressure_has_no_shares():
-    score = (picture(disc(0, 0, 5)) > 30).astype(np.float32)
-    regions = find_regions(score, np.zeros((44, 44), np.float32), ARRAY)
-    forces = taxel_forces(regions, np.zeros((44, 44), np.float32), [1.0], True)
-    assert np.isnan(forces[regions.touched]).all() and forces[0, 0] == 0
-
-
 def test_states():
     score = (picture(disc(0, 0, 5)) > 30).astype(np.float32)
     regions = find_regions(score, score, ARRAY)
@@ -98,8 +81,3 @@ def test_states():
     assert not state[~regions.touched].any()
     assert (taxel_states(regions, SlipEstimate(state=GROSS), None)[regions.touched] == UNKNOWN).all()
     assert (taxel_states(regions, SlipEstimate(state=NONE), None)[regions.touched] == STICKING).all()
-
-
-def test_forces_of_no_sensor():
-    points = taxel_points(ARRAY, PAD, np.zeros((44, 44), np.float32), False, np.full((44, 44), np.nan), np.zeros((44, 44), np.uint8))
-    assert np.isnan(points.force).all() and np.isfinite(points.xyz).all()

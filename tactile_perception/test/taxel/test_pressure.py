@@ -68,12 +68,6 @@ def test_noise_that_looks_like_touch_everywhere_is_known_all_the_same():
     assert baseline.sigma == pytest.approx(12, rel=0.1)
 
 
-def test_origin_is_the_middle_x_along_columns():
-    array = TaxelArray(3, 5, 2e-3)
-    assert array.x.tolist() == pytest.approx([-4e-3, -2e-3, 0, 2e-3, 4e-3])
-    assert array.y.tolist() == pytest.approx([-2e-3, 0, 2e-3])
-
-
 @pytest.mark.parametrize('values', [np.zeros((4, 4)), np.zeros((3, 5), complex), np.zeros(15)])
 def test_frame_of_another_shape_or_type_is_refused(values):
     with pytest.raises(BadFrame):
@@ -97,14 +91,6 @@ def test_pad():
         SoftPad(friction=0.0)
 
 
-def test_gap_is_filled_from_its_neighbours():
-    values = np.fromfunction(lambda r, c: 2 * r + 3 * c, (9, 9)).astype(np.float32)
-    dead = np.zeros((9, 9), bool)
-    dead[4] = True
-    broken = np.where(dead, np.float32(77), values)
-    assert fill(broken, dead)[4, 1:-1] == pytest.approx(values[4, 1:-1], abs=1e-4)
-
-
 def test_all_dead_is_zero():
     assert not fill(np.ones((3, 3), np.float32), np.ones((3, 3), bool)).any()
 
@@ -126,12 +112,6 @@ def test_healthy_contact_has_no_dead_taxel():
     for _ in range(30):
         dead.repaired(picture(bar()) + rng.normal(0, 0.7, (44, 44)).astype(np.float32), 0.7)
     assert not dead.dead.any()
-
-
-def test_nan_is_filled():
-    image = picture(bar())
-    image[20, 20] = np.nan
-    assert DeadTaxels(np.zeros((44, 44), bool)).repaired(image, 0.5)[20, 20] == pytest.approx(60, rel=0.02)
 
 
 def test_number_of_no_taxel():

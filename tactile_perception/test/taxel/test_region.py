@@ -26,12 +26,6 @@ def test_centroid_and_direction_of_a_bar(angle):
     assert 0.5 * np.arctan2(2 * spread[0, 1], spread[0, 0] - spread[1, 1]) == pytest.approx(angle, abs=np.radians(0.2))
 
 
-def test_ring_has_one_hole():
-    regions = regions_of(ring())
-    assert len(regions.all) == 1 and len(regions.all[0].outlines[0].holes) == 1
-    assert regions.total.area == pytest.approx(np.pi * 65e-6, rel=0.09)
-
-
 def test_hole_is_found_to_a_part_of_a_taxel():
     hole = regions_of(ring(inner=5.0, outer=11.0)).all[0].outlines[0].holes[0]
     assert np.hypot(*hole[:, :2].T) == pytest.approx(np.full(len(hole), 5e-3), abs=0.4e-3)

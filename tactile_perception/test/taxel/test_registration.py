@@ -38,10 +38,6 @@ def test_a_straight_edge_and_nothing_tell_no_motion():
     assert EdgeKeyframe(np.zeros((44, 44), np.float32)).motion(half) is None
 
 
-def test_a_jump_of_half_the_array_is_no_motion():
-    assert EdgeKeyframe(score(bar(x0=-10, length=10))).motion(score(bar(x0=11, length=10))) is None
-
-
 def test_a_contact_of_few_taxels_moves_as_its_pressure_does():
     values = np.zeros((13, 6), np.float32)
     values[4:6, 2:4] = 100

@@ -30,12 +30,6 @@ def test_unseen_weights_on_a_stamp():
     assert [1e-6 * response.pressure(image).sum() for image in changes[1::2]] == pytest.approx(forces[1::2], rel=1e-2)
 
 
-def test_slope_is_the_pressures():
-    response = Response((500.0, 0.8, 2000.0), 5.0)
-    step = response.pressure(np.array([[10.25]])) - response.pressure(np.array([[9.75]]))
-    assert response.slope(10.0) == pytest.approx(step[0, 0] / 0.5, rel=1e-3)
-
-
 def test_one_weight_is_not_enough():
     with pytest.raises(BadCalibration, match='at least 3'):
         fit_response(np.ones((4, 3, 3)), np.full(4, 2.0), 1e-6)

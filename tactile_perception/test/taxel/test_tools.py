@@ -21,22 +21,6 @@ def loads_of(changes, forces, times=None, when=None):
                  np.zeros(count, int), np.arange(count))
 
 
-def test_held_out_loads_of_a_straight_sensor_are_exact():
-    loads = np.linspace(10, 100, 9)
-    changes = np.zeros((9, 5, 5), np.float32)
-    changes[:, 1:4, 1:4] = loads[:, None, None]
-    array, given = TaxelArray(5, 5, 1e-3), loads_of(changes, 0.02 * loads)
-    errors = held_out_errors(given, array, None, *find_loop(given, array, None))
-    assert np.abs(errors).max() < 1e-3
-
-
-def test_too_few_loads_have_no_held_out_error():
-    changes = np.ones((3, 2, 2), np.float32) * np.array([1, 2, 3], np.float32)[:, None, None]
-    forces = np.array([1.0, 2.0, 3.0])
-    errors = held_out_errors(loads_of(changes, forces), TaxelArray(2, 2, 1e-3), None, Loop(), forces)
-    assert np.isnan(errors).all()
-
-
 def test_errors_are_told_by_force_and_where_loads_differ_in_place_over_the_pad():
     changes = np.zeros((6, 5, 5))
     changes[:, 2, 2] = 1

@@ -5,16 +5,11 @@ import numpy as np
 import pytest
 from taxel_pictures import ARRAY, bar, picture
 from tactile_perception.taxel.pressure import SoftPad
-from tactile_perception.taxel.wrench import GraspedObject, normal_force, pressure_centre, transform_wrench, under_friction, wrench_of
+from tactile_perception.taxel.wrench import normal_force, pressure_centre, under_friction
 
 
 def test_normal_force_of_equation_5():
     assert normal_force(200e-6, 4e-4, SoftPad(thickness=0.002, stiffness=3e5)) == pytest.approx(12.0)
-
-
-def test_without_an_object_only_what_pressure_tells():
-    wrench = wrench_of(10.0, np.array([0.002, -0.003]), np.zeros(3), GraspedObject())
-    assert wrench[2:5] == pytest.approx([-10.0, 0.03, 0.02]) and np.isnan(wrench[[0, 1, 5]]).all()
 
 
 PAD = SoftPad()
@@ -48,20 +43,3 @@ def test_without_friction_or_load_pressure_acts_where_it_is():
     assert none == pytest.approx(pressure_centre(picture(bar()), touched, ARRAY, PAD))
     assert np.isnan(under_friction(np.zeros((44, 44), np.float32), touched, np.ones(2), ARRAY, PAD)).all()
     assert np.isnan(under_friction(picture(bar()), touched, np.full(2, 1e6), ARRAY, PAD)).all()
-
-
-def test_each_finger_holds_half_of_the_weight():
-    grasped = GraspedObject(weight=np.array([0.0, 2.0, 0.0]), centre_of_mass=np.array([0.01, 0.0, -0.01]))
-    wrench = wrench_of(10.0, np.zeros(2), np.array([0.0, 0.0, -1e-3]), grasped)
-    assert wrench == pytest.approx([0, 1.0, -10.0, 1e-3, 0, 0.01])
-
-
-def test_shifted_to_another_frame_keeps_the_work():
-    rng = np.random.default_rng(0)
-    rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-    rotation *= np.sign(np.linalg.det(rotation))
-    translation, wrench = rng.normal(size=3), rng.normal(size=6)
-    place = rng.normal(size=3)
-    moved = transform_wrench(wrench, rotation, translation)
-    about = moved[3:] - np.cross(rotation @ place + translation, moved[:3])
-    assert about == pytest.approx(rotation @ (wrench[3:] - np.cross(place, wrench[:3])))

@@ -52,10 +52,3 @@ def test_a_sphere_outside_of_the_pad_holds_no_dot(water_pad):
     model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
     press = Press(pad.image(), pad.tracks(), pad.tip(0, 0, -0.004), 0.001)
     assert len(dots_on_sphere(press, 0.008, model, pad.camera).count) == 0
-
-
-def test_untouched_frames_are_known_as_such():
-    assert not Press(np.zeros((1, 1, 3), np.uint8), None).touching
-    assert not Press(np.zeros((1, 1, 3), np.uint8), None, np.full(3, np.nan), 0.001).touching
-    press = Press(np.zeros((1, 1, 3), np.uint8), None, np.array([0.001, 0, 0.01]), 0.002)
-    assert press.touching and press.label == 'press at (1.0, 0.0) mm, 2.00 mm deep'

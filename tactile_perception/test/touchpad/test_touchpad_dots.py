@@ -61,15 +61,6 @@ def test_a_bad_frame_is_named(ball, begun):
     assert len(begun.process(ball.rest[0], 9.1)) > 515
 
 
-def test_the_tracker_is_as_the_parameters_say(ball):
-    tracker = make_tracker(ball.sensor, {**ball.values, 'reference.frames': 1})
-    assert (tracker.rows, tracker.columns) == (23, 23)
-    tracker.process(ball.rest[0], 1.0)
-    first = tracker.reference.uv.copy()
-    tracker.process(ball.rest[1], 1.001)
-    assert np.abs(tracker.reference.uv - first).max() < 1e-4, 'the average of one frame is that frame'
-
-
 def test_a_pattern_without_a_grid_numbers_any_image_of_it(ball):
     sensor, values = dataclasses.replace(ball.sensor, cap=None, rows=0, columns=0), {**ball.values, 'numbering': 'tracks'}
     pattern = find_pattern(ball.rest[0], values)

@@ -49,10 +49,6 @@ class Design:
     material: Material = Material()
 
 
-#: Another kind of finger: a larger image, a thicker and softer cover that glows more, a finer plate.
-DESIGN_B = Design(0.80, 0.02, 1.4, Material(1.6e-4, 800.0, 0.7e6, 0.45, 0.65, 3.2e-3, 0.06))
-
-
 class FingerSpecimen:
     """One finger of a design; seed: of its irregularities."""
 
@@ -222,10 +218,10 @@ class PsdScene:
 
     sensor = 'psd_finger'
 
-    def __init__(self, script: PsdScript, rate: float, seed: int = 0, electronics: Electronics = Electronics(), design: Design = Design()):
+    def __init__(self, script: PsdScript, rate: float, seed: int = 0, electronics: Electronics = Electronics()):
         if not 0 < rate < math.inf:
             raise BadArgument(f'simulation: rate is {rate!r}; give samples per second, more than 0')
-        self.specimen, self.electronics, self.rate = FingerSpecimen(seed, design), electronics, rate
+        self.specimen, self.electronics, self.rate = FingerSpecimen(seed), electronics, rate
         self.script, self._rng = script, np.random.default_rng([7, seed])
 
     @property
@@ -344,11 +340,11 @@ PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
     'light': _light, 'two': _two, 'bright': _bright, 'weak': lambda: _grid(1.9e-4), 'lamp': _lamp, 'swing': _swing}
 
 
-def open_psd_scene(name: str, rate: float, seed: int = 0, design: Design = Design()) -> PsdScene:
-    """The scene of that name at rate samples/s, on a finger of that design.
+def open_psd_scene(name: str, rate: float, seed: int = 0) -> PsdScene:
+    """The scene of that name at rate samples/s.
 
     Raises BadArgument for an unknown name (the message lists the known ones) or rate.
     """
     if name not in PSD_SCENES:
         raise BadArgument(f'simulation: scene {name!r} is unknown; choose one of {", ".join(sorted(PSD_SCENES))}')
-    return PsdScene(PSD_SCENES[name](), rate, seed, design=design)
+    return PsdScene(PSD_SCENES[name](), rate, seed)

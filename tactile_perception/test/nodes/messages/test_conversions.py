@@ -10,7 +10,7 @@ pytest.importorskip('tactile_msgs.msg')
 from sensor_msgs.msg import CameraInfo  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
 from tactile_perception.common.dots import DotTracks  # noqa: E402
-from tactile_perception.common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate  # noqa: E402
+from tactile_perception.common.estimates import ContactRegionEstimate, SlipEstimate  # noqa: E402
 from tactile_perception.errors import BadFrame  # noqa: E402
 from tactile_perception.nodes.messages import conversions as convert  # noqa: E402
 
@@ -50,17 +50,6 @@ def test_nothing_touching_is_nan_and_empty_not_zero():
     slip = convert.slip_to_message(SlipEstimate(), HEADER)
     assert slip.state == slip.NONE and np.isnan([slip.slipping_fraction, slip.velocity.linear.x, slip.rotation_center.y]).all()
     assert convert.contacts_to_message([], HEADER).contacts == []
-
-
-def test_a_contact_and_a_wrench_keep_their_numbers():
-    estimate = ContactEstimate(
-        7, np.array([1.0, 2, 3]), np.array([0, 0, 1.0]), 0.002, 0.5, np.arange(9.0).reshape(3, 3), 2, np.array([True])
-    )
-    contact = convert.contacts_to_message([estimate], HEADER).contacts[0]
-    assert (contact.id, contact.position.y, contact.normal.z, contact.depth, contact.force, contact.flags) == (7, 2.0, 1.0, 0.002, 0.5, 2)
-    assert list(contact.position_covariance) == list(range(9))
-    wrench = convert.wrench_to_message(np.arange(6.0), HEADER).wrench
-    assert (wrench.force.z, wrench.torque.x, wrench.torque.z) == (2.0, 3.0, 5.0)
 
 
 def test_a_camera_of_zeros_is_uncalibrated_and_another_model_is_refused():

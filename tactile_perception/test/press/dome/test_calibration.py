@@ -6,7 +6,7 @@ from dome_library import EYES, MATERIAL, POINTS, library_field, press, small_lib
 from dome_scenes import DOME, EYE, FEW, PX, dome_presses, markers
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.dome import calibration, mechanics
-from tactile_perception.press.dome.calibration import DomeCalibration, DomeNumbers, calibrate_dome, identify, load_steps
+from tactile_perception.press.dome.calibration import DomeCalibration, DomeNumbers, calibrate_dome, identify
 from tactile_perception.press.dome.fit import DomeFound, FieldNoise
 from tactile_perception.press.dome.library import RADIUS_SPREAD
 from tactile_perception.press.dome.mechanics import DomeMaterial
@@ -97,18 +97,6 @@ def test_the_radius_of_a_marker_is_that_on_the_dome():
 
 
 CAP, START = dome_cap(DOME), DomeNumbers(DomeMaterial(0.7, 70.0, 0.5), 0.025)
-
-
-def test_logs_give_the_numbers_back_within_bounds():
-    again = DomeNumbers.from_logs(START.logs)
-    assert np.allclose(again.logs, START.logs)
-    assert DomeNumbers.from_logs(START.logs + 9).material.squeeze == 0 and DomeNumbers.from_logs(START.logs - 9).material.squeeze < 1
-
-
-def test_load_steps_go_through_the_depths_without_long_strides():
-    stops = np.array([0.0101, 0.02, 0.035])
-    steps = load_steps(stops)
-    assert set(stops) <= set(steps) and np.diff(steps).min() > 1e-4 and np.diff(steps).max() < 0.05 * stops[-1]
 
 
 @pytest.mark.full  # simulates presses

@@ -7,7 +7,7 @@ import pytest
 from sheet_scenes import field_of, pressed
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.sheet.calibration import (
-    PRIOR, SETTLED, STARTS, EyeShifts, _GaussNewton, chosen_places, fit_numbers, marker_radius)
+    SETTLED, EyeShifts, _GaussNewton, chosen_places, fit_numbers, marker_radius)
 from tactile_perception.press.sheet.mechanics import SheetMaterial
 from tactile_perception.press.sheet.library import LibraryPlan
 from tactile_perception.press.presses import Presses
@@ -130,13 +130,3 @@ def test_a_failed_first_step_is_shortened():
         if descent.step() < SETTLED and not descent.renew():
             break
     assert np.exp(descent.values[3]) == pytest.approx(1e-6, rel=0.02)
-
-
-def test_the_descent_begins_at_the_best_of_the_starts():
-    thick = np.log(PRIOR['bending'][0] * STARTS[-1][3])
-
-    class Thick(Slippery):
-        def residual(self, values):
-            return np.array([100 * (values[3] - thick)])
-
-    assert _GaussNewton(Thick()).values[3] == pytest.approx(thick)

@@ -9,10 +9,10 @@ from tactile_perception.errors import BadCalibration
 from tactile_perception.press.sheet.calibration import EyeShifts, SheetCalibration
 from tactile_perception.press.sheet.mechanics import SheetMesh, press_sheet
 from tactile_perception.press.sheet.fit import FieldNoise, SheetInverse, SheetStart, show
-from tactile_perception.press.sheet.method import STANDS_OUT, SheetModelMethod, SheetPresses, Tip, tips_of
+from tactile_perception.press.sheet.method import SheetModelMethod, SheetPresses, tips_of
 from tactile_perception.press.sheet.library import Press
 from tactile_perception.press.presses import Presses
-from tactile_perception.press.estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE
+from tactile_perception.press.estimate import AMBIGUOUS, OUT_OF_RANGE
 
 NOISE, PITCH = FieldNoise(5e-6, 5e-3, 3e-3, 1.5), 4.5e-3
 START = SheetStart(library(), NOISE.shift, NOISE.growth)
@@ -94,11 +94,6 @@ def test_a_dragged_tip_drags_until_the_touch_ends():
     assert not any(explained(lifted)[0].presses[0].drag)
 
 
-def test_a_straight_press_has_no_drag():
-    assert not any(explained(together([Press(np.array([x, 0.004]), 3e-3)], seed=k))[0].presses[0].drag[0]
-                   for k, x in enumerate(np.linspace(-0.015, 0.015, 7)))
-
-
 def test_a_second_press_is_told_once_it_stands_out():
     one, told = Press(np.array([-0.008, 0.0]), 4e-3), []
     for k in range(25):
@@ -115,17 +110,6 @@ METHOD = SheetModelMethod(CALIBRATION, SENSOR)
 
 def touches(*press, noise=5e-6, growth=5e-3, seed=0):
     return SheetModelMethod(CALIBRATION, SENSOR).estimate(field_of(pressed(*press), noise, growth, seed))
-
-
-def test_a_drag_goes_on_where_its_field_is_like_no_straight_press(monkeypatch):
-    method, drag = SheetModelMethod(CALIBRATION, SENSOR), together([Press(np.array([0.005, -0.003]), 4e-3, drag=(1.0, -0.2))])
-    still = field_of(np.zeros((len(GRID), 3)), 5e-6, 5e-3)
-    unlike = method._start.best(drag)[0], 0.5 * STANDS_OUT
-    assert len(method.estimate(drag)) == 1
-    monkeypatch.setattr(method._start, 'best', lambda field: unlike)
-    touch, = method.estimate(drag)
-    assert touch.position == pytest.approx([0.005, -0.003, -4e-3], abs=2e-4)
-    assert method.estimate(still) == [] == method.estimate(drag)  # the touch has ended, and without one the field is no press
 
 
 def test_a_shallow_drag_is_told_although_friction_makes_its_depth_uncertain():
@@ -204,14 +188,12 @@ def test_a_touch_at_the_clamp_stays_on_the_sheet():
     beyond = dataclasses.replace(field, rest=field.rest - [0, 0.002])  # as if the sheet were printed a little aside
     for touch in METHOD.estimate(beyond):
         assert np.abs(touch.position[1]) < 0.0225
-    assert METHOD._touch(Tip(np.append(library().plan.reach, -1e-3), 1e-3, np.eye(3) * 1e-10, 0.0), 1.0).flags & AT_EDGE
 
 
 def test_a_touch_where_no_marker_is_seen_is_not_told():
     seen, right = field_of(pressed(0.012, 0.0, 3e-3), 5e-6, 5e-3), GRID[:, 0] > -0.002
-    touch, = METHOD.estimate(seen)
+    assert len(METHOD.estimate(seen)) == 1
     half = dataclasses.replace(seen, shift=np.where(right[:, None], np.nan, seen.shift))
-    assert METHOD._is_seen(touch, seen) and not METHOD._is_seen(touch, half)
     assert all(np.abs(found.position[0] + 0.002) < 0.012 for found in METHOD.estimate(half))
 
 

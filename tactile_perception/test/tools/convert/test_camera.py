@@ -10,13 +10,6 @@ from tactile_perception.errors import BadRecording
 from tactile_perception.tools.convert.camera import Recording
 
 
-def test_images_and_stamps(recording_folder):
-    recording = Recording(recording_folder)
-    assert len(recording) == 3 and recording.stamps.tolist() == [0.0, 0.1, 0.2] and recording.interval == pytest.approx(0.1)
-    assert [int(recording.image(k)[0, 0, 0]) for k in range(3)] == [10, 20, 30] and recording.image(0).shape == (48, 64, 3)
-    assert recording.views[0].camera['width'] == 64
-
-
 def test_the_truth_of_a_free_and_of_touched_frames(recording_folder):
     recording = Recording(recording_folder)
     free, touched, slipping = (recording.truth(k) for k in range(3))
@@ -70,18 +63,6 @@ def test_a_file_that_is_no_image_is_named(recording_folder):
     (recording_folder / 'frames/001.png').write_bytes(b'x')
     with pytest.raises(BadRecording, match='001.png'):
         Recording(recording_folder).image(1)
-
-
-def test_two_cameras_are_two_views_with_stamps_of_their_own(dual_folder):
-    recording = Recording(dual_folder)
-    left, right = recording.views
-    assert (left.name, right.name) == ('left', 'right') and right.camera['K'][0][0] == 1.0
-    np.testing.assert_allclose(right.stamps - left.stamps, 0.004)
-    assert [int(recording.image(1, view)[0, 0, 0]) for view in (0, 1)] == [20, 120]
-    np.testing.assert_array_equal(recording.truth(1).dot_uv, np.load(dual_folder / 'truth.npz')['uv_left'][1])
-    (dual_folder / 'frames_right/002.png').unlink()
-    with pytest.raises(BadRecording, match='frames_right/'):
-        Recording(dual_folder)
 
 
 def test_a_tip_between_the_dots_touches_too(dual_folder):

@@ -1,14 +1,11 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Python bindings of the kernels of contact regions: outlines, moments, the contact's point; see bindings.cpp.
-#include <algorithm>
-#include <limits>
-
+// Python bindings of the kernels that rooms share: surfaces, outlines, points, cameras, rigid motions; see bindings/bindings.cpp.
 #include "bindings/bindings.hpp"
+
 #include "bindings/border.hpp"
 #include "common/camera_view.hpp"
 #include "common/outlines.hpp"
-#include "common/points.hpp"
 #include "common/region_moments.hpp"
 #include "common/rigid_motion.hpp"
 
@@ -40,16 +37,6 @@ py::array_t<double> surface_points(const py::object& wide, const py::object& pla
         store(found.data(), i, surface_point(nodes, given.data()[2 * i], given.data()[2 * i + 1]));
     }
     return output(found, {given.length(), 3});
-}
-
-py::array_t<double> normals_of(const py::object& xyz) {
-    const Input<double> given(xyz, "xyz", {ANY, ANY, 3});
-    std::vector<double> found;
-    {
-        py::gil_scoped_release others_run;
-        found = grid_normals(given.data(), given.length(), given.length(1));
-    }
-    return output(found, {given.length(), given.length(1), 3});
 }
 
 py::tuple loops_output(const Loops& loops) {
@@ -98,33 +85,6 @@ py::array_t<double> axes(const py::object& sums, const py::object& points, const
     within(first.length(), "start", 1, 1e9);
     check_starts(first, border.length());
     return output(region_axes(total.data(), border.data(), first.data(), first.length() - 1, pitch), {3});
-}
-
-
-
-bool on_a_line(const py::object& points, double thinnest) {
-    const Input<double> given(points, "points", {ANY, 3});
-    return lie_on_a_line(given.data(), given.length(), within(thinnest, "thinnest", 0, 1));
-}
-
-double notch(const py::object& corners) {
-    const Input<double> given(corners, "corners", {ANY, 2});
-    check_places(given, "corners");
-    return deepest_notch(given.data(), given.length());
-}
-
-py::tuple twist(const py::object& place, const py::object& velocity, double far) {
-    const Input<double> places(place, "place", {ANY, 2}), velocities(velocity, "velocity", {places.length(), 2});
-    const PlanarTwist found = planar_twist(places.data(), velocities.data(), places.length(), within(far, "far", 0, LARGEST_SIZE));
-    return py::make_tuple(output(found.linear, {2}), found.turn, output(found.centre, {2}));
-}
-
-bool none_beyond(const py::object& values, double most) {
-    const char* needed = "values: an array of float64 with up to three dimensions is needed";
-    if (!py::isinstance<py::array_t<double>>(values) || py::array(values).ndim() > 3) throw py::value_error(needed);
-    const auto given = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(values);
-    if (!given) throw py::error_already_set();
-    return all_within(given.data(), given.size(), most);
 }
 
 // Cameras and rigid motions.
@@ -189,10 +149,7 @@ py::tuple motion(const py::object& before, const py::object& after, const py::ob
 
 }  // namespace
 
-void bind_region(py::module_& module) {
-    module.def(
-        "grid_normals", &normals_of, py::arg("xyz"),
-        "Unit normals (rows, columns, 3), out of the sensor, of the surface through xyz (rows, columns, 3), m; NaN without neighbours.");
+void bind_common(py::module_& module) {
     module.def(
         "extend_surface", &wide_of, py::arg("xyz"),
         "xyz (rows, columns, 3) with two nodes more on each side (rows + 4, columns + 4, 3), extrapolated linearly from the last two.");
@@ -215,16 +172,6 @@ void bind_region(py::module_& module) {
         "region_axes", &axes, py::arg("sums"), py::arg("points"), py::arg("start"), py::kw_only(), py::arg("pitch"),
         "Full lengths of the ellipse of the same moments as a region, and its direction, rad, NaN where it is not significant: from\n"
         "integrals (6,) of 1, x, y, xx, xy, yy, and the points (M, 3) and starts (L + 1,) of its polygons.");
-    module.def("lie_on_a_line", &on_a_line, py::arg("points"), py::kw_only(), py::arg("thinnest"),
-               "Whether the second largest extent of points (N, 3) is less than this share of the largest one.");
-    module.def("deepest_notch", &notch, py::arg("corners"),
-               "Largest distance of one of a polygon's corners (M, 2) from the side of the convex hull that spans it.");
-    module.def("all_within", &none_beyond, py::arg("values"), py::kw_only(), py::arg("most") = std::numeric_limits<double>::max(),
-               "Whether no number of values, with up to three dimensions, is NaN or beyond most, by default none that is finite is.");
-    module.def("planar_twist", &twist, py::arg("place"), py::arg("velocity"), py::kw_only(), py::arg("far"),
-               "Velocity (2,) at the origin, angular velocity, and centre of rotation (2,), NaN for a translation, of velocity (N, 2) at\n"
-               "place (N, 2), by least squares; all NaN for coincident or NaN places. far: radii of the places from which a centre counts\n"
-               "as that of a translation.");
     module.def(
         "camera_rays", &rays_through, py::arg("uv"), py::kw_only(), py::arg("matrix"), py::arg("distortion"), py::arg("rotation"),
         py::arg("farthest"),
