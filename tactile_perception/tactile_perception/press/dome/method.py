@@ -142,10 +142,9 @@ class DomeModelMethod:
         """Two presses: the last frame's, or from the best pair of starts, or from one press and the best start for what it leaves:
         straight, and dragged from there. Drags from the start might end far off, at small depths with long ways."""
         if known:
-            starts = known
-        else:
-            left = replace(field, shift=field.shift - self.solver.appear(one.presses))
-            starts = self.solver.start_of_two(match), np.concatenate([one.presses, self.solver.start(self.solver.match(left))])
+            return self.solver.solve(field, known[0], OF_TWO)
+        left = replace(field, shift=field.shift - self.solver.appear(one.presses))
+        starts = self.solver.start_of_two(match), np.concatenate([one.presses, self.solver.start(self.solver.match(left))])
         straight = min((self.solver.solve(field, start) for start in starts), key=lambda both: both.misfit)
         return self.solver.solve(field, straight.presses, OF_TWO)
 
