@@ -13,6 +13,7 @@ from .library import RADIUS_SPREAD
 from .fit import DEPTH, DRAG, DRAGGED, OF_TWO, PRESS, RADIUS, X, Y, DomeFound, DomeInverse
 from ...common.geometry import cross
 from ...errors import BadArgument
+from .. import choice
 from ..presses import Presses
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..field import MarkerField
@@ -25,11 +26,7 @@ QUIETER = 1.5        # detection threshold over the greatest match of untouched 
 SURE = 2.5           # least depth over its standard deviation, and tip radius over that of the place: fainter touches are not told
 FAINT = 8.0          # times the detection threshold, up to which other places may explain a frame as well
 PLACE_AND_DEPTH = 3  # numbers that a faint press tells
-AMISS = 1.5          # misfit from which a drag is tried
-WRONG = 3.0          # misfit from which other starts, and two presses, are tried
-ASIDE = 0.06         # way over depth, from which a drag is tried, and followed from frame to frame
-DRAG_BETTER = 0.85   # largest misfit of a drag over that of a straight press
-BETTER = 0.5         # largest misfit of two presses over that of one straight press
+WRONG = 1.5          # misfit from which a faint touch may be anywhere
 APART = 2.0          # least distance of two tips, of the smaller radius
 SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
 NOT_LINEAR = 0.07, 0.1  # error of place, and of depth, over the way of a drag, which is linearised
@@ -58,7 +55,6 @@ class DomeModelMethod:
     def _reset(self) -> None:
         """What comes next is another touch."""
         self._last: DomeFound | None = None
-        self._searched = 1.0  # misfit of the touch where last all starts were tried; of a pair over that of one straight press
 
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
@@ -111,7 +107,7 @@ class DomeModelMethod:
         noise leaves less, as of skin that friction holds while a tip goes back, the place is not known."""
         covariance = found.covariance.copy()
         covariance[:3, :3] += self.solver.elsewhere(field, found.presses[0])
-        if found.misfit > AMISS:
+        if found.misfit > WRONG:
             covariance[:3, :3] += np.diag([self.sensor.rim_radius**2] * 2 + [1.0])
         two = self.solver.solve(field, self.solver.start_of_two(match))
         if 2 * field.seen.sum() * (found.misfit / two.misfit - 1) > 2 * PLACE_AND_DEPTH and self._are_distinct(two):
@@ -125,47 +121,32 @@ class DomeModelMethod:
         return None if found is None else self.solver.moved(found.presses)[:, 2]
 
     def _explained(self, field: MarkerField, match: np.ndarray, last: DomeFound | None) -> DomeFound:
-        """One straight press, one that is dragged where that explains the frame better, or two where they explain it much better. The
-        last frame's drag or pair goes on while it explains the frames about as well as where all starts were tried; what a pair leaves
-        grows with depth, as what one straight press leaves does."""
-        known = last is not None and len(last.presses) == 1
-        if known and _is_dragged(last):
-            one = self.solver.solve(field, last.presses, DRAGGED)
-            if one.misfit < AMISS * self._searched:
-                return one
-        straight = self.solver.solve(field, self.solver.start(match))
-        if straight.misfit < AMISS and not _is_dragged(straight):
-            self._searched = 1.0
-            return straight
-        if last is not None and len(last.presses) == 2:
-            two = self.solver.solve(field, last.presses, OF_TWO)
-            if two.misfit < max(WRONG, AMISS * self._searched * straight.misfit) and self._are_two(straight, two):
+        """The hypothesis of most evidence: one straight press, one that is dragged, or two. Drags and pairs start from the last frame's,
+        too."""
+        evidence = choice.Evidence(2 * int(field.seen.sum()))
+        known = [] if last is None else [last.presses]
+        found = self.solver.solve(field, self.solver.start(match))
+        most = evidence.of(choice.STRAIGHT, found.misfit)
+        if evidence.may_win(choice.DRAGGED, most):
+            start = min([found.presses, *(one for one in known if len(one) == 1)], key=lambda one: self.solver.squares(field, one))
+            dragged = self.solver.solve(field, start, DRAGGED)
+            if evidence.of(choice.DRAGGED, dragged.misfit) > most:
+                found, most = dragged, evidence.of(choice.DRAGGED, dragged.misfit)
+        if evidence.may_win(choice.TWO, most):
+            two = self._two(field, match, found, [one for one in known if len(one) == 2])
+            if evidence.of(choice.TWO, two.misfit) > most and self._are_distinct(two):
                 return two
-        found = self._best(field, match, straight, [last.presses] if known else [])
-        self._searched = max(1.0, found.misfit) if len(found.presses) == 1 else found.misfit / straight.misfit
         return found
 
-    def _best(self, field: MarkerField, match: np.ndarray, straight: DomeFound, known: list[np.ndarray]) -> DomeFound:
-        """The explanation from all starts, and from known presses (1, 7)."""
-        start = min([straight.presses, *known], key=lambda presses: self.solver.squares(field, presses))
-        one = self.solver.solve(field, start, DRAGGED)
-        one = one if one.misfit < DRAG_BETTER * straight.misfit else straight
-        if one.misfit < WRONG:
-            return one
-        two = self._two(field, match, one)
-        return two if self._are_two(one, two) else one
-
-    def _two(self, field: MarkerField, match: np.ndarray, one: DomeFound) -> DomeFound:
-        """Two presses, from the best pair of starts, or from one press and the best start for what it leaves: straight, and dragged from
-        there. Drags from the start might end far off, at small depths with long ways."""
+    def _two(self, field: MarkerField, match: np.ndarray, one: DomeFound, known: list[np.ndarray]) -> DomeFound:
+        """Two presses: the last frame's, or from the best pair of starts, or from one press and the best start for what it leaves:
+        straight, and dragged from there. Drags from the start might end far off, at small depths with long ways."""
+        if known:
+            return self.solver.solve(field, known[0], OF_TWO)
         left = replace(field, shift=field.shift - self.solver.appear(one.presses))
         starts = self.solver.start_of_two(match), np.concatenate([one.presses, self.solver.start(self.solver.match(left))])
         straight = min((self.solver.solve(field, start) for start in starts), key=lambda both: both.misfit)
         return self.solver.solve(field, straight.presses, OF_TWO)
-
-    def _are_two(self, one: DomeFound, two: DomeFound) -> bool:
-        """Whether two presses explain the field much better and are distinct."""
-        return two.misfit < BETTER * one.misfit and self._are_distinct(two)
 
     def _are_distinct(self, two: DomeFound) -> bool:
         depth = np.exp(two.presses[:, DEPTH])
@@ -256,10 +237,6 @@ class DomeModelMethod:
         touch = np.column_stack([at, cap.heights(at)])
         up = self.solver.library.moved(touch, np.zeros_like(touch), others)[:, 2]
         return -float(up[0]), (up[1::2] - up[2::2]) / (2 * BESIDE)
-
-
-def _is_dragged(found: DomeFound) -> bool:
-    return bool(np.hypot(*found.presses[0, DRAG]) > ASIDE)
 
 
 def _added(touch: TouchEstimate) -> TouchEstimate:

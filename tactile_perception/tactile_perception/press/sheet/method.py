@@ -12,26 +12,20 @@ from .calibration import SheetCalibration, calibrate_sheet
 from .fit import SURE, Inverse, Seen, SheetInverse, SheetStart, show
 from .library import Press, SheetLibrary
 from ...common.geometry import cross
+from ..choice import DRAGGED, STRAIGHT, TWO, Evidence
 from ..presses import Presses
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..field import MarkerField
 from ..sensor import MarkerSensor
 
 # All chosen.
-RIGHT = 1.5         # misfit from which a drag is tried
-WRONG = 2.5         # misfit from which two presses are tried
-DRAGGED = 0.5       # largest misfit of a drag over that of a straight press
-FAR_BETTER = 0.5    # largest misfit of two presses over that of one
-HOPELESS = 4.0      # misfit of two presses, over that limit, above which their refinement is given up
-MOST = 4.0          # largest misfit of two presses, unless
-SURELY = 0.2        # it is this share of the misfit of one, or less
 APART = 2.2         # least distance of two tips, marker pitches
 SLIGHT = 0.12       # least depth of the shallower of two presses over the deeper
 FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
 DRAG_PLACE, DRAG_DEPTH = 0.1, 0.06  # standard deviations of place and depth over the tip radius, of a drag of 1
 RADIUS, DRAG_RADIUS = 0.1, 0.2  # standard deviations of a log radius, of a press and of a drag: other friction passes for another radius
 UNSURE_PLACE, UNSURE_DEPTH = 0.2, 0.15  # relative errors of the corrections for other tips: place, and depth
-AMISS_PLACE, AMISS_DEPTH = 0.1, 0.04  # standard deviations over the tip radius, of two presses at a misfit of 1, beyond RIGHT
+AMISS_PLACE, AMISS_DEPTH = 0.1, 0.04  # standard deviations over the tip radius, of two presses at a misfit of 2
 
 
 @dataclass(frozen=True)
@@ -60,30 +54,27 @@ class SheetPresses:
         """The presses that explain a field; begin: coarse place of one press; motion: as of Seen. A drag lasts until the touch ends:
         friction holds the sheet while the tip is lifted."""
         seen = Seen(field, motion)
-        straight = self._inverse.solve(seen, [begin])
-        if straight.misfit < RIGHT and self.dragged is None:
-            return straight
-        dragged = self._inverse.solve(seen, straight.presses, drags=True)
-        if self.dragged is not None and dragged.misfit > RIGHT:  # with much friction, the straight press may be far from the drag
-            dragged = min(dragged, self._inverse.solve(seen, [self.dragged], drags=True), key=lambda found: found.misfit)
-        drags = self.dragged is not None or dragged.misfit < DRAGGED * straight.misfit
-        single = dragged if drags else straight
-        if single.misfit < WRONG:
-            self.dragged = dragged.presses[0] if drags else None
-            return single
-        two = self._two(field, seen, FAR_BETTER * single.misfit)
-        return two if self._are_two(two, single.misfit) else single
+        evidence = Evidence(seen.value.size)
+        single = self._inverse.solve(seen, [begin])
+        most = evidence.of(STRAIGHT, single.misfit)
+        if self.dragged is not None or evidence.may_win(DRAGGED, most):
+            dragged = self._inverse.solve(seen, single.presses, drags=True)
+            if self.dragged is not None:  # with much friction, the straight press may be far from the drag
+                dragged = min(dragged, self._inverse.solve(seen, [self.dragged], drags=True), key=lambda found: found.misfit)
+            if self.dragged is not None or evidence.of(DRAGGED, dragged.misfit) > most:
+                single, most = dragged, evidence.of(DRAGGED, dragged.misfit)
+        if evidence.may_win(TWO, most):
+            two = self._two(field, seen)
+            if evidence.of(TWO, two.misfit) > most and self._are_distinct(two):
+                return two
+        self.dragged = single.presses[0] if any(single.presses[0].drag) else None
+        return single
 
-    def _two(self, field: MarkerField, seen: Seen, enough: float) -> Inverse:
-        """Two presses, from the best pair of the matched filter. Where the misfit is not far above enough, refined, with traction: each
-        draws the sheet along under the other."""
-        two = self._inverse.solve(seen, self._start.best_pair(field))
-        return self._inverse.solve(seen, two.presses, drags=True) if two.misfit < HOPELESS * enough else two
+    def _two(self, field: MarkerField, seen: Seen) -> Inverse:
+        """Two presses, from the best pair of the matched filter, with traction: each draws the sheet along under the other."""
+        return self._inverse.solve(seen, self._inverse.solve(seen, self._start.best_pair(field)).presses, drags=True)
 
-    def _are_two(self, two: Inverse, alone: float) -> bool:
-        """Whether two presses explain the field well enough, against one with a misfit alone, and are distinct."""
-        if two.misfit > min(FAR_BETTER * alone, max(MOST, SURELY * alone)):
-            return False
+    def _are_distinct(self, two: Inverse) -> bool:
         (one, other), depths = tips_of(self._library, two), sorted(press.depth for press in two.presses)
         apart = np.hypot(*(one.place - other.place)[:2])
         return bool(apart > APART * self._pitch and depths[0] > SLIGHT * depths[1])
@@ -112,7 +103,7 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
             place = np.append(press.place + aside + centre[:2] - centre[2] * slope, height)
             unsure = np.array([UNSURE_PLACE * radius * np.hypot(*slope)] * 2 + [UNSURE_DEPTH * sunk])
             amiss = np.array([AMISS_PLACE] * 2 + [AMISS_DEPTH]) * library.plan.radius
-            covariance = covariance + np.diag(unsure**2 + amiss**2 * (found.misfit if found.misfit > RIGHT else 0.0))
+            covariance = covariance + np.diag(unsure**2 + amiss**2 * max(found.misfit - 1.0, 0.0))
         tips.append(Tip(place, depth, covariance, press.log_radius))
     return tips
 
@@ -178,7 +169,7 @@ class SheetModelMethod:
             return []
         self._lasts = True
         found = self._presses.explain(field, start, motion)
-        if begins and motion is not None and found.misfit > WRONG:
+        if begins and motion is not None and found.misfit > UNEXPLAINED:
             return []
         touches = [self._touch(tip, found.misfit) for k, tip in enumerate(tips_of(self._calibration.library, found)) if found.is_sure(k)]
         touches = [touch for touch in touches if self._is_seen(touch, field)]

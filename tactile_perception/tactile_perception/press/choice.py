@@ -1,0 +1,44 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which hypothesis explains a marker field: one press straight in, one that is dragged, or two; one rule for sheets and domes.
+
+The evidence of a hypothesis is its likelihood at the best fit, less half the log number of values for each number that was fitted (Schwarz
+1978), plus its log prior. Displacements are not as exact as noise and the model's known error say where tips, frictions and paths are others
+than in calibration: the scale of the errors is unknown, so that the likelihood of n values with a residual chi-square q per value is
+q^(-n/2). Model errors are smooth: neighbouring markers err alike, and n is smaller than the number of markers.
+"""
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+#: A model error is shared by so many values: it is smooth over twice the pitch (measured as the correlation of residuals of calibrations).
+ALIKE = 20.0
+
+
+class Hypothesis(NamedTuple):
+    """numbers: that are fitted; prior: log of the share of frames in which it holds."""
+
+    numbers: int
+    prior: float
+
+
+#: Least chi-square that counts: the median of calibrated presses under their own hypothesis is 0.4, since their noise is stated amply.
+LEAST = 0.5
+#: Tips press straight in or are dragged about as often; two at once is one frame in twenty, on a hand as in recordings.
+STRAIGHT, DRAGGED, TWO = Hypothesis(3, math.log(0.5)), Hypothesis(5, math.log(0.45)), Hypothesis(8, math.log(0.05))
+
+
+class Evidence:
+    """Compares hypotheses on a number of values, two or three of each marker that is seen."""
+
+    def __init__(self, values: int):
+        self._count = max(values / ALIKE, 2.0)
+
+    def of(self, hypothesis: Hypothesis, chi_square: float) -> float:
+        """Log evidence; chi_square: of the residuals, per value."""
+        return hypothesis.prior - 0.5 * (self._count * math.log(max(chi_square, LEAST)) + hypothesis.numbers * math.log(self._count))
+
+    def may_win(self, hypothesis: Hypothesis, known: float) -> bool:
+        """Whether a perfect fit of a hypothesis would have more than a known log evidence."""
+        return self.of(hypothesis, LEAST) > known
