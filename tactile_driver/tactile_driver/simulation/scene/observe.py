@@ -175,6 +175,16 @@ class Observer:
         truth.pressure = state.pressure
         return Observation(self.skin.coarse(state.shape), spread.astype(np.float32), truth)
 
+    def observe_plate(self, state: SkinState, now: Pose) -> Observation:
+        """Observation of a sheet whose dots are all held by a plate, which is told as one contact at its centre, without force."""
+        if not len(state.touching):
+            return self.untouched
+        places, uv, spread = self.pattern.seen(state.shape, self.camera)
+        truth = TruthFrame(self._ids, uv, places, np.full(len(uv), STICKING, np.uint8), centroid=now.origin, normal=now.turn[:, 2],
+                           wrench=np.full(6, np.nan))
+        truth.contacts = [Touch(now.origin, now.turn[:, 2], float(-now.origin[2]), np.nan)]
+        return Observation(self.skin.coarse(state.shape), spread.astype(np.float32), truth)
+
     def _touching_dots(self, gap: np.ndarray, region: Region) -> np.ndarray:
         """(K,) bool: whether each dot lies in the region and on the tool, which is gap (K,), m, away."""
         full = self.pattern.sampler.linear @ region.fullness.ravel()
