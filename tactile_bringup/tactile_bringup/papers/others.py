@@ -99,9 +99,9 @@ def taxels(bench: Bench) -> Iterator[Table]:
             ('position, mean error', 'angle, mean error', 'frames told'), ('mm', 'degrees', '%'), papers, ours)], 'The paper shows a plot.')
     for scene, what in (('grip', 'the grip changes'), ('rock', 'the object tilts')):
         papers, ours = (_wrench(bench, bench.bag('taxel_array', scene, _TAXELS), method) for method in ('paper', 'mechanics'))
-        yield Table(f'The wrench while {what}: fig 8', [Row(name, '%', '', *pair) for name, *pair in zip(
-            ('force along the normal, mean error', 'moments along the pad, mean error'), papers, ours)],
-            'Of the largest in the scene. The paper shows a plot. No opening of a gripper is known here: in place of eq 5 the force of both '
+        yield Table(f'The wrench while {what}: fig 8', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
+            ('force along the normal, mean error', 'moments along the pad, mean error', 'largest force', 'largest moment'),
+            ('N', 'mN m') * 2, papers, ours)], 'The paper shows a plot. No opening of a gripper is known here: in place of eq 5 the force of both '
             'columns is that of the calibrated pressure, which is ours.')
 
 
@@ -130,12 +130,13 @@ def _long_side(outlines: list[np.ndarray]) -> float:
 
 
 def _wrench(bench: Bench, bag: Path, method: str) -> list[float]:
-    """Mean errors of the normal force and of the moments along the pad, % of the largest."""
+    """Mean errors of the normal force, N, and of the moments along the pad, mN m; their largest true values."""
     pairs = [(estimated.wrench, true.wrench) for _, estimated, true in
              bench.instants(bag, bench.params('taxel_array', {'method': method}), shipped('taxel_array'))
              if true.contacts and estimated.wrench is not None and true.wrench is not None]
     if not pairs:
-        return [np.nan] * 2
+        return [np.nan] * 4
     told, true = np.moveaxis(np.array(pairs), 1, 0)
-    return [100.0 * mean(np.linalg.norm((told - true)[:, part], axis=1)) / float(np.linalg.norm(true[:, part], axis=1).max())
-            for part in (slice(2, 3), slice(3, 5))]
+    parts = (1.0, slice(2, 3)), (1e3, slice(3, 5))
+    return [factor * mean(np.linalg.norm((told - true)[:, part], axis=1)) for factor, part in parts] + [
+        factor * float(np.linalg.norm(true[:, part], axis=1).max()) for factor, part in parts]

@@ -31,7 +31,7 @@ class Cubics:
 
     @classmethod
     def fit(cls, x: np.ndarray, depth: np.ndarray) -> Cubics:
-        """Least squares to x (M, K), NaN where not seen, at depth (M,), m; x without change, or at fewer than five places, is NaN."""
+        """Least squares to x (M, K), NaN where not seen, at depth (M,), m; x without change, or seen fewer than five times, is NaN."""
         count = x.shape[1]
         coefficients, low, high = np.full((count, DEGREE + 1), np.nan), np.full(count, np.nan), np.full(count, np.nan)
         for k, column in enumerate(x.T):
@@ -127,7 +127,7 @@ class MarkerDepths:
         return cls(Cubics.from_numbers(numbers['area']), Cubics.from_numbers(numbers['shift']), np.array(numbers['weight'], float))
 
 
-_STEPS = 4  # depths of a plate, besides the untouched sheet, that determine a cubic and leave one to check it
+_STEPS = 3  # depths of a plate that, with the untouched sheet, determine a cubic
 
 
 def check_plate(plate: Presses, sensor: MarkerSensor) -> None:
@@ -140,7 +140,7 @@ def check_plate(plate: Presses, sensor: MarkerSensor) -> None:
     for field, true in zip((field for field, on in zip(plate.fields, plate.touching) if on), plate.depth[plate.touching]):
         arm = field.rest - field.eye[:, :2]
         away = np.hypot(*arm.T)
-        zoom = (field.shift * arm).sum(1) / away**2  # depth over what is left of the distance to the eye
+        zoom = (field.shift * arm).sum(1) / np.maximum(away, 1e-9)**2  # depth over what is left of the distance to the eye
         too_deep = np.abs(field.eye[:, 2]) * zoom / (1 + zoom) - true
         seen = np.isfinite(too_deep)
         plane = np.column_stack([field.rest, np.ones(len(away))])[seen] * away[seen, None]

@@ -44,6 +44,8 @@ class Scene:
         self.duration = self.frames / rate
         self._motions, self._pattern, self._renderer = motions, specimen.pattern, specimen.renderers[0]
         plate = any(motion.tool.plate for motion in motions)
+        for renderer in specimen.renderers if plate else ():
+            renderer.open_frame()
         self._contact = PlateContact(specimen.skin) if plate else FrictionalContact(specimen.skin, friction)
         self._observer = Observer(specimen.skin, specimen.pattern, self.camera, 1 / rate)
         self._known: list[Observation] = []
