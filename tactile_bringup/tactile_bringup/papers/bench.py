@@ -38,7 +38,8 @@ class Table:
     def lines(self) -> list[str]:
         """In Markdown."""
         told = [f'### {self.title}', '', '| | unit | the paper reports | its method, as built here | ours |', '|---|---|---|---|---|']
-        told += [f'| {row.quantity} | {row.unit} | {row.reported or "-"} | {_said(row.published)} | {_said(row.ours)} |' for row in self.rows]
+        told += [f'| {row.quantity} | {row.unit} | {row.reported or "-"} | {_said(row.published)} | {_said(row.ours)} |'
+                 for row in self.rows]
         return [*told, '', *([self.note, ''] if self.note else [])]
 
 
@@ -48,8 +49,8 @@ def _said(value: float) -> str:
 
 @dataclass(frozen=True)
 class Bench:
-    """folder: for bags and files; short: the first tenth of each scene, and of a finger's a third, to try the experiments; seed: of the
-    specimen, which is that of the calibration files that ship."""
+    """folder: for bags and files; short: the first SHORT frames of each camera's scene, to try the experiments; seed: of the specimen,
+    which is that of the calibration files that ship."""
 
     folder: Path
     short: bool = False

@@ -27,10 +27,11 @@ def finger(bench: Bench) -> Iterator[Table]:
     methods = [(bench.params('psd_finger', {'method': method}), shipped('psd_finger')) for method in ('paper', 'map')]
     bag = bench.bag('psd_finger', 'grid', _SAMPLES)
     papers, ours = (_places(bench, bag, *how) for how in methods)
-    names = 'error angle, worst', f'error angle within {WITHIN:g} degrees, worst', f'mean deviation within {WITHIN:g} degrees, worst', 'places told'
+    within = f'within {WITHIN:g} degrees, worst'
+    names = 'error angle, worst', f'error angle {within}', f'mean deviation {within}', 'places told'
     yield Table('25 places: figs 8 and 10', [Row(name, unit, reported, *pair) for name, unit, reported, *pair in zip(
-        names, ('degrees',) * 3 + ('',), ('6', '', '1.5', '25'), papers, ours)], 'Eqs 11 to 14: the mean of all estimates of a touch, but for its '
-        'first and last quarter, and their mean distance from it.')
+        names, ('degrees',) * 3 + ('',), ('6', '', '1.5', '25'), papers, ours)],
+        'Eqs 11 to 14: the mean of all estimates of a touch, but for its first and last quarter, and their mean distance from it.')
     for scene, reported in (('slow_taps', '0.25 s at 0.88 Hz'), ('taps', '0.078 s at 3.2 Hz')):
         papers, ours = (_taps(bench, bench.bag('psd_finger', scene, _SAMPLES), *how) for how in methods)
         names = 'contacts told', 'told after the onset, median', 'told after the onset, worst', 'made up'
@@ -51,7 +52,7 @@ def _places(bench: Bench, bag: Path, params: Path, calibration: Path) -> list[fl
         rows.append((_angle(middle, true[0]), _angle(told, middle).mean(), np.degrees(np.arccos(min(true[0][2], 1.0)))))
     error, deviation, polar = np.array(rows).reshape(-1, 3).T
     near = polar < WITHIN + 1
-    return [float(np.max(part, initial=0.0)) if len(part) else np.nan for part in (error, error[near], deviation[near])] + [float(len(rows))]
+    return [float(part.max()) if len(part) else np.nan for part in (error, error[near], deviation[near])] + [float(len(rows))]
 
 
 def _taps(bench: Bench, bag: Path, params: Path, calibration: Path) -> list[float]:
@@ -75,7 +76,7 @@ def touchpad(bench: Bench) -> Iterator[Table]:
         names = ('dots in contact', 'true positive', 'false positive', 'false negative', 'true positive, at most', 'false positive, then',
                  'false negative, then')
         yield Table(f'{tool}: fig {fig}', [Row(name, 'dots', '', *pair) for name, *pair in zip(names, papers, ours)],
-                    'Dots that touch by the truth or by the method, mean over touched frames; last rows: the frame with the most true positives.')
+                    'Dots that touch by the truth or by the method, mean over touched frames; last: the frame with most true positives.')
 
 
 def _dots(bench: Bench, bag: Path, params: Path) -> list[float]:
@@ -101,8 +102,9 @@ def taxels(bench: Bench) -> Iterator[Table]:
         papers, ours = (_wrench(bench, bench.bag('taxel_array', scene, _TAXELS), method) for method in ('paper', 'mechanics'))
         yield Table(f'The wrench while {what}: fig 8', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
             ('force along the normal, mean error', 'moments along the pad, mean error', 'largest force', 'largest moment'),
-            ('N', 'mN m') * 2, papers, ours)], 'The paper shows a plot. No opening of a gripper is known here: in place of eq 5 the force of both '
-            'columns is that of the calibrated pressure, which is ours.')
+            ('N', 'mN m') * 2, papers, ours)],
+            'The paper shows a plot. No opening of a gripper is known here: in place of eq 5 the force of both columns is that of the '
+            'calibrated pressure, which is ours.')
 
 
 def _trace(bench: Bench, bag: Path, method: str) -> list[float]:

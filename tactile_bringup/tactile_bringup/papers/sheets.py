@@ -34,7 +34,8 @@ def presses(bench: Bench, bag: Path, params: Path, calibration: Path) -> list[Pr
 def _place_and_depth(found: list[Press]) -> tuple[float, float, float]:
     """Mean errors of place and depth, mm, and the share of presses that are told, %."""
     place = [1e3 * np.hypot(*(told - true)[:2]) for true, _, told, _ in found]
-    return mean(place), mean([1e3 * abs(told - true) for _, true, _, told in found]), 100.0 * float(np.isfinite(place).mean()) if place else np.nan
+    told = 100.0 * float(np.isfinite(place).mean()) if place else np.nan
+    return mean(place), mean([1e3 * abs(told - true) for _, true, _, told in found]), told
 
 
 def _calibrated(bench: Bench, sensor: str, scenes: list[str], changes: dict, plate: str = '') -> tuple[Path, Path]:
@@ -51,8 +52,12 @@ def one_camera(bench: Bench) -> Iterator[Table]:
     published = _calibrated(bench, sensor, ['areal_single_markers'], _PAPER, 'areal_single_plate')
     bag = bench.bag(sensor, 'areal_single_table_1', RATE)
     papers, ours = (_place_and_depth(presses(bench, bag, *how)) for how in (published, (bench.params(sensor, _OURS), shipped(sensor))))
-    yield Table('One camera: table 1', [Row('place, mean error', 'mm', '1.675', papers[0], ours[0]), Row('depth, mean error', 'mm', '0.84', papers[1], ours[1]),
-                Row('presses told', '%', '', papers[2], ours[2])], 'Three places and depths (10, 7, 13 mm), three times each.')
+    yield Table('One camera: table 1', _rows(('1.675', '0.84'), papers, ours), 'Three places and depths (10, 7, 13 mm), three times each.')
+
+
+def _rows(reported: tuple[str, str], papers: tuple, ours: tuple) -> list[Row]:
+    names, units = ('place, mean error', 'depth, mean error', 'presses told'), ('mm', 'mm', '%')
+    return [Row(name, unit, *row) for name, unit, *row in zip(names, units, (*reported, ''), papers, ours)]
 
 
 def two_cameras(bench: Bench) -> Iterator[Table]:
@@ -62,13 +67,13 @@ def two_cameras(bench: Bench) -> Iterator[Table]:
     methods = published, (bench.params(sensor, _OURS), shipped(sensor))
     bag = bench.bag(sensor, 'areal_dual_table_2', RATE)
     papers, ours = (_place_and_depth(presses(bench, bag, *how)) for how in methods)
-    yield Table('Two cameras: tables 2 and 3', [Row('place, mean error', 'mm', '0.63', papers[0], ours[0]), Row('depth, mean error', 'mm', '0.06', papers[1], ours[1]),
-                Row('presses told', '%', '', papers[2], ours[2])], f'Nine places at 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.')
+    yield Table('Two cameras: tables 2 and 3', _rows(('0.63', '0.06'), papers, ours),
+                f'Nine places at 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.')
     bag = bench.bag(sensor, 'areal_dual_table_4', RATE)
     papers, ours = (_ways(presses(bench, bag, *how)) for how in methods)
     yield Table('Two cameras: table 4', [Row('way told over true way, mean', '', '1.03', papers[0], ours[0]),
-                Row('its standard deviation', '', '0.053', papers[1], ours[1])], 'Four paths, by x and y. The paper reports 10.28 px a mm with a '
-                f'standard deviation of 0.53, at {PX_PER_MM:g} px a mm.')
+                Row('its standard deviation', '', '0.053', papers[1], ours[1])],
+                f'Four paths, by x and y. The paper reports 10.28 px a mm, standard deviation 0.53, at {PX_PER_MM:g} px a mm.')
 
 
 PATHS = ((0, 1), (2, 3), (4, 5), (6, 7), (7, 8))  # numbers of the presses between which the ways of table 4 lie
@@ -87,14 +92,14 @@ def zones(bench: Bench) -> Iterator[Table]:
         pattern = {'rows': 0, 'columns': 0} if print_ == 'random' else {}
         published = _calibrated(bench, sensor, [f'{name}_zones_calibration'], _CUSHION | pattern)
         bag, camera = bench.bag(sensor, f'{name}_zones', RATE), open_scene(f'{name}_zones', RATE, bench.seed).camera
-        of_method = [_pixels(presses(bench, bag, *published), camera)]
-        # the calibration file that ships is of the regular print
-        of_method.append(_pixels(presses(bench, bag, bench.params(sensor, _OURS), shipped(sensor)), camera) if not pattern else [np.nan] * 4)
-        papers, ours = of_method
+        papers, ours = _pixels(presses(bench, bag, *published), camera), [np.nan] * 4
+        if not pattern:  # the calibration file that ships is of the regular print
+            ours = _pixels(presses(bench, bag, bench.params(sensor, _OURS), shipped(sensor)), camera)
         reported = ('4.84', '4.04', '0.08') if print_ == 'regular' else ('', '', '')
-        rows = [Row(quantity, unit, paper, *pair) for quantity, unit, paper, *pair in zip(
-            ('x, mean error', 'y, mean error', 'depth, mean error', 'presses told'), ('px', 'px', 'mm', '%'), (*reported, ''), papers, ours)]
-        yield Table(f'Dome: table I, {print_} print', rows, 'Ten zones at 12, 20 and 28 mm; calibrated there at 8, 16, 24 and 32 mm, by the same tip.')
+        names, units = ('x, mean error', 'y, mean error', 'depth, mean error', 'presses told'), ('px', 'px', 'mm', '%')
+        rows = [Row(name, unit, *row) for name, unit, *row in zip(names, units, (*reported, ''), papers, ours)]
+        yield Table(f'Dome: table I, {print_} print', rows,
+                    'Ten zones at 12, 20 and 28 mm; calibrated there at 8, 16, 24 and 32 mm, by the same tip.')
 
 
 def _pixels(found: list[Press], camera) -> list[float]:

@@ -346,7 +346,8 @@ def _two() -> PsdScript:
 
 
 PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
-    'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'grid': _grid, 'taps': _taps, 'slow_taps': _slow_taps, 'slide': _slide,
+    'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'grid': _grid, 'taps': _taps,
+    'slow_taps': _slow_taps, 'slide': _slide,
     'light': _light, 'two': _two, 'bright': _bright, 'weak': lambda: _grid(1.9e-4), 'lamp': _lamp, 'swing': _swing}
 
 
