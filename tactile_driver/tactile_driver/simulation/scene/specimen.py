@@ -72,7 +72,8 @@ def press(tool: str, x: float, y: float, *depths: float, start: float, move: flo
 
 
 def by_the_step(tool: str, places: list[tuple], depths: list[float] | tuple) -> tuple[Act, ...]:
-    """A stage presses a tool in at each of the places (x, y), m, and stops at each of the depths, m; at 2 frames/s each stop is one frame."""
+    """A stage presses a tool in at each of the places (x, y), m, and stops at each of the depths, m; at 2 frames/s each stop is one
+    frame."""
     return one_after_the_other([partial(press, tool, x, y, *depths, move=0.25, hold=0.25) for x, y in places], untouched=1.75, pause=0.5)
 
 

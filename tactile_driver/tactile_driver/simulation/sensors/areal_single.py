@@ -85,6 +85,7 @@ AREAL_SINGLE_SCENES: dict[str, Script] = {
     'areal_single_calibration': Script(areal_single, _calibration()),
     'areal_single_test': Script(areal_single, _test()),
     'areal_single_plate': Script(areal_single, by_the_step('plate_57x39mm', [(0.0, 0.0)], [1e-3 * mm for mm in range(1, 14)])),
-    'areal_single_markers': Script(areal_single, by_the_step(_TIP, on_markers((1, 4, 6, 8, 11), (1, 3, 4, 5, 7), 13, 9, (0.0045, 0.0045)), (0.002, 0.005))),
+    'areal_single_markers': Script(areal_single, by_the_step(_TIP, on_markers((1, 4, 6, 8, 11), (1, 3, 4, 5, 7), 13, 9, (0.0045, 0.0045)),
+                                                             (0.002, 0.005))),
     'areal_single_table_1': Script(areal_single, _table_1()),
 }
