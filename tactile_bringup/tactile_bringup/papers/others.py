@@ -9,6 +9,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from tactile_perception.common.geometry import matrix_of_quaternion
 from tactile_perception.evaluation.evaluation import Evaluation
 
 from .bench import Bench, Row, Table, mean, shipped
@@ -74,22 +75,29 @@ def touchpad(bench: Bench) -> Iterator[Table]:
         bag = bench.bag('touchpad', f'{tool}_normal', _FRAMES)
         papers, ours = (_dots(bench, bag, bench.params('touchpad', changes)) for changes in (_PAPERS_TOUCHPAD, {'contact': 'membrane'}))
         names = ('dots in contact', 'true positive', 'false positive', 'false negative', 'true positive, at most', 'false positive, then',
-                 'false negative, then')
-        yield Table(f'{tool}: fig {fig}', [Row(name, 'dots', '', *pair) for name, *pair in zip(names, papers, ours)],
+                 'false negative, then', 'pose of the object, mean error')
+        yield Table(f'{tool}: fig {fig}', [Row(name, 'mm' if 'pose' in name else 'dots', '', *pair) for name, *pair in zip(names, papers, ours)],
                     'Dots that touch by the truth or by the method, mean over touched frames; last: the frame with most true positives.')
 
 
+def _moved(region, place: np.ndarray) -> np.ndarray:
+    """Where the pose (eq 4) brings a place (3,), m; NaN where it is unknown."""
+    return matrix_of_quaternion(region.pose_rotation) @ place + region.pose_translation
+
+
 def _dots(bench: Bench, bag: Path, params: Path) -> list[float]:
-    counts = []
+    counts, off = [], []
     for _, estimated, true in bench.instants(bag, params, None):
         if true.contacts and estimated.region is not None:
+            told, real = (_moved(one.region, true.region.centroid) for one in (estimated, true))
+            off.append(1e3 * float(np.linalg.norm(told - real)))
             touching = set(np.asarray(true.region.dot_id)[np.asarray(true.region.dot_state) > 0].tolist())
             told = set(np.asarray(estimated.region.dot_id)[np.asarray(estimated.region.dot_state) > 0].tolist())
             counts.append((len(touching), len(touching & told), len(told - touching), len(touching - told)))
     if not counts:
-        return [np.nan] * 7
+        return [np.nan] * 8
     table = np.array(counts, float)
-    return [*table.mean(0).tolist(), *table[table[:, 1].argmax(), 1:].tolist()]
+    return [*table.mean(0).tolist(), *table[table[:, 1].argmax(), 1:].tolist(), mean(off)]
 
 
 def taxels(bench: Bench) -> Iterator[Table]:

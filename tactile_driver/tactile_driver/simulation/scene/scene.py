@@ -82,7 +82,7 @@ class Scene:
         end = len(self._known) / self.rate
         motion = self._move_to(end)
         if motion is None:
-            return self._observer.untouched
+            return self._observer.lifted()
         if motion.tool.plate:
             return self._observer.observe_plate(self._contact.state, motion.pose(end))
         before = motion.pose(max(end - 1 / self.rate, motion.times[0]))
