@@ -72,7 +72,7 @@ _PAPERS_TOUCHPAD = {'contact': 'paper', 'detection': 'paper', 'numbering': 'pape
 def touchpad(bench: Bench) -> Iterator[Table]:
     """Figs 8 to 10: a rectangle, the end of a cylinder and a ring pressed along the normal, without slip."""
     for tool, fig in (('rectangle', 8), ('disc', 9), ('ring', 10)):
-        bag = bench.bag('touchpad', f'{tool}_normal', _FRAMES)
+        bag = bench.bag('touchpad', f'normal_{tool}', _FRAMES)
         papers, ours = (_dots(bench, bag, bench.params('touchpad', changes)) for changes in (_PAPERS_TOUCHPAD, {'contact': 'membrane'}))
         names = ('dots in contact', 'true positive', 'false positive', 'false negative', 'true positive, at most', 'false positive, then',
                  'false negative, then', 'pose of the object, mean error')

@@ -122,7 +122,7 @@ TOUCHPAD_SCENES: dict[str, Script] = {
     'disc_twist': Script(touchpad, one_after_the_other([_disc_twist])),
     'disc_tilt': Script(touchpad, one_after_the_other([_disc_tilt])),
     'ring_press': Script(touchpad, one_after_the_other([_ring_press])),
-    **{f'{tool}_normal': Script(touchpad, one_after_the_other([partial(_normal_press, tool)])) for tool in ('rectangle', 'disc', 'ring')},
+    **{f'normal_{tool}': Script(touchpad, one_after_the_other([partial(_normal_press, tool)])) for tool in ('rectangle', 'disc', 'ring')},
     'sphere_press': Script(touchpad, one_after_the_other([_sphere_press])),
     'sphere_tilt': Script(touchpad, one_after_the_other([_sphere_tilt])),
     'impact': Script(touchpad, one_after_the_other([_impact])),
