@@ -40,6 +40,7 @@ setup(
             'hand_config = tactile_bringup.hand.configurations:main',
             'status = tactile_bringup.nodes.status:main',
             'simulate = tactile_bringup.simulate.bags:main',
+            'papers = tactile_bringup.papers.command:main',
             'demo = tactile_bringup.demo.main:main',
             'grip_reflex = tactile_bringup.nodes.grip_reflex:main',
             'simulated_gripper = tactile_bringup.nodes.simulated_gripper:main',

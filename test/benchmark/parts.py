@@ -162,18 +162,22 @@ class Sheets:
 
 
 def sheet(sensor: str, bags: Path, from_recordings: bool) -> tuple[str, tuple[list[Case], dict]]:
-    """(sensor, (cases to judge on, method -> (calibration, changes of the parameters, parameter file)))."""
-    folder = bags / sensor
+    """(sensor, (cases to judge on, method -> (calibration, changes of the parameters))). The published method of sheets needs a plate,
+    which the recordings lack."""
+    folder, plate = bags / sensor, None
     folder.mkdir(parents=True, exist_ok=True)
     if from_recordings:
         presses, *tests = (recorded(folder, f'{SHEETS[sensor]}_{part}', sensor) for part in ('calib_small', 'test'))
     else:
         presses, *tests = (simulated(folder, f'{sensor}_{scene}', rate, sensor) for scene, rate in
                            (('calibration', 3.0), ('test', 4.0), ('two', 4.0)))
+        plate = None if sensor == 'air_cushion' else simulated(folder, f'{sensor}_plate', 2.0, sensor).bag
     paper = 'paper_cushion' if sensor == 'air_cushion' else 'paper'
-    file, markers = calibrated(presses, sensor, folder / 'calibration.yaml'), PAPERS_MARKERS[paper]
+    file, markers = calibrated(presses, sensor, folder / 'calibration.yaml', plate=plate), PAPERS_MARKERS[paper]
+    if paper == 'paper' and plate is None:
+        return sensor, (tests, {'model': (file, {'touch': 'model'})})
     of_paper = replace(presses, params=parameter_file(folder / 'paper.yaml', presses.params, {'detection': markers}))
-    papers = calibrated(of_paper, sensor, folder / 'paper_calibration.yaml')
+    papers = calibrated(of_paper, sensor, folder / 'paper_calibration.yaml', plate=plate)
     return sensor, (tests, {'model': (file, {'touch': 'model'}), paper: (file, {'touch': paper}),
                             f"{paper}, paper's markers": (papers, {'touch': paper, 'detection': markers})})
 

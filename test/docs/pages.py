@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted((ROOT / 'docs').glob('*.md'))
+PAGES = sorted([*(ROOT / 'docs').glob('*.md'), *(ROOT / 'docs/papers').glob('*.md')])
 ALL_PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *PAGES]
 _FENCED = re.compile(r'^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 

@@ -38,6 +38,7 @@ class TruthFrame:
     velocity: (6,) m/s and rad/s, slip twist of the object relative to the skin, at the sensor frame's origin, 0 without slip, NaN without
     contact; rotation_center: (3,) m, centre of rotation of that twist in the contact plane, NaN for pure translation;
     motion: (6,) m and rad, displacement of the object since the previous frame, at the sensor frame's origin, NaN without contact;
+    pose: (6,), the same since the frame in which it touched;
     wrench: (6,) N and N m, of the object on the sensor at the sensor frame's origin; pressure: Pa, gauge pressure inside the skin;
     dot_gap: (K,) m, distance of each dot from the object, inf without contact, None if unknown.
     """
@@ -57,6 +58,7 @@ class TruthFrame:
     velocity: np.ndarray = field(default_factory=lambda: np.full(6, np.nan))
     rotation_center: np.ndarray = field(default_factory=_nan3)
     motion: np.ndarray = field(default_factory=lambda: np.full(6, np.nan))
+    pose: np.ndarray = field(default_factory=lambda: np.full(6, np.nan))
     wrench: np.ndarray = field(default_factory=lambda: np.zeros(6))
     pressure: float = np.nan
     dot_gap: np.ndarray | None = None

@@ -224,3 +224,20 @@ def test_a_larger_indenter_makes_a_wider_contact():
             place = tuple(np.round(truth.contacts[0].position[:2], 3))
             areas[place] = max(areas.get(place, 0), truth.area)
     assert areas[(0.040, 0.045)] < 0.6 * areas[(0.010, -0.015)] < 0.6 * areas[(-0.045, 0.020)]
+
+
+@pytest.mark.parametrize('name, opened', [('areal_single_plate', open_scene), ('areal_dual_plate', open_dual_scene)])
+def test_a_plate_holds_all_markers_at_its_depth_and_is_told_without_force(name, opened):
+    scene = opened(name, rate=2.0)
+    truth = scene.observe(7).truth
+    assert truth.contacts[0].depth == pytest.approx(3e-3) and np.isnan(truth.contacts[0].force) and np.isnan(truth.wrench).all()
+    assert truth.dot_xyz[:, 2] == pytest.approx(-3e-3, abs=0.1e-3) and (truth.dot_state == 1).all()
+    assert not scene.observe(0).truth.contacts
+
+
+def test_the_pose_is_that_since_the_object_touched():
+    scene = open_scene('disc_twist', rate=5.0, width=320, height=240)
+    truths = [scene.observe(k).truth for k in range(scene.frames)]
+    touched = [truth for truth in truths if truth.contacts]
+    assert not touched[0].pose.any() and touched[-1].pose[5] == pytest.approx(0.75, abs=0.01)
+    assert all(np.isnan(truth.pose).all() for truth in truths if not truth.contacts)

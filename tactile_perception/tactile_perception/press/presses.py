@@ -26,8 +26,8 @@ class Presses:
     """M frames with the ground truth of the stage that pressed.
 
     fields: M MarkerFields; position: (M, 3) m, the tip, NaN without contact; depth: (M,) m, 0 without contact; segment: (M,)
-    int, number of the press; wrench: (M, 6) N and N m, NaN where unknown; radius: (M,) m of the tool's tip, NaN where unknown. Raises
-    BadArgument where lengths differ.
+    int, number of the press; wrench: (M, 6) N and N m, NaN where unknown; radius: (M,) m of the tool's tip, NaN where unknown; plate: of a
+    plate pressed onto all markers, which is no tip, None without one. Raises BadArgument where lengths differ.
     """
 
     fields: tuple[MarkerField, ...]
@@ -36,6 +36,7 @@ class Presses:
     segment: np.ndarray
     wrench: np.ndarray
     radius: np.ndarray
+    plate: Presses | None = None
 
     def __post_init__(self):
         count = len(self.fields)
@@ -55,7 +56,7 @@ class Presses:
     def select(self, keep: np.ndarray) -> Presses:
         """The frames where keep (M,) bool."""
         return Presses(tuple(field for field, kept in zip(self.fields, keep) if kept), self.position[keep], self.depth[keep],
-                       self.segment[keep], self.wrench[keep], self.radius[keep])
+                       self.segment[keep], self.wrench[keep], self.radius[keep], self.plate)
 
     def places(self, mirrored: bool = False) -> np.ndarray:
         """(M,) int, number of the place pressed, from 0 in order of appearance; -1 without contact. mirrored: mirror images along x and y

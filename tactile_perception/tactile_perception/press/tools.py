@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -199,9 +200,10 @@ def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
     return np.array([position.x, position.y, position.z]), contacts[0].depth, force
 
 
-def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, HeldOut]]:
-    """Fit each method to the presses and cross-validate it; fitted numbers and results by method. Raises BadCalibration when none fits."""
-    names = list(methods_for(reader.sensor))
+def fit_methods(presses: Presses, reader: PressReader, only: str = '') -> tuple[dict, dict[str, HeldOut]]:
+    """Fit each method, or only one, to the presses and cross-validate it; fitted numbers and results by method. Raises BadCalibration when
+    none fits."""
+    names = [only] if only else list(methods_for(reader.sensor))
     print(f'fitting {", ".join(names)} to {presses.touching.sum()} presses, and cross-validating them', file=sys.stderr, flush=True)
     results = dict(zip(names, in_parallel(partial(_fit_and_judge, presses, reader.sensor), names, 'methods')))
     reader.left_out += [f'method {name}: {result}' for name, result in results.items() if isinstance(result, str)]
@@ -240,8 +242,18 @@ def fit_wrench(presses: Presses, reader: PressReader, methods: dict) -> tuple[fl
         return None
 
 
-def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
-    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
+def read_plate(bag: Path, params: Path, namespace: str, stitching) -> Presses:
+    """The presses of a plate; stitching: of two views, None for one. Raises TactileError as PressReader does."""
+    reader = PressReader(params, namespace)
+    reader.stitching = stitching
+    reader.read(bag)
+    return reader.presses()
+
+
+def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',
+                      plate: Path | None = None, only: str = '') -> str:
+    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device; plate: bag of a plate that is
+    pressed onto all markers of a sheet, for the paper's method; only: the method that is fitted, '' for all.
 
     Raises TactileError for recordings that cannot determine any method.
     """
@@ -254,7 +266,9 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
         reader.read(bag)
     presses = reader.presses()
     require_coverage(presses)
-    methods, held = fit_methods(presses, reader)
+    if plate is not None:
+        presses = replace(presses, plate=read_plate(plate, params, namespace, reader.stitching))
+    methods, held = fit_methods(presses, reader, only)
     scores = {name: found.score() for name, found in held.items()}
     best = best_method({name: score.numbers() for name, score in scores.items()}, methods)
     stiffness, errors = fit_wrench(presses, reader, methods) or (None, {})

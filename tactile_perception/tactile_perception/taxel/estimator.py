@@ -58,8 +58,10 @@ class TaxelResult:
 class MechanicsMethod:
     """Contact and slip by a model of the pad: pressure at the border, pressure caused by traction, friction.
 
-    response: of the taxels.
+    response: of the taxels; located: None, centroid and angle are those of the regions' outlines.
     """
+
+    located = None
 
     def __init__(self, array: TaxelArray, pad: SoftPad, response: Response):
         self._array, self._pad, self._known = array, pad, response.known
@@ -217,6 +219,9 @@ class TaxelEstimator:
         loops = estimate.outlines + estimate.holes
         if not regions.broken:
             estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, loops, _OUTLINE_SD * self.array.pitch)
+        if self._method.located is not None:
+            (x, y), estimate.orientation = self._method.located
+            estimate.centroid = np.array([x, y, 0.0])
         if motion is not None and math.isfinite(motion.step_turn) and interval > 0:
             estimate.motion_translation = np.array([*motion.step, 0.0])
             estimate.motion_rotation = np.array([0.0, 0.0, math.sin(0.5 * motion.step_turn), math.cos(0.5 * motion.step_turn)])

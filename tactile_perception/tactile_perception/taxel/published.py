@@ -19,6 +19,19 @@ _FEWEST = 3  # features
 _ZERO = 3.0  # standard deviations of the noise up to which a taxel counts as zero
 
 
+def image_moments(image: np.ndarray, array: TaxelArray) -> tuple[np.ndarray, float]:
+    """Centroid (2,), m, and angle of the major axis, rad in (-pi/2, pi/2], of an image (rows, columns) by the moments of its values (eqs 1
+    to 4); NaN of an image without values."""
+    total = float(image.sum())
+    if not total > 0:
+        return np.full(2, np.nan), np.nan
+    along, down = image.sum(axis=0, dtype=float), image.sum(axis=1, dtype=float)
+    x, y = along @ array.x / total, down @ array.y / total
+    off_x, off_y = array.x - x, array.y - y
+    mixed = float(off_y @ image @ off_x)
+    return np.array([x, y]), float(0.5 * np.arctan2(2 * mixed, along @ off_x**2 - down @ off_y**2))
+
+
 class PaperMethod:
     """Contact and slip as published, without a model of the pad."""
 
@@ -28,6 +41,7 @@ class PaperMethod:
 
     def reset(self) -> None:
         """The next image is the first."""
+        self.located: tuple[np.ndarray, float] | None = None  # of all contacts of the last image, by its values
         self._last: tuple[np.ndarray, float] | None = None
         self._state = NONE
 
@@ -39,7 +53,9 @@ class PaperMethod:
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray | None = None) -> tuple[Regions, np.ndarray]:
         """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise; full: saturated taxels, not
         used."""
-        return find_regions((pressure > _ZERO * sigma).astype(np.float32), pressure, self._array), pressure
+        touched = pressure > _ZERO * sigma
+        self.located = image_moments(np.where(touched, pressure, 0), self._array)
+        return find_regions(touched.astype(np.float32), pressure, self._array), pressure
 
     def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float, clipped: bool = False) -> tuple[SlipEstimate, None]:
         """Slip since the last frame; stamp_s: s. None stands for the motion, which this method does not estimate."""

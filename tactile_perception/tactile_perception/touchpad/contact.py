@@ -13,6 +13,7 @@ import numpy as np
 
 from .. import _core
 from ..common.geometry import lie_on_a_line
+from ..common.rigid_motion import RigidFit
 from ..common.surface import label_score, to_grid
 from ..errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
@@ -47,7 +48,8 @@ class DotClassification:
     state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None if the
     method estimates no forces; wrench: (6,) N and N m at the sensor's origin, NaN if unknown; all_dots: None if the method does not
     interpolate unseen dots; slides: (N, 2) m, way over each dot since the last frame of an object in gross slip, as it moved when it last
-    held dots, NaN: unknown, None if the method does not follow objects.
+    held dots, NaN: unknown, None if the method does not follow objects; motion: of the object over interval, s, by the method itself,
+    None where unknown; interval: None of a method that estimates no motion.
     """
 
     state: np.ndarray
@@ -56,6 +58,8 @@ class DotClassification:
     wrench: np.ndarray
     all_dots: AllDots | None = None
     slides: np.ndarray | None = None
+    motion: RigidFit | None = None
+    interval: float | None = None
 
 
 class MembraneMethod:
@@ -107,9 +111,9 @@ class PaperMethod:
 
     def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
         """Classify dots ids (N,) at xyz (N, 3), m, at stamp_s."""
-        state = self._region.process(ids, xyz, self._rest[ids], stamp_s).state
-        score = label_score(to_grid(ids, (state > 0).astype(float), *self._shape)).ravel()[ids]
-        return DotClassification(state, score, None, np.full(6, np.nan))
+        found = self._region.process(ids, xyz, self._rest[ids], stamp_s)
+        score = label_score(to_grid(ids, (found.state > 0).astype(float), *self._shape)).ravel()[ids]
+        return DotClassification(found.state, score, None, np.full(6, np.nan), motion=found.motion, interval=found.interval)
 
 
 CONTACT_METHODS = {

@@ -14,6 +14,7 @@ from ..calibration.files.format import CalibrationFile
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.estimates import AMBIGUOUS, ContactEstimate, ContactRegionEstimate, SlipEstimate
+from ..common.geometry import quaternion
 from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..common.statistics import all_within
@@ -21,6 +22,7 @@ from ..dots.reference import rest_warning
 from ..errors import BadArgument, BadFrame
 from .contact import DotClassification, make_method
 from .places import RestPlaces
+from .pose import ObjectPose
 from .region import ContactDots, ContactTracker, describe, find_regions
 from .sensor import Touchpad
 from .slip import ObjectMotion, SlipEstimator
@@ -56,7 +58,7 @@ class ContactEstimator:
         self._sensor = sensor
         self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
         self._method = make_method(sensor.rows, sensor.columns, sensor.material, camera.centre, values)
-        self._motion = ObjectMotion(sensor.rows, sensor.columns)
+        self._motion, self._pose = ObjectMotion(sensor.rows, sensor.columns), ObjectPose()
         self._contacts = ContactTracker(sensor.cap, *_calibrated_reach(calibration))
         self._origin, self._range_sigma = camera.centre, _calibrated_sigma(calibration)
         self._slip = SlipEstimator()
@@ -101,6 +103,10 @@ class ContactEstimator:
         contacts = self._contacts.process(dots, regions)
         slip = self._slip.process(dots, contacts, motion, stamp_s, found.slides)
         region = describe(dots, regions, motion.motion, motion.interval)
+        told = motion if found.interval is None else found
+        pose = self._pose.process(bool(regions), told.motion, told.interval, stamp_s)
+        if pose is not None:
+            region.pose_rotation, region.pose_translation = quaternion(pose[0]), pose[1]
         contacts = [self._with_range_error(contact) for contact in contacts]
         wrench, force = found.wrench, found.all_dots and found.all_dots.force
         if self._suspected:

@@ -42,7 +42,18 @@ def _presses(places=None, depths=(1.5e-3, 3e-3, 4.5e-3, 6e-3), seed=1):
     position = np.array([[np.nan] * 3] * 3 + [[*place, -depth] for place, depth in pressed])
     count = len(fields)
     return Presses(tuple(fields), position, np.array([0.0] * 3 + [depth for _, depth in pressed]), np.arange(count),
-                   np.full((count, 6), np.nan), np.full(count, np.nan))
+                   np.full((count, 6), np.nan), np.full(count, np.nan), _plate())
+
+
+def _plate():
+    """A plate that is pressed onto all markers in steps of a millimetre."""
+    depths = 1e-3 * np.arange(9)
+    zoom = EYE / (EYE - depths)
+    still = _field((0, 0), 0.0)
+    fields = tuple(MarkerField(GRID, GRID * (z - 1), np.full(len(GRID), 2 * np.log(z)), still.eye, still.sigma, still.uv, still.duv,
+                               still.area) for z in zoom)
+    position = np.column_stack([np.zeros((9, 2)), -depths])
+    return Presses(fields, position, depths, np.arange(9), np.full((9, 6), np.nan), np.full(9, np.nan))
 
 
 @pytest.fixture(scope='session')

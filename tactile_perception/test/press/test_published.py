@@ -6,9 +6,9 @@ from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.press.estimate import AT_EDGE, OUT_OF_RANGE
 from tactile_perception.press.field import MarkerField
 from tactile_perception.press.presses import Presses
-from tactile_perception.press.published import (MarkerDepths, PaperCushion, PaperTouch, distance_changes, fit_marker_depths, four_largest,
-                                                gaussian, grid_point, neighbours, rising_cubic, weights)
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.press.published import (Cubics, MarkerDepths, PaperCushion, PaperTouch, distance_changes, four_largest, gaussian,
+                                                grid_point, neighbours)
+from tactile_perception.press.sensor import MARKER_SENSORS, MarkerSensor
 
 HEIGHT, PITCH = 0.06, 4.5e-3
 GRID = np.stack(np.meshgrid(np.arange(-4, 5) * PITCH, np.arange(-3, 4) * PITCH), -1).reshape(-1, 2)
@@ -23,80 +23,68 @@ def field(depth):
     return MarkerField(GRID, shift, 2 * np.log(HEIGHT / (HEIGHT - depth)), eye, plain, GRID, shift, plain)
 
 
-def presses(markers, depths):
+def plate(depths=(1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 8e-3), slope=0.0):
+    """A plate pressed onto all markers in steps; slope: along x."""
+    pressed = [0.0, *depths]
+    position = np.array([[np.nan] * 3] + [[0.0, 0.0, -depth] for depth in depths])
+    count = len(pressed)
+    fields = tuple(field(depth + (slope * GRID[:, 0] if depth else 0.0)) for depth in pressed)
+    return Presses(fields, position, np.array(pressed), np.arange(count), np.full((count, 6), np.nan), np.full(count, np.nan))
+
+
+def presses(markers, depths, plate_of=plate()):
+    """A tip pressed onto markers."""
     pressed = [(marker, depth) for marker in markers for depth in depths]
     position = np.array([[*GRID[marker], -depth] for marker, depth in pressed])
     count = len(pressed)
     return Presses(tuple(field(depth) for _, depth in pressed), position, np.array([depth for _, depth in pressed]), np.arange(count),
-                   np.full((count, 6), np.nan), np.full(count, np.nan))
+                   np.full((count, 6), np.nan), np.full(count, np.nan), plate_of)
 
 
-def test_a_cubic_is_found_again():
+def test_a_cubic_is_found_again_clamped_and_flagged_beyond_its_range():
     x = np.linspace(0.1, 0.8, 8)
-    truth = 0.01 * x + 0.004 * x**2 + 0.002 * x**3
-    cubic = rising_cubic(x, truth)
-    assert np.abs(cubic(x)[0] - truth).max() < 1e-12 and cubic.sigma < 1e-12 and not cubic(x)[1].any()
+    truth = 1e-3 + 0.01 * x + 0.004 * x**2 + 0.002 * x**3
+    cubics = Cubics.fit(np.column_stack([x, np.full(8, np.nan), np.ones(8)]), truth)
+    depth, outside = cubics(np.array([0.45, 0.45, 1.0]))
+    assert depth[0] == pytest.approx(1e-3 + 0.0045 + 0.004 * 0.45**2 + 0.002 * 0.45**3) and np.isnan(depth[1:]).all() and not outside[0]
+    assert cubics(np.array([5.0, 0, 0]))[0][0] == pytest.approx(truth[-1]) and cubics(np.array([5.0, 0, 0]))[1][0]
 
 
-def test_beyond_the_range_it_is_clamped_and_flagged():
-    cubic = rising_cubic(np.array([0.2, 0.5, 1.0]), np.array([1e-3, 2e-3, 4e-3]))
-    depth, outside = cubic(np.array([-0.5, 0.0, 1.0, 3.0]))
-    assert outside.tolist() == [True, False, False, True]
-    assert depth == pytest.approx([0.0, 0.0, 4e-3, 4e-3])
-
-
-def test_what_would_fall_within_the_range_is_fitted_by_a_lower_degree():
-    cubic = rising_cubic(np.array([0.2, 0.5, 0.8, 1.0]), np.array([3e-3, 2e-3, 1.5e-3, 4e-3]))
-    x = np.linspace(0, 1, 50)
-    assert (np.diff(cubic(x)[0]) > 0).all()
-
-
-def test_nothing_rises_without_change():
-    assert rising_cubic(np.zeros(3), np.array([1e-3, 2e-3, 3e-3])) is None
-
-
-def test_weights_lean_to_the_surer_and_never_divide_by_zero():
-    assert weights(1.0, 3.0) == (0.75, 0.25)
-    assert weights(0.0, 0.0) == (0.5, 0.5)
-    assert weights(np.nan, 1.0) == (0.0, 1.0) and weights(1.0, np.nan) == (1.0, 0.0)
-
-
-def test_markers_without_presses_borrow_from_their_neighbours():
-    corners = [0, 8, 54, 62, 30]
-    fitted = fit_marker_depths(presses(corners, [2e-3, 4e-3, 6e-3, 8e-3]), PITCH)
+def test_depths_of_a_plate_are_told_for_all_markers():
+    fitted = MarkerDepths.fit(presses([0, 30, 62], [2e-3, 4e-3]), PITCH)
     depth, outside = fitted.depths(field(5e-3))
-    assert np.abs(depth - 5e-3).max() < 2e-5 and not outside.any()
+    assert np.abs(depth - 5e-3).max() < 5e-5 and not outside.any()
     assert fitted.depths(field(9.5e-3))[1].all()
-    assert np.abs(fitted.depths(field(0.0))[0]).max() < 1e-9
-
-
-def test_a_marker_that_is_not_seen_is_not_told():
-    fitted = fit_marker_depths(presses([0, 30, 62], [2e-3, 4e-3, 6e-3]), PITCH)
     seen = field(3e-3)
-    seen.shift[5], seen.growth[5] = np.nan, np.nan
+    seen.shift[5], seen.growth[5], seen.growth[7] = np.nan, np.nan, np.nan
     depth, _ = fitted.depths(seen)
-    assert np.isnan(depth[5]) and np.isfinite(np.delete(depth, 5)).all()
-    seen.growth[7] = np.nan  # its displacement still tells
-    assert fitted.depths(seen)[0][7] == pytest.approx(3e-3, abs=2e-5)
-
-
-def test_numbers_come_back():
-    fitted = fit_marker_depths(presses([0, 31, 62], [2e-3, 4e-3, 6e-3]), PITCH)
+    assert np.isnan(np.delete(depth, 5)).sum() == 0 and depth[7] == pytest.approx(3e-3, abs=5e-5)
     again = MarkerDepths.from_numbers(fitted.numbers())
     assert np.array_equal(again.depths(field(3e-3))[0], fitted.depths(field(3e-3))[0])
 
 
+def test_the_surer_of_area_and_displacement_weighs_more():
+    beside = presses([30], [2e-3, 4e-3])
+    for one in beside.fields:
+        one.shift[:] *= 1.5  # dragged aside: displacements lie
+    assert MarkerDepths.fit(beside, PITCH).weight.min() > 0.9
+
+
+@pytest.mark.parametrize('wrong, message', [(dict(plate_of=None), 'needs a plate'), (dict(plate_of=plate(slope=0.05)), 'tilted by 2.9'),
+                                            (dict(plate_of=plate((2e-3, 4e-3))), '2 depths; at least 3')])
+def test_a_plate_that_tells_nothing_is_refused_by_name(wrong, message):
+    small = MarkerSensor('areal_single', 7, 9, (PITCH, PITCH), (0.045, 0.036))
+    with pytest.raises(BadCalibration, match=message):
+        PaperTouch.fit(presses([0, 30, 62], [2e-3, 4e-3], **wrong), small)
+
+
 def test_presses_beside_all_markers_are_refused():
-    beside = presses([0], [2e-3])
-    beside.position[:] += 0.02
-    far = Presses(beside.fields, beside.position + [0.1, 0, 0], beside.depth, beside.segment, beside.wrench, beside.radius)
-    with pytest.raises(BadCalibration, match='under a press'):
-        fit_marker_depths(far, PITCH)
-    with pytest.raises(BadCalibration, match='cannot be read'):
-        MarkerDepths.from_numbers({'rows': [{}]})
+    on = presses([0], [2e-3])
+    far = Presses(on.fields, on.position + [0.1, 0, 0], on.depth, on.segment, on.wrench, on.radius, on.plate)
+    with pytest.raises(BadCalibration, match='onto a marker'):
+        MarkerDepths.fit(far, PITCH)
 
 
-PITCHES = (4.5e-3, 4.5e-3)
 PLACES = np.stack(np.meshgrid(np.arange(-6, 7) * 4.5e-3, np.arange(-4, 5) * 4.5e-3), -1)
 
 
@@ -115,48 +103,30 @@ def test_a_fit_that_opens_upwards_or_is_flat_has_no_peak(y):
 
 
 def test_the_papers_fit_is_exact_on_its_own_bell():
-    point = grid_point(bell((1.3e-3, -2.1e-3)), PLACES, PITCHES)
+    point = grid_point(bell((1.3e-3, -2.1e-3)), PLACES)
     assert point.reason == '' and not point.at_edge
     assert point.place == pytest.approx([1.3e-3, -2.1e-3], abs=1e-9)
     assert point.depth == pytest.approx(5e-3 * np.exp(-(0.8e-3**2 + 1.0e-3**2 + 2.1e-3**2 - 1.0e-3**2) / 4 / 49e-6), rel=0.1)
 
 
-def test_a_depth_at_or_under_zero_is_left_out_by_the_weighted_fit():
+def test_a_depth_at_or_under_zero_is_left_out_and_a_line_at_the_border_is_one_sided():
     deep = bell((1e-3, 1e-3))
     deep[4, 8] = -1e-4
-    point = grid_point(deep, PLACES, PITCHES)
-    assert point.reason == 'weighted' and point.place == pytest.approx([1e-3, 1e-3], abs=1e-6)
-
-
-def test_at_the_border_the_weighted_fit_is_one_sided():
-    point = grid_point(bell((26.5e-3, 0.5e-3)), PLACES, PITCHES)
-    assert point.at_edge and point.reason == 'weighted' and point.place == pytest.approx([26.5e-3, 0.5e-3], abs=1e-6)
-
-
-def test_where_a_line_is_broken_the_patch_still_tells():
-    deep = bell((1e-3, 1e-3))
-    deep[4, [4, 5, 7, 8]] = np.nan
-    point = grid_point(deep, PLACES, PITCHES)
-    assert point.reason == 'two_dimensional' and point.place == pytest.approx([1e-3, 1e-3], abs=1e-6)
-
-
-def test_a_flat_top_falls_back_to_the_centroid():
-    deep = np.where(np.abs(PLACES).max(-1) < 14e-3, 3e-3, 0.0)
-    deep[4, 6] += 1e-9
-    point = grid_point(deep, PLACES, PITCHES)
-    assert point.reason == 'centroid' and point.place == pytest.approx([0, 0], abs=1e-8) and point.depth == pytest.approx(3e-3)
+    assert grid_point(deep, PLACES).place == pytest.approx([1e-3, 1e-3], abs=1e-6)
+    point = grid_point(bell((26.5e-3, 0.5e-3)), PLACES)
+    assert point.at_edge and point.reason == '' and point.place == pytest.approx([26.5e-3, 0.5e-3], abs=1e-6)
 
 
 def test_one_deep_marker_alone_is_its_own_place():
     deep = np.zeros((9, 13))
     deep[0, 0] = 1e-3
-    point = grid_point(deep, PLACES, PITCHES)
-    assert point.reason == 'centroid' and point.at_edge and point.place == pytest.approx(PLACES[0, 0])
+    point = grid_point(deep, PLACES)
+    assert point.reason == 'marker' and point.at_edge and point.place == pytest.approx(PLACES[0, 0])
 
 
 def test_nothing_deep_is_no_point():
-    assert grid_point(np.zeros((9, 13)), PLACES, PITCHES) is None
-    assert grid_point(np.full((9, 13), np.nan), PLACES, PITCHES) is None
+    assert grid_point(np.zeros((9, 13)), PLACES) is None
+    assert grid_point(np.full((9, 13), np.nan), PLACES) is None
 
 
 def test_random_depths_never_leave_the_neighbourhood():
@@ -164,9 +134,9 @@ def test_random_depths_never_leave_the_neighbourhood():
     for _ in range(200):
         deep = rng.normal(0, 1e-3, (9, 13))
         deep[rng.random((9, 13)) < 0.3] = np.nan
-        point = grid_point(deep, PLACES, PITCHES)
+        point = grid_point(deep, PLACES)
         top = PLACES[np.unravel_index(np.nanargmax(deep), deep.shape)]
-        assert np.abs(point.place - top).max() <= 2 * 4.5e-3 + 1e-12 and 0 < point.depth <= 1.5 * np.nanmax(deep)
+        assert np.abs(point.place - top).max() <= 2 * 4.5e-3 + 1e-12 and 0 < point.depth <= 20 * np.nanmax(deep)
 
 
 SHEET = MARKER_SENSORS['areal_single']

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 from tactile_perception.common.geometry import rotation_matrix
+from tactile_perception.common.rigid_motion import fit_rigid
 from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.touchpad.pose import ObjectPose
 from tactile_perception.touchpad.published import PaperRegion
 
 
@@ -116,3 +118,20 @@ def test_recordings_with_noise_of_20_um(recording, name, least):
         there, clear = truth['dot_contact'][k][ids], truth['dot_gap'][k][ids] > 50e-6
         counts += [(found & there).sum(), (found & ~there & clear).sum(), (~found & there).sum()]
     assert 2 * counts[0] / (2 * counts[0] + counts[1] + counts[2]) > least
+
+
+def test_the_pose_is_the_motions_one_after_the_other():
+    def step(turn):
+        points = np.array([[0, 0, 0], [1e-3, 0, 0], [0, 1e-3, 0]])
+        c, s = np.cos(turn), np.sin(turn)
+        return fit_rigid(points, points @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T + [1e-4, 0, 0])
+    pose = ObjectPose()
+    assert pose.process(False, step(0.1), 0.1, 0.9) is None
+    for k in range(4):
+        found = pose.process(True, step(0.1), 0.1, 1.0 + 0.1 * k)
+    assert np.arctan2(found[0][1, 0], found[0][0, 0]) == pytest.approx(0.3) and found[1][0] > 2.9e-4
+    assert pose.process(True, None, np.nan, 1.4) is None
+    assert pose.process(True, step(0.1), 0.1, 1.5) is None  # from where the pose is not known
+    assert pose.process(True, step(0.0), 0.3, 1.6) is not None
+    assert pose.process(False, None, np.nan, 1.7) is None
+    assert np.array_equal(pose.process(True, None, np.nan, 1.8)[0], np.eye(3))

@@ -69,7 +69,7 @@ def region_message(truth: TruthFrame, interval: float, header: Header) -> Contac
         dot_state=array('B', np.asarray(truth.dot_state, np.uint8).tobytes()),
         outlines=[polygon(o) for o in truth.outlines], holes=[polygon(h) for h in truth.holes], area=float(truth.area),
         centroid=point(truth.centroid), normal=vector(truth.normal), orientation=_NAN, major_axis=_NAN, minor_axis=_NAN,
-        motion=_transform(truth.motion), motion_interval=interval if known else _NAN, pose=_transform(np.full(6, _NAN)))
+        motion=_transform(truth.motion), motion_interval=interval if known else _NAN, pose=_transform(truth.pose))
 
 
 def slip_message(truth: TruthFrame, header: Header) -> Slip:

@@ -64,6 +64,10 @@ class Renderer:
         self._light, self._work = np.empty(shape, np.float32), np.empty(shape, np.float32)
         self._drawn = None, None
 
+    def open_frame(self) -> None:
+        """Let the frame hide nothing: a plate pushes the whole sheet in front of it, and it would cut the outer markers."""
+        self._inside[:] = 1
+
     def draw(self, shape: np.ndarray, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray, number: int | None) -> np.ndarray:
         """The image (height, width, 3) uint8 BGR of a skin; shape: from Skin.coarse, m.
 

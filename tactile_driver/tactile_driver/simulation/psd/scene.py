@@ -288,6 +288,12 @@ def _taps() -> PsdScript:
     return PsdScript(acts, acts[-1].end + 0.5)
 
 
+def _slow_taps() -> PsdScript:
+    """Taps of 250 ms at 0.88 Hz (paper psd_finger, section 6.3)."""
+    acts = [_press(0.5 + k / 0.88, 40.0 * k, 20.0 + 4 * (k % 8), 3.0e-4, 0.272, 0.05) for k in range(8)]
+    return PsdScript(acts, acts[-1].end + 0.5)
+
+
 def _grid(depth: float = 2.8e-4, ambient: Ambient = Ambient()) -> PsdScript:
     """The pole and six azimuths at four polar angles (paper psd_finger, section 6.2): 25 places, other than those of the calibration."""
     places = [(0.0, 0.0)] + [(phi + 11.0, theta) for theta in (15.0, 30.0, 45.0, 60.0) for phi in range(0, 360, 60)]
@@ -336,7 +342,8 @@ def _two() -> PsdScript:
 
 
 PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
-    'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'grid': _grid, 'taps': _taps, 'slide': _slide,
+    'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'grid': _grid, 'taps': _taps,
+    'slow_taps': _slow_taps, 'slide': _slide,
     'light': _light, 'two': _two, 'bright': _bright, 'weak': lambda: _grid(1.9e-4), 'lamp': _lamp, 'swing': _swing}
 
 

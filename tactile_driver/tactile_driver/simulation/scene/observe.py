@@ -146,6 +146,7 @@ class Observer:
         self._ids = pattern.numbers
         self.untouched = self._observe_untouched()
         self._before = None
+        self._first: Pose | None = None  # of the tool, in the first frame of its touch
 
     def _observe_untouched(self) -> Observation:
         """Observation of the resting skin, used for all frames without contact."""
@@ -154,12 +155,16 @@ class Observer:
                            dot_gap=np.full(len(uv), np.inf))
         return Observation(self.skin.coarse(self.skin.rest), spread, truth)
 
+    def lifted(self) -> Observation:
+        """Observation without contact; the next touch is a new one."""
+        self._before = self._first = None
+        return self.untouched
+
     def observe(self, state: SkinState, tool: Tool, before: Pose, now: Pose) -> Observation:
         """Observation of a state under a tool that moved from the pose before (one frame ago) to the pose now."""
         region = find_region(self.skin, state, tool, now) if len(state.touching) else None
         if region is None:
-            self._before = None
-            return self.untouched
+            return self.lifted()
         places, uv, spread = self.pattern.seen(state.shape, self.camera, lambda p: off_tool(p, tool, now))
         nodes = state.shape.reshape(-1, 3)[self.skin.inner][state.touching]
         gap = tool.distance(now.to_tool(places))
@@ -171,8 +176,20 @@ class Observer:
         truth.contacts = self._touches(state, nodes, region, tool, now)
         self._tell_slip(truth, nodes, way_of_nodes @ now.turn.T)
         truth.motion = _motion(before, now)
+        self._first = self._first or now
+        truth.pose = _motion(self._first, now)
         truth.wrench = np.concatenate([state.force.sum(axis=0), np.cross(nodes, state.force).sum(axis=0)])
         truth.pressure = state.pressure
+        return Observation(self.skin.coarse(state.shape), spread.astype(np.float32), truth)
+
+    def observe_plate(self, state: SkinState, now: Pose) -> Observation:
+        """Observation of a sheet whose dots are all held by a plate, which is told as one contact at its centre, without force."""
+        if not len(state.touching):
+            return self.untouched
+        places, uv, spread = self.pattern.seen(state.shape, self.camera)
+        truth = TruthFrame(self._ids, uv, places, np.full(len(uv), STICKING, np.uint8), centroid=now.origin, normal=now.turn[:, 2],
+                           wrench=np.full(6, np.nan))
+        truth.contacts = [Touch(now.origin, now.turn[:, 2], float(-now.origin[2]), np.nan)]
         return Observation(self.skin.coarse(state.shape), spread.astype(np.float32), truth)
 
     def _touching_dots(self, gap: np.ndarray, region: Region) -> np.ndarray:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .observe import Observation, Observer, off_tool
-from ..skin.contact import FrictionalContact
+from ..skin.contact import FrictionalContact, PlateContact
 from .shutters import Shutters
 from ..skin.tools import Motion
 from .specimen import Specimen
@@ -43,7 +43,10 @@ class Scene:
         self.frames = max(int(round(duration * rate)), 1)
         self.duration = self.frames / rate
         self._motions, self._pattern, self._renderer = motions, specimen.pattern, specimen.renderers[0]
-        self._contact = FrictionalContact(specimen.skin, friction)
+        plate = any(motion.tool.plate for motion in motions)
+        for renderer in specimen.renderers if plate else ():
+            renderer.open_frame()
+        self._contact = PlateContact(specimen.skin) if plate else FrictionalContact(specimen.skin, friction)
         self._observer = Observer(specimen.skin, specimen.pattern, self.camera, 1 / rate)
         self._known: list[Observation] = []
         self._followed = 0.0
@@ -79,7 +82,9 @@ class Scene:
         end = len(self._known) / self.rate
         motion = self._move_to(end)
         if motion is None:
-            return self._observer.untouched
+            return self._observer.lifted()
+        if motion.tool.plate:
+            return self._observer.observe_plate(self._contact.state, motion.pose(end))
         before = motion.pose(max(end - 1 / self.rate, motion.times[0]))
         return self._observer.observe(self._contact.state, motion.tool, before, motion.pose(end))
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 from ..optics.camera import SimulatedCamera
 from ..optics.pattern import DotPattern
@@ -68,6 +69,12 @@ def press(tool: str, x: float, y: float, *depths: float, start: float, move: flo
         places += [{'t': t + move, 'press': depth}, {'t': t + move + hold}]
         t += move + hold
     return act(tool, start, *places, {'t': t + move, 'press': 0.0}, x=x, y=y)
+
+
+def by_the_step(tool: str, places: list[tuple], depths: list[float] | tuple) -> tuple[Act, ...]:
+    """A stage presses a tool in at each of the places (x, y), m, and stops at each of the depths, m; at 2 frames/s each stop is one
+    frame."""
+    return one_after_the_other([partial(press, tool, x, y, *depths, move=0.25, hold=0.25) for x, y in places], untouched=1.75, pause=0.5)
 
 
 def drag(tool: str, x: float, y: float, depth: float, way_x: float, way_y: float, *, start: float, duration: float = 1.5) -> Act:

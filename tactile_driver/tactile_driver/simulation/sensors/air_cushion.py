@@ -11,7 +11,7 @@ from .marker_sheet import built_camera
 from ..optics.led_light import Lamps
 from ..optics.pattern import DotPattern, LargeDots, uneven
 from ..optics.rendering import Imaging, Renderer
-from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, press
+from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, press
 from ..skin.surfaces import Membrane
 
 _RIM, _HEIGHT = 0.150, 0.120
@@ -114,6 +114,11 @@ def _two() -> tuple[Act, ...]:
                                 for mm, x, y in ((70, 0.0, 0.0), (56, 0.010, -0.020), (42, -0.015, 0.015))], pause=0.5)
 
 
+def _zones(*depths: float) -> tuple[Act, ...]:
+    """Presses at ten zones, to depths, m."""
+    return by_the_step(_TIP, _places(10, 0.070, np.random.default_rng(7)), depths)
+
+
 _random_cushion = partial(air_cushion, pattern=_random)
 
 AIR_CUSHION_SCENES: dict[str, Script] = {
@@ -123,6 +128,10 @@ AIR_CUSHION_SCENES: dict[str, Script] = {
     'air_cushion_two': Script(air_cushion, _two()),
     'air_cushion_calibration': Script(air_cushion, _calibration()),
     'air_cushion_test': Script(air_cushion, _test()),
+    'air_cushion_zones_calibration': Script(air_cushion, _zones(0.008, 0.016, 0.024, 0.032)),
+    'air_cushion_zones': Script(air_cushion, _zones(0.012, 0.020, 0.028)),
+    'air_cushion_random_zones_calibration': Script(_random_cushion, _zones(0.008, 0.016, 0.024, 0.032)),
+    'air_cushion_random_zones': Script(_random_cushion, _zones(0.012, 0.020, 0.028)),
     'air_cushion_random_demo': Script(_random_cushion, _demo()),
     'air_cushion_random_calibration': Script(_random_cushion, _calibration()),
     'air_cushion_random_test': Script(_random_cushion, _test()),

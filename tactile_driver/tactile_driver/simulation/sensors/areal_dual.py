@@ -8,12 +8,12 @@ from functools import partial
 
 import numpy as np
 
-from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, presses, scattered
+from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered
 from ..optics.camera import SimulatedCamera
 from ..optics.led_light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.shutters import Shutters
-from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, one_of_two, press
+from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press
 from ..skin.surfaces import Sheet
 
 _HALF = (0.0665, 0.0455)
@@ -99,6 +99,12 @@ def _fast_drag() -> tuple[Act, ...]:
                                 partial(drag, _TIP, 0.010, -0.015, 0.003, 0.030, 0.030, duration=0.5)], pause=0.3)
 
 
+#: m: places of table 2 of the paper areal_sensor_contact_position, at 10 px a mm; and those of table 4, path by path.
+_TABLE_2 = [(-0.0367, -0.0255), (0.0367, -0.0255), (0.0367, 0.0255), (-0.0367, 0.0255), (-0.0367, 0.0), (0.0367, 0.0), (0.0, -0.0255),
+            (0.0, 0.0255), (0.0, 0.0)]
+_TABLE_4 = [(-0.0210, -0.0107), (-0.0010, 0.0043), (0.0231, 0.0092), (-0.0259, -0.0128), (-0.0165, 0.0173), (-0.0015, 0.0013),
+            (0.0360, -0.0140), (0.0270, 0.0140), (-0.0220, -0.0110)]
+
 AREAL_DUAL_SCENES: dict[str, Script] = {
     'areal_dual_demo': Script(areal_dual, _demo(), shutters=_FREE),
     'areal_dual_rest': Script(areal_dual, duration=10.0),
@@ -110,4 +116,9 @@ AREAL_DUAL_SCENES: dict[str, Script] = {
     'areal_dual_fast_drag': Script(areal_dual, _fast_drag(), shutters=_FREE),
     'areal_dual_calibration': Script(areal_dual, _calibration()),
     'areal_dual_test': Script(areal_dual, _test()),
+    'areal_dual_plate': Script(areal_dual, by_the_step('plate_127x87mm', [(0.0, 0.0)], [1e-3 * mm for mm in range(1, 6)])),
+    'areal_dual_markers': Script(areal_dual, by_the_step(_TIP, on_markers((2, 6, 7, 11), (2, 5, 8), 14, 11, (0.0094, 0.0082)),
+                                                         (0.0015, 0.003))),
+    'areal_dual_table_2': Script(areal_dual, by_the_step(_TIP, _TABLE_2, (0.001, 0.002, 0.003))),
+    'areal_dual_table_4': Script(areal_dual, by_the_step(_TIP, _TABLE_4, (0.003,))),
 }

@@ -7,10 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, presses, scattered
+from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered
 from ..optics.led_light import Lamps
 from ..optics.rendering import Imaging, Renderer
-from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, one_of_two, press
+from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press
 from ..skin.surfaces import Sheet
 
 _HALF = (0.030, 0.0225)
@@ -65,6 +65,16 @@ def _two_unlike() -> tuple[Act, ...]:
                                 partial(one_of_two, 'fingers_4_and_9mm_26mm', -0.002, -0.001, 0.005, 2.9, -0.002, 0.003)], pause=0.5)
 
 
+#: m: places of table 1 of the paper areal_sensor_contact_position, and the depth at each.
+_TABLE_1 = ((0.0130, -0.0095, 0.010), (-0.0160, 0.0055, 0.007), (-0.0140, -0.0115, 0.013))
+
+
+def _table_1() -> tuple[Act, ...]:
+    """Three places, each pressed three times."""
+    return one_after_the_other([partial(press, _TIP, x, y, depth, move=0.25, hold=0.25) for x, y, depth in _TABLE_1 for _ in range(3)],
+                               untouched=1.75, pause=0.5)
+
+
 AREAL_SINGLE_SCENES: dict[str, Script] = {
     'areal_single_demo': Script(areal_single, _demo()),
     'areal_single_rest': Script(areal_single, duration=10.0),
@@ -74,4 +84,8 @@ AREAL_SINGLE_SCENES: dict[str, Script] = {
     'areal_single_two_unlike': Script(areal_single, _two_unlike()),
     'areal_single_calibration': Script(areal_single, _calibration()),
     'areal_single_test': Script(areal_single, _test()),
+    'areal_single_plate': Script(areal_single, by_the_step('plate_57x39mm', [(0.0, 0.0)], [1e-3 * mm for mm in range(1, 14)])),
+    'areal_single_markers': Script(areal_single, by_the_step(_TIP, on_markers((1, 4, 6, 8, 11), (1, 3, 4, 5, 7), 13, 9, (0.0045, 0.0045)),
+                                                             (0.002, 0.005))),
+    'areal_single_table_1': Script(areal_single, _table_1()),
 }

@@ -66,6 +66,11 @@ def grid(half: tuple, columns: int, rows: int) -> list:
     return [(x, y) for y in np.linspace(-half[1], half[1], rows) for x in np.linspace(-half[0], half[0], columns)]
 
 
+def on_markers(at: tuple, of: tuple, columns: int, rows: int, pitch: tuple) -> list:
+    """Positions (x, y), m, of the markers in the columns at and the rows of; columns, rows, pitch (x, y), m: of the print."""
+    return [((column - (columns - 1) / 2) * pitch[0], (row - (rows - 1) / 2) * pitch[1]) for row in of for column in at]
+
+
 def scattered(half: tuple, count: int, rng: np.random.Generator) -> list:
     """Random positions (x, y), m, between -half and half (x, y), m."""
     return list(rng.uniform(-1, 1, (count, 2)) * half)

@@ -57,6 +57,11 @@ def _ring_press(start: float) -> Act:
     return act('ring', start, {'t': 0.9, 'press': 0.0030}, {'t': 1.4}, {'t': 2.2, 'y': 0.0018}, {'t': 2.8, 'press': 0.0})
 
 
+def _normal_press(tool: str, start: float) -> Act:
+    """Along the normal, without slip, deeper and deeper (paper touchpad_contact_region, section 4.4)."""
+    return act(tool, start, {'t': 2.0, 'press': 0.0032}, {'t': 2.4})
+
+
 def _sphere_press(start: float) -> Act:
     return act('sphere', start, {'t': 0.8, 'press': 0.0042}, {'t': 1.3}, {'t': 1.9, 'press': 0.0}, x=0.003, y=-0.002)
 
@@ -117,6 +122,7 @@ TOUCHPAD_SCENES: dict[str, Script] = {
     'disc_twist': Script(touchpad, one_after_the_other([_disc_twist])),
     'disc_tilt': Script(touchpad, one_after_the_other([_disc_tilt])),
     'ring_press': Script(touchpad, one_after_the_other([_ring_press])),
+    **{f'normal_{tool}': Script(touchpad, one_after_the_other([partial(_normal_press, tool)])) for tool in ('rectangle', 'disc', 'ring')},
     'sphere_press': Script(touchpad, one_after_the_other([_sphere_press])),
     'sphere_tilt': Script(touchpad, one_after_the_other([_sphere_tilt])),
     'impact': Script(touchpad, one_after_the_other([_impact])),

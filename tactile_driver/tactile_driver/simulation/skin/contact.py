@@ -39,6 +39,33 @@ class SkinState:
     force: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
+class PlateContact:
+    """A sheet under a plate that moves along z: it holds what it covers, and from its border to the clamp the sheet is straight.
+
+    Forces are not computed: state.force is empty. The plate may be tilted.
+    """
+
+    def __init__(self, skin: Skin):
+        self.skin = skin
+        self.reset()
+
+    def reset(self):
+        """Return to the resting skin."""
+        self.state = SkinState(self.skin.rest.copy(), self.skin.pressure)
+
+    def step(self, tool: Tool, _before: Pose, now: Pose) -> SkinState:
+        """Move the plate to the pose now. Returns the new state, which is also kept in state."""
+        self.reset()
+        shape, half, ends = self.state.shape, np.array(tool.plate), np.abs(self.skin.rest[..., :2]).max(axis=(0, 1))
+        share = np.clip((ends - np.abs(shape[..., :2])) / (ends - half), 0, 1).min(axis=-1)
+        normal = now.turn[:, 2]
+        height = now.origin[2] - (shape[..., :2] - now.origin[:2]) @ normal[:2] / normal[2]
+        if now.origin[2] < 0:
+            shape[..., 2] = share * np.minimum(height, 0)
+            self.state.touching = np.flatnonzero(((share == 1) & (height < 0)).ravel()[self.skin.inner])
+        return self.state
+
+
 class FrictionalContact:
     """Steps a skin from one tool pose to the next. friction: Coulomb's coefficient."""
 

@@ -62,7 +62,7 @@ class Tool:
     parts: signed distance functions (..., 3) m -> (...) m; places: (3,) m, origin of each part in the tool frame; tip_radius: m, radius of
     parts that are balls (the least of them); None for faces and ridges. central: whether the contact position of each ball is the centroid
     of its region, as of faces and ridges, instead of its lowest point: one finger inclines the skin under the other, and they need not hold
-    on to one object.
+    on to one object. plate: (2,) m, half size of a plate that covers all markers of a sheet and holds them; None for other tools.
     """
 
     name: str
@@ -70,6 +70,7 @@ class Tool:
     places: tuple[tuple, ...] = ((0.0, 0.0, 0.0),)
     tip_radius: float | None = None
     central: bool = False
+    plate: tuple[float, float] | None = None
 
     def part_distances(self, p: np.ndarray) -> np.ndarray:
         """Signed distances (parts, ...), m, of points (..., 3), m, in the tool frame."""
@@ -116,6 +117,8 @@ TOOLS = {tool.name: tool for tool in (
     *(_fingers(f'fingers_4_and_9mm_{mm}mm', (0.004, 0.009), mm * 1e-3) for mm in (20, 26)),
     *(_fingers(f'fingers_6_and_12mm_{mm}mm', (0.006, 0.012), mm * 1e-3) for mm in (30, 42)),
     *(_pair(f'fists_{mm}mm', 0.0150, mm * 1e-3) for mm in (42, 56, 70)),
+    *(Tool(f'plate_{2e3 * x:.0f}x{2e3 * y:.0f}mm', (partial(block, half_x=x, half_y=y, rounding=0.0),), plate=(x, y))
+      for x, y in ((0.0285, 0.0195), (0.0635, 0.0435))),
 )}
 
 

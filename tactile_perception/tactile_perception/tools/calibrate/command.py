@@ -25,18 +25,21 @@ from ...taxel.tools import calibrate_taxels
 from ...touchpad.tools import calibrate_touchpad
 
 
-def calibrator(sensor_type: str, sphere_radius: float | None = None) -> Callable[..., str]:
+def calibrator(sensor_type: str, sphere_radius: float | None = None, plate: Path | None = None) -> Callable[..., str]:
     """The calibration function of a sensor type: called with (bags, params, output, namespace, serial) it writes output and a plot of the
     residuals beside it, and returns a report.
 
-    Raises BadArgument for an unknown type, and for a sphere_radius (m) of a sensor other than a touchpad.
+    Raises BadArgument for an unknown type, for a sphere_radius (m) of a sensor other than a touchpad, and for a plate of one that is no
+    sheet.
     """
+    if plate is not None and not (sensor_type in MARKER_SENSORS and MARKER_SENSORS[sensor_type].is_sheet):
+        raise BadArgument(f'--plate is for sheets; the parameter file is of a {sensor_type}')
     if sensor_type == 'touchpad':
         return partial(calibrate_touchpad, sphere_radius=sphere_radius)
     if sphere_radius is not None:
         raise BadArgument(f'--sphere-radius is for touchpads; the parameter file is of a {sensor_type}')
     if sensor_type in MARKER_SENSORS:
-        return calibrate_markers
+        return partial(calibrate_markers, plate=plate)
     others = {PSD_FINGER: calibrate_psd, TAXEL_ARRAY: calibrate_taxels}
     if sensor_type in others:
         return others[sensor_type]
@@ -58,12 +61,14 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--params', type=Path, required=True, help='parameter file of the sensor, as the launch file takes it')
     parser.add_argument('--output', type=Path, required=True, help='calibration file to write')
     parser.add_argument('--sphere-radius', type=float, help='touchpad: radius of the sphere, m; default: it is fitted too')
+    parser.add_argument('--plate', type=Path, metavar='BAG', help="sheet: recording of a flat plate that is pressed onto all markers in "
+                        "steps of a millimetre, for the paper's method")
     parser.add_argument('--namespace', default='', help='namespace of the sensor; needed when a recording has several sensors')
     parser.add_argument('--serial', default='', help='serial number for the file; default: the one in the recording')
     given = parser.parse_args(args)
     sensor_type = read_parameters(given.params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
     serial = given.serial or recorded_serial(given.bags[0])
-    print(calibrator(sensor_type, given.sphere_radius)(given.bags, given.params, given.output, given.namespace, serial))
+    print(calibrator(sensor_type, given.sphere_radius, given.plate)(given.bags, given.params, given.output, given.namespace, serial))
     return 0
 
 

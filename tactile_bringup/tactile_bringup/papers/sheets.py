@@ -1,0 +1,109 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The experiments of the papers areal_sensor_contact_position (tables 1 to 4) and air_cushion_contact (tables I and II)."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from tactile_driver.simulation.sensors.scenes import open_scene
+from tactile_perception.press.tools import calibrate_markers
+
+from .bench import Bench, Row, Table, mean, shipped
+
+RATE = 2.0        # Hz: each stop of the stage is one frame
+PX_PER_MM = 10.0  # of the paper with two cameras: "assuming that the coordinate value per 1 mm was 10"
+_OURS = {'touch': 'model', 'filter': False}
+_PAPER = {'touch': 'paper', 'detection': 'paper_areal', 'filter': False}
+_CUSHION = {'touch': 'paper_cushion', 'detection': 'paper_cushion', 'filter': False}
+
+Press = tuple[np.ndarray, float, np.ndarray, float]
+
+
+def presses(bench: Bench, bag: Path, params: Path, calibration: Path) -> list[Press]:
+    """(true place (3,) m, true depth m, estimated place, estimated depth) of each press; NaN where none was told."""
+    found = []
+    for _, estimated, true in bench.instants(bag, params, calibration):
+        if true.contacts:
+            tip, told = true.contacts[0], (estimated.contacts or [None])[0]
+            found.append((tip.position, tip.depth, *((np.full(3, np.nan), np.nan) if told is None else (told.position, told.depth))))
+    return found
+
+
+def _place_and_depth(found: list[Press]) -> tuple[float, float, float]:
+    """Mean errors of place and depth, mm, and the share of presses that are told, %."""
+    place = [1e3 * np.hypot(*(told - true)[:2]) for true, _, told, _ in found]
+    told = 100.0 * float(np.isfinite(place).mean()) if place else np.nan
+    return mean(place), mean([1e3 * abs(told - true) for _, true, _, told in found]), told
+
+
+def _calibrated(bench: Bench, sensor: str, scenes: list[str], changes: dict, plate: str = '') -> tuple[Path, Path]:
+    """Parameter file and calibration file of a published method."""
+    params, output = bench.params(sensor, changes), bench.folder / f'{scenes[0]}_paper.yaml'
+    calibrate_markers([bench.bag(sensor, scene, RATE) for scene in scenes], params, output, only=changes['touch'],
+                      plate=bench.bag(sensor, plate, RATE) if plate else None)
+    return params, output
+
+
+def one_camera(bench: Bench) -> Iterator[Table]:
+    """Table 1: three places, each pressed three times."""
+    sensor = 'areal_single'
+    published = _calibrated(bench, sensor, ['areal_single_markers'], _PAPER, 'areal_single_plate')
+    bag = bench.bag(sensor, 'areal_single_table_1', RATE)
+    papers, ours = (_place_and_depth(presses(bench, bag, *how)) for how in (published, (bench.params(sensor, _OURS), shipped(sensor))))
+    yield Table('One camera: table 1', _rows(('1.675', '0.84'), papers, ours), 'Three places and depths (10, 7, 13 mm), three times each.')
+
+
+def _rows(reported: tuple[str, str], papers: tuple, ours: tuple) -> list[Row]:
+    names, units = ('place, mean error', 'depth, mean error', 'presses told'), ('mm', 'mm', '%')
+    return [Row(name, unit, *row) for name, unit, *row in zip(names, units, (*reported, ''), papers, ours)]
+
+
+def two_cameras(bench: Bench) -> Iterator[Table]:
+    """Tables 2 and 3: nine places at 1, 2, 3 mm; table 4: paths of known length."""
+    sensor = 'areal_dual'
+    published = _calibrated(bench, sensor, ['areal_dual_markers'], _PAPER, 'areal_dual_plate')
+    methods = published, (bench.params(sensor, _OURS), shipped(sensor))
+    bag = bench.bag(sensor, 'areal_dual_table_2', RATE)
+    papers, ours = (_place_and_depth(presses(bench, bag, *how)) for how in methods)
+    yield Table('Two cameras: tables 2 and 3', _rows(('0.63', '0.06'), papers, ours),
+                f'Nine places at 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.')
+    bag = bench.bag(sensor, 'areal_dual_table_4', RATE)
+    papers, ours = (_ways(presses(bench, bag, *how)) for how in methods)
+    yield Table('Two cameras: table 4', [Row('way told over true way, mean', '', '1.03', papers[0], ours[0]),
+                Row('its standard deviation', '', '0.053', papers[1], ours[1])],
+                f'Four paths, by x and y. The paper reports 10.28 px a mm, standard deviation 0.53, at {PX_PER_MM:g} px a mm.')
+
+
+PATHS = ((0, 1), (2, 3), (4, 5), (6, 7), (7, 8))  # numbers of the presses between which the ways of table 4 lie
+
+
+def _ways(found: list[Press]) -> tuple[float, float]:
+    ratios = [(found[b][2] - found[a][2])[:2] / (found[b][0] - found[a][0])[:2] for a, b in PATHS if b < len(found)]
+    known = np.abs(np.array(ratios).ravel())
+    return mean(known), float(np.nanstd(known)) if np.isfinite(known).any() else np.nan
+
+
+def zones(bench: Bench) -> Iterator[Table]:
+    """Ten zones, of a regular and a random print, by the tip of the calibration."""
+    sensor = 'air_cushion'
+    for name, print_ in (('air_cushion', 'regular'), ('air_cushion_random', 'random')):
+        pattern = {'rows': 0, 'columns': 0} if print_ == 'random' else {}
+        published = _calibrated(bench, sensor, [f'{name}_zones_calibration'], _CUSHION | pattern)
+        bag, camera = bench.bag(sensor, f'{name}_zones', RATE), open_scene(f'{name}_zones', RATE, bench.seed).camera
+        papers, ours = _pixels(presses(bench, bag, *published), camera), [np.nan] * 4
+        if not pattern:  # the calibration file that ships is of the regular print
+            ours = _pixels(presses(bench, bag, bench.params(sensor, _OURS), shipped(sensor)), camera)
+        reported = ('4.84', '4.04', '0.08') if print_ == 'regular' else ('', '', '')
+        names, units = ('x, mean error', 'y, mean error', 'depth, mean error', 'presses told'), ('px', 'px', 'mm', '%')
+        rows = [Row(name, unit, *row) for name, unit, *row in zip(names, units, (*reported, ''), papers, ours)]
+        yield Table(f'Dome: table I, {print_} print', rows,
+                    'Ten zones at 12, 20 and 28 mm; calibrated there at 8, 16, 24 and 32 mm, by the same tip.')
+
+
+def _pixels(found: list[Press], camera) -> list[float]:
+    """Mean errors of x and y in the image, px, and of depth, mm; presses told, %."""
+    true, told = (camera.project(np.array([press[k] for press in found]).reshape(-1, 3)) for k in (0, 2))
+    x, y = np.abs(told - true).T
+    return [mean(x), mean(y), *_place_and_depth(found)[1:]]

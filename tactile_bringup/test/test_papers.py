@@ -1,0 +1,39 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The papers' experiments, at a small size: tables are complete, both methods give numbers; wrong input is named."""
+import numpy as np
+import pytest
+from tactile_bringup.papers import command
+from tactile_bringup.papers.bench import Bench, Row, Table
+
+ALL = [(name, experiment) for name, experiments in command.EXPERIMENTS.items() for experiment in experiments]
+QUICK = 'one_camera',
+
+
+def marks(experiment):
+    return () if experiment.__name__ in QUICK else pytest.mark.slow
+
+
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize('paper, experiment', [pytest.param(*one, id=one[1].__name__, marks=marks(one[1])) for one in ALL])
+def test_an_experiment_has_finite_columns(tmp_path, paper, experiment):
+    tables = list(experiment(Bench(tmp_path, short=True)))
+    assert tables
+    for table in tables:
+        assert len(table.lines()) >= 5 + len(table.rows)
+        for row in table.rows:
+            of_random_print = 'random' in table.title  # no calibration file of it ships
+            assert np.isfinite(row.published) and (np.isfinite(row.ours) or of_random_print), (table.title, row)
+    command.draw({paper: tables}, tmp_path / 'papers.png')
+    assert (tmp_path / 'papers.png').stat().st_size > 1000
+
+
+def test_what_is_unknown_is_no_number_in_a_table():
+    lines = Table('title', [Row('place', 'mm', '', np.nan, 1.0)]).lines()
+    assert '| place | mm | - | - | 1 |' in lines
+
+
+def test_an_unknown_paper_is_named(capsys):
+    with pytest.raises(SystemExit):
+        command.main(['--paper', 'another'])
+    assert "invalid choice: 'another'" in capsys.readouterr().err
