@@ -163,19 +163,17 @@ class Growth {
     std::vector<std::pair<double, std::ptrdiff_t>> near_;  // squared distance and index
 };
 
-// Origin of a lattice on the printed grid: its first row and column. One image determines it when all printed rows and columns are seen.
-// If an outer row is missing, it either left the image (its position lies outside) or the indices of the last frame continue (motion
-// below half a pitch). A shift by exactly one pitch with an occluded outer row is unobservable; such frames are rejected.
+// Origin of a lattice on the printed grid: its first row and column. The last certain frame determines it where the irregularity of the
+// pattern excludes a shift by a pitch; else one image does when all printed rows and columns are seen. An outer row that is missing may have
+// left the image or be hidden by a rim or by glare: without either, the frame is rejected.
 
 constexpr double OUTER_SHARE = 0.2;       // of the printed length, least number of dots of an outer row; fewer are false dots. Chosen
 constexpr double CLIPPED_SHARE = 0.75;    // of the median row, most dots of an outer row that may be dropped if too many are seen. Chosen
 constexpr std::int64_t MOST_CLIPPED = 2;  // surplus rows that may be dropped. Chosen
 constexpr double NEAR = 0.35;             // pitches within which a dot continues one of the last frame. Chosen: below half a pitch
 constexpr double STAYED_SHARE = 0.8;      // of the dots, that must continue for the last indices to be used. Chosen
-constexpr double STILL = 0.2;             // pitches, largest median motion of a pattern at rest. Chosen
 constexpr double UNEVEN_RATIO = 0.5;     // spread of motions at the right indices over that one row off, below which it is excluded. Chosen
 constexpr std::size_t FEWEST_MOVES = 8;  // motions that give a spread. Chosen
-constexpr double CUT = 0.25;             // pitches: dots nearer to the border are cut by it and may be missed. Chosen: a dot's radius
 
 // Dots with relative or printed rows and columns: places (count, 2), px; rc (count, 2).
 struct IndexedDots {
@@ -184,10 +182,10 @@ struct IndexedDots {
     std::ptrdiff_t count() const { return static_cast<std::ptrdiff_t>(rc.size() / 2); }
 };
 
-// A printed grid and its image, px; width and height are 0 where unknown.
+// A printed grid and its pitch in the image, px.
 struct GridView {
     std::int64_t printed[2];  // rows, columns
-    double pitch, width, height;
+    double pitch;
 };
 
 enum class AnchorFault { NONE, TOO_FEW, ANOTHER_PATTERN, DISAGREEMENT, AMBIGUOUS };
@@ -207,10 +205,10 @@ struct Extent {
     std::int64_t seen() const { return static_cast<std::int64_t>(counts.size()); }
 };
 
-// Offset by the last frame. sure: for rows and columns, whether a shift by a whole pitch is excluded; still: whether nothing moved.
+// Offset by the last frame. sure: for rows and columns, whether a shift by a whole pitch is excluded.
 struct Vote {
     std::int64_t offset[2];
-    bool sure[2], still;
+    bool sure[2];
 };
 
 class Anchoring {
@@ -222,8 +220,7 @@ class Anchoring {
         for (int axis = 0; axis < 2; ++axis) {
             if (extents_[axis].counts.empty()) return {{0, 0}, AnchorFault::TOO_FEW, axis, 0};
         }
-        const bool whole = extents_[0].seen() == extents_[0].printed && extents_[1].seen() == extents_[1].printed;
-        const std::optional<Vote> vote = whole ? std::nullopt : vote_of_last_frame();
+        const std::optional<Vote> vote = vote_of_last_frame();
         Anchor anchor{{0, 0}, AnchorFault::NONE, 0, 0};
         for (int axis = 0; axis < 2; ++axis) {
             std::int64_t window = 0;  // index among the seen rows of printed row 0, negative where that is not seen
@@ -257,102 +254,52 @@ class Anchoring {
 
     AnchorFault place(int axis, const std::optional<Vote>& vote, std::int64_t& window) const {
         const Extent& extent = extents_[axis];
-        if (extent.seen() == extent.printed) return AnchorFault::NONE;
         // Index among the seen rows of printed row 0 by the last frame.
         const std::optional<std::int64_t> by_vote = vote ? std::optional<std::int64_t>(-vote->offset[axis] - extent.first) : std::nullopt;
-        if (extent.seen() > extent.printed) return drop_clipped(extent, by_vote, window);
-        return place_part(axis, by_vote, vote && vote->sure[axis], vote && vote->still, window);
+        if (by_vote && vote->sure[axis]) {
+            window = *by_vote;
+            return AnchorFault::NONE;
+        }
+        if (extent.seen() < extent.printed) return AnchorFault::AMBIGUOUS;
+        return extent.seen() == extent.printed ? AnchorFault::NONE : drop_clipped(extent, by_vote, window);
     }
 
-    // More rows than printed: drops incomplete rows at the ends; else it is another pattern.
-    static AnchorFault drop_clipped(const Extent& extent, const std::optional<std::int64_t>& by_vote, std::int64_t& window) {
+    // More rows than printed: drops incomplete rows at the ends, those that the last frame had not; else it is another pattern.
+    AnchorFault drop_clipped(const Extent& extent, const std::optional<std::int64_t>& by_vote, std::int64_t& window) const {
         const std::int64_t spare = extent.seen() - extent.printed;
         if (spare > MOST_CLIPPED) return AnchorFault::ANOTHER_PATTERN;
         const auto& counts = extent.counts;
-        std::int64_t most = -1, best = 0;
+        std::int64_t most = -1;
         for (std::int64_t k = 0; k <= spare; ++k) {
             const std::int64_t sum = std::accumulate(counts.begin() + k, counts.begin() + k + extent.printed, std::int64_t{0});
-            if (sum > most) most = sum, best = k;
+            if (sum > most) most = sum, window = k;
         }
         std::int64_t dropped = 0;
         for (std::int64_t k = 0; k < extent.seen(); ++k) {
-            if (k < best || k >= best + extent.printed) dropped = std::max(dropped, counts[k]);
+            if (k < window || k >= window + extent.printed) dropped = std::max(dropped, counts[k]);
         }
-        if (static_cast<double>(dropped) <= CLIPPED_SHARE * median({counts.begin(), counts.end()})) {
-            window = best;
-            return AnchorFault::NONE;
-        }
-        if (!by_vote || *by_vote < 0 || *by_vote > spare) return AnchorFault::ANOTHER_PATTERN;
-        window = *by_vote;
-        return AnchorFault::NONE;
-    }
-
-    // Fewer rows than printed: places them by the side that left the image and by the last frame. If the pattern extends beyond both sides
-    // of the first frame, the row on the nearer side is assumed missing.
-    AnchorFault place_part(int axis, std::optional<std::int64_t> by_vote, bool sure, bool still, std::int64_t& window) const {
-        const Extent& extent = extents_[axis];
-        const std::int64_t missing = extent.printed - extent.seen();
-        const double before = beyond(axis, 0), after = beyond(axis, 1);
-        std::optional<std::int64_t> by_border;
-        if (before > 0 && !(after > 0)) by_border = -missing;
-        if (after > 0 && !(before > 0)) by_border = 0;
-        if (by_vote && (-*by_vote < 0 || -*by_vote > missing)) by_vote.reset(), sure = still = false;
-        if (by_border && by_vote && *by_border != *by_vote && !sure) return AnchorFault::DISAGREEMENT;
-        const bool wider = before > 0 && after > 0;  // the pattern extends beyond both sides of the image
-        std::optional<std::int64_t> chosen = sure || (still && wider) ? by_vote : by_border;
-        if (!chosen && before_.count() == 0 && missing == 1 && wider) chosen = before < after ? -1 : 0;
-        window = chosen.value_or(0);
-        return chosen ? AnchorFault::NONE : AnchorFault::AMBIGUOUS;
-    }
-
-    // Median distance, px, outside the image of the row before the first (side 0) or after the last (1); 0 for inside or unknown.
-    double beyond(int axis, int side) const {
-        const Extent& extent = extents_[axis];
-        if (!(view_.width > 0) || extent.seen() < 2) return 0;
-        const std::int64_t outer = side == 0 ? extent.first : extent.first + extent.seen() - 1, inner = side == 0 ? outer + 1 : outer - 1;
-        const int along = 1 - axis;  // rows follow each other along v, columns along u
-        std::vector<double> outer_places, inner_places, outside;
-        for (std::ptrdiff_t i = 0; i < dots_.count(); ++i) {
-            const std::int64_t at = dots_.rc[2 * i + axis];
-            if (at == outer) outer_places.push_back(dots_.places[2 * i + along]);
-            if (at == inner) inner_places.push_back(dots_.places[2 * i + along]);
-        }
-        if (inner_places.empty()) return 0;
-        const double step = median(outer_places) - median(inner_places), border = view_.pitch * CUT;
-        const double ends[2] = {view_.width - 1, view_.height - 1};
-        for (std::ptrdiff_t i = 0; i < dots_.count(); ++i) {
-            if (dots_.rc[2 * i + axis] != outer) continue;
-            double most = -std::numeric_limits<double>::infinity();
-            for (int k = 0; k < 2; ++k) {
-                const double at = dots_.places[2 * i + k] + (k == along ? step : 0);
-                most = std::max({most, border - at, at + border - ends[k]});
-            }
-            outside.push_back(most);
-        }
-        return std::max(0.0, median(outside));
+        if (static_cast<double>(dropped) > CLIPPED_SHARE * median({counts.begin(), counts.end()})) return AnchorFault::ANOTHER_PATTERN;
+        return before_.count() == 0 || by_vote == window ? AnchorFault::NONE : AnchorFault::DISAGREEMENT;
     }
 
     // The offset at which most dots continue those of the last frame.
     std::optional<Vote> vote_of_last_frame() const {
         if (before_.count() == 0) return std::nullopt;
         const std::vector<std::ptrdiff_t> nearest = nearest_before();
-        std::vector<double> offsets[2], distances;
+        std::vector<double> offsets[2];
         for (std::ptrdiff_t i = 0; i < dots_.count(); ++i) {
             if (nearest[i] < 0) continue;
             for (int k = 0; k < 2; ++k) offsets[k].push_back(static_cast<double>(before_.rc[2 * nearest[i] + k] - dots_.rc[2 * i + k]));
-            distances.push_back(std::hypot(before_.places[2 * nearest[i]] - dots_.places[2 * i],
-                                           before_.places[2 * nearest[i] + 1] - dots_.places[2 * i + 1]));
         }
         const double enough = STAYED_SHARE * static_cast<double>(std::min(dots_.count(), before_.count()));
-        if (distances.empty() || static_cast<double>(distances.size()) < enough) return std::nullopt;
+        if (offsets[0].empty() || static_cast<double>(offsets[0].size()) < enough) return std::nullopt;
         Vote vote{};
         for (int k = 0; k < 2; ++k) vote.offset[k] = static_cast<std::int64_t>(median(offsets[k]));
         std::ptrdiff_t agreeing = 0;
-        for (std::size_t i = 0; i < distances.size(); ++i) {
+        for (std::size_t i = 0; i < offsets[0].size(); ++i) {
             agreeing += offsets[0][i] == static_cast<double>(vote.offset[0]) && offsets[1][i] == static_cast<double>(vote.offset[1]);
         }
         if (static_cast<double>(agreeing) < enough) return std::nullopt;
-        vote.still = median(distances) < STILL * view_.pitch;
         for (int axis = 0; axis < 2; ++axis) vote.sure[axis] = fits_only_here(vote, axis);
         return vote;
     }
@@ -499,9 +446,9 @@ std::string reason_of(const Anchor& anchor, const std::int64_t* printed) {
         case AnchorFault::ANOTHER_PATTERN:
             return seen + " " + name + " of dots seen, " + std::to_string(printed[anchor.axis]) + " configured: is it another pattern?";
         case AnchorFault::DISAGREEMENT:
-            return of + "; the border and the last frame disagree on which";
+            return seen + " " + name + " of dots seen, " + std::to_string(printed[anchor.axis]) + " configured, and the last frame had others";
         case AnchorFault::AMBIGUOUS:
-            return of + ", and which is ambiguous";
+            return of + ", and which is ambiguous: let the camera see all of them once, or set " + name + " to those it sees";
         default:
             return "";
     }
@@ -528,8 +475,8 @@ IndexedDots members_of(const Lattice& lattice, const double* places, std::ptrdif
 
 GridNumbering::GridNumbering(std::int64_t rows, std::int64_t columns) : printed_{rows, columns} {}
 
-GridNumbers GridNumbering::number(const double* places, std::ptrdiff_t count, double width, double height) {
-    GridNumbers found = numbered(places, count, width, height);
+GridNumbers GridNumbering::number(const double* places, std::ptrdiff_t count) {
+    GridNumbers found = numbered(places, count);
     if (found.reason.empty()) remember(places, found.id.data(), count);
     return found;
 }
@@ -543,7 +490,7 @@ void GridNumbering::remember(const double* places, const std::int64_t* id, std::
     }
 }
 
-GridNumbers GridNumbering::numbered(const double* places, std::ptrdiff_t count, double width, double height) const {
+GridNumbers GridNumbering::numbered(const double* places, std::ptrdiff_t count) const {
     GridNumbers found{std::vector<std::int64_t>(count, -1), "", std::numeric_limits<double>::quiet_NaN()};
     const Lattice lattice = find_lattice(places, count, 0);
     const std::string seen = std::to_string(count) + " dots found";
@@ -558,7 +505,7 @@ GridNumbers GridNumbering::numbered(const double* places, std::ptrdiff_t count, 
     found.pitch = lattice.pitch;
     std::vector<std::ptrdiff_t> which;
     const IndexedDots dots = members_of(lattice, places, count, which), before{before_places_, before_rc_};
-    const Anchor anchor = Anchoring(dots, before, {{printed_[0], printed_[1]}, lattice.pitch, width, height}).run();
+    const Anchor anchor = Anchoring(dots, before, {{printed_[0], printed_[1]}, lattice.pitch}).run();
     if (anchor.fault != AnchorFault::NONE) {
         const bool few = static_cast<double>(which.size()) < FEW_LINKED * static_cast<double>(count);
         found.reason = (few ? "of " + seen + " (" + std::to_string(printed_[0] * printed_[1]) + " configured) only " +

@@ -315,6 +315,11 @@ def _roundish(above, threshold):
     return _Blobs(centre, np.sqrt(4 / np.pi * area), contrast, len(area) * contrast * np.sqrt(np.median(area)))
 
 
+def describe_dots(channel: str, grey: np.ndarray, centre: np.ndarray, diameter: np.ndarray, sign: int) -> Look:
+    """Look of dots at centre (N, 2) px with diameters (N,) px, in an image (H, W) uint8. Raises BadFrame where these are no discs."""
+    return _describe(channel, grey, _noise(grey), _Blobs(centre, diameter, 0.0, 0.0), sign)
+
+
 def _describe(channel, grey, noise, blobs, sign):
     step = int(np.ceil(np.median(blobs.diameter) / _LARGEST_FITTED))
     grey = shrink(grey, step)

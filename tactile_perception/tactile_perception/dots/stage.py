@@ -98,6 +98,8 @@ class DotStage(CameraStage):
             self.estimator.set_reference()
 
     def health(self) -> tuple[str, dict]:
-        """Warns of a reference that may have been taken under a touch."""
-        warning = self.estimator.warning if self.estimator is not None else ''
-        return warning, {'reference': warning or 'in order'}
+        """Warns of a reference that may have been taken under a touch, and of dots without numbers; says what dots are tracked."""
+        if self.estimator is None:
+            return '', {}
+        warning, unnumbered = self.estimator.warning, self.estimator.unnumbered
+        return unnumbered or warning, {'reference': warning or 'in order', 'dots': self.estimator.found, 'numbers': unnumbered or 'certain'}
