@@ -16,7 +16,7 @@ import scipy
 from ..common.dots import Dots
 from ..errors import BadFrame
 from .fit import CHANNELS, Look, describe_dots, select_channel
-from .worn import Peaks, correlate_patches, fit_discs, single
+from .worn import Peaks, correlate_patches, fit_discs, without_doubles
 
 _DIAMETERS = 3.0 * 2 ** (np.arange(19) / 4)  # px, of the scale search: up to 68; four to an octave, where the response falls by 5 %
 _ACROSS = 7.0  # px, diameter of a disc in the reduced images: the fewest in which its edge is seen on all sides
@@ -124,7 +124,7 @@ def _explained(found: Peaks, diameter: float, lowest: float) -> float:
         return 0.0
     typical = np.median(found.amplitude[disc])
     alike = np.mean((found.amplitude[disc] > 0.5 * typical) & (found.amplitude[disc] < 2 * typical))
-    return float((np.minimum(found.amplitude[disc], typical)**2 * found.correlation[disc]**8).sum() * diameter * alike**2)
+    return float((np.minimum(found.amplitude[disc], typical)**2 * found.correlation[disc]**8).sum() * diameter**2 * alike**2)
 
 
 def _discs(grey, sign, diameter, lowest) -> Dots:
@@ -141,7 +141,7 @@ def _discs(grey, sign, diameter, lowest) -> Dots:
     if not parts:
         return Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
     uv, area, sigma = (np.concatenate([getattr(part, name) for part in parts]) for name in ('uv', 'area', 'sigma'))
-    kept = single(uv, np.concatenate(scores), 0.6 * diameter)
+    kept = without_doubles(uv, np.concatenate(scores), 0.6 * diameter)
     return Dots(uv[kept], area[kept], sigma[kept])
 
 
@@ -189,10 +189,11 @@ def _alike(dots: Dots, grey, sign) -> Dots:
 
 
 def _contrast(grey, uv, diameter):
-    """(N,) grey levels, middle of dots minus the median of twelve places around each."""
-    angle = np.arange(12) * np.pi / 6
-    ring = np.concatenate([np.zeros((1, 2)), np.stack([np.cos(angle), np.sin(angle)], axis=1)])
-    at = np.rint(uv[:, None] + 0.8 * diameter[:, None, None] * ring).astype(int)
+    """(N,) grey levels, mean of nine places in each dot minus the median of twelve around it."""
+    angle = np.r_[0, np.arange(8) * np.pi / 4, np.arange(12) * np.pi / 6]
+    away = np.r_[0, np.full(8, 0.28), np.full(12, 0.8)]
+    offset = away[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    at = np.rint(uv[:, None] + diameter[:, None, None] * offset).astype(int)
     at = np.clip(at, 0, np.array(grey.shape[::-1]) - 1)
     levels = grey[at[..., 1], at[..., 0]].astype(float)
-    return levels[:, 0] - np.median(levels[:, 1:], axis=1)
+    return levels[:, :9].mean(axis=1) - np.median(levels[:, 9:], axis=1)

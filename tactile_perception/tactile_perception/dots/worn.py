@@ -95,7 +95,7 @@ class DiscDetector:
         if not kept.any():
             return Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
         dots = fit_discs(grey, self._sign, found.uv[kept], diameter / _TOO_WIDE)
-        single = single(dots.uv, found.correlation[kept], _DOUBLE * diameter / _TOO_WIDE)
+        single = without_doubles(dots.uv, found.correlation[kept], _DOUBLE * diameter / _TOO_WIDE)
         return Dots(dots.uv[single], dots.area[single], dots.sigma[single])
 
     def _measure_appearance(self, image) -> _Appearance:
@@ -217,7 +217,7 @@ def _strong(found: Peaks) -> np.ndarray:
     return strong & (found.correlation > _UNLIKE * np.median(found.correlation[strong]))
 
 
-def single(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndarray:
+def without_doubles(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndarray:
     """(N,) bool: without the lower score (N,) of any two positions uv (N, 2) px closer than apart, px."""
     kept = np.ones(len(uv), bool)
     for a, b in scipy.spatial.cKDTree(uv).query_pairs(apart, output_type='ndarray'):
