@@ -189,10 +189,11 @@ struct Numbers {
     double pitch;
 };
 
-// The size of the image is for other methods of numbering, which are called likewise.
-Numbers numbered(GridNumbering& numbering, const py::object& uv, double /*width*/, double /*height*/) {
+Numbers numbered(GridNumbering& numbering, const py::object& uv, double width, double height) {
     const Places places(uv, "uv", LARGEST_PLACE);
-    GridNumbers found = change(numbering, [&](GridNumbering& next) { return next.number(places.uv.data(), places.count()); });
+    within(width, "width", 0, LARGEST_PLACE), within(height, "height", 0, LARGEST_PLACE);
+    GridNumbers found =
+        change(numbering, [&](GridNumbering& next) { return next.number(places.uv.data(), places.count(), width, height); });
     return {places.numbers(found.id), std::move(found.reason), found.pitch};
 }
 
@@ -358,8 +359,8 @@ void bind_numbers(py::module_& module) {
     numbering.def(py::init(&make_numbering), py::arg("rows"), py::arg("columns"));
     numbering.def(
         "number", &numbered, py::arg("uv"), py::arg("width") = 0.0, py::arg("height") = 0.0,
-        "GridNumbers of dots at uv (N, 2) float64, px, in any order; width, height: as other methods take them, unused. Rows that\n"
-        "are no positions get -1.");
+        "GridNumbers of dots at uv (N, 2) float64, px, in any order; width, height: of the image, px, 0 if unknown: an outer\n"
+        "row may have left it. Rows that are no positions get -1.");
     numbering.def("remember", &remembered, py::arg("uv"), py::arg("id"),
                   "Take dots at uv (N, 2) float64, px, with indices id (N,) int64, -1 for none, as the last certain frame.");
     make_copyable(numbering);

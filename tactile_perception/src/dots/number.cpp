@@ -165,7 +165,8 @@ class Growth {
 
 // Origin of a lattice on the printed grid: its first row and column. The last certain frame determines it where the irregularity of the
 // pattern excludes a shift by a pitch; else one image does when all printed rows and columns are seen. An outer row that is missing may have
-// left the image or be hidden by a rim or by glare: without either, the frame is rejected.
+// left the image, or be hidden by a rim or by glare: it is known only where the last frame and the border of the image agree; elsewhere the
+// frame is rejected.
 
 constexpr double OUTER_SHARE = 0.2;       // of the printed length, least number of dots of an outer row; fewer are false dots. Chosen
 constexpr double CLIPPED_SHARE = 0.75;    // of the median row, most dots of an outer row that may be dropped if too many are seen. Chosen
@@ -174,6 +175,7 @@ constexpr double NEAR = 0.35;             // pitches within which a dot continue
 constexpr double STAYED_SHARE = 0.8;      // of the dots, that must continue for the last indices to be used. Chosen
 constexpr double UNEVEN_RATIO = 0.5;     // spread of motions at the right indices over that one row off, below which it is excluded. Chosen
 constexpr std::size_t FEWEST_MOVES = 8;  // motions that give a spread. Chosen
+constexpr double CUT = 0.25;             // pitches: dots nearer to the border are cut by it and may be missed. Chosen: a dot's radius
 
 // Dots with relative or printed rows and columns: places (count, 2), px; rc (count, 2).
 struct IndexedDots {
@@ -182,10 +184,10 @@ struct IndexedDots {
     std::ptrdiff_t count() const { return static_cast<std::ptrdiff_t>(rc.size() / 2); }
 };
 
-// A printed grid and its pitch in the image, px.
+// A printed grid and its image, px; width and height are 0 where unknown.
 struct GridView {
     std::int64_t printed[2];  // rows, columns
-    double pitch;
+    double pitch, width, height;
 };
 
 enum class AnchorFault { NONE, TOO_FEW, ANOTHER_PATTERN, DISAGREEMENT, AMBIGUOUS };
@@ -260,7 +262,7 @@ class Anchoring {
             window = *by_vote;
             return AnchorFault::NONE;
         }
-        if (extent.seen() < extent.printed) return AnchorFault::AMBIGUOUS;
+        if (extent.seen() < extent.printed) return place_part(axis, by_vote, window);
         return extent.seen() == extent.printed ? AnchorFault::NONE : drop_clipped(extent, by_vote, window);
     }
 
@@ -280,6 +282,42 @@ class Anchoring {
         }
         if (static_cast<double>(dropped) > CLIPPED_SHARE * median({counts.begin(), counts.end()})) return AnchorFault::ANOTHER_PATTERN;
         return before_.count() == 0 || by_vote == window ? AnchorFault::NONE : AnchorFault::DISAGREEMENT;
+    }
+
+    // Fewer rows than printed: known where the last frame and the border of the image agree on which have left.
+    AnchorFault place_part(int axis, const std::optional<std::int64_t>& by_vote, std::int64_t& window) const {
+        if (!by_vote) return AnchorFault::AMBIGUOUS;
+        const bool before = beyond(axis, 0) > 0, after = beyond(axis, 1) > 0;
+        window = *by_vote;
+        const std::int64_t missing = extents_[axis].printed - extents_[axis].seen();
+        return before != after && window == (before ? -missing : 0) ? AnchorFault::NONE : AnchorFault::AMBIGUOUS;
+    }
+
+    // Median distance, px, outside the image of the row before the first (side 0) or after the last (1); 0 for inside or unknown.
+    double beyond(int axis, int side) const {
+        const Extent& extent = extents_[axis];
+        if (!(view_.width > 0) || extent.seen() < 2) return 0;
+        const std::int64_t outer = side == 0 ? extent.first : extent.first + extent.seen() - 1, inner = side == 0 ? outer + 1 : outer - 1;
+        const int along = 1 - axis;  // rows follow each other along v, columns along u
+        std::vector<double> outer_places, inner_places, outside;
+        for (std::ptrdiff_t i = 0; i < dots_.count(); ++i) {
+            const std::int64_t at = dots_.rc[2 * i + axis];
+            if (at == outer) outer_places.push_back(dots_.places[2 * i + along]);
+            if (at == inner) inner_places.push_back(dots_.places[2 * i + along]);
+        }
+        if (inner_places.empty()) return 0;
+        const double step = median(outer_places) - median(inner_places), border = view_.pitch * CUT;
+        const double ends[2] = {view_.width - 1, view_.height - 1};
+        for (std::ptrdiff_t i = 0; i < dots_.count(); ++i) {
+            if (dots_.rc[2 * i + axis] != outer) continue;
+            double most = -std::numeric_limits<double>::infinity();
+            for (int k = 0; k < 2; ++k) {
+                const double at = dots_.places[2 * i + k] + (k == along ? step : 0);
+                most = std::max({most, border - at, at + border - ends[k]});
+            }
+            outside.push_back(most);
+        }
+        return std::max(0.0, median(outside));
     }
 
     // The offset at which most dots continue those of the last frame.
@@ -475,8 +513,8 @@ IndexedDots members_of(const Lattice& lattice, const double* places, std::ptrdif
 
 GridNumbering::GridNumbering(std::int64_t rows, std::int64_t columns) : printed_{rows, columns} {}
 
-GridNumbers GridNumbering::number(const double* places, std::ptrdiff_t count) {
-    GridNumbers found = numbered(places, count);
+GridNumbers GridNumbering::number(const double* places, std::ptrdiff_t count, double width, double height) {
+    GridNumbers found = numbered(places, count, width, height);
     if (found.reason.empty()) remember(places, found.id.data(), count);
     return found;
 }
@@ -490,7 +528,7 @@ void GridNumbering::remember(const double* places, const std::int64_t* id, std::
     }
 }
 
-GridNumbers GridNumbering::numbered(const double* places, std::ptrdiff_t count) const {
+GridNumbers GridNumbering::numbered(const double* places, std::ptrdiff_t count, double width, double height) const {
     GridNumbers found{std::vector<std::int64_t>(count, -1), "", std::numeric_limits<double>::quiet_NaN()};
     const Lattice lattice = find_lattice(places, count, 0);
     const std::string seen = std::to_string(count) + " dots found";
@@ -505,7 +543,7 @@ GridNumbers GridNumbering::numbered(const double* places, std::ptrdiff_t count) 
     found.pitch = lattice.pitch;
     std::vector<std::ptrdiff_t> which;
     const IndexedDots dots = members_of(lattice, places, count, which), before{before_places_, before_rc_};
-    const Anchor anchor = Anchoring(dots, before, {{printed_[0], printed_[1]}, lattice.pitch}).run();
+    const Anchor anchor = Anchoring(dots, before, {{printed_[0], printed_[1]}, lattice.pitch, width, height}).run();
     if (anchor.fault != AnchorFault::NONE) {
         const bool few = static_cast<double>(which.size()) < FEW_LINKED * static_cast<double>(count);
         found.reason = (few ? "of " + seen + " (" + std::to_string(printed_[0] * printed_[1]) + " configured) only " +

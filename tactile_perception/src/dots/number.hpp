@@ -21,15 +21,15 @@ struct GridNumbers {
 class GridNumbering {
  public:
     GridNumbering(std::int64_t rows, std::int64_t columns);
-    // Dots at places (count, 2), px, finite.
-    GridNumbers number(const double* places, std::ptrdiff_t count);
+    // Dots at places (count, 2), px, finite; width, height: of the image, px, 0 where unknown: tells where an outer row may have left it.
+    GridNumbers number(const double* places, std::ptrdiff_t count, double width, double height);
     // Takes dots with these numbers, row * columns + column or -1, as the last certain frame.
     void remember(const double* places, const std::int64_t* id, std::ptrdiff_t count);
 
     std::int64_t count() const { return printed_[0] * printed_[1]; }  // of printed dots
 
  private:
-    GridNumbers numbered(const double* places, std::ptrdiff_t count) const;
+    GridNumbers numbered(const double* places, std::ptrdiff_t count, double width, double height) const;
 
     std::int64_t printed_[2];  // rows, columns
     std::vector<double> before_places_;

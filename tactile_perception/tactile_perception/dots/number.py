@@ -3,7 +3,8 @@
 """Numbers of dots, by name of the method: row and column on a printed grid, or tracks and registration of other patterns.
 
 On a grid one image determines row and column of each dot where all printed rows and columns are seen. If an outer row is missing, the last
-certain frame does where the pattern's irregularity (print, lens, press) excludes a shift by a pitch; else no dot has a number. Kernels: src/dots/lattice.cpp, number.cpp, links.cpp.
+certain frame does where the pattern's irregularity (print, lens, press) excludes a shift by a pitch, or where the border of the image agrees
+on which left; else no dot has a number. Kernels: src/dots/lattice.cpp, number.cpp, links.cpp.
 """
 from __future__ import annotations
 
