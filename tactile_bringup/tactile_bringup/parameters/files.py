@@ -29,8 +29,8 @@ _WHOLE = '# Parameters of the nodes of sensor type {}. Copy it, change the copy,
 _SIMULATED = "# The simulated {0} (source:=sim): the parameters that differ from the nodes' defaults; {0}.yaml explains all.\n"
 #: Cameras over dots or pins without a model of the surface: name -> comment at the top, what differs from a touchpad.
 _DOTS_ALONE = {
-    'marker_video': ('# Any camera or video that sees dots, dark or bright, of any size, in a grid or not: dots, numbers or tracks, displacements.\n'
-                     '# What the dots are is measured in the first images, of the untouched sensor, and told in the log and on /diagnostics.\n',
+    'marker_video': ('# Any camera or video of dots, dark or bright, of any size, in a grid or not: dots, numbers or tracks.\n'
+                     '# What the dots are is measured in the first image, of the untouched sensor, and told on /diagnostics.\n',
                      {'rows': 0, 'columns': 0, 'polarity': 'any', 'detection': 'auto', 'numbering': 'auto'}),
     'marker_gel': ('# A gel with a grid of dark markers over a camera, as GelSight Mini: dots, numbers, displacement field.\n'
                    '# Copy it and set rows and columns to what the image shows in full.\n', {}),

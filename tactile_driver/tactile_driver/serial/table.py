@@ -27,12 +27,12 @@ def read_table(path: Path, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarr
         if wide in (across, across + 1) and len(table) % lines == 0:
             times = table[::lines, 0] * _unit(header) if wide > across else None
             if times is not None and not (np.diff(times) > 0).all():
-                raise BadRecording(f'path: {path}: the times in the first column do not increase at frame '
-                                   f'{int(np.argmin(np.diff(times) > 0)) + 1}')
+                number = int(np.argmin(np.diff(times) > 0)) + 1
+                raise BadRecording(f'path: {path}: the times in the first column do not increase at frame {number}')
             return table[:, wide - across:].reshape(-1, *shape), times
     raise BadRecording(f'path: {path} has {len(table)} lines of {wide} numbers{" after a header" if header else ""}; expected for {rows} x '
-                       f'{columns} taxels: {rows * columns} a line (a frame), or {columns} a line and {rows} lines a frame, and one more where '
-                       'a time precedes them. Set rows and columns to those of the array')
+                       f'{columns} taxels: {rows * columns} a line (a frame), or {columns} a line and {rows} lines a frame, and one more '
+                       'where a time precedes them. Set rows and columns to those of the array')
 
 
 def _numbers(path: Path) -> tuple[list[str], np.ndarray]:
@@ -47,8 +47,8 @@ def _numbers(path: Path) -> tuple[list[str], np.ndarray]:
             table.append([float(field.replace(',', '.')) if separator == ';' else float(field) for field in fields])
         except ValueError as error:
             if table or header:
-                raise BadRecording(f'path: {path}: line {number} is not of numbers ({error}); after one line of names, numbers are expected, '
-                                   f'separated by {" or ".join("tab" if mark == chr(9) else mark for mark in _SEPARATORS)}') from error
+                raise BadRecording(f'path: {path}: line {number} is not of numbers ({error}); after one line of names, numbers are '
+                                   'expected, separated by commas, semicolons or tabs') from error
             header = fields
             continue
         if len(table[-1]) != len(table[0]):

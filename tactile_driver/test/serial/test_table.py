@@ -35,8 +35,10 @@ def test_tables_of_all_kinds(tmp_path, separator, head, time, lines):
 
 @pytest.mark.parametrize(('text', 'said'), [
     ('1,2,3\n4,5,6\n', '2 lines of 3 numbers; expected for 3 x 4 taxels: 12 a line'), ('', 'no line of numbers'),
-    ('a,b\nc,d\n1,2\n', 'line 2 is not of numbers'), ('1,2,3,4\n1,2,3\n', 'line 2 has 3 numbers, those before it 4'),
-    ('1,2,3,4\n' * 4, '4 lines of 4 numbers'), ('1,1,2,3,4\n' * 6, 'do not increase at frame 1'), ('1,2,x,4\n1,2,3,4\n1,2,y,4\n', 'line 3')])
+    ('a,b\nc,d\n1,2\n', 'line 2 is not of numbers'),
+    ('1,2,3,4\n1,2,3\n', 'line 2 has 3 numbers, those before it 4'),
+    ('1,2,3,4\n' * 4, '4 lines of 4 numbers'), ('1,1,2,3,4\n' * 6, 'do not increase at frame 1'),
+    ('1,2,x,4\n1,2,3,4\n1,2,y,4\n', 'line 3')])
 def test_what_was_seen_and_what_is_expected_are_told(tmp_path, text, said):
     (tmp_path / 'a.csv').write_text(text)
     with pytest.raises(BadRecording, match=said):

@@ -4,10 +4,12 @@
 
 A dot is one of many alike. At each scale, peaks of the difference of two Gaussians (Lindeberg, Feature detection with automatic scale
 selection, 1998) that correlate with a disc on a ring of ground count by their contrast, but none for more than most: a lamp, a rim or a
-letter is one of few, and its brightness counts for nothing. The scale and the sign with the most contrast win. Where the likelihood fit finds
-as many, it places the dots; else the discs' own fit does.
+letter is one of few, and its brightness counts for nothing. The scale and the sign with the most contrast win. Where the likelihood fit
+finds as many, it places the dots; else the discs' own fit does.
 """
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import cv2
 import numpy as np
@@ -15,7 +17,7 @@ import scipy
 
 from ..common.dots import Dots
 from ..errors import BadFrame
-from .fit import CHANNELS, Look, describe_dots, select_channel
+from .fit import CHANNELS, describe_dots, select_channel
 from .worn import Peaks, correlate_patches, fit_discs, without_doubles
 
 _DIAMETERS = 3.0 * 2 ** (np.arange(19) / 4)  # px, of the scale search: up to 68; four to an octave, where the response falls by 5 %
@@ -34,12 +36,13 @@ _LOST_SHARE = 0.6  # of the dots at the last measurement; with fewer, everything
 
 
 class AutoDetector:
-    """Dots of any polarity and size; sign: 1 for bright dots, -1 for dark ones, 0 for those that the first image has."""
+    """Dots of any polarity and size; sign: 1 for bright dots, -1 for dark ones, 0 for those that the first image has; make_fit: (sign,
+    Look) -> an exact detector with detect_all(image) -> Dots."""
 
-    def __init__(self, sign: int):
-        self._signs = (sign,) if sign else (-1, 1)
+    def __init__(self, sign: int, make_fit: Callable):
+        self._signs, self._make_fit = (sign,) if sign else (-1, 1), make_fit
         self._kind: tuple[int, str, float, float] | None = None  # sign, channel, diameter, least correlation
-        self._likelihood, self._count = None, 0
+        self._fit, self._count = None, 0
 
     @property
     def found(self) -> str:
@@ -61,8 +64,8 @@ class AutoDetector:
     def _find(self, image) -> Dots:
         sign, channel, diameter, lowest = self._kind
         grey = select_channel(image, channel)
-        if self._likelihood is not None:
-            return _alike(self._likelihood.detect_all(image), grey, sign)
+        if self._fit is not None:
+            return _alike(self._fit.detect_all(image), grey, sign)
         return _alike(_discs(grey, sign, diameter, lowest), grey, sign)
 
     def _measure(self, image, before) -> Dots:
@@ -77,25 +80,23 @@ class AutoDetector:
         dots = _alike(_discs(grey, sign, diameter, lowest), grey, sign)
         if len(dots) < max(_FEWEST, len(before)):
             return before
-        likelihood = _likelihood(grey, channel, sign, dots)
-        exact = _alike(likelihood.detect_all(image), grey, sign) if likelihood is not None else ()
+        fit = self._fit_of(grey, channel, sign, dots)
+        exact = _alike(fit.detect_all(image), grey, sign) if fit is not None else ()
         if len(exact) >= _AS_MANY * len(dots):
             dots = exact
         else:
-            likelihood, lowest = None, _LOWER * lowest
+            fit, lowest = None, _LOWER * lowest
             dots = _alike(_discs(grey, sign, diameter, lowest), grey, sign)
-        self._kind, self._likelihood = (sign, channel, float(np.sqrt(4 / np.pi * np.median(dots.area))), lowest), likelihood
+        self._kind, self._fit = (sign, channel, float(np.sqrt(4 / np.pi * np.median(dots.area))), lowest), fit
         self._count = len(dots)
         return dots
 
-
-def _likelihood(grey, channel, sign, dots):
-    """A LikelihoodDetector of dots like these; None where their appearance cannot be measured."""
-    from .detect import LikelihoodDetector
-    try:
-        return LikelihoodDetector(sign, describe_dots(channel, grey, dots.uv, np.sqrt(4 / np.pi * dots.area), sign))
-    except BadFrame:
-        return None
+    def _fit_of(self, grey, channel, sign, dots):
+        """An exact detector of dots like these; None where their appearance cannot be measured."""
+        try:
+            return self._make_fit(sign, describe_dots(channel, grey, dots.uv, np.sqrt(4 / np.pi * dots.area), sign))
+        except BadFrame:
+            return None
 
 
 def _measure_kind(image, signs) -> tuple[int, str, float, float] | None:

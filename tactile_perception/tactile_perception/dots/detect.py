@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -277,5 +278,6 @@ def _cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:
     return True
 
 
-METHODS = {'auto': AutoDetector, 'likelihood': LikelihoodDetector, 'blobs': BlobDetector, 'discs': DiscDetector, 'paper': PaperDetector,
-           'paper_areal': PaperArealDetector, 'paper_cushion': PaperCushionDetector, 'paper_cushion_fast': FastCushionDetector}
+METHODS = {'auto': partial(AutoDetector, make_fit=LikelihoodDetector), 'likelihood': LikelihoodDetector, 'blobs': BlobDetector,
+           'discs': DiscDetector, 'paper': PaperDetector, 'paper_areal': PaperArealDetector, 'paper_cushion': PaperCushionDetector,
+           'paper_cushion_fast': FastCushionDetector}

@@ -3,8 +3,8 @@
 """Numbers of dots, by name of the method: row and column on a printed grid, or tracks and registration of other patterns.
 
 On a grid one image determines row and column of each dot where all printed rows and columns are seen. If an outer row is missing, the last
-certain frame does where the pattern's irregularity (print, lens, press) excludes a shift by a pitch, or where the border of the image agrees
-on which left; else no dot has a number. Kernels: src/dots/lattice.cpp, number.cpp, links.cpp.
+certain frame does where the pattern's irregularity (print, lens, press) excludes a shift by a pitch, or where the border of the image
+agrees on which left; else no dot has a number. Kernels: src/dots/lattice.cpp, number.cpp, links.cpp.
 """
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ class Numbered:
 def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None = None) -> GridNumbers:
     """Row and column of dots at uv (N, 2) px, in any order, on a printed grid of rows x columns; row 0 on top, column 0 left.
 
-    previous: the last certain frame, which tells the rows where some are hidden. Rows may be rotated by up to 38 degrees. Raises BadArgument for a grid smaller than 2 x 2 or uv of another shape.
+    previous: the last certain frame, which tells the rows where some are hidden. Rows may be rotated by up to 38 degrees. Raises
+    BadArgument for a grid smaller than 2 x 2 or uv of another shape.
     """
     uv = np.asarray(uv, np.float64)
     if uv.ndim != 2 or uv.shape[1] != 2:

@@ -41,9 +41,10 @@ SHEET_PARAMETERS = (
 
 DOT_PARAMETERS = SENSOR_PARAMETERS + SHEET_PARAMETERS + (
     _fixed('frame_id', str, '', '', 'sensor frame, in which all results are; empty: named as the namespace, with _ for /'),
-    _fixed('polarity', str, 'dark', '', 'dots darker or brighter than the background', choices=tuple(POLARITIES)),
+    _fixed('polarity', str, 'dark', '', 'dots darker or brighter than the background; any: detection auto measures it',
+           choices=tuple(POLARITIES)),
     _fixed('detection', str, 'likelihood', '', 'dot detection method', choices=tuple(METHODS)),
-    _fixed('numbering', str, 'lattice', '', 'dot indexing method; auto: a grid without rows and columns is found; tracks, register: for other patterns',
+    _fixed('numbering', str, 'lattice', '', 'dot indexing method; auto: finds a grid, else tracks; tracks, register: for other patterns',
            choices=(AUTO, *NUMBERING, *WITHOUT_GRID)),
     _fixed('reference.frames', int, 10, '', 'untouched frames averaged for the reference', 1, 1000),
     _fixed('reference.time_constant', float, 30.0, 's',

@@ -52,15 +52,14 @@ def test_other_methods_need_a_polarity():
 
 
 def test_lamps_that_switch_change_no_track():
-    film, tracker = Film(SHEETS['lamps_switch'], seed=2), DotTracker(0, 0, 'any', 'auto', 'auto')
+    film, tracker, before = Film(SHEETS['lamps_switch'], seed=2), DotTracker(0, 0, 'any', 'auto', 'auto'), {}
     for k in range(16):
         image, uv = film.frame(k)
         tracks = tracker.process(image, k / 30)
         away = np.hypot(*(tracks.uv[:, None] - np.nan_to_num(uv, nan=1e4)).transpose(2, 0, 1))
         assert (away.min(axis=1) < 2).mean() >= 0.97
         number = dict(zip(tracks.id.tolist(), away.argmin(axis=1).tolist()))
-        if k:
-            assert all(number[i] == before[i] for i in number.keys() & before.keys())
+        assert all(number[i] == before[i] for i in number.keys() & before.keys())
         before = number
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Simulated sheets of dots as people own them: a rim and lamps in view, lamps that switch, see-through ground with things that move behind it,
-two layers of dots, 120 to 1,080 rows of pixels. No formula of a detector's is in them."""
+"""Simulated sheets of dots as people own them: a rim and lamps in view, lamps that switch, see-through ground with things that move behind
+it, two layers of dots, 120 to 1,080 rows of pixels. No formula of a detector's is in them."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Sheet:
-    """rows: of pixels (4:3); dots: rows and columns of a grid, or a number of dots at random; size: px of a dot; sign: 1 bright, -1 dark."""
+    """rows: of pixels (4:3); dots: rows and columns of a grid, or a number at random; size: px of a dot; sign: 1 bright, -1 dark."""
 
     rows: int = 480
     dots: tuple[int, int] | int = (10, 14)
@@ -96,8 +96,8 @@ class Film:
         fine = max(1, round(16 / sheet.size))
         inside = np.zeros((rows * fine, columns * fine), np.float32)
         for (u, v), size, strength in zip(uv, self._sizes, self._strength):
-            cv2.circle(inside, (int(((u + 0.5) * fine - 0.5) * 16), int(((v + 0.5) * fine - 0.5) * 16)), int(size * fine * 8), float(strength), -1,
-                       cv2.LINE_AA, 4)
+            centre = int(((u + 0.5) * fine - 0.5) * 16), int(((v + 0.5) * fine - 0.5) * 16)
+            cv2.circle(inside, centre, int(size * fine * 8), float(strength), -1, cv2.LINE_AA, 4)
         ink = cv2.resize(inside, (columns, rows), interpolation=cv2.INTER_AREA)
         if sheet.worn:
             ink = ink * (self._ink > np.quantile(self._ink, sheet.worn))
