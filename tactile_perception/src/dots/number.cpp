@@ -173,7 +173,9 @@ constexpr double CLIPPED_SHARE = 0.75;    // of the median row, most dots of an 
 constexpr std::int64_t MOST_CLIPPED = 2;  // surplus rows that may be dropped. Chosen
 constexpr double NEAR = 0.35;             // pitches within which a dot continues one of the last frame. Chosen: below half a pitch
 constexpr double STAYED_SHARE = 0.8;      // of the dots, that must continue for the last indices to be used. Chosen
+constexpr double STILL = 0.2;             // pitches, largest median motion from the last frame that needs less evidence. Chosen
 constexpr double UNEVEN_RATIO = 0.5;     // spread of motions at the right indices over that one row off, below which it is excluded. Chosen
+constexpr double STILL_RATIO = 0.8;      // the same where little moved. Chosen: an even grid, which cannot tell, has one
 constexpr std::size_t FEWEST_MOVES = 8;  // motions that give a spread. Chosen
 constexpr double CUT = 0.25;             // pitches: dots nearer to the border are cut by it and may be missed. Chosen: a dot's radius
 
@@ -207,10 +209,11 @@ struct Extent {
     std::int64_t seen() const { return static_cast<std::int64_t>(counts.size()); }
 };
 
-// Offset by the last frame. sure: for rows and columns, whether a shift by a whole pitch is excluded.
+// Offset by the last frame. sure: for rows and columns, whether a shift by a whole pitch is excluded; likely: by less evidence, but little
+// moved.
 struct Vote {
     std::int64_t offset[2];
-    bool sure[2];
+    bool sure[2], likely[2];
 };
 
 class Anchoring {
@@ -258,7 +261,7 @@ class Anchoring {
         const Extent& extent = extents_[axis];
         // Index among the seen rows of printed row 0 by the last frame.
         const std::optional<std::int64_t> by_vote = vote ? std::optional<std::int64_t>(-vote->offset[axis] - extent.first) : std::nullopt;
-        if (by_vote && vote->sure[axis]) {
+        if (by_vote && (vote->sure[axis] || (vote->likely[axis] && extent.seen() < extent.printed))) {
             window = *by_vote;
             return AnchorFault::NONE;
         }
@@ -324,10 +327,12 @@ class Anchoring {
     std::optional<Vote> vote_of_last_frame() const {
         if (before_.count() == 0) return std::nullopt;
         const std::vector<std::ptrdiff_t> nearest = nearest_before();
-        std::vector<double> offsets[2];
+        std::vector<double> offsets[2], distances;
         for (std::ptrdiff_t i = 0; i < dots_.count(); ++i) {
             if (nearest[i] < 0) continue;
             for (int k = 0; k < 2; ++k) offsets[k].push_back(static_cast<double>(before_.rc[2 * nearest[i] + k] - dots_.rc[2 * i + k]));
+            distances.push_back(std::hypot(before_.places[2 * nearest[i]] - dots_.places[2 * i],
+                                           before_.places[2 * nearest[i] + 1] - dots_.places[2 * i + 1]));
         }
         const double enough = STAYED_SHARE * static_cast<double>(std::min(dots_.count(), before_.count()));
         if (offsets[0].empty() || static_cast<double>(offsets[0].size()) < enough) return std::nullopt;
@@ -338,7 +343,11 @@ class Anchoring {
             agreeing += offsets[0][i] == static_cast<double>(vote.offset[0]) && offsets[1][i] == static_cast<double>(vote.offset[1]);
         }
         if (static_cast<double>(agreeing) < enough) return std::nullopt;
-        for (int axis = 0; axis < 2; ++axis) vote.sure[axis] = fits_only_here(vote, axis);
+        const bool still = median(distances) < STILL * view_.pitch;
+        for (int axis = 0; axis < 2; ++axis) {
+            vote.sure[axis] = fits_only_here(vote, axis, UNEVEN_RATIO);
+            vote.likely[axis] = still && fits_only_here(vote, axis, STILL_RATIO);
+        }
         return vote;
     }
 
@@ -360,7 +369,7 @@ class Anchoring {
     }
 
     // Whether the irregularity of the pattern fits the last frame at the voted indices, and much worse one row (or column) further.
-    bool fits_only_here(const Vote& vote, int axis) const {
+    bool fits_only_here(const Vote& vote, int axis, double ratio) const {
         std::vector<std::ptrdiff_t> at(view_.printed[0] * view_.printed[1], -1);  // dot of the last frame at each node
         for (std::ptrdiff_t i = 0; i < before_.count(); ++i) at[before_.rc[2 * i] * view_.printed[1] + before_.rc[2 * i + 1]] = i;
         double spread[3];
@@ -379,7 +388,7 @@ class Anchoring {
             for (std::size_t i = 0; i < off.size(); ++i) off[i] = std::abs(moves[0][i] - middle[0]) + std::abs(moves[1][i] - middle[1]);
             spread[shift + 1] = median(std::move(off));
         }
-        return spread[1] < UNEVEN_RATIO * std::min(spread[0], spread[2]);
+        return spread[1] < ratio * std::min(spread[0], spread[2]);
     }
 
     const IndexedDots &dots_, &before_;

@@ -29,6 +29,7 @@ _CORRELATED = 0.5, 0.62, 0.74, 0.84, 0.92  # candidates of the least correlation
 _ALIKE = 0.4, 2.2  # of the neighbours' contrast: light varies by less from dot to dot, lamps have more
 _NEIGHBOURS = 8
 _SIZES = 0.45, 1.8  # of the typical diameter: dots of several sizes
+_MANY = 30  # dots: sensors have as many; of lamps, screws and letters of one size there are fewer
 _FEWEST = 6  # dots: the corners of a square are four
 _AS_MANY = 0.9  # of the dots, from which the likelihood fit takes over
 _LOWER = 0.8  # times the least correlation that tells dots from others: where dots differ, as worn ones do, some have less
@@ -119,13 +120,14 @@ def _coloured(image) -> bool:
 
 
 def _explained(found: Peaks, diameter: float, lowest: float) -> float:
-    """Contrast that dots of this diameter, px, explain along their edges, of each no more than of most, by how alike they are."""
+    """Contrast that dots of this diameter, px, explain, of each no more than of most, by how alike and how many they are."""
     disc = found.correlation > lowest
     if disc.sum() < _FEWEST:
         return 0.0
     typical = np.median(found.amplitude[disc])
     alike = np.mean((found.amplitude[disc] > 0.5 * typical) & (found.amplitude[disc] < 2 * typical))
-    return float((np.minimum(found.amplitude[disc], typical)**2 * found.correlation[disc]**8).sum() * diameter**2 * alike**2)
+    many = min(1.0, disc.sum() / _MANY)
+    return float((np.minimum(found.amplitude[disc], typical)**2 * found.correlation[disc]**8).sum() * (diameter * alike * many)**2)
 
 
 def _discs(grey, sign, diameter, lowest) -> Dots:

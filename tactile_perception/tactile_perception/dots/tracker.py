@@ -71,12 +71,7 @@ class DotTracker:
         Raises BadFrame for a bad image or stamp, and when no dot can be indexed with certainty; a bad frame leaves the tracker unchanged.
         """
         self._check(image, stamp_s)
-        dots = self._detector.detect(image)
-        if not len(dots):
-            raise BadFrame('no dots found: check light, the parameter polarity and the view')
-        if self._search_grid:
-            self.rows, self.columns = find_grid(dots.uv)
-            self._numbering, self._search_grid = self._make_numbering('lattice', None), False
+        dots = self._detect(image)
         loose = self._track_reference is not None and self.rows
         track = self._linker.update(dots.uv, stamp_s) if loose else None
         try:
@@ -90,6 +85,20 @@ class DotTracker:
         if id is None:
             return tracks
         return self._displaced(dots, id, stamp_s, self.rows, self.columns, self.reference, touched)
+
+    def find(self, image: np.ndarray, stamp_s: float) -> tuple[Dots, np.ndarray]:
+        """Dots of a checked image and their indices (N,), -1 for none. See process."""
+        dots = self._detect(image)
+        return dots, self._number(dots, stamp_s, image.shape[1::-1])
+
+    def _detect(self, image):
+        dots = self._detector.detect(image)
+        if not len(dots):
+            raise BadFrame('no dots found: check light, the parameter polarity and the view')
+        if self._search_grid:
+            self.rows, self.columns = find_grid(dots.uv)
+            self._numbering, self._search_grid = self._make_numbering('lattice', None), False
+        return dots
 
     @staticmethod
     def _displaced(dots, id, stamp_s, rows, columns, reference, touched) -> DotTracks:

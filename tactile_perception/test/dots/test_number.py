@@ -167,6 +167,18 @@ def test_on_an_even_grid_a_hidden_row_cannot_be_told_from_a_move():
     assert '7 of 8 rows' in number_grid(uv[seen], 8, 10, Numbered(uv, np.arange(80))).reason
 
 
+@pytest.mark.parametrize('hidden', [True, False])
+def test_a_row_that_left_an_even_grid_is_known_where_the_border_and_the_last_frame_agree(hidden):
+    row, column = np.divmod(np.arange(80), 10)
+    uv, size = 30.0 * np.stack([column + 1.0, row + 0.5], axis=1), (330, 400)
+    numbering = GridNumbering(8, 10)
+    assert numbering.number(uv, *size).certain
+    seen = row != (7 if hidden else 0)  # the last one is hidden, or the first one left by the upper border
+    numbers = numbering.number(uv[seen] - [0, 9.0 if not hidden else 0.0], *size)
+    assert numbers.certain is not hidden
+    np.testing.assert_array_equal(numbers.id, -1 if hidden else np.arange(80)[seen])
+
+
 @pytest.mark.parametrize('speed', [0.02, 0.1, 0.25])
 @pytest.mark.parametrize('seed', range(3))
 def test_a_grid_that_slides_under_a_rim_gets_right_numbers_or_none(seed, speed):
