@@ -95,11 +95,11 @@ def test_a_dome_of_127_pins():
 
 
 @recorded
-@pytest.mark.full
-@pytest.mark.parametrize(('path', 'polarity', 'true', 'allowed'), [(PINS, 'bright', 127, 4), (GEL, 'dark', 70, 3)])
-def test_markers_in_any_arrangement(path, polarity, true, allowed):
-    dots = dots_of('worn_markers', path, 40, polarity=polarity)
-    assert len(dots) == 40 and abs(np.median(counts(dots)) - true) <= allowed
+@pytest.mark.parametrize(('path', 'true', 'rows', 'columns'), [(PINS, 127, 0, 0), (GEL, 70, 7, 10)])
+def test_dots_that_nobody_described(path, true, rows, columns):
+    dots = dots_of('marker_video', path, 40)
+    assert len(dots) == 40 and abs(np.median(counts(dots)) - true) <= 3
+    assert (dots[0].rows, dots[0].columns) == (rows, columns)
 
 
 @recorded

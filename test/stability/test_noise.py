@@ -48,7 +48,7 @@ def _detected(method):
 def _numbered(level, rng):
     """Share of wrong numbers, by noise of places in pitches."""
     scene = make_scene('plain', 1)
-    found = index_dots(scene.uv + rng.normal(0, level * 18.0, scene.uv.shape), 23, 23, image_size=(640, 480))
+    found = index_dots(scene.uv + rng.normal(0, level * 18.0, scene.uv.shape), 23, 23)
     known = found.id >= 0
     return (float(np.mean(found.id[known] != np.flatnonzero(known))) if found.certain and known.any() else np.nan), np.nan
 

@@ -85,13 +85,13 @@ def test_ten_thousand_dots_are_found_and_numbered():
     for method in ('likelihood', 'blobs'):
         dots = detect_dots(picture, 'bright', method)
         assert len(dots) == 10_000 and cKDTree(dots.uv).query(uv)[0].max() < largest_error(method, np.median(dots.sigma))
-    assert np.array_equal(index_dots(uv[order], 100, 100, image_size=size).id, order)
+    assert np.array_equal(index_dots(uv[order], 100, 100).id, order)
 
 
 @pytest.mark.parametrize('rows', [2, 3])
 def test_grids_of_a_few_dots(rows):
     uv = grid(rows, rows, 60.0)
-    assert index_dots(uv[::-1], rows, rows, image_size=SIZE).id.tolist() == list(range(rows * rows))[::-1]
+    assert index_dots(uv[::-1], rows, rows).id.tolist() == list(range(rows * rows))[::-1]
     tracks = DotTracker(rows, rows, 'bright', 'blobs').process(drawn(uv, 13.0), 0.0)
     assert len(tracks) == rows * rows and np.abs(tracks.uv - uv[tracks.id]).max() < 0.1
 

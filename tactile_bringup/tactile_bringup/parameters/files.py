@@ -29,16 +29,14 @@ _WHOLE = '# Parameters of the nodes of sensor type {}. Copy it, change the copy,
 _SIMULATED = "# The simulated {0} (source:=sim): the parameters that differ from the nodes' defaults; {0}.yaml explains all.\n"
 #: Cameras over dots or pins without a model of the surface: name -> comment at the top, what differs from a touchpad.
 _DOTS_ALONE = {
-    'marker_video': ('# Any video of a regular grid of printed dots, without a model of the surface: dots, numbers and the displacement '
-                     'field.\n# Copy it and set rows and columns to what the image shows in full, and polarity.\n', {}),
+    'marker_video': ('# Any camera or video of dots, dark or bright, of any size, in a grid or not: dots, numbers or tracks.\n'
+                     '# What the dots are is measured in the first image, of the untouched sensor, and told on /diagnostics.\n',
+                     {'rows': 0, 'columns': 0, 'polarity': 'any', 'detection': 'auto', 'numbering': 'auto'}),
     'marker_gel': ('# A gel with a grid of dark markers over a camera, as GelSight Mini: dots, numbers, displacement field.\n'
                    '# Copy it and set rows and columns to what the image shows in full.\n', {}),
     'pin_dome': ('# A dome of pins over a camera, as TacTip with 127 or 331 of them: bright, hexagonal, any number.\n'
                  '# Each pin keeps the number that it has in the first image.\n',
                  {'rows': 0, 'columns': 0, 'polarity': 'bright', 'detection': 'blobs', 'numbering': 'register'}),
-    'worn_markers': ('# Bright markers that are worn, speckled or dirty, in any arrangement, over a camera: dots, tracks, displacements.\n'
-                     '# Copy it; set polarity, and where the markers make a grid, its rows and columns and numbering lattice.\n',
-                     {'rows': 0, 'columns': 0, 'polarity': 'bright', 'detection': 'discs', 'numbering': 'tracks'}),
 }
 _PRESSURE = ('# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).\n'
              '# What the pad is made of is not known: put in yours, or calibrate; until then no force is told.\n')

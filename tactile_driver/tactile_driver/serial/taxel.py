@@ -15,6 +15,7 @@ from ..sources.source import NS, Clock, EndOfSource, EvenPace, SceneSource, Sour
 from .clock import DeviceClock
 from .frames import MATRIX, BinaryReader, CountFrame, Expected
 from .port import FrameReader, SerialSource
+from .table import read_table
 
 _DEAF_BYTES = 65536  # so many bytes without a frame mean a wrong size or baud rate; chosen
 
@@ -62,8 +63,8 @@ _TIMES = {'t': 1.0, 'stamps': 1.0, 't_ms': 1e-3}  # name of the times in an .npz
 
 
 class TaxelFileSource(Source):
-    """path: .npz with an array (frames, rows, columns) and maybe times t, stamps (s) or t_ms; .npy with such an array; .csv with a line a
-    frame, row-major in the given shape, optionally preceded by its time (s).
+    """path: .npz with an array (frames, rows, columns) and maybe times t, stamps (s) or t_ms; .npy with such an array; .csv, .tsv and
+    .txt as of read_table.
 
     array: its name in an .npz with several; rate: Hz; -1: the recorded times (100 Hz without); 0: as fast as consumed; loop: restart at the
     end; shape: (rows, columns); clock: ns for the stamps.
@@ -71,7 +72,7 @@ class TaxelFileSource(Source):
 
     def __init__(self, path: str, array: str, rate: float, loop: bool, shape: tuple[int, int], clock: Clock):
         if not path:
-            raise BadArgument('path: source file needs a .npz, .npy or .csv file')
+            raise BadArgument('path: source file needs a .npz, .npy, .csv, .tsv or .txt file')
         self.on_demand = rate == 0
         self._path, self._array, self._rate, self._loop, self._shape = Path(path).expanduser(), array, rate, loop, shape
         self._clock = clock
@@ -80,7 +81,7 @@ class TaxelFileSource(Source):
 
     def open(self) -> None:
         """Read the file. Raises BadRecording if it is missing, broken or holds no frames."""
-        readers = {'.npz': self._read_npz, '.npy': self._read_npy, '.csv': self._read_csv}
+        readers = {'.npz': self._read_npz, '.npy': self._read_npy, **dict.fromkeys(('.csv', '.tsv', '.txt'), self._read_csv)}
         if self._path.suffix not in readers:
             raise BadRecording(f'path: {self._path} is none of {", ".join(readers)}')
         try:
@@ -107,13 +108,7 @@ class TaxelFileSource(Source):
         return np.load(self._path), None
 
     def _read_csv(self) -> tuple[np.ndarray, np.ndarray | None]:
-        table = np.loadtxt(self._path, delimiter=',', ndmin=2)
-        count = self._shape[0] * self._shape[1]
-        if table.shape[1] not in (count, count + 1):
-            raise BadRecording(f'path: {self._path} has {table.shape[1]} numbers a row; {self._shape[0]} x {self._shape[1]} taxels have '
-                               f'{count}, and a time before them one more')
-        values = table[:, -count:].reshape(-1, *self._shape)
-        return values, table[:, 0] if table.shape[1] > count else None
+        return read_table(self._path, self._shape)
 
     def read(self, wanted: bool = True) -> Frame | None:
         """The next frame, when it is due. Raises EndOfSource, or BadFrame for one that cannot be published."""

@@ -163,17 +163,19 @@ class Growth {
     std::vector<std::pair<double, std::ptrdiff_t>> near_;  // squared distance and index
 };
 
-// Origin of a lattice on the printed grid: its first row and column. One image determines it when all printed rows and columns are seen.
-// If an outer row is missing, it either left the image (its position lies outside) or the indices of the last frame continue (motion
-// below half a pitch). A shift by exactly one pitch with an occluded outer row is unobservable; such frames are rejected.
+// Origin of a lattice on the printed grid: its first row and column. The last certain frame determines it where the irregularity of the
+// pattern excludes a shift by a pitch; else one image does when all printed rows and columns are seen. An outer row that is missing may have
+// left the image, or be hidden by a rim or by glare: it is known only where the last frame and the border of the image agree; elsewhere the
+// frame is rejected.
 
 constexpr double OUTER_SHARE = 0.2;       // of the printed length, least number of dots of an outer row; fewer are false dots. Chosen
 constexpr double CLIPPED_SHARE = 0.75;    // of the median row, most dots of an outer row that may be dropped if too many are seen. Chosen
 constexpr std::int64_t MOST_CLIPPED = 2;  // surplus rows that may be dropped. Chosen
 constexpr double NEAR = 0.35;             // pitches within which a dot continues one of the last frame. Chosen: below half a pitch
 constexpr double STAYED_SHARE = 0.8;      // of the dots, that must continue for the last indices to be used. Chosen
-constexpr double STILL = 0.2;             // pitches, largest median motion of a pattern at rest. Chosen
+constexpr double STILL = 0.2;             // pitches, largest median motion from the last frame that needs less evidence. Chosen
 constexpr double UNEVEN_RATIO = 0.5;     // spread of motions at the right indices over that one row off, below which it is excluded. Chosen
+constexpr double STILL_RATIO = 0.8;      // the same where little moved. Chosen: an even grid, which cannot tell, has one
 constexpr std::size_t FEWEST_MOVES = 8;  // motions that give a spread. Chosen
 constexpr double CUT = 0.25;             // pitches: dots nearer to the border are cut by it and may be missed. Chosen: a dot's radius
 
@@ -207,10 +209,11 @@ struct Extent {
     std::int64_t seen() const { return static_cast<std::int64_t>(counts.size()); }
 };
 
-// Offset by the last frame. sure: for rows and columns, whether a shift by a whole pitch is excluded; still: whether nothing moved.
+// Offset by the last frame. sure: for rows and columns, whether a shift by a whole pitch is excluded; likely: by less evidence, but little
+// moved.
 struct Vote {
     std::int64_t offset[2];
-    bool sure[2], still;
+    bool sure[2], likely[2];
 };
 
 class Anchoring {
@@ -222,8 +225,7 @@ class Anchoring {
         for (int axis = 0; axis < 2; ++axis) {
             if (extents_[axis].counts.empty()) return {{0, 0}, AnchorFault::TOO_FEW, axis, 0};
         }
-        const bool whole = extents_[0].seen() == extents_[0].printed && extents_[1].seen() == extents_[1].printed;
-        const std::optional<Vote> vote = whole ? std::nullopt : vote_of_last_frame();
+        const std::optional<Vote> vote = vote_of_last_frame();
         Anchor anchor{{0, 0}, AnchorFault::NONE, 0, 0};
         for (int axis = 0; axis < 2; ++axis) {
             std::int64_t window = 0;  // index among the seen rows of printed row 0, negative where that is not seen
@@ -257,52 +259,41 @@ class Anchoring {
 
     AnchorFault place(int axis, const std::optional<Vote>& vote, std::int64_t& window) const {
         const Extent& extent = extents_[axis];
-        if (extent.seen() == extent.printed) return AnchorFault::NONE;
         // Index among the seen rows of printed row 0 by the last frame.
         const std::optional<std::int64_t> by_vote = vote ? std::optional<std::int64_t>(-vote->offset[axis] - extent.first) : std::nullopt;
-        if (extent.seen() > extent.printed) return drop_clipped(extent, by_vote, window);
-        return place_part(axis, by_vote, vote && vote->sure[axis], vote && vote->still, window);
+        if (by_vote && (vote->sure[axis] || (vote->likely[axis] && extent.seen() < extent.printed))) {
+            window = *by_vote;
+            return AnchorFault::NONE;
+        }
+        if (extent.seen() < extent.printed) return place_part(axis, by_vote, window);
+        return extent.seen() == extent.printed ? AnchorFault::NONE : drop_clipped(extent, by_vote, window);
     }
 
-    // More rows than printed: drops incomplete rows at the ends; else it is another pattern.
-    static AnchorFault drop_clipped(const Extent& extent, const std::optional<std::int64_t>& by_vote, std::int64_t& window) {
+    // More rows than printed: drops incomplete rows at the ends, those that the last frame had not; else it is another pattern.
+    AnchorFault drop_clipped(const Extent& extent, const std::optional<std::int64_t>& by_vote, std::int64_t& window) const {
         const std::int64_t spare = extent.seen() - extent.printed;
         if (spare > MOST_CLIPPED) return AnchorFault::ANOTHER_PATTERN;
         const auto& counts = extent.counts;
-        std::int64_t most = -1, best = 0;
+        std::int64_t most = -1;
         for (std::int64_t k = 0; k <= spare; ++k) {
             const std::int64_t sum = std::accumulate(counts.begin() + k, counts.begin() + k + extent.printed, std::int64_t{0});
-            if (sum > most) most = sum, best = k;
+            if (sum > most) most = sum, window = k;
         }
         std::int64_t dropped = 0;
         for (std::int64_t k = 0; k < extent.seen(); ++k) {
-            if (k < best || k >= best + extent.printed) dropped = std::max(dropped, counts[k]);
+            if (k < window || k >= window + extent.printed) dropped = std::max(dropped, counts[k]);
         }
-        if (static_cast<double>(dropped) <= CLIPPED_SHARE * median({counts.begin(), counts.end()})) {
-            window = best;
-            return AnchorFault::NONE;
-        }
-        if (!by_vote || *by_vote < 0 || *by_vote > spare) return AnchorFault::ANOTHER_PATTERN;
-        window = *by_vote;
-        return AnchorFault::NONE;
+        if (static_cast<double>(dropped) > CLIPPED_SHARE * median({counts.begin(), counts.end()})) return AnchorFault::ANOTHER_PATTERN;
+        return before_.count() == 0 || by_vote == window ? AnchorFault::NONE : AnchorFault::DISAGREEMENT;
     }
 
-    // Fewer rows than printed: places them by the side that left the image and by the last frame. If the pattern extends beyond both sides
-    // of the first frame, the row on the nearer side is assumed missing.
-    AnchorFault place_part(int axis, std::optional<std::int64_t> by_vote, bool sure, bool still, std::int64_t& window) const {
-        const Extent& extent = extents_[axis];
-        const std::int64_t missing = extent.printed - extent.seen();
-        const double before = beyond(axis, 0), after = beyond(axis, 1);
-        std::optional<std::int64_t> by_border;
-        if (before > 0 && !(after > 0)) by_border = -missing;
-        if (after > 0 && !(before > 0)) by_border = 0;
-        if (by_vote && (-*by_vote < 0 || -*by_vote > missing)) by_vote.reset(), sure = still = false;
-        if (by_border && by_vote && *by_border != *by_vote && !sure) return AnchorFault::DISAGREEMENT;
-        const bool wider = before > 0 && after > 0;  // the pattern extends beyond both sides of the image
-        std::optional<std::int64_t> chosen = sure || (still && wider) ? by_vote : by_border;
-        if (!chosen && before_.count() == 0 && missing == 1 && wider) chosen = before < after ? -1 : 0;
-        window = chosen.value_or(0);
-        return chosen ? AnchorFault::NONE : AnchorFault::AMBIGUOUS;
+    // Fewer rows than printed: known where the last frame and the border of the image agree on which have left.
+    AnchorFault place_part(int axis, const std::optional<std::int64_t>& by_vote, std::int64_t& window) const {
+        if (!by_vote) return AnchorFault::AMBIGUOUS;
+        const bool before = beyond(axis, 0) > 0, after = beyond(axis, 1) > 0;
+        window = *by_vote;
+        const std::int64_t missing = extents_[axis].printed - extents_[axis].seen();
+        return before != after && window == (before ? -missing : 0) ? AnchorFault::NONE : AnchorFault::AMBIGUOUS;
     }
 
     // Median distance, px, outside the image of the row before the first (side 0) or after the last (1); 0 for inside or unknown.
@@ -344,16 +335,19 @@ class Anchoring {
                                            before_.places[2 * nearest[i] + 1] - dots_.places[2 * i + 1]));
         }
         const double enough = STAYED_SHARE * static_cast<double>(std::min(dots_.count(), before_.count()));
-        if (distances.empty() || static_cast<double>(distances.size()) < enough) return std::nullopt;
+        if (offsets[0].empty() || static_cast<double>(offsets[0].size()) < enough) return std::nullopt;
         Vote vote{};
         for (int k = 0; k < 2; ++k) vote.offset[k] = static_cast<std::int64_t>(median(offsets[k]));
         std::ptrdiff_t agreeing = 0;
-        for (std::size_t i = 0; i < distances.size(); ++i) {
+        for (std::size_t i = 0; i < offsets[0].size(); ++i) {
             agreeing += offsets[0][i] == static_cast<double>(vote.offset[0]) && offsets[1][i] == static_cast<double>(vote.offset[1]);
         }
         if (static_cast<double>(agreeing) < enough) return std::nullopt;
-        vote.still = median(distances) < STILL * view_.pitch;
-        for (int axis = 0; axis < 2; ++axis) vote.sure[axis] = fits_only_here(vote, axis);
+        const bool still = median(distances) < STILL * view_.pitch;
+        for (int axis = 0; axis < 2; ++axis) {
+            vote.sure[axis] = fits_only_here(vote, axis, UNEVEN_RATIO);
+            vote.likely[axis] = still && fits_only_here(vote, axis, STILL_RATIO);
+        }
         return vote;
     }
 
@@ -375,7 +369,7 @@ class Anchoring {
     }
 
     // Whether the irregularity of the pattern fits the last frame at the voted indices, and much worse one row (or column) further.
-    bool fits_only_here(const Vote& vote, int axis) const {
+    bool fits_only_here(const Vote& vote, int axis, double ratio) const {
         std::vector<std::ptrdiff_t> at(view_.printed[0] * view_.printed[1], -1);  // dot of the last frame at each node
         for (std::ptrdiff_t i = 0; i < before_.count(); ++i) at[before_.rc[2 * i] * view_.printed[1] + before_.rc[2 * i + 1]] = i;
         double spread[3];
@@ -394,7 +388,7 @@ class Anchoring {
             for (std::size_t i = 0; i < off.size(); ++i) off[i] = std::abs(moves[0][i] - middle[0]) + std::abs(moves[1][i] - middle[1]);
             spread[shift + 1] = median(std::move(off));
         }
-        return spread[1] < UNEVEN_RATIO * std::min(spread[0], spread[2]);
+        return spread[1] < ratio * std::min(spread[0], spread[2]);
     }
 
     const IndexedDots &dots_, &before_;
@@ -499,9 +493,9 @@ std::string reason_of(const Anchor& anchor, const std::int64_t* printed) {
         case AnchorFault::ANOTHER_PATTERN:
             return seen + " " + name + " of dots seen, " + std::to_string(printed[anchor.axis]) + " configured: is it another pattern?";
         case AnchorFault::DISAGREEMENT:
-            return of + "; the border and the last frame disagree on which";
+            return seen + " " + name + " of dots seen, " + std::to_string(printed[anchor.axis]) + " configured, and the last frame had others";
         case AnchorFault::AMBIGUOUS:
-            return of + ", and which is ambiguous";
+            return of + ", and which is ambiguous: let the camera see all of them once, or set " + name + " to those it sees";
         default:
             return "";
     }

@@ -17,11 +17,11 @@ struct GridNumbers {
     double pitch;                  // px, NaN where unknown
 };
 
-// Numbers the dots of each frame anew. The last certain frame is used only where outer rows or columns are hidden.
+// Numbers the dots of each frame anew. The last certain frame tells which rows are seen where some are hidden or more come into view.
 class GridNumbering {
  public:
     GridNumbering(std::int64_t rows, std::int64_t columns);
-    // Dots at places (count, 2), px, finite; width, height: of the image, px, 0 where unknown: tells where an outer row left the image.
+    // Dots at places (count, 2), px, finite; width, height: of the image, px, 0 where unknown: tells where an outer row may have left it.
     GridNumbers number(const double* places, std::ptrdiff_t count, double width, double height);
     // Takes dots with these numbers, row * columns + column or -1, as the last certain frame.
     void remember(const double* places, const std::int64_t* id, std::ptrdiff_t count);

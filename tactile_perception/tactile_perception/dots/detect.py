@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -12,11 +13,12 @@ from .. import _core
 from ..common.dots import Dots
 from ..common.statistics import upper_median
 from ..errors import BadArgument, BadFrame
+from .auto import AutoDetector
 from .fit import DiscModel, Look, measure_look, select_channel, shrink
 from .published import FastCushionDetector, PaperArealDetector, PaperCushionDetector, PaperDetector
 from .worn import DiscDetector
 
-POLARITIES = {'dark': -1, 'bright': 1}
+POLARITIES = {'dark': -1, 'bright': 1, 'any': 0}
 _SMALLEST_FRAME = 32  # px, shorter side of a frame: the detectors average over boxes of 15 px and more
 _LEAST_RANGE = 4  # grey levels; less is a constant frame: above the noise of a covered camera
 
@@ -54,7 +56,14 @@ class DotDetector:
             raise BadArgument(f'polarity {polarity!r} is unknown: choose from {", ".join(POLARITIES)}')
         if method not in METHODS:
             raise BadArgument(f'dot detection method {method!r} is unknown: choose from {", ".join(METHODS)}')
+        if polarity == 'any' and method != 'auto':
+            raise BadArgument(f'detection {method} does not measure the polarity: set polarity to dark or bright, or detection to auto')
         self._method = METHODS[method](POLARITIES[polarity])
+
+    @property
+    def found(self) -> str:
+        """What the method takes for dots, where it measures that; ''."""
+        return getattr(self._method, 'found', '')
 
     def detect(self, image: np.ndarray) -> Dots:
         """Dots of one image, (H, W) or (H, W, 3) BGR uint8, unordered. Raises BadFrame (wrong type or shape, constant, no dots)."""
@@ -80,17 +89,18 @@ def check_frame(image: np.ndarray):
 
 class LikelihoodDetector:
     """The default: peaks of a reduced image, then a maximum-likelihood fit of each, without the images of overlapping neighbours, and its
-    judgement (src/dots/finder.cpp). sign: 1 for bright dots, -1 for dark."""
+    judgement (src/dots/finder.cpp). sign: 1 for bright dots, -1 for dark; look: of the dots, measured in the first frame by default."""
 
-    def __init__(self, sign: int):
+    def __init__(self, sign: int, look: Look | None = None):
         self._sign = sign
-        self._look: Look | None = None
-        self._finder: _core.dots.DotFinder | None = None
+        self._look, self._finder = None, None
+        if look is not None:
+            self._take(look)
 
     def detect(self, image: np.ndarray) -> Dots:
         """Dots of one checked uint8 image. Raises BadFrame if there are none."""
         if self._look is not None:
-            dots = self._detect_all_sizes(image)
+            dots = self.detect_all(image)
             if len(dots) >= _FEWEST:
                 return dots
         before = self._look, self._finder
@@ -103,7 +113,7 @@ class LikelihoodDetector:
     def _detect_anew(self, image):
         """Measure the appearance of dots in this image and detect them. Raises BadFrame for fewer than _FEWEST."""
         self._take(measure_look(image, self._sign))
-        dots = self._detect_all_sizes(image)
+        dots = self.detect_all(image)
         if len(dots) < _FEWEST:
             raise BadFrame(f'only {len(dots)} dots found in the frame: check light, focus and the parameter polarity')
         return dots
@@ -111,8 +121,8 @@ class LikelihoodDetector:
     def _take(self, look):
         self._look, self._finder = look, _core.dots.DotFinder(DiscModel(look.smallest, look.largest, look.blur), look)
 
-    def _detect_all_sizes(self, image):
-        """Detect, and repeat with a larger range of diameters if some dots exceed it."""
+    def detect_all(self, image: np.ndarray) -> Dots:
+        """Dots of the look that is known. Detect, and repeat with a larger range of diameters if some dots exceed it."""
         grey = shrink(select_channel(image, self._look.channel), self._look.step)
         found = self._finder.find(grey)
         if found.outgrown and self._look.largest < _MOST_GROWTH * self._look.typical:
@@ -268,5 +278,6 @@ def _cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:
     return True
 
 
-METHODS = {'likelihood': LikelihoodDetector, 'blobs': BlobDetector, 'discs': DiscDetector, 'paper': PaperDetector,
-           'paper_areal': PaperArealDetector, 'paper_cushion': PaperCushionDetector, 'paper_cushion_fast': FastCushionDetector}
+METHODS = {'auto': partial(AutoDetector, make_fit=LikelihoodDetector), 'likelihood': LikelihoodDetector, 'blobs': BlobDetector,
+           'discs': DiscDetector, 'paper': PaperDetector, 'paper_areal': PaperArealDetector, 'paper_cushion': PaperCushionDetector,
+           'paper_cushion_fast': FastCushionDetector}

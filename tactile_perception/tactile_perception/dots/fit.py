@@ -200,6 +200,7 @@ _LEVELS = (0.25, 0.5)  # candidate thresholds, parts of the strongest contrast
 _LARGEST_FITTED = 14.0  # px: larger dots are measured in a reduced image, which bounds the time
 _MOST = 60  # dots used for the blur: bounds the time
 _FEWEST = 4  # dots; fewer cannot be distinguished from dirt
+_FLAT = 1e-3  # variance of a disc's image of unit brightness in a window; with less, the window shows nothing of its edge
 _ENOUGH = 30  # dots in the middle of the image from which it decides on the channel, in a quarter of the time
 
 
@@ -314,6 +315,11 @@ def _roundish(above, threshold):
     return _Blobs(centre, np.sqrt(4 / np.pi * area), contrast, len(area) * contrast * np.sqrt(np.median(area)))
 
 
+def describe_dots(channel: str, grey: np.ndarray, centre: np.ndarray, diameter: np.ndarray, sign: int) -> Look:
+    """Look of dots at centre (N, 2) px with diameters (N,) px, in an image (H, W) uint8. Raises BadFrame where these are no discs."""
+    return _describe(channel, grey, _noise(grey), _Blobs(centre, diameter, 0.0, 0.0), sign)
+
+
 def _describe(channel, grey, noise, blobs, sign):
     step = int(np.ceil(np.median(blobs.diameter) / _LARGEST_FITTED))
     grey = shrink(grey, step)
@@ -415,9 +421,9 @@ class _Windowed:
     def residual(self, image):
         """Mean squared residuals (N,) of a fit of image (N, P) with free contrast and ground, and the contrasts (N,)."""
         mean = np.einsum('ij,ij->i', image, self._window) / self._count
-        square = np.maximum(np.einsum('ij,ij,ij->i', image, image, self._window) - self._count * mean**2, 1e-9)
-        product = np.einsum('ij,ij->i', image, self._rest)
-        return (self._square - product**2 / square) / self._count, product / square
+        square = np.einsum('ij,ij,ij->i', image, image, self._window) - self._count * mean**2
+        contrast = np.einsum('ij,ij->i', image, self._rest) / np.maximum(square, _FLAT * self._count)
+        return (self._square - contrast**2 * square) / self._count, contrast
 
 
 def _vertex(grid, values, k):
@@ -434,5 +440,8 @@ def _recentre(patches, offset, x, y, diameter):
     ring = (near > diameter.max() / 2 + 1.0) & (near < diameter.max() / 2 + 2.5)
     ground = (patches * ring).sum((1, 2)) / ring.sum((1, 2))
     weight = (patches - ground[:, None, None]) * np.clip(diameter[:, None, None] / 2 + 1.5 - near, 0, 1)
-    total = weight.sum((1, 2))
-    return np.stack([(weight * x).sum((1, 2)) / total, (weight * y).sum((1, 2)) / total], 1)
+    total = weight.sum((1, 2))[:, None]
+    centroid = np.stack([(weight * x).sum((1, 2)), (weight * y).sum((1, 2))], 1)
+    centroid = np.divide(centroid, total, out=np.full_like(offset, np.inf), where=total != 0)
+    inside = np.hypot(*(centroid - offset).T) < diameter / 2  # a patch as bright as its ring has no centroid
+    return np.where(inside[:, None], centroid, offset)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from rclpy.logging import get_logger
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 from tactile_driver.nodes.messages.images import image_to_array
@@ -49,6 +50,7 @@ class DotStage(CameraStage):
             self.stitching = stitching_from_dict(self._markers.stitching, 'calibration: stitching')
         self.needs_camera = self.sensor.cap is not None or self._surface is not None
         self._frame_id = values['frame_id'] or values['sensor_type']
+        self._told = ''
 
     def use_frame(self, frame_id: str) -> None:
         """Name the sensor frame, unless the parameter frame_id does."""
@@ -90,6 +92,9 @@ class DotStage(CameraStage):
             self.estimator = self.make_estimator(None, None)
         self.check_size(image)
         tracks = self.estimator.process(image, stamp_s)
+        if self.estimator.found != self._told:
+            self._told = self.estimator.found
+            get_logger(self.node).info(self._told)
         return {'dots': [convert.tracks_to_message(tracks, Header(stamp=message.header.stamp, frame_id=self._frame_id))]}
 
     def set_reference(self) -> None:
@@ -98,6 +103,8 @@ class DotStage(CameraStage):
             self.estimator.set_reference()
 
     def health(self) -> tuple[str, dict]:
-        """Warns of a reference that may have been taken under a touch."""
-        warning = self.estimator.warning if self.estimator is not None else ''
-        return warning, {'reference': warning or 'in order'}
+        """Warns of a reference that may have been taken under a touch, and of dots without numbers; says what dots are tracked."""
+        if self.estimator is None:
+            return '', {}
+        warning, unnumbered = self.estimator.warning, self.estimator.unnumbered
+        return unnumbered or warning, {'reference': warning or 'in order', 'dots': self.estimator.found, 'numbers': unnumbered or 'certain'}

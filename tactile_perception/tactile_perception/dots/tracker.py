@@ -8,30 +8,38 @@ from typing import Protocol
 
 import numpy as np
 
+from .._core.dots import Linker
 from ..common.dots import Dots, DotTracks
 from ..errors import BadArgument, BadFrame
 from .detect import DotDetector
-from .number import REGISTER, WITHOUT_GRID, grid_numbering
+from .number import AUTO, REGISTER, WITHOUT_GRID, find_grid, grid_numbering
 from .reference import CalibratedRest, Reference
 
 
 class DotTracker:
     """Tracks the dots of one camera frame by frame.
 
-    rows, columns: size of the printed grid, both 0 for an irregular pattern; polarity: 'dark' or 'bright' dots; detection: a name in
-    detect.METHODS; numbering: a name in number.METHODS or WITHOUT_GRID (without a grid, a grid method's name selects 'tracks'); detector:
-    an object with detect(image) -> Dots that replaces the named one; reference: Reference() by default; pattern: (K, 2) px, positions of a
-    pattern to register, the first frame's dots by default. Raises BadArgument for unknown names and bad sizes.
+    rows, columns: size of the printed grid, both 0 for an irregular pattern; polarity: a name in detect.POLARITIES; detection: a name in
+    detect.METHODS; numbering: a name in number.METHODS or WITHOUT_GRID (without a grid, a grid method's name selects 'tracks'), or AUTO:
+    rows and columns that are 0 are those of the first frame's dots where these form a grid; detector: an object with detect(image) -> Dots
+    that replaces the named one; reference: Reference() by default; pattern: (K, 2) px, positions of a pattern to register, the first
+    frame's dots by default; as_tracks: a Reference of dots that are told as tracks while their places on the grid are not certain, None to
+    refuse such frames. Raises BadArgument for unknown names and bad sizes.
+
+    unnumbered: why the dots of the last frame have no numbers, ''.
     """
 
     def __init__(self, rows: int, columns: int, polarity: str = 'dark', detection: str = 'likelihood', numbering: str = 'lattice',
-                 detector=None, reference: Reference | None = None, pattern: np.ndarray | None = None):
+                 detector=None, reference: Reference | None = None, pattern: np.ndarray | None = None, as_tracks: Reference | None = None):
         if not (rows == columns == 0 or (rows >= 2 and columns >= 2)):
             raise BadArgument(f'rows and columns must both be 0 (no grid) or at least 2, not {rows} and {columns}')
         self.rows, self.columns = rows, columns
         self.reference = Reference() if reference is None else reference
         self._detector = DotDetector(polarity, detection) if detector is None else detector
-        self._numbering = self._make_numbering(numbering, pattern)
+        self._search_grid = numbering == AUTO and not rows
+        self._numbering = self._make_numbering('lattice' if numbering == AUTO else numbering, pattern)
+        self._linker, self._track_reference = Linker(), as_tracks
+        self.unnumbered = ''
         self._stamp_s = -np.inf
         self._size: tuple | None = None
 
@@ -45,6 +53,16 @@ class DotTracker:
     def set_reference(self) -> None:
         """Use the next frame as the untouched reference."""
         self.reference.reset()
+        if self._track_reference is not None:
+            self._track_reference.reset()
+
+    @property
+    def found(self) -> str:
+        """What is tracked, as a person would say it: '165 bright dots of 9 px, no grid'; '' before the first frame."""
+        if self._size is None:
+            return ''
+        grid = f'grid of {self.rows} x {self.columns}' if self.rows else 'no grid'
+        return f'{getattr(self._detector, "found", "") or "dots"}, {grid}'
 
     def process(self, image: np.ndarray, stamp_s: float, touched: bool | None = None) -> DotTracks:
         """Indexed dots of an image; dots without a certain index are left out.
@@ -53,19 +71,42 @@ class DotTracker:
         Raises BadFrame for a bad image or stamp, and when no dot can be indexed with certainty; a bad frame leaves the tracker unchanged.
         """
         self._check(image, stamp_s)
-        dots, id = self.find(image, stamp_s)
+        dots = self._detect(image)
+        loose = self._track_reference is not None and self.rows
+        track = self._linker.update(dots.uv, stamp_s) if loose else None
+        try:
+            id, self.unnumbered = self._number(dots, stamp_s, image.shape[1::-1]), ''
+        except BadFrame as error:
+            if not loose:
+                raise
+            id, self.unnumbered = None, f'{error}. Until then dots are tracks without grid numbers'
         self._stamp_s, self._size = stamp_s, image.shape
-        seen = np.flatnonzero(id >= 0)
-        id, uv, sigma = id[seen], dots.uv[seen], dots.sigma[seen]
-        duv = self.reference.update(id, uv, sigma, stamp_s, self.columns, touched)
-        return DotTracks(self.rows, self.columns, id, uv, dots.area[seen], sigma, duv)
+        tracks = self._displaced(dots, track, stamp_s, 0, 0, self._track_reference, touched) if loose else None
+        if id is None:
+            return tracks
+        return self._displaced(dots, id, stamp_s, self.rows, self.columns, self.reference, touched)
 
     def find(self, image: np.ndarray, stamp_s: float) -> tuple[Dots, np.ndarray]:
         """Dots of a checked image and their indices (N,), -1 for none. See process."""
+        dots = self._detect(image)
+        return dots, self._number(dots, stamp_s, image.shape[1::-1])
+
+    def _detect(self, image):
         dots = self._detector.detect(image)
         if not len(dots):
             raise BadFrame('no dots found: check light, the parameter polarity and the view')
-        return dots, self._number(dots, stamp_s, image.shape[1::-1])
+        if self._search_grid:
+            self.rows, self.columns = find_grid(dots.uv)
+            self._numbering, self._search_grid = self._make_numbering('lattice', None), False
+        return dots
+
+    @staticmethod
+    def _displaced(dots, id, stamp_s, rows, columns, reference, touched) -> DotTracks:
+        """Tracks of those dots that have an id (N,)."""
+        seen = np.flatnonzero(id >= 0)
+        id, uv, sigma = id[seen], dots.uv[seen], dots.sigma[seen]
+        duv = reference.update(id, uv, sigma, stamp_s, columns, touched)
+        return DotTracks(rows, columns, id, uv, dots.area[seen], sigma, duv)
 
     def _check(self, image: np.ndarray, stamp_s: float) -> None:
         if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.ndim not in (2, 3) or not image.size:
@@ -94,16 +135,18 @@ class PrintedGrid(Protocol):
     columns: int
 
 
-def make_tracker(sensor: PrintedGrid, values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None) -> DotTracker:
+def make_tracker(sensor: PrintedGrid, values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None,
+                 image_only: bool = False) -> DotTracker:
     """A tracker with the given parameters.
 
     values: of DOT_PARAMETERS; pattern: (K, 2) px, untouched image positions whose order gives the ids of an irregular pattern; rest:
-    (K, 2) px, calibrated untouched positions, used to detect contact in the first frame.
+    (K, 2) px, calibrated untouched positions, used to detect contact in the first frame; image_only: no later stage needs grid numbers.
     """
     known = None if rest is None else CalibratedRest(rest)
-    reference = Reference(values['reference.time_constant'], values['reference.frames'], known)
+    constants = values['reference.time_constant'], values['reference.frames']
     numbering = values['numbering'] if pattern is None else REGISTER
-    return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], numbering, reference=reference, pattern=pattern)
+    return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], numbering,
+                      reference=Reference(*constants, known), pattern=pattern, as_tracks=Reference(*constants) if image_only else None)
 
 
 def find_pattern(image: np.ndarray, values: Mapping) -> np.ndarray:
@@ -128,12 +171,23 @@ class DotEstimator:
 
     def __init__(self, sensor: PrintedGrid, values: Mapping, places: Places | None = None, pattern: np.ndarray | None = None,
                  rest: np.ndarray | None = None, seam: float | None = None):
-        self._tracker, self._places, self._seam = make_tracker(sensor, values, pattern, rest), places, seam
+        image_only = places is None and values['surface'] == 'none'
+        self._tracker, self._places, self._seam = make_tracker(sensor, values, pattern, rest, image_only), places, seam
 
     @property
     def warning(self) -> str:
         """Why the reference may not show the untouched sensor; ''."""
         return self._tracker.reference.warning
+
+    @property
+    def unnumbered(self) -> str:
+        """Why the dots of the last frame have no numbers, and what would help; ''."""
+        return self._tracker.unnumbered
+
+    @property
+    def found(self) -> str:
+        """What is tracked, in one line; '' before the first frame."""
+        return self._tracker.found
 
     def set_reference(self) -> None:
         """Use the next frame as the untouched reference."""

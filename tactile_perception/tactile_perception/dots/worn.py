@@ -95,7 +95,7 @@ class DiscDetector:
         if not kept.any():
             return Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
         dots = fit_discs(grey, self._sign, found.uv[kept], diameter / _TOO_WIDE)
-        single = _single(dots.uv, found.correlation[kept], _DOUBLE * diameter / _TOO_WIDE)
+        single = without_doubles(dots.uv, found.correlation[kept], _DOUBLE * diameter / _TOO_WIDE)
         return Dots(dots.uv[single], dots.area[single], dots.sigma[single])
 
     def _measure_appearance(self, image) -> _Appearance:
@@ -170,6 +170,20 @@ def _template(across: float) -> tuple[np.ndarray, np.ndarray]:
     return tuple((away < radius).reshape(blocks).mean(axis=(1, 3)).astype(np.float32) for radius in (across / 2, _RING * across / 2))
 
 
+def correlate_patches(image: np.ndarray, column: np.ndarray, row: np.ndarray, across: float) -> tuple[np.ndarray, np.ndarray]:
+    """Normalised correlation and amplitude (N,) of a disc, px across, on a ring of ground, at pixels of an image (H, W) float32."""
+    disc, both = _template(round(across, 2))
+    half = len(disc) // 2
+    padded = cv2.copyMakeBorder(image, half, half, half, half, cv2.BORDER_REFLECT)
+    windows = np.lib.stride_tricks.sliding_window_view(padded, disc.shape)
+    patches = windows[row, column].reshape(len(row), disc.size)
+    contrast, weight = (disc - both * (disc.sum() / both.sum())).ravel(), both.ravel()
+    product, norm = patches @ contrast, float((contrast**2).sum())
+    mean = patches @ weight / weight.sum()
+    variance = np.maximum((patches - mean[:, None])**2 @ weight, 0) + weight.sum() * _NOISE**2
+    return product / np.sqrt(variance * norm), product / norm
+
+
 def _has_ends(correlation, row, column, radius) -> np.ndarray:
     """(N,) bool: the correlation has fallen a radius away, on one side at least of each of eight axes through a peak."""
     angle = np.arange(8) * np.pi / 8
@@ -203,7 +217,7 @@ def _strong(found: Peaks) -> np.ndarray:
     return strong & (found.correlation > _UNLIKE * np.median(found.correlation[strong]))
 
 
-def _single(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndarray:
+def without_doubles(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndarray:
     """(N,) bool: without the lower score (N,) of any two positions uv (N, 2) px closer than apart, px."""
     kept = np.ones(len(uv), bool)
     for a, b in scipy.spatial.cKDTree(uv).query_pairs(apart, output_type='ndarray'):

@@ -11,7 +11,7 @@ from functools import partial
 from tactile_driver.parameters.table import Parameter
 
 from ..dots.detect import METHODS, POLARITIES
-from ..dots.number import METHODS as NUMBERING, WITHOUT_GRID
+from ..dots.number import AUTO, METHODS as NUMBERING, WITHOUT_GRID
 from ..touchpad.contact import CONTACT_METHODS
 
 _fixed = partial(Parameter, read_only=True)
@@ -41,10 +41,11 @@ SHEET_PARAMETERS = (
 
 DOT_PARAMETERS = SENSOR_PARAMETERS + SHEET_PARAMETERS + (
     _fixed('frame_id', str, '', '', 'sensor frame, in which all results are; empty: named as the namespace, with _ for /'),
-    _fixed('polarity', str, 'dark', '', 'dots darker or brighter than the background', choices=tuple(POLARITIES)),
+    _fixed('polarity', str, 'dark', '', 'dots darker or brighter than the background; any: detection auto measures it',
+           choices=tuple(POLARITIES)),
     _fixed('detection', str, 'likelihood', '', 'dot detection method', choices=tuple(METHODS)),
-    _fixed('numbering', str, 'lattice', '', 'dot indexing method; tracks, register: for patterns that are not a grid',
-           choices=(*NUMBERING, *WITHOUT_GRID)),
+    _fixed('numbering', str, 'lattice', '', 'dot indexing method; auto: finds a grid, else tracks; tracks, register: for other patterns',
+           choices=(AUTO, *NUMBERING, *WITHOUT_GRID)),
     _fixed('reference.frames', int, 10, '', 'untouched frames averaged for the reference', 1, 1000),
     _fixed('reference.time_constant', float, 30.0, 's',
            'time constant with which the reference follows drift while nothing touches', 0.1, 1e6),

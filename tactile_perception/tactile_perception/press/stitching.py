@@ -275,7 +275,7 @@ def _brightness_ratio(images: tuple, stitching: Stitching) -> float:
 def _residual(images: tuple, stitching: Stitching, sensor: MarkerSensor, detector: DotDetector) -> tuple[float, int]:
     """RMS distance, m, of the markers in the stitched picture from the grid, and their number. Raises BadCalibration without a grid."""
     dots = detector.detect(make_stitcher('plane', stitching).stitch(*images))
-    numbers = number_grid(dots.uv, sensor.rows, sensor.columns, image_size=stitching.size)
+    numbers = number_grid(dots.uv, sensor.rows, sensor.columns)
     if not numbers.certain:
         raise BadCalibration(f'the stitched picture shows no grid of {sensor.rows} x {sensor.columns} markers: {numbers.reason}')
     seen = numbers.id >= 0

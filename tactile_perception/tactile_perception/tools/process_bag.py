@@ -20,6 +20,7 @@ from ..common.progress import ProgressLine
 from ..errors import BadArgument, TactileError
 
 FAILED, INCOMPLETE, SIGNALLED = 1, 3, 128
+_BAGS = '.mcap', '.db3', '.zstd', '.yaml'  # endings of rosbag2's files
 _CODES = f"""exit code: 0 complete; {FAILED} no result, with a one-line error; 2 wrong command line; {INCOMPLETE} complete except for
 what is listed as left out; {SIGNALLED} + number of the signal that interrupted it, the bag written so far can be read"""
 
@@ -42,6 +43,10 @@ def process_bag(task: Task, target: Path, stopped: Callable[[], bool] = lambda: 
     """
     if target.exists():
         raise BadArgument(f'bag {target}: exists already; choose another name or remove it')
+    if task.source.is_file() and task.source.suffix not in _BAGS or task.source.is_dir() and not any(
+            file.suffix in _BAGS for file in task.source.iterdir()):
+        raise BadArgument(f'{task.source} is no bag. Make one of a video, images or an array\'s file: ros2 launch tactile_bringup '
+                          f'SENSOR.launch.py source:=file path:={task.source} rate:=0 params:={task.params} record:=BAG')
     items = stream(task)
     head = next(items)
     summary, begin, progress = Summary(), time.monotonic(), ProgressLine('frames', head.frames)

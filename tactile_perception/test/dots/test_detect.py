@@ -166,3 +166,23 @@ def test_a_look_measured_in_a_frame_without_dots_is_not_kept_but_the_one_before_
     with pytest.raises(BadFrame):
         detector.detect(blurred)
     assert np.array_equal(detector.detect(image).uv, before.uv)
+
+
+@pytest.mark.parametrize('seed', [0, 4, 55, 59])
+@pytest.mark.parametrize('method', ['likelihood', 'blobs', 'discs'])
+def test_lamps_and_their_reflections_give_dots_or_a_bad_frame(method, seed):
+    """Patches as bright as their ground have no centroid, and a disc larger than its window no contrast."""
+    rng = np.random.default_rng(seed)
+    image = np.full((240, 320), rng.integers(10, 120), np.uint8)
+    for _ in range(rng.integers(4, 30)):
+        u, v, size = int(rng.integers(5, 310)), int(rng.integers(5, 230)), int(rng.integers(2, 40))
+        if rng.uniform() < 0.5:
+            cv2.circle(image, (u, v), size, 255, -1)
+        else:
+            cv2.rectangle(image, (u, v), (u + size, v + size), 255, -1)
+    for polarity in ('bright', 'dark'):
+        try:
+            dots = DotDetector(polarity, method).detect(image)
+        except BadFrame:
+            continue
+        assert np.isfinite(dots.uv).all() and (dots.area > 0).all()

@@ -11,8 +11,6 @@ from tactile_perception.errors import BadArgument
 
 from grids import SCENES, make_grid
 
-SIZE = (640, 480)
-
 
 def score(numbers, number):
     """(wrong, missed, all) of the true dots."""
@@ -26,7 +24,7 @@ def test_from_nothing_no_number_is_wrong(scene):
     totals = np.zeros(3)
     for _ in range(25):
         uv, number = make_grid(rng, **SCENES[scene])
-        totals += score(number_grid(uv, 23, 23, None, SIZE), number)
+        totals += score(number_grid(uv, 23, 23), number)
     assert totals[0] == 0
     assert totals[1] <= 0.005 * totals[2]
 
@@ -39,7 +37,7 @@ def test_a_fast_move_between_two_frames_changes_no_number(pitches):
             uv, number = make_grid(rng)
             previous = Numbered(uv, number)
             uv, number = make_grid(rng, **SCENES[scene], shift=np.array(way) * pitches)
-            wrong, missed, count = score(number_grid(uv, 23, 23, previous, SIZE), number)
+            wrong, missed, count = score(number_grid(uv, 23, 23, previous), number)
             assert wrong == 0
             assert missed <= 0.02 * count
 
@@ -62,7 +60,7 @@ def test_other_grids(rows, columns):
 @pytest.mark.parametrize(('rows', 'columns'), [(23, 25), (20, 23), (13, 9)])
 def test_another_pattern_than_configured_is_said(rows, columns):
     uv, _ = make_grid(np.random.default_rng(4))
-    numbers = number_grid(uv, rows, columns, None, SIZE)
+    numbers = number_grid(uv, rows, columns)
     assert not numbers.certain
     assert np.all(numbers.id == -1)
     assert '23' in numbers.reason and str(rows if rows != 23 else columns) in numbers.reason
@@ -71,7 +69,7 @@ def test_another_pattern_than_configured_is_said(rows, columns):
 def test_dots_at_random_places_get_no_number():
     rng = np.random.default_rng(5)
     for _ in range(20):
-        numbers = number_grid(rng.uniform(0, 480, (529, 2)), 23, 23, None, SIZE)
+        numbers = number_grid(rng.uniform(0, 480, (529, 2)), 23, 23)
         assert not numbers.certain and np.all(numbers.id == -1)
 
 
@@ -87,7 +85,7 @@ def test_half_of_the_dots_gone_misnumbers_none():
     for _ in range(20):
         uv, number = make_grid(rng)
         for gone in (uv[:, 0] > 320, uv[:, 1] < 240, rng.uniform(size=len(uv)) < 0.5):
-            assert score(number_grid(uv[~gone], 23, 23, None, SIZE), number[~gone])[0] == 0
+            assert score(number_grid(uv[~gone], 23, 23), number[~gone])[0] == 0
 
 
 @pytest.mark.parametrize(('gone', 'numbered'), [(0.15, 0.98), (0.3, 0.9)])
@@ -97,7 +95,7 @@ def test_scattered_gaps_leave_most_dots_their_numbers(scene, gone, numbered):
     totals = np.zeros(3)
     for _ in range(5):
         uv, number = make_grid(rng, **{**SCENES[scene], 'missing': gone})
-        totals += score(number_grid(uv, 23, 23, None, SIZE), number)
+        totals += score(number_grid(uv, 23, 23), number)
     assert totals[0] == 0
     assert totals[1] <= (1 - numbered) * totals[2]
 
@@ -105,7 +103,7 @@ def test_scattered_gaps_leave_most_dots_their_numbers(scene, gone, numbered):
 def test_why_half_of_the_dots_get_no_number_is_told():
     rng = np.random.default_rng(6)
     uv, _ = make_grid(rng)
-    numbers = number_grid(uv[rng.uniform(size=len(uv)) < 0.5], 23, 23, None, SIZE)
+    numbers = number_grid(uv[rng.uniform(size=len(uv)) < 0.5], 23, 23)
     assert (numbers.id < 0).all()
     assert 'dots found (529 configured)' in numbers.reason
 
@@ -156,22 +154,59 @@ def test_two_false_dots_make_no_row(dome):
     np.testing.assert_array_equal(numbers.id, np.r_[id, -1, -1])
 
 
-def test_a_row_that_left_the_image_is_known_by_the_border(dome):
-    uv, row, _, id = dome
-    np.testing.assert_array_equal(number_grid(uv[row > 0] - [0, 33.0], 8, 10, None, (320, 260)).id, id[row > 0])
-
-
 def test_half_a_grid_is_certain_only_by_its_own_unevenness(dome):
     uv, _, column, id = dome
     left = column < 5
-    assert '5 of 10 columns' in number_grid(uv[left], 8, 10, None, (1000, 1000)).reason
-    np.testing.assert_array_equal(number_grid(uv[left] + 2.0, 8, 10, Numbered(uv, id), (1000, 1000)).id, id[left])
+    assert '5 of 10 columns' in number_grid(uv[left], 8, 10).reason
+    np.testing.assert_array_equal(number_grid(uv[left] + 2.0, 8, 10, Numbered(uv, id)).id, id[left])
 
 
 def test_on_an_even_grid_a_hidden_row_cannot_be_told_from_a_move():
     row, column = np.divmod(np.arange(80), 10)
-    uv, seen = 30.0 * np.stack([column + 1.0, row + 0.5], axis=1), row < 7  # the last one is hidden, the first one could have left
-    assert 'disagree' in number_grid(uv[seen], 8, 10, Numbered(uv, np.arange(80)), (330, 400)).reason
+    uv, seen = 30.0 * np.stack([column + 1.0, row + 0.5], axis=1), row < 7
+    assert '7 of 8 rows' in number_grid(uv[seen], 8, 10, Numbered(uv, np.arange(80))).reason
+
+
+@pytest.mark.parametrize('hidden', [True, False])
+def test_a_row_that_left_an_even_grid_is_known_where_the_border_and_the_last_frame_agree(hidden):
+    row, column = np.divmod(np.arange(80), 10)
+    uv, size = 30.0 * np.stack([column + 1.0, row + 0.5], axis=1), (330, 400)
+    numbering = GridNumbering(8, 10)
+    assert numbering.number(uv, *size).certain
+    seen = row != (7 if hidden else 0)  # the last one is hidden, or the first one left by the upper border
+    numbers = numbering.number(uv[seen] - [0, 9.0 if not hidden else 0.0], *size)
+    assert numbers.certain is not hidden
+    np.testing.assert_array_equal(numbers.id, -1 if hidden else np.arange(80)[seen])
+
+
+@pytest.mark.parametrize('speed', [0.02, 0.1, 0.25])
+@pytest.mark.parametrize('seed', range(3))
+def test_a_grid_that_slides_under_a_rim_gets_right_numbers_or_none(seed, speed):
+    """Five to seven of seven rows are seen, and all 35 dots at times; a dome's pitch falls off towards its border by a few percent."""
+    rng = np.random.default_rng(seed)
+    row, column = np.divmod(np.arange(35), 5)
+    printed = np.stack([column - 2.0, row - 3.0], axis=1) + rng.normal(0, 0.01, (35, 2))
+    numbering, numbered = GridNumbering(7, 5), 0
+    for way in np.r_[np.arange(0, 2, speed), np.arange(2, -2, -speed), np.arange(-2, 2, speed)]:
+        p = printed + [0.2 * way, way]
+        uv = 40.0 * p * (1 - 0.004 * (p**2).sum(axis=1, keepdims=True)) + [320, 240] + rng.normal(0, 0.05, p.shape)
+        seen = (np.abs(uv[:, 1] - 240) < 132) & (rng.uniform(size=35) > 0.03)
+        found = numbering.number(uv[seen])
+        assert np.isin(found.id, [-1, *range(35)]).all() and (found.id[found.id >= 0] == np.flatnonzero(seen)[found.id >= 0]).all()
+        numbered += found.certain
+    assert numbered > 0.5 * len(np.r_[np.arange(0, 2, speed), np.arange(2, -2, -speed), np.arange(-2, 2, speed)])
+
+
+def test_rows_that_were_not_configured_come_into_view_and_change_no_number():
+    """Five of seven rows are seen at a time, as many as configured: which five is known from frame to frame."""
+    row, column = np.divmod(np.arange(35), 5)
+    printed = np.stack([column, row], axis=1) * [1.0, 1.0] + np.random.default_rng(0).normal(0, 0.01, (35, 2))
+    numbering = GridNumbering(5, 5)
+    for way in np.arange(0, 2.01, 0.1):
+        uv = 40.0 * (printed - [0, way]) + 60.0
+        seen = (uv[:, 1] > 40) & (uv[:, 1] < 239)
+        id = numbering.number(uv[seen]).id
+        assert np.array_equal(id, np.where(np.flatnonzero(seen) < 25, np.flatnonzero(seen), -1))
 
 
 def test_a_clipped_row_more_than_configured_is_left_out(dome):
@@ -188,7 +223,7 @@ def test_each_method_numbers_a_still_grid(name):
 
 
 def test_an_unknown_name_lists_the_known():
-    with pytest.raises(BadArgument, match="'nearest' is unknown: choose from lattice, paper, tracks, register"):
+    with pytest.raises(BadArgument, match="'nearest' is unknown: choose from auto, lattice, paper, tracks, register"):
         grid_numbering('nearest', 7, 9)
 
 

@@ -177,3 +177,9 @@ def test_what_cannot_be_processed_is_said_in_one_line(pressed_bag, tmp_path, cap
     assert module.main(given) == 1
     lines = capsys.readouterr().err.strip().splitlines()
     assert len(lines) == 1 and lines[0].startswith('process_bag: ') and message in lines[0]
+
+
+def test_a_video_is_no_bag_and_how_to_make_one_is_told(tmp_path, capsys):
+    (tmp_path / 'press.mp4').write_bytes(b'no bag')
+    assert run(tmp_path / 'press.mp4', tmp_path / 'out') == module.FAILED
+    assert 'record:=' in capsys.readouterr().err and not (tmp_path / 'out').exists()

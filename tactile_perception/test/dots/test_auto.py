@@ -1,0 +1,71 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Dots of sensors that nobody described, in simulated sheets and real images."""
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from tactile_perception.dots.detect import DotDetector
+from tactile_perception.dots.tracker import DotTracker
+from tactile_perception.errors import BadArgument, BadFrame
+
+from other_sheets import SHEETS, Film, score
+
+RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
+FOUND = {'lamps': 0.85, 'lamps_switch': 0.85, 'large': 0.88, 'worn': 0.8}  # of 0.9: dots in the glow of a lamp, and worn ones
+
+
+@pytest.mark.parametrize('name', SHEETS)
+def test_dots_are_found_without_a_parameter(name):
+    sheet = SHEETS[name]
+    film, detector = Film(sheet, seed=1), DotDetector('any', 'auto')
+    shares = []
+    for k in (0, 9, 22):
+        image, uv = film.frame(k)
+        shares.append(score(detector.detect(image).uv, uv, sheet.size))
+    found, false = np.mean(shares, axis=0)
+    assert found >= FOUND.get(name, 0.9) and false <= 0.03
+    assert ('bright' if sheet.sign > 0 else 'dark') in detector.found
+
+
+def test_what_was_taken_for_dots_is_told_and_a_grid_is_found():
+    tracker = DotTracker(0, 0, 'any', 'auto', 'auto')
+    tracks = tracker.process(Film(SHEETS['rim']).frame(0)[0], 0.0)
+    assert (tracks.rows, tracks.columns) == (7, 5) and sorted(tracks.id) == list(range(35))
+    assert tracker.found == '35 dark dots of 17 px, grid of 7 x 5'
+    tracker = DotTracker(0, 0, 'any', 'auto', 'auto')
+    assert tracker.process(Film(SHEETS['see_through']).frame(0)[0], 0.0).rows == 0 and 'no grid' in tracker.found
+
+
+@pytest.mark.parametrize('image', [np.full((120, 160), 90, np.uint8), np.tile(np.arange(160, dtype=np.uint8), (120, 1)),
+                                   np.pad(np.full((20, 20), 255, np.uint8), ((50, 50), (70, 70)))])
+def test_images_without_dots_are_refused(image):
+    with pytest.raises(BadFrame):
+        DotDetector('any', 'auto').detect(image)
+
+
+def test_other_methods_need_a_polarity():
+    with pytest.raises(BadArgument, match='detection to auto'):
+        DotDetector('any', 'blobs')
+
+
+def test_lamps_that_switch_change_no_track():
+    film, tracker, before = Film(SHEETS['lamps_switch'], seed=2), DotTracker(0, 0, 'any', 'auto', 'auto'), {}
+    for k in range(16):
+        image, uv = film.frame(k)
+        tracks = tracker.process(image, k / 30)
+        away = np.hypot(*(tracks.uv[:, None] - np.nan_to_num(uv, nan=1e4)).transpose(2, 0, 1))
+        assert (away.min(axis=1) < 2).mean() >= 0.97
+        number = dict(zip(tracks.id.tolist(), away.argmin(axis=1).tolist()))
+        assert all(number[i] == before[i] for i in number.keys() & before.keys())
+        before = number
+
+
+@pytest.mark.skipif(not (RECORDINGS / 'bright_gel').is_dir(), reason='TACTILE_RECORDINGS holds no bright_gel')
+@pytest.mark.parametrize('name, count, kind', [('bright_gel/still.png', 64, 'bright'), ('pin_array_127/frame_1000_0.png', 127, 'bright')])
+def test_real_dots_are_found_without_a_parameter(name, count, kind):
+    detector = DotDetector('any', 'auto')
+    assert count <= len(detector.detect(cv2.imread(str(RECORDINGS / name)))) <= 1.03 * count
+    assert detector.found.split()[1] == kind
