@@ -75,8 +75,6 @@ class ImageStream(BaseStream):
     values: the node's parameters; calibration: for camera_info, None if unknown.
     """
 
-    slow = 'too little light (long exposure), a slow USB port or pixel format, or '
-
     def __init__(self, node: LifecycleNode, publishers: ImagePublishers, source: Source, values: dict,
                  calibration: CameraCalibration | None):
         self._calibration, self._info, self._size = calibration, None, None

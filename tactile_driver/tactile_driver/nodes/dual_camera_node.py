@@ -24,7 +24,7 @@ from ..sources.source import NS, NothingYet, Source
 from ..stamp_gaps import StampGaps
 from ..stitching.calibration import Stitching, load_stitching
 from ..stitching.methods import MiddleStitcher, Stitcher, make_stitcher
-from .camera_node import ImagePublishers, ImageStream, ImageTopic, info_of_size, size_remark
+from .camera_node import ImagePublishers, ImageTopic, info_of_size, size_remark
 from .driver_node import BaseStream, DriverNode
 from .messages.conversions import RIGHT_TIME, frame_of_message, header_of, right_time_message
 from .runtime.host import AdaptiveSubscription, Host
@@ -126,8 +126,6 @@ class DualStream(BaseStream):
     stitching: None puts the views side by side; calibrations: of the left and the right camera, None for an unknown one; values: the
     node's parameters.
     """
-
-    slow = ImageStream.slow
 
     def __init__(self, node: LifecycleNode, publishers: DualPublishers, source: DualSource, values: dict,
                  stitching: Stitching | None, calibrations: tuple[CameraCalibration | None, CameraCalibration | None]):

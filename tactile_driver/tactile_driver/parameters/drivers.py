@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from ..camera.controls import CONTROLS
 from ..errors import BadArgument
 from ..frame import ENCODINGS
 from ..serial.frames import LARGEST
@@ -17,7 +18,8 @@ from .table import Parameter
 SCENE = Parameter('scene', str, 'demo', '', 'source sim: name of the scene; an unknown name lists all names')
 SEED = Parameter('seed', int, 0, '', 'source sim: seed of the noise and of the manufacturing tolerances of the sensor', 0, 2**31 - 1)
 #: names of the parameters that may be changed while a driver is active
-LIVE = frozenset({'exposure'})
+LIVE = frozenset(CONTROLS)
+_OR = ', may be changed while active; 0: automatic where the camera has that; -1: leave it'
 AUTOSTART = Parameter('autostart', bool, True, '', 'configure and activate at start, retry while the device is missing', read_only=True)
 SERIAL_DEVICE = Parameter('device', str, '', '', 'source device: path, name under /dev/serial/by-id, or part of a USB serial number')
 
@@ -51,8 +53,14 @@ CAMERA_PARAMETERS = (
     Parameter('loop', bool, False, '', 'sources file and bag: restart at the end (sim always does)'),
     Parameter('width', int, 0, 'px', "sources device and sim: image width; 0: the source's own", 0, 8192),
     Parameter('height', int, 0, 'px', "sources device and sim: image height; 0: the source's own", 0, 8192),
-    Parameter('pixel_format', str, '', '', "source device: FOURCC code, such as MJPG, YUYV or GREY; empty: the camera's own"),
-    Parameter('exposure', float, 0.0, 's', 'source device: exposure time; 0: automatic. May be changed while active', 0.0, 10.0),
+    Parameter('pixel_format', str, '', '', "source device: FOURCC code, such as MJPG, YUYV or GREY; empty: the one with the best "
+              "colours that carries the rate; if rate is -1, the camera's own"),
+    Parameter('exposure', float, -1.0, 's', f'source device: exposure time{_OR}', -1.0, 10.0),
+    Parameter('gain', float, -1.0, '', f"source device: gain in the driver's units{_OR}", -1.0, 1e6),
+    Parameter('white_balance', float, -1.0, 'K', f'source device: colour temperature of white{_OR}', -1.0, 20000.0),
+    Parameter('focus', float, -1.0, '', f"source device: focus in the driver's units{_OR}", -1.0, 1e6),
+    Parameter('power_line_frequency', int, -1, 'Hz', 'source device: of lamps whose flicker the camera evens out; 0: none; -1: leave it',
+              choices=(-1, 0, 50, 60)),
     Parameter('encoding', str, '', '', 'encoding of image_raw; empty: bgr8 for colour, mono8 for grey', choices=('', *ENCODINGS)),
     *sensor_parameters('touchpad'),
     Parameter('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0),

@@ -22,8 +22,10 @@ def _simulated(values: Mapping) -> tuple:
 
 def _camera_device(values: Mapping, clock: Clock) -> Source:
     from ..camera.device import DeviceSettings, DeviceSource
-    names = ('width', 'height', 'rate', 'pixel_format', 'exposure')
-    return DeviceSource(values['device'], DeviceSettings(*(values[name] for name in names)), clock)
+    from ..camera.controls import CONTROLS
+    names = ('width', 'height', 'rate', 'pixel_format')
+    controls = {name: values[name] for name in CONTROLS}
+    return DeviceSource(values['device'], DeviceSettings(*(values[name] for name in names), controls), clock)
 
 
 def _camera_file(values: Mapping, clock: Clock) -> Source:

@@ -47,8 +47,8 @@ class TwoCameras(DualSource):
                   for name, value, late in (('left', 50, 0), ('right', 90, 10**6))]
         return PairFrame(*frames) if wanted else None
 
-    def set_exposure(self, exposure):
-        self.exposures.append(exposure)
+    def set_controls(self, values):
+        self.exposures.append(values['exposure'])
 
     def close(self):
         pass
