@@ -19,7 +19,8 @@ from stitchings import SIZE, stitching, view
 from tactile_driver.camera.pairs import DualSource, ShutterOffset
 from tactile_driver.errors import BadArgument, BadFrame
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame
-from tactile_driver.nodes.dual_camera_node import DualPublishers, DualStream, TopicSource
+from tactile_driver.nodes.dual_camera_node import DualPublishers, DualStream
+from tactile_driver.nodes.topic_source import TopicSource
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
