@@ -66,14 +66,14 @@ def _taken(node: VideoNode, control: int, value: int) -> bool:
 
 
 #: what OpenCV makes images of, the best colours first; grey only if nothing else carries the rate
-_READABLE = ('BGR3', 'RGB3', 'YUYV', 'UYVY', 'NV12', 'MJPG', 'GREY')
+READABLE = ('BGR3', 'RGB3', 'YUYV', 'UYVY', 'NV12', 'MJPG', 'GREY')
 _CARRIES = 0.99  # share of the asked rate; drivers round intervals to 100 ns
 
 
 def chosen_format(modes: Sequence[Mode], size: tuple[int, int], rate: float) -> str:
     """The pixel format with the best colours that carries the rate, Hz, at the size, px, else the fastest; '' where none is known."""
-    fitting = [mode for mode in modes if (mode.width, mode.height) == size and mode.pixel_format in _READABLE and mode.rate > 0]
-    fitting.sort(key=lambda mode: (-min(mode.rate, _CARRIES * rate), _READABLE.index(mode.pixel_format)))
+    fitting = [mode for mode in modes if (mode.width, mode.height) == size and mode.pixel_format in READABLE and mode.rate > 0]
+    fitting.sort(key=lambda mode: (-min(mode.rate, _CARRIES * rate), READABLE.index(mode.pixel_format)))
     return fitting[0].pixel_format if fitting else ''
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import BadArgument, DeviceLost
 from ..frame import Frame, frame_of
 from ..sources.source import Clock, Source, stamp_of
-from .controls import LEFT, chosen_format, exposure_of, limit_of, set_controls
+from .controls import LEFT, READABLE, chosen_format, exposure_of, limit_of, set_controls
 from .v4l2 import Mode, video_node
 
 
@@ -204,7 +204,7 @@ class DeviceSource(Source):
         asked, has, remarks = self.settings, self._actual(), []
         if asked.pixel_format and has.pixel_format != asked.pixel_format:
             remarks.append(f'the camera gives {has.pixel_format} instead of {asked.pixel_format}; it offers '
-                           f'{", ".join(sorted({mode.pixel_format for mode in modes})) or "no others"}')
+                           f'{", ".join(sorted({mode.pixel_format for mode in modes} & set(READABLE))) or "no other that can be read"}')
         if asked.rate > 0 and abs(has.rate - asked.rate) > _RATE_TOLERANCE * asked.rate:
             offered = [f'{mode.pixel_format} {mode.width} x {mode.height} up to {mode.rate:g} Hz' for mode in modes
                        if mode.rate >= asked.rate][-_MOST_MODES:]

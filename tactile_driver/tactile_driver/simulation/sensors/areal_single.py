@@ -45,6 +45,16 @@ def _calibration() -> tuple[Act, ...]:
                                + drags(_TIP, 8, _HALF, (0.003, 0.009), 0.009, rng), pause=0.3)
 
 
+def _session() -> tuple[Act, ...]:
+    """Presses as a person makes them: at twelve places, held for a second; one that slides, one without a pause before it."""
+    slow = {'move': 0.8, 'hold': 1.0}
+    places = grid((0.021, 0.0155), 4, 3)
+    acts = [partial(press, _TIP, x, y, 0.002, 0.004, 0.006, **slow) for x, y in places]
+    acts.insert(3, partial(drag, _TIP, -0.008, 0.002, 0.004, 0.012, 0.0))
+    played = one_after_the_other(acts, pause=1.6)
+    return (*played[:2], press(_TIP, 0.0, 0.005, 0.003, start=played[1][1][-1].t + 0.2, move=0.2, hold=0.5), *played[2:])
+
+
 def _test() -> tuple[Act, ...]:
     """Presses at other positions, with the calibrated fingertip and others, and drags."""
     rng = np.random.default_rng(2)
@@ -74,4 +84,5 @@ AREAL_SINGLE_SCENES: dict[str, Script] = {
     'areal_single_two_unlike': Script(areal_single, _two_unlike()),
     'areal_single_calibration': Script(areal_single, _calibration()),
     'areal_single_test': Script(areal_single, _test()),
+    'areal_single_session': Script(areal_single, _session()),
 }
