@@ -23,7 +23,7 @@ _OWN = {
     'output': ('calibration.yaml', 'calibration file to write; presses are kept beside it, and an interrupted session goes on'),
     'mounting': ('', 'x y z, m, and rotation vector, rad, of the sensor in the frame base; empty: /tf has the sensor frame'),
     'base': ('base_link', 'frame of /tf in which mounting is'),
-    'simulated_stage': ('false', 'true: a simulated stage tells the probe and the wrench of a simulated sensor'),
+    'simulated_stage': ('false', 'true: a simulated stage moves a simulated sensor; its probe:=stage_tip, wrench:=/stage/wrench'),
 }
 
 
@@ -37,22 +37,18 @@ def _actions(context: LaunchContext, own: list[DeclareLaunchArgument]) -> list:
     values = values_of(context, [*own, *sensor_arguments(TYPES[0])])
     check_choice('type', values['type'], TYPES)
     check_choice('simulated_stage', values['simulated_stage'], ('true', 'false'))
-    simulated = values['simulated_stage'] == 'true'
     suffix = '_sim' if values['source'] == 'sim' else ''
     given = {'probe': values['probe'], 'wrench': values['wrench'], 'base': values['base'], 'frame_id': sensor_frame(values['namespace']),
              'params': values['params'] or share('params', f'{values["type"]}{suffix}.yaml'),
              'output': str(Path(values['output']).expanduser().absolute()), 'mounting': _numbers(values['mounting'])}
-    if simulated:
-        from ..nodes.simulated_stage import BASE, MOUNTING, PROBE
-        given |= {'probe': PROBE, 'base': BASE, 'mounting': list(MOUNTING), 'wrench': '/stage/wrench'}
-    elif not given['probe']:
+    if not given['probe']:
         raise LaunchError("probe:= is empty: name the frame of /tf at the probe's tip")
     if not given['mounting']:
         del given['mounting']  # launch cannot tell the type of an empty list
     guide = Node(package='tactile_bringup', executable='calibrate_node', namespace=values['namespace'], output='screen',
                  output_format='{line}', parameters=[given], on_exit=Shutdown(reason='the calibration is over'))
-    stage = [Node(package='tactile_bringup', executable='simulated_stage', namespace=values['namespace'])] if simulated else []
-    return [*sensor_actions(context, values['type'], own), guide, *stage]
+    stage = [Node(package='tactile_bringup', executable='simulated_stage', namespace=values['namespace'])]
+    return [*sensor_actions(context, values['type'], own), guide, *(stage if values['simulated_stage'] == 'true' else [])]
 
 
 def _numbers(text: str) -> list[float]:

@@ -46,7 +46,7 @@ _UNKNOWN = np.full(6, np.nan)
 
 class CalibrateNode(Node):
     """Records presses; ends itself when all places are pressed or ~/finish is called. bags: of the presses, each with its untouched images
-    first; complete: whether it ended itself. What was recorded for the same output before is kept and counts."""
+    first; judged: number of images; complete: whether it ended itself. What was recorded for the same output before is kept and counts."""
 
     def __init__(self):
         super().__init__('calibrate_node')
@@ -59,7 +59,7 @@ class CalibrateNode(Node):
             raise BadArgument(f'calibrate_node: sensor type {sensor.type} is not guided: only sheets are; record its presses as '
                               'docs/calibration.md says')
         self._values, self.params, self.output = values, Path(values['params']), Path(values['output'])
-        self._folder, self.complete = self.output.with_name(f'{self.output.stem}_presses'), False
+        self._folder, self.complete, self.judged = self.output.with_name(f'{self.output.stem}_presses'), False, 0
         self._session, self._log = Session(sensor.size), LogOnce(self)
         self._frames, self._images, self._wrenches = Frames(), deque(), deque()
         self._info: CameraInfo | None = None
@@ -165,6 +165,7 @@ class CalibrateNode(Node):
 
     def _judge(self, sample: Sample) -> None:
         press, told = self._session.add(sample)
+        self.judged += 1
         if press is not None and self._info is None:
             press, told = None, 'dropped: no camera_info has come; calibrate the camera first'
         if press is not None:

@@ -6,11 +6,12 @@ from __future__ import annotations
 import sys
 
 import numpy as np
-from geometry_msgs.msg import TransformStamped, WrenchStamped
+from geometry_msgs.msg import Quaternion, TransformStamped, WrenchStamped
 from rclpy.node import Node
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
 from tactile_driver.nodes.messages.conversions import vector
+from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import Contacts
 from tf2_msgs.msg import TFMessage
@@ -25,13 +26,15 @@ _NOISE = np.array([0.01, 0.01, 0.01, 3e-4, 3e-4, 3e-4])  # N, N m: of a small fo
 
 
 class SimulatedStage(Node):
-    """Follows ground_truth/contacts and ground_truth/wrench."""
+    """Follows ground_truth/contacts and ground_truth/wrench; their frame is joined to the stage's by /tf_static."""
 
     def __init__(self):
         super().__init__('simulated_stage')
         self._origin, self._turn = np.array(MOUNTING[:3]), Rotation.from_rotvec(MOUNTING[3:])
         self._tip, self._wrench, self._rng = np.array([0.0, 0.0, _ABOVE]), np.zeros(6), np.random.default_rng(5)
         self._transforms = self.create_publisher(TFMessage, '/tf', 100)
+        self._mounted = self.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)
+        self._sensor = ''
         self._forces = self.create_publisher(WrenchStamped, '/stage/wrench', 100)
         self.create_subscription(Contacts, 'ground_truth/contacts', self._move, 100)
         self.create_subscription(WrenchStamped, 'ground_truth/wrench', self._press, 100)
@@ -42,6 +45,12 @@ class SimulatedStage(Node):
             self._tip = np.array([position.x, position.y, -message.contacts[0].depth])
         else:
             self._tip = np.array([*self._tip[:2], _ABOVE])
+        if message.header.frame_id != self._sensor:
+            self._sensor = message.header.frame_id
+            mounted = _moved(message.header.stamp, BASE, self._sensor, self._origin)
+            x, y, z, w = self._turn.as_quat()
+            mounted.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
+            self._mounted.publish(TFMessage(transforms=[mounted]))
         tip = self._turn.apply(self._tip) + self._origin
         stamp = message.header.stamp
         self._transforms.publish(TFMessage(transforms=[_moved(stamp, BASE, PROBE, tip), _moved(stamp, PROBE, FORCE, _FORCE_ABOVE)]))
