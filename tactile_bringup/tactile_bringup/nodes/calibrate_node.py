@@ -62,6 +62,7 @@ class CalibrateNode(Node):
         self._folder, self.complete, self.judged = self.output.with_name(f'{self.output.stem}_presses'), False, 0
         self._session, self._log = Session(sensor.size), LogOnce(self)
         self._frames, self._images, self._wrenches = Frames(), deque(), deque()
+        self._lost_s: dict[str, float] = {}  # since when the probe's place is not known, by the reason
         self._info: CameraInfo | None = None
         self._about = String()
         self._mount(values['mounting'])
@@ -127,7 +128,7 @@ class CalibrateNode(Node):
             try:
                 placed = self._frames.pose(self._values['probe'], self._values['frame_id'], stamp)
             except UnknownFrame as error:
-                self._warn('frames', f'{error}; see the arguments probe, mounting and base')
+                self._warn('frames', f'{error}; see the arguments probe, mounting and base', stamp)
                 self._images.clear()
                 return
             if placed is None and stamp_ns_of(self._images[-1].header) * 1e-9 - stamp < _LATE_S:
@@ -135,15 +136,18 @@ class CalibrateNode(Node):
             message = self._images.popleft()
             if placed is None:
                 self._warn('probe', f'/tf does not tell where {self._values["probe"]} is at the time of the images: it has stopped, or its '
-                           'clock is another one')
+                           'clock is another one', stamp)
                 continue
-            for name in ('frames', 'probe'):
+            for name in self._lost_s:
                 self._log.forget(name)
+            self._lost_s.clear()
             self._judge(Sample(stamp, placed[0], *self._wrench_at(stamp), message))
 
-    def _warn(self, name: str, text: str) -> None:
+    def _warn(self, name: str, text: str, stamp: float) -> None:
+        """Drop the present press; log why, unless it passes at once as while everything starts."""
         self._session.drop(text)
-        self._log.error(name, text)
+        if stamp - self._lost_s.setdefault(name, stamp) > _LATE_S:
+            self._log.error(name, text)
 
     def _wrench_at(self, stamp: float) -> tuple[np.ndarray, float]:
         """(6,) in the sensor frame at its origin, NaN where it is not known, and when it last changed; without a topic it never stands."""
@@ -151,7 +155,6 @@ class CalibrateNode(Node):
             return _UNKNOWN, stamp
         found = next((each for each in reversed(self._wrenches) if each[0] <= stamp), None)
         if found is None:
-            self._log.warning('wrench', f'no wrench on {self._values["wrench"]} yet; presses without it give no forces')
             return _UNKNOWN, stamp
         try:
             placed = self._frames.pose(found[3], self._values['frame_id'], stamp)
@@ -170,6 +173,8 @@ class CalibrateNode(Node):
             press, told = None, 'dropped: no camera_info has come; calibrate the camera first'
         if press is not None:
             self._keep(press)
+        if press is not None and self._values['wrench'] and not np.isfinite(press.holds[0][0].wrench).all():
+            told += f'; no wrench on {self._values["wrench"]}, so it gives no forces'
         if told:
             self._tell(f'{told}. {self._session.advice}' if press is not None or told.startswith('dropped') else told)
         if press is not None and not self._session.open_places:
