@@ -46,7 +46,8 @@ _UNKNOWN = np.full(6, np.nan)
 
 class CalibrateNode(Node):
     """Records presses; ends itself when all places are pressed or ~/finish is called. bags: of the presses, each with its untouched images
-    first; judged: number of images; complete: whether it ended itself. What was recorded for the same output before is kept and counts."""
+    first; handled: number of images judged or left out; complete: whether it ended itself. What was recorded for the same output before is
+    kept and counts."""
 
     def __init__(self):
         super().__init__('calibrate_node')
@@ -59,7 +60,7 @@ class CalibrateNode(Node):
             raise BadArgument(f'calibrate_node: sensor type {sensor.type} is not guided: only sheets are; record its presses as '
                               'docs/calibration.md says')
         self._values, self.params, self.output = values, Path(values['params']), Path(values['output'])
-        self._folder, self.complete, self.judged = self.output.with_name(f'{self.output.stem}_presses'), False, 0
+        self._folder, self.complete, self.handled = self.output.with_name(f'{self.output.stem}_presses'), False, 0
         self._session, self._log = Session(sensor.size), LogOnce(self)
         self._frames, self._images, self._wrenches = Frames(), deque(), deque()
         self._lost_s: dict[str, float] = {}  # since when the probe's place is not known, by the reason
@@ -129,11 +130,13 @@ class CalibrateNode(Node):
                 placed = self._frames.pose(self._values['probe'], self._values['frame_id'], stamp)
             except UnknownFrame as error:
                 self._warn('frames', f'{error}; see the arguments probe, mounting and base', stamp)
+                self.handled += len(self._images)
                 self._images.clear()
                 return
             if placed is None and stamp_ns_of(self._images[-1].header) * 1e-9 - stamp < _LATE_S:
                 return
             message = self._images.popleft()
+            self.handled += 1
             if placed is None:
                 self._warn('probe', f'/tf does not tell where {self._values["probe"]} is at the time of the images: it has stopped, or its '
                            'clock is another one', stamp)
@@ -168,7 +171,6 @@ class CalibrateNode(Node):
 
     def _judge(self, sample: Sample) -> None:
         press, told = self._session.add(sample)
-        self.judged += 1
         if press is not None and self._info is None:
             press, told = None, 'dropped: no camera_info has come; calibrate the camera first'
         if press is not None:

@@ -53,7 +53,7 @@ class Lab:
 
     def play(self, scene, frames):
         """Play frames of a scene, one at a time, until the session is complete; yields their numbers."""
-        camera, judged = scene.camera, self.session.judged
+        camera, handled = scene.camera, self.session.handled
         info = calibration_to_message(pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height)))
         for k in frames:
             frame, header = scene.render(k / RATE), header_of(10**12 + round(1e9 * k / RATE), 'palm')
@@ -61,8 +61,8 @@ class Lab:
             self._infos.publish(info)
             self._truth.publish(frame.truth, 1 / RATE, header)
             self._images.publish(image_to_message(Frame(frame.image, 0, 'bgr8'), '', header))
-            judged += 1
-            self.until(lambda: self.session.judged == judged)  # noqa: B023
+            handled += 1
+            self.until(lambda: self.session.handled == handled)  # noqa: B023
             if self.session.complete:
                 return
             yield k
