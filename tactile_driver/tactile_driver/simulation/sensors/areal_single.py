@@ -46,7 +46,7 @@ def _calibration() -> tuple[Act, ...]:
 
 
 def _session() -> tuple[Act, ...]:
-    """Presses as a person makes them: at twelve places, held for a second; one that slides, one without a pause before it."""
+    """Presses as a person makes them: at twelve places, held for a second; one that slides at once, one without a pause before it."""
     slow = {'move': 0.8, 'hold': 1.0}
     places = grid((0.021, 0.0155), 4, 3)
     acts = [partial(press, _TIP, x, y, 0.002, 0.004, 0.006, **slow) for x, y in places]
