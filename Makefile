@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-# make demo, make test, make test-full, make sanitize, make lint: each sets up what is missing first (setup.bash).
+# make demo, make test, make test-full, make test-hardware, make sanitize, make lint: each sets up what is missing first (setup.bash).
 
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: help demo test test-full sanitize lint setup clean
+.PHONY: help demo test test-full test-hardware sanitize lint setup clean
 
 # make demo SOURCE=file PATH_TO=press.avi OUT=out/press ...; anything else by ARGS="name:=value ..."
 demo_arguments = $(if $(SOURCE),source:=$(SOURCE)) $(if $(PATH_TO),path:='$(PATH_TO)') $(if $(DEVICE),device:='$(DEVICE)') \
@@ -21,6 +21,7 @@ help:
 	@echo 'make test   what needs no process, and each launch file once: within 5 minutes; the report goes to out/test-results.xml'
 	@echo '            make test TESTS=tactile_driver/test PYTEST="-k dots -x"   some of them'
 	@echo 'make test-full   all tests: about 20 minutes'
+	@echo 'make test-hardware   the drivers on cameras and serial adapters of a real kernel, in QEMU: about 5 minutes; out/hardware.jsonl'
 	@echo 'make sanitize  the tests of the compiled kernels, with checks of addresses and of undefined behaviour'
 	@echo 'make lint   style and spelling alone'
 	@echo 'make clean  takes away what make and setup.bash built, the environment included'
@@ -37,6 +38,9 @@ test:
 
 test-full:
 	@$(run_tests) $(PYTEST)
+
+test-hardware:
+	@source ./setup.bash && python3 -m pytest test/hardware -m hardware -rs $(PYTEST)
 
 # The kernels' tests are those that name the compiled module. Python itself leaks by design: leaks are not looked for.
 sanitize:

@@ -35,6 +35,8 @@ setup(
             'finger_markers_node = tactile_bringup.nodes.finger_markers_node:main',
             'taxel_markers_node = tactile_bringup.nodes.taxel_markers_node:main',
             'record_node = tactile_bringup.nodes.record_node:main',
+            'calibrate_node = tactile_bringup.nodes.calibrate_node:main',
+            'simulated_stage = tactile_bringup.nodes.simulated_stage:main',
             'hand_frames_node = tactile_bringup.nodes.hand_frames_node:main',
             'sensor_nodes = tactile_bringup.nodes.compose:main',
             'hand_config = tactile_bringup.hand.configurations:main',

@@ -22,7 +22,7 @@ def test_every_node_belongs_to_a_type():
 
 
 def test_the_sources_are_those_of_the_drivers():
-    from tactile_driver.sources.registry import CAMERA_SOURCES, DUAL_SOURCES, PSD_SOURCES, TAXEL_SOURCES
-    known = {'camera_node': CAMERA_SOURCES, 'dual_camera_node': DUAL_SOURCES, 'psd_node': PSD_SOURCES, 'taxel_array_node': TAXEL_SOURCES}
+    from tactile_driver.sources.registry import CAMERA_CHOICES, PSD_SOURCES, TAXEL_SOURCES
+    known = {'camera_node': CAMERA_CHOICES, 'dual_camera_node': CAMERA_CHOICES, 'psd_node': PSD_SOURCES, 'taxel_array_node': TAXEL_SOURCES}
     for kind in SENSOR_TYPES.values():
         assert kind.sources == tuple(known[kind.driver])

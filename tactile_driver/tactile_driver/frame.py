@@ -104,9 +104,9 @@ def _numbers(document: dict, key: str, count: int | None, path: str) -> tuple:
     try:
         values = tuple(float(x) for x in document[key]['data'])
     except (KeyError, TypeError, ValueError) as error:
-        raise BadArgument(f'camera_info_path: {path} has no numbers under {key}/data; write it with camera_calibration') from error
+        raise BadArgument(f'camera_info_url: {path} has no numbers under {key}/data; write it with camera_calibration') from error
     if not np.isfinite(values).all() or (count is not None and len(values) != count):
-        raise BadArgument(f'camera_info_path: {key} in {path} needs {count or "any number of"} finite numbers, got {values}')
+        raise BadArgument(f'camera_info_url: {key} in {path} needs {count or "any number of"} finite numbers, got {values}')
     return values
 
 
@@ -117,10 +117,10 @@ def load_calibration(path: str) -> CameraCalibration:
         document = yaml.safe_load(Path(name).read_text())
         size = int(document['image_width']), int(document['image_height'])
     except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, KeyError, ValueError) as error:
-        raise BadArgument(f'camera_info_path: {name} is not a camera calibration ({error!r}); write it with camera_calibration') from error
+        raise BadArgument(f'camera_info_url: {name} is not a camera calibration ({error!r}); write it with camera_calibration') from error
     k = _numbers(document, 'camera_matrix', 9, name)
     if k[0] <= 0 or k[4] <= 0 or min(size) <= 0:
-        raise BadArgument(f'camera_info_path: {name} has focal lengths {k[0]}, {k[4]} px and size {size}; all must be above 0')
+        raise BadArgument(f'camera_info_url: {name} has focal lengths {k[0]}, {k[4]} px and size {size}; all must be above 0')
     others = [_numbers(document, key, count, name)
               for key, count in (('distortion_coefficients', None), ('rectification_matrix', 9), ('projection_matrix', 12))]
     return CameraCalibration(*size, k, *others, str(document.get('distortion_model', 'plumb_bob')))

@@ -56,7 +56,7 @@ def test_calibration_file(tmp_path):
 def test_a_broken_calibration_file_is_refused(tmp_path, old, new):
     path = tmp_path / 'pad.yaml'
     path.write_text(CAMERA_INFO.replace(old, new, 1))
-    with pytest.raises(BadArgument, match=r'camera_info_path.*pad\.yaml'):
+    with pytest.raises(BadArgument, match=r'camera_info_url.*pad\.yaml'):
         load_calibration(str(path))
 
 

@@ -79,19 +79,25 @@ class SensorType:
         return self.markers is not None and self.markers.cameras == 2
 
 
-def _marker_sensor(driver: str = 'camera_node', **kept) -> SensorType:
-    return SensorType(driver, ('dot_tracker_node', 'contact_point_node'), needs='presses',
+#: of sensors with cameras
+_CAMERAS = ('sim', 'device', 'file', 'bag', 'topics')
+_CAMERA_INFO = {'camera_info_url': "calibration file of camera_calibration (YAML), path or file:// URL; empty: the source's own"}
+
+
+def _marker_sensor(driver: str = 'camera_node', arguments: Mapping[str, str] | None = None, **kept) -> SensorType:
+    return SensorType(driver, ('dot_tracker_node', 'contact_point_node'), needs='presses', sources=_CAMERAS,
+                      arguments={**_CAMERA_INFO, **(arguments or {})},
                       uncalibrated='markers are tracked, contacts are not reported; record presses at known positions', **kept)
 
 
 #: Name -> sensor type. Geometry of markers as in the papers areal_single, areal_dual and air_cushion; arrows: twice the largest wrench of
 #: the simulated scenes.
 SENSOR_TYPES = {
-    'touchpad': SensorType('camera_node', ('dot_tracker_node', 'contact_region_node'), needs='surface'),
+    'touchpad': SensorType('camera_node', ('dot_tracker_node', 'contact_region_node'), needs='surface', sources=_CAMERAS,
+                           arguments=_CAMERA_INFO),
     'areal_single': _marker_sensor(markers=MarkerSensorType(9, 13, (4.5e-3, 4.5e-3), (0.060, 0.045))),
     'areal_dual': _marker_sensor(
         'dual_camera_node', raw={'topic': 'left/image_raw', 'right_topic': 'right/image_raw'},
-        sources=('sim', 'device', 'file', 'bag', 'topics'),
         arguments={'right_device': 'device: the right camera; device is the left one',
                    'right_path': 'file: the right video or folder of images',
                    'right_topic': 'bag, topics: the right images; topic has the left ones'},

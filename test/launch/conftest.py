@@ -42,6 +42,13 @@ class Launched:
         found = [line for line in self.log.splitlines() if re.search(r'WARN|ERROR|FATAL|Traceback', line)]
         return [line for line in found if 'user interrupted' not in line]
 
+    def wait_for_line(self, pattern, seconds):
+        """Wait until a line of the log matches."""
+        end = time.monotonic() + seconds
+        while not re.search(pattern, self.log):
+            assert time.monotonic() < end and self.process.poll() is None, self.log
+            time.sleep(0.2)
+
     def wait(self, seconds):
         """The exit code once it has ended by itself."""
         code = self.process.wait(timeout=seconds)

@@ -18,7 +18,7 @@ ROOMS = {
         'press.stage', 'touchpad.stage', 'dots.stage', 'shedding', 'work_log', 'node', 'bags', 'finger.tools', 'press.tools',
         'touchpad.tools', 'taxel.tools', 'tools.convert', 'tools.calibrate', 'tools'),
     'tactile_bringup': ('installed', 'parameters', 'visualization',
-        'hand', 'launch', 'simulate', 'papers', 'nodes', 'demo'),
+         'guide', 'hand', 'launch', 'simulate', 'papers', 'nodes', 'demo'),
 }
 
 

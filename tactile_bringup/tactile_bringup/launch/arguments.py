@@ -114,7 +114,8 @@ def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
         'source': ('sim', 'where data comes from: ' + ', '.join(kind.sources)),
         'device': ('', 'device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number'),
         'path': ('', 'file, bag: the video, folder of images or rosbag2 folder'),
-        'topic': ('', f'bag: the topic with the raw data; empty: {kind.raw["topic"]} of this sensor'),
+        'topic': ('', f'bag: the topic with the raw data; empty: {kind.raw["topic"]} of this sensor' + (
+            "; topics: the images of another camera's driver, raw or .../compressed" if 'topics' in kind.sources else '')),
         'params': ('', f'parameter file of all nodes; empty: params/{sensor_type}.yaml, simulated params/{sensor_type}_sim.yaml'),
         'calibration': ('', 'calibration file, as calibrate writes it; empty: what the parameter file says'),
         'rviz': ('false', 'show it in RViz: true or false'),

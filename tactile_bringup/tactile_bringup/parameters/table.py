@@ -66,6 +66,17 @@ RECORD_PARAMETERS = (
               'its first subscriber', 0.0, 1e3, read_only=True),
 )
 
+CALIBRATE_PARAMETERS = (
+    Parameter('probe', str, '', '', "frame of /tf at the probe's tip", read_only=True),
+    Parameter('frame_id', str, 'areal_single', '', 'the sensor frame', read_only=True),
+    Parameter('wrench', str, '', '', 'topic of a force/torque sensor, in any frame of /tf; empty: no forces', read_only=True),
+    Parameter('mounting', list[float], [], '', 'x y z, m, and rotation vector, rad, of the sensor in the frame base; empty: /tf has it',
+              read_only=True),
+    Parameter('base', str, 'base_link', '', 'frame of /tf in which mounting is', read_only=True),
+    Parameter('params', str, '', '', "the sensor's parameter file", read_only=True),
+    Parameter('output', str, '', '', 'calibration file to write; the presses are kept in a folder beside it', read_only=True),
+)
+
 HAND_FRAMES_PARAMETERS = (
     Parameter('hand', str, '', '', 'YAML file with the sensors of the hand', read_only=True),
 )

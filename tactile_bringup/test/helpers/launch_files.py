@@ -12,6 +12,7 @@ from pathlib import Path
 import launch_testing
 import yaml
 from ament_index_python.packages import get_package_share_directory
+from geometry_msgs.msg import WrenchStamped
 from launch import LaunchDescription
 from launch.actions import IncludeLaunchDescription
 from launch.launch_description_sources import PythonLaunchDescriptionSource
@@ -26,6 +27,7 @@ HAND = {'sensors': [{'name': 'left/pad', 'type': 'taxel_array', 'rate': 50}, {'n
 #: launch file -> topics whose first message is its result
 RESULTS = {**{name: [(f'/{name}/contacts', Contacts)] for name in SENSOR_TYPES},
            'hand': [('/left/pad/contacts', Contacts), ('/tip/contacts', Contacts)],
+           'calibrate': [('/stage/wrench', WrenchStamped)],
            'demo': [('/touchpad/contacts', Contacts)],
            'grip_reflex': [('/taxel_array/grip_command', JointState)]}
 _WRITTEN = tempfile.TemporaryDirectory()
@@ -37,6 +39,8 @@ def arguments(name):
         hand = Path(_WRITTEN.name) / 'hand.yaml'
         hand.write_text(yaml.safe_dump(HAND))
         return {'hand': str(hand)}
+    if name == 'calibrate':
+        return {'simulated_stage': 'true', 'probe': 'stage_tip', 'wrench': '/stage/wrench', 'output': f'{_WRITTEN.name}/sheet.yaml'}
     return {'out': _WRITTEN.name, 'rate': '10', 'seconds': '600'} if name == 'demo' else {}
 
 

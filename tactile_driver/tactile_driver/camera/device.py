@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import cv2
@@ -13,21 +14,24 @@ import numpy as np
 from ..errors import BadArgument, DeviceLost
 from ..frame import Frame, frame_of
 from ..sources.source import Clock, Source, stamp_of
+from .controls import LEFT, READABLE, chosen_format, exposure_of, limit_of, set_controls
+from .v4l2 import Mode, video_node
 
 
 @dataclass(frozen=True)
 class VideoDevice:
-    """One /dev/videoN. path; name: of the card; serial: USB serial number; by_id: name under /dev/v4l/by-id ('' where unknown); captures:
-    whether it provides images."""
+    """One /dev/videoN. path; name: of the card; serial: USB serial number; by_id: name under /dev/v4l/by-id; bus: as v4l2-ctl
+    --list-devices names it ('' where unknown); captures: whether it provides images."""
 
     path: str
     name: str
     serial: str
     by_id: str
     captures: bool
+    bus: str = ''
 
     def __str__(self):
-        known = ', '.join(x for x in (self.name, f'serial {self.serial}' if self.serial else '', self.by_id) if x)
+        known = ', '.join(x for x in (self.name, f'serial {self.serial}' if self.serial else '', self.by_id, self.bus) if x)
         return f'{self.path} ({known})' if known else self.path
 
 
@@ -44,13 +48,22 @@ def _serial(folder: Path) -> str:
     return next((text for text in (_text(p / 'serial') for p in (place, *list(place.parents)[:2])) if text), '')
 
 
+def _bus(path: str) -> str:
+    """The name of a video node's place, '' if it cannot be opened."""
+    try:
+        with video_node(path) as node:
+            return node.bus
+    except OSError:
+        return ''
+
+
 def list_devices(root: str = '/') -> list[VideoDevice]:
     """All video devices under root/sys/class/video4linux, sorted by number. A node of index 1 or higher provides metadata, no images."""
     base = Path(root)
     links = {link.resolve().name: link.name for link in sorted((base / 'dev/v4l/by-id').glob('*'))}
     folders = sorted((base / 'sys/class/video4linux').glob('video*'), key=lambda p: int(p.name[5:]) if p.name[5:].isdigit() else 0)
-    return [VideoDevice(f'/dev/{f.name}', _text(f / 'name'), _serial(f), links.get(f.name, ''), _text(f / 'index') in ('', '0'))
-            for f in folders]
+    return [VideoDevice(f'/dev/{f.name}', _text(f / 'name'), _serial(f), links.get(f.name, ''), _text(f / 'index') in ('', '0'),
+                        _bus(f'{root}/dev/{f.name}')) for f in folders]
 
 
 def _matches(device: VideoDevice, wanted: str) -> bool:
@@ -58,7 +71,7 @@ def _matches(device: VideoDevice, wanted: str) -> bool:
 
 
 def find_device(wanted: str, root: str = '/') -> VideoDevice:
-    """The video device wanted: an index, a /dev path, a name under /dev/v4l/by-id, or part of that name or of the serial number.
+    """The video device wanted: an index, a /dev path, a name under /dev/v4l/by-id, the name of its bus, or part of by-id or serial number.
 
     Raises DeviceLost, listing the existing devices, if none or several match.
     """
@@ -66,12 +79,12 @@ def find_device(wanted: str, root: str = '/') -> VideoDevice:
     real = str(Path(wanted).resolve()) if wanted.startswith('/dev/') else wanted
     found = [d for d in devices if _matches(d, wanted) or _matches(d, real)]
     if not found and not wanted.isdigit() and not wanted.startswith('/dev/') and wanted:
-        found = [d for d in devices if d.captures and (wanted in d.by_id or wanted in d.serial)]
+        found = [d for d in devices if d.captures and (wanted == d.bus or wanted in d.by_id or wanted in d.serial)]
     if len(found) == 1:
         return found[0]
     known = '; '.join(map(str, devices)) or 'none at all'
     what = 'fits several video devices' if found else 'is no video device'
-    raise DeviceLost(f'device: {wanted!r} {what}; there are: {known}. Name one by index, path or serial number, and check the cable')
+    raise DeviceLost(f'device: {wanted!r} {what}; there are: {known}. Name one by index, path, bus or serial number, and check the cable')
 
 
 _FROZEN_S = 1.0  # duration of identical images that counts as frozen: noise changes every image, even of a still scene; chosen
@@ -112,21 +125,20 @@ class FrameWatch:
             if same_s > _FROZEN_S else ''
 
 
-_MANUAL_EXPOSURE, _AUTO_EXPOSURE = 1, 3  # V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_APERTURE_PRIORITY of the V4L2 API
-_EXPOSURE_UNIT = 100e-6  # s, unit of V4L2_CID_EXPOSURE_ABSOLUTE
+_RATE_TOLERANCE, _MOST_MODES = 0.02, 4  # share of the asked rate; modes in a warning, which has to fit a line; chosen
 _OLDEST_STAMP_NS = 1_000_000_000  # an older driver stamp is not of the monotonic clock; chosen
 
 
 @dataclass(frozen=True)
 class DeviceSettings:
-    """Requested camera settings. width, height: px; rate: Hz; pixel_format: FOURCC; exposure: s, 0 for automatic exposure. Other
-    values of 0 or below and '' keep the camera's own. Raises BadArgument for a pixel_format that is not four letters."""
+    """Requested camera settings. width, height: px; rate: Hz; pixel_format: FOURCC, '' for the best that carries the rate; values of 0
+    or below keep the camera's own. controls: as of set_controls. Raises BadArgument for a pixel_format that is not four letters."""
 
     width: int = 0
     height: int = 0
     rate: float = -1.0
     pixel_format: str = ''
-    exposure: float = 0.0
+    controls: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self):
         if len(self.pixel_format) not in (0, 4):
@@ -146,7 +158,8 @@ class DeviceSource(Source):
         self._clock = clock
         self._found: VideoDevice | None = None
         self._capture = None
-        self._exposure, self._exposure_set = settings.exposure, None
+        self._wanted, self._refused, self._limit = dict(settings.controls), [], ''
+        self._of_controls, self._changed = [], True
 
     def open(self) -> None:
         """Find the device, open it and apply the settings. Raises DeviceLost if it is missing (lists the existing devices) or busy."""
@@ -160,35 +173,74 @@ class DeviceSource(Source):
         self._watch.begin()
 
     def _set_up(self) -> None:
-        asked = self.settings
-        # Set the format first: it determines the available sizes and rates.
-        if asked.pixel_format:
-            self._capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*asked.pixel_format))
+        """Set the format, which determines the sizes and rates that are offered, then those; keep what was not taken."""
+        asked, capture = self.settings, self._capture
+        modes = self._modes()
+        size = asked.width or self._actual().width, asked.height or self._actual().height
+        code = asked.pixel_format or (chosen_format(modes, size, asked.rate) if asked.rate > 0 else '')
+        if code:
+            capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*code))
         wishes = {cv2.CAP_PROP_FRAME_WIDTH: asked.width, cv2.CAP_PROP_FRAME_HEIGHT: asked.height, cv2.CAP_PROP_FPS: asked.rate}
         for prop, value in wishes.items():
             if value > 0:
-                self._capture.set(prop, value)
-        self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
-        self._exposure_set = None
+                capture.set(prop, value)
+        capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
+        self._refused, self._changed = self._not_taken(modes), True
 
-    def set_exposure(self, exposure: float) -> None:
-        """Set the exposure time, s, from the next frame on; 0: automatic. Thread-safe."""
-        self._exposure = exposure
+    def _modes(self) -> list[Mode]:
+        try:
+            with video_node(self._found.path) as node:
+                return node.modes()
+        except OSError:
+            return []
 
-    def _expose(self) -> None:
-        exposure = self._exposure
-        if exposure == self._exposure_set:
-            return
-        self._capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, _MANUAL_EXPOSURE if exposure > 0 else _AUTO_EXPOSURE)
-        if exposure > 0:
-            self._capture.set(cv2.CAP_PROP_EXPOSURE, max(round(exposure / _EXPOSURE_UNIT), 1))
-        self._exposure_set = exposure
+    def _actual(self) -> Mode:
+        """The mode that the camera is in."""
+        size = (int(self._capture.get(prop)) for prop in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
+        return Mode(_fourcc(self._capture.get(cv2.CAP_PROP_FOURCC)), *size, float(self._capture.get(cv2.CAP_PROP_FPS)))
+
+    def _not_taken(self, modes: list[Mode]) -> list[str]:
+        """What of pixel format and rate the camera does not give. The size is compared with the images themselves."""
+        asked, has, remarks = self.settings, self._actual(), []
+        if asked.pixel_format and has.pixel_format != asked.pixel_format:
+            remarks.append(f'the camera gives {has.pixel_format} instead of {asked.pixel_format}; it offers '
+                           f'{", ".join(sorted({mode.pixel_format for mode in modes} & set(READABLE))) or "no other that can be read"}')
+        if asked.rate > 0 and abs(has.rate - asked.rate) > _RATE_TOLERANCE * asked.rate:
+            offered = [f'{mode.pixel_format} {mode.width} x {mode.height} up to {mode.rate:g} Hz' for mode in modes
+                       if mode.rate >= asked.rate][-_MOST_MODES:]
+            remarks.append(f'the camera is set to {has.rate:g} Hz instead of {asked.rate:g} Hz at {has.pixel_format} {has.width} x '
+                           f'{has.height} px; choose a rate, size and pixel_format that it offers '
+                           f'({"; ".join(offered) or "none is that fast"})')
+        return remarks
+
+    def set_controls(self, values: Mapping[str, float]) -> None:
+        """Set controls, see set_controls, before the next frame. Thread-safe."""
+        self._wanted = {**self._wanted, **values}
+        self._changed = True
+
+    def _control(self) -> None:
+        """Give the camera the wanted controls, note what it did not take, and what may limit its rate."""
+        self._changed = False
+        self._refused = [text for text in self._refused if text not in self._of_controls]
+        try:
+            with video_node(self._found.path) as node:
+                self._of_controls = set_controls(node, self._wanted)
+                exposure = exposure_of(node)
+        except OSError as error:
+            self._of_controls, exposure = [], 0.0
+            if any(value != LEFT for value in self._wanted.values()):
+                self._of_controls = [f'the controls of {self._found.path} cannot be set: {error}; see who else holds it']
+        self._refused += self._of_controls
+        bus = self._found.bus.rpartition('-')[0] or self._found.bus
+        others = [each.path for each in list_devices() if each.captures and each.path != self._found.path and bus
+                  and each.bus.startswith(bus + '-')] if bus.startswith('usb') else []
+        self._limit = limit_of(self._actual(), bus, others, exposure)
 
     def read(self, wanted: bool = True) -> Frame | None:
         """The next frame; None if not wanted (then it is not decoded). Raises DeviceLost when the camera stops, BadFrame for a corrupt
         frame."""
-        if self._capture is not None:
-            self._expose()
+        if self._capture is not None and self._changed:
+            self._control()
         if self._capture is None or not self._capture.grab():
             raise DeviceLost(f'device: {self._found or self._device} stopped sending frames; check the cable (tried again by itself)')
         stamp = stamp_of(self._captured_ns(), self._clock)
@@ -201,8 +253,8 @@ class DeviceSource(Source):
 
     @property
     def remark(self) -> str:
-        """Warning about frozen or black images, '' without one."""
-        return self._watch.remark
+        """Warning about frozen or black images and about settings that the camera did not take, '' without one."""
+        return '; '.join(text for text in (self._watch.remark, *self._refused) if text)
 
     def _captured_ns(self) -> int:
         """Capture time of the grabbed frame on time.monotonic_ns(): the V4L2 stamp if it is of this clock, else the present time."""
@@ -220,10 +272,11 @@ class DeviceSource(Source):
         """The device and its actual mode."""
         about = {'source': 'device', 'device': self._device}
         if self._found:
-            about.update(path=self._found.path, name=self._found.name, serial=self._found.serial, by_id=self._found.by_id)
+            about.update(path=self._found.path, name=self._found.name, serial=self._found.serial, by_id=self._found.by_id,
+                         bus=self._found.bus)
         if self._capture is not None:
-            about.update(width=int(self._capture.get(cv2.CAP_PROP_FRAME_WIDTH)), height=int(self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT)),
-                         rate=float(self._capture.get(cv2.CAP_PROP_FPS)), pixel_format=_fourcc(self._capture.get(cv2.CAP_PROP_FOURCC)))
+            mode = self._actual()
+            about.update(width=mode.width, height=mode.height, rate=mode.rate, pixel_format=mode.pixel_format, limit=self._limit)
         return about
 
 

@@ -7,6 +7,7 @@ import math
 import threading
 import time
 from collections import deque
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -301,10 +302,10 @@ class PairedSource(DualSource):
             time.sleep(0.005)
         raise NothingYet
 
-    def set_exposure(self, exposure: float) -> None:
+    def set_controls(self, values: Mapping[str, float]) -> None:
         """See Source."""
         for source in self._sources:
-            source.set_exposure(exposure)
+            source.set_controls(values)
 
     def close(self) -> None:
         """Close both."""
@@ -383,9 +384,9 @@ class SplitSource(DualSource):
         return PairFrame(Frame(frame.image[:, :half], frame.stamp_ns, frame.encoding),
                          Frame(frame.image[:, -half:], frame.stamp_ns, frame.encoding), frame.truth)
 
-    def set_exposure(self, exposure: float) -> None:
+    def set_controls(self, values: Mapping[str, float]) -> None:
         """See Source."""
-        self._source.set_exposure(exposure)
+        self._source.set_controls(values)
 
     def close(self) -> None:
         """Close the source."""

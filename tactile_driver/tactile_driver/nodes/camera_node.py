@@ -22,6 +22,7 @@ from .messages.conversions import Pose, calibration_to_message, camera_transform
 from .runtime.host import Host
 from .runtime.ros_defaults import LATCHED_QOS, STREAM_QOS
 from .runtime.run import run_node
+from .topic_source import topic_source
 
 
 class ImageTopic:
@@ -72,20 +73,20 @@ class ImagePublishers(RawPublishers):
 class ImageStream(BaseStream):
     """Publishes the frames of one camera.
 
-    values: the node's parameters; calibration: for camera_info, None if unknown.
+    values: the node's parameters; calibration: for camera_info, None for the source's own.
     """
-
-    slow = 'too little light (long exposure), a slow USB port or pixel format, or '
 
     def __init__(self, node: LifecycleNode, publishers: ImagePublishers, source: Source, values: dict,
                  calibration: CameraCalibration | None):
-        self._calibration, self._info, self._size = calibration, None, None
+        self._given, self._calibration, self._info, self._size = calibration, None, None, None
         super().__init__(node, publishers, source, values)
 
     def _publish(self, frame: Frame) -> None:
         header = header_of(frame.stamp_ns, optical_frame(self._values['frame_id']))
         size = frame.image.shape[1], frame.image.shape[0]
-        if size != self._size:
+        calibration = self._given or self.source.calibration()
+        if size != self._size or calibration is not self._calibration:
+            self._calibration = calibration
             self._new_size(size, frame.encoding)
         self._publishers.picture.publish(frame, self._values['encoding'], header, self._info)
         self._publish_truth(frame.truth, frame.stamp_ns)
@@ -117,7 +118,7 @@ def info_of_size(known: CameraCalibration | None, size: tuple[int, int]) -> tupl
         return calibration_to_message(known or CameraCalibration(*size)), ''
     return calibration_to_message(CameraCalibration(*size)), (
         f'the camera calibration is for {known.width} x {known.height} px, but images are {size[0]} x {size[1]} px: '
-        'camera_info is published as uncalibrated; set camera_info_path to a calibration of this size')
+        'camera_info is published as uncalibrated; set camera_info_url to a calibration of this size')
 
 
 class CameraNode(DriverNode):
@@ -129,11 +130,12 @@ class CameraNode(DriverNode):
 
     def open_stream(self, values: dict) -> ImageStream:
         """See DriverNode."""
-        given = load_calibration(values['camera_info_path']) if values['camera_info_path'] else None
+        given = load_calibration(values['camera_info_url']) if values['camera_info_url'] else None
         poses = known_pose(values)
-        source = self.opened(partial(make_source, CAMERA_SOURCES), values)
+        sources = {**CAMERA_SOURCES, 'topics': lambda values, _clock: topic_source(self, values['topic'])}
+        source = self.opened(partial(make_source, sources), values)
         self._outputs.place_cameras(values['frame_id'], poses)
-        return ImageStream(self, self._outputs, source, values, given or source.calibration())
+        return ImageStream(self, self._outputs, source, values, given)
 
 
 def main(args: list[str] | None = None) -> None:

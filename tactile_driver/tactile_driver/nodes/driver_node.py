@@ -76,11 +76,10 @@ class BaseStream:
     """Reads an open source in one thread and publishes in another; stop closes the source.
 
     values: the node's parameters; sensor_type and frame_id go into the description. keep: number of newest frames of a live source that
-    wait to be published. slow: why a device may be slower than told, for /diagnostics, with a comma after it.
+    wait to be published.
     """
 
     keep = 1
-    slow = ''
 
     def __init__(self, node: LifecycleNode, publishers: RawPublishers, source: Source, values: dict):
         self._node, self._publishers, self.source, self._values = node, publishers, source, values
@@ -99,9 +98,8 @@ class BaseStream:
         return '; '.join(text for text in (self.source.remark, *self._remarks) if text)
 
     def change(self, changes: dict) -> None:
-        """Apply changed parameters (see parameters.shared.LIVE)."""
-        if 'exposure' in changes:
-            self.source.set_exposure(changes['exposure'])
+        """Apply changed parameters, see LIVE."""
+        self.source.set_controls({name: value for name, value in changes.items() if name in LIVE})
 
     def resume(self) -> None:
         """Publish from now on."""
@@ -126,7 +124,7 @@ class BaseStream:
 
     def health(self) -> Health:
         """For /diagnostics."""
-        return capture_health(self.status, self.source.describe(), self.source.live, self.remark, self.slow)
+        return capture_health(self.status, self.source.describe(), self.source.live, self.remark)
 
     def _wanted(self) -> bool:
         try:

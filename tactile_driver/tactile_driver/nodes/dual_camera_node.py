@@ -4,96 +4,28 @@
 from __future__ import annotations
 
 import sys
-import threading
-from collections import deque
 from dataclasses import replace
 
 from rclpy.lifecycle import LifecycleNode
-from rclpy.node import Node
-from rclpy.qos import QoSProfile
-from sensor_msgs.msg import CompressedImage, Image, TimeReference
+from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Header
 
 from ..camera.pairs import NAMES, DualSource
-from ..errors import BadArgument, BadFrame
+from ..errors import BadFrame
 from ..frame import CameraCalibration, Frame, PairFrame, as_encoding, load_calibration
 from ..frame_names import optical_frame
 from ..parameters.drivers import DUAL_CAMERA_PARAMETERS, check_pair
 from ..sources.registry import make_dual_source
-from ..sources.source import NS, NothingYet, Source
-from ..stamp_gaps import StampGaps
 from ..stitching.calibration import Stitching, load_stitching
 from ..stitching.methods import MiddleStitcher, Stitcher, make_stitcher
-from .camera_node import ImagePublishers, ImageStream, ImageTopic, info_of_size, size_remark
+from .camera_node import ImagePublishers, ImageTopic, info_of_size, size_remark
 from .driver_node import BaseStream, DriverNode
-from .messages.conversions import RIGHT_TIME, frame_of_message, header_of, right_time_message
-from .runtime.host import AdaptiveSubscription, Host
+from .messages.conversions import RIGHT_TIME, header_of, right_time_message
+from .runtime.host import Host
 from .runtime.diagnostics import Health
 from .runtime.ros_defaults import STREAM_QOS
 from .runtime.run import run_node
-
-_MOMENT_S = 0.1  # longest wait of read; chosen
-_LONGEST_QUEUE = 4  # frames; chosen: the pairing keeps 8 more
-_QUEUE = QoSProfile(depth=10)
-
-
-class TopicSource(Source):
-    """The images of a topic, relative to node's namespace: sensor_msgs/CompressedImage if it is named .../compressed, else Image. It
-    subscribes only while frames are wanted."""
-
-    live = True
-
-    def __init__(self, node: Node, topic: str):
-        if not topic:
-            raise BadArgument('topic: source topics needs the names of two image topics')
-        self._node, self._topic = node, topic
-        self._image: AdaptiveSubscription | None = None
-        self._gaps = StampGaps(topic)
-        self._queue: deque[Image | CompressedImage] = deque()
-        self._arrived = threading.Condition()
-
-    def open(self) -> None:
-        """Do nothing: read subscribes."""
-
-    def read(self, wanted: bool = True) -> Frame | None:
-        """The next image. Raises NothingYet, or BadFrame for a message that makes no image."""
-        self._subscribe(wanted)
-        with self._arrived:
-            if not self._arrived.wait_for(lambda: self._queue, _MOMENT_S):
-                raise NothingYet
-            message = self._queue.popleft()
-        return frame_of_message(message, f'the image of {self._topic}')
-
-    def _subscribe(self, wanted: bool) -> None:
-        if wanted and self._image is None:
-            self._gaps.restart()
-            self._image = AdaptiveSubscription(self._node, Image, self._topic, self._take, _QUEUE)
-        elif not wanted and self._image is not None:
-            self._image.close()
-            self._image = None
-            self._queue.clear()
-
-    def _take(self, message: Image | CompressedImage, _received_ns: int) -> None:
-        with self._arrived:
-            self._gaps.add(message.header.stamp.sec * NS + message.header.stamp.nanosec)
-            self._queue.append(message)
-            if len(self._queue) > _LONGEST_QUEUE:
-                self._queue.popleft()
-                self.skipped += 1
-            self._arrived.notify_all()
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._subscribe(False)
-
-    def describe(self) -> dict:
-        """The topic, whether it is idle (not subscribed), and the number of lost frames, counted by gaps in the stamps."""
-        return {'source': 'topics', 'path': self._topic, 'rate': -1.0, 'idle': self._image is None, 'lost': self._gaps.lost}
-
-    @property
-    def remark(self) -> str:
-        """The warning that frames are lost in transport, ''."""
-        return self._gaps.remark
+from .topic_source import topic_source
 
 
 class DualPublishers(ImagePublishers):
@@ -126,8 +58,6 @@ class DualStream(BaseStream):
     stitching: None puts the views side by side; calibrations: of the left and the right camera, None for an unknown one; values: the
     node's parameters.
     """
-
-    slow = ImageStream.slow
 
     def __init__(self, node: LifecycleNode, publishers: DualPublishers, source: DualSource, values: dict,
                  stitching: Stitching | None, calibrations: tuple[CameraCalibration | None, CameraCalibration | None]):
@@ -222,9 +152,9 @@ class DualCameraNode(DriverNode):
         """See DriverNode."""
         check_pair(values)
         stitching = load_stitching(values['stitching_path']) if values['stitching_path'] else None
-        given = [load_calibration(path) if path else None for path in (values['camera_info_path'], values['right_camera_info_path'])]
+        given = [load_calibration(path) if path else None for path in (values['camera_info_url'], values['right_camera_info_url'])]
         self._outputs.choose_views(published=values['source'] != 'topics')
-        source = self.opened(lambda parameters, clock: make_dual_source(parameters, clock, lambda topic: TopicSource(self, topic)), values)
+        source = self.opened(lambda parameters, clock: make_dual_source(parameters, clock, lambda topic: topic_source(self, topic)), values)
         self._outputs.place_cameras(values['frame_id'], {} if stitching is None else stitching.poses())
         calibrations = tuple(mine or known for mine, known in zip(given, source.calibrations()))
         return DualStream(self, self._outputs, source, values, stitching, calibrations)

@@ -6,18 +6,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from ..camera.controls import CONTROLS
 from ..errors import BadArgument
 from ..frame import ENCODINGS
 from ..serial.frames import LARGEST
 from ..serial.psd import FORMATS
-from ..sources.registry import CAMERA_SOURCES, DUAL_SOURCES, LAYOUTS, PSD_SOURCES, TAXEL_SOURCES
+from ..sources.registry import CAMERA_CHOICES, LAYOUTS, PSD_SOURCES, TAXEL_SOURCES
 from ..stitching.methods import STITCHERS
 from .table import Parameter
 
 SCENE = Parameter('scene', str, 'demo', '', 'source sim: name of the scene; an unknown name lists all names')
 SEED = Parameter('seed', int, 0, '', 'source sim: seed of the noise and of the manufacturing tolerances of the sensor', 0, 2**31 - 1)
 #: names of the parameters that may be changed while a driver is active
-LIVE = frozenset({'exposure'})
+LIVE = frozenset(CONTROLS)
+_OR = ', may be changed while active; 0: automatic where the camera has that; -1: leave it'
 AUTOSTART = Parameter('autostart', bool, True, '', 'configure and activate at start, retry while the device is missing', read_only=True)
 SERIAL_DEVICE = Parameter('device', str, '', '', 'source device: path, name under /dev/serial/by-id, or part of a USB serial number')
 
@@ -39,11 +41,12 @@ def check_together(values: Mapping) -> None:
 
 
 CAMERA_PARAMETERS = (
-    Parameter('source', str, 'sim', '', 'origin of the images: sim (simulated sensor), device (camera), file (video or folder of images) '
-              'or bag (rosbag2 recording)', choices=tuple(CAMERA_SOURCES)),
+    Parameter('source', str, 'sim', '', 'origin of the images: sim (simulated sensor), device (camera), file (video or folder of images), '
+              "bag (rosbag2 recording) or topics (images of another camera's driver)", choices=CAMERA_CHOICES),
     Parameter('device', str, '0', '', 'source device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number'),
     Parameter('path', str, '', '', 'source file: the video or folder of images; source bag: the rosbag2 folder'),
-    Parameter('topic', str, '', '', 'source bag: the image topic; empty if the bag has only one'),
+    Parameter('topic', str, '', '', 'source bag: the image topic, empty if the bag has only one; topics: raw or .../compressed; '
+              'camera_info is taken from beside it'),
     SCENE,
     SEED,
     Parameter('rate', float, -1.0, 'Hz', "frame rate; -1: the source's own (sim: 30 Hz); sources file and bag, 0: as fast as subscribers "
@@ -51,14 +54,20 @@ CAMERA_PARAMETERS = (
     Parameter('loop', bool, False, '', 'sources file and bag: restart at the end (sim always does)'),
     Parameter('width', int, 0, 'px', "sources device and sim: image width; 0: the source's own", 0, 8192),
     Parameter('height', int, 0, 'px', "sources device and sim: image height; 0: the source's own", 0, 8192),
-    Parameter('pixel_format', str, '', '', "source device: FOURCC code, such as MJPG, YUYV or GREY; empty: the camera's own"),
-    Parameter('exposure', float, 0.0, 's', 'source device: exposure time; 0: automatic. May be changed while active', 0.0, 10.0),
+    Parameter('pixel_format', str, '', '', "source device: FOURCC code, such as MJPG, YUYV or GREY; empty: the one with the best "
+              "colours that carries the rate; if rate is -1, the camera's own"),
+    Parameter('exposure', float, -1.0, 's', f'source device: exposure time{_OR}', -1.0, 10.0),
+    Parameter('gain', float, -1.0, '', f"source device: gain in the driver's units{_OR}", -1.0, 1e6),
+    Parameter('white_balance', float, -1.0, 'K', f'source device: colour temperature of white{_OR}', -1.0, 20000.0),
+    Parameter('focus', float, -1.0, '', f"source device: focus in the driver's units{_OR}", -1.0, 1e6),
+    Parameter('power_line_frequency', int, -1, 'Hz', 'source device: of lamps whose flicker the camera evens out; 0: none; -1: leave it',
+              choices=(-1, 0, 50, 60)),
     Parameter('encoding', str, '', '', 'encoding of image_raw; empty: bgr8 for colour, mono8 for grey', choices=('', *ENCODINGS)),
     *sensor_parameters('touchpad'),
     Parameter('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0),
     Parameter('camera.translation', list[float], [0.0, 0.0, 0.0], 'm', "sensor frame's origin in the camera frame; zeros: not known, and "
               'not published on /tf_static', -10.0, 10.0),
-    Parameter('camera_info_path', str, '', '', "calibration file of camera_calibration (YAML); empty: the source's own (sim, bag), "
+    Parameter('camera_info_url', str, '', '', "calibration file of camera_calibration (YAML); empty: the source's own (sim, bag, topics), "
               'else uncalibrated'),
     AUTOSTART,
 )
@@ -74,7 +83,7 @@ def known_pose(values: Mapping) -> dict[str, tuple[list[float], list[float]]]:
 
 _OWN = (
     Parameter('source', str, 'sim', '', 'origin of the image pairs: sim (simulated sensor), device (cameras), file (videos or folders of '
-              'images), bag (rosbag2 recording) or topics (two image topics)', choices=DUAL_SOURCES),
+              'images), bag (rosbag2 recording) or topics (two image topics)', choices=CAMERA_CHOICES),
     Parameter('layout', str, 'two', '', 'sources device, file and bag: two for a source of each view, side_by_side for one with both views '
               'in each image', choices=LAYOUTS),
     Parameter('device', str, '0', '', 'source device: left camera, or the one with both views: index, /dev path, name under '
@@ -95,9 +104,9 @@ _OWN = (
     Parameter('stitching_path', str, '', '', 'calibration file with a stitching, from calibrate; empty: both views side by side'),
     Parameter('overlap', int, 0, 'px', 'without stitching_path: columns at the inner edge of both views that show the same', 0, 8192),
     *sensor_parameters('areal_dual'),
-    Parameter('camera_info_path', str, '', '', "calibration file of camera_calibration (YAML) of the left camera; empty: the source's own "
+    Parameter('camera_info_url', str, '', '', "calibration file of camera_calibration (YAML) of the left camera; empty: the source's own "
               '(sim, bag), else uncalibrated'),
-    Parameter('right_camera_info_path', str, '', '', 'the same of the right camera'),
+    Parameter('right_camera_info_url', str, '', '', 'the same of the right camera'),
 )
 _NAMES = {p.name for p in _OWN}
 

@@ -22,8 +22,10 @@ def _simulated(values: Mapping) -> tuple:
 
 def _camera_device(values: Mapping, clock: Clock) -> Source:
     from ..camera.device import DeviceSettings, DeviceSource
-    names = ('width', 'height', 'rate', 'pixel_format', 'exposure')
-    return DeviceSource(values['device'], DeviceSettings(*(values[name] for name in names)), clock)
+    from ..camera.controls import CONTROLS
+    names = ('width', 'height', 'rate', 'pixel_format')
+    controls = {name: values[name] for name in CONTROLS}
+    return DeviceSource(values['device'], DeviceSettings(*(values[name] for name in names), controls), clock)
 
 
 def _camera_file(values: Mapping, clock: Clock) -> Source:
@@ -86,7 +88,8 @@ def _taxel_simulated(values: Mapping, clock: Clock) -> Source:
 CAMERA_SOURCES: Sources = {'sim': _camera_simulated, 'device': _camera_device, 'file': _camera_file, 'bag': _camera_bag}
 PSD_SOURCES: Sources = {'sim': _psd_simulated, 'device': _psd_device, 'bag': _psd_bag}
 TAXEL_SOURCES: Sources = {'sim': _taxel_simulated, 'device': _taxel_device, 'file': _taxel_file, 'bag': _taxel_bag}
-DUAL_SOURCES = ('sim', 'device', 'file', 'bag', 'topics')
+#: sources of nodes with one or two cameras; topics are subscribed to by the nodes themselves
+CAMERA_CHOICES = ('sim', 'device', 'file', 'bag', 'topics')
 LAYOUTS = ('two', 'side_by_side')
 
 
@@ -99,7 +102,7 @@ def make_source(sources: Sources, values: Mapping, clock: Clock) -> Source:
 
 
 def make_dual_source(values: Mapping, clock: Clock, make_topic: Callable[[str], Source]) -> Source:
-    """As make_source, for two cameras, of DUAL_SOURCES; its frames are PairFrames. make_topic: makes the source of one image topic."""
+    """As make_source, for two cameras, of CAMERA_CHOICES; its frames are PairFrames. make_topic: makes the source of one image topic."""
     from ..camera.pairs import PairedSource, SplitSource
     name = values['source']
     if name == 'sim':
@@ -107,8 +110,8 @@ def make_dual_source(values: Mapping, clock: Clock, make_topic: Callable[[str], 
         return DualSimulatedSource(*_simulated(values), clock)
     if name == 'topics':
         return PairedSource(make_topic(values['topic']), make_topic(values['right_topic']), values['max_skew'])
-    if name not in DUAL_SOURCES:
-        raise BadArgument(f'source: {name!r} is unknown; choose one of {", ".join(DUAL_SOURCES)}')
+    if name not in CAMERA_CHOICES:
+        raise BadArgument(f'source: {name!r} is unknown; choose one of {", ".join(CAMERA_CHOICES)}')
     if values['layout'] == 'side_by_side':
         return SplitSource(CAMERA_SOURCES[name](values, clock))
     if name == 'file':

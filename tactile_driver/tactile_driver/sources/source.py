@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from ..errors import BadArgument
 from ..frame import CameraCalibration, Frame, PairFrame
@@ -55,8 +55,8 @@ class Source:
         """The camera's calibration, None if unknown; valid once open."""
         return None
 
-    def set_exposure(self, exposure: float) -> None:
-        """Set the exposure time, s, of a camera that supports it; 0: automatic."""
+    def set_controls(self, values: Mapping[str, float]) -> None:
+        """Set controls of a camera: names and values of camera.controls.CONTROLS; nothing elsewhere."""
 
 
 NS = 1_000_000_000

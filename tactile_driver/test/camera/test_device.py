@@ -66,20 +66,25 @@ def opened(settings=None):
 
 
 def test_settings_are_asked_for_the_format_first(fake):
-    opened(DeviceSettings(1280, 720, 60.0, 'MJPG', 0.005)).read()
+    source = opened(DeviceSettings(1280, 720, 60.0, 'MJPG'))
     asked = fake.opened.asked
     assert fake.opened.path == '/dev/video3'
     assert asked[0] == (cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*'MJPG'))
     assert asked[1:4] == [(cv2.CAP_PROP_FRAME_WIDTH, 1280), (cv2.CAP_PROP_FRAME_HEIGHT, 720), (cv2.CAP_PROP_FPS, 60.0)]
-    assert asked[-2:] == [(cv2.CAP_PROP_AUTO_EXPOSURE, 1), (cv2.CAP_PROP_EXPOSURE, 50)]
+    assert 'is set to 30 Hz instead of 60 Hz' in source.remark
 
 
-def test_exposure_changes_while_frames_are_read(fake):
+def test_controls_that_cannot_be_set_are_remarked_once_until_they_are_left_alone(fake):
     source = opened()
     source.read()
-    source.set_exposure(0.01)
+    assert source.remark == ''
+    for exposure in (0.01, 0.02):
+        source.set_controls({'exposure': exposure})
+        source.read()
+    assert source.remark.count('controls of /dev/video3 cannot be set') == 1
+    source.set_controls({'exposure': -1.0})
     source.read()
-    assert fake.opened.asked[-1] == (cv2.CAP_PROP_EXPOSURE, 100)
+    assert source.remark == ''
 
 
 def test_the_stamp_is_the_drivers_own(fake):
@@ -145,14 +150,6 @@ def test_description_tells_the_mode_that_runs(fake):
 def test_a_pixel_format_that_is_none_is_refused():
     with pytest.raises(BadArgument, match="pixel_format: 'JPEG2'"):
         DeviceSettings(pixel_format='JPEG2')
-
-
-@pytest.mark.hardware
-def test_a_real_camera():
-    source = DeviceSource('0', DeviceSettings(), time.time_ns)
-    source.open()
-    assert source.read().image.ndim == 3
-    source.close()
 
 
 RNG = np.random.default_rng(0)

@@ -6,6 +6,7 @@ import signal
 import time
 from functools import partial
 
+import cv2
 import numpy as np
 import pytest
 import rclpy
@@ -14,13 +15,16 @@ from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import ChangeState
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import String
-from tactile_driver.errors import DeviceLost
+from tactile_driver.errors import BadArgument, DeviceLost
 from tactile_driver.frame import CameraCalibration, Frame
 from tactile_driver.nodes import camera_node, driver_node
 from tactile_driver.nodes.camera_node import ImagePublishers, ImageStream
+from tactile_driver.nodes.messages.conversions import header_of
+from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import WRONG
+from tactile_driver.nodes.topic_source import topic_source
 from tactile_driver.parameters.drivers import CAMERA_PARAMETERS
 from tactile_driver.parameters.table import defaults
 from tactile_driver.sources.capture import Backoff
@@ -270,7 +274,7 @@ def test_nonsense_is_named_once_and_ends_it(camera):
 
 
 @pytest.mark.parametrize('parameters', [{'source': 'file', 'path': '/nowhere.avi'}, {'source': 'bag', 'path': '/nowhere'},
-                                        {'scene': 'nowhere'}, {'camera_info_path': '/nowhere.yaml'}])
+                                        {'scene': 'nowhere'}, {'camera_info_url': '/nowhere.yaml'}])
 def test_what_is_missing_is_named_and_ends_it(camera, parameters):
     process = camera(**parameters)
     log = process.communicate(timeout=30)[1]
@@ -306,3 +310,37 @@ def test_a_refused_transition_does_not_end_the_node(watcher, camera, video):
     watcher.node.create_client(ChangeState, '/camera_node/change_state').call_async(request)
     watcher.spin(1.0)
     assert process.poll() is None and watcher.state() == 'active'
+
+
+@pytest.mark.parametrize('topic', ['/foreign/image_raw', '/foreign/image_raw/compressed'])
+def test_images_of_another_drivers_topic_come_in_the_own_frames_with_its_camera_info(topic):
+    rclpy.init()
+    node = rclpy.create_node('foreign')
+    camera = camera_node.CameraNode(Host(['-r', '__ns:=/pad'], {'source': 'topics', 'topic': topic, 'frame_id': 'pad'}))
+    header, grey = header_of(10**9, 'theirs'), np.full((4, 6), 90, np.uint8)
+    info, images = node.create_publisher(CameraInfo, '/foreign/camera_info', 1), []
+    if topic.endswith('compressed'):
+        message = CompressedImage(header=header, data=cv2.imencode('.png', grey)[1].tobytes())
+    else:
+        message = Image(header=header, height=4, width=6, step=6, encoding='bayer_rggb8', data=grey.tobytes())
+    publisher, infos = node.create_publisher(type(message), topic, 1), []
+    node.create_subscription(Image, '/pad/image_raw', images.append, 10)
+    node.create_subscription(CameraInfo, '/pad/camera_info', infos.append, 10)
+    executor = SingleThreadedExecutor()
+    for each in (node, camera):
+        executor.add_node(each)
+    end = time.monotonic() + 30
+    while not (images and infos and infos[-1].k[0] == 5.0) and time.monotonic() < end:
+        info.publish(CameraInfo(width=6, height=4, k=[5.0, 0.0, 3.0, 0.0, 5.0, 2.0, 0.0, 0.0, 1.0]))
+        publisher.publish(message)
+        executor.spin_once(timeout_sec=0.05)
+    assert images[-1].header.frame_id == 'pad_camera_optical' and images[-1].header.stamp.sec == 1
+    assert (images[-1].width, images[-1].height, set(images[-1].data)) == (6, 4, {90}) and infos[-1].k[0] == 5.0
+    executor.shutdown()
+    camera.destroy_node()
+    rclpy.shutdown()
+
+
+def test_the_own_topic_is_no_source(node):
+    with pytest.raises(BadArgument, match='what this node publishes'):
+        topic_source(node, 'image_raw')

@@ -19,7 +19,8 @@ from stitchings import SIZE, stitching, view
 from tactile_driver.camera.pairs import DualSource, ShutterOffset
 from tactile_driver.errors import BadArgument, BadFrame
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame
-from tactile_driver.nodes.dual_camera_node import DualPublishers, DualStream, TopicSource
+from tactile_driver.nodes.dual_camera_node import DualPublishers, DualStream
+from tactile_driver.nodes.topic_source import TopicSource
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
@@ -47,8 +48,8 @@ class TwoCameras(DualSource):
                   for name, value, late in (('left', 50, 0), ('right', 90, 10**6))]
         return PairFrame(*frames) if wanted else None
 
-    def set_exposure(self, exposure):
-        self.exposures.append(exposure)
+    def set_controls(self, values):
+        self.exposures.append(values['exposure'])
 
     def close(self):
         pass

@@ -180,7 +180,7 @@ class PressReader:
     def _take_camera(self, message) -> None:
         self._matrices = convert.camera_matrices(message)
         if self._matrices is None and self.stitching is None:
-            raise BadCalibration('camera_info has no K: calibrate the camera first (camera_info_path of camera_node)')
+            raise BadCalibration('camera_info has no K: calibrate the camera first (camera_info_url of camera_node)')
 
 
 def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:

@@ -53,7 +53,7 @@ class PressReader:
     def _take_camera(self, message) -> None:
         matrices = convert.camera_matrices(message)
         if matrices is None:
-            raise BadCalibration('camera_info has no K: calibrate the camera first (camera_info_path of camera_node)')
+            raise BadCalibration('camera_info has no K: calibrate the camera first (camera_info_url of camera_node)')
         self.camera = self.sensor.camera(*matrices)
 
 

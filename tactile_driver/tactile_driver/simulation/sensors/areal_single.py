@@ -45,6 +45,17 @@ def _calibration() -> tuple[Act, ...]:
                                + drags(_TIP, 8, _HALF, (0.003, 0.009), 0.009, rng), pause=0.3)
 
 
+def _session() -> tuple[Act, ...]:
+    """Presses as a person makes them: at twelve places, held for a second; one that slides at once, one without a pause before it."""
+    slow = {'move': 0.8, 'hold': 1.0}
+    places = grid((0.021, 0.0155), 4, 3)
+    acts = [partial(press, _TIP, x, y, 0.002, 0.004, 0.006, **slow) for x, y in places]
+    acts.insert(3, partial(drag, _TIP, -0.008, 0.002, 0.004, 0.012, 0.0))
+    first = one_after_the_other(acts[:2], pause=1.6)
+    hasty = press(_TIP, 0.0, 0.005, 0.003, start=first[-1][1][-1].t + 0.2, move=0.2, hold=0.5)
+    return (*first, hasty, *one_after_the_other(acts[2:], untouched=hasty[1][-1].t + 1.6, pause=1.6))
+
+
 def _test() -> tuple[Act, ...]:
     """Presses at other positions, with the calibrated fingertip and others, and drags."""
     rng = np.random.default_rng(2)
@@ -88,4 +99,5 @@ AREAL_SINGLE_SCENES: dict[str, Script] = {
     'areal_single_markers': Script(areal_single, by_the_step(_TIP, on_markers((1, 4, 6, 8, 11), (1, 3, 4, 5, 7), 13, 9, (0.0045, 0.0045)),
                                                              (0.002, 0.005))),
     'areal_single_table_1': Script(areal_single, _table_1()),
+    'areal_single_session': Script(areal_single, _session()),
 }

@@ -1,0 +1,266 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""calibrate_node: leads through the presses of a sheet with a probe that /tf follows, keeps those that count as bags, then calibrates."""
+from __future__ import annotations
+
+import shutil
+import sys
+from collections import deque
+from pathlib import Path
+
+import cv2
+import numpy as np
+from geometry_msgs.msg import WrenchStamped
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+from tactile_driver.errors import BadArgument
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message, point, stamp_ns_of, vector
+from tactile_driver.nodes.runtime.diagnostics import LogOnce
+from tactile_driver.nodes.runtime.host import AdaptiveSubscription
+from tactile_driver.nodes.runtime.parameter_server import NodeParameters
+from tactile_driver.nodes.runtime.ros_defaults import steady_timer
+from tactile_driver.nodes.runtime.run import run_node
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_driver.recordings.writer import write_messages
+from tactile_msgs.msg import Contact, Contacts
+from tactile_perception.parameters.file import read_parameters
+from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
+from tactile_perception.tools.calibrate.command import main as calibrate
+from tf2_msgs.msg import TFMessage
+
+from ..guide.frames import Frames, UnknownFrame
+from ..guide.session import Press, Sample, Session
+from ..parameters.table import CALIBRATE_PARAMETERS
+
+_LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_LATE_S = 1.0  # chosen: so long an image waits for the probe's place
+_PERIOD_S = 0.05
+_UNKNOWN = np.full(6, np.nan)
+
+
+class CalibrateNode(Node):
+    """Records presses; ends itself when all places are pressed or ~/finish is called. bags: of the presses, each with its untouched images
+    first; handled: number of images judged or left out; complete: whether it ended itself. What was recorded for the same output before is
+    kept and counts."""
+
+    def __init__(self):
+        super().__init__('calibrate_node')
+        values = NodeParameters(self, CALIBRATE_PARAMETERS)
+        missing = [name for name in ('probe', 'output', 'params') if not values[name]]
+        if values.problems or missing:
+            raise BadArgument('calibrate_node: ' + ('; '.join(values.problems.values()) or f'parameter {missing[0]} is empty'))
+        sensor = marker_sensor(read_parameters(Path(values['params']), 'contact_point_node', MARKER_SENSOR_PARAMETERS))
+        if not sensor.is_sheet:
+            raise BadArgument(f'calibrate_node: sensor type {sensor.type} is not guided: only sheets are; record its presses as '
+                              'docs/calibration.md says')
+        self._values, self.params, self.output = values, Path(values['params']), Path(values['output'])
+        self._folder, self.complete, self.handled = self.output.with_name(f'{self.output.stem}_presses'), False, 0
+        self._session, self._log = Session(sensor.size), LogOnce(self)
+        self._frames, self._images, self._wrenches = Frames(), deque(), deque()
+        self._lost_s: dict[str, float] = {}  # since when the probe's place is not known, by the reason
+        self._info: CameraInfo | None = None
+        self._about = String()
+        self._mount(values['mounting'])
+        self._resume()
+        self._picture = self.create_publisher(Image, 'image', 1)
+        self._listen()
+        self.create_service(Trigger, '~/undo', self._undo)
+        self.create_service(Trigger, '~/finish', self._finish)
+        self._timers_kept = [steady_timer(self, _PERIOD_S, self._work), steady_timer(self, 0.5, self._show)]
+        self._tell(self._session.advice)
+
+    @property
+    def bags(self) -> list[Path]:
+        """The bags of the presses that count, in their order."""
+        return sorted(self._folder.glob('press_*'))
+
+    def _mount(self, mounting: list[float]) -> None:
+        """Where the sensor is in the frame `base`, if it is given; else /tf has to tell."""
+        if len(mounting) not in (0, 6):
+            raise BadArgument(f'calibrate_node: mounting has {len(mounting)} numbers; give x y z, m, and a rotation vector, rad')
+        if mounting:
+            turn = Rotation.from_rotvec(mounting[3:]).as_quat()
+            self._frames.add(self._values['base'], self._values['frame_id'], 0.0, mounting[:3], turn, static=True)
+
+    def _resume(self) -> None:
+        for bag in self.bags:
+            with BagReader(bag) as reader:
+                topics = {topic for topic in reader.topics if topic.endswith('ground_truth/contacts')}
+                touches = [decode(raw.data, raw.type_name).contacts for raw in reader.messages(topics)]
+            found = [touch[0] for touch in touches if touch]
+            place = np.mean([[touch.position.x, touch.position.y] for touch in found], axis=0)
+            self._session.done.append((place, sorted({round(touch.depth, 5) for touch in found})))
+        if self.bags:
+            self._tell(f'{len(self.bags)} presses of {self._folder} are kept')
+
+    def _listen(self) -> None:
+        AdaptiveSubscription(self, Image, 'image_raw', lambda message, _ns: self._images.append(message), QoSProfile(depth=10))
+        self.create_subscription(CameraInfo, 'camera_info', lambda message: setattr(self, '_info', message), qos_profile_sensor_data)
+        self.create_subscription(String, 'description', lambda message: setattr(self, '_about', message), _LATCHED)
+        self.create_subscription(TFMessage, '/tf', lambda message: self._place(message, False), 100)
+        self.create_subscription(TFMessage, '/tf_static', lambda message: self._place(message, True), _LATCHED)
+        if self._values['wrench']:
+            self.create_subscription(WrenchStamped, self._values['wrench'], self._feel, qos_profile_sensor_data)
+
+    def _place(self, message: TFMessage, static: bool) -> None:
+        for each in message.transforms:
+            p, q = each.transform.translation, each.transform.rotation
+            self._frames.add(each.header.frame_id.lstrip('/'), each.child_frame_id.lstrip('/'), stamp_ns_of(each.header) * 1e-9,
+                             (p.x, p.y, p.z), (q.x, q.y, q.z, q.w), static)
+
+    def _feel(self, message: WrenchStamped) -> None:
+        f, t = message.wrench.force, message.wrench.torque
+        stamp, value = stamp_ns_of(message.header) * 1e-9, np.array([f.x, f.y, f.z, t.x, t.y, t.z])
+        same = self._wrenches and (self._wrenches[-1][1] == value).all()
+        self._wrenches.append((stamp, value, self._wrenches[-1][2] if same else stamp, message.header.frame_id.lstrip('/')))
+        while stamp - self._wrenches[0][0] > 5.0:
+            self._wrenches.popleft()
+
+    def _work(self) -> None:
+        """Judge the images whose time the probe's transforms have reached."""
+        while self._images:
+            stamp = stamp_ns_of(self._images[0].header) * 1e-9
+            try:
+                placed = self._frames.pose(self._values['probe'], self._values['frame_id'], stamp)
+            except UnknownFrame as error:
+                self._warn('frames', f'{error}; see the arguments probe, mounting and base', stamp)
+                self.handled += len(self._images)
+                self._images.clear()
+                return
+            if placed is None and stamp_ns_of(self._images[-1].header) * 1e-9 - stamp < _LATE_S:
+                return
+            message = self._images.popleft()
+            self.handled += 1
+            if placed is None:
+                self._warn('probe', f'/tf does not tell where {self._values["probe"]} is at the time of the images: it has stopped, or its '
+                           'clock is another one', stamp)
+                continue
+            for name in self._lost_s:
+                self._log.forget(name)
+            self._lost_s.clear()
+            self._judge(Sample(stamp, placed[0], *self._wrench_at(stamp), message))
+
+    def _warn(self, name: str, text: str, stamp: float) -> None:
+        """Drop the present press; log why, unless it passes at once as while everything starts."""
+        self._session.drop(text)
+        if stamp - self._lost_s.setdefault(name, stamp) > _LATE_S:
+            self._log.error(name, text)
+
+    def _wrench_at(self, stamp: float) -> tuple[np.ndarray, float]:
+        """(6,) in the sensor frame at its origin, NaN where it is not known, and when it last changed; without a topic it never stands."""
+        if not self._values['wrench']:
+            return _UNKNOWN, stamp
+        found = next((each for each in reversed(self._wrenches) if each[0] <= stamp), None)
+        if found is None:
+            return _UNKNOWN, stamp
+        try:
+            placed = self._frames.pose(found[3], self._values['frame_id'], stamp)
+        except UnknownFrame as error:
+            self._log.error('wrench', f'the wrench is not used: {error}')
+            return _UNKNOWN, stamp
+        if placed is None:
+            return _UNKNOWN, found[2]
+        force = placed[1].apply(found[1][:3])
+        return np.r_[force, placed[1].apply(found[1][3:]) + np.cross(placed[0], force)], found[2]
+
+    def _judge(self, sample: Sample) -> None:
+        press, told = self._session.add(sample)
+        if press is not None and self._info is None:
+            press, told = None, 'dropped: no camera_info has come; calibrate the camera first'
+        if press is not None:
+            self._keep(press)
+        if press is not None and self._values['wrench'] and not np.isfinite(press.holds[0][0].wrench).all():
+            told += f'; no wrench on {self._values["wrench"]}, so it gives no forces'
+        if told:
+            self._tell(f'{told}. {self._session.advice}' if press is not None or told.startswith('dropped') else told)
+        if press is not None and not self._session.open_places:
+            self._end()
+
+    def _keep(self, press: Press) -> None:
+        """Write a bag under another name first, so that what is there is always whole."""
+        number = 1 + max((int(bag.name.removeprefix('press_')) for bag in self.bags), default=0)
+        fresh = self._folder / 'unfinished'
+        shutil.rmtree(fresh, ignore_errors=True)
+        self._folder.mkdir(parents=True, exist_ok=True)
+        write_messages(fresh, self.get_namespace(), self._messages(press))
+        fresh.rename(self._folder / f'press_{number:03d}')
+        self._session.done.append((press.place, press.depths))
+        cv2.imwrite(str(self.output.with_name(f'{self.output.stem}_coverage.png')), self._session.picture())
+
+    def _messages(self, press: Press):
+        """(stamp in ns, topic, message) of a press. The wrench is that above the untouched one; a sensor behind the probe feels the
+        reaction, which its sign tells: nothing pulls at a sheet."""
+        samples = [sample for hold in press.holds for sample in hold]
+        tare = np.mean([sample.wrench for sample in press.rest], axis=0)
+        sign = -1.0 if np.mean([sample.wrench[2] - tare[2] for sample in samples]) > 0 else 1.0
+        begin = stamp_ns_of(press.rest[0].image.header)
+        yield begin, 'description', self._about
+        yield begin, 'camera_info', self._info
+        for sample, touched in [*((each, False) for each in press.rest), *((each, True) for each in samples)]:
+            stamp, header = stamp_ns_of(sample.image.header), header_of(stamp_ns_of(sample.image.header), self._values['frame_id'])
+            wrench = sign * (sample.wrench - tare) if touched else np.zeros(6)
+            touch = Contact(position=point(sample.tip), normal=vector(np.array([0.0, 0.0, 1.0])), depth=-float(sample.tip[2]),
+                            force=-float(wrench[2]))
+            yield stamp, 'image_raw', sample.image
+            yield stamp, 'ground_truth/contacts', Contacts(header=header, contacts=[touch] if touched else [])
+            if np.isfinite(wrench).all():
+                message = WrenchStamped(header=header)
+                message.wrench.force, message.wrench.torque = vector(wrench[:3]), vector(wrench[3:])
+                yield stamp, 'ground_truth/wrench', message
+
+    def _undo(self, _request, answer: Trigger.Response) -> Trigger.Response:
+        """Take the last press away."""
+        answer.success = bool(self.bags)
+        if answer.success:
+            shutil.rmtree(self.bags[-1])
+            self._session.done.pop()
+        answer.message = self._session.advice
+        self._tell(answer.message)
+        return answer
+
+    def _finish(self, _request, answer: Trigger.Response) -> Trigger.Response:
+        """End with what there is."""
+        answer.success, answer.message = True, f'calibrating with {len(self.bags)} presses'
+        self._end()
+        return answer
+
+    def _end(self) -> None:
+        self.complete = True
+        self._timers_kept.append(steady_timer(self, _PERIOD_S, self._stop))  # after the answer is sent
+
+    def _stop(self) -> None:
+        raise KeyboardInterrupt
+
+    def _show(self) -> None:
+        if self._picture.get_subscription_count():
+            header = header_of(self.get_clock().now().nanoseconds, self._values['frame_id'])
+            self._picture.publish(image_to_message(Frame(self._session.picture(), 0, 'bgr8'), '', header))
+
+    def _tell(self, text: str) -> None:
+        self.get_logger().info(text)
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the session, then calibrate."""
+    made: list[CalibrateNode] = []
+
+    def make() -> CalibrateNode:
+        made.append(CalibrateNode())
+        return made[0]
+    code = run_node(make, args)
+    if code == 0 and made and made[0].complete:
+        node = made[0]
+        code = calibrate([*map(str, node.bags), '--params', str(node.params), '--output', str(node.output)])
+    elif made:
+        print(f'{len(made[0].bags)} presses are kept; start it again with the same output to go on', flush=True)
+    sys.exit(code)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,81 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""simulated_stage: the tip of a simulated scene as a stage tells it: /tf of its probe, and the wrench that a sensor above it feels."""
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+from geometry_msgs.msg import Quaternion, TransformStamped, WrenchStamped
+from rclpy.node import Node
+from scipy.spatial.transform import Rotation
+from std_msgs.msg import Header
+from tactile_driver.nodes.messages.conversions import vector
+from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
+from tactile_driver.nodes.runtime.run import run_node
+from tactile_msgs.msg import Contacts
+from tf2_msgs.msg import TFMessage
+
+BASE, PROBE, FORCE = 'stage_base', 'stage_tip', 'stage_force'
+#: of the sensor in BASE: position, m, and rotation vector, rad; chosen, so that a frame that is taken for another one is seen
+MOUNTING = (0.30, -0.12, 0.05, 0.02, -0.01, 0.7)
+_ABOVE = 5e-3  # m, of the tip while it touches nothing
+_FORCE_ABOVE = np.array([0.0, 0.0, 0.08])  # m, of the force sensor above the tip, in the axes of BASE
+_BIAS = np.array([0.4, -0.3, -2.1, 0.01, 0.02, -0.01])  # N, N m: weight of the tool and offset
+_NOISE = np.array([0.01, 0.01, 0.01, 3e-4, 3e-4, 3e-4])  # N, N m: of a small force/torque sensor
+
+
+class SimulatedStage(Node):
+    """Follows ground_truth/contacts and ground_truth/wrench; their frame is joined to the stage's by /tf_static."""
+
+    def __init__(self):
+        super().__init__('simulated_stage')
+        self._origin, self._turn = np.array(MOUNTING[:3]), Rotation.from_rotvec(MOUNTING[3:])
+        self._tip, self._wrench, self._rng = np.array([0.0, 0.0, _ABOVE]), np.zeros(6), np.random.default_rng(5)
+        self._transforms = self.create_publisher(TFMessage, '/tf', 100)
+        self._mounted = self.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)
+        self._sensor = ''
+        self._forces = self.create_publisher(WrenchStamped, '/stage/wrench', 100)
+        self.create_subscription(Contacts, 'ground_truth/contacts', self._move, 100)
+        self.create_subscription(WrenchStamped, 'ground_truth/wrench', self._press, 100)
+
+    def _move(self, message: Contacts) -> None:
+        if message.contacts:
+            position = message.contacts[0].position
+            self._tip = np.array([position.x, position.y, -message.contacts[0].depth])
+        else:
+            self._tip = np.array([*self._tip[:2], _ABOVE])
+        if message.header.frame_id != self._sensor:
+            self._sensor = message.header.frame_id
+            mounted = _moved(message.header.stamp, BASE, self._sensor, self._origin)
+            x, y, z, w = self._turn.as_quat()
+            mounted.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
+            self._mounted.publish(TFMessage(transforms=[mounted]))
+        tip = self._turn.apply(self._tip) + self._origin
+        stamp = message.header.stamp
+        self._transforms.publish(TFMessage(transforms=[_moved(stamp, BASE, PROBE, tip), _moved(stamp, PROBE, FORCE, _FORCE_ABOVE)]))
+
+    def _press(self, message: WrenchStamped) -> None:
+        """The reaction, in the frame and at the origin of the force sensor, with its offset and noise."""
+        f, t = message.wrench.force, message.wrench.torque
+        force, torque = self._turn.apply([f.x, f.y, f.z]), self._turn.apply([t.x, t.y, t.z])
+        arm = self._turn.apply(self._tip) + _FORCE_ABOVE
+        felt = -np.r_[force, torque - np.cross(arm, force)] + _BIAS + self._rng.normal(size=6) * _NOISE
+        told = WrenchStamped(header=Header(stamp=message.header.stamp, frame_id=FORCE))
+        told.wrench.force, told.wrench.torque = vector(felt[:3]), vector(felt[3:])
+        self._forces.publish(told)
+
+
+def _moved(stamp, parent: str, child: str, place: np.ndarray) -> TransformStamped:
+    message = TransformStamped(header=Header(stamp=stamp, frame_id=parent), child_frame_id=child)
+    message.transform.translation, message.transform.rotation.w = vector(place), 1.0
+    return message
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the process simulated_stage."""
+    sys.exit(run_node(SimulatedStage, args))
+
+
+if __name__ == '__main__':
+    main()

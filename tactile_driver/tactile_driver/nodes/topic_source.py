@@ -1,0 +1,107 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Images that another camera's driver publishes, as a source."""
+from __future__ import annotations
+
+import threading
+from collections import deque
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+
+from ..errors import BadArgument
+from ..frame import COMPRESSED, CameraCalibration, Frame
+from ..sources.source import NS, NothingYet, Source
+from ..stamp_gaps import StampGaps
+from .messages.conversions import calibration_of_message, frame_of_message
+from .runtime.host import AdaptiveSubscription
+
+_MOMENT_S = 0.1  # longest wait of read; chosen
+_LONGEST_QUEUE = 4  # frames; chosen: the pairing keeps 8 more
+_QUEUE = QoSProfile(depth=10)
+
+
+def _parent(topic: str) -> str:
+    """The namespace of an image topic, with its slash: camera_info is beside image_raw, and that above image_raw/compressed."""
+    return topic.removesuffix(COMPRESSED).rpartition('/')[0] + '/' if '/' in topic.removesuffix(COMPRESSED) else ''
+
+
+def topic_source(node: Node, topic: str) -> TopicSource:
+    """The source of a topic for a driver. Raises BadArgument for the topic that the driver itself publishes."""
+    if topic and node.resolve_topic_name(topic.removesuffix(COMPRESSED)) == node.resolve_topic_name('image_raw'):
+        raise BadArgument(f"topic: {topic} is what this node publishes; give the camera's driver another namespace, or name its topic")
+    return TopicSource(node, topic)
+
+
+class TopicSource(Source):
+    """The images of a topic, relative to node's namespace: sensor_msgs/CompressedImage if it is named .../compressed, else Image; and
+    the camera_info beside it. It subscribes to the images only while frames are wanted."""
+
+    live = True
+
+    def __init__(self, node: Node, topic: str):
+        if not topic:
+            raise BadArgument('topic: source topics needs the name of an image topic')
+        self._node, self._topic = node, topic
+        self._info: CameraCalibration | None = None
+        self._informed = node.create_subscription(CameraInfo, f'{_parent(topic)}camera_info', self._note, qos_profile_sensor_data)
+        self._image: AdaptiveSubscription | None = None
+        self._gaps = StampGaps(topic)
+        self._queue: deque[Image | CompressedImage] = deque()
+        self._arrived = threading.Condition()
+
+    def open(self) -> None:
+        """Do nothing: read subscribes."""
+
+    def _note(self, message: CameraInfo) -> None:
+        calibration = calibration_of_message(message)
+        if calibration != self._info:
+            self._info = calibration
+
+    def calibration(self) -> CameraCalibration | None:
+        """What camera_info said last, None where it is not calibrated."""
+        return self._info
+
+    def read(self, wanted: bool = True) -> Frame | None:
+        """The next image. Raises NothingYet, or BadFrame for a message that makes no image."""
+        self._subscribe(wanted)
+        with self._arrived:
+            if not self._arrived.wait_for(lambda: self._queue, _MOMENT_S):
+                raise NothingYet
+            message = self._queue.popleft()
+        return frame_of_message(message, f'the image of {self._topic}')
+
+    def _subscribe(self, wanted: bool) -> None:
+        if wanted and self._image is None:
+            self._gaps.restart()
+            self._image = AdaptiveSubscription(self._node, Image, self._topic, self._take, _QUEUE)
+        elif not wanted and self._image is not None:
+            self._image.close()
+            self._image = None
+            self._queue.clear()
+
+    def _take(self, message: Image | CompressedImage, _received_ns: int) -> None:
+        with self._arrived:
+            self._gaps.add(message.header.stamp.sec * NS + message.header.stamp.nanosec)
+            self._queue.append(message)
+            if len(self._queue) > _LONGEST_QUEUE:
+                self._queue.popleft()
+                self.skipped += 1
+            self._arrived.notify_all()
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._subscribe(False)
+        if self._informed is not None:
+            self._node.destroy_subscription(self._informed)
+            self._informed = None
+
+    def describe(self) -> dict:
+        """The topic, whether it is idle (not subscribed), and the number of lost frames, counted by gaps in the stamps."""
+        return {'source': 'topics', 'path': self._topic, 'rate': -1.0, 'idle': self._image is None, 'lost': self._gaps.lost}
+
+    @property
+    def remark(self) -> str:
+        """The warning that frames are lost in transport, ''."""
+        return self._gaps.remark

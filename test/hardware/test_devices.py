@@ -1,0 +1,44 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Our drivers on devices of a real kernel, in a machine of QEMU: what each case of guest.py found."""
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+from guest import CASES  # noqa: E402
+from machine import Machine, missing  # noqa: E402
+
+pytestmark = [pytest.mark.hardware, pytest.mark.timeout(1800)]
+HERE = Path(__file__).resolve().parent
+_LONGEST_S = 1500.0  # for all cases; chosen: on two idle cores they take a third of it
+
+
+@pytest.fixture(scope='module')
+def told(tmp_path_factory):
+    """case -> its line; all of them are in out/hardware.jsonl."""
+    if missing():
+        pytest.skip(f'needs: {missing()}')
+    machine, found = Machine(tmp_path_factory.mktemp('machine'), HERE / 'guest.py', os.environ.get('CASES', '').split()), {}
+    out = HERE.parents[1] / 'out'
+    out.mkdir(exist_ok=True)
+    try:
+        with (out / 'hardware.jsonl').open('w') as log:
+            for line in machine.lines(_LONGEST_S):
+                log.write(json.dumps(line, ensure_ascii=False) + '\n')
+                log.flush()
+                found[line['case']] = line
+    finally:
+        machine.close()
+    assert 'boot' in found, f'the machine did not come up: {machine.console.read_text()[-3000:]}'
+    return found
+
+
+@pytest.mark.parametrize('case', CASES)
+def test_on_a_real_kernel(told, case):
+    assert case in told, f'not run; the last case that ended: {list(told)[-1]}'
+    assert not told[case]['failure'], told[case]

@@ -1,0 +1,23 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""calibrate.launch.py: what it says first, and about a probe that /tf does not know."""
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+pytestmark = pytest.mark.ros
+SESSION = ('launch', 'tactile_bringup', 'calibrate.launch.py', 'namespace:=/palm', 'scene:=areal_single_session', 'rate:=5')
+
+
+def test_a_session_on_the_simulated_stage_begins_and_keeps_what_it_has_when_interrupted(ros2):
+    launched = ros2(*SESSION, 'simulated_stage:=true', 'probe:=stage_tip', 'wrench:=/stage/wrench')
+    launched.wait_for_line('press 1 of 12: go to', 120)
+    launched.wait_for_line('held at|dropped', 120)
+    assert launched.interrupt() == 0, launched.log
+    assert 'start it again with the same output to go on' in launched.log and 'does not join' not in launched.log
+
+
+def test_a_probe_that_tf_does_not_know_is_told_with_the_frames_that_it_knows(ros2):
+    launched = ros2(*SESSION, 'probe:=nowhere')
+    launched.wait_for_line("/tf does not join 'nowhere' and 'palm'; its frames are", 120)
+    assert launched.interrupt() == 0, launched.log
