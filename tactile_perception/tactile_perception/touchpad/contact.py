@@ -3,13 +3,14 @@
 """Classification of dots as free, sticking or slipping: the methods by name, behind one interface."""
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
 from .. import _core
 from .._core import lie_on_a_line
@@ -18,6 +19,7 @@ from ..errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
 from .published import PaperRegion
 
+_BORDER_NOISE = 0.2  # pitches, of the network's distances from the border: measured on random scenes (docs/stick_slip.md)
 _THINNEST = 1e-3  # width over length of the dots' places, below which they lie on a line; chosen
 _NETWORK = Path(__file__).with_name('border_network.npz')  # fitted by test/benchmark/fit_contact_score.py
 
@@ -47,7 +49,8 @@ class DotClassification:
     state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None if the
     method estimates no forces; wrench: (6,) N and N m at the sensor's origin, NaN if unknown; all_dots: None if the method does not
     interpolate unseen dots; slides: (N, 2) m, way over each dot since the last frame of an object in gross slip, as it moved when it last
-    held dots, NaN: unknown, None if the method does not follow objects.
+    held dots, NaN: unknown, None if the method does not follow objects; confidence: (N,) probability of each state, NaN: unknown, empty if
+    the method states none; objects: those that touch, with the probabilities of what they do.
     """
 
     state: np.ndarray
@@ -56,6 +59,15 @@ class DotClassification:
     wrench: np.ndarray
     all_dots: AllDots | None = None
     slides: np.ndarray | None = None
+    confidence: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    objects: Sequence[_core.TouchingObject] = ()
+
+
+def state_confidence(score: np.ndarray, state: np.ndarray, slipping: np.ndarray) -> np.ndarray:
+    """(N,) probability of each state. score (N,): half the dot's distance from the border, pitches, plus 1/2; slipping (N,): probability that
+    it slips if it touches, NaN: unknown."""
+    told = ndtr(np.abs(2 * score - 1) / _BORDER_NOISE)
+    return np.where(state == 0, told, told * np.where(state == 2, slipping, 1 - slipping))
 
 
 class MembraneMethod:
@@ -90,7 +102,9 @@ class MembraneMethod:
         found = self.core.classify(self._membrane.checked(ids), xyz, seconds)
         self._stamp_s = stamp_s
         loads, every = found.loads, AllDots(found.loads.xyz, found.score, found.state, found.force)
-        return DotClassification(every.state[ids], every.score[ids], loads.force[ids], found.wrench, every, found.slides[ids])
+        confidence = state_confidence(every.score[ids], every.state[ids], found.slipping[ids])
+        return DotClassification(every.state[ids], every.score[ids], loads.force[ids], found.wrench, every, found.slides[ids], confidence,
+                                 found.objects)
 
 
 class PaperMethod:

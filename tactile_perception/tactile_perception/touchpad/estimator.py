@@ -23,7 +23,7 @@ from .contact import DotClassification, make_method
 from .places import RestPlaces
 from .region import ContactDots, ContactTracker, describe, find_regions
 from .sensor import Touchpad
-from .slip import ObjectMotion, SlipEstimator
+from .slip import ObjectMotion, SlipEstimator, slip_confidence
 
 _FARTHEST = 10.0  # radii of curvature of the cap: farther positions are invalid. Chosen
 _DRIFT = 0.1  # px: a reference that has drifted further is checked again. Chosen
@@ -100,7 +100,9 @@ class ContactEstimator:
         motion = self._motion.process(dots, stamp_s, [region.members for region in regions])
         contacts = self._contacts.process(dots, regions)
         slip = self._slip.process(dots, contacts, motion, stamp_s, found.slides)
+        slip.confidence = slip_confidence(slip.state, found.objects)
         region = describe(dots, regions, motion.motion, motion.interval)
+        region.dot_confidence = found.confidence
         contacts = [self._with_range_error(contact) for contact in contacts]
         wrench, force = found.wrench, found.all_dots and found.all_dots.force
         if self._suspected:
