@@ -20,6 +20,7 @@ from .membrane import Membrane, MembraneMaterial
 from .published import PaperRegion
 
 _BORDER_NOISE = 0.2  # pitches, of the network's distances from the border: measured on random scenes (docs/stick_slip.md)
+_WRONG = 0.06  # share of the dots that the model of stick and slip is sure of and wrong about: measured on random scenes, as above
 _THINNEST = 1e-3  # width over length of the dots' places, below which they lie on a line; chosen
 _NETWORK = Path(__file__).with_name('border_network.npz')  # fitted by test/benchmark/fit_contact_score.py
 
@@ -64,9 +65,10 @@ class DotClassification:
 
 
 def state_confidence(score: np.ndarray, state: np.ndarray, slipping: np.ndarray) -> np.ndarray:
-    """(N,) probability of each state. score (N,): half the dot's distance from the border, pitches, plus 1/2; slipping (N,): probability that
-    it slips if it touches, NaN: unknown."""
+    """(N,) probability of each state. score (N,): half the dot's distance from the border, pitches, plus 1/2; slipping (N,): probability
+    that it slips if it touches, NaN: unknown."""
     told = ndtr(np.abs(2 * score - 1) / _BORDER_NOISE)
+    slipping = _WRONG + (1 - 2 * _WRONG) * slipping
     return np.where(state == 0, told, told * np.where(state == 2, slipping, 1 - slipping))
 
 

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception._core import DotLoads, StickSlip
+from tactile_perception._core import DotLoads, StickSlip, StickSlipModel
 from tactile_perception.touchpad.contact import border_network
 from tactile_perception.touchpad.membrane import Membrane
+from tactile_perception.touchpad.slip import slip_confidence
 
 ORIGIN = np.array([0.0, 0.0, -0.04])
 SIDE = 13
@@ -251,14 +252,39 @@ def test_states_of_a_recording_seen_without_error(recording, name, least):
     assert f1[1] > least and f1[2] > least
 
 
-def _scores(truth):
-    """F1 of free, sticking and slipping dots; slips near the tolerance are left out."""
-    states = Tracker(23)
+def test_states_at_half_the_frame_rate(recording):
+    f1 = _scores(recording('tp_rect_drag'), 2)
+    assert f1[1] > 0.8 and f1[2] > 0.8
+
+
+def test_what_an_object_does_and_which_dots_slip_has_probabilities():
+    face, states = Face(), Tracker()
+    _drag_until_it_slips(face, states, 0.6)
+    assert (states.slipping[face.inside] > 0.9).all() and np.isnan(states.slipping[~face.inside]).all()
+    held, in_part, slides, rests = states.objects[0].odds
+    assert slides > 0.9 and held + in_part + slides + rests == pytest.approx(1)
+    assert slip_confidence(2, states.objects) > 0.9 > 0.1 > slip_confidence(0, states.objects)
+    assert np.isnan(slip_confidence(0, []))
+
+
+def test_the_model_s_numbers_are_taken():
+    model = StickSlipModel()
+    model.slip = 1.0  # m/s: nothing is as fast
+    face, states = Face(), StickSlip(SIDE, SIDE, ORIGIN, model)
+    column = np.arange(SIDE**2) % SIDE
+    for _ in range(6):
+        found = states.update(face.state(np.outer(np.where(column < 5, 60e-6, 150e-6), [1, 0, 0]), 0.3), face.score, 1 / 30)
+    assert (found[face.inside] == STICKING).all()
+
+
+def _scores(truth, every=1):
+    """F1 of free, sticking and slipping dots of one frame of so many; slips near the tolerance are left out."""
+    states = StickSlip(23, 23, ORIGIN)
     membrane = Membrane(truth['dot_rest_xyz'], 23, 23, ORIGIN).core
     counts = np.zeros((3, 3))
-    for frame in range(len(truth['pressure'])):
+    for frame in range(0, len(truth['pressure']), every):
         loads = membrane.loads(np.arange(529), truth['dot_xyz'][frame].astype(float))
-        found = states.update(loads, border_network().scores(loads, rows=23, columns=23, pitch=1.3e-3))
+        found = states.update(loads, border_network().scores(loads, rows=23, columns=23, pitch=1.3e-3), every / 30)
         slip = np.linalg.norm(truth['dot_slip'][frame], axis=1)
         real = truth['dot_state'][frame]
         judged = ((real > 0) & ((slip < 5e-6) | (slip > 30e-6))) | ((real == 0) & (truth['dot_gap'][frame] > 50e-6))
