@@ -189,17 +189,13 @@ py::array_t<T> row_of(const std::vector<T>& values) {
     return output(values, {static_cast<py::ssize_t>(values.size())});
 }
 
-DotLoads make_loads(const py::object& xyz, const py::object& seen, const py::object& normal, const py::object& force,
-                    const py::object& load) {
+DotLoads make_loads(const py::object& xyz, const py::object& seen, const py::object& normal, const py::object& force, const py::object& load) {
     const Input<double> places(xyz, "xyz", {ANY, 3});
     const py::ssize_t size = places.length();
     const Input<bool> shown(seen, "seen", {size});
     const Input<double> up(normal, "normal", {size, 3}), pushed(force, "force", {size, 3}), pressed(load, "load", {size});
-    return {{places.data(), places.data() + 3 * size},
-            {shown.data(), shown.data() + size},
-            {up.data(), up.data() + 3 * size},
-            {pushed.data(), pushed.data() + 3 * size},
-            {pressed.data(), pressed.data() + size}};
+    return {{places.data(), places.data() + 3 * size}, {shown.data(), shown.data() + size}, {up.data(), up.data() + 3 * size},
+            {pushed.data(), pushed.data() + 3 * size}, {pressed.data(), pressed.data() + size}};
 }
 
 // ---- Contact.
@@ -214,10 +210,9 @@ std::vector<float> weights_of(const py::object& given, const char* name, std::in
 std::shared_ptr<BorderNetwork> make_network(const py::object& weights_1, const py::object& biases_1, const py::object& weights_2,
                                             const py::object& biases_2, const py::object& weights_3, float bias_3) {
     using Net = BorderNetwork;
-    return std::make_shared<Net>(
-        Net{weights_of(weights_1, "weights_1", {Net::FED, Net::FIRST}), weights_of(biases_1, "biases_1", {Net::FIRST}),
-            weights_of(weights_2, "weights_2", {Net::FIRST, Net::SECOND}), weights_of(biases_2, "biases_2", {Net::SECOND}),
-            weights_of(weights_3, "weights_3", {Net::SECOND}), bias_3});
+    return std::make_shared<Net>(Net{weights_of(weights_1, "weights_1", {Net::FED, Net::FIRST}), weights_of(biases_1, "biases_1", {Net::FIRST}),
+                                     weights_of(weights_2, "weights_2", {Net::FIRST, Net::SECOND}), weights_of(biases_2, "biases_2", {Net::SECOND}),
+                                     weights_of(weights_3, "weights_3", {Net::SECOND}), bias_3});
 }
 
 Grid grid_of(const DotLoads& loads, int rows, int columns) {
@@ -253,9 +248,9 @@ Nodes wide_surface(const Input<double>& given) {
 }
 
 RegionContact contact_of(const py::object& id, const py::object& places, const py::object& inside, const py::object& touched,
-                         const py::object& force, const py::object& border, const py::object& start, const py::object& wide,
-                         const py::object& centroid, const py::object& normal, std::ptrdiff_t rows, std::ptrdiff_t columns, double area,
-                         double pitch, double sigma, double centre_z, double radius) {
+                     const py::object& force, const py::object& border, const py::object& start, const py::object& wide,
+                     const py::object& centroid, const py::object& normal, std::ptrdiff_t rows, std::ptrdiff_t columns, double area,
+                     double pitch, double sigma, double centre_z, double radius) {
     const Input<std::int64_t> numbers(id, "id", {ANY}), first(start, "start", {ANY});
     const py::ssize_t count = numbers.length();
     const Input<double> dots(places, "places", {count, 3}), sides(border, "border", {ANY, 3}), surface(wide, "wide", {ANY, ANY, 3});
@@ -292,91 +287,67 @@ Eigen::Vector3d column(Vec3 a) {
 }
 
 void bind_membrane(py::module_& module) {
-    py::class_<MembraneState>(module, "MembraneState",
-                              "The membrane in one frame: all K dots of the grid by number, unseen ones interpolated.")
-        .def_property_readonly(
-            "xyz", [](const MembraneState& one) { return rows_of(one.xyz); }, "(K, 3) m, sensor frame")
-        .def_property_readonly(
-            "ranges", [](const MembraneState& one) { return row_of(one.ranges); }, "(K,) m, from the camera's centre")
-        .def_property_readonly(
-            "touched", [](const MembraneState& one) { return row_of(one.touched); }, "(K,) probability of a load")
-        .def_property_readonly(
-            "seen", [](const MembraneState& one) { return mask(one.seen); }, "(K,) bool")
+    py::class_<MembraneState>(module, "MembraneState", "The membrane in one frame: all K dots of the grid by number, unseen ones interpolated.")
+        .def_property_readonly("xyz", [](const MembraneState& one) { return rows_of(one.xyz); }, "(K, 3) m, sensor frame")
+        .def_property_readonly("ranges", [](const MembraneState& one) { return row_of(one.ranges); }, "(K,) m, from the camera's centre")
+        .def_property_readonly("touched", [](const MembraneState& one) { return row_of(one.touched); }, "(K,) probability of a load")
+        .def_property_readonly("seen", [](const MembraneState& one) { return mask(one.seen); }, "(K,) bool")
         .def_readonly("fluid_pressure", &MembraneState::pressure, "Pa");
     py::class_<DotLoads>(module, "DotLoads", "Loads on all K dots of the grid in one frame, by number; unseen dots are interpolated.")
         .def(py::init(&make_loads), py::arg("xyz"), py::arg("seen"), py::arg("normal"), py::arg("force"), py::arg("load"))
-        .def_property_readonly(
-            "xyz", [](const DotLoads& one) { return rows_of(one.xyz); }, "(K, 3) m, sensor frame")
-        .def_property_readonly(
-            "seen", [](const DotLoads& one) { return mask(one.seen); }, "(K,) bool")
-        .def_property_readonly(
-            "normal", [](const DotLoads& one) { return rows_of(one.normal); }, "(K, 3) outward")
-        .def_property_readonly(
-            "force", [](const DotLoads& one) { return rows_of(one.force); },
-            "(K, 3) N, object on sensor, 0 on the outermost dots, which have no balance")
-        .def_property_readonly(
-            "load", [](const DotLoads& one) { return row_of(one.load); },
-            "(K,) normal pressure of the object over the fluid's: 0 free, 1 under a flat face");
-    py::class_<Membrane>(
-        module, "Membrane",
-        "The membrane through the dots of a rows x columns grid with rest positions (K, 3), m, by number; stiffness: shear,\n"
-        "N/m; area_share: of the area term; pressure: of the fluid at rest, Pa; origin: (3,) m, camera centre. It holds the\n"
-        "last frame, can be copied, and is as it was after an exception.")
+        .def_property_readonly("xyz", [](const DotLoads& one) { return rows_of(one.xyz); }, "(K, 3) m, sensor frame")
+        .def_property_readonly("seen", [](const DotLoads& one) { return mask(one.seen); }, "(K,) bool")
+        .def_property_readonly("normal", [](const DotLoads& one) { return rows_of(one.normal); }, "(K, 3) outward")
+        .def_property_readonly("force", [](const DotLoads& one) { return rows_of(one.force); },
+                               "(K, 3) N, object on sensor, 0 on the outermost dots, which have no balance")
+        .def_property_readonly("load", [](const DotLoads& one) { return row_of(one.load); },
+                               "(K,) normal pressure of the object over the fluid's: 0 free, 1 under a flat face");
+    py::class_<Membrane>(module, "Membrane",
+                         "The membrane through the dots of a rows x columns grid with rest positions (K, 3), m, by number; stiffness: shear,\n"
+                         "N/m; area_share: of the area term; pressure: of the fluid at rest, Pa; origin: (3,) m, camera centre. It holds the\n"
+                         "last frame, can be copied, and is as it was after an exception.")
         .def(py::init([](const py::object& rest, int rows, int columns, double stiffness, double area_share, double pressure,
                          const py::object& origin) {
                  return Membrane(skin_of(rest, rows, columns, {stiffness, area_share, pressure}), vector_of(origin, "origin"));
              }),
              py::arg("rest"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("stiffness"), py::arg("area_share"),
              py::arg("pressure"), py::arg("origin"))
-        .def(
-            "take_rest", [](Membrane& membrane, const Membrane& other) { membrane.set_rest(other.skin()); }, py::arg("other"),
-            "Take another membrane's rest positions, of the same grid; the last frame and the response stay.")
-        .def_property_readonly(
-            "rest", [](const Membrane& membrane) { return rows_of(membrane.skin().rest); }, "(K, 3) m")
-        .def_property_readonly(
-            "residual", [](const Membrane& membrane) { return rows_of(membrane.skin().residual); },
-            "(K, 3) m^2: the mesh's discretisation error at rest over the pressure")
+        .def("take_rest", [](Membrane& membrane, const Membrane& other) { membrane.set_rest(other.skin()); }, py::arg("other"),
+             "Take another membrane's rest positions, of the same grid; the last frame and the response stay.")
+        .def_property_readonly("rest", [](const Membrane& membrane) { return rows_of(membrane.skin().rest); }, "(K, 3) m")
+        .def_property_readonly("residual", [](const Membrane& membrane) { return rows_of(membrane.skin().residual); },
+                               "(K, 3) m^2: the mesh's discretisation error at rest over the pressure")
         .def_property_readonly("scale", &Membrane::scale, "factor on displacements along the rays, as learnt so far")
-        .def_property_readonly(
-            "state", [](const Membrane& membrane) { return membrane.state(); }, "MembraneState of the last frame")
-        .def_property_readonly(
-            "started", [](const Membrane& membrane) { return !membrane.state().xyz.empty(); }, "whether there is one")
+        .def_property_readonly("state", [](const Membrane& membrane) { return membrane.state(); }, "MembraneState of the last frame")
+        .def_property_readonly("started", [](const Membrane& membrane) { return !membrane.state().xyz.empty(); }, "whether there is one")
         .def_property_readonly("responds", &Membrane::responds, "whether set_response was called")
         .def("reset", &Membrane::reset, py::arg("scale_sigma"),
              "Drop the last frame. scale_sigma: standard deviation of the relative error that all displacements share; 0: there is none.")
         .def("set_response", &set_response, py::arg("response"),
              "Set the information (I, I) float32 about each inner dot's load (columns) from the range of one (rows) at unit weight.")
-        .def("forces", &forces_at, py::arg("xyz"),
-             "Elastic force (K, 3), N, on each dot at xyz (K, 3), m, and its share (K, 3), m^2, of the area vectors.")
+        .def("forces", &forces_at, py::arg("xyz"), "Elastic force (K, 3), N, on each dot at xyz (K, 3), m, and its share (K, 3), m^2, of the area vectors.")
         .def("slopes", &slopes_at, py::arg("xyz"), py::arg("rays"), py::arg("pressure"),
              "Derivatives (K, 9), 1/m, of each dot's normal load over the pressure, Pa, at xyz (K, 3), m, by movements of the 3 x 3 dots\n"
              "around it, row by row, along their unit rays (K, 3), normals held. Outermost dots: 0.")
         .def("solve", &solve, py::arg("rays"), py::arg("ranges"), py::arg("sigma"), py::arg("id"),
-             "MembraneState of the next frame, from ranges (N,), m, of dots id (N,) int64 along unit rays (N, 3) from the origin, of "
-             "standard\n"
+             "MembraneState of the next frame, from ranges (N,), m, of dots id (N,) int64 along unit rays (N, 3) from the origin, of standard\n"
              "deviations sigma (N,), m, NaN: unknown.")
         .def("loads", &loads_of, py::arg("id"), py::arg("xyz"),
-             "DotLoads of the seen dots id (N,) int64 at xyz (N, 3), m. Near a load, unseen dots are placed by one step towards the "
-             "balance.")
+             "DotLoads of the seen dots id (N,) int64 at xyz (N, 3), m. Near a load, unseen dots are placed by one step towards the balance.")
         .def("__copy__", [](const Membrane& one) { return one; })
         .def("__deepcopy__", [](const Membrane& one, const py::dict&) { return one; });
 }
 
 void bind_classifier(py::module_& module) {
     py::class_<BorderNetwork, std::shared_ptr<BorderNetwork>>(
-        module, "BorderNetwork",
-        "A network that tells a dot's distance from a contact's border: weights float32 (in, out) and biases of its layers.")
+        module, "BorderNetwork", "A network that tells a dot's distance from a contact's border: weights float32 (in, out) and biases of its layers.")
         .def(py::init(&make_network), py::arg("weights_1"), py::arg("biases_1"), py::arg("weights_2"), py::arg("biases_2"),
              py::arg("weights_3"), py::arg("bias_3"))
-        .def(
-            "scores",
-            [](const BorderNetwork& network, const DotLoads& loads, int rows, int columns, double pitch) {
-                return row_of(border_scores(network, grid_of(loads, rows, columns), loads, within(pitch, "pitch", 1e-9, 1e9)));
-            },
-            py::arg("loads"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pitch"),
-            "Scores (K,): half a dot's distance from the border, pitches, plus 1/2, 0 to 1; pitch: m.");
-    py::class_<StickSlipModel>(module, "StickSlipModel",
-                               "All that decides about stick or slip; docs/stick_slip.md has the meaning of each.")
+        .def("scores", [](const BorderNetwork& network, const DotLoads& loads, int rows, int columns, double pitch) {
+                 return row_of(border_scores(network, grid_of(loads, rows, columns), loads, within(pitch, "pitch", 1e-9, 1e9)));
+             }, py::arg("loads"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pitch"),
+             "Scores (K,): half a dot's distance from the border, pitches, plus 1/2, 0 to 1; pitch: m.");
+    py::class_<StickSlipModel>(module, "StickSlipModel", "All that decides about stick or slip; docs/stick_slip.md has the meaning of each.")
         .def(py::init<>())
         .def_readwrite("depth_noise", &StickSlipModel::depth_noise, "m")
         .def_readwrite("strain", &StickSlipModel::strain)
@@ -394,65 +365,48 @@ void bind_classifier(py::module_& module) {
         .def_readonly("count", &TouchingObject::count, "dots judged, 0 of a new one")
         .def_readonly("odds", &TouchingObject::odds, "(4,), probabilities of the modes")
         .def_readonly("slipping", &TouchingObject::slipping, "(4,), share of the dots that slip in each mode");
-    py::class_<StickSlip>(module, "StickSlip",
-                          "Which dots of a rows x columns grid stick or slip, frame by frame; origin: (3,) m, camera centre.")
+    py::class_<StickSlip>(module, "StickSlip", "Which dots of a rows x columns grid stick or slip, frame by frame; origin: (3,) m, camera centre.")
         .def(py::init([](int rows, int columns, const py::object& origin, const StickSlipModel& model) {
                  const Grid grid{within(rows, "rows", 1, LARGEST_GRID), within(columns, "columns", 1, LARGEST_GRID)};
                  within(grid.size(), "rows * columns", 1, LARGEST_GRID);
                  return StickSlip(grid, column(vector_of(origin, "origin")), model);
-             }),
-             py::arg("rows"), py::arg("columns"), py::arg("origin"), py::arg("model") = StickSlipModel{})
+             }), py::arg("rows"), py::arg("columns"), py::arg("origin"), py::arg("model") = StickSlipModel{})
         .def("update", &update, py::arg("loads"), py::arg("score"), py::arg("seconds"),
              "States (K,) uint8: 0 free, 1 sticking, 2 slipping, so many seconds after the last frame; score (K,): above 0.5 in contact.")
-        .def(
-            "slides", [](const StickSlip& one) { return rows_of(one.slides(), 2); },
-            "(K, 2) m: way in the last frame over each dot of an object in gross slip; NaN: unknown.")
-        .def_property_readonly(
-            "slipping", [](const StickSlip& one) { return row_of(one.slipping()); },
-            "(K,), probabilities that the dots slip, given that they touch; NaN: unknown")
+        .def("slides", [](const StickSlip& one) { return rows_of(one.slides(), 2); },
+             "(K, 2) m: way in the last frame over each dot of an object in gross slip; NaN: unknown.")
+        .def_property_readonly("slipping", [](const StickSlip& one) { return row_of(one.slipping()); },
+                               "(K,), probabilities that the dots slip, given that they touch; NaN: unknown")
         .def_property_readonly("objects", &StickSlip::objects, "list of TouchingObject, largest first")
         .def_property_readonly("friction", &StickSlip::friction, "coefficient of the object last seen")
         .def_property_readonly("noise", &StickSlip::noise, "m, standard deviation of a dot's motion across its ray")
         .def("__copy__", [](const StickSlip& one) { return one; })
         .def("__deepcopy__", [](const StickSlip& one, const py::dict&) { return one; });
     py::class_<DotFrame>(module, "DotFrame", "What one frame tells about all K dots.")
-        .def_property_readonly(
-            "loads", [](const DotFrame& one) { return one.loads; }, "DotLoads")
-        .def_property_readonly(
-            "score", [](const DotFrame& one) { return row_of(one.score); }, "(K,), above 0.5 in contact")
-        .def_property_readonly(
-            "state", [](const DotFrame& one) { return row_of(one.state); }, "(K,) uint8: 0 free, 1 sticking, 2 slipping")
-        .def_property_readonly(
-            "force", [](const DotFrame& one) { return rows_of(one.carried.force); }, "(K, 3) N, that the dots carry")
-        .def_property_readonly(
-            "wrench", [](const DotFrame& one) { return output(one.carried.wrench, {6}); }, "(6,) N, N m: their sum")
-        .def_property_readonly(
-            "slides", [](const DotFrame& one) { return rows_of(one.slides, 2); }, "(K, 2) m, see StickSlip.slides")
-        .def_property_readonly(
-            "slipping", [](const DotFrame& one) { return row_of(one.slipping); }, "(K,), see StickSlip.slipping")
+        .def_property_readonly("loads", [](const DotFrame& one) { return one.loads; }, "DotLoads")
+        .def_property_readonly("score", [](const DotFrame& one) { return row_of(one.score); }, "(K,), above 0.5 in contact")
+        .def_property_readonly("state", [](const DotFrame& one) { return row_of(one.state); }, "(K,) uint8: 0 free, 1 sticking, 2 slipping")
+        .def_property_readonly("force", [](const DotFrame& one) { return rows_of(one.carried.force); }, "(K, 3) N, that the dots carry")
+        .def_property_readonly("wrench", [](const DotFrame& one) { return output(one.carried.wrench, {6}); }, "(6,) N, N m: their sum")
+        .def_property_readonly("slides", [](const DotFrame& one) { return rows_of(one.slides, 2); }, "(K, 2) m, see StickSlip.slides")
+        .def_property_readonly("slipping", [](const DotFrame& one) { return row_of(one.slipping); }, "(K,), see StickSlip.slipping")
         .def_readonly("objects", &DotFrame::objects, "list of TouchingObject");
-    py::class_<DotClassifier>(
-        module, "DotClassifier",
-        "The dots of a touchpad, frame by frame: which are in contact, which of these stick or slip, what they carry.\n"
-        "membrane: Membrane, of which a copy is taken; origin: (3,) m, camera centre; network: BorderNetwork.")
+    py::class_<DotClassifier>(module, "DotClassifier",
+                              "The dots of a touchpad, frame by frame: which are in contact, which of these stick or slip, what they carry.\n"
+                              "membrane: Membrane, of which a copy is taken; origin: (3,) m, camera centre; network: BorderNetwork.")
         .def(py::init([](const Membrane& membrane, const py::object& origin, std::shared_ptr<BorderNetwork> network) {
                  return DotClassifier(membrane.skin(), vector_of(origin, "origin"), std::move(network));
-             }),
-             py::arg("membrane"), py::arg("origin"), py::arg("network"))
-        .def(
-            "take_rest", [](DotClassifier& classifier, const Membrane& other) { classifier.set_rest(other.skin()); }, py::arg("other"),
-            "Take a membrane's rest positions, of the same grid.")
+             }), py::arg("membrane"), py::arg("origin"), py::arg("network"))
+        .def("take_rest", [](DotClassifier& classifier, const Membrane& other) { classifier.set_rest(other.skin()); }, py::arg("other"),
+             "Take a membrane's rest positions, of the same grid.")
         .def("classify", &classify, py::arg("id"), py::arg("xyz"), py::arg("seconds"),
              "DotFrame of the seen dots id (N,) int64 at xyz (N, 3), m, so many seconds after the last frame.")
         .def("__copy__", [](const DotClassifier& one) { return one; })
         .def("__deepcopy__", [](const DotClassifier& one, const py::dict&) { return one; });
     py::class_<RegionContact>(module, "RegionContact", "The contact in a region. NaN: unknown.")
-        .def_property_readonly(
-            "position", [](const RegionContact& one) { return column(one.place.position); }, "(3,) m")
-        .def_property_readonly(
-            "covariance", [](const RegionContact& one) { return one.place.covariance; }, "(3, 3) m^2")
-        .def_property_readonly(
-            "normal", [](const RegionContact& one) { return column(one.place.normal); }, "(3,) unit, of the surface there")
+        .def_property_readonly("position", [](const RegionContact& one) { return column(one.place.position); }, "(3,) m")
+        .def_property_readonly("covariance", [](const RegionContact& one) { return one.place.covariance; }, "(3, 3) m^2")
+        .def_property_readonly("normal", [](const RegionContact& one) { return column(one.place.normal); }, "(3,) unit, of the surface there")
         .def_readonly("depth", &RegionContact::depth, "m")
         .def_readonly("force", &RegionContact::force, "N, along the region's mean normal");
 }
