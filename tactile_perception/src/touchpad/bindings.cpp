@@ -4,6 +4,7 @@
 #include "bindings/bindings.hpp"
 
 #include <pybind11/eigen.h>
+#include <pybind11/stl.h>
 
 #include "bindings/border.hpp"
 #include "touchpad/contact.hpp"
@@ -346,17 +347,38 @@ void bind_classifier(py::module_& module) {
                  return row_of(border_scores(network, grid_of(loads, rows, columns), loads, within(pitch, "pitch", 1e-9, 1e9)));
              }, py::arg("loads"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pitch"),
              "Scores (K,): half a dot's distance from the border, pitches, plus 1/2, 0 to 1; pitch: m.");
+    py::class_<StickSlipModel>(module, "StickSlipModel", "All that decides about stick or slip; docs/stick_slip.md has the meaning of each.")
+        .def(py::init<>())
+        .def_readwrite("depth_noise", &StickSlipModel::depth_noise, "m")
+        .def_readwrite("strain", &StickSlipModel::strain)
+        .def_readwrite("creep", &StickSlipModel::creep, "m/s")
+        .def_readwrite("slip", &StickSlipModel::slip, "m/s")
+        .def_readwrite("drift", &StickSlipModel::drift, "m/s")
+        .def_readwrite("acceleration", &StickSlipModel::acceleration, "m/s^2")
+        .def_readwrite("friction", &StickSlipModel::friction)
+        .def_readwrite("friction_spread", &StickSlipModel::friction_spread)
+        .def_readwrite("friction_noise", &StickSlipModel::friction_noise)
+        .def_readwrite("aim", &StickSlipModel::aim, "rad")
+        .def_readwrite("rate", &StickSlipModel::rate, "1/s")
+        .def_readwrite("share", &StickSlipModel::share);
+    py::class_<TouchingObject>(module, "TouchingObject", "An object that touches. Modes: held, slipping in part, sliding, at rest.")
+        .def_readonly("count", &TouchingObject::count, "dots judged, 0 of a new one")
+        .def_readonly("odds", &TouchingObject::odds, "(4,), probabilities of the modes")
+        .def_readonly("slipping", &TouchingObject::slipping, "(4,), share of the dots that slip in each mode");
     py::class_<StickSlip>(module, "StickSlip", "Which dots of a rows x columns grid stick or slip, frame by frame; origin: (3,) m, camera centre.")
-        .def(py::init([](int rows, int columns, const py::object& origin) {
+        .def(py::init([](int rows, int columns, const py::object& origin, const StickSlipModel& model) {
                  const Grid grid{within(rows, "rows", 1, LARGEST_GRID), within(columns, "columns", 1, LARGEST_GRID)};
                  within(grid.size(), "rows * columns", 1, LARGEST_GRID);
-                 return StickSlip(grid, column(vector_of(origin, "origin")));
-             }), py::arg("rows"), py::arg("columns"), py::arg("origin"))
+                 return StickSlip(grid, column(vector_of(origin, "origin")), model);
+             }), py::arg("rows"), py::arg("columns"), py::arg("origin"), py::arg("model") = StickSlipModel{})
         .def("update", &update, py::arg("loads"), py::arg("score"), py::arg("seconds"),
              "States (K,) uint8: 0 free, 1 sticking, 2 slipping, so many seconds after the last frame; score (K,): above 0.5 in contact.")
         .def("slides", [](const StickSlip& one) { return rows_of(one.slides(), 2); },
              "(K, 2) m: way in the last frame over each dot of an object in gross slip; NaN: unknown.")
-        .def_property_readonly("friction", &StickSlip::friction, "coefficient in the last slip, NaN before the first")
+        .def_property_readonly("slipping", [](const StickSlip& one) { return row_of(one.slipping()); },
+                               "(K,), probabilities that the dots slip, given that they touch; NaN: unknown")
+        .def_property_readonly("objects", &StickSlip::objects, "list of TouchingObject, largest first")
+        .def_property_readonly("friction", &StickSlip::friction, "coefficient of the object last seen")
         .def_property_readonly("noise", &StickSlip::noise, "m, standard deviation of a dot's motion across its ray")
         .def("__copy__", [](const StickSlip& one) { return one; })
         .def("__deepcopy__", [](const StickSlip& one, const py::dict&) { return one; });
@@ -366,7 +388,9 @@ void bind_classifier(py::module_& module) {
         .def_property_readonly("state", [](const DotFrame& one) { return row_of(one.state); }, "(K,) uint8: 0 free, 1 sticking, 2 slipping")
         .def_property_readonly("force", [](const DotFrame& one) { return rows_of(one.carried.force); }, "(K, 3) N, that the dots carry")
         .def_property_readonly("wrench", [](const DotFrame& one) { return output(one.carried.wrench, {6}); }, "(6,) N, N m: their sum")
-        .def_property_readonly("slides", [](const DotFrame& one) { return rows_of(one.slides, 2); }, "(K, 2) m, see StickSlip.slides");
+        .def_property_readonly("slides", [](const DotFrame& one) { return rows_of(one.slides, 2); }, "(K, 2) m, see StickSlip.slides")
+        .def_property_readonly("slipping", [](const DotFrame& one) { return row_of(one.slipping); }, "(K,), see StickSlip.slipping")
+        .def_readonly("objects", &DotFrame::objects, "list of TouchingObject");
     py::class_<DotClassifier>(module, "DotClassifier",
                               "The dots of a touchpad, frame by frame: which are in contact, which of these stick or slip, what they carry.\n"
                               "membrane: Membrane, of which a copy is taken; origin: (3,) m, camera centre; network: BorderNetwork.")

@@ -225,13 +225,15 @@ void DotClassifier::set_rest(Skin skin) {
 
 DotFrame DotClassifier::classify(const std::int64_t* id, const double* places, std::ptrdiff_t count, double seconds) {
     const Grid grid = membrane_.skin().grid;
-    DotFrame found{membrane_.loads(id, places, count), std::vector<double>(grid.size()), {}, {std::vector<double>(3 * grid.size()), {}}, {}};
-    const bool loaded = std::any_of(found.loads.load.begin(), found.loads.load.end(), [](double load) { return std::abs(load) >= UNLOADED; });
+    DotFrame found{
+        membrane_.loads(id, places, count), std::vector<double>(grid.size()), {}, {std::vector<double>(3 * grid.size()), {}}, {}, {}, {}};
+    const bool loaded =
+        std::any_of(found.loads.load.begin(), found.loads.load.end(), [](double load) { return std::abs(load) >= UNLOADED; });
     if (loaded) found.score = border_scores(*network_, grid, found.loads, pitch_);
     found.state = stick_slip_.update(found.loads, found.score, seconds);
     if (std::find_if(found.state.begin(), found.state.end(), [](std::uint8_t one) { return one != FREE; }) != found.state.end())
         found.carried = carried_loads(grid, found.loads);
-    found.slides = stick_slip_.slides();
+    found.slides = stick_slip_.slides(), found.slipping = stick_slip_.slipping(), found.objects = stick_slip_.objects();
     return found;
 }
 

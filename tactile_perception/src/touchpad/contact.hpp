@@ -57,14 +57,16 @@ struct RegionContact {
 // the region's mean normal, at least 0.
 RegionContact region_contact(const RegionDots& dots, const RegionShape& region, const Nodes& wide, const RestCap& rest, double sigma);
 
-// What one frame tells about all K dots: loads; score and state (K); the forces that they carry; way (K, 2), m, of objects over them in
-// gross slip, see StickSlip::slides. Without a significant load all dots are free.
+// What one frame tells about all K dots: loads; score and state (K); the forces that they carry; probabilities (K) that they slip and the
+// objects, see StickSlip; way (K, 2), m, of objects over them in gross slip, see StickSlip::slides. Without a significant load all dots are
+// free.
 struct DotFrame {
     DotLoads loads;
     std::vector<double> score;
     std::vector<std::uint8_t> state;
     CarriedLoads carried;
-    std::vector<double> slides;
+    std::vector<double> slides, slipping;
+    std::vector<TouchingObject> objects;
 };
 
 // The dots of a touchpad, frame by frame: which are in contact, which of these stick or slip, and what they carry.

@@ -1,9 +1,10 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// State of each dot (free, sticking, slipping) from loads and motions, without a known friction coefficient.
+// State of each dot (free, sticking, slipping) from loads and motions, by one model of its object: docs/stick_slip.md derives it.
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -14,58 +15,74 @@ namespace tactile {
 
 enum DotState : std::uint8_t { FREE, STICKING, SLIPPING };
 
-// Translation of the centre, m a frame, and w = 2 tan(angle / 2) times the axis. Cayley's form is exact and linear:
-// after - before = v + w x ((before + after) / 2 - centre).
-using Twist = Eigen::Matrix<double, 6, 1>;
+// What an object does: all its dots stick to it, some of them, none, or all of them and it rests.
+enum Mode : std::uint8_t { HELD, IN_PART, SLIDING, AT_REST, MODES };
 
-// An object that touches. friction: coefficient in its last slip; moves: whether its twist about a centre is known; gross: whether all its
-// dots slip; slipping: share of its dots that slip; still: frames for which they have been at rest; adrift: s for which it has slipped
-// grossly.
-struct TouchingObject {
-    double friction = std::numeric_limits<double>::quiet_NaN();
-    bool moves = false, gross = false;
-    Twist twist = Twist::Zero();
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    double slipping = 0, adrift = 0;
-    int still = 0;
+// All that decides about stick or slip. What each is and how it was found: docs/stick_slip.md.
+struct StickSlipModel {
+    double depth_noise = 20e-6;    // m, noise of a dot's motion along the skin's normal
+    double strain = 0.04;          // share of an object's motion by which dots that stick to it part, as their loads change
+    double creep = 0.06e-3;        // m/s, most of that
+    double slip = 0.3e-3;          // m/s, lag from which a dot is said to slip
+    double drift = 0.3e-3;         // m/s, by which an object that slides drags the dots along
+    double acceleration = 6e-3;    // m/s^2, of objects
+    double friction = 0.3;         // coefficient of an object of which nothing is known
+    double friction_spread = 0.5;  // standard deviation of its logarithm
+    double friction_noise = 0.15;  // that of the logarithm of a slipping dot's ratio of loads over the object's friction
+    double aim = 0.5;              // rad, standard deviation of the angle between a slipping dot's lag and its drag
+    double rate = 0.5;             // 1/s, of changes from one mode to the next
+    double share = 2.0;            // dots whose loads and creep are those of their neighbours count as one
 };
 
-// The dots of a grid, frame by frame. Each separate object has a motion of its own. Sticking dots move with it; a dot that lags behind it
-// slips. In gross slip no dot moves with the object: all lag behind it along their drag, under the largest friction. So the object's motion
-// is propagated from frame to frame, and kept while all dots lag behind it in that way; it is estimated again once they move otherwise or
-// the friction ratio falls. Dots at rest under the largest friction mean that the object rests. A new object has no motion yet: dots that
-// lag along their drag behind one that comes down along the sensor's axis slip.
+using Twist = Eigen::Matrix<double, 6, 1>;
+
+// An object that touches, by what is known after a frame. odds, slipping: of each mode its probability and the share of the dots that slip
+// in it; twist: m and rad a frame about the centre, in each mode, w = 2 tan(angle / 2) times the axis (Cayley's form is exact and linear:
+// after - before = v + w x ((before + after) / 2 - centre)); friction, friction_variance: of its logarithm; count: dots judged, 0 of a new
+// one; adrift: s for which it has slid.
+struct TouchingObject {
+    std::array<double, MODES> odds{0.5, 0.5, 0, 0}, slipping{};
+    std::array<Twist, MODES> twist{Twist::Zero(), Twist::Zero(), Twist::Zero(), Twist::Zero()};
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    double friction = 0, friction_variance = 0, adrift = 0;
+    std::ptrdiff_t count = 0;
+    bool slides() const { return odds[SLIDING] > 0.5; }
+};
+
+// The dots of a grid, frame by frame.
 class StickSlip {
  public:
     // origin: the camera's centre.
-    StickSlip(Grid grid, Eigen::Vector3d origin);
+    StickSlip(Grid grid, Eigen::Vector3d origin, StickSlipModel model = {});
 
     // States (K) of the dots in the next frame, so many seconds after the last. score (K): above a half in contact.
     std::vector<std::uint8_t> update(const DotLoads& loads, const std::vector<double>& score, double seconds);
+
+    // Probabilities (K) that the dots slip, given that they touch; NaN of dots that are free or were not seen in the last two frames.
+    const std::vector<double>& slipping() const { return slipping_; }
+
+    // The objects that touch, largest first.
+    const std::vector<TouchingObject>& objects() const { return objects_; }
 
     // (K, 2) m: way in the last frame over each dot of an object in gross slip that neither turns nor is lifted, as it last moved with its
     // dots, a second before at most; NaN: unknown. Standard deviation: a third, since it may have changed its speed.
     std::vector<double> slides() const;
 
     std::ptrdiff_t size() const { return grid_.size(); }
-    double friction() const { return friction_; }  // coefficient in the last slip, NaN before the first
-    double noise() const { return noise_; }        // m, standard deviation of a dot's motion across its ray, measured while nothing touches
+    double friction() const;                 // coefficient of the object last seen
+    double noise() const { return noise_; }  // m, standard deviation of a dot's motion across its ray, measured while nothing touches
 
  private:
-    class ObjectDots;
-    std::vector<std::uint8_t> classify(TouchingObject& object, const ObjectDots& dots, double seconds);
-    Twist find_motion(TouchingObject& object, const ObjectDots& dots) const;
-    bool rests(TouchingObject& object, const ObjectDots& dots) const;
-    void learn(TouchingObject& object, const ObjectDots& dots, const std::vector<std::uint8_t>& slips);
     TouchingObject continued(const std::vector<std::ptrdiff_t>& dots) const;
     void measure_noise(const DotLoads& loads);
 
     Grid grid_;
     Eigen::Vector3d origin_;
-    double noise_, friction_ = std::numeric_limits<double>::quiet_NaN();
+    StickSlipModel model_;
+    double noise_, friction_, friction_variance_;
     std::vector<TouchingObject> objects_;
     std::vector<int> held_;  // number of the object that holds a dot, from 1, 0: none
-    std::vector<double> last_xyz_, moved_;
+    std::vector<double> last_xyz_, moved_, slipping_;
     std::vector<std::uint8_t> last_seen_;
 };
 

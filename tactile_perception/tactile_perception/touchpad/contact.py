@@ -3,13 +3,14 @@
 """Classification of dots as free, sticking or slipping: the methods by name, behind one interface."""
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
 from .. import _core
 from ..common.geometry import lie_on_a_line
@@ -19,6 +20,8 @@ from ..errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
 from .published import PaperRegion
 
+_BORDER_NOISE = 0.2  # pitches, of the network's distances from the border: measured on random scenes (docs/stick_slip.md)
+_WRONG = 0.06  # share of the dots that the model of stick and slip is sure of and wrong about: measured on random scenes, as above
 _THINNEST = 1e-3  # width over length of the dots' places, below which they lie on a line; chosen
 _NETWORK = Path(__file__).with_name('border_network.npz')  # fitted by test/benchmark/fit_contact_score.py
 
@@ -49,7 +52,8 @@ class DotClassification:
     method estimates no forces; wrench: (6,) N and N m at the sensor's origin, NaN if unknown; all_dots: None if the method does not
     interpolate unseen dots; slides: (N, 2) m, way over each dot since the last frame of an object in gross slip, as it moved when it last
     held dots, NaN: unknown, None if the method does not follow objects; motion: of the object over interval, s, by the method itself,
-    None where unknown; interval: None of a method that estimates no motion.
+    None where unknown; interval: None of a method that estimates no motion; confidence: (N,) probability of each state, NaN: unknown, empty
+    if the method states none; objects: those that touch, with the probabilities of what they do.
     """
 
     state: np.ndarray
@@ -60,6 +64,16 @@ class DotClassification:
     slides: np.ndarray | None = None
     motion: RigidFit | None = None
     interval: float | None = None
+    confidence: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    objects: Sequence[_core.TouchingObject] = ()
+
+
+def state_confidence(score: np.ndarray, state: np.ndarray, slipping: np.ndarray) -> np.ndarray:
+    """(N,) probability of each state. score (N,): half the dot's distance from the border, pitches, plus 1/2; slipping (N,): probability
+    that it slips if it touches, NaN: unknown."""
+    told = ndtr(np.abs(2 * score - 1) / _BORDER_NOISE)
+    slipping = _WRONG + (1 - 2 * _WRONG) * slipping
+    return np.where(state == 0, told, told * np.where(state == 2, slipping, 1 - slipping))
 
 
 class MembraneMethod:
@@ -94,7 +108,9 @@ class MembraneMethod:
         found = self.core.classify(self._membrane.checked(ids), xyz, seconds)
         self._stamp_s = stamp_s
         loads, every = found.loads, AllDots(found.loads.xyz, found.score, found.state, found.force)
-        return DotClassification(every.state[ids], every.score[ids], loads.force[ids], found.wrench, every, found.slides[ids])
+        confidence = state_confidence(every.score[ids], every.state[ids], found.slipping[ids])
+        return DotClassification(every.state[ids], every.score[ids], loads.force[ids], found.wrench, every, found.slides[ids], confidence,
+                                 found.objects)
 
 
 class PaperMethod:

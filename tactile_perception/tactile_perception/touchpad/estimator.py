@@ -25,7 +25,7 @@ from .places import RestPlaces
 from .pose import ObjectPose
 from .region import ContactDots, ContactTracker, describe, find_regions
 from .sensor import Touchpad
-from .slip import ObjectMotion, SlipEstimator
+from .slip import ObjectMotion, SlipEstimator, slip_confidence
 
 _FARTHEST = 10.0  # radii of curvature of the cap: farther positions are invalid. Chosen
 _DRIFT = 0.1  # px: a reference that has drifted further is checked again. Chosen
@@ -102,7 +102,9 @@ class ContactEstimator:
         motion = self._motion.process(dots, stamp_s, [region.members for region in regions])
         contacts = self._contacts.process(dots, regions)
         slip = self._slip.process(dots, contacts, motion, stamp_s, found.slides)
+        slip.confidence = slip_confidence(slip.state, found.objects)
         region = describe(dots, regions, motion.motion, motion.interval)
+        region.dot_confidence = found.confidence
         told = motion if found.interval is None else found
         pose = self._pose.process(bool(regions), told.motion, told.interval, stamp_s)
         if pose is not None:

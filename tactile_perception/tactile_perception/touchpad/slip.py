@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -15,6 +17,8 @@ from ..errors import BadArgument, BadFrame, DegenerateFit
 from .region import ContactDots
 
 _FEWEST = 6  # dots that tell a motion, a twist or a centre; chosen: twice the three that determine it
+
+_MOST = 3  # objects, largest first, whose modes count in the probability of slip: it takes time as four to the power of it
 
 
 @dataclass(frozen=True)
@@ -173,6 +177,18 @@ def _slips_grossly(dots: ContactDots, contact: ContactEstimate) -> bool:
 def _relative_velocity(motion: MotionEstimate, slipping: np.ndarray) -> np.ndarray:
     """(S, 2) m/s of the object over the surface at the dots slipping (S,), relative to the sticking dots."""
     return np.full((len(slipping), 2), np.nan) if motion.motion is None else -motion.slip[slipping, :2] / motion.interval
+
+
+def slip_confidence(state: int, objects: Sequence) -> float:
+    """Probability of a state of slip, by the probabilities of what each of the objects (_core.TouchingObject) does; NaN without one."""
+    judged = [one for one in objects if one.count][:_MOST]
+    if not judged:
+        return np.nan
+    count, right = sum(one.count for one in judged), 0.0
+    for modes in product(range(4), repeat=len(judged)):
+        fraction = sum(one.count * one.slipping[mode] for one, mode in zip(judged, modes)) / count
+        right += math.prod(one.odds[mode] for one, mode in zip(judged, modes)) * (next_state(NONE, fraction) == state)
+    return right
 
 
 def friction_centre(place: np.ndarray, force: np.ndarray) -> np.ndarray | None:

@@ -1,0 +1,339 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#include "touchpad/object_motion.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/median.hpp"
+
+namespace tactile {
+namespace {
+
+using Eigen::Vector2d, Eigen::Vector3d;
+
+// Forms of the densities: degrees of freedom of Student's t, by which a dot may be off; probability of a lag that is off its drag for other
+// reasons; ratio of loads below which none is told; ranges of ten that the scatter of dots below a sliding object may have; rounds of a
+// fit, of which the first ones see the dots' deviations as WIDER to the power of those left, and any twist.
+constexpr double TAILS = 4, ASTRAY = 0.02, LEAST_RATIO = 0.02, SCALES = 5, WIDER = 8, LEAST_LOG = -6;
+constexpr double SUMMED = 4;                                  // dots whose loads a ratio sums up
+constexpr double USUAL = 1.084;                               // what Student's logarithm costs a dot that is off by normal noise alone
+constexpr double FASTEST = 20e-3;                             // m/s, of objects and skin in the first rounds
+constexpr double FRICTION_TIME = 0.4, FRICTION_DRIFT = 0.09;  // s, in which dots show the friction once; 1/s, variance that it gains
+constexpr int ROUNDS = 4, WIDE_ROUNDS = 2;
+constexpr double TWO_PI = 2 * M_PI, MEDIAN_SQUARE = 1.386;  // of a normal vector in the plane, in variances
+
+// Logarithmic density of a vector in the plane of that square, of variance v along each axis; and the weight of its square in a fit.
+double student(double square, double v) {
+    return -(TAILS + 2) / 2 * std::log1p(square / (TAILS * v)) - std::log(TWO_PI * v);
+}
+double weight_of(double square, double v) {
+    return (TAILS + 2) / (TAILS * v + square);
+}
+
+// Cauchy's density of each component's change, scale by scale, with the curvature of the dots: Laplace's approximation.
+template <int N>
+struct Prior {
+    using Vector = Eigen::Matrix<double, N, 1>;
+    using Matrix = Eigen::Matrix<double, N, N>;
+    Vector mean, scale;
+    Vector variance(const Vector& z) const { return (scale.array().square() + (z - mean).array().square()) / 2; }
+    double log_evidence(const Vector& z, const Matrix& curvature) const {
+        const Vector off = (z - mean).cwiseQuotient(scale);
+        Matrix scaled = scale.asDiagonal() * curvature * scale.asDiagonal();
+        scaled.diagonal() += scale.array().square().matrix().cwiseQuotient(variance(z));
+        const Eigen::LLT<Matrix> factor(scaled);
+        return -off.array().square().log1p().sum() - Vector(factor.matrixLLT().diagonal()).array().log().sum();
+    }
+};
+
+// Normal equations of the dots' rows.
+template <int N>
+struct Sums {
+    Eigen::Matrix<double, N, N> matrix = Eigen::Matrix<double, N, N>::Zero();
+    Eigen::Matrix<double, N, 1> right = Eigen::Matrix<double, N, 1>::Zero();
+    template <class Row>
+    void add(const Row& row, double value, double weight) {
+        const Eigen::Matrix<double, N, 1> column = row.transpose();
+        matrix.noalias() += weight * column * column.transpose();
+        right += weight * value * column;
+    }
+    Eigen::Matrix<double, N, 1> solve(const Eigen::Matrix<double, N, 1>& mean, const Eigen::Matrix<double, N, 1>& variance) const {
+        Eigen::Matrix<double, N, N> whole = matrix;
+        whole.diagonal() += variance.cwiseInverse();
+        return mean + Eigen::LLT<Eigen::Matrix<double, N, N>>(whole).solve(right - matrix * mean);
+    }
+};
+
+double log_of_sum(double a, double b) {
+    return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b)));
+}
+
+}  // namespace
+
+ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoads& loads, const std::vector<double>& last_xyz,
+                           const Vector3d& origin, double noise, const std::vector<std::ptrdiff_t>& dots,
+                           const std::vector<std::uint8_t>& touched, const TouchingObject& object, double seconds)
+    : model_(model),
+      noise_(noise),
+      seconds_(seconds),
+      least_(std::log(TWO_PI * noise * noise) + USUAL),
+      friction_(object.friction),
+      friction_variance_(object.friction_variance),
+      before_(object.twist),
+      is_new_(object.count == 0),
+      dots_(dots.size()) {
+    for (const std::ptrdiff_t k : dots) centre_ += vector_at(loads.xyz, k) / count();
+    for (const std::ptrdiff_t k : dots)
+        radius_ += ((vector_at(last_xyz, k) + vector_at(loads.xyz, k)) / 2 - centre_).squaredNorm() / count();
+    radius_ = std::max(std::sqrt(radius_), 1e-4);
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+        const std::ptrdiff_t k = dots[i];
+        const Vector3d before = vector_at(last_xyz, k), after = vector_at(loads.xyz, k), normal = vector_at(loads.normal, k);
+        const Vector3d ray = ((before + after) / 2 - origin).normalized(), a = ray.unitOrthogonal(), b = ray.cross(a);
+        const Vector3d offset = ((before + after) / 2 - centre_) / radius_;
+        Dot& dot = dots_[i];
+        Eigen::Matrix<double, 3, 3> ways;
+        ways << a.transpose(), b.transpose(), normal.transpose();
+        const auto rows_of = [&](const Vector3d& way) {
+            Eigen::Matrix<double, 1, 6> row;
+            row << way.transpose(), offset.cross(way).transpose();
+            return row;
+        };
+        for (int j = 0; j < 3; ++j) dot.rows.row(j) = rows_of(ways.row(j));
+        for (int j = 0; j < 2; ++j) {
+            const double part = ways.row(j).dot(normal);
+            dot.along_normal.row(j) = part * dot.rows.row(2);
+            dot.along_skin.row(j) = rows_of(Vector3d(ways.row(j)) - part * normal);
+        }
+        dot.moved = ways * (after - before);
+        double carried = 0;
+        Vector3d pull = Vector3d::Zero();
+        around(grid, k, [&](std::ptrdiff_t j) {
+            if (!touched[j]) return;
+            const Vector3d force = vector_at(loads.force, j), up = vector_at(loads.normal, j);
+            carried -= force.dot(up), pull += force - force.dot(up) * up;
+        });
+        dot.ratio = std::log(std::max(pull.norm() / std::max(carried, 1e-9), LEAST_RATIO));
+        dot.drag = Vector2d(a.dot(pull), b.dot(pull));
+        dot.drag /= std::max(dot.drag.norm(), 1e-12);
+    }
+    for (Twist& twist : before_) {
+        if (!is_new_) twist.head<3>() += Vector3d(twist.tail<3>()).cross(centre_ - object.centre);
+        twist.tail<3>() *= radius_;
+        if (is_new_) twist = lowered();
+    }
+}
+
+// Motion along the sensor's axis that follows the dots along their normals: that of an object that comes down.
+Twist ObjectMotion::lowered() const {
+    double product = 0, square = 0;
+    for (const Dot& dot : dots_) product += dot.rows(2, 2) * dot.moved[2], square += dot.rows(2, 2) * dot.rows(2, 2);
+    Twist found = Twist::Zero();
+    if (square > 0) found[2] = product / square;
+    return found;
+}
+
+// The motion that all dots share.
+Twist ObjectMotion::carried_along() const {
+    const double variance = stick_variance(lowered()), any = std::pow(FASTEST * seconds_, 2);
+    Sums<6> sums;
+    for (const Dot& dot : dots_) {
+        for (int j = 0; j < 3; ++j) sums.add(dot.rows.row(j), dot.moved[j], (j < 2 ? 1 : 1e-3) / variance);
+    }
+    return sums.solve(Twist::Zero(), Twist::Constant(any));
+}
+
+double ObjectMotion::stick_variance(const Twist& twist) const {
+    const double least = model_.strain * twist.norm(), most = model_.creep * seconds_;
+    return noise_ * noise_ + 1 / (1 / (most * most) + 1 / std::max(least * least, 1e-18));
+}
+
+// Logarithmic density of a lag's direction, over that along the drag.
+double ObjectMotion::off_aim(const Vector2d& left, const Dot& dot) const {
+    const double size = std::max(left.norm(), 1e-12), angle = std::acos(std::clamp(-left.dot(dot.drag) / size, -1.0, 1.0));
+    return log_of_sum(-0.5 * std::pow(angle / model_.aim, 2), std::log(ASTRAY));
+}
+
+// Logarithmic probability that a lag counts as one of a dot that slips.
+double ObjectMotion::lags(const Vector2d& left) const {
+    return 2 * std::log1p(1e-6 - std::exp(-left.norm() / (model_.slip * seconds_)));
+}
+
+double ObjectMotion::ratio_if_slips(const Dot& dot) const {
+    const double v = model_.friction_noise * model_.friction_noise + friction_variance_, below = std::min(dot.ratio - friction_, 0.0);
+    return std::max(-0.5 * below * below / v - 0.5 * std::log(TWO_PI * v), LEAST_LOG);
+}
+
+double ObjectMotion::ratio_if_sticks(const Dot& dot) const {
+    const double v = model_.friction_noise * model_.friction_noise + friction_variance_;
+    return std::max(std::log(0.5 * std::erfc((dot.ratio - friction_) / std::sqrt(2 * v))), LEAST_LOG);
+}
+
+// Logarithmic density of the lag of a dot that slips under an object that moves so far.
+double ObjectMotion::slip_density(const Vector2d& left, const Dot& dot, double way) const {
+    const double size = left.norm(), least = model_.slip * seconds_, most = least + way;
+    return std::log(most) - 2 * std::log(most + size) - std::log(std::max(size, least)) + lags(left) + off_aim(left, dot) -
+           std::log(model_.aim * std::sqrt(TWO_PI));
+}
+
+// How much a dot counts whose motion has that variance: its noise is its own, the rest it shares with its neighbours.
+double ObjectMotion::own_part(double variance) const {
+    const double noise = noise_ * noise_;
+    return (noise + (variance - noise) / model_.share) / variance;
+}
+
+// The dots, all of them or a part, move with the object, whose twist is near mean.
+ObjectMotion::Explanation ObjectMotion::stick(const Twist& start, const Twist& mean, bool in_part,
+                                              const std::vector<double>& begin_with) const {
+    const double change = model_.acceleration * seconds_ * seconds_;
+    const Prior<6> prior{mean, Twist::Constant(change)};
+    Explanation found{start, 0, std::vector<double>(dots_.size())};
+    double share = 0.5;
+    for (int round = 0;; ++round) {
+        const double variance = stick_variance(found.twist), way = found.twist.norm();
+        const double wide = variance * (start == mean ? 1 : std::pow(WIDER, 2 * std::max(0, WIDE_ROUNDS - round)));
+        const double own = own_part(variance);
+        Sums<6> sums;
+        double density = 0, stuck = 0;
+        for (std::size_t i = 0; i < dots_.size(); ++i) {
+            const Dot& dot = dots_[i];
+            const Vector3d left = dot.moved - dot.rows * found.twist;
+            const double square = left.head<2>().squaredNorm(), off = std::pow(left[2] / model_.depth_noise, 2);
+            double sticks = 1, here = student(square, variance), ratio = ratio_if_sticks(dot);
+            if (in_part) {
+                const double stuck_here = std::log(share) + here, slips = std::log1p(-share) + slip_density(left.head<2>(), dot, way);
+                here = log_of_sum(stuck_here, slips);
+                const double more = ratio_if_slips(dot) - ratio;
+                sticks = 1 / (1 + std::exp(slips + more - stuck_here)), ratio += (1 - sticks) * more;
+            }
+            density += own * (here + least_) + ratio / SUMMED - (TAILS + 1) / 2 * std::log1p(off / TAILS) / model_.share;
+            stuck += sticks, found.slips[i] = 1 - sticks;
+            const double weight = sticks * weight_of(square, wide) * (round < WIDE_ROUNDS && !begin_with.empty() ? begin_with[i] : 1);
+            sums.add(dot.rows.row(0), dot.moved[0], weight * own);
+            sums.add(dot.rows.row(1), dot.moved[1], weight * own);
+            sums.add(dot.rows.row(2), dot.moved[2], (TAILS + 1) / (TAILS + off) / std::pow(model_.depth_noise, 2) / model_.share);
+        }
+        if (round == ROUNDS) {
+            found.evidence = density + prior.log_evidence(found.twist, sums.matrix);
+            if (in_part) found.evidence -= 0.5 * std::log1p(count() / model_.share);
+            return found;
+        }
+        share = std::clamp((stuck + 0.5) / (count() + 1), 0.01, 0.99);
+        found.twist = sums.solve(mean, prior.variance(found.twist));
+    }
+}
+
+// What a dot's load and its lag behind an object of this twist say about that it slips.
+double ObjectMotion::slipping(const Dot& dot, const Twist& twist) const {
+    const Vector2d left = dot.moved.head<2>() - dot.rows.topRows<2>() * twist;
+    return ratio_if_slips(dot) + off_aim(left, dot) + lags(left);
+}
+
+// The object, whose twist is near mean, slides over all dots: along their normals they move with it, along the skin they drift, as a rigid
+// body and beyond that by an unknown scatter.
+ObjectMotion::Explanation ObjectMotion::slide(const Twist& mean) const {
+    Prior<12> prior;
+    prior.mean << mean, Twist::Zero();
+    prior.scale << Twist::Constant(model_.acceleration * seconds_ * seconds_), Twist::Constant(model_.drift * seconds_);
+    Eigen::Matrix<double, 12, 1> both = prior.mean;
+    std::vector<double> squares(dots_.size());
+    std::vector<Vector3d> left(dots_.size());
+    for (int round = 0;; ++round) {
+        for (std::size_t i = 0; i < dots_.size(); ++i) {
+            const Dot& dot = dots_[i];
+            left[i] << dot.moved.head<2>() - dot.along_normal * both.head<6>() - dot.along_skin * both.tail<6>(),
+                dot.moved[2] - dot.rows.row(2).dot(both.head<6>());
+            squares[i] = left[i].head<2>().squaredNorm();
+        }
+        const double variance = std::max(median(squares) / MEDIAN_SQUARE, noise_ * noise_), own = own_part(variance);
+        Sums<12> sums;
+        double density = 0;
+        for (std::size_t i = 0; i < dots_.size(); ++i) {
+            const Dot& dot = dots_[i];
+            const double off = std::pow(left[i][2] / model_.depth_noise, 2);
+            Eigen::Matrix<double, 1, 12> row;
+            for (int j = 0; j < 2; ++j) {
+                row << dot.along_normal.row(j), dot.along_skin.row(j);
+                sums.add(row, dot.moved[j], weight_of(squares[i], variance) * own);
+            }
+            row << dot.rows.row(2), Eigen::Matrix<double, 1, 6>::Zero();
+            sums.add(row, dot.moved[2], (TAILS + 1) / (TAILS + off) / std::pow(model_.depth_noise, 2) / model_.share);
+            if (round == ROUNDS)
+                density += own * (student(squares[i], variance) + least_) + slipping(dot, both.head<6>()) / SUMMED -
+                           (TAILS + 1) / 2 * std::log1p(off / TAILS) / model_.share;
+        }
+        if (round == ROUNDS)
+            return {both.head<6>(), density + prior.log_evidence(both, sums.matrix) - std::log(SCALES),
+                    std::vector<double>(dots_.size(), 1.0)};
+        const double drift = both.tail<6>().norm() / std::sqrt(6.0);
+        if (round > 0) prior.scale.tail<6>().setConstant(std::clamp(drift, noise_ / std::sqrt(count()), model_.drift * seconds_));
+        Eigen::Matrix<double, 12, 1> variances = prior.variance(both);
+        if (round == 0) variances.tail<6>().setConstant(std::pow(FASTEST * seconds_, 2));
+        both = sums.solve(prior.mean, variances);
+    }
+}
+
+// Object and dots are at rest: nothing moves but the noise.
+ObjectMotion::Explanation ObjectMotion::rest() const {
+    double density = 0;
+    for (const Dot& dot : dots_)
+        density += student(dot.moved.head<2>().squaredNorm(), noise_ * noise_) + least_ +
+                   std::max(ratio_if_sticks(dot), ratio_if_slips(dot)) / SUMMED -
+                   (TAILS + 1) / 2 * std::log1p(std::pow(dot.moved[2] / model_.depth_noise, 2) / TAILS) / model_.share;
+    return {Twist::Zero(), density, std::vector<double>(dots_.size())};
+}
+
+std::vector<double> ObjectMotion::explain(TouchingObject& object, const std::array<double, MODES>& odds) const {
+    const auto better = [](Explanation a, Explanation b) { return a.evidence < b.evidence ? b : a; };
+    const auto likeliest = [&](std::initializer_list<Mode> modes) {
+        return before_[*std::max_element(modes.begin(), modes.end(), [&](Mode a, Mode b) { return object.odds[a] < object.odds[b]; })];
+    };
+    const Twist last = likeliest({HELD, IN_PART, SLIDING, AT_REST}), whole = carried_along();
+    std::vector<std::size_t> order(dots_.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return dots_[a].ratio < dots_[b].ratio; });
+    std::vector<double> least_loaded(dots_.size());  // of two dots one: those that are the last to slip
+    for (std::size_t i = 0; i < std::max<std::size_t>(2, order.size() / 2) && i < order.size(); ++i) least_loaded[order[i]] = 1;
+    std::array<Explanation, MODES> found;
+    found[HELD] = better(stick(last, last, false, {}), stick(whole, last, false, {}));
+    found[IN_PART] = better(better(stick(last, last, true, {}), stick(whole, last, true, {})), stick(whole, last, true, least_loaded));
+    found[SLIDING] = slide(likeliest({HELD, IN_PART, SLIDING}));
+    found[AT_REST] = rest();
+    double largest = -INFINITY, sum = 0;
+    for (int mode = 0; mode < MODES; ++mode) largest = std::max(largest, found[mode].evidence + std::log(odds[mode]));
+    for (int mode = 0; mode < MODES; ++mode) {
+        object.odds[mode] = std::max(std::exp(found[mode].evidence + std::log(odds[mode]) - largest), 1e-6);
+        sum += object.odds[mode];
+    }
+    std::vector<double> slips(dots_.size());
+    for (int mode = 0; mode < MODES; ++mode) {
+        object.odds[mode] /= sum;
+        for (std::size_t i = 0; i < slips.size(); ++i) slips[i] += object.odds[mode] * found[mode].slips[i];
+        object.slipping[mode] = std::accumulate(found[mode].slips.begin(), found[mode].slips.end(), 0.0) / count();
+        object.twist[mode] = found[mode].twist;
+        object.twist[mode].tail<3>() /= radius_;
+    }
+    object.centre = centre_, object.count = static_cast<std::ptrdiff_t>(dots_.size());
+    learn_friction(object, slips);
+    return slips;
+}
+
+// Slipping dots show the object's friction, and sticking ones whose ratio is larger; it changes as the modes do.
+void ObjectMotion::learn_friction(TouchingObject& object, const std::vector<double>& slips) const {
+    double weights = 0, sum = 0;
+    for (std::size_t i = 0; i < slips.size(); ++i) {
+        const double weight = slips[i] + (dots_[i].ratio > friction_ ? 0.5 * (1 - slips[i]) : 0);
+        weights += weight, sum += weight * dots_[i].ratio;
+    }
+    const double once = std::min(1.0, seconds_ / FRICTION_TIME);
+    const double prior = friction_variance_ + FRICTION_DRIFT * seconds_;
+    const double seen = once * weights / model_.share / std::pow(model_.friction_noise, 2);
+    object.friction_variance = 1 / (1 / prior + seen);
+    object.friction = weights > 0 ? object.friction_variance * (friction_ / prior + seen * sum / weights) : friction_;
+}
+
+}  // namespace tactile
