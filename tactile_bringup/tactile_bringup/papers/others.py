@@ -77,7 +77,8 @@ def touchpad(bench: Bench) -> Iterator[Table]:
         papers, ours = (_dots(bench, bag, bench.params('touchpad', changes)) for changes in (_PAPERS_TOUCHPAD, {'contact': 'membrane'}))
         names = ('dots in contact', 'true positive', 'false positive', 'false negative', 'true positive, at most', 'false positive, then',
                  'false negative, then', 'pose of the object, mean error')
-        yield Table(f'{tool}: fig {fig}', [Row(name, 'mm' if 'pose' in name else 'dots', '', *pair) for name, *pair in zip(names, papers, ours)],
+        units = ('dots',) * (len(names) - 1) + ('mm',)
+        yield Table(f'{tool}: fig {fig}', [Row(name, unit, '', *pair) for name, unit, *pair in zip(names, units, papers, ours)],
                     'Dots that touch by the truth or by the method, mean over touched frames; last: the frame with most true positives.')
 
 

@@ -31,8 +31,11 @@ class Cubics:
 
     @classmethod
     def fit(cls, x: np.ndarray, depth: np.ndarray) -> Cubics:
-        """Least squares to x (M, K), NaN where not seen, at depth (M,), m. NaN for x without change or seen fewer than five times, and where
-        the polynomial misses the depths by half of their step or more: it does not tell them apart."""
+        """Least squares to x (M, K), NaN where not seen, at depth (M,), m.
+
+        NaN for x without change or seen fewer than five times, and where the polynomial misses the depths by half of their step or
+        more: it does not tell them apart.
+        """
         count = x.shape[1]
         coefficients, low, high = np.full((count, DEGREE + 1), np.nan), np.full(count, np.nan), np.full(count, np.nan)
         step = float(np.median(np.diff(np.unique(np.round(depth, 5))))) if len(depth) > 1 else 0.0
