@@ -31,16 +31,23 @@ class Cubics:
 
     @classmethod
     def fit(cls, x: np.ndarray, depth: np.ndarray) -> Cubics:
-        """Least squares to x (M, K), NaN where not seen, at depth (M,), m; x without change, or seen fewer than five times, is NaN."""
+        """Least squares to x (M, K), NaN where not seen, at depth (M,), m.
+
+        NaN for x without change or seen fewer than five times, and where the polynomial misses the depths by half of their step or
+        more: it does not tell them apart.
+        """
         count = x.shape[1]
         coefficients, low, high = np.full((count, DEGREE + 1), np.nan), np.full(count, np.nan), np.full(count, np.nan)
+        step = float(np.median(np.diff(np.unique(np.round(depth, 5))))) if len(depth) > 1 else 0.0
         for k, column in enumerate(x.T):
             seen = np.isfinite(column)
             if seen.sum() <= DEGREE + 1 or not np.ptp(column[seen]) > 0:
                 continue
-            low[k], high[k] = column[seen].min(), column[seen].max()
-            powers = ((column[seen] - low[k]) / (high[k] - low[k]))[:, None] ** np.arange(DEGREE + 1)
-            coefficients[k] = np.linalg.lstsq(powers, depth[seen], rcond=None)[0]
+            least, most = column[seen].min(), column[seen].max()
+            inside = (column[seen] - least) / (most - least)
+            fitted = _monotone(inside, depth[seen])
+            if np.sqrt(np.mean((inside[:, None] ** np.arange(DEGREE + 1) @ fitted - depth[seen])**2)) < step / 2:
+                coefficients[k], low[k], high[k] = fitted, least, most
         return cls(coefficients, low, high)
 
     def __call__(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -60,6 +67,18 @@ class Cubics:
         if coefficients.shape != (len(low), DEGREE + 1) or low.shape != high.shape:
             raise ValueError(f'coefficients {coefficients.shape} of {len(low)} markers')
         return cls(coefficients, low, high)
+
+
+def _monotone(x: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """(4,) coefficients over 0 <= x <= 1 of the highest degree up to three that only rises or only falls there: one x has one depth."""
+    places, order = np.linspace(0.0, 1.0, 21)[:, None], np.arange(1, DEGREE + 1)
+    for degree in range(DEGREE, 0, -1):
+        fitted = np.zeros(DEGREE + 1)
+        fitted[:degree + 1] = np.linalg.lstsq(x[:, None] ** np.arange(degree + 1), depth, rcond=None)[0]
+        slope = places ** (order - 1) @ (order * fitted[1:])
+        if slope.min() >= 0 or slope.max() <= 0:
+            break
+    return fitted
 
 
 def _area_and_shift(field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
