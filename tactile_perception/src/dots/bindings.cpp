@@ -354,13 +354,13 @@ void bind_numbers(py::module_& module) {
         module, "GridNumbering",
         "Row and column of dots on a printed grid of rows x columns; row 0 on top, column 0 left. Rows may be rotated by up to 38 "
         "degrees.\n"
-        "Each frame is numbered anew; the last certain one tells which rows are seen where some are hidden. It can be copied. Raises BadArgument for\n"
+        "Each frame is numbered anew; the last certain one tells which rows are seen where some are hidden. It can be copied. Raises "
+        "BadArgument for\n"
         "a grid smaller than 2 x 2.");
     numbering.def(py::init(&make_numbering), py::arg("rows"), py::arg("columns"));
-    numbering.def(
-        "number", &numbered, py::arg("uv"), py::arg("width") = 0.0, py::arg("height") = 0.0,
-        "GridNumbers of dots at uv (N, 2) float64, px, in any order; width, height: of the image, px, 0 if unknown: an outer\n"
-        "row may have left it. Rows that are no positions get -1.");
+    numbering.def("number", &numbered, py::arg("uv"), py::arg("width") = 0.0, py::arg("height") = 0.0,
+                  "GridNumbers of dots at uv (N, 2) float64, px, in any order; width, height: of the image, px, 0 if unknown: an outer\n"
+                  "row may have left it. Rows that are no positions get -1.");
     numbering.def("remember", &remembered, py::arg("uv"), py::arg("id"),
                   "Take dots at uv (N, 2) float64, px, with indices id (N,) int64, -1 for none, as the last certain frame.");
     make_copyable(numbering);

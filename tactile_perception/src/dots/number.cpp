@@ -164,9 +164,9 @@ class Growth {
 };
 
 // Origin of a lattice on the printed grid: its first row and column. The last certain frame determines it where the irregularity of the
-// pattern excludes a shift by a pitch; else one image does when all printed rows and columns are seen. An outer row that is missing may have
-// left the image, or be hidden by a rim or by glare: it is known only where the last frame and the border of the image agree; elsewhere the
-// frame is rejected.
+// pattern excludes a shift by a pitch; else one image does when all printed rows and columns are seen. An outer row that is missing may
+// have left the image, or be hidden by a rim or by glare: it is known only where the last frame and the border of the image agree;
+// elsewhere the frame is rejected.
 
 constexpr double OUTER_SHARE = 0.2;       // of the printed length, least number of dots of an outer row; fewer are false dots. Chosen
 constexpr double CLIPPED_SHARE = 0.75;    // of the median row, most dots of an outer row that may be dropped if too many are seen. Chosen
@@ -493,7 +493,8 @@ std::string reason_of(const Anchor& anchor, const std::int64_t* printed) {
         case AnchorFault::ANOTHER_PATTERN:
             return seen + " " + name + " of dots seen, " + std::to_string(printed[anchor.axis]) + " configured: is it another pattern?";
         case AnchorFault::DISAGREEMENT:
-            return seen + " " + name + " of dots seen, " + std::to_string(printed[anchor.axis]) + " configured, and the last frame had others";
+            return seen + " " + name + " of dots seen, " + std::to_string(printed[anchor.axis]) +
+                   " configured, and the last frame had others";
         case AnchorFault::AMBIGUOUS:
             return of + ", and which is ambiguous: let the camera see all of them once, or set " + name + " to those it sees";
         default:

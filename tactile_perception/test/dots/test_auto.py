@@ -14,7 +14,7 @@ from tactile_perception.errors import BadArgument, BadFrame
 from other_sheets import SHEETS, Film, score
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
-FOUND = {'lamps': 0.85, 'lamps_switch': 0.85, 'large': 0.88, 'worn': 0.8}  # of 0.9: dots in the glow of a lamp, and worn ones
+FOUND = {'lamps': 0.85}  # of 0.9: an exact place in the glow of a lamp is not certain
 
 
 @pytest.mark.parametrize('name', SHEETS)

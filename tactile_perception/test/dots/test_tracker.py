@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 from tactile_perception.common.dots import Dots
+from tactile_perception.dots.reference import Reference
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadArgument, BadFrame
 
@@ -123,10 +124,9 @@ def test_no_wrong_number_on_simulated_recordings(scene):
 
 
 @needs_recordings
-@pytest.mark.parametrize('rows', [7, 8])
-def test_numbers_stay_through_the_press_and_back_on_a_real_sensor(rows):
+def test_numbers_stay_through_the_press_and_back_on_a_real_sensor():
     video = cv2.VideoCapture(str(Path(RECORDINGS) / 'gelsight_mini' / 'mini_example.avi'))
-    tracker, last, counts = DotTracker(rows, 10), {}, []
+    tracker, last, counts = DotTracker(7, 10), {}, []
     for k in range(219):
         tracks = tracker.process(video.read()[1], k / 25)
         now = dict(zip(tracks.id.tolist(), tracks.uv))
@@ -134,6 +134,20 @@ def test_numbers_stay_through_the_press_and_back_on_a_real_sensor(rows):
         last, counts = now, counts + [len(now)]
     assert np.nanmedian(np.linalg.norm(tracks.duv, axis=1)) < 0.7
     assert np.median(counts) >= 64 and counts[148] >= 70  # in the deepest press those cut by the border are missing
+
+
+@needs_recordings
+def test_a_row_that_is_never_seen_in_full_makes_numbers_uncertain_and_tracks_certain():
+    """The real gel has an eighth row, which the border cuts: as a grid of eight its rows could be the upper or the lower seven."""
+    video = cv2.VideoCapture(str(Path(RECORDINGS) / 'gelsight_mini' / 'mini_example.avi'))
+    tracker, strict = DotTracker(8, 10, as_tracks=Reference()), DotTracker(8, 10)
+    for k in range(60):
+        image = video.read()[1]
+        tracks = tracker.process(image, k / 25)
+        assert (tracks.rows, tracks.columns) == (0, 0) and '7 of 8 rows' in tracker.unnumbered and 'set rows' in tracker.unnumbered
+        assert set(tracks.id.tolist()) <= set(range(70)) and len(tracks) >= 68
+    with pytest.raises(BadFrame, match='7 of 8 rows'):
+        strict.process(image, 0.0)
 
 
 @needs_recordings
