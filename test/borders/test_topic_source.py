@@ -12,7 +12,7 @@ from fed_nodes import at, stamp_of  # noqa: E402
 from good_messages import compressed, messages  # noqa: E402
 from random_messages import hostile  # noqa: E402
 from tactile_driver.errors import BadFrame  # noqa: E402
-from tactile_driver.nodes.dual_camera_node import TopicSource  # noqa: E402
+from tactile_driver.nodes.topic_source import TopicSource  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
