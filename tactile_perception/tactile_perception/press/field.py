@@ -132,9 +132,8 @@ def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> 
     with np.errstate(invalid='ignore', divide='ignore'):
         growth = np.log(tracks.area / rest_area[tracks.id] * (now[:, 2] / rest[:, 2]))
     growth[~np.isfinite(growth)] = np.nan
-    eye = np.broadcast_to(eyes[:len(tracks)], (len(tracks), 3))
-    return MarkerField(*map(by_marker, (rest[:, :2], now[:, :2] - rest[:, :2], growth, eye, tracks.sigma * view.metres_per_px, tracks.uv,
-                                        tracks.duv, tracks.area)))
+    return MarkerField(*map(by_marker, (rest[:, :2], now[:, :2] - rest[:, :2], growth, eyes[:len(tracks)],
+                                        tracks.sigma * view.metres_per_px, tracks.uv, tracks.duv, tracks.area)))
 
 
 def _check_ids(tracks: DotTracks, count: int) -> None:
@@ -163,18 +162,19 @@ class RestMarkers:
     def field(self, tracks: DotTracks) -> MarkerField:
         """The field of one frame, whose ids are below K. Raises BadFrame where there is no view, BadArgument for other ids."""
         _check_ids(tracks, len(self.area))
-        self._follow(tracks.take(np.isfinite(tracks.duv).all(1)))
-        if self._view is None or tracks.rest_moved(self._view_uv, _MOVED):
+        rest = tracks.rest_uv
+        told = np.isfinite(rest).all(1)
+        id, now = tracks.id[told], rest[told]
+        self._follow(id, now, np.abs(tracks.duv[told]).max(1, initial=0) <= _STILL, tracks.area[told])
+        if self._view is None or not (np.abs(now - self._view_uv[id]) <= _MOVED).all():
             self._view, self._view_uv = self._make_view(self.uv), self.uv.copy()
         return marker_field(tracks, self.area, self._view)
 
-    def _follow(self, tracks: DotTracks) -> None:
-        """Take the untouched positions of a frame's markers, and the areas of those that hardly move into their means."""
-        id, rest = tracks.id, tracks.rest_uv
+    def _follow(self, id: np.ndarray, rest: np.ndarray, still: np.ndarray, area: np.ndarray) -> None:
+        """Take the untouched positions of a frame's markers (N), and the areas of those that hardly move into their means."""
         self._frames[id[~(np.abs(rest - self.uv[id]) <= _MOVED).all(1)]] = 0
         self.uv[id] = rest
-        still = (np.abs(tracks.duv) <= _STILL).all(1)
-        id, area = id[still], tracks.area[still]
+        id, area = id[still], area[still]
         frames = self._frames[id] = np.minimum(self._frames[id] + 1, _FRAMES)
         self.area[id] = np.where(frames == 1, area, self.area[id] + (area - self.area[id]) / frames)
 
