@@ -91,7 +91,8 @@ def check_slip(message: Slip) -> None:
     _check_lengths('slip', message, ('y', 'vx', 'vy'), len(message.x), 'x')
     for name in ('x', 'y', 'vx', 'vy'):
         _check_numbers(f'slip: {name}', getattr(message, name), _LARGEST)
-    for name, values in (('slipping_fraction', (message.slipping_fraction,)), ('confidence', (message.confidence,)), ('rotation_center', _xyz(message.rotation_center)),
+    for name, values in (('slipping_fraction', (message.slipping_fraction,)), ('confidence', (message.confidence,)),
+                         ('rotation_center', _xyz(message.rotation_center)),
                          ('velocity', (*_xyz(message.velocity.linear), *_xyz(message.velocity.angular)))):
         _check_numbers(f'slip: {name}', values, _LARGEST)
 
