@@ -53,7 +53,7 @@ build_underlay() {
 }
 
 build_workspace() {
-    find "$base/workspace" -xtype l -delete 2>/dev/null  # links to files that the packages no longer have, which setuptools would copy
+    find "$base/workspace" -xtype l -delete 2>/dev/null || true  # links to files that the packages no longer have, which setuptools would copy
     [[ $flavour != fallback ]] || use_venv
     cd "$root" && colcon --log-base "$base/workspace/log" build --symlink-install \
         --base-paths tactile_msgs tactile_driver tactile_perception tactile_bringup \
