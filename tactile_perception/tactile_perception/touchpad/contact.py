@@ -62,10 +62,10 @@ class DotClassification:
     wrench: np.ndarray
     all_dots: AllDots | None = None
     slides: np.ndarray | None = None
-    motion: RigidFit | None = None
-    interval: float | None = None
     confidence: np.ndarray = field(default_factory=lambda: np.zeros(0))
     objects: Sequence[_core.TouchingObject] = ()
+    motion: RigidFit | None = None
+    interval: float | None = None
 
 
 def state_confidence(score: np.ndarray, state: np.ndarray, slipping: np.ndarray) -> np.ndarray:
