@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import cv2
@@ -29,14 +29,15 @@ class Rules:
 
 @dataclass(frozen=True)
 class Sample:
-    """An image and what was there at its time. tip: (3,) m, of the probe in the sensor frame; wrench: (6,), N and N m, NaN where unknown;
-    changed_s: when the wrench last had another value; image: whatever the caller keeps of it."""
+    """An image and what was there at its time. tip: (3,) m, of the probe in the sensor frame; wrench: (6,), N and N m, in the frame of the force
+    sensor, NaN where unknown; changed_s: when it last had another value; to_sensor: takes a wrench from there to the sensor frame's origin; image: whatever the caller keeps of it."""
 
     stamp_s: float
     tip: np.ndarray
     wrench: np.ndarray
     changed_s: float
     image: object
+    to_sensor: Callable[[np.ndarray], np.ndarray] = lambda wrench: wrench
 
 
 @dataclass

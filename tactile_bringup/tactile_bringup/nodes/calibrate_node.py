@@ -6,6 +6,7 @@ from __future__ import annotations
 import shutil
 import sys
 from collections import deque
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -144,7 +145,7 @@ class CalibrateNode(Node):
             for name in self._lost_s:
                 self._log.forget(name)
             self._lost_s.clear()
-            self._judge(Sample(stamp, placed[0], *self._wrench_at(stamp), message))
+            self._judge(Sample(stamp, placed[0], *self._wrench_at(stamp, message)))
 
     def _warn(self, name: str, text: str, stamp: float) -> None:
         """Drop the present press; log why, unless it passes at once as while everything starts."""
@@ -152,22 +153,19 @@ class CalibrateNode(Node):
         if stamp - self._lost_s.setdefault(name, stamp) > _LATE_S:
             self._log.error(name, text)
 
-    def _wrench_at(self, stamp: float) -> tuple[np.ndarray, float]:
-        """(6,) in the sensor frame at its origin, NaN where it is not known, and when it last changed; without a topic it never stands."""
-        if not self._values['wrench']:
-            return _UNKNOWN, stamp
+    def _wrench_at(self, stamp: float, image) -> tuple:
+        """The last fields of a Sample; without a topic the wrench never stands still."""
         found = next((each for each in reversed(self._wrenches) if each[0] <= stamp), None)
-        if found is None:
-            return _UNKNOWN, stamp
+        if not self._values['wrench'] or found is None:
+            return _UNKNOWN, stamp, image
         try:
             placed = self._frames.pose(found[3], self._values['frame_id'], stamp)
         except UnknownFrame as error:
             self._log.error('wrench', f'the wrench is not used: {error}')
-            return _UNKNOWN, stamp
+            return _UNKNOWN, stamp, image
         if placed is None:
-            return _UNKNOWN, found[2]
-        force = placed[1].apply(found[1][:3])
-        return np.r_[force, placed[1].apply(found[1][3:]) + np.cross(placed[0], force)], found[2]
+            return _UNKNOWN, found[2], image
+        return found[1], found[2], image, partial(_moved, placed)
 
     def _judge(self, sample: Sample) -> None:
         press, told = self._session.add(sample)
@@ -194,17 +192,17 @@ class CalibrateNode(Node):
         cv2.imwrite(str(self.output.with_name(f'{self.output.stem}_coverage.png')), self._session.picture())
 
     def _messages(self, press: Press):
-        """(stamp in ns, topic, message) of a press. The wrench is that above the untouched one; a sensor behind the probe feels the
-        reaction, which its sign tells: nothing pulls at a sheet."""
+        """(stamp in ns, topic, message) of a press. The wrench is that above the untouched one, which is the sensor's own: it is taken off
+        before it gets an arm. A sensor behind the probe feels the reaction, which its sign tells: nothing pulls at a sheet."""
         samples = [sample for hold in press.holds for sample in hold]
         tare = np.mean([sample.wrench for sample in press.rest], axis=0)
-        sign = -1.0 if np.mean([sample.wrench[2] - tare[2] for sample in samples]) > 0 else 1.0
+        sign = -1.0 if np.mean([sample.to_sensor(sample.wrench - tare)[2] for sample in samples]) > 0 else 1.0
         begin = stamp_ns_of(press.rest[0].image.header)
         yield begin, 'description', self._about
         yield begin, 'camera_info', self._info
         for sample, touched in [*((each, False) for each in press.rest), *((each, True) for each in samples)]:
             stamp, header = stamp_ns_of(sample.image.header), header_of(stamp_ns_of(sample.image.header), self._values['frame_id'])
-            wrench = sign * (sample.wrench - tare) if touched else np.zeros(6)
+            wrench = sign * sample.to_sensor(sample.wrench - tare) if touched else np.zeros(6)
             touch = Contact(position=point(sample.tip), normal=vector(np.array([0.0, 0.0, 1.0])), depth=-float(sample.tip[2]),
                             force=-float(wrench[2]))
             yield stamp, 'image_raw', sample.image
@@ -244,6 +242,12 @@ class CalibrateNode(Node):
 
     def _tell(self, text: str) -> None:
         self.get_logger().info(text)
+
+
+def _moved(placed: tuple[np.ndarray, Rotation], wrench: np.ndarray) -> np.ndarray:
+    """A wrench (6,) in a frame that is placed at (position, rotation), as seen at the origin."""
+    force = placed[1].apply(wrench[:3])
+    return np.r_[force, placed[1].apply(wrench[3:]) + np.cross(placed[0], force)]
 
 
 def main(args: list[str] | None = None) -> None:
