@@ -11,6 +11,7 @@ from tactile_driver.parameters.table import Parameter
 from tactile_driver.stitching.calibration import Stitching
 
 from .clock import StampClock
+from .nodes.messages.checks import check_message
 from .nodes.messages.conversions import stamp_seconds
 
 
@@ -71,6 +72,7 @@ class Stage(ABC):
         stamp_s = stamp_seconds(message.header)
         with self._clock.at(stamp_s) as begins_again:
             if begins_again:
+                check_message(message)  # one that is refused resets nothing
                 self.reset()
             return self.estimate(message, stamp_s, self.outputs if topics is None else topics)
 

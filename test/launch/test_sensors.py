@@ -113,7 +113,7 @@ def test_a_simulated_sensor_as_a_user_starts_it(ros2, listen, sensor):
         stamps = ear.stamps(f'/{SPACE}/{name}')
         assert stamps == sorted(set(stamps)), name
     periods = np.diff(ear.stamps(f'/{SPACE}/contacts')) * 1e-9 / period  # whole ones: a slow listener gets the newest result
-    assert np.median(np.abs(periods - np.rint(periods))) < 0.2 and 0.5 < np.median(periods) < 5
+    assert np.median(np.abs(periods - np.rint(periods))) < 0.2 and np.median(periods) > 0.5
     found = off(sensor, contacts, truth)
     assert len(found) > 3 and np.median(found[:, 0]) < place and not np.median(found[:, 1]) > depth
 

@@ -29,8 +29,9 @@ class Rules:
 
 @dataclass(frozen=True)
 class Sample:
-    """An image and what was there at its time. tip: (3,) m, of the probe in the sensor frame; wrench: (6,), N and N m, in the frame of the force
-    sensor, NaN where unknown; changed_s: when it last had another value; to_sensor: takes a wrench from there to the sensor frame's origin; image: whatever the caller keeps of it."""
+    """An image and what was there at its time. tip: (3,) m, of the probe in the sensor frame; wrench: (6,), N and N m, in the frame of the
+    force sensor, NaN where unknown; changed_s: when it last had another value; image: whatever the caller keeps of it; to_sensor: takes a
+    wrench from there to the sensor frame's origin."""
 
     stamp_s: float
     tip: np.ndarray

@@ -3,8 +3,8 @@
 """Which hypothesis explains a marker field: one press straight in, one that is dragged, or two; one rule for sheets and domes.
 
 The evidence of a hypothesis is its likelihood at the best fit, less half the log number of values for each number that was fitted (Schwarz
-1978), plus its log prior. Displacements are not as exact as noise and the model's known error say where tips, frictions and paths are others
-than in calibration: the scale of the errors is unknown, so that the likelihood of n values with a residual chi-square q per value is
+1978), plus its log prior. Displacements are not as exact as noise and the model's known error say where tips, frictions and paths are
+others than in calibration: the scale of the errors is unknown, so that the likelihood of n values with a residual chi-square q per value is
 q^(-n/2). Model errors are smooth: neighbouring markers err alike, and n is smaller than the number of markers.
 """
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-#: A model error is shared by so many values: it is smooth over twice the pitch (measured as the correlation of residuals of calibrations).
+#: A model error is shared by so many values, since it is smooth over some pitches. Chosen on simulated presses, drags and pairs of a sheet.
 ALIKE = 20.0
 
 

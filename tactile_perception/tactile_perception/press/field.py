@@ -165,18 +165,24 @@ class RestMarkers:
         rest = tracks.rest_uv
         told = np.isfinite(rest).all(1)
         id, now = tracks.id[told], rest[told]
-        self._follow(id, now, np.abs(tracks.duv[told]).max(1, initial=0) <= _STILL, tracks.area[told])
-        if self._view is None or not (np.abs(now - self._view_uv[id]) <= _MOVED).all():
-            self._view, self._view_uv = self._make_view(self.uv), self.uv.copy()
-        return marker_field(tracks, self.area, self._view)
+        uv, area, frames = self._followed(id, now, np.abs(tracks.duv[told]).max(1, initial=0) <= _STILL, tracks.area[told])
+        view, view_uv = self._view, self._view_uv
+        if view is None or not (np.abs(now - view_uv[id]) <= _MOVED).all():
+            view, view_uv = self._make_view(uv), uv
+        field = marker_field(tracks, area, view)
+        self.uv, self.area, self._frames, self._view, self._view_uv = uv, area, frames, view, view_uv
+        return field
 
-    def _follow(self, id: np.ndarray, rest: np.ndarray, still: np.ndarray, area: np.ndarray) -> None:
-        """Take the untouched positions of a frame's markers (N), and the areas of those that hardly move into their means."""
-        self._frames[id[~(np.abs(rest - self.uv[id]) <= _MOVED).all(1)]] = 0
-        self.uv[id] = rest
+    def _followed(self, id: np.ndarray, rest: np.ndarray, still: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Positions, mean areas and their numbers of frames, with the untouched positions of a frame's markers (N), and the areas of those
+        that hardly move."""
+        uv, mean, frames = self.uv.copy(), self.area.copy(), self._frames.copy()
+        frames[id[~(np.abs(rest - uv[id]) <= _MOVED).all(1)]] = 0
+        uv[id] = rest
         id, area = id[still], area[still]
-        frames = self._frames[id] = np.minimum(self._frames[id] + 1, _FRAMES)
-        self.area[id] = np.where(frames == 1, area, self.area[id] + (area - self.area[id]) / frames)
+        counted = frames[id] = np.minimum(frames[id] + 1, _FRAMES)
+        mean[id] = np.where(counted == 1, area, mean[id] + (area - mean[id]) / counted)
+        return uv, mean, frames
 
 
 def view_maker(sensor: MarkerSensor, matrices: tuple[np.ndarray, np.ndarray] | None, stitching: Mapping | None,

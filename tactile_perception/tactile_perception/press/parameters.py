@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 
 from tactile_driver.parameters.table import Parameter
@@ -37,8 +38,11 @@ POINT_PARAMETERS = MARKER_SENSOR_PARAMETERS + (
 
 def marker_sensor(values: Mapping) -> MarkerSensor:
     """The sensor that values (of MARKER_SENSOR_PARAMETERS or DOT_PARAMETERS) describe. Raises BadArgument for an inconsistent geometry."""
-    return MarkerSensor(values['rows'], values['columns'], *_pairs(values), rim_radius=values['dome.rim_radius'],
-                        height=values['dome.height'], type=values['sensor_type'])
+    kind = MARKER_SENSORS.get(values['sensor_type'])
+    pitch, size = _pairs(values)
+    given = dict(rows=values['rows'], columns=values['columns'], pitch=pitch, size=size, rim_radius=values['dome.rim_radius'],
+                 height=values['dome.height'], type=values['sensor_type'])
+    return replace(kind, **given) if kind else MarkerSensor(**given)
 
 
 def _pairs(values: Mapping) -> list[tuple[float, float]]:

@@ -73,7 +73,7 @@ def test_the_surer_of_area_and_displacement_weighs_more():
 @pytest.mark.parametrize('wrong, message', [(dict(plate_of=None), 'needs a plate'), (dict(plate_of=plate(slope=0.05)), 'tilted by 2.9'),
                                             (dict(plate_of=plate((2e-3, 4e-3))), '2 depths; at least 3')])
 def test_a_plate_that_tells_nothing_is_refused_by_name(wrong, message):
-    small = MarkerSensor('areal_single', 7, 9, (PITCH, PITCH), (0.045, 0.036))
+    small = MarkerSensor(7, 9, (PITCH, PITCH), (0.045, 0.036), type='areal_single')
     with pytest.raises(BadCalibration, match=message):
         PaperTouch.fit(presses([0, 30, 62], [2e-3, 4e-3], **wrong), small)
 

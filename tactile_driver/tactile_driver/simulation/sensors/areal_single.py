@@ -52,7 +52,7 @@ def _session() -> tuple[Act, ...]:
     acts = [partial(press, _TIP, x, y, 0.002, 0.004, 0.006, **slow) for x, y in places]
     acts.insert(3, partial(drag, _TIP, -0.008, 0.002, 0.004, 0.012, 0.0))
     first = one_after_the_other(acts[:2], pause=1.6)
-    hasty = press(_TIP, 0.0, 0.005, 0.003, start=first[-1][1][-1].t + 0.2, move=0.2, hold=0.5)
+    hasty = press(_TIP, 0.0, 0.005, 0.003, start=first[-1][1][-1].t + 0.3, move=0.2, hold=0.5)
     return (*first, hasty, *one_after_the_other(acts[2:], untouched=hasty[1][-1].t + 1.6, pause=1.6))
 
 

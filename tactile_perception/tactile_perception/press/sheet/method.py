@@ -58,9 +58,8 @@ class SheetPresses:
         single = self._inverse.solve(seen, [begin])
         most = evidence.of(STRAIGHT, single.misfit)
         if self.dragged is not None or evidence.may_win(DRAGGED, most):
-            dragged = self._inverse.solve(seen, single.presses, drags=True)
-            if self.dragged is not None:  # with much friction, the straight press may be far from the drag
-                dragged = min(dragged, self._inverse.solve(seen, [self.dragged], drags=True), key=lambda found: found.misfit)
+            # With much friction the straight press may be far from a drag that goes on.
+            dragged = self._inverse.solve(seen, single.presses if self.dragged is None else [self.dragged], drags=True)
             if self.dragged is not None or evidence.of(DRAGGED, dragged.misfit) > most:
                 single, most = dragged, evidence.of(DRAGGED, dragged.misfit)
         if evidence.may_win(TWO, most):
@@ -118,7 +117,8 @@ def _by_radius(found: Inverse) -> np.ndarray:
 FEWEST = 10    # markers needed
 STANDS_OUT = 8.0  # detection threshold of the matched filter, standard deviations
 BEYOND = 1.02  # times the calibrated depth: deeper is out of range
-UNEXPLAINED = 8.0  # misfit above which an estimate is ambiguous
+STRANGE = 2.5  # misfit above which the first frame that shows a touch is not believed
+UNEXPLAINED = 4.0  # misfit above which an estimate is ambiguous
 UNSEEN = 2.0   # marker pitches from all markers that are seen: a touch there is not told
 EDGE = 0.999   # of the library's reach, from which a touch is at the edge
 
@@ -169,7 +169,7 @@ class SheetModelMethod:
             return []
         self._lasts = True
         found = self._presses.explain(field, start, motion)
-        if begins and motion is not None and found.misfit > UNEXPLAINED:
+        if begins and motion is not None and found.misfit > STRANGE:
             return []
         touches = [self._touch(tip, found.misfit) for k, tip in enumerate(tips_of(self._calibration.library, found)) if found.is_sure(k)]
         touches = [touch for touch in touches if self._is_seen(touch, field)]
