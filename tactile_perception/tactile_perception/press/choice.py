@@ -23,22 +23,21 @@ class Hypothesis(NamedTuple):
     prior: float
 
 
-#: Least chi-square that counts: the median of calibrated presses under their own hypothesis is 0.4, since their noise is stated amply.
-LEAST = 0.5
 #: Tips press straight in or are dragged about as often; two at once is one frame in twenty, on a hand as in recordings.
 STRAIGHT, DRAGGED, TWO = Hypothesis(3, math.log(0.5)), Hypothesis(5, math.log(0.45)), Hypothesis(8, math.log(0.05))
 
 
 class Evidence:
-    """Compares hypotheses on a number of values, two or three of each marker that is seen."""
+    """Compares hypotheses on a number of values, two or three of each marker that is seen; least: chi-square below which a fit is not
+    better, that of presses under their own hypothesis."""
 
-    def __init__(self, values: int):
-        self._count = max(values / ALIKE, 2.0)
+    def __init__(self, values: int, least: float):
+        self._count, self._least = max(values / ALIKE, 2.0), least
 
     def of(self, hypothesis: Hypothesis, chi_square: float) -> float:
         """Log evidence; chi_square: of the residuals, per value."""
-        return hypothesis.prior - 0.5 * (self._count * math.log(max(chi_square, LEAST)) + hypothesis.numbers * math.log(self._count))
+        return hypothesis.prior - 0.5 * (self._count * math.log(max(chi_square, self._least)) + hypothesis.numbers * math.log(self._count))
 
     def may_win(self, hypothesis: Hypothesis, known: float) -> bool:
         """Whether a perfect fit of a hypothesis would have more than a known log evidence."""
-        return self.of(hypothesis, LEAST) > known
+        return self.of(hypothesis, self._least) > known

@@ -26,6 +26,7 @@ QUIETER = 1.5        # detection threshold over the greatest match of untouched 
 SURE = 2.5           # least depth over its standard deviation, and tip radius over that of the place: fainter touches are not told
 FAINT = 8.0          # times the detection threshold, up to which other places may explain a frame as well
 PLACE_AND_DEPTH = 3  # numbers that a faint press tells
+ORDINARY = 1.0       # residual chi-square of presses under their own hypothesis: 0.4 to 2 on simulated domes
 WRONG = 1.5          # misfit from which a faint touch may be anywhere
 APART = 2.0          # least distance of two tips, of the smaller radius
 SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
@@ -123,7 +124,7 @@ class DomeModelMethod:
     def _explained(self, field: MarkerField, match: np.ndarray, last: DomeFound | None) -> DomeFound:
         """The hypothesis of most evidence: one straight press, one that is dragged, or two. Drags and pairs start from the last frame's,
         too."""
-        evidence = choice.Evidence(2 * int(field.seen.sum()))
+        evidence = choice.Evidence(2 * int(field.seen.sum()), ORDINARY)
         known = [] if last is None else [last.presses]
         found = self.solver.solve(field, self.solver.start(match))
         most = evidence.of(choice.STRAIGHT, found.misfit)

@@ -19,6 +19,8 @@ from ..field import MarkerField
 from ..sensor import MarkerSensor
 
 # All chosen.
+ORDINARY = 0.5      # residual chi-square of presses under their own hypothesis: 0.2 to 1 on simulated sheets
+TRACTION = 4.0      # residual chi-square of two straight presses over that of two with traction, at most
 APART = 2.2         # least distance of two tips, marker pitches
 SLIGHT = 0.12       # least depth of the shallower of two presses over the deeper
 FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
@@ -54,24 +56,23 @@ class SheetPresses:
         """The presses that explain a field; begin: coarse place of one press; motion: as of Seen. A drag lasts until the touch ends:
         friction holds the sheet while the tip is lifted."""
         seen = Seen(field, motion)
-        evidence = Evidence(seen.value.size)
-        single = self._inverse.solve(seen, [begin])
-        most = evidence.of(STRAIGHT, single.misfit)
+        evidence = Evidence(seen.value.size, ORDINARY)
+        if self.dragged is None:
+            single = self._inverse.solve(seen, [begin])
+            most = evidence.of(STRAIGHT, single.misfit)
         if self.dragged is not None or evidence.may_win(DRAGGED, most):
             # With much friction the straight press may be far from a drag that goes on.
             dragged = self._inverse.solve(seen, single.presses if self.dragged is None else [self.dragged], drags=True)
             if self.dragged is not None or evidence.of(DRAGGED, dragged.misfit) > most:
                 single, most = dragged, evidence.of(DRAGGED, dragged.misfit)
         if evidence.may_win(TWO, most):
-            two = self._two(field, seen)
+            two = self._inverse.solve(seen, self._start.best_pair(field))
+            if evidence.of(TWO, two.misfit / TRACTION) > most:  # each draws the sheet along under the other
+                two = self._inverse.solve(seen, two.presses, drags=True)
             if evidence.of(TWO, two.misfit) > most and self._are_distinct(two):
                 return two
         self.dragged = single.presses[0] if any(single.presses[0].drag) else None
         return single
-
-    def _two(self, field: MarkerField, seen: Seen) -> Inverse:
-        """Two presses, from the best pair of the matched filter, with traction: each draws the sheet along under the other."""
-        return self._inverse.solve(seen, self._inverse.solve(seen, self._start.best_pair(field)).presses, drags=True)
 
     def _are_distinct(self, two: Inverse) -> bool:
         (one, other), depths = tips_of(self._library, two), sorted(press.depth for press in two.presses)
