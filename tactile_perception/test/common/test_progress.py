@@ -1,5 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+import gc
 import logging
 import os
 from types import SimpleNamespace
@@ -29,7 +30,9 @@ def test_what_is_logged_of_long_work_is_told_once_in_a_while(capsys, monkeypatch
     now = iter(5 + 0.4 * k for k in range(100))
     monkeypatch.setattr(progress, 'time', SimpleNamespace(monotonic=lambda: next(now)))  # threads of other tests ask for the time too
     log = logging.getLogger('tactile_perception.touch.any')
-    monkeypatch.setattr(log, 'propagate', True)  # launch, which other tests import, makes loggers that keep to themselves
+    # launch, which other tests import, makes loggers that keep to themselves
+    monkeypatch.setattr(log, 'parent', logging.getLogger('tactile_perception'))
+    monkeypatch.setattr(log, 'propagate', True)
     with progress.log_told():
         for k in range(7):
             log.info('%d of 7', k)
@@ -60,3 +63,30 @@ def test_results_are_in_order_and_told(cores, monkeypatch, caplog):
 def test_work_in_parallel_may_itself_be(monkeypatch):
     monkeypatch.setattr(os, 'sched_getaffinity', lambda pid: range(2))
     assert in_parallel(squares_of, [[1, 2], [3], [4, 5]], 'rows') == [[1, 4], [9], [16, 25]]
+
+
+class Ended:
+    """Notes the process that ends it; garbage, once nothing else holds it."""
+
+    def __init__(self, notes):
+        self.notes, self.itself = notes, self
+
+    def __del__(self):
+        with open(self.notes, 'a', encoding='utf-8') as notes:
+            print(os.getpid(), file=notes)
+
+
+def collected(number):
+    return gc.collect() and number
+
+
+def test_garbage_is_collected_by_the_process_that_made_it(monkeypatch, tmp_path):
+    monkeypatch.setattr(os, 'sched_getaffinity', lambda pid: range(2))
+    gc.disable()
+    try:
+        Ended(tmp_path / 'notes')
+        in_parallel(collected, [1, 2], 'numbers')
+    finally:
+        gc.enable()
+    gc.collect()
+    assert (tmp_path / 'notes').read_text().split() == [str(os.getpid())]

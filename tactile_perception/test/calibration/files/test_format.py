@@ -194,7 +194,10 @@ def test_another_version_and_a_missing_key_are_named(path):
 
 
 def test_other_parameters_are_warned_of_once(path, caplog, monkeypatch):
-    monkeypatch.setattr(logging.getLogger('tactile_perception.calibration.files.format'), 'propagate', True)
+    # launch, which other tests import, makes loggers that keep to themselves
+    log = logging.getLogger('tactile_perception.calibration.files.format')
+    monkeypatch.setattr(log, 'handlers', [caplog.handler])
+    monkeypatch.setattr(log, 'propagate', False)
     same = {'rows': 23, 'camera.translation': [0.0, 0.0, 0.3], 'contact': 'membrane'}
     read_calibration(path, 'touchpad', same)
     assert caplog.messages == []
