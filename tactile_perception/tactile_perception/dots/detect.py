@@ -15,8 +15,7 @@ from ..common.statistics import upper_median
 from ..errors import BadArgument, BadFrame
 from .auto import AutoDetector
 from .fit import DiscModel, Look, measure_look, select_channel, shrink
-from .published import FastCushionDetector, PaperArealDetector, PaperCushionDetector, PaperDetector
-from .worn import DiscDetector
+from .published import PaperArealDetector, PaperCushionDetector, PaperDetector
 
 POLARITIES = {'dark': -1, 'bright': 1, 'any': 0}
 _SMALLEST_FRAME = 32  # px, shorter side of a frame: the detectors average over boxes of 15 px and more
@@ -279,5 +278,4 @@ def _cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:
 
 
 METHODS = {'auto': partial(AutoDetector, make_fit=LikelihoodDetector), 'likelihood': LikelihoodDetector, 'blobs': BlobDetector,
-           'discs': DiscDetector, 'paper': PaperDetector, 'paper_areal': PaperArealDetector, 'paper_cushion': PaperCushionDetector,
-           'paper_cushion_fast': FastCushionDetector}
+           'paper': PaperDetector, 'paper_areal': PaperArealDetector, 'paper_cushion': PaperCushionDetector}

@@ -8,8 +8,6 @@ air_cushion_contact (section III.A). Numbers: touchpad_contact_region (section 3
 """
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import cv2
 import numpy as np
 import scipy
@@ -93,38 +91,20 @@ class PaperArealDetector:
 
 
 class PaperCushionDetector:
-    """Grey, non-local means, Otsu's threshold, erosion, contours; sign: 1 for bright markers, -1 for dark.
+    """Grey, non-local means, Otsu's threshold, erosion, contours; sign: 1 for bright markers, -1 for dark."""
 
-    denoise: replaces the non-local means.
-    """
-
-    def __init__(self, sign: int, denoise: Callable[[np.ndarray], np.ndarray] | None = None):
-        self._sign, self._denoise = sign, denoise or _non_local_means
+    def __init__(self, sign: int):
+        self._sign = sign
 
     def detect(self, image: np.ndarray) -> Dots:
         """Markers of one checked uint8 image: centroid and area of their contours. Raises BadFrame where there are none."""
         grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-        denoised = self._denoise(_bright(grey, self._sign))
+        denoised = cv2.fastNlMeansDenoising(_bright(grey, self._sign), h=_DENOISE)
         binary = cv2.threshold(denoised, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1]
         contours = cv2.findContours(cv2.erode(binary, _SQUARE), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
         moments = [m for m in map(cv2.moments, contours) if m['m00'] > 0]
         sums = np.array([(m['m00'], m['m10'], m['m01']) for m in moments]).reshape(-1, 3)
         return _dots(sums[:, 1:] / sums[:, :1], sums[:, 0])
-
-
-class FastCushionDetector(PaperCushionDetector):
-    """PaperCushionDetector with a Gaussian of 5 x 5 px in place of the non-local means, which take most of its time."""
-
-    def __init__(self, sign: int):
-        super().__init__(sign, _gaussian)
-
-
-def _non_local_means(grey):
-    return cv2.fastNlMeansDenoising(grey, h=_DENOISE)
-
-
-def _gaussian(grey):
-    return cv2.GaussianBlur(grey, (5, 5), 0)
 
 
 def _bright(grey, sign):

@@ -86,11 +86,6 @@ class DotTracker:
             return tracks
         return self._displaced(dots, id, stamp_s, self.rows, self.columns, self.reference, touched)
 
-    def find(self, image: np.ndarray, stamp_s: float) -> tuple[Dots, np.ndarray]:
-        """Dots of a checked image and their indices (N,), -1 for none. See process."""
-        dots = self._detect(image)
-        return dots, self._number(dots, stamp_s, image.shape[1::-1])
-
     def _detect(self, image):
         dots = self._detector.detect(image)
         if not len(dots):

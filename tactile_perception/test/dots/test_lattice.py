@@ -64,11 +64,3 @@ def test_a_hole_is_walked_around():
 def test_no_grid(places):
     found = find_lattice(places)
     assert found is None or not found.member.all()
-
-
-def test_order_of_the_dots_does_not_matter():
-    uv, rc = printed(10, 10, degrees=12.0)
-    uv += np.random.default_rng(3).normal(0, 0.5, uv.shape)
-    order = np.random.default_rng(4).permutation(len(uv))
-    first, second = find_lattice(uv), find_lattice(np.ascontiguousarray(uv[order]))
-    np.testing.assert_array_equal(first.rc[order] - first.rc.min(axis=0), second.rc - second.rc.min(axis=0))

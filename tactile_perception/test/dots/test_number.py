@@ -51,12 +51,6 @@ def test_the_order_of_the_dots_and_those_that_are_not_finite_do_not_matter():
     np.testing.assert_array_equal(np.delete(numbers.id, 7), np.delete(number, 7))
 
 
-@pytest.mark.parametrize(('rows', 'columns'), [(7, 10), (9, 13), (5, 4)])
-def test_other_grids(rows, columns):
-    uv, number = make_grid(np.random.default_rng(3), rows=rows, columns=columns, pitch=40.0)
-    np.testing.assert_array_equal(number_grid(uv, rows, columns).id, number)
-
-
 @pytest.mark.parametrize(('rows', 'columns'), [(23, 25), (20, 23), (13, 9)])
 def test_another_pattern_than_configured_is_said(rows, columns):
     uv, _ = make_grid(np.random.default_rng(4))
@@ -71,13 +65,6 @@ def test_dots_at_random_places_get_no_number():
     for _ in range(20):
         numbers = number_grid(rng.uniform(0, 480, (529, 2)), 23, 23)
         assert not numbers.certain and np.all(numbers.id == -1)
-
-
-@pytest.mark.parametrize('count', [0, 1, 3, 4])
-def test_too_few_dots(count):
-    numbers = number_grid(np.arange(2.0 * count).reshape(count, 2), 23, 23)
-    assert not numbers.certain
-    assert len(numbers.id) == count
 
 
 def test_half_of_the_dots_gone_misnumbers_none():
@@ -220,11 +207,6 @@ def test_each_method_numbers_a_still_grid(name):
     row, column = np.divmod(np.arange(63), 9)
     uv = np.stack([column, row], axis=1) * 20.0 + 39.5
     np.testing.assert_array_equal(grid_numbering(name, 7, 9).number(uv + 1.0, 240, 200).id, np.arange(63))
-
-
-def test_an_unknown_name_lists_the_known():
-    with pytest.raises(BadArgument, match="'nearest' is unknown: choose from auto, lattice, paper, tracks, register"):
-        grid_numbering('nearest', 7, 9)
 
 
 def test_a_copy_remembers_frames_of_its_own(dome):

@@ -25,14 +25,6 @@ def test_first_frames_are_averaged():
     assert np.sqrt(np.mean((reference.uv - UV) ** 2)) < 0.02 / 4 * 1.2
 
 
-def test_no_motion_gives_no_displacement():
-    reference = Reference()
-    run(reference, 20)
-    duv = reference.update(ID, UV, SIGMA, 1.0, 10)
-    assert np.abs(duv).max() < 0.03
-    assert not reference.touched
-
-
 def test_a_touch_is_noticed_and_freezes():
     reference = Reference(time_constant_s=0.1)
     run(reference, 20)
@@ -67,23 +59,13 @@ def test_after_a_residue_the_next_touch_freezes_at_once():
     np.testing.assert_array_equal(reference.uv, before)
 
 
-@pytest.mark.parametrize('held', [0.15, 0.5, 1.0])
-def test_a_contact_that_is_held_stays_frozen(held):
+@pytest.mark.parametrize('deepest, held', [(0.15, 0.15), (0.5, 0.5), (1.0, 1.0), (1.0, 0.5)])
+def test_a_contact_that_is_held_stays_frozen(deepest, held):
     reference = Reference(time_constant_s=1.0)
     run(reference, 20)
-    run(reference, 50, start=1.0, move=lambda k: held * DENT * k / 50)
+    run(reference, 50, start=1.0, move=lambda k: deepest * DENT * k / 50)
     before = reference.uv.copy()
     run(reference, 3000, start=2.0, move=held * DENT)  # a minute, the lightest of 0.45 px
-    assert reference.touched
-    np.testing.assert_array_equal(reference.uv, before)
-
-
-def test_a_contact_held_at_half_of_its_depth_stays_frozen():
-    reference = Reference(time_constant_s=1.0)
-    run(reference, 20)
-    run(reference, 50, start=1.0, move=DENT)
-    before = reference.uv.copy()
-    run(reference, 1000, start=2.0, move=0.5 * DENT)
     assert reference.touched
     np.testing.assert_array_equal(reference.uv, before)
 
@@ -111,13 +93,6 @@ def test_a_dot_seen_late_gets_its_place_when_untouched():
     duv = reference.update(ID, UV + DENT, SIGMA, 0.1, 10)
     assert np.isnan(duv[0]).all() and np.isfinite(duv[1:]).all()
     assert np.isfinite(reference.update(ID, UV, SIGMA, 0.2, 10)).all()
-
-
-def test_reset():
-    reference = Reference()
-    run(reference, 5)
-    reference.reset()
-    assert np.abs(reference.update(ID, UV + 7, SIGMA, 1.0, 10)).max() == 0
 
 
 def test_taken_while_pressed_is_suspicious_until_taken_anew():
@@ -150,12 +125,6 @@ def test_a_touch_at_the_start_beside_a_camera_that_has_moved_is_told_until_it_en
     assert 'calibrate again' in reference.warning
     run(reference, 5, start=1.0, move=np.array([6.0, 0.0]))
     assert reference.warning == '' and np.abs(reference.uv - UV - [6.0, 0.0]).max() < 0.1
-
-
-def test_an_untouched_start_is_taken_where_it_is():
-    reference = Reference(known=CalibratedRest(UV))
-    run(reference, 10, move=np.array([1.0, -1.0]))
-    assert reference.warning == '' and np.abs(reference.uv - UV - [1.0, -1.0]).max() < 0.05
 
 
 def test_a_camera_that_has_not_moved_adds_the_calibrated_places_to_the_first_frames():
@@ -267,12 +236,6 @@ def test_a_shear_over_a_patch():
     id, uv, p = dome()
     dragged = uv + [6.0, 0] * np.exp(-((p - [3, 2]) ** 2).sum(axis=1, keepdims=True) / (2 * 3.0**2))
     assert rest_warning(id, dragged, 23) != ''
-
-
-def test_missing_dots_make_no_suspicion():
-    id, uv, _ = dome()
-    keep = np.random.default_rng(0).uniform(size=len(id)) > 0.1
-    assert rest_warning(id[keep], uv[keep], 23) == ''
 
 
 def test_too_few_dots_to_tell():

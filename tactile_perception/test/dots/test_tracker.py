@@ -15,7 +15,6 @@ from tactile_perception.errors import BadArgument, BadFrame
 RECORDINGS = os.environ.get('TACTILE_RECORDINGS')
 needs_recordings = pytest.mark.skipif(not RECORDINGS, reason='TACTILE_RECORDINGS is not set: recordings are not shipped')
 IMAGE = np.zeros((480, 640), np.uint8)
-ROWS, COLUMNS, PITCH, SHAPE, BUMP = 9, 12, 16.0, (240, 320), 60.0
 
 
 class Given:
@@ -88,15 +87,6 @@ def test_another_pattern_and_no_dots_then_recovery():
         tracker.process(IMAGE, 0.2)
     detector.uv = grid()
     assert len(tracker.process(IMAGE, 0.3)) == 108
-
-
-def test_half_of_the_dots_gone_makes_no_number_up():
-    detector = Given(grid())
-    tracker = DotTracker(9, 12, detector=detector)
-    tracker.process(IMAGE, 0.0)
-    detector.uv = grid()[grid()[:, 0] < 250] + [30.0, 0]  # moved by a pitch, and cut: nothing can tell
-    with pytest.raises(BadFrame):
-        tracker.process(IMAGE, 0.1)
 
 
 @pytest.mark.parametrize(('arguments', 'text'), [((1, 9), 'rows and columns'), ((9, 12, 'grey'), 'polarity'),
@@ -177,72 +167,3 @@ def test_a_pattern_that_is_no_grid_is_registered_by_name():
     np.testing.assert_allclose(tracks.duv, np.tile([-12.0, -5.0], (108, 1)))
     with pytest.raises(BadArgument, match='numbering'):
         DotTracker(0, 0, numbering='walk')
-
-
-@pytest.fixture(scope='module')
-def printed():
-    """Places (N, 2) px, numbers being their indices, and the clean image."""
-    row, column = np.divmod(np.arange(ROWS * COLUMNS), COLUMNS)
-    uv = np.stack([72.0 + PITCH * column, 56.0 + PITCH * row], 1) + np.random.default_rng(0).uniform(-0.6, 0.6, (ROWS * COLUMNS, 2))
-    fine = np.full((SHAPE[0] * 8, SHAPE[1] * 8), 185.0, np.float32)
-    for u, v in uv:
-        cv2.circle(fine, (round((u + 0.5) * 8 * 16 - 8), round((v + 0.5) * 8 * 16 - 8)), 28 * 16, 55.0, -1, cv2.LINE_8, 4)
-    return uv, cv2.resize(cv2.GaussianBlur(fine, (0, 0), 7.0), SHAPE[::-1], interpolation=cv2.INTER_AREA)
-
-
-def frame(clean, rng, shift=(0, 0), bump=0.0):
-    """The image moved by shift, and dragged by bump px in the middle; with noise."""
-    y, x = np.mgrid[:SHAPE[0], :SHAPE[1]].astype(np.float32)
-    drag = bump * np.exp(-((x - 160) ** 2 + (y - 120) ** 2) / (2 * BUMP**2), dtype=np.float32)
-    x, y = (x - drag - shift[0]).astype(np.float32), (y - shift[1]).astype(np.float32)
-    moved = cv2.remap(clean, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.clip(np.rint(moved + rng.normal(0, 2, SHAPE)), 0, 255).astype(np.uint8)
-
-
-def wrong(printed_uv, dots, id, shift, bump):
-    """How many numbers are not those of the dots that lie there."""
-    uv = dots.uv[id >= 0] - shift
-    drag = bump * np.exp(-((uv - [160, 120]) ** 2).sum(1) / (2 * BUMP**2))  # as frame() has it: by where a dot is now
-    back = uv - np.stack([drag, 0 * drag], 1)
-    nearest = np.hypot(*(printed_uv[:, None] - back).transpose(2, 0, 1)).argmin(0)
-    return np.count_nonzero(nearest != id[id >= 0])
-
-
-def test_no_number_is_wrong_after_jumps_of_up_to_three_pitches(printed):
-    uv, clean = printed
-    rng = np.random.default_rng(2)
-    tracker, count, ways = DotTracker(ROWS, COLUMNS), 0, [0.0, 0.3, 1.0, 2.0, 3.0]
-    for k in range(200):
-        shift = np.zeros(2)
-        shift[rng.integers(2)] = rng.choice([-1, 1]) * rng.choice(ways) * PITCH
-        dots, id = tracker.find(frame(clean, rng, shift), k / 60)
-        assert wrong(uv, dots, id, shift, 0.0) == 0
-        count += len(id)
-    assert count >= 0.99 * 200 * len(uv)
-
-
-def test_no_number_is_wrong_in_drags_of_up_to_two_pitches(printed):
-    uv, clean = printed
-    rng = np.random.default_rng(3)
-    tracker = DotTracker(ROWS, COLUMNS)
-    numbered = 0
-    for k in range(100):
-        bump = rng.choice([0.0, 0.5, 1.0, 1.5, 2.0]) * PITCH * rng.choice([-1, 1])
-        try:
-            dots, id = tracker.find(frame(clean, rng, bump=bump), k / 60)
-        except BadFrame:  # not certain, and said so
-            continue
-        assert wrong(uv, dots, id, np.zeros(2), bump) == 0
-        numbered += len(id)
-    assert numbered >= 0.9 * 100 * len(uv)
-
-
-def test_a_dot_that_was_hidden_is_found_again_at_once(printed):
-    uv, clean = printed
-    rng = np.random.default_rng(4)
-    hidden = clean.copy()
-    u, v = np.rint(uv[40]).astype(int)
-    hidden[v - 6:v + 7, u - 6:u + 7] = 185.0
-    tracker = DotTracker(ROWS, COLUMNS)
-    found = [set(tracker.find(frame(image, rng), k / 60)[1].tolist()) for k, image in enumerate((hidden, hidden, clean))]
-    assert [40 in ids for ids in found] == [False, False, True]
