@@ -108,9 +108,51 @@ py::array_t<T> output(const std::array<T, N>& values, std::vector<py::ssize_t> s
     return output(std::vector<T>(values.begin(), values.end()), std::move(shape));
 }
 
+// A new array (N,), and (N, width).
+template <class T>
+py::array_t<T> row_of(const std::vector<T>& values) {
+    return output(values, {static_cast<py::ssize_t>(values.size())});
+}
+template <class T>
+py::array_t<T> rows_of(const std::vector<T>& values, py::ssize_t width = 3) {
+    return output(values, {static_cast<py::ssize_t>(values.size()) / width, width});
+}
+
 // A mask as bytes, and one from bytes.
 inline const std::uint8_t* marks(const Input<bool>& mask) {
     return reinterpret_cast<const std::uint8_t*>(mask.data());
+}
+inline py::array_t<bool> mask(const std::vector<std::uint8_t>& marked) {
+    return row_of(std::vector<bool>(marked.begin(), marked.end()));
+}
+
+// Raises an error of the package by its name.
+[[noreturn]] inline void refuse(const char* error, const std::string& text) {
+    PyErr_SetString(py::module_::import("tactile_perception.errors").attr(error).ptr(), text.c_str());
+    throw py::error_already_set();
+}
+
+// What work returns, while other threads of Python run.
+template <class Work>
+auto without_gil(const Work& work) {
+    const py::gil_scoped_release others_run;
+    return work();
+}
+
+// What work returns that changes an object. It works on a copy, which replaces the object at the end: after an exception that is as it was.
+template <class Object, class Work>
+auto change(Object& object, const Work& work) {
+    Object next = object;
+    auto found = without_gil([&] { return work(next); });
+    object = std::move(next);
+    return found;
+}
+
+// A class whose objects can be copied.
+template <class T, class... Options>
+py::class_<T, Options...> copyable(py::class_<T, Options...> bound) {
+    bound.def("__copy__", [](const T& one) { return one; }).def("__deepcopy__", [](const T& one, const py::dict&) { return one; });
+    return bound;
 }
 
 }  // namespace tactile::border

@@ -5,41 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
-#include "common/lanes.hpp"
 #include "common/wide.hpp"
 
 namespace tactile {
 namespace {
 
 constexpr std::ptrdiff_t PIVOTS = BandMatrix::PIVOTS;
-
-// Eight floats, which one instruction handles.
-struct EightFloats {
-    typedef float Values __attribute__((vector_size(PIVOTS * sizeof(float))));
-    Values values;
-
-    TACTILE_INLINE EightFloats() : values{} {}
-    TACTILE_INLINE explicit EightFloats(const float* from) { std::memcpy(&values, from, sizeof values); }
-    TACTILE_INLINE void store(float* to) const { std::memcpy(to, &values, sizeof values); }
-    TACTILE_INLINE EightFloats& operator+=(const EightFloats& other) { return values += other.values, *this; }
-    TACTILE_INLINE EightFloats& operator-=(const EightFloats& other) { return values -= other.values, *this; }
-    TACTILE_INLINE EightFloats& operator*=(float factor) { return values *= factor, *this; }
-    TACTILE_INLINE friend EightFloats operator-(const EightFloats& a, const EightFloats& b) { return EightFloats(a) -= b; }
-};
-
-// Sum of rows (PIVOTS,), each times its factor.
-TACTILE_INLINE EightFloats combined(const float* factor, const EightFloats (&rows)[PIVOTS]) {
-    EightFloats sums[2];
-    for (std::ptrdiff_t p = 0; p < PIVOTS; ++p) {
-        EightFloats part = rows[p];
-        part *= factor[p];
-        sums[p % 2] += part;
-    }
-    sums[0] += sums[1];
-    return sums[0];
-}
 
 // Row and column numbers as in the matrix: entry (i, j) is at value[i * (width - 1) + offset + j].
 struct Rows {
@@ -63,42 +35,22 @@ TACTILE_INLINE bool factor_block(const Rows& row, std::ptrdiff_t k, std::ptrdiff
     return true;
 }
 
-// Inverse (PIVOTS, PIVOTS) of the upper triangle of the pivots from k on.
-TACTILE_INLINE void invert_block(const Rows& row, std::ptrdiff_t k, EightFloats (&inverse)[PIVOTS]) {
-    float values[PIVOTS][PIVOTS] = {};
-    for (std::ptrdiff_t column = 0; column < PIVOTS; ++column) {
-        for (std::ptrdiff_t i = column; i >= 0; --i) {
-            const float* pivot = row[k + i] + k;
-            float sum = i == column ? 1.0f : 0.0f;
-            for (std::ptrdiff_t j = i + 1; j <= column; ++j) sum -= pivot[j] * values[j][column];
-            values[i][column] = sum / pivot[i];
-        }
-    }
-    for (std::ptrdiff_t i = 0; i < PIVOTS; ++i) inverse[i] = EightFloats(values[i]);
-}
-
+// Each row below a block loses what its pivots explain, all of them in one pass over the row.
 TACTILE_WIDE bool factor_rows(const Rows& row) {
     for (std::ptrdiff_t k = 0; k < row.size; k += PIVOTS) {
         const std::ptrdiff_t count = std::min(PIVOTS, row.size - k), first = k + count;
         const std::ptrdiff_t last = std::min(row.size, first + row.half);  // of the rows and columns that these pivots change
         if (!factor_block(row, k, count, last)) return false;
-        if (first == row.size) break;
-        EightFloats inverse[PIVOTS];
-        invert_block(row, k, inverse);
-        const float* pivot[PIVOTS];
-        for (std::ptrdiff_t p = 0; p < PIVOTS; ++p) pivot[p] = row[k + p];
         for (std::ptrdiff_t i = first; i < last; ++i) {
-            float *target = row[i], share[PIVOTS];
-            combined(target + k, inverse).store(share);
-            std::memcpy(target + k, share, sizeof share);
-            std::ptrdiff_t j = first;
-            for (; j + PIVOTS <= last; j += PIVOTS) {
-                EightFloats at[PIVOTS];
-                for (std::ptrdiff_t p = 0; p < PIVOTS; ++p) at[p] = EightFloats(pivot[p] + j);
-                (EightFloats(target + j) - combined(share, at)).store(target + j);
+            float* __restrict target = row[i], share[PIVOTS];
+            for (std::ptrdiff_t p = 0; p < PIVOTS; ++p) {
+                share[p] = target[k + p];
+                for (std::ptrdiff_t q = 0; q < p; ++q) share[p] -= share[q] * row[k + q][k + p];
+                target[k + p] = share[p] /= row[k + p][k + p];
             }
-            for (; j < last; ++j)
-                for (std::ptrdiff_t p = 0; p < PIVOTS; ++p) target[j] -= share[p] * pivot[p][j];
+            const float* __restrict a = row[k], * __restrict b = row[k + 1], * __restrict c = row[k + 2], * __restrict d = row[k + 3];
+            for (std::ptrdiff_t j = first; j < last; ++j)
+                target[j] -= share[0] * a[j] + share[1] * b[j] + (share[2] * c[j] + share[3] * d[j]);
         }
     }
     return true;
@@ -106,15 +58,12 @@ TACTILE_WIDE bool factor_rows(const Rows& row) {
 
 // Sum of products of entries (first to last) of a row and x.
 TACTILE_INLINE double product(const float* row, const double* x, std::ptrdiff_t first, std::ptrdiff_t last) {
-    Four sums[2];
+    double sums[PIVOTS] = {};
     std::ptrdiff_t j = first;
-    for (; j + 2 * FOUR <= last; j += 2 * FOUR) {
-        for (std::ptrdiff_t part = 0; part < 2; ++part) sums[part] += Four::of_floats(row + j + FOUR * part) * Four(x + j + FOUR * part);
-    }
-    double part[FOUR], rest = 0;
-    (sums[0] + sums[1]).store(part);
-    for (; j < last; ++j) rest += row[j] * x[j];
-    return ((part[0] + part[1]) + (part[2] + part[3])) + rest;
+    for (; j + PIVOTS <= last; j += PIVOTS)
+        for (std::ptrdiff_t k = 0; k < PIVOTS; ++k) sums[k] += row[j + k] * x[j + k];
+    for (; j < last; ++j) sums[0] += row[j] * x[j];
+    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
 TACTILE_WIDE void solve_rows(const Rows& row, double* x) {

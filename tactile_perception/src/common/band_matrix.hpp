@@ -11,7 +11,7 @@ namespace tactile {
 // Entries (i, j) with |i - j| <= half, in single precision; a margin of zeros lets a block of pivots be taken at a time.
 class BandMatrix {
  public:
-    static constexpr std::ptrdiff_t PIVOTS = 8;
+    static constexpr std::ptrdiff_t PIVOTS = 4;
 
     BandMatrix(std::ptrdiff_t size, std::ptrdiff_t half)
         : size_(size), half_(half), width_(2 * (half + PIVOTS) + 1), value_(static_cast<std::size_t>(size * width_)) {}

@@ -36,24 +36,7 @@ py::array_t<double> surface_points(const py::object& wide, const py::object& pla
     for (py::ssize_t i = 0; i < given.length(); ++i) {
         store(found.data(), i, surface_point(nodes, given.data()[2 * i], given.data()[2 * i + 1]));
     }
-    return output(found, {given.length(), 3});
-}
-
-py::tuple loops_output(const Loops& loops) {
-    return py::make_tuple(output(loops.places, {static_cast<py::ssize_t>(loops.places.size()) / 2, 2}),
-                          output(loops.start, {static_cast<py::ssize_t>(loops.start.size())}),
-                          output(loops.region, {static_cast<py::ssize_t>(loops.region.size())}));
-}
-
-py::tuple contours(const py::object& field, double level) {
-    const Input<double> given(field, "field", {ANY, ANY});
-    within(given.length() * given.length(1), "field", 1, 100.0 * MOST);
-    Loops found;
-    {
-        py::gil_scoped_release others_run;
-        found = find_contours(given.data(), given.length(), given.length(1), level);
-    }
-    return loops_output(found);
+    return rows_of(found);
 }
 
 py::tuple outlines(const py::object& score, const py::object& wide, double level, double ceiling, int refine) {
@@ -63,19 +46,10 @@ py::tuple outlines(const py::object& score, const py::object& wide, double level
         throw py::value_error("score: two nodes less on each side than of wide are needed");
     within(refine, "refine", 1, FINEST);
     within(level, "level", 1e-9, within(ceiling, "ceiling", 0, 1e9));
-    Loops found;
-    std::vector<double> points;
-    RegionMoments moments;
-    py::ssize_t regions = 0;
-    {
-        py::gil_scoped_release others_run;
-        found = find_outlines(given.data(), given.length(), given.length(1), level, ceiling, refine);
-        points = points_of(found, nodes, refine);
-        regions = found.region.empty() ? 0 : found.region.back() + 1;
-        moments = region_moments(found, regions, nodes, refine);
-    }
-    return loops_output(found) + py::make_tuple(output(points, {static_cast<py::ssize_t>(points.size()) / 3, 3}),
-                                                output(moments.of, {regions, MOMENTS}), moments.pitch);
+    const Loops found = without_gil([&] { return find_outlines(given.data(), given.length(), given.length(1), level, ceiling, refine); });
+    const RegionMoments moments = region_moments(found, found.region.empty() ? 0 : found.region.back() + 1, nodes, refine);
+    return py::make_tuple(rows_of(found.places, 2), row_of(found.start), row_of(found.region), rows_of(points_of(found, nodes, refine)),
+                          rows_of(moments.of, MOMENTS), moments.pitch);
 }
 
 py::array_t<double> axes(const py::object& sums, const py::object& points, const py::object& start, double pitch) {
@@ -107,11 +81,8 @@ py::array_t<double> rays_through(const py::object& uv, const py::object& matrix,
     const Input<double> pixels(uv, "uv", {ANY, 2});
     const Camera camera = as_camera(matrix, distortion, rotation, farthest);
     std::vector<double> rays(3 * pixels.length());
-    {
-        py::gil_scoped_release others_run;
-        camera_rays(camera, pixels.data(), pixels.length(), rays.data());
-    }
-    return output(rays, {pixels.length(), 3});
+    camera_rays(camera, pixels.data(), pixels.length(), rays.data());
+    return rows_of(rays);
 }
 
 py::array_t<double> back_projected(const py::object& uv, const py::object& matrix, const py::object& distortion, const py::object& rotation,
@@ -121,11 +92,8 @@ py::array_t<double> back_projected(const py::object& uv, const py::object& matri
     ViewedPlane plane{{}, within(plane_z, "plane_z", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA)};
     for (int i = 0; i < 3; ++i) plane.centre[i] = within(place.data()[i], "centre", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
     std::vector<double> seen(3 * pixels.length());
-    {
-        py::gil_scoped_release others_run;
-        back_project(camera, plane, pixels.data(), pixels.length(), seen.data());
-    }
-    return output(seen, {pixels.length(), 3});
+    back_project(camera, plane, pixels.data(), pixels.length(), seen.data());
+    return rows_of(seen);
 }
 
 constexpr double LARGEST_OF_POINTS = 1e60;  // m, m^-2. Chosen: the product of a weight and four such numbers does not overflow
@@ -138,13 +106,9 @@ py::tuple motion(const py::object& before, const py::object& after, const py::ob
     }
     for (py::ssize_t k = 0; k < from.length(); ++k) within(base.data()[k], "weights", 0, LARGEST_OF_POINTS);
     within(steps, "steps", 0, 1000);
-    RigidMotion found;
-    {
-        py::gil_scoped_release others_run;
-        found = rigid_motion(from.data(), to.data(), base.data(), from.length(), steps);
-    }
-    return py::make_tuple(output(found.rotation, {3, 3}), output(found.translation, {3}), output(found.residuals, {from.length(), 3}),
-                          output(found.weights, {from.length()}), static_cast<int>(found.open));
+    const RigidMotion found = without_gil([&] { return rigid_motion(from.data(), to.data(), base.data(), from.length(), steps); });
+    return py::make_tuple(output(found.rotation, {3, 3}), output(found.translation, {3}), rows_of(found.residuals), row_of(found.weights),
+                          static_cast<int>(found.open));
 }
 
 }  // namespace
@@ -158,13 +122,11 @@ void bind_common(py::module_& module) {
         "Points (M, 3) at places (M, 2) of (row, column), up to a node off the grid, of the surface wide (rows + 4, columns + 4, 3)\n"
         "through dots, which is extended by two nodes on each side.");
     module.def(
-        "find_contours", &contours, py::arg("field"), py::kw_only(), py::arg("level"),
-        "Closed polygons along which field (rows, columns) float64 crosses level: vertices (M, 2) of (row, column), the first vertex\n"
-        "of each polygon and M, (L + 1,), and its region (L,): each region's outline, then its holes; the largest region first.");
-    module.def(
         "find_outlines", &outlines, py::arg("score"), py::arg("wide"), py::kw_only(), py::arg("level"), py::arg("ceiling"),
         py::arg("refine"),
-        "The same of score (rows, columns) float64, clipped to 0 and ceiling, with refine steps a node, and the points (M, 3) on the\n"
+        "Closed polygons along which score (rows, columns) float64, clipped to 0 and ceiling, crosses level, with refine steps a node:\n"
+        "vertices (M, 2) of (row, column), the first vertex of each polygon and M, (L + 1,), and its region (L,): each region's outline,\n"
+        "then its holes; the largest region first. The points (M, 3) on the\n"
         "surface wide (rows + 4, columns + 4, 3) through the dots, which is extended by two nodes on each side; moments (R, 10) of the\n"
         "regions without their holes: area, vector area, integrals of x, y, z, and of xx, xy, yy; and the mean distance of neighbouring\n"
         "dots.");

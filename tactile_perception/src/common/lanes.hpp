@@ -23,12 +23,6 @@ struct Four {
     TACTILE_INLINE Four(double all) : values{all, all, all, all} {}
     TACTILE_INLINE explicit Four(const Values& all) : values(all) {}
     TACTILE_INLINE explicit Four(const double* from) { std::memcpy(&values, from, sizeof values); }
-    TACTILE_INLINE static Four of_floats(const float* from) {
-        typedef float Floats __attribute__((vector_size(FOUR * sizeof(float))));
-        Floats floats;
-        std::memcpy(&floats, from, sizeof floats);
-        return Four(__builtin_convertvector(floats, Values));
-    }
     TACTILE_INLINE void store(double* to) const { std::memcpy(to, &values, sizeof values); }
 
     TACTILE_INLINE Four& operator+=(const Four& other) { return values += other.values, *this; }

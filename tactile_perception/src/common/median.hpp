@@ -19,12 +19,6 @@ inline double median(std::vector<double> values) {
     return values.size() % 2 ? *middle : (*middle + *std::max_element(values.begin(), middle)) / 2;
 }
 
-// Median of values, of which NaN counts as infinite; values must not be empty.
-inline double median_with_unknown(std::vector<double> values) {
-    for (double& value : values) value = std::isnan(value) ? INFINITY : value;
-    return median(std::move(values));
-}
-
 // The element of values at this index of their sorted order; values must not be NaN.
 inline double smallest(std::vector<double> values, std::ptrdiff_t at) {
     std::nth_element(values.begin(), values.begin() + at, values.end());

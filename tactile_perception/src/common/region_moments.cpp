@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/pi.hpp"
-
 namespace tactile {
 namespace {
 
@@ -90,7 +88,7 @@ std::array<double, 3> region_axes(const double* sums, const double* points, cons
         squares += side * off * off;
     });
     const bool told = !(2 * half < DIRECTION * border_sigma(squares, pitch) / area);
-    return {major, minor, !told ? NAN : angle > -0.5 * PI ? angle : 0.5 * PI};
+    return {major, minor, !told ? NAN : angle > -0.5 * M_PI ? angle : 0.5 * M_PI};
 }
 
 }  // namespace tactile

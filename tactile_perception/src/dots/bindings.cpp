@@ -1,7 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Dots for Python, as module _core.dots. A call that changes an object works on a copy, which replaces it at the end: after an exception
-// the object is as it was.
+// Dots for Python, as module _core.dots.
 #include "bindings/bindings.hpp"
 
 #include <memory>
@@ -22,30 +21,6 @@ constexpr double LARGEST_DISC = 100, LARGEST_LEVEL = 1e6;  // px, grey levels: b
 constexpr double LONGEST_GRID = 2000;                      // rows, columns: bounds the memory
 constexpr double FARTHEST_TRACK = 1e9;                     // px: positions beyond it are invalid
 constexpr double LONGEST_S = 1e12;                         // of a stamp or a time constant
-
-// Raises the package's error for a wrong argument.
-[[noreturn]] void refuse(const std::string& text) {
-    PyErr_SetString(py::module_::import("tactile_perception.errors").attr("BadArgument").ptr(), text.c_str());
-    throw py::error_already_set();
-}
-
-template <class Object, class Work>
-auto change(Object& object, const Work& work) {
-    Object next = object;
-    auto found = [&] {
-        py::gil_scoped_release others_run;
-        return work(next);
-    }();
-    object = std::move(next);
-    return found;
-}
-
-template <class Class>
-void make_copyable(Class& bound) {
-    using Object = typename Class::type;
-    bound.def("__copy__", [](const Object& one) { return one; });
-    bound.def("__deepcopy__", [](const Object& one, const py::dict&) { return one; });
-}
 
 Image as_image(const Input<std::uint8_t>& image) {
     return {image.data(), image.length(0), image.length(1)};
@@ -157,28 +132,26 @@ Blobs blobs(const py::object& image, const py::object& small, const py::object& 
         }
         regions.push_back({at[0], at[1], at[2], at[3], centres.data()[2 * n], centres.data()[2 * n + 1], names.data()[n]});
     }
-    py::gil_scoped_release others_run;
-    return fit_blobs(as_image(pixels), as_image(few), step, named.data(), regions);
+    return without_gil([&] { return fit_blobs(as_image(pixels), as_image(few), step, named.data(), regions); });
 }
 
 Lattice lattice(const py::object& places, double angle_hint) {
     const Input<double> given(places, "places", {ANY, 2});
     within(angle_hint, "angle_hint", -1e3, 1e3);
     check_places(given, "places");
-    py::gil_scoped_release others_run;
-    return find_lattice(given.data(), given.length(), angle_hint);
+    return without_gil([&] { return find_lattice(given.data(), given.length(), angle_hint); });
 }
 
 py::array_t<std::int64_t> rows_and_columns(const Lattice& lattice) {
     std::vector<std::int64_t> rc;
     for (std::size_t i = 0; i < lattice.row.size(); ++i) rc.insert(rc.end(), {lattice.row[i], lattice.column[i]});
-    return output(rc, {static_cast<py::ssize_t>(lattice.row.size()), 2});
+    return rows_of(rc, 2);
 }
 
 GridNumbering make_numbering(std::int64_t rows, std::int64_t columns) {
     if (rows < 2 || columns < 2 || static_cast<double>(std::max(rows, columns)) > LONGEST_GRID) {
-        refuse("a grid has at least 2 rows and 2 columns, not " + std::to_string(rows) + " x " + std::to_string(columns) +
-               "; use rows = columns = 0 with the tracker for other patterns");
+        refuse("BadArgument", "a grid has at least 2 rows and 2 columns, not " + std::to_string(rows) + " x " + std::to_string(columns) +
+                                  "; use rows = columns = 0 with the tracker for other patterns");
     }
     return {rows, columns};
 }
@@ -207,8 +180,8 @@ void remembered(GridNumbering& numbering, const py::object& uv, const py::object
 
 Linker make_linker(double gate, std::int64_t confirm, double keep_s) {
     if (!(gate > 0 && gate < 1e6 && confirm >= 1 && keep_s >= 0)) {
-        refuse("gate > 0, confirm >= 1 and keep_s >= 0 are needed, not " + std::to_string(gate) + ", " + std::to_string(confirm) + ", " +
-               std::to_string(keep_s));
+        refuse("BadArgument", "gate > 0, confirm >= 1 and keep_s >= 0 are needed, not " + std::to_string(gate) + ", " +
+                                  std::to_string(confirm) + ", " + std::to_string(keep_s));
     }
     return {gate, confirm, keep_s};
 }
@@ -224,12 +197,9 @@ py::array_t<std::int64_t> links(const py::object& places, const py::object& dots
     check_places(from, "places"), check_places(to, "dots");
     within(gate, "gate", 0, LARGEST_PLACE);
     std::vector<std::int64_t> found;
-    {
-        py::gil_scoped_release others_run;
-        for (const auto& [place, dot] : link_places(from.data(), from.length(), to.data(), to.length(), gate))
-            found.insert(found.end(), {place, dot});
-    }
-    return output(found, {static_cast<py::ssize_t>(found.size() / 2), 2});
+    for (const auto& [place, dot] : without_gil([&] { return link_places(from.data(), from.length(), to.data(), to.length(), gate); }))
+        found.insert(found.end(), {place, dot});
+    return rows_of(found, 2);
 }
 
 struct Nearest {
@@ -251,7 +221,8 @@ Nearest nearest(const py::object& places, int count) {
 
 Reference make_reference(double time_constant_s, std::int64_t frames) {
     if (!(time_constant_s > 0 && frames >= 1)) {
-        refuse("time_constant_s > 0 and frames >= 1 are needed, not " + std::to_string(time_constant_s) + " and " + std::to_string(frames));
+        refuse("BadArgument",
+               "time_constant_s > 0 and frames >= 1 are needed, not " + std::to_string(time_constant_s) + " and " + std::to_string(frames));
     }
     return {time_constant_s, frames};
 }
@@ -281,7 +252,7 @@ py::array_t<double> displaced(Reference& reference, const py::object& id, const 
 
 py::array_t<double> places_of(const Reference& reference, const py::object& id) {
     const Input<std::int64_t> ids(id, "id", {ANY});
-    return output(reference.places(ids.data(), ids.length()), {ids.length(), 2});
+    return rows_of(reference.places(ids.data(), ids.length()), 2);
 }
 
 void bind_detection(py::module_& module) {
@@ -300,7 +271,7 @@ void bind_detection(py::module_& module) {
     finder.def(py::init([](const py::object& model, const py::object& look) { return DotFinder(as_model(model), as_look(look)); }),
                py::arg("model"), py::arg("look"));
     finder.def("find", &found_dots, py::arg("image"), "Dots of an image (H, W) uint8, reduced as the look says, in px of the whole image.");
-    make_copyable(finder);
+    copyable(finder);
     py::class_<Blobs>(module, "Blobs", "Large bright markers.")
         .def_property_readonly(
             "uv", [](const Blobs& found) { return positions(found.blobs); }, "(N, 2) px")
@@ -328,11 +299,7 @@ void bind_numbers(py::module_& module) {
         .def_readonly("found", &Lattice::found, "whether the dots form a grid that does not contradict itself")
         .def_property_readonly("rc", &rows_and_columns, "(N, 2) int64, row and column, valid for members")
         .def_property_readonly(
-            "member",
-            [](const Lattice& one) {
-                return output<bool>({one.member.begin(), one.member.end()}, {py::ssize_t(one.member.size())});
-            },
-            "(N,) bool")
+            "member", [](const Lattice& one) { return mask(one.member); }, "(N,) bool")
         .def_readonly("angle", &Lattice::angle, "rad, of the rows from u")
         .def_readonly("pitch", &Lattice::pitch, "px");
     module.def(
@@ -363,7 +330,7 @@ void bind_numbers(py::module_& module) {
                   "row may have left it. Rows that are no positions get -1.");
     numbering.def("remember", &remembered, py::arg("uv"), py::arg("id"),
                   "Take dots at uv (N, 2) float64, px, with indices id (N,) int64, -1 for none, as the last certain frame.");
-    make_copyable(numbering);
+    copyable(numbering);
     py::class_<Linker> linker(
         module, "Linker",
         "Tracks of dots from frame to frame by linear assignment with a constant velocity prediction; ids are never used again. It can be\n"
@@ -376,7 +343,7 @@ void bind_numbers(py::module_& module) {
         "Track id (N,) int64 of each dot at uv (N, 2) float64, px, -1 while new and for rows that are no positions; stamp_s, s, must\n"
         "increase.");
     linker.def("reset", &Linker::reset, "Drop all tracks; ids go on.");
-    make_copyable(linker);
+    copyable(linker);
     module.def(
         "link_places", &links, py::arg("places"), py::arg("dots"), py::kw_only(), py::arg("gate"),
         "One-to-one links (K, 2) int64, place and dot, between places (M, 2) and dots (N, 2) float64, px, closer than gate, px, with\n"
@@ -406,16 +373,12 @@ void bind_reference(py::module_& module) {
         "reference position. touched: as known by a later stage, None to decide by the dots.");
     reference.def("places", &places_of, py::arg("id"), "Reference positions (N, 2) px of dots id (N,) int64, NaN where unknown.");
     reference.def_property_readonly(
-        "id", [](const Reference& one) { return output(one.id(), {py::ssize_t(one.id().size())}); }, "(K,) int64, rising");
+        "id", [](const Reference& one) { return row_of(one.id()); }, "(K,) int64, rising");
     reference.def_property_readonly(
-        "uv",
-        [](const Reference& one) {
-            return output(one.uv(), {py::ssize_t(one.id().size()), 2});
-        },
-        "(K, 2) px");
+        "uv", [](const Reference& one) { return rows_of(one.uv(), 2); }, "(K, 2) px");
     reference.def_property_readonly("touched", &Reference::touched, "whether something touched in the last frame");
     reference.def_property_readonly("grown", &Reference::grown, "whether the last frame added dots");
-    make_copyable(reference);
+    copyable(reference);
 }
 
 }  // namespace

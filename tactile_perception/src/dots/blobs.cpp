@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "common/median.hpp"
-#include "common/pi.hpp"
 #include "common/wide.hpp"
 
 namespace tactile {
@@ -45,16 +44,16 @@ struct Moments {
         xx = std::max(sums[3] / area - x * x, 1e-6), yy = std::max(sums[5] / area - y * y, 1e-6);
         xy = sums[4] / area - x * y;
     }
-    double radius() const { return std::sqrt(area / PI); }
+    double radius() const { return std::sqrt(area / M_PI); }
     double determinant() const { return xx * yy - xy * xy; }
-    double solidity() const { return area / (4 * PI * std::sqrt(std::max(determinant(), 1e-6))); }
+    double solidity() const { return area / (4 * M_PI * std::sqrt(std::max(determinant(), 1e-6))); }
     // Semi-axes of the ellipse with these moments.
     double major() const { return 2 * std::sqrt((xx + yy) / 2 + std::hypot((xx - yy) / 2, xy)); }
     double minor() const { return 2 * std::sqrt(std::max((xx + yy) / 2 - std::hypot((xx - yy) / 2, xy), 0.0)); }
     // Ramanujan's first formula.
     double perimeter() const {
         const double a = major(), b = minor();
-        return PI * (3 * (a + b) - std::sqrt((3 * a + b) * (a + 3 * b)));
+        return M_PI * (3 * (a + b) - std::sqrt((3 * a + b) * (a + 3 * b)));
     }
 };
 
@@ -118,7 +117,7 @@ class Fitter {
     Fitter(const Image& image, const Image& small, int step, const std::uint16_t* labels, const std::vector<BlobRegion>& regions)
         : image_(image), small_(small), step_(step), labels_(labels), regions_(regions) {
         for (const BlobRegion& region : regions) side_ = std::max({side_, region.width + 2, region.height + 2});
-        for (int k = 0; k < RING; ++k) way_[k][0] = std::cos(k * PI / 6) / 2, way_[k][1] = std::sin(k * PI / 6) / 2;
+        for (int k = 0; k < RING; ++k) way_[k][0] = std::cos(k * M_PI / 6) / 2, way_[k][1] = std::sin(k * M_PI / 6) / 2;
     }
 
     Blobs run() {
@@ -280,7 +279,7 @@ class Fitter {
         const double share = (HIGH - LOW) / std::max(whole.area * whole.determinant(), 1e-6);
         slope[0] = std::clamp((whole.yy * x - whole.xy * y) * share, -STEEPEST, STEEPEST);
         slope[1] = std::clamp((whole.xx * y - whole.xy * x) * share, -STEEPEST, STEEPEST);
-        slope_noise = noise * std::sqrt(4 * PI) / std::max(whole.area, 1.0);
+        slope_noise = noise * std::sqrt(4 * M_PI) / std::max(whole.area, 1.0);
         const double square = slope[0] * slope[0] + slope[1] * slope[1], sure = square / (square + 2 * slope_noise * slope_noise + 1e-12);
         slope[0] *= sure, slope[1] *= sure;
     }
@@ -302,7 +301,7 @@ class Fitter {
         const double of_place = std::hypot(by_edge, EDGE * blur * radius * slope_noise);
         return {static_cast<double>(step_ * left(region)) + half() + moments.x - shift_x,
                 static_cast<double>(step_ * top(region)) + half() + moments.y - shift_y,
-                moments.area + PI * blur * blur,
+                moments.area + M_PI * blur * blur,
                 std::hypot(of_place, model),
                 levels.amplitude,
                 solidity};

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "common/median.hpp"
-#include "common/pi.hpp"
 #include "dots/links.hpp"
 #include "dots/peaks.hpp"
 
@@ -369,7 +368,7 @@ class Judge {
             const std::ptrdiff_t node = (size * model_.phases + std::abs(fit.node.down)) * model_.phases + std::abs(fit.node.across);
             const double lever = model_.levers[2 * size] * grounds[i] / fit.disc.amplitude + model_.levers[2 * size + 1];
             dots.push_back({fit.u() - lever * slopes[i].along_u, fit.v() - lever * slopes[i].along_v,
-                            PI / 4 * fit.disc.diameter * fit.disc.diameter,
+                            M_PI / 4 * fit.disc.diameter * fit.disc.diameter,
                             std::sqrt(fit.variance * model_.gains[node]) / std::abs(fit.disc.amplitude)});
         }
     }

@@ -51,7 +51,6 @@ class Linker {
     std::vector<std::int64_t> update(const double* places, std::ptrdiff_t count, double stamp_s);
     // Drops all tracks; ids go on.
     void reset() { tracks_.clear(); }
-    const std::vector<Track>& tracks() const { return tracks_; }
 
  private:
     std::vector<Link> best_links(const double* places, std::ptrdiff_t count, double stamp_s) const;

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "common/median.hpp"
-#include "common/pi.hpp"
 #include "dots/lattice.hpp"
 #include "dots/links.hpp"
 
@@ -21,7 +20,7 @@ namespace {
 // Row and column are locally nearly linear in image position. A linear fit to the nearest indexed dots predicts the index of a dot without
 // one. A prediction far from a whole number, or with a high leverage, is rejected. This repeats until no dot is added.
 
-constexpr double MOST_TURNED = 38.0 * PI / 180;  // rad: rotated further, rows and columns may be exchanged
+constexpr double MOST_TURNED = 38.0 * M_PI / 180;  // rad: rotated further, rows and columns may be exchanged
 constexpr double LOOSE = 0.05;      // share of dots without an index above which indices are extrapolated: more than false dots alone
 constexpr double FEW_LINKED = 0.7;  // of the dots: with fewer linked, the reason gives their number
 
@@ -547,7 +546,8 @@ GridNumbers GridNumbering::numbered(const double* places, std::ptrdiff_t count, 
         return found;
     }
     if (std::abs(lattice.angle) > MOST_TURNED) {
-        found.reason = "rows run at " + std::to_string(std::lround(lattice.angle * 180 / PI)) + " degrees: rows and columns are ambiguous";
+        found.reason =
+            "rows run at " + std::to_string(std::lround(lattice.angle * 180 / M_PI)) + " degrees: rows and columns are ambiguous";
         return found;
     }
     found.pitch = lattice.pitch;

@@ -1,7 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// The PSD finger for Python, as module _core.finger. A call works on a copy of the finger, which replaces it at the end: after an exception
-// it is as it was.
+// The PSD finger for Python, as module _core.finger.
 #include "bindings/bindings.hpp"
 
 #include <pybind11/eigen.h>
@@ -26,12 +25,6 @@ using finger::Touch;
 constexpr double LEAST = 1e-9, LARGEST = 1e9;  // of settings, s and V. Chosen: beyond any sensor, and products stay far from overflow
 constexpr double UNIT = 1e-3;                  // tolerance of a unit vector's squared length. Chosen: beyond float32 rounding
 constexpr double LATEST = 1e12;                // s, of a stamp. Chosen
-
-// Raises a named error of the package.
-[[noreturn]] void refuse(const char* error, const std::string& text) {
-    PyErr_SetString(py::module_::import("tactile_perception.errors").attr(error).ptr(), text.c_str());
-    throw py::error_already_set();
-}
 
 double setting(double value, const char* name, double least = LEAST) {
     if (value >= least && value <= LARGEST) return value;
@@ -86,17 +79,6 @@ Eigen::Matrix4Xd as_volts(const py::object& given) try {
 void check_period(double period) {
     if (period >= LEAST && period <= LARGEST) return;
     refuse("BadFrame", "sample_period is " + std::to_string(period) + " s; it must be positive and finite (NaN only for a single sample)");
-}
-
-template <class Work>
-auto change(PsdFinger& finger, const Work& work) {
-    PsdFinger next = finger;
-    auto found = [&] {
-        py::gil_scoped_release others_run;
-        return work(next);
-    }();
-    finger = std::move(next);
-    return found;
 }
 
 Samples detect(PsdFinger& finger, const py::object& volts, double period) {
@@ -156,11 +138,6 @@ std::pair<Eigen::Vector3d, Eigen::Matrix3d> filtered(SphereFilter& filter, const
     return {mean, spread};
 }
 
-template <std::vector<std::uint8_t> Samples::*flags>
-py::array_t<bool> mask(const Samples& samples) {
-    return output<bool>(std::vector<bool>((samples.*flags).begin(), (samples.*flags).end()), {samples.size()});
-}
-
 void bind_results(py::module_& module) {
     py::class_<Touch>(module, "Touch", "One contact. NaN: not known.")
         .def_readonly("id", &Touch::id, "constant while the contact lasts, from 1 on")
@@ -177,11 +154,14 @@ void bind_results(py::module_& module) {
         .def_readonly("estimates", &Estimates::estimates, "list of Estimate")
         .def_readonly("needs_period", &Estimates::needs_period, "a single sample of unknown rate follows no other: it has no result");
     py::class_<Samples>(module, "Samples", "States of single samples (N,).")
-        .def_property_readonly("known", &mask<&Samples::known>, "(N,) bool: the reference is available and the outputs are finite")
-        .def_property_readonly("contact", &mask<&Samples::contact>, "(N,) bool: something touches")
-        .def_property_readonly("saturated", &mask<&Samples::saturated>, "(N,) bool: an output saturates")
         .def_property_readonly(
-            "id", [](const Samples& samples) { return output(samples.id, {samples.size()}); }, "(N,) of the contact, 0 for none")
+            "known", [](const Samples& one) { return mask(one.known); }, "(N,) bool: the reference is available and the outputs are finite")
+        .def_property_readonly(
+            "contact", [](const Samples& one) { return mask(one.contact); }, "(N,) bool: something touches")
+        .def_property_readonly(
+            "saturated", [](const Samples& one) { return mask(one.saturated); }, "(N,) bool: an output saturates")
+        .def_property_readonly(
+            "id", [](const Samples& one) { return row_of(one.id); }, "(N,) of the contact, 0 for none")
         .def_property_readonly(
             "sums", [](const Samples& samples) { return rows_of(samples.sums); },
             "(N, 4) V, net of ambient light: difference along x, along y, total, cross term (eq 1); NaN where not known")
@@ -201,17 +181,15 @@ void bind_finger(py::module_& parent) {
         "centroid_covariance", &covariance_of_centroid, py::arg("place"), py::arg("total"), py::arg("noise"), py::arg("shot"),
         "Covariance (2, 2), half widths squared, of a centroid (2,) that is measured with that total, V (eq 1 to first order). noise:\n"
         "(4, 4) covariance of the sums, V^2; shot: V, variance of an output per V of its signal.");
-    py::class_<SphereFilter>(
-        module, "SphereFilter",
-        "A Kalman filter for a point on the unit sphere with nearly constant velocity. acceleration: rad/s^2, standard\n"
-        "deviation of the process noise. Raises BadArgument where it is not positive and finite.")
+    copyable(py::class_<SphereFilter>(
+                 module, "SphereFilter",
+                 "A Kalman filter for a point on the unit sphere with nearly constant velocity. acceleration: rad/s^2, standard\n"
+                 "deviation of the process noise. Raises BadArgument where it is not positive and finite."))
         .def(py::init([](double acceleration) { return SphereFilter(setting(acceleration, "acceleration")); }), py::arg("acceleration"))
         .def(
             "update", &filtered, py::arg("normal"), py::arg("covariance"), py::arg("seconds"),
             "(unit vector (3,), covariance (3, 3), rad^2) after a measurement seconds after the last one. Raises BadArgument for a vector\n"
-            "that is not of unit length or a covariance that is not finite.")
-        .def("__copy__", [](const SphereFilter& one) { return one; })
-        .def("__deepcopy__", [](const SphereFilter& one, const py::dict&) { return one; });
+            "that is not of unit length or a covariance that is not finite.");
     const FingerSettings usual;
     py::class_<FingerSettings>(module, "FingerSettings",
                                "Settings of a finger. radius: m, outer radius of the cover; saturation: V, at which an output saturates; "
@@ -226,10 +204,10 @@ void bind_finger(py::module_& parent) {
              py::arg("threshold") = usual.threshold, py::arg("acceleration") = usual.acceleration,
              py::arg("each_sample") = usual.each_sample)
         .def_readonly("radius", &FingerSettings::radius, "m");
-    py::class_<PsdFinger>(
-        module, "PsdFinger",
-        "A PSD finger: voltages of its four outputs, in batches of any size, to contacts. It holds what a batch hands to the\n"
-        "next, can be copied, and is as it was after an exception. model: FingerModel.")
+    copyable(py::class_<PsdFinger>(
+                 module, "PsdFinger",
+                 "A PSD finger: voltages of its four outputs, in batches of any size, to contacts. It holds what a batch hands to the\n"
+                 "next, can be copied, and is as it was after an exception. model: FingerModel."))
         .def(py::init([](const py::object& model, const FingerSettings& settings) { return PsdFinger(as_model(model), settings); }),
              py::arg("model"), py::arg("settings") = usual)
         .def(
@@ -257,9 +235,7 @@ void bind_finger(py::module_& parent) {
         .def_property_readonly(
             "sigma", [](const PsdFinger& one) { return one.reference().sigma(); }, "V, of the total at rest")
         .def_property_readonly(
-            "uncertainty", [](const PsdFinger& one) { return one.reference().uncertainty(); }, "V, of the total of the offset")
-        .def("__copy__", [](const PsdFinger& one) { return one; })
-        .def("__deepcopy__", [](const PsdFinger& one, const py::dict&) { return one; });
+            "uncertainty", [](const PsdFinger& one) { return one.reference().uncertainty(); }, "V, of the total of the offset");
 }
 
 }  // namespace tactile::border

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/pi.hpp"
-
 namespace tactile {
 namespace {
 
@@ -48,7 +46,7 @@ double clearance(const ClampedSkin& skin, double x, double y) {
     double sum = 0;
     for (int axis = 0; axis < 2; ++axis) {
         const double at = std::clamp((axis ? y : x) / skin.size[axis], -AT_CLAMP, AT_CLAMP);
-        sum += std::pow(2 * skin.size[axis] / PI * std::cos(PI * at), -4);
+        sum += std::pow(2 * skin.size[axis] / M_PI * std::cos(M_PI * at), -4);
     }
     return std::pow(sum, -0.25);
 }
@@ -67,7 +65,7 @@ void disc_outline(const ContactDisc& disc, double* outline) {
     const Vec3 along = across > 0 ? Vec3{disc.normal.z / across, 0, -disc.normal.x / across} : Vec3{1, 0, 0};
     const Vec3 beside = cross(disc.normal, along);
     for (int k = 0; k < CORNERS; ++k) {
-        const double turn = 2 * PI * k / CORNERS;
+        const double turn = 2 * M_PI * k / CORNERS;
         store(outline, k, disc.centre + disc.radius * (std::cos(turn) * along + std::sin(turn) * beside));
     }
 }

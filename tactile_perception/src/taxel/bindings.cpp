@@ -23,12 +23,6 @@ using taxel::SurfaceShear;
 
 constexpr double MOST_TAXELS = 1e4, LONGEST = 1e6, LARGEST_NUMBER = 1e30;  // of a side; taxels, of a width: far beyond any array
 
-template <class Work>
-auto without_gil(const Work& work) {
-    py::gil_scoped_release others_run;
-    return work();
-}
-
 py::array_t<float> contact_score(const py::object& pressure, const py::object& full, double smooth, int reach, double least, double share,
                                  double ramp) {
     const Input<float> given(pressure, "pressure", {ANY, ANY});
@@ -71,11 +65,9 @@ taxel::PathMotion add(taxel::Path& path, double time, const py::object& pose, co
     const Input<double> at(pose, "pose", {3}), middle(arm, "arm", {2});
     within(time, "time", -1e12, 1e12);
     within(reach, "reach", 1e-12, LONGEST);
-    taxel::Path next = path;
-    const auto found =
-        next.add(time, Eigen::Map<const Eigen::Vector3d>(at.data()), Eigen::Map<const Eigen::Vector2d>(middle.data()), reach);
-    path = std::move(next);
-    return found;
+    return change(path, [&](taxel::Path& next) {
+        return next.add(time, Eigen::Map<const Eigen::Vector3d>(at.data()), Eigen::Map<const Eigen::Vector2d>(middle.data()), reach);
+    });
 }
 
 Picture picture_of(const Input<float>& pressure, double scale) {
@@ -114,11 +106,9 @@ py::array_t<float> move(SurfaceShear& shear, const py::object& touched, const py
     const Input<float> pressed(pressure, "pressure", {rows, columns});
     const Input<double> way(shift, "shift", {3});
     within(friction, "friction", 0, LARGEST_NUMBER);
-    SurfaceShear next = shear;
-    auto slip = without_gil([&] {
+    auto slip = change(shear, [&](SurfaceShear& next) {
         return next.move(marks(contact), pressed.data(), {way.data()[0], way.data()[1], way.data()[2]}, friction);
     });
-    shear = std::move(next);
     return kept(std::move(slip), {2, rows, columns});
 }
 
@@ -126,12 +116,6 @@ py::array_t<float> pressure_of(const SurfaceShear& shear, const py::object& trac
     const Input<float> given(traction, "traction", {2, shear.pad().rows, shear.pad().columns});
     auto found = without_gil([&] { return shear.pressure_of(given.data()); });
     return kept(std::move(found), {shear.pad().rows, shear.pad().columns});
-}
-
-template <class T, class... Options>
-py::class_<T> copyable(py::class_<T, Options...> bound) {
-    bound.def("__copy__", [](const T& one) { return one; }).def("__deepcopy__", [](const T& one, const py::dict&) { return one; });
-    return bound;
 }
 
 }  // namespace
@@ -154,23 +138,13 @@ void bind_taxel(py::module_& parent) {
     py::class_<Outlines>(module, "Outlines",
                          "Outlines of the regions of an array: M vertices of L polygons, each region's outline and its holes.")
         .def_property_readonly(
-            "grid",
-            [](const Outlines& one) {
-                return output(one.loops.places, {static_cast<py::ssize_t>(one.points.size()) / 3, 2});
-            },
-            "(M, 2) row and column")
+            "grid", [](const Outlines& one) { return rows_of(one.loops.places, 2); }, "(M, 2) row and column")
         .def_property_readonly(
-            "points",
-            [](const Outlines& one) {
-                return output(one.points, {static_cast<py::ssize_t>(one.points.size()) / 3, 3});
-            },
-            "(M, 3) m")
+            "points", [](const Outlines& one) { return rows_of(one.points); }, "(M, 3) m")
         .def_property_readonly(
-            "start", [](const Outlines& one) { return output(one.loops.start, {static_cast<py::ssize_t>(one.loops.start.size())}); },
-            "(L + 1,) first vertices, and M")
+            "start", [](const Outlines& one) { return row_of(one.loops.start); }, "(L + 1,) first vertices, and M")
         .def_property_readonly(
-            "region", [](const Outlines& one) { return output(one.loops.region, {static_cast<py::ssize_t>(one.loops.region.size())}); },
-            "(L,) number of the region")
+            "region", [](const Outlines& one) { return row_of(one.loops.region); }, "(L,) number of the region")
         .def_readonly("label", &Outlines::label, "[L] of the taxels inside")
         .def_readonly("integrals", &Outlines::integrals, "[L] of 1, x, y, xx, xy, yy within the polygon, m; negative for holes");
     module.def("outlines", &outlines, py::arg("score"), py::arg("labels"), py::kw_only(), py::arg("level"), py::arg("pitch"),

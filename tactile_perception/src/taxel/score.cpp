@@ -14,7 +14,6 @@
 #include <optional>
 
 #include "common/grid.hpp"
-#include "common/pi.hpp"
 #include "common/wide.hpp"
 
 namespace tactile::taxel {
@@ -103,7 +102,7 @@ struct Level {
         top_y = (share[4] * share[2] - 2 * share[5] * share[1]) / determinant;
         top_x = (share[4] * share[1] - 2 * share[3] * share[2]) / determinant;
         top = value(top_y, top_x);
-        const double foot = 2 * PI * top / std::sqrt(determinant);
+        const double foot = 2 * M_PI * top / std::sqrt(determinant);
         dome = top > 0 && foot < WIDEST * static_cast<double>(above(static_cast<float>(top / 2)));
     }
 };

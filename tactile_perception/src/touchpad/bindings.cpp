@@ -21,14 +21,10 @@ py::tuple colours(const py::object& image, const py::object& uv, double radius) 
     const Input<std::uint8_t> pixels(image, "image", {ANY, ANY, 3});
     const Input<double> places(uv, "uv", {ANY, 2});
     within(radius, "radius", 0, LARGEST_RADIUS);
-    RingColours found;
-    {
-        py::gil_scoped_release others_run;
-        found = ring_colours({pixels.data(), pixels.length(0), pixels.length(1)}, places.data(), places.length(), radius);
-    }
-    const py::ssize_t count = places.length();
-    return py::make_tuple(output(found.ratios, {count, 2}), output(found.brightness, {count}), output(found.count, {count}),
-                          output(found.patchiness, {count}));
+    const RingColours found = without_gil([&] {
+        return ring_colours({pixels.data(), pixels.length(0), pixels.length(1)}, places.data(), places.length(), radius);
+    });
+    return py::make_tuple(rows_of(found.ratios, 2), row_of(found.brightness), row_of(found.count), row_of(found.patchiness));
 }
 
 LightPath as_path(const Input<double>& path) {
@@ -41,20 +37,14 @@ py::tuple path_lengths(const py::object& path, const py::object& places, const p
     const py::ssize_t count = at.length();
     const Input<double> facing(normals, "normals", {count, 3}), along(rays, "rays", {count, 3});
     std::vector<double> metres(count), slopes(count), irradiance(count);
-    {
-        py::gil_scoped_release others_run;
-        const LightPath way = as_path(light);
-        for (py::ssize_t k = 0; k < count; ++k) {
-            const Vec3 place = vec3_at(at.data(), k), ray = vec3_at(along.data(), k);
-            const Vec3 normal = vec3_at(facing.data(), k);
-            const Incidence lit = incidence(way, place, normal, ray);
-            const Length found = length_at(way, place.z, ray.z, lit);
-            metres[k] = found.metres;
-            slopes[k] = found.slope;
-            irradiance[k] = lit.irradiance;
-        }
+    const LightPath way = as_path(light);
+    for (py::ssize_t k = 0; k < count; ++k) {
+        const Vec3 place = vec3_at(at.data(), k), ray = vec3_at(along.data(), k);
+        const Incidence lit = incidence(way, place, vec3_at(facing.data(), k), ray);
+        const Length found = length_at(way, place.z, ray.z, lit);
+        metres[k] = found.metres, slopes[k] = found.slope, irradiance[k] = lit.irradiance;
     }
-    return py::make_tuple(output(metres, {count}), output(slopes, {count}), output(irradiance, {count}));
+    return py::make_tuple(row_of(metres), row_of(slopes), row_of(irradiance));
 }
 
 py::tuple light_on_skin(const py::object& path, const py::object& places, const py::object& border_normals, py::ssize_t rows,
@@ -63,13 +53,8 @@ py::tuple light_on_skin(const py::object& path, const py::object& places, const 
     within(rows, "rows", 0, 4096);
     within(columns, "columns", 0, 4096);
     const Input<double> at(places, "places", {rows * columns, 3}), facing(border_normals, "border_normals", {rows * columns, 3});
-    SkinLight found;
-    {
-        py::gil_scoped_release others_run;
-        found = skin_light(as_path(light), at.data(), facing.data(), rows, columns);
-    }
-    const py::ssize_t dots = rows * columns;
-    return py::make_tuple(output(found.irradiance, {dots}), output(found.lengths, {dots}));
+    const SkinLight found = without_gil([&] { return skin_light(as_path(light), at.data(), facing.data(), rows, columns); });
+    return py::make_tuple(row_of(found.irradiance), row_of(found.lengths));
 }
 
 py::tuple lengths_of_colours(const py::object& ratios, const py::object& count, const py::object& patchiness, const py::object& excess,
@@ -85,12 +70,10 @@ py::tuple lengths_of_colours(const py::object& ratios, const py::object& count, 
                             {noise[0], noise[1], noise[2], noise[3]}};
     within(noise[0] * noise[3] - noise[1] * noise[2], "noise", 1e-300, 1e300);
     const Glare glare{within(probability, "probability", 1e-6, 1), within(size, "size", 1e-6, 1e3)};
-    WaterLengths found;
-    {
-        py::gil_scoped_release others_run;
-        found = water_lengths(water, glare, {logs.data(), points.data(), patchy.data(), bright.data(), sigma.data(), tints.data(), dots});
-    }
-    return py::make_tuple(output(found.lengths, {dots}), output(found.sigma, {dots}));
+    const WaterLengths found = without_gil([&] {
+        return water_lengths(water, glare, {logs.data(), points.data(), patchy.data(), bright.data(), sigma.data(), tints.data(), dots});
+    });
+    return py::make_tuple(row_of(found.lengths), row_of(found.sigma));
 }
 
 py::tuple ranges(const py::object& path, const py::object& lengths, const py::object& rays, const py::object& id,
@@ -105,16 +88,14 @@ py::tuple ranges(const py::object& path, const py::object& lengths, const py::ob
     within(ring_share, "ring_share", 0, 10);
     const bool grid = rows > 2 && columns > 2;
     for (py::ssize_t k = 0; grid && k < count; ++k) within(numbers.data()[k], "id", 0, rows * columns - 1);
-    WaterRanges found;
-    {
-        py::gil_scoped_release others_run;
-        found = water_ranges(as_path(light), {numbers.data(), along.data(), rest.data(), facing.data(), count, rows, columns},
-                             metres.data(), ring_share);
-    }
-    return py::make_tuple(output(found.ranges, {count}), output(found.slopes, {count}));
+    const WaterRanges found = without_gil([&] {
+        return water_ranges(as_path(light), {numbers.data(), along.data(), rest.data(), facing.data(), count, rows, columns},
+                            metres.data(), ring_share);
+    });
+    return py::make_tuple(row_of(found.ranges), row_of(found.slopes));
 }
 
-// ---- The membrane. A call that changes an object works on a copy, which replaces it at the end: after an exception it is as it was.
+// ---- The membrane.
 
 constexpr int LARGEST_GRID = 4096;       // dots. Chosen for memory: the response to the ranges is a dense matrix
 constexpr double LARGEST_SIZE = 1e200;   // m, m^2. Chosen: any units
@@ -142,7 +123,7 @@ py::tuple forces_at(const Membrane& membrane, const py::object& xyz) {
     const Input<double> places(xyz, "xyz", {size, 3});
     std::vector<double> force(3 * size), share(3 * size);
     add_forces(membrane.skin(), places.data(), force.data(), share.data());
-    return py::make_tuple(output(force, {size, 3}), output(share, {size, 3}));
+    return py::make_tuple(rows_of(force), rows_of(share));
 }
 
 py::array_t<double> slopes_at(const Membrane& membrane, const py::object& xyz, const py::object& rays, double pressure) {
@@ -164,29 +145,16 @@ MembraneState solve(Membrane& membrane, const py::object& rays, const py::object
     const Input<std::int64_t> numbers = numbers_of(id, membrane.skin().grid);
     const py::ssize_t count = numbers.length();
     const Input<double> along(rays, "rays", {count, 3}), measured(ranges, "ranges", {count}), spread(sigma, "sigma", {count});
-    py::gil_scoped_release others_run;
-    Membrane next = membrane;
-    next.solve({numbers.data(), along.data(), measured.data(), spread.data(), count});
-    membrane = std::move(next);
-    return membrane.state();
+    return change(membrane, [&](Membrane& next) {
+        next.solve({numbers.data(), along.data(), measured.data(), spread.data(), count});
+        return next.state();
+    });
 }
 
 DotLoads loads_of(const Membrane& membrane, const py::object& id, const py::object& xyz) {
     const Input<std::int64_t> numbers = numbers_of(id, membrane.skin().grid);
     const Input<double> places(xyz, "xyz", {numbers.length(), 3});
-    py::gil_scoped_release others_run;
-    return membrane.loads(numbers.data(), places.data(), numbers.length());
-}
-
-py::array_t<bool> mask(const std::vector<std::uint8_t>& marked) {
-    return output<bool>(std::vector<bool>(marked.begin(), marked.end()), {static_cast<py::ssize_t>(marked.size())});
-}
-py::array_t<double> rows_of(const std::vector<double>& values, py::ssize_t width = 3) {
-    return output(values, {static_cast<py::ssize_t>(values.size()) / width, width});
-}
-template <class T>
-py::array_t<T> row_of(const std::vector<T>& values) {
-    return output(values, {static_cast<py::ssize_t>(values.size())});
+    return without_gil([&] { return membrane.loads(numbers.data(), places.data(), numbers.length()); });
 }
 
 DotLoads make_loads(const py::object& xyz, const py::object& seen, const py::object& normal, const py::object& force, const py::object& load) {
@@ -225,20 +193,17 @@ Grid grid_of(const DotLoads& loads, int rows, int columns) {
 DotFrame classify(DotClassifier& classifier, const py::object& id, const py::object& xyz, double seconds) {
     const Input<std::int64_t> numbers = numbers_of(id, classifier.membrane().skin().grid);
     const Input<double> places(xyz, "xyz", {numbers.length(), 3});
-    py::gil_scoped_release others_run;
-    DotClassifier next = classifier;
-    DotFrame found = next.classify(numbers.data(), places.data(), numbers.length(), seconds);
-    classifier = std::move(next);
-    return found;
+    return change(classifier, [&](DotClassifier& next) {
+        return next.classify(numbers.data(), places.data(), numbers.length(), seconds);
+    });
 }
 
 py::array_t<std::uint8_t> update(StickSlip& tracker, const DotLoads& loads, const py::object& score, double seconds) {
     const Input<double> given(score, "score", {tracker.size()});
     if (loads.load.size() != static_cast<std::size_t>(tracker.size())) throw py::value_error("loads: those of the grid's dots are needed");
-    StickSlip next = tracker;
-    const std::vector<std::uint8_t> found = next.update(loads, {given.data(), given.data() + given.length()}, seconds);
-    tracker = std::move(next);
-    return row_of(found);
+    return row_of(change(tracker, [&](StickSlip& next) {
+        return next.update(loads, {given.data(), given.data() + given.length()}, seconds);
+    }));
 }
 
 // A surface that is extended on each side, and the starts of polygons.
@@ -273,13 +238,10 @@ RegionContact contact_of(const py::object& id, const py::object& places, const p
                             first.length() - 1,
                             within(pitch, "pitch", 1 / LARGEST_SIZE, LARGEST_SIZE)};
     const RestCap rest{within(centre_z, "centre_z", -LARGEST_SIZE, LARGEST_SIZE), radius};
-    RegionContact found;
-    {
-        py::gil_scoped_release others_run;
-        const double* forces = pushed.length() ? pushed.data() : nullptr;
-        found = region_contact({grid, numbers.data(), dots.data(), forces, members.data(), held.data(), count}, shape, nodes, rest, sigma);
-    }
-    return found;
+    const double* forces = pushed.length() ? pushed.data() : nullptr;
+    return without_gil([&] {
+        return region_contact({grid, numbers.data(), dots.data(), forces, members.data(), held.data(), count}, shape, nodes, rest, sigma);
+    });
 }
 
 Eigen::Vector3d column(Vec3 a) {
@@ -302,10 +264,11 @@ void bind_membrane(py::module_& module) {
                                "(K, 3) N, object on sensor, 0 on the outermost dots, which have no balance")
         .def_property_readonly("load", [](const DotLoads& one) { return row_of(one.load); },
                                "(K,) normal pressure of the object over the fluid's: 0 free, 1 under a flat face");
-    py::class_<Membrane>(module, "Membrane",
+    copyable(py::class_<Membrane>(
+        module, "Membrane",
                          "The membrane through the dots of a rows x columns grid with rest positions (K, 3), m, by number; stiffness: shear,\n"
                          "N/m; area_share: of the area term; pressure: of the fluid at rest, Pa; origin: (3,) m, camera centre. It holds the\n"
-                         "last frame, can be copied, and is as it was after an exception.")
+                         "last frame, can be copied, and is as it was after an exception."))
         .def(py::init([](const py::object& rest, int rows, int columns, double stiffness, double area_share, double pressure,
                          const py::object& origin) {
                  return Membrane(skin_of(rest, rows, columns, {stiffness, area_share, pressure}), vector_of(origin, "origin"));
@@ -333,9 +296,7 @@ void bind_membrane(py::module_& module) {
              "MembraneState of the next frame, from ranges (N,), m, of dots id (N,) int64 along unit rays (N, 3) from the origin, of standard\n"
              "deviations sigma (N,), m, NaN: unknown.")
         .def("loads", &loads_of, py::arg("id"), py::arg("xyz"),
-             "DotLoads of the seen dots id (N,) int64 at xyz (N, 3), m. Near a load, unseen dots are placed by one step towards the balance.")
-        .def("__copy__", [](const Membrane& one) { return one; })
-        .def("__deepcopy__", [](const Membrane& one, const py::dict&) { return one; });
+             "DotLoads of the seen dots id (N,) int64 at xyz (N, 3), m. Near a load, unseen dots are placed by one step towards the balance.");
 }
 
 void bind_classifier(py::module_& module) {
@@ -347,30 +308,17 @@ void bind_classifier(py::module_& module) {
                  return row_of(border_scores(network, grid_of(loads, rows, columns), loads, within(pitch, "pitch", 1e-9, 1e9)));
              }, py::arg("loads"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pitch"),
              "Scores (K,): half a dot's distance from the border, pitches, plus 1/2, 0 to 1; pitch: m.");
-    py::class_<StickSlipModel>(module, "StickSlipModel", "All that decides about stick or slip; docs/stick_slip.md has the meaning of each.")
-        .def(py::init<>())
-        .def_readwrite("depth_noise", &StickSlipModel::depth_noise, "m")
-        .def_readwrite("strain", &StickSlipModel::strain)
-        .def_readwrite("creep", &StickSlipModel::creep, "m/s")
-        .def_readwrite("slip", &StickSlipModel::slip, "m/s")
-        .def_readwrite("drift", &StickSlipModel::drift, "m/s")
-        .def_readwrite("acceleration", &StickSlipModel::acceleration, "m/s^2")
-        .def_readwrite("friction", &StickSlipModel::friction)
-        .def_readwrite("friction_spread", &StickSlipModel::friction_spread)
-        .def_readwrite("friction_noise", &StickSlipModel::friction_noise)
-        .def_readwrite("aim", &StickSlipModel::aim, "rad")
-        .def_readwrite("rate", &StickSlipModel::rate, "1/s")
-        .def_readwrite("share", &StickSlipModel::share);
     py::class_<TouchingObject>(module, "TouchingObject", "An object that touches. Modes: held, slipping in part, sliding, at rest.")
         .def_readonly("count", &TouchingObject::count, "dots judged, 0 of a new one")
         .def_readonly("odds", &TouchingObject::odds, "(4,), probabilities of the modes")
         .def_readonly("slipping", &TouchingObject::slipping, "(4,), share of the dots that slip in each mode");
-    py::class_<StickSlip>(module, "StickSlip", "Which dots of a rows x columns grid stick or slip, frame by frame; origin: (3,) m, camera centre.")
-        .def(py::init([](int rows, int columns, const py::object& origin, const StickSlipModel& model) {
+    copyable(py::class_<StickSlip>(
+        module, "StickSlip", "Which dots of a rows x columns grid stick or slip, frame by frame; origin: (3,) m, camera centre."))
+        .def(py::init([](int rows, int columns, const py::object& origin) {
                  const Grid grid{within(rows, "rows", 1, LARGEST_GRID), within(columns, "columns", 1, LARGEST_GRID)};
                  within(grid.size(), "rows * columns", 1, LARGEST_GRID);
-                 return StickSlip(grid, column(vector_of(origin, "origin")), model);
-             }), py::arg("rows"), py::arg("columns"), py::arg("origin"), py::arg("model") = StickSlipModel{})
+                 return StickSlip(grid, column(vector_of(origin, "origin")));
+             }), py::arg("rows"), py::arg("columns"), py::arg("origin"))
         .def("update", &update, py::arg("loads"), py::arg("score"), py::arg("seconds"),
              "States (K,) uint8: 0 free, 1 sticking, 2 slipping, so many seconds after the last frame; score (K,): above 0.5 in contact.")
         .def("slides", [](const StickSlip& one) { return rows_of(one.slides(), 2); },
@@ -379,9 +327,7 @@ void bind_classifier(py::module_& module) {
                                "(K,), probabilities that the dots slip, given that they touch; NaN: unknown")
         .def_property_readonly("objects", &StickSlip::objects, "list of TouchingObject, largest first")
         .def_property_readonly("friction", &StickSlip::friction, "coefficient of the object last seen")
-        .def_property_readonly("noise", &StickSlip::noise, "m, standard deviation of a dot's motion across its ray")
-        .def("__copy__", [](const StickSlip& one) { return one; })
-        .def("__deepcopy__", [](const StickSlip& one, const py::dict&) { return one; });
+        .def_property_readonly("noise", &StickSlip::noise, "m, standard deviation of a dot's motion across its ray");
     py::class_<DotFrame>(module, "DotFrame", "What one frame tells about all K dots.")
         .def_property_readonly("loads", [](const DotFrame& one) { return one.loads; }, "DotLoads")
         .def_property_readonly("score", [](const DotFrame& one) { return row_of(one.score); }, "(K,), above 0.5 in contact")
@@ -391,18 +337,17 @@ void bind_classifier(py::module_& module) {
         .def_property_readonly("slides", [](const DotFrame& one) { return rows_of(one.slides, 2); }, "(K, 2) m, see StickSlip.slides")
         .def_property_readonly("slipping", [](const DotFrame& one) { return row_of(one.slipping); }, "(K,), see StickSlip.slipping")
         .def_readonly("objects", &DotFrame::objects, "list of TouchingObject");
-    py::class_<DotClassifier>(module, "DotClassifier",
+    copyable(py::class_<DotClassifier>(
+        module, "DotClassifier",
                               "The dots of a touchpad, frame by frame: which are in contact, which of these stick or slip, what they carry.\n"
-                              "membrane: Membrane, of which a copy is taken; origin: (3,) m, camera centre; network: BorderNetwork.")
+                              "membrane: Membrane, of which a copy is taken; origin: (3,) m, camera centre; network: BorderNetwork."))
         .def(py::init([](const Membrane& membrane, const py::object& origin, std::shared_ptr<BorderNetwork> network) {
                  return DotClassifier(membrane.skin(), vector_of(origin, "origin"), std::move(network));
              }), py::arg("membrane"), py::arg("origin"), py::arg("network"))
         .def("take_rest", [](DotClassifier& classifier, const Membrane& other) { classifier.set_rest(other.skin()); }, py::arg("other"),
              "Take a membrane's rest positions, of the same grid.")
         .def("classify", &classify, py::arg("id"), py::arg("xyz"), py::arg("seconds"),
-             "DotFrame of the seen dots id (N,) int64 at xyz (N, 3), m, so many seconds after the last frame.")
-        .def("__copy__", [](const DotClassifier& one) { return one; })
-        .def("__deepcopy__", [](const DotClassifier& one, const py::dict&) { return one; });
+             "DotFrame of the seen dots id (N,) int64 at xyz (N, 3), m, so many seconds after the last frame.");
     py::class_<RegionContact>(module, "RegionContact", "The contact in a region. NaN: unknown.")
         .def_property_readonly("position", [](const RegionContact& one) { return column(one.place.position); }, "(3,) m")
         .def_property_readonly("covariance", [](const RegionContact& one) { return one.place.covariance; }, "(3, 3) m^2")

@@ -77,7 +77,6 @@ class DotClassifier {
 
     void set_rest(Skin skin);
     const Membrane& membrane() const { return membrane_; }
-    const StickSlip& stick_slip() const { return stick_slip_; }
 
     // The next frame, so many seconds after the last: dots id (count) seen at places (count, 3), m.
     DotFrame classify(const std::int64_t* id, const double* places, std::ptrdiff_t count, double seconds);

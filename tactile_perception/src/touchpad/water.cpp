@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "common/lanes.hpp"
-#include "common/pi.hpp"
 
 namespace tactile {
 
@@ -78,8 +77,8 @@ struct Ring {
     OnRing across, down, cosine, sine;
     explicit Ring(double radius) {
         for (int p = 0; p < POINTS; ++p) {
-            cosine[p] = std::cos(2 * PI * p / POINTS);
-            sine[p] = std::sin(2 * PI * p / POINTS);
+            cosine[p] = std::cos(2 * M_PI * p / POINTS);
+            sine[p] = std::sin(2 * M_PI * p / POINTS);
             across[p] = radius * cosine[p];
             down[p] = radius * sine[p];
         }

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """3D positions of markers: of a clamped elastic sheet from their apparent positions in its untouched plane (kernel sheet_depths:
-src/press/sheet_depths.cpp), of a dome along their rays."""
+src/press/sheet_view.cpp), of a dome along their rays."""
 from __future__ import annotations
 
 from collections.abc import Callable

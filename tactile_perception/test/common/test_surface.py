@@ -3,6 +3,7 @@
 """The surface through dots, and regions on it."""
 import numpy as np
 import pytest
+from tactile_perception import _core
 from tactile_perception.common.surface import DotSurface, fill_unseen, grid_normals, label_score, region_outlines, scatter, to_grid
 from tactile_perception.errors import BadArgument
 
@@ -121,15 +122,6 @@ def test_disc_is_found_between_the_dots():
         assert np.abs(np.hypot(region.points[:, 0] - 10.8, region.points[:, 1] - 11.3) - radius).max() < 0.15
 
 
-def test_ring_has_its_hole():
-    row, column = np.mgrid[:23, :23]
-    radius = np.hypot(row - 11, column - 11)
-    region, = region_outlines(np.clip(0.5 + np.minimum(7 - radius, radius - 4), 0, 1), flat())[0]
-    assert len(region.holes) == 1
-    assert signed_area(region.points) == pytest.approx(np.pi * 49, rel=0.03)
-    assert signed_area(region.holes[0]) == pytest.approx(-np.pi * 16, rel=0.03)
-
-
 def test_hole_goes_to_the_region_around_it():
     row, column = np.mgrid[:23, :23]
     radius = np.hypot(row - 11, column - 11)
@@ -163,11 +155,6 @@ def test_unseen_dots_leave_no_hole():
     assert not region.holes
 
 
-def test_nothing_where_nothing_touches():
-    assert region_outlines(np.zeros((23, 23)), flat())[0] == []
-    assert region_outlines(np.full((23, 23), np.nan), flat())[0] == []
-
-
 def test_one_label_keeps_a_region():
     label = np.zeros((23, 23))
     label[4, 7] = 1
@@ -180,3 +167,10 @@ def test_refuses_shapes_that_do_not_fit():
         region_outlines(np.zeros((22, 23)), flat())
     with pytest.raises(BadArgument):
         region_outlines(np.zeros((23, 23)), flat(), refine=0)
+    for start in ([0, 3], [0, 5, 5, 9]):
+        with pytest.raises(ValueError, match='^start: '):
+            _core.region_axes(np.ones(6), np.zeros((9, 3)), np.array(start), pitch=1e-3)
+    with pytest.raises(ValueError, match='^score: '):
+        _core.find_outlines(np.zeros((22, 23)), flat().wide, level=0.5, ceiling=1.0, refine=2)
+    with pytest.raises(ValueError, match='^xyz: '):
+        _core.extend_surface(flat().xyz[:1])

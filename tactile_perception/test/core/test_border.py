@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The border of the compiled module: whatever array NumPy can make, a function answers or raises ValueError with the argument's name."""
+import copy
 import re
 from pathlib import Path
 from types import ModuleType
@@ -10,65 +11,21 @@ import pytest
 from border_checks import check_any_array, check_memory, check_wrong_type
 from tactile_perception import _core
 from tactile_perception.press.sheet.mechanics import SheetMesh
+from tactile_perception.touchpad.contact import border_network
 
+# Sheets.
 PLACES = np.random.default_rng(1).uniform(5, 55, (40, 2))
-
-
-SHEET = {name: getattr(SheetMesh(np.zeros(2), np.array([0.03, 0.03]), 8e-3, 2), name)
-         for name in ('value', 'slope', 'laplacian', 'weight', 'rest')} | {'depths': np.array([5e-4, 1e-3])}
-
-
-def call_press_sheet(**arrays):
-    """A small sheet, pressed."""
-    return _core.press_sheet(**SHEET | arrays, place=(0.0, 0.0), radius=7e-3, prestretch=1.05, bending=2e-7, friction=0.5, slides=False,
-                             drag=(0.0, 0.0))
-
-
-COLOURS = np.random.default_rng(3).integers(0, 256, (60, 80, 3), dtype=np.uint8)
-PATH = np.array([-0.005, -0.038, 0.018, 0.2, 0.0, 0.0, -0.04])
-PAD = {
-    'path': PATH, 'lengths': np.full(12, 0.036), 'rays': np.random.default_rng(4).normal((0, 0, 1), (0.1, 0.1, 0), (12, 3)),
-    'id': np.arange(12), 'rest_ranges': np.full(12, 0.05), 'rest_normals': np.tile([0.0, 0.0, 1.0], (12, 1)),
-}
-LIGHT = {'path': PATH, 'places': np.random.default_rng(5).normal(0, 0.004, (12, 3)), 'normals': PAD['rest_normals'], 'rays': PAD['rays']}
-
-SKIN = {'path': PATH, 'places': PAD['rays'] * 0.05, 'border_normals': PAD['rest_normals']}
-SEEN = {'ratios': np.random.default_rng(6).normal(-1.5, 0.1, (12, 2)), 'count': np.full(12, 16), 'patchiness': np.zeros(12),
-        'excess': np.linspace(-0.1, 0.2, 12), 'excess_sigma': np.full(12, 0.02), 'colour': np.full((12, 2), 0.5)}
-
-
-def call_skin_light(**arrays):
-    """Light on a skin of 3 x 4 places, with the arrays given in place of the good ones."""
-    return _core.skin_light(**{**SKIN, **arrays}, rows=3, columns=4)
-
-
-def call_water_lengths(**arrays):
-    """Path lengths with glare, with the arrays given in place of the good ones."""
-    return _core.water_lengths(**{**SEEN, **arrays}, constants=(-0.5, -0.4), absorptions=(35.0, 27.0), noise=(1e-5, 5e-6, 5e-6, 1e-5),
-                               probability=0.3, size=0.1)
-
-
-def call_ring_colours(image=COLOURS, uv=PLACES):
-    """Colours with the arguments that are no arrays as they are in use."""
-    return _core.ring_colours(image, uv, 8.0)
-
-
-def call_path_lengths(**arrays):
-    """Lengths of paths, with the arrays given in place of the good ones."""
-    return _core.path_lengths(**{**LIGHT, **arrays})
-
-
-def call_water_ranges(**arrays):
-    """Ranges on a grid of 3 x 4 dots, with the arrays given in place of the good ones."""
-    return _core.water_ranges(**{**PAD, **arrays}, rows=3, columns=4, ring_share=0.45)
-
-
-SPLINES, EYES = np.zeros((16, 3), np.float32), np.tile([0.0, 0.0, -0.06], (40, 1))
-PRESSES = np.array([[1e-3, 2e-3, 2e-3, 0.0, 0.0, 0.0], [8e-3, 2e-3, 1e-3, 0.0, 0.0, 0.0]])
-NOISE = (1e-5, 1e-2, 1e-2, 1.0, 0.0, 0.0)
-VIEWED = {'rest': 1e-3 * (PLACES - 30), 'eye': EYES, 'presses': PRESSES}
+MESH = {name: getattr(SheetMesh(np.zeros(2), np.array([0.03, 0.03]), 8e-3, 2), name)
+        for name in ('value', 'slope', 'laplacian', 'weight', 'rest')} | {'depths': np.array([5e-4, 1e-3])}
+PRESS = {'place': (0.0, 0.0), 'radius': 7e-3, 'prestretch': 1.05, 'bending': 2e-7, 'friction': 0.5, 'slides': False, 'drag': (0.0, 0.0)}
+PRESSED = {'rest': 1e-3 * (PLACES - 30), 'eye': np.tile([0.0, 0.0, -0.06], (40, 1)),
+           'presses': np.array([[1e-3, 2e-3, 2e-3, 0.0, 0.0, 0.0], [8e-3, 2e-3, 1e-3, 0.0, 0.0, 0.0]])}
 VALUES = {'value': np.random.default_rng(3).normal(0, 1e-4, (40, 3)), 'sigma': np.full(40, 1e-5),
           'motion': np.random.default_rng(5).normal(0, 1e-5, (40, 3))}
+FIT = {'noise': (1e-5, 1e-2, 1e-2, 1.0, 0.0, 0.0), 'tip': (0.0, 0.15), 'marker_radius': 1e-3, 'drags': True, 'near': 0.01}
+FIELD = {'field': np.zeros((16, 3), np.float32), 'rest': PRESSED['rest'], 'eye': PRESSED['eye']}
+MARKERS = np.random.default_rng(0).uniform(-0.02, 0.02, (9, 2))
+ENERGIES = {'bending': np.eye(9) + 0.1, 'strain': np.eye(9), 'slope': MARKERS, 'shift': MARKERS / 30}
 
 
 def table(numbers=np.array([0.03, 0.03, 0.02, 0.02, 8e-3, 8e-3, 0.3, 1.5, 0.2]), sizes=np.array([1, 2, 3, 2, 1, 0, 1]),
@@ -77,70 +34,110 @@ def table(numbers=np.array([0.03, 0.03, 0.02, 0.02, 8e-3, 8e-3, 0.3, 1.5, 0.2]),
     return numbers, sizes, coefficients, shapes
 
 
-def call_fit_presses(**arrays):
-    """Two presses, fitted."""
-    return _core.fit_presses(table(), **VIEWED | VALUES | arrays, noise=NOISE, tip=(0.0, 0.15), marker_radius=1e-3, drags=True, near=0.01)
+# Touches of sheets and domes.
+FOLLOWED = {'values': np.full((2, 4), 1e-3) * [[5], [1]], 'spreads': np.tile(1e-8 * np.eye(4), (2, 1, 1))}
+TIPS = {'tips': np.array([[0.0, 0.001, -0.003, 0.003, 0.008]]), 'rest': MARKERS, 'shift': MARKERS / 20,
+        'eye': np.tile([0.0, 0.0, -0.06], (9, 1))}
+CLAMPED = {'size': (0.06, 0.05), 'rim_radius': 0.0, 'height': 0.0, 'plane': 0.0}
+DOME = {'numbers': np.array([0.15, -0.04, 0.9, 0.3, 0.04, 1.5, 0.02, 0.8]), 'edges': np.linspace(0, 1, 4),
+        'even_table': np.full((6, 6, 2, 2, 2), 1e-3, np.float32), 'odd_table': np.full((6, 2, 2, 2, 2), 1e-3, np.float32),
+        'even_modes': np.full((2, 4, 3, 3), 1e-3, np.float32), 'odd_modes': np.full((2, 4, 3, 3), 1e-3, np.float32),
+        'points': np.full((5, 3), 0.01), 'eyes': np.zeros((5, 3))}
+DOME_PRESS = DOME | {'presses': np.zeros((1, 7))}
+DOME_SEEN = DOME | {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'shared': np.full((2, 5), 0.1), 'starts': np.zeros((1, 7)),
+                    'prior': np.array([np.zeros(7), np.ones(7), np.full(7, -3.0), np.full(7, 3.0), np.full(7, 0.1)])}
 
 
-def call_show_presses(**arrays):
-    """Two presses, shown."""
-    return _core.show_presses(table(), **VIEWED | arrays, mixed=0.3, marker_radius=1e-3, near=0.01)
+def tracker(**changes):
+    return _core.ContactTracker(**{'acceleration': 2.0, 'gate': 20.0, 'speed': 0.3, 'most_missed': 3} | changes)
 
 
-def call_show_field(field=SPLINES, rest=VIEWED['rest'], eye=EYES):
-    """A field, shown."""
-    return _core.show_field(field, rest, eye, place=(0.0, 0.0), half=(0.03, 0.03), scale=8e-3, marker_radius=1e-3)[None]
-
-
+# Light in a touchpad, and cameras.
+COLOURS = {'image': np.random.default_rng(3).integers(0, 256, (60, 80, 3), dtype=np.uint8), 'uv': PLACES}
+PATH = np.array([-0.005, -0.038, 0.018, 0.2, 0.0, 0.0, -0.04])
+PAD = {'path': PATH, 'lengths': np.full(12, 0.036), 'rays': np.random.default_rng(4).normal((0, 0, 1), (0.1, 0.1, 0), (12, 3)),
+       'id': np.arange(12), 'rest_ranges': np.full(12, 0.05), 'rest_normals': np.tile([0.0, 0.0, 1.0], (12, 1))}
+LIGHT = {'path': PATH, 'places': np.random.default_rng(5).normal(0, 0.004, (12, 3)), 'normals': PAD['rest_normals'], 'rays': PAD['rays']}
+SKIN = {'path': PATH, 'places': PAD['rays'] * 0.05, 'border_normals': PAD['rest_normals']}
+DYED = {'ratios': np.random.default_rng(6).normal(-1.5, 0.1, (12, 2)), 'count': np.full(12, 16), 'patchiness': np.zeros(12),
+        'excess': np.linspace(-0.1, 0.2, 12), 'excess_sigma': np.full(12, 0.02), 'colour': np.full((12, 2), 0.5)}
+WATER = {'constants': (-0.5, -0.4), 'absorptions': (35.0, 27.0), 'noise': (1e-5, 5e-6, 5e-6, 1e-5), 'probability': 0.3, 'size': 0.1}
 CAMERA = {'uv': np.array([[300.0, 200.0], [640.0, 480.0], [320.0, 240.0]]), 'matrix': np.array([[600.0, 0, 320], [0, 605, 240], [0, 0, 1]]),
-          'distortion': np.array([-0.1, 0.02, 1e-4, -2e-4, 0.0]), 'rotation': np.eye(3), 'centre': np.array([0.0, 0.0, -0.06])}
+          'distortion': np.array([-0.1, 0.02, 1e-4, -2e-4, 0.0]), 'rotation': np.eye(3)}
+PLACED_CAMERA = CAMERA | {'centre': np.array([0.0, 0.0, -0.06])}
+
+# Membrane and contact of a touchpad.
+GRID = {'rows': 6, 'columns': 7}
+DOTS = np.stack([*(np.mgrid[:6, :7][::-1] * 1.3e-3).reshape(2, -1), np.full(42, 0.04)], axis=1)
+UP = np.tile([0.0, 0.0, 1.0], (42, 1))
+NUMBERS = np.arange(42)
+LOADS = {'xyz': DOTS, 'seen': NUMBERS % 5 > 0, 'normal': UP, 'force': -0.01 * UP, 'load': np.where(NUMBERS % 7 < 4, 1.0, 0.0)}
+FRAME = {'rays': UP[:40], 'ranges': np.full(40, 0.04), 'sigma': np.full(40, 2e-5), 'id': NUMBERS[:40]}
+SEEN = {'id': NUMBERS[NUMBERS % 5 > 0], 'xyz': DOTS[NUMBERS % 5 > 0] * 1.01}
+WIDE = 1e-3 * np.stack([*np.mgrid[:10.0, :11.0][::-1], np.zeros((10, 11))], axis=2)
+SCORE = {'score': np.pad(np.ones((3, 4)), ((1, 2), (2, 1))), 'wide': WIDE}
+PLACED, START, _, POINTS, *_ = _core.find_outlines(**SCORE, level=0.5, ceiling=1.0, refine=2)
+AXES = {'sums': np.array([1.0, 0.1, 0.2, 3.0, 0.1, 2.0]), 'points': POINTS, 'start': START}
+PATCH = {'id': NUMBERS, 'places': DOTS, 'inside': NUMBERS % 7 < 4, 'touched': NUMBERS % 7 < 5, 'force': UP, 'border': POINTS,
+         'start': START, 'wide': WIDE, 'centroid': DOTS[:20].mean(axis=0), 'normal': UP[0]}
+MOVED = {'before': DOTS, 'after': DOTS + 1e-3, 'weights': np.full(42, 1e9)}
 
 
-def call_back_project(**arrays):
-    """Pixels of a camera with a usual lens."""
-    return _core.back_project(**CAMERA | arrays, farthest=1.5, plane_z=0.0)
+def membrane(rest=DOTS, origin=np.zeros(3), response=np.full((20, 20), 1e-9, np.float32)):
+    made = _core.Membrane(rest, **GRID, stiffness=90.0, area_share=0.8, pressure=2000.0, origin=origin)
+    made.set_response(response)
+    return made
 
 
-def call_camera_rays(**arrays):
-    """Pixels of a camera with a usual lens."""
-    return _core.camera_rays(**{name: value for name, value in (CAMERA | arrays).items() if name != 'centre'}, farthest=1.5)
+def fields(found):
+    """All arrays of a result."""
+    values = [getattr(found, name) for name in sorted(dir(found)) if not name.startswith('_')]
+    return [np.asarray(value) for value in values if isinstance(value, (np.ndarray, float))]
 
 
-DOME_ARRAYS = {'numbers': np.array([0.15, -0.04, 0.9, 0.3, 0.04, 1.5, 0.02, 0.8]), 'edges': np.linspace(0, 1, 4),
-               'even_table': np.full((6, 6, 2, 2, 2), 1e-3, np.float32), 'odd_table': np.full((6, 2, 2, 2, 2), 1e-3, np.float32),
-               'even_modes': np.full((2, 4, 3, 3), 1e-3, np.float32), 'odd_modes': np.full((2, 4, 3, 3), 1e-3, np.float32),
-               'points': np.full((5, 3), 0.01), 'eyes': np.zeros((5, 3))}
-DOME_PRIOR = np.array([np.zeros(7), np.ones(7), np.full(7, -3.0), np.full(7, 3.0), np.full(7, 0.1)])
-
-
-def call_press_dome(**arrays):
-    """Displacements under a press, all arrays but those given as they are in use."""
-    return _core.press_dome(**DOME_ARRAYS | {'presses': np.zeros((1, 7))} | arrays)
-
-
-def call_fit_dome(**arrays):
-    """The press of a dome, all arrays but those given as they are in use."""
-    known = {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'shared': np.full((2, 5), 0.1), 'starts': np.zeros((1, 7)),
-             'prior': DOME_PRIOR}
-    return _core.fit_dome(**DOME_ARRAYS | known | arrays, plane_z=0.12)
+def call_stick_slip(score=np.where(NUMBERS % 7 < 4, 1.0, 0.0), **arrays):
+    """States of dots in the second of two frames."""
+    states = _core.StickSlip(6, 7, np.zeros(3))
+    states.update(_core.DotLoads(**LOADS), score, 0.03)
+    return [states.update(_core.DotLoads(**LOADS | arrays), score, 0.03), states.slides()]
 
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
-    'press_sheet': (call_press_sheet, SHEET),
-    'ring_colours': (call_ring_colours, {'image': COLOURS, 'uv': PLACES}),
-    'path_lengths': (call_path_lengths, LIGHT),
-    'water_ranges': (call_water_ranges, PAD),
-    'skin_light': (call_skin_light, SKIN),
-    'water_lengths': (call_water_lengths, SEEN),
-    'fit_presses': (call_fit_presses, VIEWED | VALUES),
-    'show_presses': (call_show_presses, VIEWED),
-    'show_field': (call_show_field, {'field': SPLINES, 'rest': VIEWED['rest'], 'eye': EYES}),
-    'back_project': (call_back_project, CAMERA),
-    'camera_rays': (call_camera_rays, {name: value for name, value in CAMERA.items() if name != 'centre'}),
-    'press_dome': (call_press_dome, DOME_ARRAYS | {'presses': np.zeros((1, 7))}),
-    'fit_dome': (call_fit_dome, DOME_ARRAYS | {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'shared': np.full((2, 5), 0.1),
-                                               'starts': np.zeros((1, 7)), 'prior': DOME_PRIOR}),
+    'press_sheet': (lambda **a: _core.press_sheet(**MESH | a, **PRESS), MESH),
+    'fit_presses': (lambda **a: _core.fit_presses(table(), **PRESSED | VALUES | a, **FIT), PRESSED | VALUES),
+    'show_presses': (lambda **a: _core.show_presses(table(), **PRESSED | a, mixed=0.3, marker_radius=1e-3, near=0.01), PRESSED),
+    'show_field': (lambda **a: _core.show_field(**FIELD | a, place=(0.0, 0.0), half=(0.03, 0.03), scale=8e-3, marker_radius=1e-3)[None],
+                   FIELD),
+    'sheet_depths': (lambda **a: [_core.sheet_depths(**ENERGIES | a)], ENERGIES),
+    'ContactTracker.update': (lambda **a: [track.state for track in tracker().update(**FOLLOWED | a, elapsed=0.03)], FOLLOWED),
+    'touch_region': (lambda **a: _core.touch_region(**TIPS | a, **CLAMPED), TIPS),
+    'press_dome': (lambda **a: _core.press_dome(**DOME_PRESS | a), DOME_PRESS),
+    'fit_dome': (lambda **a: _core.fit_dome(**DOME_SEEN | a, plane_z=0.12), DOME_SEEN),
+    'ring_colours': (lambda **a: _core.ring_colours(**COLOURS | a, radius=8.0), COLOURS),
+    'path_lengths': (lambda **a: _core.path_lengths(**LIGHT | a), LIGHT),
+    'water_ranges': (lambda **a: _core.water_ranges(**PAD | a, rows=3, columns=4, ring_share=0.45), PAD),
+    'skin_light': (lambda **a: _core.skin_light(**SKIN | a, rows=3, columns=4), SKIN),
+    'water_lengths': (lambda **a: _core.water_lengths(**DYED | a, **WATER), DYED),
+    'camera_rays': (lambda **a: _core.camera_rays(**CAMERA | a, farthest=1.5), CAMERA),
+    'back_project': (lambda **a: _core.back_project(**PLACED_CAMERA | a, farthest=1.5, plane_z=0.0), PLACED_CAMERA),
+    'Membrane': (lambda **a: fields(membrane(**a)), {'rest': DOTS, 'origin': np.zeros(3)}),
+    'set_response': (lambda **a: [membrane(**a).rest], {'response': np.full((20, 20), 1e-9, np.float32)}),
+    'forces': (lambda xyz=DOTS: membrane().forces(xyz), {'xyz': DOTS}),
+    'slopes': (lambda xyz=DOTS, rays=UP: [membrane().slopes(xyz, rays, 2000.0)], {'xyz': DOTS, 'rays': UP}),
+    'solve': (lambda **a: fields(membrane().solve(**FRAME | a)), FRAME),
+    'loads': (lambda **a: fields(membrane().loads(**SEEN | a)), SEEN),
+    'classify': (lambda **a: fields(_core.DotClassifier(membrane(), np.zeros(3), border_network()).classify(**SEEN | a, seconds=0.1)),
+                 SEEN),
+    'scores': (lambda **a: [border_network().scores(_core.DotLoads(**LOADS | a), pitch=1.3e-3, **GRID)], LOADS),
+    'stick_slip': (call_stick_slip, LOADS | {'score': np.where(NUMBERS % 7 < 4, 1.0, 0.0)}),
+    'extend_surface': (lambda xyz=WIDE: [_core.extend_surface(xyz)], {'xyz': WIDE}),
+    'surface_points': (lambda wide=WIDE, places=PLACED: [_core.surface_points(wide, places)], {'wide': WIDE, 'places': PLACED}),
+    'find_outlines': (lambda **a: _core.find_outlines(**SCORE | a, level=0.5, ceiling=1.0, refine=2), SCORE),
+    'region_axes': (lambda **a: [_core.region_axes(**AXES | a, pitch=1e-3)], AXES),
+    'region_contact': (lambda **a: fields(_core.region_contact(**PATCH | a, **GRID, area=1e-5, pitch=1.3e-3, sigma=3e-5, centre_z=-0.01,
+                                                               radius=0.02)), PATCH),
+    'rigid_motion': (lambda **a: _core.rigid_motion(**MOVED | a, steps=9), MOVED),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 
@@ -163,12 +160,35 @@ def test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory(func
                                    {'coefficients': np.zeros(5, np.float32)}, {'shapes': np.zeros((2, 2), np.float32)}])
 def test_a_table_that_does_not_fit_together_is_refused(wrong):
     with pytest.raises(ValueError, match='^table: '):
-        _core.show_presses(table(**wrong), **VIEWED, mixed=0.0, marker_radius=0.0, near=0.0)
+        _core.show_presses(table(**wrong), **PRESSED, mixed=0.0, marker_radius=0.0, near=0.0)
 
 
 @pytest.mark.parametrize('member', ['coefficients', 'shapes'])
 @pytest.mark.parametrize('value', [np.nan, np.inf, 1e38])
 def test_a_table_of_anything_is_answered(member, value):
     broken = table(**{member: np.full_like(table()[2 if member == 'coefficients' else 3], value)})
-    state, *_ = _core.fit_presses(broken, **VIEWED | VALUES, noise=NOISE, tip=(0.0, 0.15), marker_radius=0.0, drags=True, near=0.0)
+    state, *_ = _core.fit_presses(broken, **PRESSED | VALUES, **FIT)
     assert np.isfinite(state).all()
+
+
+@pytest.mark.parametrize('call, wrong', [
+    *[(tracker, wrong) for wrong in ({'acceleration': np.inf}, {'gate': 0.0}, {'speed': np.nan}, {'most_missed': -1})],
+    *[(lambda **wrong: _core.touch_region(**TIPS, **CLAMPED | wrong), wrong) for wrong in (
+        {'size': (np.nan, 0.05)}, {'size': (0.0, 0.05)}, {'rim_radius': -1.0}, {'height': np.nan}, {'plane': np.inf})],
+    *[(lambda **wrong: _core.water_lengths(**DYED, **WATER | wrong), wrong) for wrong in (
+        {'probability': 0.0}, {'size': 0.0}, {'absorptions': (0.0, 1.0)}, {'noise': (1.0, 1.0, 1.0, 1.0)})]])
+def test_numbers_out_of_range_are_refused_by_name(call, wrong):
+    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
+        call(**wrong)
+
+
+@pytest.mark.parametrize('wrong', [{'elapsed': -1.0}, {'elapsed': np.nan}, {'values': np.full((2, 4), np.nan)}])
+def test_a_tracker_that_refuses_a_frame_is_as_it_was_and_a_copy_is_one_of_its_own(wrong):
+    one = tracker()
+    first = [track.id for track in one.update(**FOLLOWED, elapsed=0.0)]
+    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
+        one.update(**FOLLOWED | {'elapsed': 0.03} | wrong)
+    other = copy.deepcopy(one)
+    other.reset()
+    assert [track.id for track in one.update(**FOLLOWED, elapsed=0.03)] == first == [1, 2]
+    assert [track.id for track in other.update(**FOLLOWED, elapsed=0.03)] == [3, 4]

@@ -54,7 +54,3 @@ def test_what_the_lens_does_not_image_and_what_is_not_a_place_are_unknown():
     assert np.isnan(seen(outside[1:], LENSES[0], np.eye(3))).all()
     horizon = cv2.Rodrigues(np.array([np.pi / 2, 0.0, 0.0]))[0]  # the plane is seen edge on
     assert np.isnan(seen(np.array([[320.0, 240.0]]), LENSES[0], horizon)).all()
-
-
-def test_no_pixel_is_no_place():
-    assert seen(np.zeros((0, 2)), LENSES[1]).shape == (0, 3)

@@ -26,32 +26,6 @@ def mirrored(length, share, colour=(0.5, 0.6)):
     return CONSTANTS - ABSORPTIONS * length + np.log((1 + np.array(colour) * share) / (1 + share))
 
 
-def by_sums(ratios, excess, sigma, probability, size, colour):
-    """Mean and standard deviation of the length over all lengths and shares of glare, by their likelihood."""
-    weight = np.linalg.inv(NOISE)
-    share = np.linspace(0, 8 * size, 4001)
-    short = CONSTANTS - ratios + np.log((1 + share[:, None] * colour) / (1 + share[:, None]))
-    information = ABSORPTIONS @ weight @ ABSORPTIONS
-    length = short @ weight @ ABSORPTIONS / information
-    left = short - length[:, None] * ABSORPTIONS
-    misfit = np.einsum('ni,ij,nj->n', left, weight, left) + ((excess - np.log1p(share)) / sigma)**2
-    prior = 2 / (size * np.sqrt(2 * np.pi)) * np.exp(-share**2 / (2 * size**2)) * (share[1] - share[0])
-    each = np.append(probability * prior, 1 - probability) * np.exp(-(np.append(misfit, misfit[0]) - misfit.min()) / 2)
-    each, length = each / each.sum(), np.append(length, length[0])
-    mean = each @ length
-    return mean, np.sqrt(each @ (length - mean)**2 + 1 / information)
-
-
-@pytest.mark.parametrize('colour', [(0.5, 0.6), (1.4, 1.3), (5.0, 3.5)])
-@pytest.mark.parametrize('share', [0.0, 0.05, 0.15, 0.3])
-def test_mean_and_deviation_are_those_of_a_sum_over_all_shares(share, colour):
-    ratios, excess = mirrored(0.033, share, colour), np.log1p(share) + 0.01
-    found = lengths_of(ratios, excess, colour=colour)
-    expected = by_sums(ratios, excess, 0.02, 0.3, 0.1, np.array(colour))
-    assert found[0] == pytest.approx(expected[0], abs=0.5 * expected[1])
-    assert found[1] == pytest.approx(expected[1], rel=0.5)
-
-
 @given(share=st.floats(0.1, 0.5), length=st.floats(0.01, 0.05))
 @settings(max_examples=50, deadline=None)
 def test_strong_glare_is_taken_off(share, length):
@@ -94,10 +68,3 @@ def test_the_light_on_a_skin_is_that_of_each_place_with_its_normal():
     wrong_border = skin_light(PATH, places, np.tile([0.0, 0.0, 1.0], (49, 1)), rows=7, columns=7)[0].reshape(7, 7)
     np.testing.assert_allclose(wrong_border[1:-1, 1:-1], irradiance.reshape(7, 7)[1:-1, 1:-1], rtol=1e-12)
     assert np.abs(wrong_border[0] - irradiance.reshape(7, 7)[0]).min() > 0
-
-
-@pytest.mark.parametrize('wrong', [{'probability': 0.0}, {'size': 0.0}, {'absorptions': (0.0, 1.0)}, {'noise': (1.0, 1.0, 1.0, 1.0)}])
-def test_numbers_of_water_lengths_are_checked(wrong):
-    numbers = {'constants': (0, 0), 'absorptions': (35, 27), 'noise': NOISE.ravel(), 'probability': 0.3, 'size': 0.1}
-    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
-        water_lengths(np.zeros((2, 2)), np.full(2, 16), np.zeros(2), np.zeros(2), np.ones(2), np.ones((2, 2)), **numbers | wrong)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel of src/press/sheet_depths.cpp against the balance that it solves."""
+"""The kernel of src/press/sheet_view.cpp against the balance that it solves."""
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st

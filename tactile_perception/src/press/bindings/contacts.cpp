@@ -10,7 +10,7 @@
 
 #include "bindings/border.hpp"
 #include "press/contact_tracker.hpp"
-#include "press/sheet_depths.hpp"
+#include "press/sheet_view.hpp"
 #include "press/touch_region.hpp"
 
 namespace tactile::border {
@@ -20,7 +20,6 @@ constexpr py::ssize_t MOST_TOUCHES = 1000;  // of one frame. Chosen: beyond any 
 
 constexpr double LARGEST = 1e6;            // of positions, m, and of their covariances. Chosen: far outside any sensor
 
-// A tracker works on a copy, which replaces it at the end: after an exception it is as it was.
 std::vector<press::Track> updated(press::ContactTracker& tracker, const py::object& values, const py::object& spreads, double elapsed) {
     const Input<double> value(values, "values", {ANY, press::MEASURED});
     const Input<double> spread(spreads, "spreads", {value.length(), press::MEASURED, press::MEASURED});
@@ -32,10 +31,7 @@ std::vector<press::Track> updated(press::ContactTracker& tracker, const py::obje
         if (!(measured[k].value.cwiseAbs().maxCoeff() <= LARGEST)) throw py::value_error("values: finite positions and depths are needed");
         if (!(measured[k].covariance.cwiseAbs().maxCoeff() <= LARGEST)) throw py::value_error("spreads: finite covariances are needed");
     }
-    press::ContactTracker next = tracker;
-    std::vector<press::Track> found = next.update(measured, elapsed);
-    tracker = std::move(next);
-    return found;
+    return change(tracker, [&](press::ContactTracker& next) { return next.update(measured, elapsed); });
 }
 
 void bind_tracker(py::module_& module) {
@@ -43,11 +39,12 @@ void bind_tracker(py::module_& module) {
         .def_readonly("id", &press::Track::id, "its number, from 1 on, never given again")
         .def_readonly("state", &press::Track::state, "(8,) position and depth, m, and their velocities")
         .def_readonly("covariance", &press::Track::covariance, "(8, 8) of the state");
-    py::class_<press::ContactTracker>(module, "ContactTracker",
+    copyable(py::class_<press::ContactTracker>(
+        module, "ContactTracker",
                                       "Contacts from frame to frame: numbers that stay, and a Kalman filter for each with constant velocity\n"
                                       "and white acceleration. acceleration: m/s^2, standard deviation; gate: squared Mahalanobis distance,\n"
                                       "largest of a measurement that continues a contact; speed: m/s, standard deviation of a new contact's\n"
-                                      "velocity; most_missed: consecutive frames after which a contact has ended.")
+                                      "velocity; most_missed: consecutive frames after which a contact has ended."))
         .def(py::init([](double acceleration, double gate, double speed, int most_missed) {
                  return press::ContactTracker({within(acceleration, "acceleration", 0, 1e6), within(gate, "gate", 1e-6, 1e6),
                                                within(speed, "speed", 0, 1e6), within(most_missed, "most_missed", 0, 1e9)});
@@ -56,9 +53,7 @@ void bind_tracker(py::module_& module) {
         .def("update", &updated, py::arg("values"), py::arg("spreads"), py::arg("elapsed"),
              "The Track of each of E measurements, after elapsed s: positions and depths values (E, 4), m, with covariances spreads\n"
              "(E, 4, 4). Raises ValueError, and stays as it was, for numbers that are not finite.")
-        .def("reset", &press::ContactTracker::reset, "End all contacts; their numbers are not given again.")
-        .def("__copy__", [](const press::ContactTracker& one) { return one; })
-        .def("__deepcopy__", [](const press::ContactTracker& one, const py::dict&) { return one; });
+        .def("reset", &press::ContactTracker::reset, "End all contacts; their numbers are not given again.");
 }
 
 py::tuple found_region(const py::object& tips, const py::object& rest, const py::object& shift, const py::object& eye,
@@ -73,22 +68,17 @@ py::tuple found_region(const py::object& tips, const py::object& rest, const py:
     const py::ssize_t count = given.length();
     std::vector<ContactDisc> discs;
     std::vector<double> outlines(count * CORNERS * 3), numbers(count * 7);
-    MarkersUnder found;
-    {
-        py::gil_scoped_release others_run;
-        for (py::ssize_t k = 0; k < count; ++k) {
-            const double* tip = given.data() + 5 * k;
-            discs.push_back(contact_disc(skin, {{tip[0], tip[1], tip[2]}, tip[3], tip[4]}));
-            disc_outline(discs[k], outlines.data() + CORNERS * 3 * k);
-            const double disc[] = {discs[k].centre.x, discs[k].centre.y, discs[k].centre.z, discs[k].normal.x,
-                                   discs[k].normal.y, discs[k].normal.z, discs[k].radius};
-            std::copy_n(disc, 7, numbers.begin() + 7 * k);
-        }
-        found = markers_under(discs, {rests.length(), rests.data(), shifts.data(), eyes.data(), within(plane, "plane", -100, 100)});
+    for (py::ssize_t k = 0; k < count; ++k) {
+        const double* tip = given.data() + 5 * k;
+        discs.push_back(contact_disc(skin, {{tip[0], tip[1], tip[2]}, tip[3], tip[4]}));
+        disc_outline(discs[k], outlines.data() + CORNERS * 3 * k);
+        const double disc[] = {discs[k].centre.x, discs[k].centre.y, discs[k].centre.z, discs[k].normal.x,
+                               discs[k].normal.y, discs[k].normal.z, discs[k].radius};
+        std::copy_n(disc, 7, numbers.begin() + 7 * k);
     }
-    const auto seen = static_cast<py::ssize_t>(found.id.size());
-    return py::make_tuple(output(found.id, {seen}), output(found.under, {seen}), output(numbers, {count, 7}),
-                          output(outlines, {count, CORNERS, 3}));
+    const MarkersUnder found =
+        markers_under(discs, {rests.length(), rests.data(), shifts.data(), eyes.data(), within(plane, "plane", -100, 100)});
+    return py::make_tuple(row_of(found.id), row_of(found.under), rows_of(numbers, 7), output(outlines, {count, CORNERS, 3}));
 }
 
 constexpr py::ssize_t MOST_MARKERS = 4000;  // of a sheet. Chosen: their matrices have 128 MB each
@@ -102,8 +92,7 @@ Eigen::VectorXd depths_of_sheet(const py::object& bending, const py::object& str
         return Eigen::Map<const Rows>(of.data(), markers, columns);
     };
     const SheetEnergies sheet{map(bends, markers), map(strains, markers)};
-    py::gil_scoped_release others_run;
-    return sheet_depths(sheet, map(slopes, 2), map(moved, 2));
+    return without_gil([&] { return sheet_depths(sheet, map(slopes, 2), map(moved, 2)); });
 }
 
 }  // namespace

@@ -82,11 +82,8 @@ py::array_t<double> pressed_dome(const py::object& numbers, const py::object& ed
     const Input<double> given(presses, "presses", {ANY, PRESS});
     const int count = presses_in(given, "presses");
     std::vector<double> moved(3 * dome.count());
-    {
-        py::gil_scoped_release others_run;
-        press_dome(dome.library(), dome.markers(0), given.data(), count, moved.data());
-    }
-    return output(moved, {dome.count(), 3});
+    press_dome(dome.library(), dome.markers(0), given.data(), count, moved.data());
+    return rows_of(moved);
 }
 
 py::tuple fitted_dome(const py::object& numbers, const py::object& edges, const py::object& even_table, const py::object& odd_table,
@@ -106,14 +103,12 @@ py::tuple fitted_dome(const py::object& numbers, const py::object& edges, const 
     within(plane_z, "plane_z", -LARGEST_NUMBER, LARGEST_NUMBER);
     within(alike.length(), "shared", 0, MOST_SHARED);
     const double* rows = known.data();
-    DomeFit fit;
-    {
-        py::gil_scoped_release others_run;
-        fit = fit_dome(dome.library(), dome.markers(plane_z), seen.data(), {sure.data(), alike.data(), static_cast<int>(alike.length())},
-                       given.data(), count, {rows, rows + PRESS, rows + 2 * PRESS, rows + 3 * PRESS, rows + 4 * PRESS});
-    }
-    return py::make_tuple(output(fit.presses, {count, PRESS}), output(fit.covariance, {count * PRESS, count * PRESS}),
-                          output(fit.left, {dome.count(), 2}), fit.squares);
+    const DomeFit fit = without_gil([&] {
+        return fit_dome(dome.library(), dome.markers(plane_z), seen.data(), {sure.data(), alike.data(), static_cast<int>(alike.length())},
+                        given.data(), count, {rows, rows + PRESS, rows + 2 * PRESS, rows + 3 * PRESS, rows + 4 * PRESS});
+    });
+    return py::make_tuple(rows_of(fit.presses, PRESS), output(fit.covariance, {count * PRESS, count * PRESS}), rows_of(fit.left, 2),
+                          fit.squares);
 }
 
 }  // namespace

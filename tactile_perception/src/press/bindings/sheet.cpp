@@ -33,11 +33,8 @@ py::tuple pressed_sheet(const py::object& value, const py::object& slope, const 
                          {within(drag[0], "drag", -10, 10), within(drag[1], "drag", -10, 10)}};
     const py::ssize_t count = stops.length();
     std::vector<double> fields(count * values, NAN), wrenches(count * PRESS_WRENCH, NAN);
-    {
-        py::gil_scoped_release others_run;
-        press_sheet(sheet, load, stops.data(), count, fields.data(), wrenches.data());
-    }
-    return py::make_tuple(output(fields, {count, values / 3, 3}), output(wrenches, {count, PRESS_WRENCH}));
+    without_gil([&] { press_sheet(sheet, load, stops.data(), count, fields.data(), wrenches.data()); });
+    return py::make_tuple(output(fields, {count, values / 3, 3}), rows_of(wrenches, PRESS_WRENCH));
 }
 
 constexpr double LARGEST_PLACE_M = 10;  // m. Chosen: beyond any sheet
@@ -117,14 +114,12 @@ py::tuple fitted_presses(const py::tuple& table, const py::object& rest, const p
     for (const double level : noise) within(level, "noise", 0, 1e6);
     within(noise[0], "noise", 1e-12, 1e6), within(noise[1], "noise", 1e-12, 1e6);
     const int count = static_cast<int>(start.length());
-    PressFit found;
-    {
-        py::gil_scoped_release others_run;
-        found = fit_presses(*known, markers.with(values.data(), sigmas.data(), motions.data()),
-                            {noise[0], noise[1], noise[2], noise[3], noise[4], noise[5]},
-                            {within(tip[0], "tip", -10, 10), within(tip[1], "tip", 1e-6, 10)}, start.data(), count, drags,
-                            within(near, "near", 0, LARGEST_PLACE_M));
-    }
+    within(tip[0], "tip", -10, 10), within(tip[1], "tip", 1e-6, 10), within(near, "near", 0, LARGEST_PLACE_M);
+    const PressFit found = without_gil([&] {
+        return fit_presses(*known, markers.with(values.data(), sigmas.data(), motions.data()),
+                           {noise[0], noise[1], noise[2], noise[3], noise[4], noise[5]}, {tip[0], tip[1]}, start.data(), count, drags,
+                           near);
+    });
     const py::ssize_t states = count * PRESS_SIZE + (count > 1), size = found.free.size() - (found.free.back() >= states);
     std::vector<double> covariance(states * states, 0.0);
     for (py::ssize_t k = 0; k < size; ++k)
@@ -142,12 +137,9 @@ py::tuple shown_presses(const py::tuple& table, const py::object& rest, const py
     const Input<double> given = some_presses(presses);
     const SeenMarkers seen = markers.with(nullptr, nullptr, nullptr);
     std::vector<double> shown(3 * seen.count), deformed(9 * seen.count);
-    {
-        py::gil_scoped_release others_run;
-        show_presses(*known, seen, given.data(), static_cast<int>(given.length()), within(mixed, "mixed", -10, 10),
-                     within(near, "near", 0, LARGEST_PLACE_M), shown.data(), reinterpret_cast<double(*)[3][3]>(deformed.data()));
-    }
-    return py::make_tuple(output(shown, {seen.count, 3}), output(deformed, {seen.count, 3, 3}));
+    show_presses(*known, seen, given.data(), static_cast<int>(given.length()), within(mixed, "mixed", -10, 10),
+                 within(near, "near", 0, LARGEST_PLACE_M), shown.data(), reinterpret_cast<double(*)[3][3]>(deformed.data()));
+    return py::make_tuple(rows_of(shown), output(deformed, {seen.count, 3, 3}));
 }
 
 py::array_t<double> shown_field(const py::object& field, const py::object& rest, const py::object& eye, std::array<double, 2> place,
@@ -161,11 +153,8 @@ py::array_t<double> shown_field(const py::object& field, const py::object& rest,
     const SheetTable table{{half[0], half[1]}, {half[0], half[1]}, scale, 1, 1, 1, 0, side / 2 - 1, 1, 1, {}, nullptr, nullptr};
     const SeenMarkers seen = markers.with(nullptr, nullptr, nullptr);
     std::vector<double> shown(3 * seen.count);
-    {
-        py::gil_scoped_release others_run;
-        show_field(table, seen, place.data(), splines.data(), shown.data());
-    }
-    return output(shown, {seen.count, 3});
+    show_field(table, seen, place.data(), splines.data(), shown.data());
+    return rows_of(shown);
 }
 
 }  // namespace
