@@ -14,7 +14,7 @@ from tactile_bringup.installed import share
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_perception.evaluation.evaluation import Instant
-from tactile_perception.nodes.messages.estimates import slip_from_message
+from tactile_perception.nodes.messages.conversions import slip_from_message
 
 import dots
 from judged import Case, Judged, calibrated, judge, parameter_file, recorded, simulated, touchpad_scene

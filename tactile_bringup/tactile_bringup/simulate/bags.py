@@ -28,7 +28,7 @@ from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.shutters import Shutters
 from tactile_driver.simulation.sensors.scenes import SCENES, open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
-from tactile_perception.nodes.messages.description import description_messages
+from tactile_perception.nodes.messages.conversions import description_messages
 from tactile_perception.sensors import MARKER_SENSOR_TYPES
 
 _FIRST_NS = 10**9  # chosen: much of ROS takes a stamp of zero for an unknown time

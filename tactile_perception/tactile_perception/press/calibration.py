@@ -70,8 +70,6 @@ def read_touch(path: str | Path, sensor: str, values: Mapping | None = None) -> 
     methods, stitching = file.fitted.get(METHODS, {}), file.fitted.get(STITCHING)
     if not isinstance(methods, dict) or not (methods or stitching):
         raise BadCalibration(f'{path}: no touch method under fitted; calibrate again')
-    if 'regression' in methods:
-        raise BadCalibration(f'{path}: holds the method regression, which is no longer there; calibrate again')
     best = best_method(file.residuals, methods) if methods else ''
     pattern = _places(file.fitted, PATTERN, path)
     return TouchCalibration(methods, _stiffness(file.fitted, path), stitching, best, file, pattern, _places(file.fitted, REST, path))

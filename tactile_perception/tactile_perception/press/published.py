@@ -172,12 +172,13 @@ def check_plate(plate: Presses, sensor: MarkerSensor) -> None:
 
 
 def common_rest(fields) -> tuple[np.ndarray, np.ndarray]:
-    """Median untouched positions (K, 2) m and eyes (K, 3) m over the fields that see a marker; NaN where none does."""
+    """Untouched positions (K, 2) m and eyes (K, 3) m, as of middle_of_seen."""
     rest, eye = np.stack([f.rest for f in fields]), np.stack([f.eye for f in fields])
-    return _middle(rest), _middle(eye)
+    return middle_of_seen(rest), middle_of_seen(eye)
 
 
-def _middle(values: np.ndarray) -> np.ndarray:
+def middle_of_seen(values: np.ndarray) -> np.ndarray:
+    """Median (K, 2 or 3) of positions (M, K, 2 or 3) over the frames that see a marker; NaN where none does."""
     seen = np.isfinite(values).all(-1).any(0)
     middle = np.full(values.shape[1:], np.nan)
     middle[seen] = np.nanmedian(values[:, seen], axis=0)

@@ -35,6 +35,7 @@ from .field import RestMarkers, view_maker
 from .presses import SAME_PLACE, HeldOut, Presses, Score, held_out, marker_residuals, require_coverage
 from .methods import make_method, methods_for
 from .parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
+from .published import middle_of_seen
 from .sensor import MarkerSensor
 from .stitching import SIDES, StitchingFit, fit_stitching
 
@@ -275,7 +276,7 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
     fitted = {METHODS: methods} | ({WRENCH: {STIFFNESS: stiffness}} if errors else {})
     fitted |= {STITCHING: reader.stitching.to_dict()} if reader.stitching else {}
     fitted |= {PATTERN: reader.pattern} if reader.pattern is not None else {}
-    fitted |= {REST: untouched_places(presses)}
+    fitted |= {REST: middle_of_seen(np.array([field.uv - field.duv for field in presses.fields]))}
     touching = presses.select(presses.touching)
     span = {'depth': _span(touching.depth), 'x': _span(touching.position[:, 0]), 'y': _span(touching.position[:, 1])}
     residuals = marker_residuals(held[best], reader.names)
@@ -284,15 +285,6 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
     told = report(presses, scores, methods, errors, reader.left_out, output)
     drawn = report_residuals(residuals, standing_out, output, f'{reader.sensor.type}, {best}')
     return '\n'.join([*(stitched.lines() if stitched else []), told, *drawn])
-
-
-def untouched_places(presses: Presses) -> np.ndarray:
-    """Median untouched positions (K, 2), px, of the markers over all frames; NaN for one that was never seen."""
-    places = np.array([field.uv - field.duv for field in presses.fields])
-    seen = np.isfinite(places).all(axis=2).any(axis=0)
-    rest = np.full(places.shape[1:], np.nan)
-    rest[seen] = np.nanmedian(places[:, seen], axis=0)
-    return rest
 
 
 def _span(values: np.ndarray) -> list[float]:

@@ -214,19 +214,6 @@ def reported(finger, volts):
     return found
 
 
-@pytest.mark.parametrize('rise, light, place', [(0.002, 0.5, (0.6, 0.9)), (0.01, 0.9, (3.5, 0.5)), (0.02, 0.5, (5.0, 0.7)),
-                                                (0.02, -0.25, (1.5, 0.6))])
-def test_a_lamp_that_is_switched_while_an_object_rests_ends_with_it_and_moves_it_little(model, rise, light, place):
-    room = Ambient(0.4, steps=((1.5, light),), rise=rise, shade=0.04)
-    volts, truth = played.script(PsdScript([Act(0.5, 2.5, place, place, 2.9e-4)], 4.0, room))
-    found, leaves = reported(PsdFinger(model), volts), int(np.flatnonzero(truth.touching)[-1])
-    assert found[-1][0] < leaves + 300
-    normals = np.array([touch.normal for k, touch in found if 1500 <= k < leaves - 20])
-    assert len(normals) > 180
-    worst = [error_angle(some.mean(0) / np.linalg.norm(some.mean(0)), truth.normal[1500]) for some in np.array_split(normals, 18)]
-    assert np.degrees(worst).max() < 1
-
-
 def squared_errors(found, truth):
     """Of results in a touch, over their covariance and the two directions along the surface: 1 in the mean where it is true."""
     squares = []

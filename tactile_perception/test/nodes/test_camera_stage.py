@@ -70,12 +70,6 @@ def test_only_what_is_asked_for_becomes_a_message(ball_messages):
     assert list(contact.process(first, ['wrench'])) == ['wrench'] and contact.process(second, []) == {}
 
 
-def test_without_a_surface_dots_need_no_camera(ball_messages):
-    _, images, values, _ = ball_messages
-    message = DotStage({**values, 'surface': 'none'}).process(images[0])['dots'][0]
-    assert len(message.id) > 515 and len(message.x) == 0
-
-
 def test_the_same_camera_info_changes_nothing_another_begins_anew_with_the_next_image(ball_messages):
     info, images, values, _ = ball_messages
     dots = DotStage(values)

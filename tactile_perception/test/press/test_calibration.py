@@ -56,12 +56,6 @@ def test_the_stiffness_is_read(path):
         read_touch(path, 'areal_single')
 
 
-def test_a_file_with_the_regression_that_went_is_refused(path):
-    write_touch(path, 'areal_single', {'methods': {'model': {}, 'regression': {}}}, {}, {}, SPAN, [])
-    with pytest.raises(BadCalibration, match='regression.*calibrate again'):
-        read_touch(path, 'areal_single')
-
-
 def test_a_file_without_methods_or_for_another_sensor_is_refused(path, tmp_path):
     with pytest.raises(BadCalibration, match='sensor type'):
         read_touch(path, 'air_cushion')

@@ -79,24 +79,6 @@ def test_an_error_that_markers_share_is_counted_in_fit_and_covariance():
     assert np.isclose(np.mean(errors), 1.0, atol=0.4)
 
 
-@pytest.mark.parametrize('press', PRESSES[:2].tolist())
-def test_a_fit_finds_the_press_and_its_covariance_that_of_the_noise(press):
-    arrays, points, eye = library(), markers(150), np.array([0.001, -0.002, -0.04])
-    true = seen_at(points + pressed(arrays, points, press), eye) - seen_at(points, eye)
-    seen = np.isfinite(true).all(1)
-    start = np.array([press]) + [[2e-3, -2e-3, 0.1, 0.1, 0.1, 0.05, 0.05]]
-    sigma, rng, errors = 2e-6, np.random.default_rng(0), []
-    for _ in range(40):
-        shift = np.where(seen[:, None], true + rng.normal(0, sigma, true.shape), 1.0)
-        found, covariance, left, squares = _core.fit_dome(
-            **arrays, points=points, eyes=np.tile(eye, (len(points), 1)), plane_z=HEIGHT, shift=shift,
-            weight=np.where(seen, sigma**-2, 0.0), shared=ALONE, starts=start, prior=PRIOR)
-        assert np.isclose(np.sum((left / sigma)**2), squares) and not left[~seen].any()
-        off = found[0] - press
-        errors.append((off @ np.linalg.solve(covariance, off) / 7, squares / (2 * seen.sum() - 7)))
-    assert np.allclose(np.mean(errors, axis=0), 1.0, atol=0.35)
-
-
 @pytest.mark.parametrize('number, bound', [(4, 0.2), (3, 0.1), (5, 0.1)])
 def test_a_number_that_may_go_no_farther_leaves_the_others_at_their_best(number, bound):
     arrays, points, eye = library(), markers(150), np.array([0.001, -0.002, -0.04])

@@ -154,11 +154,6 @@ def test_a_gaussian_bell_is_told_to_half_a_pitch(fitted, bell_field):
     assert touch.position[2] == -touch.depth and np.isfinite(touch.covariance).all()
 
 
-def test_nothing_is_told_at_rest(fitted, bell_field):
-    method = PaperTouch.from_fitted(fitted, SHEET)
-    assert method.estimate(bell_field((0, 0), 0.0, seed=77)) == []
-
-
 def test_beyond_the_calibrated_range_and_at_the_edge_it_is_flagged(fitted, bell_field):
     method = PaperTouch.from_fitted(fitted, SHEET)
     assert method.estimate(bell_field((9e-3, -9e-3), 9e-3))[0].flags & OUT_OF_RANGE

@@ -6,7 +6,6 @@ import copy
 import numpy as np
 import pytest
 from border_checks import check_any_array, check_memory, check_wrong_type
-from scipy import ndimage
 from tactile_perception._core import taxel
 
 PRESSURE = np.pad(np.full((9, 12), 3e4, np.float32), 6)
@@ -65,46 +64,6 @@ def test_a_copy_goes_on_by_itself_and_an_exception_changes_nothing():
         np.testing.assert_array_equal(one, again)
 
 
-@pytest.mark.parametrize('shift', [(5e-5, 0.0, 0.0), (3e-4, -2e-4, 0.0), (0.0, 1e-4, 0.05), (0.0, 0.0, 0.0)])
-def test_traction_and_slip_are_those_of_many_plain_sweeps(shift):
-    touched = np.zeros((20, 24), bool)
-    touched[2:18, 2:22] = True  # the box of the contact with its margin is the whole array
-    pressure = ndimage.gaussian_filter(3e4 * touched.astype(np.float32), 1.0)
-    y, x = 1e-3 * (np.mgrid[:20, :24] - np.array([9.5, 11.5])[:, None, None])
-    carried = np.array([shift[0] - shift[2] * y, shift[1] + shift[2] * x]) * touched
-    limit = np.maximum(2.2 * pressure - 1.2 * ndimage.gaussian_filter(pressure, 1.0, mode='nearest', truncate=4.0), 0) * touched * 0.5 / 5e7
-    found = carried.copy()
-    for _ in range(300):
-        wide = np.pad(found, ((0, 0), (1, 1), (1, 1)), mode='edge')
-        others = 2 * (wide[:, :-2, 1:-1] + wide[:, 2:, 1:-1] + wide[:, 1:-1, :-2] + wide[:, 1:-1, 2:])
-        pull = 9 * carried - others
-        pull *= np.minimum(limit / (np.hypot(*pull) + 1e-12), 1)
-        found = (pull + others) / 9
-    state = shear((20, 24))
-    slip = state.move(touched, pressure, np.array(shift), 0.5)
-    for _ in range(8):  # it goes on where it stopped
-        slip = slip + state.move(touched, pressure, np.zeros(3), 0.5)
-    np.testing.assert_allclose(slip, (carried - found) * touched, atol=2e-6)
-    assert state.force == pytest.approx(pull.sum(axis=(1, 2)) * 5e7 * 1e-6, abs=1e-2)
-
-
-@pytest.mark.parametrize('motion', [(0.4, -0.3, 0.03, 0.0), (-1.2, 0.8, -0.05, 0.2), (0.0, 0.0, 0.0, 0.0)])
-def test_a_motion_is_found(motion):
-    def face(row=20.3, column=21.6, turn=0.2, grown=0.0):
-        y, x = np.mgrid[:44, :44].astype(float)
-        along = np.cos(turn) * (x - column) + np.sin(turn) * (y - row)
-        across = np.cos(turn) * (y - row) - np.sin(turn) * (x - column)
-        sides = [1 / (1 + np.exp(-2.5 * (half + grown - np.abs(part)))) for half, part in ((9, along), (5, across))]
-        return np.float32(3e4) * (sides[0] * sides[1]).astype(np.float32)
-    row, column, turn, grown = motion
-    key = taxel.Keyframe(face(), scale=1 / 3e4, steep=0.08, rim=2, most=250)
-    fit, (_, inliers) = fit_of(key, face(20.3 + row, 21.6 + column, 0.2 + turn, grown))
-    about = key.middle - [21.6, 20.3]  # the face turns about its own middle
-    assert fit[:2] == pytest.approx(np.array([column, row]) + turn * np.array([-about[1], about[0]]), abs=0.03)
-    assert fit[2] / key.reach == pytest.approx(turn, abs=0.004)
-    assert fit[3] == pytest.approx(grown, abs=0.05) and inliers > 0.9
-
-
 def test_nothing_has_no_edges_and_a_guess_without_a_number_stays_one():
     assert taxel.Keyframe(np.zeros((44, 44), np.float32), scale=1.0, steep=0.08, rim=2, most=250).count == 0
     fit, (_, inliers) = fit_of(KEY, guess=np.full(4, np.nan))
@@ -128,29 +87,6 @@ def test_the_border_of_a_face_that_is_about_as_curved_as_flat_does_not_jump():
         face = np.where((abs(x) < 9) & (abs(y) < 6), 3e4 + bend * x * y + noise, 0).astype(np.float32)
         scores.append(taxel.contact_score(face, np.zeros(face.shape, bool), **RULE | {'least': 1e3}))
     assert max(np.abs(b - a).max() for a, b in zip(scores[:-1], scores[1:])) < 0.05
-
-
-@pytest.mark.parametrize('seed', range(10))
-def test_the_velocity_is_that_of_the_longest_line_within_the_bounds_of_all_shorter_ones(seed):
-    rng, line = np.random.default_rng(seed), path()
-    times = np.cumsum(rng.uniform(0.5, 1.5, 19)) / 100
-    poses = np.cumsum(rng.normal(0, 1, 3) * (times[:, None] > times.mean()) / 100, axis=0) + rng.normal(0, 1e-3, (19, 3))
-    for time, pose in zip(times, poses):
-        found = line.add(time, pose, np.zeros(2), 1.0)
-    keep = (times >= times[-1] - 0.2 * (1 + 1e-6)) | (np.arange(19) >= 15)
-    times, poses, low, high = times[keep], poses[keep], np.full(3, -np.inf), np.full(3, np.inf)
-    bends = np.diff(poses, 2, axis=0)[:-1]
-    assert found.noise == pytest.approx(np.median(np.hypot(bends[:, 0], bends[:, 1])) / np.sqrt(12 * np.log(2)))
-    for n in range(2, len(times) + 1):
-        t = times[-n:] - times[-1]
-        pose, velocity = np.linalg.lstsq(np.stack([np.ones(n), t], axis=1), poses[-n:], rcond=None)[0]
-        bound = 2.5 * found.noise / np.sqrt(((t - t.mean())**2).sum())
-        low, high = np.maximum(low, velocity - bound), np.minimum(high, velocity + bound)
-        if (low > high).any():
-            break
-        expected, used = (pose, velocity), n
-    assert found.pose == pytest.approx(expected[0], abs=1e-9) and found.velocity == pytest.approx(expected[1], abs=1e-6)
-    assert found.used == used and found.lasting == pytest.approx(times[-1] - times[-used])
 
 
 def test_a_stop_is_seen_within_two_frames_and_one_frame_has_no_velocity():

@@ -95,17 +95,6 @@ def test_all_dead_is_zero():
     assert not fill(np.ones((3, 3), np.float32), np.ones((3, 3), bool)).any()
 
 
-def test_silent_row_through_a_contact_is_found_and_repaired():
-    image = picture(bar())
-    broken = image.copy()
-    broken[21] = 0
-    dead = DeadTaxels(np.zeros((44, 44), bool))
-    for _ in range(12):
-        repaired = dead.repaired(broken.copy(), 0.5)
-    assert dead.dead[21, 15:29].all() and not np.delete(dead.dead, 21, axis=0).any()
-    assert repaired[21, 15:29] == pytest.approx(image[21, 15:29], rel=0.02)
-
-
 def test_healthy_contact_has_no_dead_taxel():
     dead = DeadTaxels(np.zeros((44, 44), bool))
     rng = np.random.default_rng(1)

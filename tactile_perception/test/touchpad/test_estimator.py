@@ -50,11 +50,6 @@ def test_nothing_touches_nothing_is_found(ball):
     assert not result.wrench.any()
 
 
-def test_the_papers_method_knows_no_forces(ball):
-    _, result = pressed(ball, contact='paper')
-    assert np.isnan(result.wrench).all() and result.contacts and all(np.isnan(c.force) for c in result.contacts)
-
-
 def test_dots_without_places_are_left_out(ball):
     stage, _ = pressed(ball)
     tracks = tracks_of(ball, ball.truth)
@@ -142,12 +137,6 @@ def test_points_are_displaced_by_what_they_moved_and_point_outwards(ball):
     assert np.linalg.norm(points.normal, axis=1) == pytest.approx(np.ones(529)) and (points.normal[inner, 2] > 0.3).all()
 
 
-def test_points_of_an_untouched_pad_carry_nothing(ball):
-    stage = ContactEstimator(ball.sensor, ball.camera, ball.values)
-    points = stage.process(tracks_of(ball, ball.untouched), 1.0).points()
-    assert not points.force.any() and not points.state.any() and np.abs(points.normal_force).max() == 0
-
-
 def test_a_dot_that_is_not_seen_is_where_the_membrane_has_it(ball):
     stage, whole = pressed(ball)
     keep = np.arange(529) % 50 != 7
@@ -164,11 +153,3 @@ def test_the_papers_method_knows_the_places_of_the_dots_that_are_seen_and_no_for
     points = stage.process(tracks_of(ball, ball.truth, keep), 1.3).points()
     assert np.isnan(points.xyz[~keep]).all() and (points.state[~keep] == UNKNOWN).all() and np.isfinite(points.xyz[keep]).all()
     assert np.isnan(points.force).all() and np.isnan(points.normal_force).all()
-
-
-def test_forces_on_dots_are_not_told_from_a_reference_under_a_press(ball):
-    stage = ContactEstimator(ball.sensor, ball.camera, ball.values)
-    at_press = tracks_of(ball, ball.truth)
-    at_press.duv = np.zeros_like(at_press.duv)
-    points = [stage.process(at_press, 1.0 + 0.1 * k).points() for k in range(3)][-1]
-    assert np.isnan(points.force).all() and np.isfinite(points.xyz).all()

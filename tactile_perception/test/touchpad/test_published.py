@@ -37,11 +37,6 @@ def test_finds_a_pressed_disc_and_its_motion(pad):
     np.testing.assert_allclose(states.motion.apply(middle[None])[0] - middle, [0, 0, -1.2e-3], atol=1e-6)
 
 
-def test_reference_is_the_farthest_dot(pad):
-    dots, states = press(PaperRegion(23, 23), pad, 8)
-    assert states.reference_id == np.argmax(np.linalg.norm(dots.xyz - dots.rest_xyz, axis=1))
-
-
 def test_states_stay_while_held_and_go_when_released(pad):
     region = PaperRegion(23, 23, horizon_s=0.5)
     dots, last = press(region, pad, 12)

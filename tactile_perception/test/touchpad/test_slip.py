@@ -5,7 +5,7 @@ import pytest
 from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE, planar_twist
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.region import ContactDots, describe, find_regions, ContactTracker
-from tactile_perception.touchpad.slip import MotionEstimate, ObjectMotion, SlipEstimator, friction_centre
+from tactile_perception.touchpad.slip import MotionEstimate, ObjectMotion, SlipEstimator
 
 
 class Chain:
@@ -30,15 +30,6 @@ def test_unknown_when_nothing_touches(pad):
     estimate = Chain(pad).process(pad.disc(radius=-1e-2))
     assert estimate.state == NONE and np.isnan(estimate.slipping_fraction)
     assert np.isnan(estimate.linear).all() and len(estimate.x) == len(estimate.vy) == 0
-
-
-def test_nothing_slides_while_all_sticks(pad):
-    chain = Chain(pad)
-    for _ in range(3):
-        estimate = chain.process(pad.disc())
-    assert (estimate.state, estimate.slipping_fraction) == (NONE, 0)
-    np.testing.assert_array_equal(estimate.linear, 0)
-    np.testing.assert_array_equal(estimate.angular, 0)
 
 
 def test_states_end_below_where_they_begin(pad):
@@ -118,13 +109,6 @@ def test_gross_turn_has_a_centre_but_no_speed(pad):
     assert np.isnan(estimate.linear).all() and np.isnan(estimate.vx).all()
 
 
-def test_gross_without_forces_is_unknown(pad):
-    chain = Chain(pad)
-    for k in range(8):
-        estimate = chain.process(pad.disc(centre=(0.2e-3 * k, 0), state=2))
-    assert estimate.state == GROSS and np.isnan(estimate.linear).all() and np.isnan(estimate.rotation_center).all()
-
-
 def test_twist_of_a_field():
     place = np.random.default_rng(0).uniform(-4e-3, 4e-3, (30, 2))
     centre = np.array([1e-3, 2e-3])
@@ -136,13 +120,6 @@ def test_twist_of_a_field():
     linear, turn, found = planar_twist(place, np.tile([1e-3, -2e-3], (30, 1)))
     np.testing.assert_allclose([*linear, turn], [1e-3, -2e-3, 0], atol=1e-12)
     assert np.isnan(found).all()
-
-
-def test_centre_of_friction_needs_friction():
-    place = np.random.default_rng(0).uniform(-4e-3, 4e-3, (30, 2))
-    assert friction_centre(place, np.zeros((30, 2))) is None
-    assert friction_centre(place[:3], np.ones((3, 2))) is None
-    assert np.isnan(friction_centre(place, np.ones((30, 2)))).all()
 
 
 def test_bad_frames_and_arguments(pad):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception._core import DotLoads, StickSlip, StickSlipModel
+from tactile_perception._core import DotLoads, StickSlip
 from tactile_perception.touchpad.contact import border_network
 from tactile_perception.touchpad.membrane import Membrane
 from tactile_perception.touchpad.slip import slip_confidence
@@ -44,12 +44,6 @@ class Face:
         return DotLoads(seen, np.ones(count, bool), np.tile([0, 0, 1.0], (count, 1)), force, self.score)
 
 
-def test_nothing_touched_has_no_state():
-    face, states = Face(), Tracker()
-    for _ in range(3):
-        assert not states.update(face.state([0, 0, 0], 0.0), np.zeros(SIDE**2)).any()
-
-
 def test_the_noise_is_learnt_while_nothing_touches():
     face, states = Face(), Tracker()
     for _ in range(40):
@@ -62,16 +56,6 @@ def test_a_face_that_carries_all_dots_along_sticks_whatever_its_friction():
     for frame in range(8):
         found = states.update(face.state([120e-6, 0, -200e-6], 0.1 * frame), face.score)
         np.testing.assert_array_equal(found[face.inside], STICKING)
-
-
-@pytest.mark.parametrize('aside, state', [(0.0, STICKING), (30e-6, STICKING)])
-def test_dots_of_a_new_object_stick_if_they_do_not_move_against_their_drag(aside, state):
-    face, states = Face(), Tracker()
-    few = face.inside & (np.abs(face.xyz[:, :2]) < 2e-3).all(axis=1)
-    states.update(face.state([0, 0, 0], 0.0), np.zeros(SIDE**2))
-    for _ in range(4):
-        found = states.update(face.state([aside, 0, -200e-6], 0.5), few.astype(float))
-    np.testing.assert_array_equal(found[few], state)
 
 
 def _drag_until_it_slips(face, states, friction, speed=150e-6):
@@ -173,26 +157,12 @@ def test_there_is_no_way_over_dots_that_stick(step):
     assert np.isnan(states.slides()).all()
 
 
-def test_there_is_no_way_over_dots_below_an_object_that_turns():
-    face, states = Face(), Tracker()
-    assert np.mean(_turn_until_it_slips(face, states)[face.inside] == SLIPPING) > 0.9 and np.isnan(states.slides()).all()
-
-
 def test_when_the_load_falls_after_gross_slip_the_dots_stick_again():
     face, states = Face(), Tracker()
     _drag_until_it_slips(face, states, 0.6)
     for _ in range(3):
         found = states.update(face.state([0, 0, 0], 0.2), face.score)
     np.testing.assert_array_equal(found[face.inside], STICKING)
-
-
-def test_an_object_that_stops_before_it_slips_still_sticks():
-    face, states = Face(), Tracker()
-    for frame in range(6):
-        states.update(face.state([150e-6, 0, 0], 0.1 * frame), face.score)
-    for _ in range(4):
-        found = states.update(face.state([0, 0, 0], 0.5), face.score)
-        np.testing.assert_array_equal(found[face.inside], STICKING)
 
 
 @pytest.mark.parametrize('seed', range(3))
@@ -229,17 +199,6 @@ def test_each_of_two_objects_has_a_motion_of_its_own():
         np.testing.assert_array_equal(found[face.inside], STICKING)
 
 
-def test_of_an_object_that_is_laid_down_dragged_and_lifted_a_hundred_times_nothing_is_left():
-    face, states = Face(), Tracker()
-    start = face.xyz
-    for turn in range(100):
-        face.xyz = start
-        fractions = _drag_until_it_slips(face, states, 0.6)
-        assert max(fractions[:5]) < 0.05 and min(fractions[10:]) > 0.95, turn
-        for _ in range(3):
-            assert not states.update(face.state([6e-6, 0, 0], 0.6), 0 * face.score).any(), turn
-
-
 @pytest.mark.parametrize('name, stick, slip', [('tp_disc_impact', 0.9, 0.85), ('tp_rect_release', 0.9, 0.7)])
 def test_impact_and_release_of_a_recording_seen_without_error(recording, name, stick, slip):
     f1 = _scores(recording(name))
@@ -252,11 +211,6 @@ def test_states_of_a_recording_seen_without_error(recording, name, least):
     assert f1[1] > least and f1[2] > least
 
 
-def test_states_at_half_the_frame_rate(recording):
-    f1 = _scores(recording('tp_rect_drag'), 2)
-    assert f1[1] > 0.8 and f1[2] > 0.8
-
-
 def test_what_an_object_does_and_which_dots_slip_has_probabilities():
     face, states = Face(), Tracker()
     _drag_until_it_slips(face, states, 0.6)
@@ -265,16 +219,6 @@ def test_what_an_object_does_and_which_dots_slip_has_probabilities():
     assert slides > 0.9 and held + in_part + slides + rests == pytest.approx(1)
     assert slip_confidence(2, states.objects) > 0.9 > 0.1 > slip_confidence(0, states.objects)
     assert np.isnan(slip_confidence(0, []))
-
-
-def test_the_model_s_numbers_are_taken():
-    model = StickSlipModel()
-    model.slip = 1.0  # m/s: nothing is as fast
-    face, states = Face(), StickSlip(SIDE, SIDE, ORIGIN, model)
-    column = np.arange(SIDE**2) % SIDE
-    for _ in range(6):
-        found = states.update(face.state(np.outer(np.where(column < 5, 60e-6, 150e-6), [1, 0, 0]), 0.3), face.score, 1 / 30)
-    assert (found[face.inside] == STICKING).all()
 
 
 def _scores(truth, every=1):

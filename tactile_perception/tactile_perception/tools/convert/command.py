@@ -24,8 +24,7 @@ from tactile_driver.recordings.writer import write_messages
 from ...taxel.response import SENSOR as TAXEL_ARRAY
 from .camera import Recording
 from ...common.progress import Progress
-from ...nodes.messages.conversions import camera_info_message
-from ...nodes.messages.description import description_messages
+from ...nodes.messages.conversions import camera_info_message, description_messages
 from ...parameters.touchpad import DOT_PARAMETERS
 from ...finger.tools import PsdRecording
 from .taxel import TaxelRecording

@@ -10,8 +10,7 @@ import time
 import numpy as np
 import pytest
 import yaml
-from tactile_perception.calibration.files.format import (
-    BELONGS_TO, CalibrationFile, Specimen, check_numbers, read_calibration, write_calibration)
+from tactile_perception.calibration.files.format import BELONGS_TO, CalibrationFile, Specimen, read_calibration, write_calibration
 from tactile_perception.errors import BadCalibration
 
 
@@ -133,11 +132,6 @@ def test_a_file_cut_anywhere_is_never_taken_for_whole(path):
             read_calibration(path, 'touchpad')
 
 
-def test_another_sensor(path):
-    with pytest.raises(BadCalibration, match="'touchpad'.*'areal_single'"):
-        read_calibration(path, 'areal_single')
-
-
 @pytest.mark.parametrize('text', ['', '- 1\n- 2\n', 'a: [1, 2', '\x00\x01', 'format: something else\n',
                                   '!!python/object/apply:os.getcwd []'])
 def test_files_of_another_kind(path, text):
@@ -170,10 +164,6 @@ def test_not_finite_numbers_are_not_even_written(tmp_path):
 def test_the_yaml_file_cannot_have_the_name_of_its_arrays(tmp_path):
     with pytest.raises(BadCalibration, match='NAME.yaml'):
         write_calibration(tmp_path / 'pad.npz', CalibrationFile('touchpad', {}, {}, {}, {}))
-
-
-def test_check_numbers_passes_nested_numbers():
-    check_numbers({'a': [1, 2.0, {'b': 3}]}, 'fitted', 'x.yaml')
 
 
 def page_of(path):

@@ -13,6 +13,7 @@ from tactile_perception.press.dome.mechanics import DomeMaterial
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.sensor import MARKER_SENSORS, dome_cap
 
+
 @pytest.mark.full  # simulates a small library
 def test_noise_and_errors_are_those_of_the_presses(monkeypatch):
     monkeypatch.setattr(calibration, '_simulated', lambda *_: (small_library(), MATERIAL))
@@ -100,10 +101,9 @@ CAP, START = dome_cap(DOME), DomeNumbers(DomeMaterial(0.7, 70.0, 0.5), 0.025)
 
 
 @pytest.mark.full  # simulates presses
-@pytest.mark.parametrize('tension, gas, friction, across', [(0.3, 70.0, 0.4, 0.05), (1.0, 70.0, 0.2, 0.07), (0.6, 0.0, 0.4, 0.05)])
-def test_tension_gas_and_friction_are_told_from_simulated_presses(monkeypatch, tension, gas, friction, across):
-    """Also where the skin would stick all over at the friction of the start, so that a little more or less would change nothing, and where
-    the pressure is held."""
+def test_tension_gas_and_friction_are_told_from_simulated_presses(monkeypatch):
+    """Where the pressure is held, though sealed gas is likelier."""
+    tension, gas, friction, across = 0.6, 0.0, 0.4, 0.05
     monkeypatch.setattr(calibration, 'LOAD_STEPS', 10)
     monkeypatch.setattr(calibration, 'GASES', (1.0, 1e-4))
     presses, true = dome_presses([(0.0, 0.0), (across, 0.0)], (0.012, 0.025), still=0), np.log([tension, max(gas, 1e-3), friction, 0.025])
@@ -114,7 +114,7 @@ def test_tension_gas_and_friction_are_told_from_simulated_presses(monkeypatch, t
             presses.fields[np.flatnonzero(np.isclose(presses.depth, depth, atol=1e-6)
                                           & np.isclose(np.hypot(*presses.position[:, :2].T), place.across))[0]].shift[:] = shift
     found = identify(presses, start=START, **known).logs
-    assert np.exp(found[1]) < 0.1 if gas == 0 else np.exp(found[1]) > 30
+    assert np.exp(found[1]) < 0.1
     assert found[0] == pytest.approx(true[0], abs=0.2) and found[2] == pytest.approx(true[2], abs=0.2)
 
 

@@ -14,6 +14,7 @@ from tactile_perception.press.sheet.library import (LibraryPlan, Press, build_li
                                                     library_numbers, pack, unpack)
 from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, press_sheet, uniform
 
+
 @pytest.mark.parametrize('place, depth, radius', [((0.0, 0.0), 3e-3, 7e-3), ((0.011, -0.006), 5e-3, 8e-3), ((-0.014, 0.009), 2e-3, 6e-3)])
 def test_a_press_looked_up_is_one_worked_out(place, depth, radius):
     mesh = SheetMesh(place, PLAN.half, PLAN.scale, PLAN.n)
@@ -76,10 +77,6 @@ def test_mirrored_presses_are_mirrored():
     right, left = (show(library(), [Press(np.array([x, 4e-3]), 4e-3, 0.1, (20 * x, 0.1))], GRID * [100 * x, 1], EYE)[1][:, 0]
                    for x in (0.01, -0.01))
     assert right == pytest.approx(left * [-1, 1, 1], abs=2e-9)
-
-
-def test_no_depth_is_no_field():
-    assert np.abs(show(library(), [Press(np.array([0.003, 0.002]), 0.0)], GRID, EYE)[1]).max() < 2e-5
 
 
 def test_the_way_goes_through_its_stops():
@@ -158,17 +155,6 @@ def test_a_shortened_array_is_refused(part):
     numbers['classes'][0][part]['digits'] = numbers['classes'][0][part]['digits'][:2]
     with pytest.raises(BadCalibration, match='calibrate again'):
         library_from_numbers(numbers, MATERIAL)
-
-
-def test_a_press_is_its_vector():
-    press = Press(np.array([0.011, -0.006]), 4e-3, 0.08, (0.2, -0.1))
-    again = Press.of(press.vector)
-    assert again.vector.tolist() == press.vector.tolist() == [0.011, -0.006, 4e-3, 0.08, 0.2, -0.1]
-
-
-def test_a_sheet_at_rest_looks_as_at_rest():
-    field = np.zeros(((2 * PLAN.n + 2)**2, 3))
-    assert np.abs(field_appearance(field, PLAN, (0.003, 0.002), GRID, EYE, 1.2e-3)).max() < 1e-12
 
 
 def test_a_sheet_that_comes_nearer_as_a_whole_looks_larger():
