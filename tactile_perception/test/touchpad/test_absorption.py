@@ -67,14 +67,6 @@ def test_a_pattern_without_a_grid_is_measured_too(pad, model):
     assert rms(ranges - pad.ranges()) < 3e-5
 
 
-def test_missing_dots_are_no_obstacle(pad, model):
-    full = pad.tracks()
-    keep = np.random.default_rng(3).permutation(len(full))[:150]
-    tracks = DotTracks(full.rows, full.columns, full.id[keep], full.uv[keep], full.area[keep], full.sigma[keep], full.duv[keep])
-    ranges, _ = model.depths(pad.image(), tracks, pad.camera)
-    assert rms(ranges - pad.ranges()[keep]) < 4e-5
-
-
 def test_bad_input_is_named(pad, model):
     with pytest.raises(BadFrame, match='colour image'):
         model.depths(pad.image()[..., 0], pad.tracks(), pad.camera)

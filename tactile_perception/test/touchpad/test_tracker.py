@@ -16,10 +16,6 @@ def track(tracker, dots):
     return tracker.process(dots, find_regions(dots))
 
 
-def test_empty_when_nothing_touches(pad):
-    assert track(ContactTracker(pad.cap), pad.disc(radius=-1e-2)) == []
-
-
 def test_number_lasts_with_the_touch_and_is_not_used_again(pad):
     tracker = ContactTracker(pad.cap)
     numbers = [track(tracker, pad.disc(centre=(0.4e-3 * k, 0)))[0].id for k in range(10)]
@@ -94,20 +90,6 @@ def test_edge_and_range_are_flagged(pad):
     assert track(tracker, pad.disc(height=9e-3))[0].flags == OUT_OF_RANGE
     assert track(tracker, pad.disc(centre=(6e-3, 0)))[0].flags == OUT_OF_RANGE
     assert track(ContactTracker(pad.cap), pad.disc(centre=(10e-3, 0)))[0].flags & AT_EDGE
-
-
-def test_force_is_summed_or_unknown(pad):
-    dots = pad.disc()
-    assert np.isnan(track(ContactTracker(pad.cap), dots)[0].force)
-    dots.force = np.where((dots.score > 0)[:, None], [0.0, 0.0, -0.01], 0.0)
-    assert track(ContactTracker(pad.cap), dots)[0].force == pytest.approx(0.01 * (dots.score > 0).sum(), rel=0.01)
-
-
-def test_depth_and_normal(pad):
-    contact, = track(ContactTracker(pad.cap), pad.disc(height=11e-3))
-    assert contact.depth == pytest.approx(2e-3, abs=5e-6)
-    np.testing.assert_allclose(contact.normal, [0, 0, 1], atol=0.01)
-    assert contact.position_covariance.shape == (3, 3)
 
 
 def test_refuses_bad_arguments(pad):
