@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import numpy.ma  # noqa: F401 - np.median loads it, 0.1 s for which the first image would wait otherwise
 from sensor_msgs.msg import CameraInfo
-from tactile_msgs.msg import DotTracks
 
+from .common import dots
 from .errors import BadFrame
 from .nodes.messages import conversions as convert
 from .stage import Input, Stage
@@ -69,6 +69,10 @@ class CameraStage(Stage):
             self._camera, self._matrices, self._size, self.estimator = self._pending
         self._pending = None
 
+    def use_camera_of(self, tracks: dots.DotTracks) -> None:
+        """use_camera for dots, which must lie within the image."""
+        self.use_camera(lambda size: not any(size) or bool((tracks.uv < size).all()))
+
     def reset(self) -> None:
         """Drop all but the camera."""
         self.estimator = self.make_estimator(self._matrices, self._size if self._camera else None)
@@ -78,18 +82,3 @@ class CameraStage(Stage):
         if any(self._size) and image.shape[1::-1] != self._size:
             found, expected = (f'{width} x {height} px' for width, height in (image.shape[1::-1], self._size))
             raise BadFrame(f'image is {found}, camera_info is for {expected}; positions in 3D would be wrong; publish one of this size')
-
-
-class ContactStage(CameraStage):
-    """Dots in, what touches out; the reference is the dots'."""
-
-    has_reference = False
-    input = Input('dots', DotTracks, depth=1)
-
-    def estimate(self, message: DotTracks, stamp_s: float, topics: Collection[str]) -> dict[str, list]:
-        """The estimates of the dots of one frame, under their header."""
-        tracks = convert.tracks_from_message(message)
-        self.use_camera(lambda size: not any(size) or bool((tracks.uv < size).all()))
-        if self.estimator is None:
-            raise BadFrame('no usable camera_info yet: positions at rest need a calibrated camera')
-        return convert.results_to_messages(self.estimator.process(tracks, stamp_s), message.header, topics)

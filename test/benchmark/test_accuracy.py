@@ -11,7 +11,6 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 import dots
 import parts
-import pins
 import printed_dots
 import taxel_slip
 from judged import calibrated, judge, recorded, recording_folder, simulated, touchpad_scene
@@ -157,10 +156,3 @@ def test_real_fingers_are_quiet_without_slip_and_slips_go_opposite_ways():
     assert not any(events for name, events in found.items() if name.startswith('no_slippage'))
     up, down = found['slip_up pad 3'][0], found['slip_down pad 3'][0]
     assert 3.2 < up[0] < 3.7 and up[2] < 0 and 2.0 < down[0] < 3.3 and down[2] > 0
-
-
-@needs('pin_array_127')
-def test_all_pins_are_matched_and_show_depth_and_tilt():
-    found = pins.run(RECORDINGS / 'pin_array_127')
-    assert np.all(found['matched'] == 127)
-    assert found['depth, mm'][0] < 0.08 and found['depth, mm'][1] < 0.2 and found['tilt, deg'][0] < 3.0
