@@ -33,9 +33,8 @@ def test_with_fewer_positions_it_falls_back_with_a_note(chosen, smooth, note):
     assert note is None or any(note in line or 'no better' in line for line in fit.notes)
 
 
-def test_the_light_of_a_contact_moves_its_place():
+def test_the_light_of_a_contact_moves_its_place(model):
     """A strong press looks nearer to the pole than it is; at the typical light nothing moves."""
-    model = fitted(slice(None)).model
     place = np.array([[0.4, 0.0], [0.0, -0.4]])
     light = model.shift.light(place)
     dim, typical, bright = (np.arccos(model.normals(place, part * light)[:, 2]) for part in (0.5, 1.0, 1.5))

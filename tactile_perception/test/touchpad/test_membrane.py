@@ -48,14 +48,14 @@ def energy(rest, places):
     return total
 
 
-def slope_of(function, places, step=1e-8):
-    """Central differences of a function (scalar or (K,)) by each coordinate of places."""
+def slopes_of(function, places, dots, step=1e-8):
+    """Central differences (N, 3) of a function by each coordinate of some dots (N,)."""
     found = []
-    for k in np.ndindex(*places.shape):
+    for k in np.ndindex(len(dots), 3):
         moved = np.zeros_like(places)
-        moved[k] = step
+        moved[dots[k[0]], k[1]] = step
         found.append((function(places + moved) - function(places - moved)) / (2 * step))
-    return np.array(found).reshape(*places.shape, *np.shape(found[0]))
+    return np.array(found).reshape(-1, 3)
 
 
 @pytest.fixture(scope='module')
@@ -66,8 +66,9 @@ def small():
 
 def test_the_force_is_the_slope_of_the_energy(small):
     places = small.rest + np.random.default_rng(1).normal(size=(SIZE, 3)) * 0.1e-3
-    expected = -slope_of(lambda x: energy(small.rest, x), places)
-    np.testing.assert_allclose(small.forces(places)[0], expected, atol=1e-5 * np.abs(expected).max())
+    dots = np.arange(0, SIZE, 5)  # corners, border and middle
+    expected = -slopes_of(lambda x: energy(small.rest, x), places, dots)
+    np.testing.assert_allclose(small.forces(places)[0][dots], expected, atol=1e-5 * np.abs(expected).max())
 
 
 def normal_load(membrane, places, pressure, normal=None):
