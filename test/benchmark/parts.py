@@ -3,18 +3,22 @@
 """The parts of the benchmark: what each sensor is judged on, by which methods, and which of the errors are its figures."""
 from __future__ import annotations
 
+import contextlib
+import io
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from lucas_kanade import LucasKanade
 from tactile_bringup.installed import share
+from tactile_bringup.papers.sheets import fit_published
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_perception.evaluation.evaluation import Instant
 from tactile_perception.nodes.messages.conversions import slip_from_message
+from tactile_perception.press.tools import calibrate_markers
 
 import dots
 from judged import Case, Judged, calibrated, judge, parameter_file, recorded, simulated, touchpad_scene
@@ -164,22 +168,27 @@ class Sheets:
 def sheet(sensor: str, bags: Path, from_recordings: bool) -> tuple[str, tuple[list[Case], dict]]:
     """(sensor, (cases to judge on, method -> (calibration, changes of the parameters))). The published method of sheets needs a plate,
     which the recordings lack."""
-    folder, plate = bags / sensor, None
+    folder, of_paper, plate = bags / sensor, None, None
     folder.mkdir(parents=True, exist_ok=True)
     if from_recordings:
         presses, *tests = (recorded(folder, f'{SHEETS[sensor]}_{part}', sensor) for part in ('calib_small', 'test'))
     else:
         presses, *tests = (simulated(folder, f'{sensor}_{scene}', rate, sensor) for scene, rate in
                            (('calibration', 3.0), ('test', 4.0), ('two', 4.0)))
-        plate = None if sensor == 'air_cushion' else simulated(folder, f'{sensor}_plate', 2.0, sensor).bag
     paper = 'paper_cushion' if sensor == 'air_cushion' else 'paper'
-    file, markers = calibrated(presses, sensor, folder / 'calibration.yaml', plate=plate), PAPERS_MARKERS[paper]
-    if paper == 'paper' and plate is None:
-        return sensor, (tests, {'model': (file, {'touch': 'model'})})
-    of_paper = replace(presses, params=parameter_file(folder / 'paper.yaml', presses.params, {'detection': markers}))
-    papers = calibrated(of_paper, sensor, folder / 'paper_calibration.yaml', plate=plate)
-    return sensor, (tests, {'model': (file, {'touch': 'model'}), paper: (file, {'touch': paper}),
-                            f"{paper}, paper's markers": (papers, {'touch': paper, 'detection': markers})})
+    if paper == 'paper_cushion':
+        of_paper = presses
+    elif not from_recordings:
+        of_paper, plate = (simulated(folder, f'{sensor}_{scene}', 2.0, sensor) for scene in ('markers', 'plate'))
+    with contextlib.redirect_stderr(io.StringIO()):
+        calibrate_markers([presses.bag], presses.params, model := folder / 'model.yaml', only='model')
+        methods = {'model': (model, {'touch': 'model'})}
+        if of_paper:
+            changes = {'touch': paper, 'detection': PAPERS_MARKERS[paper], 'filter': False}
+            params, file = parameter_file(folder / 'paper.yaml', of_paper.params, changes), folder / 'paper_calibration.yaml'
+            fit_published(sensor, [of_paper.bag], params, file, paper, plate and plate.bag)
+            methods[paper] = (file, changes)
+    return sensor, (tests, methods)
 
 
 def judge_sheet(sensor: str, cases: list[Case], methods: dict) -> dict[str, Judged]:

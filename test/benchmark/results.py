@@ -10,16 +10,32 @@ from statistics import median
 
 import numpy as np
 from parts import PARTS, Row
+from tactile_perception.sensors import SENSOR_TYPES
 
 #: Changes that are none whatever the noise: of a time, as a part of it; of an error, as a part of it and in its own unit.
 _TIME, _ERROR = 0.1, 0.02
 _LEAST = {'1/1000 pitch': 0.02, 'per 1000': 0.5, '1 - IoU': 2e-3, '1 - F1': 2e-3, 'mm': 2e-3, '%': 0.1, 'degrees': 0.01, 'mm/s': 0.02}
 
 
-#: part: title, the error that is drawn
-SHOWN = {'dots': ('dots found in an image', 'place'), 'numbers': ('dots found and numbered', 'place'),
-         'touchpad': ('touchpad: contact region', 'region overlap'), 'sheets and dome': ('sheets and dome: touch', 'place'),
-         'finger': ('PSD finger, 5 samples a frame', 'normal'), 'taxels': ('taxel array: none, incipient or gross slip', 'slip states')}
+@dataclass(frozen=True)
+class Shown:
+    """A panel of the plot. part, source: of what it shows, all sources for ''; error: that is drawn; reported: the error that the sensor's
+    paper reports, in the same unit, None where it reports none."""
+
+    title: str
+    part: str
+    error: str
+    source: str = ''
+    reported: float | None = None
+
+
+PANELS = (Shown('dots found in an image', 'dots', 'place'), Shown('dots found and numbered', 'numbers', 'place'),
+          Shown('touchpad: contact region', 'touchpad', 'region overlap'),
+          Shown('sheet, one camera: touch', 'sheets and dome', 'place', 'areal_single', 1.675),
+          Shown('sheet, two cameras: touch', 'sheets and dome', 'place', 'areal_dual', 0.63),
+          Shown('dome: touch', 'sheets and dome', 'place', 'air_cushion'),
+          Shown('PSD finger, 10 samples a frame', 'finger', 'normal', reported=6.0),
+          Shown('taxel array: none, incipient or gross slip', 'taxels', 'slip states'))
 _MARKS = 'os^Dv'
 _TICKS = {False: (1, 2, 5), True: (1, 1.2, 1.4, 1.7, 2, 2.5, 3, 3.5, 4, 5, 6, 7, 8)}  # of a decade, by whether the range is narrow
 
@@ -87,6 +103,18 @@ def _said(value: float) -> str:
     return '-' if not math.isfinite(value) else f'{value:.3g}'
 
 
+def summary(entries: list[Entry]) -> str:
+    """One Markdown table of the sensors: their methods on the largest images, times and errors, medians over rounds."""
+    lines = ['| sensor | method | ms a frame | errors |', '|---|---|---|---|']
+    for entry in entries:
+        largest = max((e.size for e in entries if (e.part, e.source) == (entry.part, entry.source)), default='')
+        if entry.source in SENSOR_TYPES and entry.size == largest:
+            errors = '; '.join(f'{name} {_said(median(entry.errors[name]))} {unit}' for name, unit in PARTS[entry.part].errors.items()
+                               if math.isfinite(median(entry.errors[name])))
+            lines.append(f'| {entry.source} | {entry.method} | {_said(median(entry.ms))} | {errors} |')
+    return '\n'.join(lines) + '\n'
+
+
 def noise(values: list[float]) -> float:
     """Half of the range over the median; 0 for a median of 0."""
     middle = median(values)
@@ -132,45 +160,54 @@ def front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return kept
 
 
-def draw(entries: list[Entry], path: Path) -> None:
-    """A panel for each part: colours are methods, marks are images' sizes or sensors, the line is the front."""
+def draw(entries: list[Entry], path: Path, said: str) -> None:
+    """A panel for each of PANELS: colours are methods, marks are images' sizes, bars reach over the rounds, the grey line is the front,
+    the dashed one what the sensor's paper reports. said: of the run, under the title."""
     import matplotlib
     matplotlib.use('Agg')
     from matplotlib import pyplot
-    parts = [part for part in SHOWN if any(entry.part == part for entry in entries)]
-    columns = min(len(parts), 3)
-    rows = -(-len(parts) // columns)
-    figure, panels = pyplot.subplots(rows, columns, figsize=(5.2 * columns, 0.5 + 4.6 * rows), layout='constrained', squeeze=False)
-    for panel in panels.ravel()[len(parts):]:
-        panel.set_axis_off()
-    for panel, part in zip(panels.ravel(), parts):
-        _panel(panel, part, [entry for entry in entries if entry.part == part])
-    figure.suptitle('Time of one thread against error: lower left is better (line: no method beats these)')
+    shown = [(panel, these) for panel in PANELS
+             if (these := [e for e in entries if e.part == panel.part and panel.source in ('', e.source)])]
+    columns = min(len(shown), 4)
+    rows = -(-len(shown) // columns)
+    figure, axes = pyplot.subplots(rows, columns, figsize=(4.6 * columns, 0.5 + 4.6 * rows), layout='constrained', squeeze=False)
+    for empty in axes.ravel()[len(shown):]:
+        empty.set_axis_off()
+    for axis, (panel, these) in zip(axes.ravel(), shown):
+        _panel(axis, panel, these)
+    figure.suptitle(f'Time of one thread against error: lower left is better (grey line: no method beats these)\n{said}')
     figure.savefig(path, dpi=80)
     pyplot.close(figure)
 
 
-def _panel(panel, part: str, entries: list[Entry]) -> None:
+def _panel(panel, shown: Shown, entries: list[Entry]) -> None:
     from matplotlib.ticker import LogLocator, NullLocator
-    title, error = SHOWN[part]
-    told = [(e, median(e.ms), median(e.errors[error])) for e in entries]
+    told = [(e, median(e.ms), median(e.errors[shown.error])) for e in entries]
     told = [(e, time, off) for e, time, off in told if math.isfinite(off)]
-    methods, kinds = list(dict.fromkeys(e.method for e in entries)), sorted({e.size or e.source for e in entries})
+    methods, kinds = list(dict.fromkeys(e.method for e in entries)), sorted({e.size for e in entries})
     for kind in kinds:
-        these = [(time, off) for e, time, off in told if (e.size or e.source) == kind]
+        these = [(time, off) for e, time, off in told if e.size == kind]
         panel.plot(*zip(*front(these)), '-', color='lightgrey', linewidth=1.5, zorder=1) if these else None
-    for entry, time, off in told:
-        panel.plot(time, off, _MARKS[kinds.index(entry.size or entry.source) % len(_MARKS)], color=f'C{methods.index(entry.method) % 10}',
-                   markersize=8, zorder=2)
+    for e, time, off in told:
+        panel.errorbar(time, off, _reach(off, e.errors[shown.error]), _reach(time, e.ms), _MARKS[kinds.index(e.size) % len(_MARKS)],
+                       color=f'C{methods.index(e.method) % 10}', markersize=7, zorder=2)
     for k, method in enumerate(methods):
         panel.plot([], [], 'o', color=f'C{k % 10}', label=method)
     for k, kind in enumerate(kinds if len(kinds) > 1 else []):
         panel.plot([], [], _MARKS[k % len(_MARKS)], color='grey', label=kind)
+    if shown.reported is not None:
+        panel.axhline(shown.reported, color='black', linestyle='--', linewidth=1, label='reported in the paper')
     panel.margins(0.12)
-    panel.set(xscale='log', yscale='log', title=title, xlabel='ms a frame', ylabel=f'error of {error}, {PARTS[part].errors[error]}')
+    unit = PARTS[shown.part].errors[shown.error]
+    panel.set(xscale='log', yscale='log', title=shown.title, xlabel='ms a frame', ylabel=f'error of {shown.error}, {unit}')
     for axis, (low, high) in ((panel.xaxis, panel.get_xlim()), (panel.yaxis, panel.get_ylim())):
         axis.set_major_locator(LogLocator(subs=_TICKS[high / low < 5]))
         axis.set_major_formatter('{x:g}')
         axis.set_minor_locator(NullLocator())
     panel.grid(alpha=0.3)
-    panel.legend(fontsize='x-small', loc='upper center', bbox_to_anchor=(0.5, -0.16), ncols=3)
+    panel.legend(fontsize='x-small', loc='upper center', bbox_to_anchor=(0.5, -0.16), ncols=2)
+
+
+def _reach(middle: float, values: list[float]) -> list[list[float]]:
+    """From the middle down and up to the farthest of the values."""
+    return [[middle - min(values)], [max(values) - middle]]

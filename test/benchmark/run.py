@@ -82,9 +82,10 @@ def write(entries: list[results.Entry], about: dict, out: Path) -> list[Path]:
     out.mkdir(parents=True, exist_ok=True)
     paths = [out / f'benchmark.{ending}' for ending in ('md', 'json', 'png')]
     said = '; '.join(f'{name} {value}' for name, value in about.items())
-    paths[0].write_text(f'{results.tables(entries)}\n{said}\n')
+    paths[0].write_text(f'{results.summary(entries)}\n{results.tables(entries)}\n{said}\n')
     paths[1].write_text(json.dumps({'about': about, 'entries': results.to_plain(entries)}, indent=1) + '\n')
-    results.draw(entries, paths[2])
+    run = ('quick' if about['quick'] else 'full') + ' run' + (' on recordings' if about['recorded'] else '')
+    results.draw(entries, paths[2], f"{run}, {about['processor']}, {about['date']}")
     return paths
 
 

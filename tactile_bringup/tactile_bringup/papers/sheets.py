@@ -43,13 +43,19 @@ def _place_and_depth(found: list[Press]) -> tuple[float, float, float]:
 def _calibrated(bench: Bench, sensor: str, scenes: list[str], changes: dict, plate: str = '') -> tuple[Path, Path]:
     """Parameter file and calibration file of a published method."""
     params, output = bench.params(sensor, changes), bench.folder / f'{scenes[0]}_paper.yaml'
-    calibrate_markers([bench.bag(sensor, scene, RATE) for scene in scenes], params, output, only=changes['touch'],
-                      plate=bench.bag(sensor, plate, RATE) if plate else None)
+    fit_published(sensor, [bench.bag(sensor, scene, RATE) for scene in scenes], params, output, changes['touch'],
+                  bench.bag(sensor, plate, RATE) if plate else None)
+    return params, output
+
+
+def fit_published(sensor: str, bags: list[Path], params: Path, output: Path, method: str, plate: Path | None) -> None:
+    """Write a calibration file, output, that holds a published method as the paper has it; arguments as of calibrate_markers, whose errors
+    it raises."""
+    calibrate_markers(bags, params, output, only=method, plate=plate)
     # The guard against a start under a touch is ours: Otsu's markers wander by 0.2 px, for which it refuses frames.
     file = read_calibration(output, sensor)
     file.fitted.pop(REST, None)
     write_calibration(output, file)
-    return params, output
 
 
 def one_camera(bench: Bench) -> Iterator[Table]:
