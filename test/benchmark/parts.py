@@ -17,7 +17,7 @@ from tactile_bringup.papers.sheets import fit_published
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_perception.evaluation.evaluation import Instant
-from tactile_perception.nodes.messages.conversions import slip_from_message
+from tactile_perception.nodes.messages.estimates import slip_from_message
 from tactile_perception.press.tools import calibrate_markers
 
 import dots

@@ -17,7 +17,7 @@ from tactile_driver.recordings.serialization import decode
 from ..common.progress import Progress
 from ..errors import BadFrame, BadRecording, TactileError
 from ..evaluation.evaluation import Instant
-from ..nodes.messages.conversions import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
+from ..nodes.messages.estimates import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
 from .chain import Chain, make_chain
 from .sampled_truth import SampledTruth
 from .stamped import IMAGE, VOLTAGES, find_prefix

@@ -11,7 +11,7 @@ from std_msgs.msg import Header  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Slip  # noqa: E402
 from tactile_perception.common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate  # noqa: E402
 from tactile_perception.errors import BadFrame  # noqa: E402
-from tactile_perception.nodes.messages import conversions as convert  # noqa: E402
+from tactile_perception.nodes.messages import conversions as convert, estimates  # noqa: E402
 
 HEADER = Header(frame_id='pad')
 
@@ -24,7 +24,7 @@ def same(a, b, names):
 
 def test_contacts():
     made = [ContactEstimate(3, np.array([1e-3, 2e-3, 3e-3]), np.array([0, 0, 1.0]), 1e-3, np.nan, np.diag([1e-8, 2e-8, 3e-8]), 5, None)]
-    back = convert.contacts_from_message(convert.contacts_to_message(made, HEADER))
+    back = estimates.contacts_from_message(convert.contacts_to_message(made, HEADER))
     assert len(back) == 1 and len(back[0].members) == 0
     same(made[0], back[0], ('id', 'position', 'normal', 'depth', 'force', 'position_covariance', 'flags'))
 
@@ -33,22 +33,22 @@ def test_a_region():
     loop = np.array([[0, 0, 0], [1e-3, 0, 0], [0, 1e-3, 0]])
     made = ContactRegionEstimate(np.array([4, 7]), np.array([1, 2], np.uint8), [loop], [loop / 2], 1e-6, np.ones(3), np.array([0, 0, 1.0]),
                                  0.1, 2e-3, 1e-3, np.zeros(3), np.array([0, 0, 0, 1.0]), 0.05)
-    back = convert.region_from_message(convert.region_to_message(made, HEADER))
+    back = estimates.region_from_message(convert.region_to_message(made, HEADER))
     same(made, back, ('dot_id', 'dot_state', 'outlines', 'holes', 'area', 'centroid', 'normal', 'orientation', 'major_axis', 'minor_axis',
                       'motion_translation', 'motion_rotation', 'motion_interval'))
 
 
 def test_slip_and_wrench():
     made = SlipEstimate(1, 0.5, np.arange(3.0), np.arange(3.0), np.full(3, np.nan), *(np.arange(2.0) + k for k in range(4)))
-    back = convert.slip_from_message(convert.slip_to_message(made, HEADER))
+    back = estimates.slip_from_message(convert.slip_to_message(made, HEADER))
     same(made, back, ('state', 'slipping_fraction', 'linear', 'angular', 'rotation_center', 'x', 'y', 'vx', 'vy'))
-    assert convert.wrench_from_message(convert.wrench_to_message(np.arange(6.0), HEADER)).tolist() == [0, 1, 2, 3, 4, 5]
+    assert estimates.wrench_from_message(convert.wrench_to_message(np.arange(6.0), HEADER)).tolist() == [0, 1, 2, 3, 4, 5]
 
 
 @pytest.mark.parametrize('read, message', [
-    (convert.region_from_message, ContactRegion(dot_id=array('I', [1, 2]), dot_state=array('B', [1]))),
-    (convert.region_from_message, ContactRegion(dot_id=array('I', [1]), dot_state=array('B', [3]))),
-    (convert.slip_from_message, Slip(state=3))])
+    (estimates.region_from_message, ContactRegion(dot_id=array('I', [1, 2]), dot_state=array('B', [1]))),
+    (estimates.region_from_message, ContactRegion(dot_id=array('I', [1]), dot_state=array('B', [3]))),
+    (estimates.slip_from_message, Slip(state=3))])
 def test_what_cannot_be_meant_is_refused(read, message):
     with pytest.raises(BadFrame):
         read(message)
