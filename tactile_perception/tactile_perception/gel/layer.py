@@ -78,7 +78,7 @@ class Loads:
     @cached_property
     def _table(self) -> tuple[np.ndarray, np.ndarray]:
         """Distances (D,) m and, in rows, five functions of it (5, D): Hankel transforms of Layer.waves."""
-        from scipy.special import jv  # needed here alone
+        from scipy.special import j0, j1  # needed here alone
         reach = _REACH * self.layer.thickness
         top = _SHORTEST / self.width
         step = _STEP / reach
@@ -86,7 +86,9 @@ class Loads:
         r = np.linspace(0.0, reach, _DISTANCES)
         wave = self.layer.waves(k)
         share = np.exp(-(k * self.width)**2 / 2) * k * step / (2 * np.pi)
-        bessel = [jv(order, np.outer(r, k)) for order in range(3)]
+        angle = np.outer(r, k)
+        bessel = [j0(angle), j1(angle)]
+        bessel.append(2 * bessel[1] / np.maximum(angle, 1e-9) - bessel[0] * (angle > 0))
         mean, half = (wave['along'] + wave['across']) / 2, (wave['across'] - wave['along']) / 2
         rows = [bessel[0] @ (share * mean), bessel[2] @ (share * half), bessel[1] @ (share * wave['up']),
                 -bessel[1] @ (share * wave['pressed_along']), bessel[0] @ (share * wave['pressed_up'])]

@@ -12,7 +12,8 @@ from .layer import Layer
 
 _UNEVEN = 0.3  # prior: how far the shear of a place may lie from the shear that the contact shares, over its pressure; of friction's order
 _NEIGHBOURS = 1.0  # steps: prior: a place is pressed about as hard as those within this standard deviation
-_ROUNDS = 5  # of the prior's amplitudes; three more change forces by 1 %
+_ROUNDS = 4  # of the prior's amplitudes; three more change forces by 1 %
+_STEPS = 30  # of the linear fit before them, which only has to find the place
 _FAINT = 3e-3  # of the greatest amplitude: fainter places are left out; a tenth of it changes forces by a thousandth
 _OUTLIER = 6.0  # robust standard deviations of the residual: a dot farther off is mistaken for another
 _MODEL = 0.03  # of the force: what the model and the prior leave, without noise, on simulated gels (docs/gel.md)
@@ -72,46 +73,81 @@ class TractionFit:
         """The loads: pressure p >= 0 at each place, shear (lean + uneven) p, of which uneven is as the prior says.
 
         Pressures are normal with variances spread, which are those of their neighbourhood in the round before (iterated reweighting, as in
-        sparse Bayesian learning); in the first round pressure and shear are alike everywhere. Given lean and spread, the pressures are a
-        least-squares fit without negatives, with the uneven shear as noise.
+        sparse Bayesian learning); the first ones are of a linear fit of pressures and shears that are alike everywhere. Given lean and
+        spread, the pressures are a least-squares fit without negatives, with the uneven shear integrated out.
         """
-        from scipy.linalg import solve_triangular  # needed here alone
-        from scipy.optimize import nnls
-        rows, data = rows[used].reshape(-1, len(self.places), 3), moved[used].ravel()
-        spread, uneven, lean = np.full(len(self.places), data @ data / (rows**2).sum()), 1.0, np.zeros(2)
+        from scipy.optimize import nnls  # needed here alone
+        from scipy.sparse.linalg import lsqr
+        rows, data = rows[used].reshape(-1, len(self.places), 3) / sigma, moved[used].ravel() / sigma
+        alike = 1 / np.sqrt(data @ data / (rows**2).sum())
+        share = np.maximum(lsqr(rows.reshape(len(data), -1), data, damp=alike, iter_lim=_STEPS)[0][2::3], 0)
+        at, lean = np.arange(len(share)), np.zeros(2)
         for _ in range(_ROUNDS):
+            spread = (self._smooth[:, at] @ share)**2
             at = np.flatnonzero(spread > _FAINT**2 * spread.max())
-            along, weight = rows[:, at, :2], 1 / np.sqrt(spread[at])
-            loose = along.reshape(len(data), -1) * (uneven / np.repeat(weight, 2))
-            noise = np.linalg.cholesky(loose @ loose.T + sigma**2 * np.eye(len(data)))
-            white = solve_triangular(noise, np.column_stack([data, rows[:, at, 2], along.reshape(len(data), -1)]), lower=True)
-            goal, press, pull = white[:, 0], white[:, 1:1 + len(at)], white[:, 1 + len(at):].reshape(len(data), -1, 2)
-            model = np.concatenate([press + pull @ lean, np.diag(weight)])
-            share = nnls(model, np.concatenate([goal, np.zeros(len(at))]))[0]
-            shared = np.einsum('npi,p->ni', pull, share)
-            lean = np.linalg.lstsq(shared, goal - press @ share, rcond=1e-6)[0]
-            if not share.any():
-                break
-            spread, uneven = (self._smooth[:, at] @ share)**2, _UNEVEN
-        return self._loads_of(rows[:, at], data, sigma, share, lean, weight, at, used)
+            if not len(at):
+                return Tractions(np.zeros((len(spread), 3)), used, np.full((3, 3), np.nan), np.full((2, 2), np.nan))
+            normal = _Normal(rows[:, at], data, 1 / spread[at])
+            matrix, goal = normal.of_pressure(lean)
+            root = np.linalg.cholesky(matrix)
+            share = nnls(root.T, np.linalg.solve(root, goal))[0]
+            lean = normal.lean(share)
+        return self._loads_of(normal, share, lean, at, used)
 
-    def _loads_of(self, rows, data, sigma, share, lean, weight, at, used) -> Tractions:
-        """The loads with the uneven shear, and their covariances: of the linear fit of pressures, lean and uneven shear about the solution;
-        rows: (2D, A, 3), of the places with the indices at (A,)."""
+    def _loads_of(self, normal: _Normal, share: np.ndarray, lean: np.ndarray, at: np.ndarray, used: np.ndarray) -> Tractions:
+        """The loads with the uneven shear, and their covariances; share: (A,) m^2, pressures of the places with the indices at (A,)."""
         force, total, count = np.zeros((len(self.places), 3)), share.sum(), len(at)
         if not total > 0:
             return Tractions(force, used, np.full((3, 3), np.nan), np.full((2, 2), np.nan))
-        along = rows[:, :, :2].reshape(len(data), -1)
-        model = np.concatenate([rows[:, :, 2] + rows[:, :, :2] @ lean, np.einsum('npi,p->ni', rows[:, :, :2], share), along], axis=1) / sigma
-        prior = np.concatenate([weight, [0, 0], np.repeat(weight, 2) / _UNEVEN])
-        known = np.linalg.pinv(model.T @ model + np.diag(prior**2), hermitian=True)
-        rest = data / sigma - model[:, :count] @ share
-        uneven = np.linalg.solve(along.T @ along / sigma**2 + np.diag(prior[count + 2:]**2), along.T @ rest / sigma)
-        force[at, :2], force[at, 2] = share[:, None] * lean + uneven.reshape(-1, 2), -share
-        sums = np.zeros((5, len(known)))
+        force[at, :2], force[at, 2] = share[:, None] * lean + normal.uneven(share, lean), -share
+        sums = np.zeros((5, 3 * count + 2))
         sums[:2, :count], sums[2, :count] = lean[:, None], -1.0
         sums[3:, :count] = (self.places[at] - share @ self.places[at] / total).T / total
         for axis in (0, 1):
             sums[axis, count + axis], sums[axis, count + 2 + axis::2] = total, 1.0
-        both = sums @ known @ sums.T
+        both = sums @ np.linalg.solve(normal.about(share, lean), sums.T)
         return Tractions(force, used, both[:3, :3] + np.diag((_MODEL * force.sum(axis=0))**2), both[3:, 3:])
+
+
+class _Normal:
+    """Normal equations of loads at A places. rows: (N, A, 3), data: (N,), both over sigma; weight: (A,), one over the variance of pressure."""
+
+    def __init__(self, rows: np.ndarray, data: np.ndarray, weight: np.ndarray):
+        count = len(weight)
+        flat = rows.reshape(len(data), -1)
+        self._square = (flat.T @ flat).reshape(count, 3, count, 3)
+        self._data = (flat.T @ data).reshape(count, 3)
+        self._weight = weight
+        self._free = self._square[:, :2, :, :2].reshape(2 * count, -1) + np.diag(np.repeat(weight, 2) / _UNEVEN**2)
+        self._cross = self._square[:, :, :, :2].reshape(count, 3, -1)
+        taken = np.linalg.solve(self._free, np.column_stack([self._cross.reshape(3 * count, -1).T, self._data[:, :2].ravel()]))
+        self._taken, self._taken_data = taken[:, :-1].reshape(-1, count, 3), taken[:, -1]
+
+    def of_pressure(self, lean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(A, A) and (A,): of the pressures with the shear that they share, the uneven shear integrated out."""
+        mix = np.append(lean, 1.0)
+        cross = np.einsum('akr,k->ar', self._cross, mix)
+        matrix = np.einsum('akbl,k,l->ab', self._square, mix, mix, optimize=True) - cross @ (self._taken @ mix)
+        return matrix + np.diag(self._weight), self._data @ mix - cross @ self._taken_data
+
+    def lean(self, share: np.ndarray) -> np.ndarray:
+        """(2,): the shear over the pressure that the places share, given their pressures (A,)."""
+        cross = np.einsum('akr,a->kr', self._cross, share)
+        square = np.einsum('akbl,a,b->kl', self._square, share, share, optimize=True) - cross @ np.einsum('rak,a->rk', self._taken, share)
+        goal = share @ self._data - cross @ self._taken_data
+        return np.linalg.lstsq(square[:2, :2], goal[:2] - square[:2, 2], rcond=1e-9)[0]
+
+    def uneven(self, share: np.ndarray, lean: np.ndarray) -> np.ndarray:
+        """(A, 2) m^2: the rest of the shear."""
+        return (self._taken_data - np.einsum('rak,a,k->r', self._taken, share, np.append(lean, 1.0))).reshape(-1, 2)
+
+    def about(self, share: np.ndarray, lean: np.ndarray) -> np.ndarray:
+        """(3 A + 2,) square: of changes of pressures, lean and uneven shears about a solution."""
+        count, mix = len(share), np.append(lean, 1.0)
+        turn = np.zeros((count, 3, 3 * count + 2))
+        turn[np.arange(count), :, np.arange(count)] = mix
+        turn[:, [0, 1], [count, count + 1]] = share[:, None]
+        turn[np.repeat(np.arange(count), 2), np.tile([0, 1], count), count + 2 + np.arange(2 * count)] = 1.0
+        turn = turn.reshape(3 * count, -1)
+        prior = np.concatenate([self._weight, [0, 0], np.repeat(self._weight, 2) / _UNEVEN**2])
+        return turn.T @ self._square.reshape(3 * count, -1) @ turn + np.diag(prior)
