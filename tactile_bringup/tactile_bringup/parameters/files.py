@@ -39,9 +39,9 @@ _DOTS_ALONE = {
                  '# Each pin keeps the number that it has in the first image.\n',
                  {'rows': 0, 'columns': 0, 'polarity': 'bright', 'detection': 'blobs', 'numbering': 'register'}),
 }
-_GELSIGHT_MINI = ('# GelSight Mini with its gel with dots, in images of 320 x 240 px: contact region, contacts, wrench.\n'
-                  '# The maker publishes the scale, 0.0634 mm a pixel. Thickness and modulus are not public: put in yours (docs/gel.md);\n'
-                  '# until then no force is told, and the thickness is a guess.\n')
+_GELSIGHT_MINI = ('# GelSight Mini with its gel with dots: contact region, contacts, wrench.\n'
+                  "# The pitch is from the maker's software, 0.0634 mm a pixel of 320 x 240, in which the dots are 31 px apart.\n"
+                  '# Thickness and modulus are not public: put in yours (docs/gel.md). Until then no force is told, and the thickness is a guess.\n')
 _GEL_SIM = ("# A simulated gel with dots (source:=sim params:=.../gel_sim.yaml): the parameters that differ from the nodes' defaults;\n"
             '# gelsight_mini.yaml explains all.\n')
 _PRESSURE = ('# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).\n'
@@ -157,7 +157,7 @@ def parameter_files() -> dict[str, str]:
         'touchpad.yaml': _touchpad(_TOUCHPAD, {}, ('gel.',)),
         'touchpad_sim.yaml': _touchpad(simulated['touchpad'], simulated_specimen(), whole=False),
         'gelsight_mini.yaml': _touchpad(_GELSIGHT_MINI, {'sensor_type': 'gelsight_mini', 'rows': 7, 'columns': 10, 'surface': 'gel',
-                                                         'gel.scale': 6.34e-5, 'width': 320, 'height': 240}, not_gel),
+                                                         'gel.pitch': 0.00197}, not_gel),
         'gel_sim.yaml': _touchpad(_GEL_SIM, {'sensor_type': 'gel', 'surface': 'gel', **simulated_gel()}, not_gel, whole=False),
         **{f'{name}.yaml': _touchpad(about, {**video, 'sensor_type': name, **changed}, no_surface)
            for name, (about, changed) in _DOTS_ALONE.items()},

@@ -110,7 +110,7 @@ class TractionFit:
 
 
 class _Normal:
-    """Normal equations of loads at A places. rows: (N, A, 3), data: (N,), both over sigma; weight: (A,), one over the variance of pressure."""
+    """Normal equations of loads at A places. rows: (N, A, 3), data: (N,), both over sigma; weight: (A,), one over variances."""
 
     def __init__(self, rows: np.ndarray, data: np.ndarray, weight: np.ndarray):
         count = len(weight)

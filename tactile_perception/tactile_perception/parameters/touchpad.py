@@ -21,8 +21,8 @@ SENSOR_PARAMETERS = (
     _fixed('rows', int, 23, '', 'rows of the printed grid; rows and columns 0: the pattern is not a grid', 0, 250),
     _fixed('columns', int, 23, '', 'columns of the printed grid', 0, 250),
     _fixed('surface', str, 'cap', '',
-           'untouched shape, for places in 3D: cap of a touchpad, flat sheet, inflated dome; gel: flat elastic layer, in the image; none: image '
-           'places only', choices=('cap', 'sheet', 'dome', 'gel', 'none')),
+           'untouched shape, for places in 3D: cap of a touchpad, flat sheet, inflated dome; gel: elastic layer, in the image; none: '
+           'image places only', choices=('cap', 'sheet', 'dome', 'gel', 'none')),
     _fixed('cap.curvature_radius', float, 0.020, 'm', 'cap: radius of the sphere', 1e-4, 10.0),
     _fixed('cap.height', float, 0.013, 'm', 'cap: height above the rim', 1e-4, 10.0),
     _fixed('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0),
@@ -58,7 +58,7 @@ GEL_PARAMETERS = (
     _fixed('gel.young_modulus', float, 0.0, 'Pa', "Young's modulus; 0: unknown, then forces are NaN", 0.0, 1e9),
     _fixed('gel.poisson_ratio', float, 0.48, '', "Poisson's ratio; of silicones and gels 0.47 to 0.5", 0.0, 0.5),
     _fixed('gel.scale', float, 0.0, 'm', 'length on the gel that one pixel shows; 0: from gel.pitch', 0.0, 0.1),
-    _fixed('gel.pitch', float, 0.0, 'm', 'distance from a dot to the nearest one, in the mean; tells the scale where gel.scale is 0', 0.0, 0.1),
+    _fixed('gel.pitch', float, 0.0, 'm', 'distance of neighbouring dots; tells the scale where gel.scale is 0', 0.0, 0.1),
     _fixed('gel.camera_distance', float, 0.0, 'm', 'from the camera to the dots, as if there were air between; 0: far away', 0.0, 10.0),
 )
 

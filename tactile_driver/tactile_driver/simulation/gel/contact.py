@@ -30,8 +30,8 @@ class Indenter:
 
 @dataclass
 class GelState:
-    """Forces on the cells of the surface. places: (M, 2) m; force: (M, 3) N, of the object on the gel; slides: (M,) bool; middle: (2,) m and
-    depth, m, of the object."""
+    """Forces on the cells of the surface. places: (M, 2) m; force: (M, 3) N, of the object on the gel; slides: (M,) bool; middle: (2,) m
+    and depth, m, of the object."""
 
     places: np.ndarray
     force: np.ndarray

@@ -13,18 +13,17 @@ import numpy as np
 
 from ..gel.contact import GelContact, GelState, Indenter
 from ..gel.elements import Material
-from ..optics.camera import SimulatedCamera
+from ..optics.camera import mounted
 from ..optics.pattern import uneven
-from ..optics.rendering import Imaging
+from ..optics.rendering import Imaging, Renderer
 from ..optics.worn_rendering import SideLight
-from ..optics.rendering import Renderer
 from ..skin.surfaces import Sheet
 from ..truth import NON_CONTACT, NO_SLIP, SLIPPING, STICKING, SimulatedFrame, Touch, TruthFrame
-from .marker_sheet import built_camera
 
 #: The gel as made; chosen: silicone, the size and stiffness of a fingertip's.
 MATERIAL = Material(thickness=4.0e-3, depth=0.4e-3, young=0.22e6, poisson=0.48)
-FOCAL, DISTANCE = 760.0, 0.0230  # px of the native image; m, from the camera to the surface; chosen
+#: px of the native image; m, from the camera to the surface, over whose axis the frame's origin is; chosen.
+FOCAL, DISTANCE = 760.0, 0.0230
 PITCH, ROWS, COLUMNS = 1.5e-3, 9, 12
 _HALF = (0.012, 0.009)  # m, of the gel that the camera sees
 _DOT = 0.24e-3  # m, radius; chosen
@@ -48,7 +47,7 @@ class GelScene:
     def __init__(self, script: GelScript, rate: float, seed: int, width: int):
         rng = np.random.default_rng([seed, 17])
         self.sensor, self.rate = 'touchpad', rate
-        self.camera = built_camera(rng, FOCAL, (321.0, 238.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, DISTANCE), (640, 480), width)
+        self.camera = mounted((FOCAL, FOCAL), (321.0, 238.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, DISTANCE), (640, 480), width)
         self.material = MATERIAL
         self.rows, self.columns = (ROWS, COLUMNS) if script.grid else (0, 0)
         self._keys = np.array(script.keys, float)
