@@ -50,8 +50,8 @@ class Response:
             self._lines[name] = mesh.r[line], pressed[line], pulled[line]
 
     def matrix(self, points: np.ndarray, places: np.ndarray, where: str) -> np.ndarray:
-        """(N, 3, M, 3): displacement x, y, z, m, of points (N, 2) m under unit forces along x, y and z at places (M, 2) m; where: 'surface' or
-        'dots'."""
+        """(N, 3, M, 3): displacement x, y, z, m, of points (N, 2) m under unit forces along x, y and z at places (M, 2) m; where:
+        'surface' or 'dots'."""
         r, pressed, pulled = self._lines[where]
         off = points[:, None] - places
         distance = np.sqrt((off**2).sum(-1))
