@@ -24,7 +24,7 @@ _MOST = 400  # places: into more no gel is divided, for time; with 800, forces c
 _DRIFTED = 0.25  # px: a dot whose place at rest drifts farther is laid out anew; it changes displacements by less than a hundredth
 _SIGNIFICANT = 5.0  # sigmas that the third dot must have moved: of 1,000 dots by chance in one frame of ten thousand
 _EDGE = 0.2  # of the greatest pressure: where the region ends. Between a ball's, which fades, and a stamp's; both blurred by the dots
-_LEAST_SIGMA = 0.02  # px: no detector of dots is better on moving skin
+_LEAST_SIGMA = 0.05  # px: what light that shifts as the skin tilts does to a dot; no detector is better on a moving gel
 _UNSEEN_SIGMA = 0.1  # px: of a detector of dots, before two frames have shown it
 _UP = np.array([0.0, 0.0, 1.0])
 

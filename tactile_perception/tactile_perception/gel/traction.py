@@ -15,6 +15,7 @@ _NEIGHBOURS = 1.0  # steps: prior: a place is pressed about as hard as those wit
 _ROUNDS = 4  # of the prior's amplitudes; three more change forces by 1 %
 _STEPS = 30  # of the linear fit before them, which only has to find the place
 _FAINT = 3e-3  # of the greatest amplitude: fainter places are left out; a tenth of it changes forces by a thousandth
+_LINEAR = 0.05  # of a dot's displacement: what a linear layer leaves at strains of a tenth
 _OUTLIER = 6.0  # robust standard deviations of the residual: a dot farther off is mistaken for another
 _MODEL = 0.03  # of the force: what the model and the prior leave, without noise, on simulated gels (docs/gel.md)
 
@@ -78,7 +79,9 @@ class TractionFit:
         """
         from scipy.optimize import nnls  # needed here alone
         from scipy.sparse.linalg import lsqr
-        rows, data = rows[used].reshape(-1, len(self.places), 3) / sigma, moved[used].ravel() / sigma
+        moved = moved[used]
+        sigma = np.repeat(np.hypot(sigma, _LINEAR * np.linalg.norm(moved, axis=1)), 2)
+        rows, data = rows[used].reshape(-1, len(self.places), 3) / sigma[:, None, None], moved.ravel() / sigma
         alike = 1 / np.sqrt(data @ data / (rows**2).sum())
         share = np.maximum(lsqr(rows.reshape(len(data), -1), data, damp=alike, iter_lim=_STEPS)[0][2::3], 0)
         at, lean = np.arange(len(share)), np.zeros(2)
