@@ -14,7 +14,8 @@ from tactile_perception.gel.estimator import GelEstimator  # noqa: E402
 #: What differs from a gel with a grid of 1.5 mm and a noise of 0.05 px, and from what its user measured (factors).
 ROWS = {'grid, 1.5 mm': ({}, 0.05, {}), 'at random': ({'grid': False}, 0.05, {}), '0.75 mm': ({'pitch': 0.75e-3}, 0.05, {}),
         '3 mm': ({'pitch': 3e-3}, 0.05, {}), 'noise 0.15 px': ({}, 0.15, {}), 'stamp, 4 x 2.4 mm': ({'half': (2e-3, 1.2e-3)}, 0.05, {}),
-        'thickness 10 % off': ({}, 0.05, {'gel.thickness': 1.1}), 'Poisson 0.49 for 0.47': ({'poisson': 0.47}, 0.05, {'gel.poisson_ratio': 0.49 / 0.47}),
+        'thickness 10 % off': ({}, 0.05, {'gel.thickness': 1.1}),
+        'Poisson 0.49 for 0.47': ({'poisson': 0.47}, 0.05, {'gel.poisson_ratio': 0.49 / 0.47}),
         'camera_distance 0': ({}, 0.05, {'gel.camera_distance': 0.0})}
 
 
@@ -22,8 +23,8 @@ def trial(seed, changes, noise, factors):
     """Rows of error of the middle (mm), of normal and of shear force over the normal one (%), and time (ms)."""
     rng = np.random.default_rng([seed, 40])
     angle, way, thickness = rng.uniform(0, 2 * np.pi), rng.uniform(0.2e-3, 0.7e-3), rng.uniform(3e-3, 6e-3)
-    given = {'thickness': thickness, 'poisson': rng.uniform(0.46, 0.49), 'radius': rng.uniform(4e-3, 9e-3), 'friction': rng.uniform(0.2, 0.9),
-             'depth': rng.uniform(0.1, 0.2) * thickness, 'middle': rng.uniform(-2.5e-3, 2.5e-3, 2),
+    given = {'thickness': thickness, 'poisson': rng.uniform(0.46, 0.49), 'radius': rng.uniform(4e-3, 9e-3),
+             'friction': rng.uniform(0.2, 0.9), 'depth': rng.uniform(0.1, 0.2) * thickness, 'middle': rng.uniform(-2.5e-3, 2.5e-3, 2),
              'way': (way * np.cos(angle), way * np.sin(angle))}
     gel = pressed_gel(rng, **given | changes)
     parameters = {name: value * factors.get(name, 1.0) for name, value in gel.parameters.items()}
