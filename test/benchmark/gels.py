@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / 'tactile_perception' / 'test' / 'helpers'))
-from pressed_gel import CENTRE, pressed_gel  # noqa: E402  after the path
+from pressed_gel import CENTRE, FOCAL, pressed_gel  # noqa: E402  after the path
 from tactile_perception.gel.estimator import GelEstimator  # noqa: E402
 
 #: What differs from a gel with a grid of 1.5 mm and a noise of 0.05 px, and from what its user measured (factors).
@@ -16,7 +16,7 @@ ROWS = {'grid, 1.5 mm': ({}, 0.05, {}), 'at random': ({'grid': False}, 0.05, {})
         '3 mm': ({'pitch': 3e-3}, 0.05, {}), 'noise 0.15 px': ({}, 0.15, {}), 'stamp, 4 x 2.4 mm': ({'half': (2e-3, 1.2e-3)}, 0.05, {}),
         'thickness 10 % off': ({}, 0.05, {'gel.thickness': 1.1}),
         'Poisson 0.49 for 0.47': ({'poisson': 0.47}, 0.05, {'gel.poisson_ratio': 0.49 / 0.47}),
-        'camera_distance 0': ({}, 0.05, {'gel.camera_distance': 0.0})}
+        'camera not calibrated': ({}, 0.05, {'focal': 0.0})}
 
 
 def trial(seed, changes, noise, factors):
@@ -28,7 +28,7 @@ def trial(seed, changes, noise, factors):
              'way': (way * np.cos(angle), way * np.sin(angle))}
     gel = pressed_gel(rng, **given | changes)
     parameters = {name: value * factors.get(name, 1.0) for name, value in gel.parameters.items()}
-    estimator = GelEstimator(parameters, CENTRE)
+    estimator = GelEstimator(parameters, CENTRE, FOCAL * factors.get('focal', 1.0))
     for frame in range(10):
         estimator.process(gel.tracks(None, rng, noise), 0.04 * frame)
     for k, state in enumerate(gel.states):

@@ -135,7 +135,7 @@ def simulated_gel() -> dict[str, object]:
     distance = gel.DISTANCE - gel.MATERIAL.depth
     return {'scene': 'gel_demo', 'rows': gel.ROWS, 'columns': gel.COLUMNS, 'gel.thickness': gel.MATERIAL.thickness,
             'gel.dot_depth': gel.MATERIAL.depth, 'gel.young_modulus': gel.MATERIAL.young, 'gel.poisson_ratio': gel.MATERIAL.poisson,
-            'gel.scale': round(distance / gel.FOCAL, 8), 'gel.camera_distance': round(distance, 6)}
+            'camera.translation': [0.0, 0.0, round(distance, 6)]}
 
 
 def simulated_markers(sensor_type: str) -> dict[str, object]:
@@ -159,7 +159,7 @@ def parameter_files() -> dict[str, str]:
         'touchpad_sim.yaml': _touchpad(simulated['touchpad'], simulated_specimen(), whole=False),
         'gelsight_mini.yaml': _touchpad(_GELSIGHT_MINI, {'sensor_type': 'gelsight_mini', 'rows': 7, 'columns': 10, 'surface': 'gel',
                                                          'gel.pitch': 0.00197}, not_gel),
-        'gel_sim.yaml': _touchpad(_GEL_SIM, {'sensor_type': 'gel', 'surface': 'gel', **simulated_gel()}, not_gel, whole=False),
+        'gel_sim.yaml': _touchpad(_GEL_SIM, {'sensor_type': 'gel', 'surface': 'gel', **simulated_gel()}, whole=False),
         **{f'{name}.yaml': _touchpad(about, {**video, 'sensor_type': name, **changed}, no_surface)
            for name, (about, changed) in _DOTS_ALONE.items()},
         **{f'{name}.yaml': _markers(whole[name], name, {}) for name in MARKER_SENSORS},

@@ -69,20 +69,28 @@ class DotNoise:
         self._last = id, duv
 
 
+def layer_of(values: Mapping) -> Layer:
+    """The layer with these values of GEL_PARAMETERS. Raises BadArgument."""
+    return Layer(values['gel.thickness'], values['gel.poisson_ratio'], values['gel.dot_depth'])
+
+
 class GelEstimator:
     """Estimates contact of an elastic layer from its dots, frame by frame.
 
-    values: of GEL_PARAMETERS; centre: (2,) px, where the sensor frame's origin is seen, None for the middle of the dots at rest. Raises
-    BadArgument for values that are no gel.
+    values: of REGION_PARAMETERS; centre: (2,) px, where the sensor frame's origin is seen, None for the middle of the dots at rest; focal:
+    px, focal length of the camera, 0 where it is not known: then depth is taken not to move dots in the image. Raises BadArgument for
+    values that are no gel.
     """
 
-    def __init__(self, values: Mapping, centre: np.ndarray | None = None):
-        self.layer = Layer(values['gel.thickness'], values['gel.poisson_ratio'], values['gel.dot_depth'])
+    def __init__(self, values: Mapping, centre: np.ndarray | None = None, focal: float = 0.0):
+        self.layer = layer_of(values)
         self._modulus = values['gel.young_modulus'] / (2 + 2 * self.layer.poisson) or np.nan
-        self._pitch, self._scale = values['gel.pitch'], values['gel.scale']
+        self._pitch, self._scale, self._focal = values['gel.pitch'], values['gel.scale'], focal
         if not self._pitch > 0 and not self._scale > 0:
-            raise BadArgument('parameters gel.pitch and gel.scale are 0: one of them must tell how large the image is')
-        self._distance = values['gel.camera_distance'] or np.inf
+            if not focal > 0 or not values['camera.translation'][2] > 0:
+                raise BadArgument('parameters gel.pitch and gel.scale are 0 and the camera is not calibrated: one must tell how large the '
+                                  'image is')
+            self._scale = values['camera.translation'][2] / focal
         self._centre = None if centre is None else np.asarray(centre, float)
         self._next = 1
         self.reset()
@@ -108,7 +116,7 @@ class GelEstimator:
             raise BadFrame(f'{known.sum()} dots with a known place at rest; a gel needs {_FEWEST}: check the view, or take a new reference')
         tracks = tracks.take(known)
         if self._laid is None or (tracks.rows, tracks.columns) != self._grid:
-            self._laid = _LaidOut(tracks, self.layer, self._pitch, self._scale, self._centre, self._distance)
+            self._laid = _LaidOut(tracks, self.layer, self._pitch, self._scale, self._centre, self._focal)
             self._grid, self._noise = (tracks.rows, tracks.columns), DotNoise()
         sigma = self._noise.sigma
         touched = bool(np.sort(np.abs(tracks.duv).max(axis=1))[-3] > _SIGNIFICANT * sigma)
@@ -156,7 +164,7 @@ class _LaidOut:
     """The dots at rest in metres, and places for loads over them. tracks: the first frame's dots; others: see GelEstimator. Raises BadFrame
     for dots that lie on each other."""
 
-    def __init__(self, tracks: DotTracks, layer: Layer, pitch: float, scale: float, centre: np.ndarray | None, distance: float):
+    def __init__(self, tracks: DotTracks, layer: Layer, pitch: float, scale: float, centre: np.ndarray | None, focal: float):
         rest, near = tracks.rest_uv, _spacing(tracks)
         low, high = rest.min(axis=0), rest.max(axis=0)
         if not near > 0 or not (high - low > near).all():
@@ -171,7 +179,7 @@ class _LaidOut:
         v, u = np.mgrid[:rows, :columns]
         places = (self._low + self._high) / 2 + (np.stack([u, v], axis=-1) - (np.array([columns, rows]) - 1) / 2) * step
         self._surface = DotSurface(np.pad(places, ((0, 0), (0, 0), (0, 1))))
-        self.fit = TractionFit(layer, places.reshape(-1, 2), step, distance)
+        self.fit = TractionFit(layer, places.reshape(-1, 2), step, self.metres * focal or np.inf)
         self._index, self._rest = {}, np.zeros((0, 2))
         self._rows = np.zeros((0, 2, len(self.fit.places), 3))
 

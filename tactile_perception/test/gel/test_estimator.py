@@ -5,7 +5,7 @@ import copy
 
 import numpy as np
 import pytest
-from pressed_gel import CENTRE, pressed_gel
+from pressed_gel import CENTRE, FOCAL, pressed_gel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import AT_EDGE
 from tactile_perception.errors import BadArgument, BadFrame
@@ -16,7 +16,7 @@ UNTOUCHED = 10  # frames
 
 def estimator_of(gel, rng, noise=0.05, **changes):
     """An estimator that has seen the untouched gel, in which it must find nothing."""
-    estimator = GelEstimator(gel.parameters | changes, CENTRE)
+    estimator = GelEstimator(gel.parameters | changes, CENTRE, FOCAL)
     for frame in range(UNTOUCHED):
         result = estimator.process(gel.tracks(None, rng, noise), 0.04 * frame)
         assert not result.contacts and result.region.area == 0 and not result.region.dot_state.any()

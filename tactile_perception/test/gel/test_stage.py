@@ -21,7 +21,7 @@ def values_of(**changes):
     distance = gel.DISTANCE - gel.MATERIAL.depth
     return {**defaults(DOT_PARAMETERS), **defaults(REGION_PARAMETERS), 'surface': 'gel', 'rows': gel.ROWS, 'columns': gel.COLUMNS,
             'gel.thickness': gel.MATERIAL.thickness, 'gel.dot_depth': gel.MATERIAL.depth, 'gel.young_modulus': gel.MATERIAL.young,
-            'gel.poisson_ratio': gel.MATERIAL.poisson, 'gel.scale': distance / gel.FOCAL, 'gel.camera_distance': distance} | changes
+            'gel.poisson_ratio': gel.MATERIAL.poisson, 'camera.translation': [0.0, 0.0, distance]} | changes
 
 
 @pytest.mark.parametrize(('scene', 'changes'), [('gel_demo', {}), ('gel_random', {'rows': 0, 'columns': 0})])
@@ -54,11 +54,18 @@ def test_images_of_a_gel_become_contacts_and_forces(scene, changes):
 
 
 def test_a_gel_of_unknown_modulus_warns():
-    assert 'gel.young_modulus' in ContactRegionStage(values_of(**{'gel.young_modulus': 0.0})).health()[0]
+    assert 'gel.young_modulus' in ContactRegionStage(values_of(**{'gel.young_modulus': 0.0, 'gel.pitch': gel.PITCH})).health()[0]
 
 
 def test_a_message_with_one_dot_is_refused():
-    stage = ContactRegionStage(values_of())
+    stage = ContactRegionStage(values_of(**{'gel.pitch': gel.PITCH}))
     alone = DotTracks(header=header_of(10**9, 'gel'), rows=9, columns=12, id=[3], u=[1.0], v=[1.0], area=[4.0], du=[0.0], dv=[0.0])
     with pytest.raises(BadFrame, match='1 dots with a known place'):
         stage.process(alone)
+
+
+def test_without_a_scale_it_waits_for_the_camera():
+    stage = ContactRegionStage(values_of())
+    assert stage.waits
+    with pytest.raises(BadFrame, match='camera_info'):
+        stage.process(DotTracks(header=header_of(10**9, 'gel'), rows=9, columns=12))

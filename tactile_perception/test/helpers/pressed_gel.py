@@ -10,7 +10,8 @@ from tactile_perception.common.dots import DotTracks
 
 METRES = 3e-5  # a pixel
 CENTRE = np.array([319.5, 239.5])
-DISTANCE = 0.0225  # m, of the camera
+FOCAL = 750.0  # px
+DISTANCE = FOCAL * METRES  # m, of the camera
 STEP = 1e-4  # m, of the ball
 
 
@@ -55,5 +56,5 @@ def pressed_gel(rng, pitch=1.5e-3, thickness=4e-3, poisson=0.48, radius=6e-3, ha
     dots = (np.stack([u, v], axis=1) - (np.array([columns, rows]) - 1) / 2) * pitch
     dots += rng.normal(0, 0.03 * pitch, dots.shape) if grid else rng.uniform(-0.3 * pitch, 0.3 * pitch, dots.shape)
     parameters = {'gel.thickness': thickness, 'gel.dot_depth': material.depth, 'gel.young_modulus': material.young,
-                  'gel.poisson_ratio': poisson, 'gel.scale': METRES, 'gel.pitch': 0.0, 'gel.camera_distance': DISTANCE}
+                  'gel.poisson_ratio': poisson, 'gel.scale': METRES, 'gel.pitch': 0.0}
     return PressedGel(parameters, dots, states, contact, (int(rows), int(columns)) if grid else (0, 0))
