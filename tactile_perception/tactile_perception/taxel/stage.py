@@ -17,7 +17,6 @@ from ..common.geometry import FrameTree
 from ..errors import BadFrame
 from ..nodes.messages import conversions as convert
 from ..nodes.messages.conversions import stamp_seconds
-from ..nodes.messages.estimates import wrench_from_message
 from ..nodes.messages.point_cloud import POINTS
 from ..stage import Input, Stage
 from .parameters import TAXEL_PARAMETERS, contact_depth, frames_of, grasped_object, taxel_estimator
@@ -89,8 +88,11 @@ class TaxelStage(Stage):
         self._place_object(message.header.frame_id)
         if self.values['gripper.joint']:
             self._open_gripper(stamp_s)
-        found = convert.results_to_messages(self.estimator.process(values, stamp_s), message.header, topics)
-        return found | {'wrench': [self._at_wrench_frame(one) for one in found['wrench']]} if 'wrench' in found else found
+        result = self.estimator.process(values, stamp_s)
+        found = convert.results_to_messages(result, message.header, topics)
+        if self.values['wrench_frame'] and 'wrench' in found:
+            found['wrench'] = [self._at_wrench_frame(result.wrench, message.header)]
+        return found
 
     def _open_gripper(self, stamp_s: float) -> None:
         """Take the depth from the gripper's opening at the time of an image."""
@@ -104,14 +106,12 @@ class TaxelStage(Stage):
         depth = contact_depth(self.values, position)
         self.estimator.grasped = replace(self.estimator.grasped, depth=depth)
 
-    def _at_wrench_frame(self, message: WrenchStamped) -> WrenchStamped:
-        """The wrench at the frame of parameter wrench_frame; NaN where tf does not lead there."""
+    def _at_wrench_frame(self, wrench: np.ndarray, header: Header) -> WrenchStamped:
+        """A wrench (6,) under the header, at the frame of parameter wrench_frame; NaN where tf does not lead there."""
         frame = self.values['wrench_frame']
-        if not frame:
-            return message
-        pose = self._tree.pose(message.header.frame_id.lstrip('/'), frame)
-        wrench = np.full(6, np.nan) if pose is None else at_frame(wrench_from_message(message), *pose)
-        return convert.wrench_to_message(wrench, Header(stamp=message.header.stamp, frame_id=frame))
+        pose = self._tree.pose(header.frame_id.lstrip('/'), frame)
+        moved = np.full(6, np.nan) if pose is None else at_frame(wrench, *pose)
+        return convert.wrench_to_message(moved, Header(stamp=header.stamp, frame_id=frame))
 
     def check_change(self, values: Mapping) -> None:
         """Raise BadArgument unless values describe an object."""
