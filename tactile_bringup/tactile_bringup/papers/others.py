@@ -167,7 +167,8 @@ def _long_side(outlines: list[np.ndarray]) -> float:
 
 
 def _wrench(bench: Bench, bag: Path, method: str, more: Mapping = MappingProxyType({})) -> list[float]:
-    """more: parameters beside the method. Mean errors of the normal force, N, and of the moments along the pad, mN m; their largest true values."""
+    """Mean errors of the normal force, N, and of the moments along the pad, mN m; their largest true values. more: parameters beside the
+    method."""
     pairs = [(estimated.wrench, true.wrench) for _, estimated, true in
              bench.instants(bag, bench.params('taxel_array', {'method': method, **more}), shipped('taxel_array'))
              if true.contacts and estimated.wrench is not None and true.wrench is not None]
