@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""source:=bag of each sensor, simulated and real, on bags of all topics, annotated images included, as `ros2 bag record` writes them; a
-refused bag ends the launch with one line and exit code 1."""
+"""source:=bag of each sensor, simulated and real, on bags of all topics, annotated images included, as `ros2 bag record` writes them: it
+ends with the bag; a refused bag ends the launch with one line and exit code 1."""
 import os
 
 import pytest
@@ -52,7 +52,7 @@ def test_a_simulated_sensor_is_replayed_as_what_it_was(ros2, listen, tmp_path, s
     ear = listen({f'/{sensor_type}/contacts': Contacts})
     heard = ear.heard[f'/{sensor_type}/contacts']
     assert ear.wait_for(lambda: any(message.contacts for message in list(heard)), 60), launched.log
-    assert launched.interrupt() == 0, launched.log
+    assert launched.wait(60) == 0, launched.log
     assert launched.complaints == [], launched.log
 
 
@@ -93,4 +93,4 @@ def test_a_recording_that_was_cut_off_plays_as_far_as_it_goes(ros2, listen, tmp_
     launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'source:=bag', f'path:={bag}')
     ear = listen({'/touchpad/dots': DotTracks})
     assert ear.wait_for(lambda: len(ear.heard['/touchpad/dots']) >= 3, 60), launched.log
-    assert launched.interrupt() == 0, launched.log
+    assert launched.wait(60) == 0, launched.log

@@ -71,7 +71,7 @@ class TaxelMarkers(MarkerSet):
             self._lines(region)
         if found.get('contacts') is not None:
             self._contacts(found['contacts'])
-        if found.get('wrench') is not None:
+        if found.get('wrench') is not None and found['wrench'].header.frame_id in ('', header.frame_id):  # else it is at another origin
             self._wrench(_known(found['wrench'].wrench), region)
         if found.get('slip') is not None and region.outlines:
             self._flow(found['slip'])

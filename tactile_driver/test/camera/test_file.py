@@ -127,6 +127,15 @@ def test_what_is_no_recording_is_named(tmp_path, name):
         opened(tmp_path / name)
 
 
+def test_a_video_of_which_nothing_can_be_decoded_is_refused_with_what_to_do(video):
+    data = bytearray(video.read_bytes())
+    begin = data.index(b'movi') + 4
+    data[begin:] = bytes(len(data) - begin)
+    video.write_bytes(bytes(data))
+    with pytest.raises(BadRecording, match='ffmpeg'):
+        opened(video)
+
+
 @pytest.fixture
 def folders(tmp_path):
     """left: 5 images of brightness k; right: 6 of brightness 100 + k."""

@@ -44,6 +44,8 @@ DOT_PARAMETERS = SENSOR_PARAMETERS + SHEET_PARAMETERS + (
     _fixed('polarity', str, 'dark', '', 'dots darker or brighter than the background; any: detection auto measures it',
            choices=tuple(POLARITIES)),
     _fixed('detection', str, 'likelihood', '', 'dot detection method', choices=tuple(METHODS)),
+    _fixed('mask', str, '', 'px', 'what of the image shows the sensor: an image file of its size, white there, or a polygon x,y,x,y,...; '
+           'empty: all'),
     _fixed('numbering', str, 'lattice', '', 'dot indexing method; auto: finds a grid, else tracks; tracks, register: for other patterns',
            choices=(AUTO, *NUMBERING, *WITHOUT_GRID)),
     _fixed('reference.frames', int, 10, '', 'untouched frames averaged for the reference', 1, 1000),
