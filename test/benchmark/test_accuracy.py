@@ -11,15 +11,11 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 import dots
 import parts
-import pins
 import printed_dots
 import taxel_slip
-import worn_markers
 from judged import calibrated, judge, recorded, recording_folder, simulated, touchpad_scene
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
-from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception import DotTracker
 from tactile_perception.bags.stream import Task
 from tactile_perception.errors import BadArgument
 from tactile_perception.tools.process_bag import process_bag
@@ -160,42 +156,3 @@ def test_real_fingers_are_quiet_without_slip_and_slips_go_opposite_ways():
     assert not any(events for name, events in found.items() if name.startswith('no_slippage'))
     up, down = found['slip_up pad 3'][0], found['slip_down pad 3'][0]
     assert 3.2 < up[0] < 3.7 and up[2] < 0 and 2.0 < down[0] < 3.3 and down[2] > 0
-
-
-@needs('pin_array_127')
-def test_all_pins_are_matched_and_show_depth_and_tilt():
-    found = pins.run(RECORDINGS / 'pin_array_127')
-    assert np.all(found['matched'] == 127)
-    assert found['depth, mm'][0] < 0.08 and found['depth, mm'][1] < 0.2 and found['tilt, deg'][0] < 3.0
-
-
-def test_worn_markers_of_all_sizes_and_arrangements_are_found():
-    scores = [one for _, one in worn_markers.run(9, 4, ('discs',))['discs']]
-    row = worn_markers.together(scores).row()
-    assert row['recall'] > 0.95 and row['false'] < 0.02 and min(one.row()['recall'] for one in scores) > 0.8
-    assert row['rms px'] < 1.2 and 0.5 < row['error over sigma'] < 2
-
-
-def test_markers_as_printed_are_placed_to_a_tenth_of_a_pixel():
-    row = worn_markers.score(worn_markers.photograph(worn_markers.Print(wear=0.0, layout='random'), 50), 'discs').row()
-    assert row['recall'] == 1 and row['false'] == 0 and row['rms px'] < 0.17 and 0.5 < row['error over sigma'] < 2
-
-
-@pytest.mark.parametrize('scene, rows, columns, polarity', [('worn_grid', 11, 15, 'bright'), ('worn_hexagonal', 0, 0, 'bright'),
-                                                            ('worn_random_dark', 0, 0, 'dark')])
-def test_numbers_of_worn_markers_stay_while_a_fingertip_presses(scene, rows, columns, polarity):
-    """Each number is one marker's from rest into the press; on a grid it is the right one."""
-    film = open_scene(scene, rate=15.0, seed=2)
-    assert (film.rows, film.columns) == (rows, columns)
-    tracker, owner, seen, true = DotTracker(rows, columns, polarity, 'discs'), {}, 0, 0
-    for k in range(22, 46):
-        frame = film.render(k / film.rate)
-        tracks = tracker.process(frame.image, k / film.rate)
-        away = np.hypot(*(tracks.uv[:, None] - frame.truth.dot_uv).transpose(2, 0, 1))
-        near = away.min(axis=1) < 8
-        for number, marker in zip(tracks.id[near].tolist(), away.argmin(axis=1)[near].tolist()):
-            assert owner.setdefault(number, marker) == marker
-        seen, true = seen + near.sum(), true + len(frame.truth.dot_uv)
-    if rows:
-        assert all(number == marker for number, marker in owner.items())
-    assert seen > 0.85 * true

@@ -14,11 +14,9 @@ from ..scene.shutters import Shutters
 from ..scene.specimen import Script, Specimen
 from ..skin.tools import Motion, tool_named
 from .touchpad import TOUCHPAD_SCENES
-from .worn_sheet import WORN_SHEET_SCENES
 
 #: Scenes of the touchpad have plain names; names of other scenes begin with the sensor.
-SCENES: dict[str, Script] = {**TOUCHPAD_SCENES, **AREAL_SINGLE_SCENES, **AREAL_DUAL_SCENES, **AIR_CUSHION_SCENES,
-                             **WORN_SHEET_SCENES}
+SCENES: dict[str, Script] = {**TOUCHPAD_SCENES, **AREAL_SINGLE_SCENES, **AREAL_DUAL_SCENES, **AIR_CUSHION_SCENES}
 
 
 def _script(name: str, rate: float) -> Script:
