@@ -91,8 +91,11 @@ class Lookers(DrawingNode):
     def nothing(self, header):
         return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
 
+    def frame(self, header, _found):
+        return MarkerArray(markers=[Marker(header=header, ns='dots')])
+
     def draw(self):
-        self.publish_drawn(self.marker_output, Header(frame_id='pad'), lambda: MarkerArray(markers=[Marker(ns='dots')]))
+        self.draw_markers(Header(frame_id='pad'), {})
 
     def follow_demand(self):
         self.looking.append(self.marker_output.get_subscription_count())
