@@ -81,6 +81,7 @@ def counts(dots):
     return np.array([len(message.id) for message in dots])
 
 
+@pytest.mark.full
 @recorded
 def test_a_gel_with_a_grid_of_dark_markers():
     dots = dots_of('marker_gel', GEL, 219)
@@ -88,12 +89,14 @@ def test_a_gel_with_a_grid_of_dark_markers():
     assert np.nanmedian(np.hypot(dots[-1].du, dots[-1].dv)) < 0.7, 'px; the finger has gone'
 
 
+@pytest.mark.full
 @recorded
 def test_a_dome_of_127_pins():
     dots = dots_of('pin_dome', PINS, 125)
     assert len(dots) == 125 and counts(dots).min() >= 126 and np.mean(counts(dots) == 127) > 0.95
 
 
+@pytest.mark.full
 @recorded
 @pytest.mark.parametrize(('path', 'true', 'rows', 'columns'), [(PINS, 127, 0, 0), (GEL, 70, 7, 10)])
 def test_dots_that_nobody_described(path, true, rows, columns):
@@ -102,6 +105,7 @@ def test_dots_that_nobody_described(path, true, rows, columns):
     assert (dots[0].rows, dots[0].columns) == (rows, columns)
 
 
+@pytest.mark.full
 @recorded
 def test_a_pressure_array_in_a_grasp():
     file, pad, most = FOLDER / 'pressure_array_14x6.yaml', 'pad0', 360

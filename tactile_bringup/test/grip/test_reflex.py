@@ -44,10 +44,12 @@ def grip(reflex, until):
     return scene, truth, np.array(forces[1:])
 
 
+@pytest.mark.full
 def test_without_a_reflex_the_object_is_lost():
     assert grip(Reflex(1.0, 10.0, 0.0), 4.5)[0].lost
 
 
+@pytest.mark.full
 def test_with_it_the_object_is_held_until_it_is_taken_away_and_the_command_comes_about_the_onset():
     """The pull grows by 3 N/s; measured: 0.06 s after a twentieth of the contact slips; it slides 0.2 mm in all."""
     scene, truth, forces = grip(Reflex(), 6.0)

@@ -149,6 +149,7 @@ def test_circles_are_seen_where_the_truth_says(cushion, deepest_air):
         assert np.median(np.linalg.norm(found - uv, axis=1)) < 0.25
 
 
+@pytest.mark.full
 def test_circles_are_seen_at_the_centroid_of_their_bent_area(cushion, deepest_air):
     """That is the mean over many small parts of a circle, weighed by the area of their image."""
     membrane, camera, pattern = cushion.membrane, cushion.camera, cushion._pattern
@@ -170,6 +171,7 @@ def test_circles_are_seen_at_the_centroid_of_their_bent_area(cushion, deepest_ai
     assert of_centres.max() > 0.2 and off.max() < 0.03 and np.sqrt(np.mean(off**2)) < 0.005
 
 
+@pytest.mark.full
 def test_a_press_hardly_depends_on_the_frames_it_is_seen_in(monkeypatch):
     """Friction depends on the path: a tip that goes far in one step of contact would touch the skin too late."""
     act = partial(press, 'ball_30mm', 0.03, -0.02, 0.035, move=0.5, hold=1.0)
