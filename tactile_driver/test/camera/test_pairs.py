@@ -361,12 +361,13 @@ def test_one_image_holds_both_views():
         def read(self, wanted=True):
             image = np.repeat(np.array([[1, 1, 1, 9, 2, 2, 2]], np.uint8), 2, axis=0)
             return Frame(image, 5, 'mono8', 'truth') if wanted else None
-    source = SplitSource(Wide(1))
+    wide = Wide(1)
+    source = SplitSource(wide)
     source.open()
     pair = source.read()
     assert set(pair.left.image.ravel()) == {1} and set(pair.right.image.ravel()) == {2} and pair.truth == 'truth'
     assert pair.sizes == {'left': (3, 2), 'right': (3, 2)} and pair.left.stamp_ns == pair.right.stamp_ns == 5
     assert source.read(False) is None and source.calibrations() == (None, None) and source.describe()['layout'] == 'side_by_side'
     assert (source.live, source.on_demand, source.skipped, source.corrupt, source.remark) == (True, True, 0, 0, '')
-    source._source.remark = 'frozen'
+    wide.remark = 'frozen'
     assert source.remark == 'frozen'
