@@ -67,3 +67,10 @@ def test_a_recorded_video_is_shown(ros2, tmp_path, press_video):
     check_files(launched.log, tmp_path / 'pictures', {'largest_displacement'})
     assert '48 dots' in launched.log
     assert float(re.search(r'largest displacement ([\d.]+) px$', launched.log, re.MULTILINE).group(1)) == pytest.approx(12.0, abs=0.5)
+
+
+def test_where_nothing_comes_it_fails_with_a_word(ros2):
+    demo = ros2('run', 'tactile_bringup', 'demo', '--ros-args', '-p', 'patience:=1.0', '-p', 'out:=pictures')
+    assert demo.wait(30) == 1
+    assert 'demo: no frame' in demo.log and 'dots' in demo.log
+    assert 'Traceback' not in demo.log
