@@ -82,6 +82,7 @@ def counts(dots):
     return np.array([len(message.id) for message in dots])
 
 
+@pytest.mark.full
 @recorded
 def test_a_gel_with_a_grid_of_dark_markers():
     dots = dots_of('marker_gel', GEL, 219)
@@ -89,6 +90,7 @@ def test_a_gel_with_a_grid_of_dark_markers():
     assert np.nanmedian(np.hypot(dots[-1].du, dots[-1].dv)) < 0.7, 'px; the finger has gone'
 
 
+@pytest.mark.full
 @recorded
 def test_a_finger_on_a_gel_is_one_contact():
     stage = ContactRegionStage(read_parameters(FOLDER / 'gelsight_mini.yaml', 'contact_region_node', REGION_PARAMETERS))
@@ -108,6 +110,7 @@ def test_a_dome_of_127_pins():
     assert len(dots) == 125 and counts(dots).min() >= 126 and np.mean(counts(dots) == 127) > 0.95
 
 
+@pytest.mark.full
 @recorded
 @pytest.mark.parametrize(('path', 'true', 'rows', 'columns'), [(PINS, 127, 0, 0), (GEL, 70, 7, 10)])
 def test_dots_that_nobody_described(path, true, rows, columns):
@@ -116,10 +119,10 @@ def test_dots_that_nobody_described(path, true, rows, columns):
     assert (dots[0].rows, dots[0].columns) == (rows, columns)
 
 
+@pytest.mark.full
 @recorded
-@pytest.mark.parametrize('pad', ['pad0', 'pad4'])
-def test_a_pressure_array_in_a_grasp(pad):
-    file, most = FOLDER / 'pressure_array_14x6.yaml', 360
+def test_a_pressure_array_in_a_grasp():
+    file, pad, most = FOLDER / 'pressure_array_14x6.yaml', 'pad0', 360
     own = {'source': 'file', 'path': str(GRASP), 'topic': pad}
     source = make_source(TAXEL_SOURCES, read_parameters(file, 'taxel_array_node', TAXEL_DRIVER_PARAMETERS) | own, time.time_ns)
     stage = TaxelStage(read_parameters(file, 'taxel_contact_node', TAXEL_PARAMETERS))

@@ -113,14 +113,6 @@ def test_without_autostart_a_driver_waits_for_its_lifecycle_services(ros2, liste
     assert launched.complaints == [], launched.log
 
 
-def test_a_wrong_hand_is_told_in_one_line(ros2, tmp_path):
-    (tmp_path / 'hand.yaml').write_text(yaml.safe_dump({'sensors': [{**HAND['sensors'][1], 'calibration': 'none.yaml'}]}))
-    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'source:=device')
-    assert launched.wait(30) == 1
-    assert 'sensor tip' in launched.log and 'calibration:=none.yaml' in launched.log
-    assert len(launched.log.splitlines()) == 3, launched.log
-
-
 def test_a_calibration_of_another_sensor_ends_the_launch_with_one_line(ros2, tmp_path):
     (tmp_path / 'wrong.yaml').write_text('sensor_type: taxel_array\n')
     sensor = {**HAND['sensors'][1], 'calibration': 'wrong.yaml', 'device': 'none'}

@@ -64,13 +64,3 @@ def test_what_is_recorded_can_be_played_and_processed(recorded, ros2, listen, tm
     again = counts_of(tmp_path / 'processed')
     for topic in RESULTS:
         assert again[topic] >= counts['image_raw'] - 2, (again, processed.log)
-
-
-def test_a_bag_that_exists_is_not_overwritten(ros2, tmp_path):
-    (tmp_path / 'old').mkdir()
-    refused = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'record:=old')
-    assert refused.wait(30) != 0
-    assert 'record:=old' in refused.log
-    node = ros2('run', 'tactile_bringup', 'record_node', '--ros-args', '-p', 'bag:=old')
-    assert node.wait(30) == 2
-    assert 'exists' in node.log and 'Traceback' not in node.log
