@@ -12,7 +12,7 @@ import importlib
 import os
 import pathlib
 
-for name in ('tactile_msgs.msg', 'tactile_driver.nodes', 'tactile_perception', 'tactile_bringup'):
+for name in ('tactile_driver.nodes', 'tactile_msgs.msg', 'tactile_perception', 'tactile_bringup'):
     with contextlib.suppress(ImportError):  # `colcon test` tests a package without those that are built on it
         importlib.import_module(name)
 

@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 
 pytestmark = pytest.mark.ros
-_COUNT = 150
+_COUNT = 60
 _TYPES = [ParameterType.PARAMETER_NOT_SET, *range(1, 10), 10, 200, 255]
 
 
