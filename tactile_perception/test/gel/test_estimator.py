@@ -81,8 +81,9 @@ def test_without_a_modulus_no_force_is_told_but_the_rest():
     gel = pressed_gel(rng)
     result = estimator_of(gel, rng, **{'gel.young_modulus': 0.0}).process(gel.tracks(gel.states[0], rng), 1.0)
     contact, = result.contacts
-    assert np.isnan(result.wrench).all() and np.isnan(contact.force) and np.isnan(contact.depth)
+    assert np.isnan(result.wrench).all() and np.isnan(contact.force) and np.isnan(result.force_sigma).all()
     assert result.region.area > 0 and np.hypot(*contact.position[:2]) < 0.3e-3
+    assert contact.depth == pytest.approx(gel.states[0].depth, rel=0.2) and contact.position[2] == -contact.depth
 
 
 def test_a_contact_keeps_its_number_and_tells_the_edge():
