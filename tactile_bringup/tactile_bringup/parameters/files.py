@@ -157,9 +157,9 @@ def parameter_files() -> dict[str, str]:
     return {
         'touchpad.yaml': _touchpad(_TOUCHPAD, {}, ('gel.',)),
         'touchpad_sim.yaml': _touchpad(simulated['touchpad'], simulated_specimen(), whole=False),
-        'gelsight_mini.yaml': _touchpad(_GELSIGHT_MINI, {'sensor_type': 'gelsight_mini', 'rows': 7, 'columns': 10, 'surface': 'gel',
+        'gelsight_mini.yaml': _touchpad(_GELSIGHT_MINI, {'rows': 7, 'columns': 10, 'surface': 'gel',
                                                          'gel.pitch': 0.00197}, not_gel),
-        'gel_sim.yaml': _touchpad(_GEL_SIM, {'sensor_type': 'gel', 'surface': 'gel', **simulated_gel()}, whole=False),
+        'gel_sim.yaml': _touchpad(_GEL_SIM, {'surface': 'gel', **simulated_gel()}, whole=False),
         **{f'{name}.yaml': _touchpad(about, {**video, 'sensor_type': name, **changed}, no_surface)
            for name, (about, changed) in _DOTS_ALONE.items()},
         **{f'{name}.yaml': _markers(whole[name], name, {}) for name in MARKER_SENSORS},

@@ -24,8 +24,13 @@ _MOST = 400  # places: into more no gel is divided, for time; with 800, forces c
 _DRIFTED = 0.25  # px: a dot whose place at rest drifts farther is laid out anew; it changes displacements by less than a hundredth
 _SIGNIFICANT = 5.0  # sigmas that three dots must have moved: one of 1,000 does by chance in a thousand frames, three no mistaken dot
 _EDGE = 0.2  # of the greatest pressure: where the region ends. Between a ball's, which fades, and a stamp's; both blurred by the dots
+_FARTHEST_PX = 1e5  # no camera has so many
+_COARSEST, _FINEST = 4.0, 0.02  # thicknesses from place to place: beyond, loads of neighbours do not meet, or all lie on one spot
+_KEPT = 4  # times the dots of a frame that are known at most; then those that are not seen are forgotten
 _LEAST_SIGMA = 0.05  # px: what light that shifts as the skin tilts does to a dot; no detector is better on a moving gel
 _UNSEEN_SIGMA = 0.1  # px: of a detector of dots, before two frames have shown it
+_NARROW = 4.0  # places across a region, below which the depth of its middle is not told: loads are too blurred
+_DEPTH_ERROR = 0.1, 0.5  # of the depth, and of that of a narrow region; measured on simulated gels
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -111,7 +116,7 @@ class GelEstimator:
 
     def process(self, tracks: DotTracks, stamp_s: float) -> GelResult:
         """Contact in one frame. Raises BadFrame for too few dots whose places at rest are known."""
-        known = np.isfinite(tracks.duv).all(axis=1) & np.isfinite(tracks.uv).all(axis=1)
+        known = ((np.abs(tracks.duv) < _FARTHEST_PX) & (np.abs(tracks.uv) < _FARTHEST_PX)).all(axis=1)
         if known.sum() < _FEWEST:
             raise BadFrame(f'{known.sum()} dots with a known place at rest; a gel needs {_FEWEST}: check the view, or take a new reference')
         tracks = tracks.take(known)
@@ -122,7 +127,10 @@ class GelEstimator:
         touched = bool(np.sort(np.abs(tracks.duv).max(axis=1))[-3] > _SIGNIFICANT * sigma)
         self._noise.update(tracks.id, tracks.duv, touched)
         metres = self._laid.metres
-        found = self._laid.fit.solve(self._laid.rows_of(tracks), tracks.duv * metres, sigma * metres) if touched else None
+        try:
+            found = self._laid.fit.solve(self._laid.rows_of(tracks), tracks.duv * metres, sigma * metres) if touched else None
+        except (np.linalg.LinAlgError, RuntimeError) as error:  # of nnls: no end
+            raise BadFrame(f'no loads explain how the dots moved ({error}); check them in image_annotated') from error
         return self._result(tracks, found)
 
     def _result(self, tracks: DotTracks, found: Tractions | None) -> GelResult:
@@ -148,14 +156,17 @@ class GelEstimator:
         nearest = ((places[:, None] - middles)**2).sum(axis=2).argmin(axis=1) if parts else None
         for k, (outline, moments) in enumerate(parts):
             load = np.where(nearest == k, -found.force[:, 2], 0.0)
-            position = np.append(load @ places / load.sum(), 0.0)
-            covariance = np.full((3, 3), np.nan)
-            covariance[:2, :2] = found.place_covariance
+            middle = load @ places / load.sum()
+            depth = self._laid.depth(middle, found.force)
+            narrow = moments.area < np.pi / 4 * (_NARROW * self._laid.step)**2
+            position, covariance = np.append(middle, -depth), np.zeros((3, 3))
+            covariance[:2, :2], covariance[2, 2] = found.place_covariance, (_DEPTH_ERROR[narrow] * depth)**2
             number = min(free, key=lambda n: np.linalg.norm(free[n] - position), default=None)
             if number is None or np.linalg.norm(free.pop(number) - position) > np.sqrt(moments.area):
                 number, self._next = self._next, self._next + 1
-            contacts.append(ContactEstimate(number, position, _UP.copy(), np.nan, float(load.sum() * self._modulus), covariance,
-                                            AT_EDGE if self._laid.at_edge(outline) else 0, members[k]))
+            force, flags = float(load.sum() * self._modulus), AT_EDGE if self._laid.at_edge(outline) else 0
+            depth = np.nan if narrow else depth
+            contacts.append(ContactEstimate(number, position, _UP.copy(), depth, force, covariance, flags, members[k]))
         self._last = {contact.id: contact.position for contact in contacts}
         return contacts
 
@@ -174,17 +185,27 @@ class _LaidOut:
         self._pitch = near * self.metres
         self._low, self._high = ((corner - self.middle) * self.metres for corner in (low, high))
         size = self._high - self._low + 2 * self._pitch
-        step = max(self._pitch / _CELLS, float(np.sqrt(size.prod() / _MOST)))
+        step = self.step = max(self._pitch / _CELLS, float(np.sqrt(size.prod() / _MOST)))
+        if not _FINEST * layer.thickness < step < _COARSEST * layer.thickness:
+            raise BadFrame(f'dots are {self._pitch:.3g} m apart on a gel of {layer.thickness:.3g} m; check the parameters gel.scale, '
+                           'gel.pitch and gel.thickness, or take a new reference')
         columns, rows = np.ceil(size / step).astype(int)
         v, u = np.mgrid[:rows, :columns]
         places = (self._low + self._high) / 2 + (np.stack([u, v], axis=-1) - (np.array([columns, rows]) - 1) / 2) * step
         self._surface = DotSurface(np.pad(places, ((0, 0), (0, 0), (0, 1))))
         self.fit = TractionFit(layer, places.reshape(-1, 2), step, self.metres * focal or np.inf)
+        self._surface_loads = Layer(layer.thickness, layer.poisson, 0.0).loads(self.fit.blur * step)
+        self._forget()
+
+    def _forget(self) -> None:
+        """Drop the dots."""
         self._index, self._rest = {}, np.zeros((0, 2))
         self._rows = np.zeros((0, 2, len(self.fit.places), 3))
 
     def rows_of(self, tracks: DotTracks) -> np.ndarray:
         """(D, 2, P, 3) of the frame's dots (TractionFit.rows); computed for those that are new or have another place at rest."""
+        if len(self._index) > _KEPT * len(tracks):
+            self._forget()
         rest, new = tracks.rest_uv, [k for k in tracks.id.tolist() if k not in self._index]
         self._index.update(zip(new, range(len(self._rest), len(self._rest) + len(new))))
         self._rest = np.concatenate([self._rest, np.full((len(new), 2), np.inf)])
@@ -202,6 +223,10 @@ class _LaidOut:
             return [], np.nan
         outlines, moments, step = region_outlines(pressure / pressure.max(), self._surface, _EDGE)
         return [(outline, part) for outline, part in zip(outlines, moments) if part.area > 0], step
+
+    def depth(self, place: np.ndarray, force: np.ndarray) -> float:
+        """How deep, m, loads (P, 3) press the surface at a place (2,) m."""
+        return float(-(self._surface_loads.matrix(place[None], self.fit.places)[0, 2] * force * [1, 1, -1]).sum())
 
     def at_edge(self, outline: Outline) -> bool:
         """Whether the region reaches beyond the outer dots."""

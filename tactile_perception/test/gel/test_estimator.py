@@ -8,7 +8,7 @@ import pytest
 from pressed_gel import CENTRE, FOCAL, pressed_gel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import AT_EDGE
-from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.errors import BadArgument, BadFrame, TactileError
 from tactile_perception.gel.estimator import GelEstimator
 
 UNTOUCHED = 10  # frames
@@ -81,8 +81,9 @@ def test_without_a_modulus_no_force_is_told_but_the_rest():
     gel = pressed_gel(rng)
     result = estimator_of(gel, rng, **{'gel.young_modulus': 0.0}).process(gel.tracks(gel.states[0], rng), 1.0)
     contact, = result.contacts
-    assert np.isnan(result.wrench).all() and np.isnan(contact.force) and np.isnan(contact.depth)
+    assert np.isnan(result.wrench).all() and np.isnan(contact.force) and np.isnan(result.force_sigma).all()
     assert result.region.area > 0 and np.hypot(*contact.position[:2]) < 0.3e-3
+    assert contact.depth == pytest.approx(gel.states[0].depth, rel=0.2) and contact.position[2] == -contact.depth
 
 
 def test_a_contact_keeps_its_number_and_tells_the_edge():
@@ -158,3 +159,23 @@ def test_a_copy_goes_on_alike():
     estimator, tracks = estimator_of(gel, rng), gel.tracks(gel.states[0], rng)
     twin = copy.deepcopy(estimator)
     assert np.array_equal(estimator.process(tracks, 1.0).wrench, twin.process(tracks, 1.0).wrench)
+
+
+@pytest.mark.filterwarnings('ignore:overflow')
+def test_any_numbers_give_a_result_or_a_named_error():
+    rng = np.random.default_rng(17)
+    gel = pressed_gel(rng)
+    refused = 0
+    for _ in range(30):
+        estimator = GelEstimator(gel.parameters | {'gel.thickness': 10.0**rng.uniform(-4, -1), 'gel.dot_depth': 0.0}, CENTRE, FOCAL)
+        tracks = gel.tracks(gel.states[0], rng).take(rng.random(len(gel.dots)) < rng.choice([0.1, 0.5, 1.0]))
+        wild = rng.choice([0.0, 1.0, 1e3, 1e6, 1e30, np.nan, np.inf, -7.0], tracks.uv.shape)
+        tracks.uv = np.where(rng.random(wild.shape) < rng.choice([0.0, 0.1, 1.0]), wild, tracks.uv)
+        tracks.duv = np.where(rng.random(wild.shape) < rng.choice([0.0, 0.1, 1.0]), wild[::-1], tracks.duv)
+        try:
+            result = estimator.process(tracks, 1.0)
+        except TactileError:
+            refused += 1
+        else:
+            assert np.isfinite(result.wrench).all() and len(result.region.dot_id) <= len(tracks)
+    assert 3 < refused < 27
