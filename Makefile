@@ -9,7 +9,7 @@ SHELL := /bin/bash
 # make demo SOURCE=file PATH_TO=press.avi OUT=out/press ...; anything else by ARGS="name:=value ..."
 demo_arguments = $(if $(SOURCE),source:=$(SOURCE)) $(if $(PATH_TO),path:='$(PATH_TO)') $(if $(DEVICE),device:='$(DEVICE)') \
   $(if $(PARAMS),params:='$(PARAMS)') $(if $(CALIBRATION),calibration:='$(CALIBRATION)') $(if $(RVIZ),rviz:=$(RVIZ)) \
-  $(if $(RECORD),record:='$(RECORD)') $(if $(OUT),out:='$(OUT)') $(ARGS)
+  $(if $(TYPE),type:=$(TYPE)) $(if $(RECORD),record:='$(RECORD)') $(if $(OUT),out:='$(OUT)') $(ARGS)
 
 # make test TESTS="test/style tactile_driver" PYTEST="-k name -x"
 TESTS ?= $(wildcard tactile_*/test) test
@@ -17,7 +17,7 @@ run_tests = mkdir -p out && source ./setup.bash && python3 -m pytest $(TESTS) --
 
 help:
 	@echo 'make demo   a simulated touchpad is pressed: dots, contact region, numbers, pictures in out/'
-	@echo '            make demo SOURCE=file PATH_TO=video.avi   the same on a recording'
+	@echo '            make demo SOURCE=file PATH_TO=video.avi   the same on a recording, or on a file of a pressure array (.csv, .npz)'
 	@echo 'make test   what needs no process, and each launch file once: within 5 minutes; the report goes to out/test-results.xml'
 	@echo '            make test TESTS=tactile_driver/test PYTEST="-k dots -x"   some of them'
 	@echo 'make test-full   all tests: about 20 minutes'

@@ -12,7 +12,7 @@ QUICK = 'one_camera',
 
 
 def marks(experiment):
-    return () if experiment.__name__ in QUICK else pytest.mark.slow
+    return pytest.mark.full if experiment.__name__ in QUICK else pytest.mark.slow
 
 
 @pytest.mark.timeout(600)

@@ -18,8 +18,9 @@ from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
 from tactile_perception.taxel.stage import TaxelStage
+from tactile_perception.touchpad.stage import ContactRegionStage
 
 FOLDER = Path(__file__).resolve().parents[1] / 'params'
 
@@ -81,11 +82,26 @@ def counts(dots):
     return np.array([len(message.id) for message in dots])
 
 
+@pytest.mark.full
 @recorded
 def test_a_gel_with_a_grid_of_dark_markers():
     dots = dots_of('marker_gel', GEL, 219)
     assert len(dots) == 219 and np.median(counts(dots)) >= 67 and counts(dots).max() <= 70, '7 x 10 markers are in view in full'
     assert np.nanmedian(np.hypot(dots[-1].du, dots[-1].dv)) < 0.7, 'px; the finger has gone'
+
+
+@pytest.mark.full
+@recorded
+def test_a_finger_on_a_gel_is_one_contact():
+    stage = ContactRegionStage(read_parameters(FOLDER / 'gelsight_mini.yaml', 'contact_region_node', REGION_PARAMETERS))
+    results = [stage.process(message) for message in dots_of('gelsight_mini', GEL, 125)]
+    regions = [result['contact_region'][0] for result in results]
+    assert not any(region.area for region in regions[:50]), 'nothing touches yet'
+    pressed = regions[100:]  # a fingertip of about 10 mm in the middle of the picture, by eye
+    assert all(region.area > 15e-6 for region in pressed) and 40e-6 < np.median([region.area for region in pressed]) < 130e-6
+    middle = np.array([(region.centroid.x, region.centroid.y) for region in pressed])
+    assert np.hypot(*np.median(middle, axis=0)) < 4e-3 and np.mean([len(region.outlines) == 1 for region in pressed]) > 0.7
+    assert all(np.isnan(result['wrench'][0].wrench.force.z) for result in results), 'its modulus is not known'
 
 
 @recorded
@@ -94,6 +110,7 @@ def test_a_dome_of_127_pins():
     assert len(dots) == 125 and counts(dots).min() >= 126 and np.mean(counts(dots) == 127) > 0.95
 
 
+@pytest.mark.full
 @recorded
 @pytest.mark.parametrize(('path', 'true', 'rows', 'columns'), [(PINS, 127, 0, 0), (GEL, 70, 7, 10)])
 def test_dots_that_nobody_described(path, true, rows, columns):
@@ -102,10 +119,10 @@ def test_dots_that_nobody_described(path, true, rows, columns):
     assert (dots[0].rows, dots[0].columns) == (rows, columns)
 
 
+@pytest.mark.full
 @recorded
-@pytest.mark.parametrize('pad', ['pad0', 'pad4'])
-def test_a_pressure_array_in_a_grasp(pad):
-    file, most = FOLDER / 'pressure_array_14x6.yaml', 360
+def test_a_pressure_array_in_a_grasp():
+    file, pad, most = FOLDER / 'pressure_array_14x6.yaml', 'pad0', 360
     own = {'source': 'file', 'path': str(GRASP), 'topic': pad}
     source = make_source(TAXEL_SOURCES, read_parameters(file, 'taxel_array_node', TAXEL_DRIVER_PARAMETERS) | own, time.time_ns)
     stage = TaxelStage(read_parameters(file, 'taxel_contact_node', TAXEL_PARAMETERS))

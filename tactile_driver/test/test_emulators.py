@@ -4,6 +4,7 @@
 
 import threading
 import time
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -21,35 +22,27 @@ pytestmark = pytest.mark.full  # a device in a thread keeps its own time
 
 
 class Bench:
-    """A running emulator, and a source that is open on it."""
+    """A running emulator, and a source that is open on its port."""
 
-    def __init__(self, folder, format='binary', rate=2000.0, scene='demo', modulation=False):
-        self.emulator = Emulator(folder / 'port', scene, rate, 4, format=format, keep=True, modulation=modulation)
-        self._ended = False
-        self._thread = threading.Thread(target=self.emulator.run, args=(lambda: self._ended,), daemon=True)
+    def __init__(self, emulator, source):
+        self.emulator, self.source, self._ended = emulator, source, threading.Event()
+        self._thread = threading.Thread(target=emulator.run, args=(self._ended.is_set,), daemon=True)
         self._thread.start()
-        settings = SerialSettings(format, 921600, 5.0, 12, 0.005, modulation)
-        self.source = PsdSerialSource(str(folder / 'port'), settings, time.time_ns)
-        self.source.open()
+        source.open()
 
-    def read(self, seconds):
-        """Blocks that come within so many s; a lost port is opened again."""
-        blocks, end = [], time.monotonic() + seconds
-        while time.monotonic() < end:
+    def read(self, seconds, enough=None):
+        """What comes within so many s; enough: as many end it before. A lost port is opened again."""
+        found, end = [], time.monotonic() + seconds
+        while time.monotonic() < end and len(found) != enough:
             try:
-                blocks.append(self.source.read())
+                found.append(self.source.read())
             except NothingYet:
                 pass
             except DeviceLost:
-                self._reopen(end)
-        return blocks
-
-    def _reopen(self, end):
-        while time.monotonic() < end:
-            try:
-                return self.source.open()
-            except DeviceLost:
+                with suppress(DeviceLost):
+                    self.source.open()
                 time.sleep(0.02)
+        return found
 
     def check(self, blocks):
         """Every sample delivered is one that was sent, and its neighbours in a block are its neighbours."""
@@ -62,17 +55,31 @@ class Bench:
             assert any(sent[p:p + len(counts)] == counts for p in places.get(counts[0], []))
 
     def close(self):
-        self._ended = True
+        self._ended.set()
         self._thread.join(5)
         self.source.close()
 
 
+def finger(port, format='binary', rate=2000.0, scene='demo', modulation=False):
+    """A PSD finger on a port, and its source."""
+    settings = SerialSettings(format, 921600, 5.0, 12, 0.005, modulation)
+    return (Emulator(port, scene, rate, 4, format=format, keep=True, modulation=modulation),
+            PsdSerialSource(str(port), settings, time.time_ns))
+
+
+def array(port, shape=(44, 44), bits=8, rate=200.0, expected=None):
+    """A taxel array on a port, and its source, which expects its shape or another one."""
+    return (TaxelEmulator(port, 'disc', rate, 0, shape, bits, keep=True),
+            TaxelSerialSource(str(port), 921600, expected or shape, time.time_ns))
+
+
 @pytest.fixture
 def bench(tmp_path):
+    """bench(kind, **settings): a finger or an array that runs."""
     made = []
 
-    def make(**words):
-        made.append(Bench(tmp_path, **words))
+    def make(kind=finger, **settings):
+        made.append(Bench(*kind(tmp_path / 'port', **settings)))
         return made[-1]
     yield make
     for each in made:
@@ -129,65 +136,9 @@ def test_with_modulation_the_driver_publishes_net_voltages_at_half_the_rate(benc
     assert rig.source.describe()['samples without a dark neighbour'] < 20
 
 
-def test_wrong_words(tmp_path, capsys):
-    with pytest.raises(BadArgument, match='drop, swap'):
-        Emulator(tmp_path / 'port').fault('melt')
-    with pytest.raises(BadArgument, match='batch'):
-        Emulator(tmp_path / 'port', batch=0)
-    assert main(['--scene', 'nowhere', '--link', str(tmp_path / 'p')]) == 1
-    assert 'calibration' in capsys.readouterr().err
-
-
-  # a device in a thread keeps its own time
-
-
-class Bench_taxel:
-    """A running emulator, and a source that is open on it."""
-
-    def __init__(self, folder, shape=(44, 44), bits=8, rate=200.0):
-        self.emulator = TaxelEmulator(folder / 'port', 'disc', rate, 0, shape, bits, keep=True)
-        self._ended = False
-        self._thread = threading.Thread(target=self.emulator.run, args=(lambda: self._ended,), daemon=True)
-        self._thread.start()
-        self.source = TaxelSerialSource(str(folder / 'port'), 921600, shape, time.time_ns)
-        self.source.open()
-
-    def read(self, seconds, enough=None):
-        """Frames of the next seconds; enough: as many end it before."""
-        frames, end = [], time.monotonic() + seconds
-        while time.monotonic() < end and len(frames) != enough:
-            try:
-                frames.append(self.source.read())
-            except NothingYet:
-                pass
-            except DeviceLost:
-                try:
-                    self.source.open()
-                except DeviceLost:
-                    time.sleep(0.02)
-        return frames
-
-    def close(self):
-        self._ended = True
-        self._thread.join()
-        self.source.close()
-
-
-@pytest.fixture
-def bench_taxel(tmp_path):
-    rigs = []
-
-    def make(**settings):
-        rigs.append(Bench_taxel(tmp_path, **settings))
-        return rigs[-1]
-    yield make
-    for rig in rigs:
-        rig.close()
-
-
 @pytest.mark.parametrize('shape, bits', [((44, 44), 8), ((13, 6), 12), ((100, 7), 16)])
-def test_every_frame_arrives_as_it_was_sent(bench_taxel, shape, bits):
-    rig = bench_taxel(shape=shape, bits=bits, rate=50.0)  # two frames fill the port: a busy machine may come 40 ms late
+def test_every_frame_arrives_as_it_was_sent(bench, shape, bits):
+    rig = bench(array, shape=shape, bits=bits, rate=50.0)  # two frames fill the port: a busy machine may come 40 ms late
     frames = rig.read(30.0, 40)
     sent = [values.tolist() for _, values in rig.emulator.sent]
     assert len(frames) == 40 and rig.source.skipped == rig.source.corrupt == 0
@@ -199,8 +150,8 @@ def test_every_frame_arrives_as_it_was_sent(bench_taxel, shape, bits):
 
 
 @pytest.mark.parametrize('fault', ['drop', 'swap', 'garbage', 'unplug', 'reset'])
-def test_faults_are_counted_or_survived_and_nothing_wrong_arrives(bench_taxel, fault):
-    rig = bench_taxel()
+def test_faults_are_counted_or_survived_and_nothing_wrong_arrives(bench, fault):
+    rig = bench(array)
     rig.read(0.2)
     rig.emulator.fault(fault)
     frames = rig.read(30.0, 60)
@@ -208,16 +159,18 @@ def test_faults_are_counted_or_survived_and_nothing_wrong_arrives(bench_taxel, f
     assert len(frames) == 60 and all(frame.image.astype(np.uint16).tobytes() in sent for frame in frames)
 
 
-def test_frames_of_another_size_are_told(bench_taxel):
-    rig = bench_taxel(rate=500.0)
-    rig.source._shape = (10, 10)
-    rig.source.open()
+def test_frames_of_another_size_are_told(bench):
+    rig = bench(array, rate=500.0, expected=(10, 10))
     assert not rig.read(0.6)
     assert 'a matrix of 44 x 44' in rig.source.remark and 'set the parameters' in rig.source.remark
 
 
-def test_wrong_words_taxel(tmp_path, capsys):
-    with pytest.raises(BadArgument, match='1 to 256'):
-        TaxelEmulator(tmp_path / 'port', shape=(300, 1))
-    assert main_taxel(['--scene', 'nowhere', '--link', str(tmp_path / 'p')]) == 1
-    assert 'two_fingers' in capsys.readouterr().err
+def test_wrong_words(tmp_path, capsys):
+    port = tmp_path / 'port'
+    for wrong, part in ((lambda: Emulator(port).fault('melt'), 'drop, swap'), (lambda: Emulator(port, batch=0), 'batch'),
+                        (lambda: TaxelEmulator(port, shape=(300, 1)), '1 to 256')):
+        with pytest.raises(BadArgument, match=part):
+            wrong()
+    for run, known in ((main, 'calibration'), (main_taxel, 'two_fingers')):
+        assert run(['--scene', 'nowhere', '--link', str(tmp_path / 'p')]) == 1
+        assert known in capsys.readouterr().err

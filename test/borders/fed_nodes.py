@@ -118,7 +118,7 @@ class FedMarkers:
     def __init__(self, name: str, sensor: str):
         self.name, self.node = name, make_node(name, Host(arguments(f'/fed{next(_NUMBERS)}', sensor)))
         self.markers, self.pictures = Sink('markers'), Sink('image_annotated')
-        self.node.marker_output, self.node._picture_output = self.markers, self.pictures
+        self.node.marker_output, self.node.picture_output = self.markers, self.pictures
         if name == 'markers_node':
             self.node._look_timer.cancel()
             self.node._expected = {topic for topic, _ in sent(sensor)} & {*_INPUTS, 'image_raw'}

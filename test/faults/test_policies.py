@@ -28,7 +28,7 @@ TYPES = ('touchpad', 'areal_dual', 'psd_finger', 'taxel_array')
 EXAMPLES = ('grip_reflex', 'simulated_gripper')
 SENSOR_NODES = {*NODES, *EXAMPLES, 'record_node'}
 #: What makes a node use all that it can.
-MORE = {'taxel_contact_node': {'object.gravity_frame': 'world'}}
+MORE = {'taxel_contact_node': {'object.gravity_frame': 'world', 'gripper.joint': 'finger'}}
 
 
 class Seen:

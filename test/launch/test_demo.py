@@ -1,7 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""demo.launch.py on a simulated sensor and on a recorded video ends by itself and writes its pictures."""
+"""demo.launch.py on a simulated sensor, a recorded video and an array's file ends by itself and writes its pictures."""
 import re
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -67,6 +68,22 @@ def test_a_recorded_video_is_shown(ros2, tmp_path, press_video):
     check_files(launched.log, tmp_path / 'pictures', {'largest_displacement'})
     assert '48 dots' in launched.log
     assert float(re.search(r'largest displacement ([\d.]+) px$', launched.log, re.MULTILINE).group(1)) == pytest.approx(12.0, abs=0.5)
+
+
+def test_a_file_of_an_array_is_shown(ros2, tmp_path):
+    text = Path(get_package_share_directory('tactile_bringup'), 'params', 'taxel_array.yaml').read_text()
+    (tmp_path / 'mat.yaml').write_text(re.sub(r'(rows|columns): 44', r'\1: 20', text))
+    frames = np.zeros((100, 20, 20))
+    frames[40:80, 6:15, 4:13] = np.minimum(np.arange(40), 10)[:, None, None] * 15.0
+    times = np.arange(100) / 25.0
+    np.savetxt(tmp_path / 'grasp.csv', np.column_stack([times, frames.reshape(100, -1)]), '%g', ',')
+    launched = ros2('launch', 'tactile_bringup', 'demo.launch.py', 'out:=pictures', 'source:=file', 'path:=grasp.csv', 'params:=mat.yaml')
+    assert launched.wait(90) == 0, launched.log
+    assert launched.complaints == []
+    assert 'no contact' in launched.log and float(re.search(r'largest area (\d+) mm', launched.log).group(1)) == pytest.approx(81, rel=0.3)
+    picture = cv2.imread(str(tmp_path / 'pictures' / 'largest_contact.png'))
+    assert (picture != cv2.imread(str(tmp_path / 'pictures' / 'first.png'))).any()
+    assert frames_in(tmp_path / 'pictures' / 'demo.mp4') > 20
 
 
 def test_where_nothing_comes_it_fails_with_a_word(ros2):

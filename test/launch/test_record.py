@@ -53,10 +53,9 @@ def test_what_is_recorded_can_be_played_and_processed(recorded, ros2, listen, tm
 
     played = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'source:=bag', 'path:=bag', 'rate:=8')
     ear = listen({'/touchpad/dots': DotTracks, '/touchpad/contact_region': ContactRegion})
-    assert ear.wait_for(lambda: 'is over' in played.log, 60), played.log
+    assert played.wait(90) == 0, played.log
     for topic in ear.heard:
         assert set(ear.stamps(topic)) <= set(images) and len(ear.stamps(topic)) > 0.3 * len(images), topic
-    assert played.interrupt() == 0, played.log
     assert played.complaints == []
 
     params = f'{get_package_share_directory("tactile_bringup")}/params/touchpad.yaml'
@@ -65,13 +64,3 @@ def test_what_is_recorded_can_be_played_and_processed(recorded, ros2, listen, tm
     again = counts_of(tmp_path / 'processed')
     for topic in RESULTS:
         assert again[topic] >= counts['image_raw'] - 2, (again, processed.log)
-
-
-def test_a_bag_that_exists_is_not_overwritten(ros2, tmp_path):
-    (tmp_path / 'old').mkdir()
-    refused = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'record:=old')
-    assert refused.wait(30) != 0
-    assert 'record:=old' in refused.log
-    node = ros2('run', 'tactile_bringup', 'record_node', '--ros-args', '-p', 'bag:=old')
-    assert node.wait(30) == 2
-    assert 'exists' in node.log and 'Traceback' not in node.log

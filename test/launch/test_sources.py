@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""touchpad.launch.py on each source that needs no device: results at the source's rate, also in a loop, without a warning."""
+"""touchpad.launch.py on each source that needs no device: results at the source's rate, also in a loop, without a warning;
+a recording that is over ends the launch."""
 import cv2
 import numpy as np
 import pytest
@@ -8,6 +9,9 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from ament_index_python.packages import get_package_share_directory  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
+from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_msgs.msg import ContactRegion, DotTracks  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -40,14 +44,14 @@ def check_rate(stamps, seconds):
 
 @pytest.fixture
 def video(tmp_path):
-    """8 x 6 dots at rest; two seconds."""
+    """8 x 6 dots at rest; two seconds, the last frame 6 px to the right."""
     path = tmp_path / 'rest.avi'
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), RATE, (320, 240))
     image = np.full((240, 320, 3), 170, np.uint8)
     for k in range(48):
         cv2.circle(image, (26 + 38 * (k % 8), 22 + 38 * (k // 8)), 5, (40, 40, 40), -1, cv2.LINE_AA)
-    for _ in range(20):
-        writer.write(cv2.GaussianBlur(image, (0, 0), 1.0))
+    for k in range(20):
+        writer.write(cv2.GaussianBlur(np.roll(image, 6 if k == 19 else 0, axis=1), (0, 0), 1.0))
     writer.release()
     return path
 
@@ -63,3 +67,23 @@ def test_a_bag_in_a_loop_begins_anew(run):
     stamps = run(words, '/touchpad/contact_region', ContactRegion, SECONDS)
     assert len(stamps) > 0.4 * RATE * SECONDS
     assert (np.diff(stamps) < -1.0).sum() >= 1
+
+
+def test_a_launch_ends_with_its_recording_and_nothing_of_it_is_lost(ros2, listen, video, tmp_path):
+    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'source:=file', f'path:={video}', params('marker_video.yaml'),
+                    'record:=bag', 'rate:=4')
+    ear = listen({'/diagnostics': DiagnosticArray})
+    assert launched.wait(90) == 0, launched.log
+    assert launched.complaints == [] and launched.log.count('the recording is over') == 1, launched.log
+    said = {status.message.split(':')[0] for message in ear.heard['/diagnostics'] for status in message.status}
+    assert 'ended' in said, said
+    with BagReader(tmp_path / 'bag') as bag:
+        last = [decode(message.data, message.type_name) for message in bag.messages({'/touchpad/dots'})][-1]
+    assert np.median(last.du) == pytest.approx(6.0, abs=0.5), 'the last frame is recorded'
+
+
+def test_an_unreadable_video_ends_the_launch_with_what_to_do(ros2, tmp_path):
+    (tmp_path / 'press.mp4').write_text('no video')
+    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'source:=file', 'path:=press.mp4')
+    assert launched.wait(60) != 0
+    assert 'ffmpeg' in launched.log and 'process started' not in launched.log, launched.log

@@ -10,11 +10,12 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: itself, lower rooms, and packages named before its own.
 ROOMS = {
     'tactile_driver': ('errors', 'command', 'frame', 'nodes.messages.images', 'frame_names', 'samples', 'matrix', 'lens', 'stamp_gaps',
-        'recordings', 'stitching', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.scene',
+        'recordings', 'stitching', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.gel', 'simulation.scene',
         'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources', 'camera', 'serial', 'sources.registry',
         'emulators', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes'),
-    'tactile_perception': ('errors', 'sensors', 'common', 'dots', 'press.sensor', 'calibration', 'calibration.files', 'touchpad', 'finger',
-        'taxel', 'parameters', 'press', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage', 'finger.stage', 'taxel.stage',
+    'tactile_perception': ('errors', 'sensors', 'common', 'dots', 'press.sensor', 'calibration', 'calibration.files', 'touchpad', 'gel',
+        'finger', 'taxel',
+        'parameters', 'press', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage', 'finger.stage', 'taxel.stage',
         'press.stage', 'touchpad.stage', 'dots.stage', 'shedding', 'work_log', 'node', 'bags', 'finger.tools', 'press.tools',
         'touchpad.tools', 'taxel.tools', 'tools.convert', 'tools.calibrate', 'tools'),
     'tactile_bringup': ('installed', 'parameters', 'visualization',

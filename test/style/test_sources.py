@@ -3,6 +3,7 @@
 """Rules that every source file of the repository keeps, checked by machine."""
 
 import ast
+import functools
 import pathlib
 import re
 import subprocess
@@ -36,8 +37,18 @@ def text_of(name):
     return (ROOT / name).read_text()
 
 
-def tree_of(name):
-    return ast.parse(text_of(name), filename=name)
+@functools.cache
+def parsed(name):
+    """Return (modules that a file imports by their full names, names of its functions that are too long)."""
+    imports, long = [], []
+    for node in ast.walk(ast.parse(text_of(name), filename=name)):
+        if isinstance(node, ast.Import):
+            imports += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            imports.append(node.module)
+        elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and node.end_lineno - node.lineno >= LINES_OF_A_FUNCTION:
+            long.append(node.name)
+    return imports, long
 
 
 def test_files_have_the_licence_header():
@@ -53,29 +64,17 @@ def test_lines_have_no_trailing_blanks_and_files_end_with_one_newline():
 
 def test_files_and_functions_are_not_too_long():
     long = [name for name in PYTHON if len(text_of(name).splitlines()) > LINES_OF_A_FILE]
-    for name in PYTHON:
-        functions = [node for node in ast.walk(tree_of(name)) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
-        long += [f'{name}: {node.name}' for node in functions if node.end_lineno - node.lineno >= LINES_OF_A_FUNCTION]
-    assert long == []
-
-
-def imports_of(name):
-    """Yield the modules that a file imports by their full names."""
-    for node in ast.walk(tree_of(name)):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            yield node.module
+    assert long + [f'{name}: {function}' for name in PYTHON for function in parsed(name)[1]] == []
 
 
 def test_ros_is_imported_in_nodes_and_recordings_only():
     without_ros = [name for name in CODE if not MAY_IMPORT_ROS.match(name)]
-    assert [(name, module) for name in without_ros for module in imports_of(name) if ROS_MODULES.match(module)] == []
+    assert [(name, module) for name in without_ros for module in parsed(name)[0] if ROS_MODULES.match(module)] == []
 
 
 def test_bags_are_read_and_written_by_rosbag2_py_alone():
     # test/benchmark reads recordings of ROS 1, which rosbag2_py does not.
-    users = {name for name in PYTHON if any(re.match(r'(rosbags|mcap)(\.|$)', module) for module in imports_of(name))}
+    users = {name for name in PYTHON if any(re.match(r'(rosbags|mcap)(\.|$)', module) for module in parsed(name)[0])}
     assert users <= {*(f'environment/python/rosbag2_py/_{part}.py' for part in ('reader', 'writer')), 'test/benchmark/taxel_slip.py'}
 
 

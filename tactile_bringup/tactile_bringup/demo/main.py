@@ -58,7 +58,7 @@ class DemoNode(Node):
         self._begin_s = self._arrival_s = time.monotonic()
         self._drawn_s, self._shown, self._panel_lines = -math.inf, None, 0
         self._expected: set[str] = set()
-        self._sync = StampSync(self._on_results, lambda: self._expected | {'dots'}, patience=30)
+        self._sync = StampSync(self._on_results, lambda: self._expected or _TOPICS, patience=30)
         self._picture_sync = StampSync(self._on_picture, lambda: (_READING, _PICTURE), patience=30)
         self._latest: dict[int, float] = {}
         self._say = LogOnce(self)
@@ -91,9 +91,7 @@ class DemoNode(Node):
         self._sync.add(topic, stamp_ns, message)
 
     def _on_results(self, found: dict) -> None:
-        if 'dots' not in found:
-            return
-        header = found['dots'].header
+        header = next(iter(found.values())).header
         stamp_ns = header.stamp.sec * 1_000_000_000 + header.stamp.nanosec
         self._reading = reading_of(found, stamp_seconds(header), self._latest.get(stamp_ns, math.nan))
         self._latest = {stamp: latency for stamp, latency in self._latest.items() if stamp > stamp_ns}

@@ -26,15 +26,15 @@ _LONGEST_LATENCY_S = 60.0  # chosen: older stamps are those of a recording, of w
 class Reading:
     """The results of one frame; unknown is NaN or empty.
 
-    stamp_s: of exposure; latency_s: from exposure to receipt of the last result; dots: number; displacement: largest, px; states: numbers
-    of untouched, sticking, slipping dots, () without a contact region; area: m^2; depth: m, deepest contact; force: N; touches: number of
-    contacts; motion: (6,) translation, m, and rotation vector, rad, of the object over motion_interval, s; slip: name of the state;
-    slipping: slipping fraction of the contact, 0 to 1.
+    stamp_s: of exposure; latency_s: from exposure to receipt of the last result; dots: number, None of an array; displacement: largest, px;
+    states: numbers of untouched, sticking, slipping dots, () without a contact region; area: m^2; depth: m, deepest contact; force: N;
+    touches: number of contacts; motion: (6,) translation, m, and rotation vector, rad, of the object over motion_interval, s; slip: name of
+    the state; slipping: slipping fraction of the contact, 0 to 1.
     """
 
     stamp_s: float
     latency_s: float = _NAN
-    dots: int = 0
+    dots: int | None = None
     displacement: float = _NAN
     states: tuple[int, ...] = ()
     area: float = _NAN
@@ -85,12 +85,13 @@ class Summary:
         """Five lines for a terminal, to be overwritten by those of the next frame."""
         return [f'time      {reading.stamp_s - self.first_s:6.1f} s   {number(self.rate, ".1f")} Hz   '
                 f'latency {number(self.latency_ms(50), ".0f")} ms (95 %: {number(self.latency_ms(95), ".0f")} ms)',
-                f'dots      {reading.dots:4d}   {states_line(reading.states)}',
+                f'dots      {"   -" if reading.dots is None else format(reading.dots, "4d")}   {states_line(reading.states)}',
                 f'contact   {contact_line(reading)}', f'motion    {motion_line(reading)}', f'slip      {slip_line(reading)}']
 
     def line(self, reading: Reading) -> str:
         """One line for a log."""
-        parts = [f'{reading.stamp_s - self.first_s:5.1f} s', f'{reading.dots} dots', states_line(reading.states), contact_line(reading)]
+        dots = '' if reading.dots is None else f'{reading.dots} dots'
+        parts = [f'{reading.stamp_s - self.first_s:5.1f} s', dots, states_line(reading.states), contact_line(reading)]
         if reading.touches:
             parts += [motion_line(reading), slip_line(reading)]
         return ' | '.join(p for p in [*parts, f'{number(self.rate, ".0f")} Hz, {number(self.latency_ms(50), ".0f")} ms'] if p)
@@ -112,8 +113,8 @@ def number(value: float, form: str) -> str:
 
 
 def states_line(states: tuple[int, ...]) -> str:
-    """Number of dots in each state."""
-    return ', '.join(f'{count} {name}' for name, count in zip(STATE_NAMES, states))
+    """Number of dots in each state; '' without dots."""
+    return ', '.join(f'{count} {name}' for name, count in zip(STATE_NAMES, states)) if any(states) else ''
 
 
 def contact_line(reading: Reading) -> str:
@@ -177,7 +178,9 @@ _GAIN = 1.05  # chosen: a frame replaces a picture only if its value is 5 % larg
 
 
 def _slipping(reading: Reading) -> float:
-    return reading.states[2] if len(reading.states) == 3 and reading.slip not in ('', 'no slip') else 0.0
+    if reading.slip in ('', 'no slip'):
+        return 0.0
+    return reading.states[2] if any(reading.states) else reading.slipping
 
 
 #: Name of the picture -> value of a frame; the frame with the largest value above 0 is kept.

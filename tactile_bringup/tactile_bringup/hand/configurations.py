@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from tactile_driver.command import tells_errors
 
@@ -60,23 +59,18 @@ def rviz_configuration(hand: Hand) -> str:
 
 
 def closest_view(points: np.ndarray, size: tuple[int, int], yaw: float, pitch: float) -> tuple[float, list[float]]:
-    """Distance and focal point (3,), m, of RViz's Orbit view at yaw and pitch, rad, that shows points (N, 3), m, in the middle of a picture
-    of size (width, height), px, and fills _FILLED of it."""
+    """Distance and focal point (3,), m, of RViz's Orbit view at yaw and pitch, rad, that shows points (N, 3), m, in a picture of size
+    (width, height), px, and fills _FILLED of it at the most."""
     towards = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)])
     right = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
     axes = np.stack([right, np.cross(towards, right), towards])
-    across, up, back = (points @ axes.T).T
+    seen = points @ axes.T
+    focal = 0.5 * (seen.max(axis=0) + seen.min(axis=0))
+    across, up, back = (seen - focal).T
     slopes = _FILLED * np.tan(0.5 * _FIELD_OF_VIEW) * np.array([size[0] / size[1], 1.0])
-    # A point is visible where |side - camera| <= slope * (camera's depth - depth). Its two inequalities bound the camera's position.
-    bounds = [((side + slope * back).max(), (side - slope * back).min()) for side, slope in zip((across, up), slopes)]
-    camera = np.array([0.0, 0.0, max((high - low) / (2 * slope) for (high, low), slope in zip(bounds, slopes))])
-    for k, side in enumerate((across, up)):  # as far to one side as to the other
-        def leans(at: float, side: np.ndarray = side) -> float:
-            seen = (side - at) / (camera[2] - back)
-            return seen.max() + seen.min()
-        camera[k] = brentq(leans, side.min(), side.max())
-    distance = camera[2] - 0.5 * (back.max() + back.min())
-    return float(distance), ((camera - [0.0, 0.0, distance]) @ axes).tolist()
+    # A point is visible where |side| <= slope * (distance - depth).
+    distance = max((np.abs(side) / slope + back).max() for side, slope in zip((across, up), slopes))
+    return float(distance), (focal @ axes).tolist()
 
 
 def _display(manager: dict, name: str) -> dict:

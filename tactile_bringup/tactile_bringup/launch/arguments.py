@@ -6,13 +6,14 @@ from __future__ import annotations
 import json
 import math
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown
 from launch.events.process import ProcessExited
 from launch.logging import launch_config
 from launch.substitutions import LaunchConfiguration
@@ -36,17 +37,37 @@ class LaunchError(ValueError):
 @dataclass(frozen=True)
 class SensorPlan:
     """The nodes of one sensor. frame: the sensor frame; params: parameter file of all nodes; nodes: name -> parameters that override the
-    file; bag: to record, '' for none; notes: lines that launch logs."""
+    file; bag: to record, '' for none; ends: whether the launch is over when the sensor's recording is; notes: lines that launch logs."""
 
     frame: str
     namespace: str
     params: str
     nodes: Mapping[str, Mapping[str, object]]
     bag: str = ''
+    ends: bool = False
     notes: tuple[str, ...] = ()
 
 
-def processes(plan: SensorPlan, composed: bool, apart: str = '') -> list[Node]:
+class Playing:
+    """The sensors of a launch whose recordings are not over yet; with the last of them the launch ends. count: their number."""
+
+    def __init__(self, count: int):
+        self._left = count
+
+    def on_exit(self, event: ProcessExited, context: LaunchContext) -> list:
+        """The actions when the process that plays a recording exits. Raises LaunchError when it did not exit because it was over: started
+        again, it would play the recording from its beginning."""
+        end_if_wrong(event, context)
+        if context.is_shutdown:
+            return []
+        if event.returncode:
+            raise LaunchError(f'{event.process_name}: died with exit code {event.returncode} while it played a recording')
+        self._left -= 1
+        over = 'the recording is over; stay:=true keeps the nodes, loop:=true plays it again'
+        return [] if self._left else [LogInfo(msg=over), Shutdown(reason='the recording is over')]
+
+
+def processes(plan: SensorPlan, composed: bool, playing: Playing, apart: str = '') -> list[Node]:
     """The processes of the sensor: one for all nodes, or one per node; apart: a node that has its own in any case.
 
     The recorder is always a process of its own, since a slow or full disk must not delay the sensor; it is not restarted, since its bag
@@ -54,12 +75,14 @@ def processes(plan: SensorPlan, composed: bool, apart: str = '') -> list[Node]:
     """
     given = {'namespace': plan.namespace, 'output': 'screen', 'parameters': [plan.params, own_parameters(plan)], 'on_exit': end_if_wrong}
     again = {**given, 'respawn': True, 'respawn_delay': _RESPAWN_S}
+    driver = {**given, 'on_exit': playing.on_exit} if plan.ends else again
     if composed:
         together = [name for name in plan.nodes if name != apart]
-        started = [Node(package='tactile_bringup', executable='sensor_nodes', exec_name=plan.frame, arguments=together, **again)]
+        started = [Node(package='tactile_bringup', executable='sensor_nodes', exec_name=plan.frame, arguments=together, **driver)]
     else:
         started = []
-    started += [Node(package=NODES[name].partition('.')[0], executable=name, exec_name=f'{plan.frame}/{name}', **again)
+    started += [Node(package=NODES[name].partition('.')[0], executable=name, exec_name=f'{plan.frame}/{name}',
+                     **(driver if name == next(iter(plan.nodes)) else again))
                 for name in plan.nodes if not composed or name == apart]
     if plan.bag:
         # It does not wait for somebody who works on raw data where that is in one process with the driver and is not seen.
@@ -122,6 +145,7 @@ def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
         'record': ('', 'bag (MCAP) to write; empty: none'),
         'rate': ('', "Hz; file, bag: 0 for as fast as it is consumed; empty: the source's own"),
         'loop': ('', 'file, bag: start again at the end, true or false; empty: what the parameter file says'),
+        'stay': ('false', 'file, bag: true keeps the nodes when the recording is over; false: the launch ends with it'),
         'scene': ('', 'sim: the scene; empty: what the parameter file says'),
         'autostart': ('', 'false: the driver waits, unconfigured, for its lifecycle services; empty: what the parameter file says, true'),
         'composed': ('true', 'true: all nodes in one process, in which images go from one to the next by a call; false: one process for '
@@ -153,11 +177,12 @@ def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[Decl
     Raises LaunchError.
     """
     values = values_of(context, [*sensor_arguments(sensor_type), *more])
+    check_videos(values, sensor_type)
     plan = sensor_plan(values, sensor_type)
     markers = SENSOR_TYPES[sensor_type].view
     plan = replace(plan, nodes={**plan.nodes, markers: {**plan.nodes[markers], **(drawn or {})}})
     own = SENSOR_TYPES[sensor_type].driver if apart and values['source'] == 'sim' else ''
-    return [*processes(plan, _BOOLEANS[values['composed']], own), *(LogInfo(msg=note) for note in plan.notes),
+    return [*processes(plan, _BOOLEANS[values['composed']], Playing(1), own), *(LogInfo(msg=note) for note in plan.notes),
             *_rviz(values, sensor_type, plan.frame)]
 
 
@@ -174,16 +199,18 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
     notes = ()
     if kind.uncalibrated and not _has_contact_model(values['params'], calibration):
         notes = (f'not calibrated (calibration:=FILE): {kind.uncalibrated} and run `ros2 run tactile_perception calibrate`',)
-    nodes = {kind.driver: driver_parameters(values, sensor_type) | {'frame_id': frame} | stitching,
+    ends = values['source'] in ('file', 'bag') and 'true' not in (values['loop'], values['stay'])
+    own = {'frame_id': frame} | stitching | ({'stay': False} if ends else {})
+    nodes = {kind.driver: driver_parameters(values, sensor_type) | own,
              **{name: calibrated | ({'frame_id': frame} if name == 'dot_tracker_node' else {}) for name in perception},
              kind.view: {'frame_id': frame} | (calibrated if kind.stitched else {})}
-    return SensorPlan(frame, values['namespace'], values['params'], nodes, values['record'], notes)
+    return SensorPlan(frame, values['namespace'], values['params'], nodes, values['record'], ends, notes)
 
 
 def check(values: Mapping[str, str], sources: Sequence[str]) -> None:
     """Check the values before any file is read. Raises LaunchError."""
-    for name, choices in {'source': sources, 'rviz': _BOOLEANS, 'loop': ('', *_BOOLEANS), 'autostart': ('', *_BOOLEANS),
-                          'composed': _BOOLEANS}.items():
+    for name, choices in {'source': sources, 'rviz': _BOOLEANS, 'loop': ('', *_BOOLEANS), 'stay': ('', *_BOOLEANS),
+                          'autostart': ('', *_BOOLEANS), 'composed': _BOOLEANS}.items():
         check_choice(name, values[name], choices)
     if values['source'] in ('file', 'bag'):
         if not values['path']:
@@ -194,6 +221,20 @@ def check(values: Mapping[str, str], sources: Sequence[str]) -> None:
         if values[name] and not Path(values[name]).is_file():
             raise LaunchError(f'{name}:={values[name]} is no file')
     check_new(values['record'])
+
+
+def check_videos(values: Mapping[str, str], sensor_type: str) -> None:
+    """Raises LaunchError for a video or folder of images that cannot be read; the nodes would say so too, once they have started."""
+    for name in ('path', 'right_path'):
+        if values['source'] == 'file' and values.get(name) and 'topics' in SENSOR_TYPES[sensor_type].sources:
+            from tactile_driver.camera.file import FileSource  # imports OpenCV, which only this source needs
+            source = FileSource(values[name], 0.0, False, time.time_ns)
+            try:
+                source.open()
+            except TactileError as error:
+                raise LaunchError(str(error)) from error
+            finally:
+                source.close()
 
 
 def check_choice(name: str, value: str, choices: Sequence[str]) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The demo beside a touchpad's nodes, from the arguments of its launch file."""
+"""The demo beside a sensor's nodes, from the arguments of its launch file."""
 from __future__ import annotations
 
 import sys
@@ -8,27 +8,44 @@ from pathlib import Path
 
 from launch import LaunchContext
 from launch.actions import DeclareLaunchArgument, Shutdown
-from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+from tactile_perception.sensors import SENSOR_TYPES
 
-from .arguments import number, sensor_actions
+from .arguments import check_choice, number, sensor_actions, sensor_arguments, values_of
 from ..parameters.table import VIDEO_RATE
 
-SENSOR_TYPE = 'touchpad'
+#: parameter of the nodes that draw pictures: how often
+_PICTURES = {'markers_node': 'picture_rate', 'taxel_markers_node': 'rate'}
+#: with one source of pictures
+TYPES = tuple(name for name, row in SENSOR_TYPES.items() if row.view in _PICTURES and len(row.raw) == 1)
+_ARRAY_FILES = ('.csv', '.npy', '.npz', '.tsv', '.txt')
 _LIVE_S = 25.0
 
 
-def demo_arguments() -> list[DeclareLaunchArgument]:
-    """The arguments that the demo has besides those of the touchpad."""
-    texts = {'out': ('out/demo', 'folder for pictures and video'),
+def own_arguments() -> list[DeclareLaunchArgument]:
+    """The arguments that the demo has besides those of its sensor."""
+    texts = {'type': ('', f'sensor type, of {", ".join(TYPES)}; empty: taxel_array for a file of an array ({" ".join(_ARRAY_FILES)}), else '
+                          f'{TYPES[0]}'),
+             'out': ('out/demo', 'folder for pictures and video'),
              'seconds': ('', 'how long it lasts, s; empty: 25 of a simulated sensor or a device, a recording to its end')}
     return [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
 
 
+def demo_arguments() -> list[DeclareLaunchArgument]:
+    """All arguments of the demo; its sensor's are those of a touchpad, which every sensor of TYPES has or does without."""
+    space = DeclareLaunchArgument('namespace', default_value='', description="of the sensor's nodes and topics; empty: the sensor type")
+    return [space, *(each for each in sensor_arguments(TYPES[0]) if each.name not in ('namespace', 'stay')), *own_arguments()]
+
+
 def demo_actions(context: LaunchContext) -> list:
-    """The actions of the touchpad and the demo; launch ends with the demo. Raises LaunchError."""
-    sensor = sensor_actions(context, SENSOR_TYPE, demo_arguments(), {'picture_rate': VIDEO_RATE}, apart=True)
-    given = {name: LaunchConfiguration(name).perform(context) for name in ('out', 'seconds', 'source', 'namespace')}
+    """The actions of the sensor and the demo; launch ends with the demo. Raises LaunchError."""
+    given = values_of(context, demo_arguments())
+    kind = given['type'] or ('taxel_array' if Path(given['path']).suffix in _ARRAY_FILES else TYPES[0])
+    check_choice('type', kind, TYPES)
+    given['namespace'] = given['namespace'] or kind
+    # The demo ends the launch, with the last picture written.
+    context.launch_configurations.update(namespace=given['namespace'], stay='true')
+    sensor = sensor_actions(context, kind, own_arguments(), {_PICTURES[SENSOR_TYPES[kind].view]: VIDEO_RATE}, apart=True)
     own = {'out': str(Path(given['out']).expanduser().absolute()), 'panel': sys.stdout.isatty(), 'seconds': duration(given)}
     # The sensor goes before the video where both want a core: nice. Without output_format launch would write the name of the process before
     # each line of the panel.

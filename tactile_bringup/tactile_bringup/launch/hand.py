@@ -13,14 +13,14 @@ from launch_ros.actions import Node
 from tactile_driver.errors import TactileError
 
 from .arguments import (
-    LaunchError, SensorPlan, check_choice, check_new, hand_frames, processes, sensor_arguments, sensor_plan, values_of, written)
+    LaunchError, Playing, SensorPlan, check_choice, check_new, hand_frames, processes, sensor_arguments, sensor_plan, values_of, written)
 from ..hand.configurations import aggregator_configuration, rviz_configuration
 from ..hand.description import Hand, HandSensor, read_hand
 from ..installed import share
 from tactile_perception.sensors import SENSOR_TYPES
 
 _BOOLEANS = ('true', 'false')
-_CHOICES = {'source': ('sim', 'device', 'bag'), 'composed': _BOOLEANS, 'rviz': _BOOLEANS, 'aggregator': _BOOLEANS}
+_CHOICES = {'source': ('sim', 'device', 'bag'), 'composed': _BOOLEANS, 'stay': _BOOLEANS, 'rviz': _BOOLEANS, 'aggregator': _BOOLEANS}
 
 
 def hand_arguments() -> list[DeclareLaunchArgument]:
@@ -32,6 +32,7 @@ def hand_arguments() -> list[DeclareLaunchArgument]:
         'composed': ('true', 'true: one process for each sensor; false: one for each node, for debugging'),
         'autostart': ('', 'false: drivers wait, unconfigured, for their lifecycle services; empty: what the parameter files say, true'),
         'loop': ('', 'bag: start again at the end, true or false; empty: what the parameter files say'),
+        'stay': ('false', 'bag: true keeps the nodes when the recordings are over; false: the launch ends with the last of them'),
         'record': ('', 'folder to write, with one bag (MCAP) of each sensor; empty: none'),
         'rviz': ('false', 'show the hand in RViz: true or false'),
         'aggregator': ('false', 'group /diagnostics by sensors with diagnostic_aggregator: true or false'),
@@ -50,8 +51,9 @@ def hand_actions(context: LaunchContext) -> list:
     except TactileError as error:
         raise LaunchError(str(error)) from error
     plans = [planned_sensor(sensor, values) for sensor in hand.sensors]
+    playing = Playing(sum(plan.ends for plan in plans))
     return [*(LogInfo(msg=note) for plan in plans for note in plan.notes),
-            *(node for plan in plans for node in processes(plan, values['composed'] == 'true')), hand_frames(values['hand']),
+            *(node for plan in plans for node in processes(plan, values['composed'] == 'true', playing)), hand_frames(values['hand']),
             *_viewer(hand, values['rviz'] == 'true'), *_aggregator(hand, values['aggregator'] == 'true')]
 
 
@@ -68,7 +70,7 @@ def sensor_values(sensor: HandSensor, given: dict[str, str]) -> dict[str, str]:
     """The arguments of the sensor's own launch file. Raises BadArgument where a recording has nothing of it."""
     values = {argument.name: '' for argument in sensor_arguments(sensor.type)}
     values.update(sensor.settings, namespace=sensor.name, source=given['source'], rviz='false', autostart=given['autostart'],
-                  composed=given['composed'])
+                  composed=given['composed'], stay=given['stay'])
     if given['record']:
         values['record'] = str(Path(given['record']).expanduser() / sensor.frame)
     simulated = given['source'] == 'sim'

@@ -14,7 +14,6 @@ import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
-from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -30,12 +29,13 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.recordings.writer import write_messages
 from tactile_msgs.msg import Contact, Contacts
+from tactile_perception.common.geometry import FrameTree, Pose, quaternion, rotation_matrix
+from tactile_perception.errors import BadFrame
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
 from tactile_perception.tools.calibrate.command import main as calibrate
 from tf2_msgs.msg import TFMessage
 
-from ..guide.frames import Frames, UnknownFrame
 from ..guide.session import Press, Sample, Session
 from ..parameters.table import CALIBRATE_PARAMETERS
 
@@ -43,6 +43,10 @@ _LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _LATE_S = 1.0  # chosen: so long an image waits for the probe's place
 _PERIOD_S = 0.05
 _UNKNOWN = np.full(6, np.nan)
+
+
+class UnknownFrame(LookupError):
+    """No chain of transforms joins two frames; the message lists the known ones."""
 
 
 class CalibrateNode(Node):
@@ -63,7 +67,7 @@ class CalibrateNode(Node):
         self._values, self.params, self.output = values, Path(values['params']), Path(values['output'])
         self._folder, self.complete, self.handled = self.output.with_name(f'{self.output.stem}_presses'), False, 0
         self._session, self._log = Session(sensor.size), LogOnce(self)
-        self._frames, self._images, self._wrenches = Frames(), deque(), deque()
+        self._frames, self._images, self._wrenches = FrameTree(), deque(), deque()
         self._lost_s: dict[str, float] = {}  # since when the probe's place is not known, by the reason
         self._info: CameraInfo | None = None
         self._about = String()
@@ -86,8 +90,8 @@ class CalibrateNode(Node):
         if len(mounting) not in (0, 6):
             raise BadArgument(f'calibrate_node: mounting has {len(mounting)} numbers; give x y z, m, and a rotation vector, rad')
         if mounting:
-            turn = Rotation.from_rotvec(mounting[3:]).as_quat()
-            self._frames.add(self._values['base'], self._values['frame_id'], 0.0, mounting[:3], turn, static=True)
+            self._frames.take(self._values['base'], self._values['frame_id'], quaternion(rotation_matrix(np.array(mounting[3:]))),
+                              np.array(mounting[:3]))
 
     def _resume(self) -> None:
         for bag in self.bags:
@@ -112,8 +116,19 @@ class CalibrateNode(Node):
     def _place(self, message: TFMessage, static: bool) -> None:
         for each in message.transforms:
             p, q = each.transform.translation, each.transform.rotation
-            self._frames.add(each.header.frame_id.lstrip('/'), each.child_frame_id.lstrip('/'), stamp_ns_of(each.header) * 1e-9,
-                             (p.x, p.y, p.z), (q.x, q.y, q.z, q.w), static)
+            try:
+                self._frames.take(each.header.frame_id.lstrip('/'), each.child_frame_id.lstrip('/'), np.array([q.x, q.y, q.z, q.w]),
+                                  np.array([p.x, p.y, p.z]), *(() if static else (stamp_ns_of(each.header) * 1e-9,)))
+            except BadFrame as error:
+                self._log.error('/tf', str(error))
+
+    def _pose(self, frame: str, stamp: float) -> Pose | None:
+        """Of a frame in the sensor's at a time, s; None where the transforms do not reach there, yet or any more. Raises UnknownFrame."""
+        sensor = self._values['frame_id']
+        if self._frames.pose(frame, sensor) is None:
+            known = ', '.join(self._frames.frames) or 'none at all'
+            raise UnknownFrame(f'/tf does not join {frame!r} and {sensor!r}; its frames are: {known}')
+        return self._frames.pose(frame, sensor, stamp)
 
     def _feel(self, message: WrenchStamped) -> None:
         f, t = message.wrench.force, message.wrench.torque
@@ -128,7 +143,7 @@ class CalibrateNode(Node):
         while self._images:
             stamp = stamp_ns_of(self._images[0].header) * 1e-9
             try:
-                placed = self._frames.pose(self._values['probe'], self._values['frame_id'], stamp)
+                placed = self._pose(self._values['probe'], stamp)
             except UnknownFrame as error:
                 self._warn('frames', f'{error}; see the arguments probe, mounting and base', stamp)
                 self.handled += len(self._images)
@@ -145,7 +160,7 @@ class CalibrateNode(Node):
             for name in self._lost_s:
                 self._log.forget(name)
             self._lost_s.clear()
-            self._judge(Sample(stamp, placed[0], *self._wrench_at(stamp, message)))
+            self._judge(Sample(stamp, placed[1], *self._wrench_at(stamp, message)))
 
     def _warn(self, name: str, text: str, stamp: float) -> None:
         """Drop the present press; log why, unless it passes at once as while everything starts."""
@@ -159,7 +174,7 @@ class CalibrateNode(Node):
         if not self._values['wrench'] or found is None:
             return _UNKNOWN, stamp, image
         try:
-            placed = self._frames.pose(found[3], self._values['frame_id'], stamp)
+            placed = self._pose(found[3], stamp)
         except UnknownFrame as error:
             self._log.error('wrench', f'the wrench is not used: {error}')
             return _UNKNOWN, stamp, image
@@ -244,10 +259,10 @@ class CalibrateNode(Node):
         self.get_logger().info(text)
 
 
-def _moved(placed: tuple[np.ndarray, Rotation], wrench: np.ndarray) -> np.ndarray:
-    """A wrench (6,) in a frame that is placed at (position, rotation), as seen at the origin."""
-    force = placed[1].apply(wrench[:3])
-    return np.r_[force, placed[1].apply(wrench[3:]) + np.cross(placed[0], force)]
+def _moved(placed: Pose, wrench: np.ndarray) -> np.ndarray:
+    """A wrench (6,) in a frame that is placed there, as seen at the origin."""
+    force = placed[0] @ wrench[:3]
+    return np.r_[force, placed[0] @ wrench[3:] + np.cross(placed[1], force)]
 
 
 def main(args: list[str] | None = None) -> None:

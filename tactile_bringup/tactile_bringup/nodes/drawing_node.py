@@ -1,18 +1,21 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the nodes that draw for RViz share: markers on demand, messages of equal stamp, the frame of a part, diagnostics."""
+"""What the nodes that draw for RViz share: markers and pictures on demand, messages of equal stamp, the frame of a part, diagnostics."""
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Sequence
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument, TactileError
-from tactile_driver.nodes.messages.conversions import static_transform
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import image_to_message, static_transform
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 from tactile_driver.nodes.runtime.diagnostics import OK, Health, LogOnce, NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
@@ -68,7 +71,9 @@ _TOLD_S = 3.0  # chosen: so long a warning holds, of which nodes report once a s
 
 
 class DrawingNode(Node):
-    """Subclasses set self.markers, with methods frame (draws) and nothing (clears), and implement follow_demand.
+    """Publishes markers and image_annotated, each while it has subscribers.
+
+    Subclasses set self.markers, with methods frame (draws) and nothing (clears), and implement picture and follow_demand.
 
     What the other nodes of the sensor's namespace warn of on /diagnostics becomes self.markers.warning, which is shown even when nothing
     else is.
@@ -83,8 +88,7 @@ class DrawingNode(Node):
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
         self.say, self.log, self.guard = LogOnce(self), WorkLog('results', by_call=self.host.shares), DefectGuard(self)
-        self._outputs: list[Publisher] = []
-        self.marker_output = self.demanded(MarkerArray, 'markers')
+        self.marker_output, self.picture_output = self._demanded(MarkerArray, 'markers'), self._demanded(Image, 'image_annotated')
         self._drawn_s: float | None = None  # time of the last published markers that are still shown
         self._stale_timer = steady_timer(self, _LOOK_S, self._clear_stale)  # while markers are shown: each call wakes the executor
         self._stale_timer.cancel()
@@ -93,20 +97,41 @@ class DrawingNode(Node):
         self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self._examine)
         guard_services(self)
 
-    def demanded(self, kind: type, topic: str) -> Publisher:
+    def _demanded(self, kind: type, topic: str) -> Publisher:
         """A publisher that calls follow_demand when its subscribers change."""
         matched = PublisherEventCallbacks(matched=lambda _info: self.follow_demand())
-        self._outputs.append(self.create_publisher(kind, topic, STREAM_QOS, event_callbacks=matched))
-        return self._outputs[-1]
+        return self.create_publisher(kind, topic, STREAM_QOS, event_callbacks=matched)
 
-    def publish_drawn(self, output: Publisher, header: Header, draw: Callable[[], object]) -> None:
-        """Publish the result of draw and log its time; header: of the data drawn."""
-        begin = time.perf_counter()
-        output.publish(draw())
-        if output is self.marker_output:
+    @property
+    def watched(self) -> bool:
+        """Whether somebody looks at markers or pictures."""
+        return self.marker_output.get_subscription_count() > 0 or self.picture_output.get_subscription_count() > 0
+
+    def draw_markers(self, header: Header, found: dict) -> None:
+        """Publish the markers of messages by topic, if somebody looks at them; header: of the data drawn."""
+        if self.marker_output.get_subscription_count():
+            self._publish(self.marker_output, header, lambda: self.markers.frame(header, found))
             if self._drawn_s is None:
                 self._stale_timer.reset()
             self._drawn_s = time.monotonic()
+
+    def draw_picture(self, header: Header, found: dict) -> None:
+        """Publish the picture of messages by topic, if somebody looks at it. One that cannot be drawn is counted and logged once."""
+        if not self.picture_output.get_subscription_count():
+            return
+        try:
+            self._publish(self.picture_output, header,
+                          lambda: image_to_message(Frame(self.picture(found), 0, 'bgr8'), 'bgr8', header))
+        except TactileError as error:
+            self.log.refuse(str(error))
+            self.say.error('image', f'no picture: {error}')
+        else:
+            self.say.settle('image')
+
+    def _publish(self, output: Publisher, header: Header, draw: Callable[[], object]) -> None:
+        """Publish the result of draw and log its time."""
+        begin = time.perf_counter()
+        output.publish(draw())
         self.log.add(time.perf_counter() - begin, 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(header))
 
     def _clear_stale(self) -> None:
@@ -130,8 +155,7 @@ class DrawingNode(Node):
             self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
 
     def _examine(self) -> Health:
-        idle = not any(output.get_subscription_count() for output in self._outputs)
-        return self.log.health(idle, values={'defects met': self.guard.caught})
+        return self.log.health(not self.watched, values={'defects met': self.guard.caught})
 
     def try_message(self, topic: str, message, work: Callable[[], None]) -> None:
         """Check a message and call work(); a message that fails is counted, logged once and skipped."""
@@ -150,6 +174,10 @@ class DrawingNode(Node):
 
     def follow_demand(self) -> None:
         """Subscribe to the inputs of the outputs that have subscribers, and to no others."""
+        raise NotImplementedError
+
+    def picture(self, found: dict) -> np.ndarray:
+        """The annotated picture (H, W, 3) uint8 BGR of messages by topic. Raises TactileError."""
         raise NotImplementedError
 
     def publish_place(self, name: str, translation: Sequence[float]) -> None:

@@ -12,10 +12,7 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA, Header
-from tactile_driver.frame import Frame
-from tactile_driver.nodes.messages.conversions import image_to_message
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import Contacts
@@ -105,22 +102,20 @@ _QUEUE = QoSProfile(depth=200)
 
 
 class FingerMarkersNode(DrawingNode):
-    """Draws at the rate that parameter rate sets: markers and image_annotated, each while it has subscribers."""
+    """Draws at the rate that parameter rate sets."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('finger_markers_node', FINGER_MARKERS_PARAMETERS, host)
         self.markers = FingerMarkers(self.settings)
-        self._picture_output = self.demanded(Image, 'image_annotated')
         self._input, self._due_s = None, 0.0
         self.publish_place('tip', (0.0, 0.0, self.settings['radius']))
         self.follow_demand()
 
     def follow_demand(self) -> None:
         """Subscribe to contacts while somebody looks."""
-        wanted = self.marker_output.get_subscription_count() > 0 or self._picture_output.get_subscription_count() > 0
-        if wanted and self._input is None:
+        if self.watched and self._input is None:
             self._input = self.create_subscription(Contacts, 'contacts', self._take, _QUEUE)
-        elif not wanted and self._input is not None:
+        elif not self.watched and self._input is not None:
             self.destroy_subscription(self._input)
             self._input = None
 
@@ -133,15 +128,12 @@ class FingerMarkersNode(DrawingNode):
         if now < self._due_s:
             return
         self._due_s = now + 1 / self.settings['rate']
-        if self.marker_output.get_subscription_count():
-            self.publish_drawn(self.marker_output, message.header, lambda: self.markers.frame(message.header, {'contacts': message}))
-        if self._picture_output.get_subscription_count():
-            self.publish_drawn(self._picture_output, message.header, lambda: picture_of(message))
+        self.draw_markers(message.header, {'contacts': message})
+        self.draw_picture(message.header, {'contacts': message})
 
-
-def picture_of(message: Contacts) -> Image:
-    """The hemisphere from above with its contacts."""
-    return image_to_message(Frame(finger_picture(message), 0, 'bgr8'), 'bgr8', message.header)
+    def picture(self, found: Mapping) -> np.ndarray:
+        """See DrawingNode."""
+        return finger_picture(found['contacts'])
 
 
 def main(args: list[str] | None = None) -> None:

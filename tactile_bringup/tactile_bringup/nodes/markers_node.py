@@ -6,11 +6,11 @@ from __future__ import annotations
 import sys
 import time
 
+import numpy as np
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
-from tactile_driver.errors import BadArgument, TactileError
-from tactile_driver.frame import Frame
-from tactile_driver.nodes.messages.conversions import image_to_message, stamp_ns_of
+from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.nodes.runtime.host import AdaptiveSubscription, Host
 from tactile_driver.nodes.runtime.run import run_node
@@ -33,7 +33,7 @@ _INFO_QUEUE = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class MarkersNode(DrawingNode):
-    """Draws on demand: markers and image_annotated, each while it has subscribers."""
+    """Draws every stamp whose messages are complete; pictures at most at the rate that parameter picture_rate sets."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('markers_node', MARKERS_PARAMETERS, host)
@@ -50,13 +50,12 @@ class MarkersNode(DrawingNode):
         self._picture_ns = 0  # stamp of the last picture
         self._marker_sync = StampSync(self._publish_markers, lambda: self._expected - {'image_raw'})
         self._picture_sync = StampSync(self._publish_picture, lambda: self._expected)
-        self._picture_output = self.demanded(Image, 'image_annotated')
         self._look_timer = steady_timer(self, _LOOK_S, self.follow_demand)  # while there is demand: each call wakes the executor
 
     def follow_demand(self) -> None:
         """Subscribe to the inputs that are needed now, and update which of them have publishers."""
-        pictures = self._picture_output.get_subscription_count() > 0
-        wanted = set(_INPUTS) if pictures or self.marker_output.get_subscription_count() else set()
+        pictures = self.picture_output.get_subscription_count() > 0
+        wanted = set(_INPUTS) if self.watched else set()
         for topic in wanted - self._inputs.keys():
             self._subscribe(topic, _INPUTS[topic], _QUEUE)
         if wanted and not self._asked_s:
@@ -86,7 +85,7 @@ class MarkersNode(DrawingNode):
     def _take(self, topic: str, message, stamp_ns: int) -> None:
         if topic != 'image_raw' and self.marker_output.get_subscription_count():
             self._marker_sync.add(topic, stamp_ns, message)
-        if self._picture_output.get_subscription_count():
+        if self.picture_output.get_subscription_count():
             self._picture_sync.add(topic, stamp_ns, message)
 
     def _on_camera_info(self, message: CameraInfo, _received_ns: int) -> None:
@@ -98,8 +97,7 @@ class MarkersNode(DrawingNode):
                                       self.settings['camera.translation'], self._stitching)
 
     def _publish_markers(self, found: dict) -> None:
-        header = next(iter(found.values())).header
-        self.publish_drawn(self.marker_output, header, lambda: self.markers.frame(header, found))
+        self.draw_markers(next(iter(found.values())).header, found)
 
     def _is_due(self, stamp_ns: int) -> bool:
         """Whether a picture of this stamp is drawn; a stamp may be early by the jitter of half a frame at twice the rate."""
@@ -110,19 +108,12 @@ class MarkersNode(DrawingNode):
 
     def _publish_picture(self, found: dict) -> None:
         message = found.get('image_raw')
-        if message is None or not self._is_due(stamp_ns_of(message.header)):
-            return
+        if message is not None and self._is_due(stamp_ns_of(message.header)):
+            self.draw_picture(message.header, found)
 
-        def draw() -> Image:
-            picture = annotate(image_to_array(message), annotation_of(found, self._camera))
-            return image_to_message(Frame(picture, 0, 'bgr8'), 'bgr8', message.header)
-        try:
-            self.publish_drawn(self._picture_output, message.header, draw)
-        except TactileError as error:
-            self.log.refuse(str(error))
-            self.say.error('image', f'no picture: {error}')
-        else:
-            self.say.settle('image')
+    def picture(self, found: dict) -> np.ndarray:
+        """See DrawingNode."""
+        return annotate(image_to_array(found['image_raw']), annotation_of(found, self._camera))
 
 
 def _stitching_in(calibration: str) -> Stitching | None:

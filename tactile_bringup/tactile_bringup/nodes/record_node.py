@@ -63,6 +63,8 @@ PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 
 _KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # no message of a reliable publisher is lost while the disk keeps up
 _LATCHED = QoSProfile(history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_DRAIN_S = 5.0  # longest for what waits at the end; chosen: below the 12 s that ending may take
+_IDLE = 10  # callbacks without a message after which nothing waits; chosen: more than the node has timers and events
 _CHECK_S = 0.05  # chosen: interval between two checks for subscribers of raw data
 
 
@@ -92,7 +94,12 @@ class RecordNode(Node):
         guard_services(self)
 
     def destroy_node(self) -> None:
-        """Close the bag, which writes its index."""
+        """Write what has arrived, and close the bag, which writes its index."""
+        end, idle = time.monotonic() + _DRAIN_S, 0
+        while self.executor is not None and idle < _IDLE and time.monotonic() < end:
+            known = self.written + self._lost
+            self.executor.spin_once(timeout_sec=0.0)
+            idle = idle + 1 if self.written + self._lost == known else 0
         writer, self._writer = getattr(self, '_writer', None), None
         if writer is not None:
             try:

@@ -11,6 +11,7 @@ from pathlib import Path
 from scipy.spatial.transform import Rotation
 from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, DUAL_CAMERA_PARAMETERS, PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS
 from tactile_driver.parameters.table import Parameter, defaults, to_yaml
+from tactile_driver.simulation.sensors import gel
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.taxel.pad import PadSpecimen
 from tactile_perception.press.sensor import MARKER_SENSORS
@@ -38,6 +39,12 @@ _DOTS_ALONE = {
                  '# Each pin keeps the number that it has in the first image.\n',
                  {'rows': 0, 'columns': 0, 'polarity': 'bright', 'detection': 'blobs', 'numbering': 'register'}),
 }
+_GELSIGHT_MINI = ('# GelSight Mini with its gel with dots: contact region, contacts, wrench.\n'
+                  "# The pitch is from the maker's software, 0.0634 mm a pixel of 320 x 240, in which the dots are 31 px apart.\n"
+                  '# Thickness and modulus are not public: put in yours (docs/gel.md). Until then no force is told,\n'
+                  '# and the thickness is a guess.\n')
+_GEL_SIM = ("# A simulated gel with dots (source:=sim params:=.../gel_sim.yaml): the parameters that differ from the nodes' defaults;\n"
+            '# gelsight_mini.yaml explains all.\n')
 _PRESSURE = ('# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).\n'
              '# What the pad is made of is not known: put in yours, or calibrate; until then no force is told.\n')
 _PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'reference.start': 'zero', 'full_value': 2000.0}
@@ -123,6 +130,14 @@ def simulated_specimen() -> dict[str, object]:
     }
 
 
+def simulated_gel() -> dict[str, object]:
+    """What a user would measure on the simulated gel, by parameter name, with its scene."""
+    distance = gel.DISTANCE - gel.MATERIAL.depth
+    return {'scene': 'gel_demo', 'rows': gel.ROWS, 'columns': gel.COLUMNS, 'gel.thickness': gel.MATERIAL.thickness,
+            'gel.dot_depth': gel.MATERIAL.depth, 'gel.young_modulus': gel.MATERIAL.young, 'gel.poisson_ratio': gel.MATERIAL.poisson,
+            'camera.translation': [0.0, 0.0, round(distance, 6)]}
+
+
 def simulated_markers(sensor_type: str) -> dict[str, object]:
     """Properties that a user would measure on the simulated sheet or cushion, by parameter name, with its scene and pressing tip."""
     scene = {'scene': f'{sensor_type}_demo', 'tip_radius': MARKER_SENSOR_TYPES[sensor_type].tip_radius}
@@ -137,10 +152,14 @@ def parameter_files() -> dict[str, str]:
     """Text of each file by name."""
     whole, simulated = ({name: about.format(name) for name in SENSOR_TYPES} for about in (_WHOLE, _SIMULATED))
     video = {'rows': 7, 'columns': 10, 'surface': 'none'}
+    not_gel = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact', 'paper.')
     no_surface = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact_region_node', 'markers_node')
     return {
-        'touchpad.yaml': _touchpad(_TOUCHPAD, {}),
+        'touchpad.yaml': _touchpad(_TOUCHPAD, {}, ('gel.',)),
         'touchpad_sim.yaml': _touchpad(simulated['touchpad'], simulated_specimen(), whole=False),
+        'gelsight_mini.yaml': _touchpad(_GELSIGHT_MINI, {'sensor_type': 'gelsight_mini', 'rows': 7, 'columns': 10, 'surface': 'gel',
+                                                         'gel.pitch': 0.00197}, not_gel),
+        'gel_sim.yaml': _touchpad(_GEL_SIM, {'sensor_type': 'gel', 'surface': 'gel', **simulated_gel()}, whole=False),
         **{f'{name}.yaml': _touchpad(about, {**video, 'sensor_type': name, **changed}, no_surface)
            for name, (about, changed) in _DOTS_ALONE.items()},
         **{f'{name}.yaml': _markers(whole[name], name, {}) for name in MARKER_SENSORS},

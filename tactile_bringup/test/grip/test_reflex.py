@@ -44,20 +44,17 @@ def grip(reflex, until):
     return scene, truth, np.array(forces[1:])
 
 
+@pytest.mark.full
 def test_without_a_reflex_the_object_is_lost():
     assert grip(Reflex(1.0, 10.0, 0.0), 4.5)[0].lost
 
 
-def test_with_it_the_object_is_held_and_the_command_comes_about_the_onset():
+@pytest.mark.full
+def test_with_it_the_object_is_held_until_it_is_taken_away_and_the_command_comes_about_the_onset():
     """The pull grows by 3 N/s; measured: 0.06 s after a twentieth of the contact slips; it slides 0.2 mm in all."""
-    scene, truth, forces = grip(Reflex(), 4.9)
+    scene, truth, forces = grip(Reflex(), 6.0)
     onset = truth.index(INCIPIENT)
     closing = np.flatnonzero((np.diff(forces) > 0) & (forces[:-1] > 0)) + 1
     assert not scene.lost and scene.slid < 1e-3
     assert -0.1 <= (closing[0] - onset) / RATE < 0.4
-    assert forces[-1] < 10.0
-
-
-def test_it_lets_go_when_the_object_is_taken_away():
-    _, _, forces = grip(Reflex(), 6.0)
-    assert forces[540] > 1.0 and forces[-1] == 0.0
+    assert forces.max() < 10.0 and forces[540] > 1.0 and forces[-1] == 0.0

@@ -1,10 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which presses of a guided calibration count, and where a frame of /tf is."""
+"""Which presses of a guided calibration count."""
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
-from tactile_bringup.guide.frames import Frames, UnknownFrame
 from tactile_bringup.guide.session import Sample, Session
 
 SIZE, RATE, ABOVE = (0.060, 0.045), 20.0, 0.005
@@ -91,16 +89,3 @@ def test_the_twelve_places_are_led_through():
     assert len(hand.taken) == 12 and hand.session.advice == 'all places are pressed'
     green = hand.session.picture()
     assert ((green[..., 1] > 150) & (green[..., 0] < 100)).sum() > 12 * 150
-
-
-def test_a_frame_is_found_through_the_tree_and_between_two_instants():
-    frames, turn = Frames(), Rotation.from_rotvec([0.1, -0.4, 0.9])
-    frames.add('base', 'sensor', 0.0, (0.1, 0.2, 0.3), turn.as_quat(), static=True)
-    tips = np.array([[0.1, 0.2, 0.30], [0.1, 0.2, 0.40]])
-    for k, tip in enumerate(tips):
-        frames.add('base', 'arm', 10.0 + k, tip, (0, 0, 0, 1))
-        frames.add('arm', 'tip', 10.0 + k, (0.0, 0.0, 0.05), (0, 0, 0, 1))
-    place, _ = frames.pose('tip', 'sensor', 10.5)
-    assert place == pytest.approx(turn.inv().apply([0.0, 0.0, 0.1])) and frames.pose('tip', 'sensor', 11.5) is None
-    with pytest.raises(UnknownFrame, match="'tool'.*arm, base, sensor, tip"):
-        frames.pose('tool', 'sensor', 10.5)

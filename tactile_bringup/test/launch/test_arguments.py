@@ -3,20 +3,21 @@
 """Launch of one sensor: arguments, processes, recordings."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 import yaml
 from launch import LaunchContext
-from launch.actions import LogInfo
+from launch.actions import LogInfo, Shutdown
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import String
 from tactile_bringup.installed import share
 from tactile_bringup.launch import arguments as module
 from tactile_bringup.launch.arguments import (
-    LaunchError, SensorPlan, check, completed, driver_parameters, end_if_wrong, hand_frames, processes, sensor_actions, sensor_arguments,
-    sensor_plan)
+    LaunchError, Playing, SensorPlan, check, completed, driver_parameters, end_if_wrong, hand_frames, processes, sensor_actions,
+    sensor_arguments, sensor_plan)
 from tactile_bringup.launch.recorded import bag_of, recorded_topics
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.runtime.run import WRONG
@@ -106,6 +107,7 @@ def test_a_broken_parameter_file_is_told_in_one_line(tmp_path, files, sensor_typ
     ({'source': 'file'}, 'path:='), ({'source': 'bag', 'path': 'nowhere.avi'}, 'nowhere.avi does not exist'),
     ({'params': 'no.yaml'}, 'no.yaml'), ({'source': 'foo'}, 'source:=foo is none of sim, device, file, bag'),
     ({'rviz': 'maybe'}, 'rviz:=maybe is none of true, false'), ({'loop': 'twice'}, 'loop:=twice is none of true, false'),
+    ({'stay': 'long'}, 'stay:=long is none of true, false'),
     ({'autostart': 'maybe'}, 'autostart:=maybe is none of true, false'),
     ({'composed': 'sensor'}, 'composed:=sensor is none of true, false'),
     ({'calibration': 'no.yaml'}, 'calibration:=no.yaml'), ({'record': __file__}, 'exists already')])
@@ -187,11 +189,11 @@ def plan(monkeypatch, tmp_path):
 @pytest.mark.parametrize(('composed', 'expected'), [(True, [list(NODES), ['record_node']]),
                                                     (False, [[name] for name in (*NODES, 'record_node')])])
 def test_who_shares_a_process(processes_of, plan, composed, expected):
-    assert processes_of(processes(plan, composed)) == expected
+    assert processes_of(processes(plan, composed, Playing(1))) == expected
 
 
 def test_each_node_has_its_own_parameters_with_their_types(plan, tmp_path):
-    processes(plan, True)
+    processes(plan, True, Playing(1))
     page = yaml.safe_load((tmp_path / 'left_pad_parameters.yaml').read_text())
     assert page == {'/left/pad/camera_node': {'ros__parameters': NODES['camera_node']},
                     '/left/pad/markers_node': {'ros__parameters': {'frame_id': 'left_pad'}}}
@@ -200,8 +202,39 @@ def test_each_node_has_its_own_parameters_with_their_types(plan, tmp_path):
 def test_sensors_are_started_again_and_recorders_are_not(plan):
     def again(node):
         return node._ExecuteLocal__respawn
-    sensor, recorder = processes(plan, True)
+    sensor, recorder = processes(plan, True, Playing(1))
     assert again(sensor) and not again(recorder) and again(hand_frames('hand.yaml'))
+    playing = replace(plan, ends=True)
+    assert not again(processes(playing, True, Playing(1))[0]), 'it would play its recording from the beginning'
+    assert [again(node) for node in processes(playing, False, Playing(1))] == [False, True, True, False]
+
+
+@pytest.mark.parametrize(('given', 'ends'), [({'source': 'sim'}, False), ({}, True), ({'loop': 'true'}, False), ({'stay': 'true'}, False)])
+def test_a_launch_ends_with_its_recording_unless_told_otherwise(files, given, ends):
+    plan = sensor_plan(values(**{**files[0], **given}), 'touchpad')
+    assert plan.ends == ends and plan.nodes['camera_node'].get('stay', True) != ends
+
+
+def test_a_launch_ends_with_the_last_of_its_recordings():
+    playing, running = Playing(2), SimpleNamespace(is_shutdown=False)
+    over = SimpleNamespace(returncode=0, process_name='thumb-1')
+    assert playing.on_exit(over, running) == []
+    line, end = playing.on_exit(over, running)
+    assert 'is over' in notes([line])[0] and isinstance(end, Shutdown)
+
+
+@pytest.mark.parametrize(('code', 'said'), [(-11, 'thumb-1: died with exit code -11'), (WRONG, 'wrong')])
+def test_a_process_that_dies_while_it_plays_a_recording_ends_the_launch(code, said):
+    event = SimpleNamespace(returncode=code, process_name='thumb-1')
+    with pytest.raises(LaunchError, match=said):
+        Playing(2).on_exit(event, SimpleNamespace(is_shutdown=False))
+    assert Playing(1).on_exit(event, SimpleNamespace(is_shutdown=True)) == []
+
+
+def test_an_unreadable_video_is_refused_before_anything_starts(tmp_path):
+    (tmp_path / 'press.mp4').write_text('no video')
+    with pytest.raises(LaunchError, match='press.mp4 is neither a video.*ffmpeg'):
+        actions('touchpad', source='file', path=str(tmp_path / 'press.mp4'))
 
 
 def test_what_is_wrong_ends_the_launch_and_what_dies_does_not():

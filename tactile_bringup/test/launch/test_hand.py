@@ -13,7 +13,8 @@ from tactile_bringup.launch.arguments import LaunchError
 from tactile_bringup.launch.hand import hand_actions, hand_arguments, planned_sensor, sensor_values
 from tactile_driver.errors import BadArgument
 
-GIVEN = {'hand': 'hand.yaml', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': '', 'composed': 'true'}
+GIVEN = {'hand': 'hand.yaml', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'stay': 'false', 'record': '',
+         'composed': 'true'}
 
 
 def actions(**given):

@@ -91,8 +91,11 @@ class Lookers(DrawingNode):
     def nothing(self, header):
         return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
 
+    def frame(self, header, _found):
+        return MarkerArray(markers=[Marker(header=header, ns='dots')])
+
     def draw(self):
-        self.publish_drawn(self.marker_output, Header(frame_id='pad'), lambda: MarkerArray(markers=[Marker(ns='dots')]))
+        self.draw_markers(Header(frame_id='pad'), {})
 
     def follow_demand(self):
         self.looking.append(self.marker_output.get_subscription_count())
@@ -211,7 +214,8 @@ def test_pictures_are_drawn_at_most_as_often_as_asked_for(bench):
     dots, images = other.create_publisher(DotTracks, 'dots', 10), other.create_publisher(Image, 'image_raw', 10)
     seen = []
     other.create_subscription(Image, 'image_annotated', lambda message: seen.append(message.header.stamp), 10)
-    assert until(lambda: dots.get_subscription_count() == 1 and images.get_subscription_count() == 1, 30.0)
+    other.create_subscription(Image, 'image_raw', lambda _message: None, 10)  # as a tracker, which the node waits for
+    assert until(lambda: dots.get_subscription_count() == 1 and images.get_subscription_count() == 2, 30.0)
     for k in range(12):
         message = sent_dots(100, k * 33_333_333)
         dots.publish(message)

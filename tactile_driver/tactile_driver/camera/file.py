@@ -16,6 +16,7 @@ from ..sources.source import NS, Clock, EndOfSource, EvenPace, Source, stamp_of,
 from .pairs import DualSource
 
 IMAGE_ENDINGS = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
+_REMEDY = 'where a player shows it: ffmpeg -i VIDEO -c:v mjpeg -q:v 2 press.avi'
 _FOLDER_RATE = 30.0  # Hz, for a folder and for a video without a rate; chosen: the rate of most cameras
 
 
@@ -59,12 +60,16 @@ class _Video:
         self._path = path
         self._capture = cv2.VideoCapture(str(path))
         if not self._capture.isOpened() or not self._capture.get(cv2.CAP_PROP_FRAME_WIDTH):
-            raise BadRecording(f'path: {path} is neither a video that OpenCV can read nor a folder of images')
+            raise BadRecording(f'path: {path} is neither a video that OpenCV can read nor a folder of images; {_REMEDY}')
         rate = self._capture.get(cv2.CAP_PROP_FPS)
         self.rate = rate if 0 < rate < 1e4 else _FOLDER_RATE
         self._count = max(int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
         self._at = 0
         self.lost = 0
+        self._ahead = False  # whether the next frame is grabbed already
+        if not self.grab():
+            raise BadRecording(f'path: {path} is a video without a frame that can be decoded; {_REMEDY}')
+        self._ahead = True
 
     @property
     def number(self) -> int:
@@ -72,6 +77,9 @@ class _Video:
 
     def grab(self) -> bool:
         """Advance to the next decodable frame; False at the end."""
+        if self._ahead:
+            self._ahead = False
+            return True
         # grab fails both at a corrupt frame and at the end: the frame count of the container distinguishes them.
         while not self._capture.grab():
             if self._at >= self._count:
@@ -130,6 +138,7 @@ class FileSource(Source):
         if not self._path.exists():
             raise BadRecording(f'path: {self._path} does not exist; give a video or a folder of images')
         self._reader = _Folder(self._path) if self._path.is_dir() else _Video(self._path)
+        self.corrupt += self._reader.lost
 
     def read(self, wanted: bool = True) -> Frame | None:
         """The next frame, decoded ahead and returned when it is due; None if not wanted. Raises EndOfSource, or BadFrame for an undecodable

@@ -76,7 +76,7 @@ class BaseStream:
     """Reads an open source in one thread and publishes in another; stop closes the source.
 
     values: the node's parameters; sensor_type and frame_id go into the description. keep: number of newest frames of a live source that
-    wait to be published.
+    wait to be published. over: whether the recording has ended and its last frame is published.
     """
 
     keep = 1
@@ -85,7 +85,7 @@ class BaseStream:
         self._node, self._publishers, self.source, self._values = node, publishers, source, values
         self._log = LogOnce(node)
         self._remarks: list[str] = []
-        self._active = self._stopped = False
+        self._active = self._stopped = self.over = False
         publishers.truth.offer(source.truths)
         self._describe()
         self._capture = Capture(source, self._wanted, self._report, keep=self.keep)
@@ -148,8 +148,10 @@ class BaseStream:
 
     def _run(self) -> None:
         while not self._stopped:
+            ended = self._capture.ended  # asked first: no frame comes after it
             frame = self._capture.take(_TAKE_S)
             if frame is None or not self._active:
+                self.over = ended and frame is None
                 continue
             try:
                 self._publish(frame)
@@ -181,6 +183,9 @@ class BaseStream:
         self._publishers.description.publish(String(data=yaml.safe_dump(about, sort_keys=False)))
 
 
+#: s that a node stays after the end of a recording; chosen: /diagnostics says so at least once, and nodes in other processes finish what
+#: waits for them, which is never older than some tenths of a second (tactile_perception/shedding.py)
+_FAREWELL_S = 2.0
 _SUPERVISION_S = 0.1  # chosen: a device that is plugged in again is open within a frame or two of a slow camera
 
 
@@ -205,6 +210,8 @@ class DriverNode(LifecycleNode):
         self._settings = NodeParameters(self, table, self._check_change, self._apply_change)
         self._diagnostics = NodeDiagnostics(self, kind, 'none', self._examine)
         self._supervision = steady_timer(self, _SUPERVISION_S, self._supervise)
+        self._over_s: float | None = None  # monotonic s since which the recording is over
+        steady_timer(self, _SUPERVISION_S, self._follow_recording)
         guard_services(self)
 
     def open_stream(self, values: dict) -> BaseStream:
@@ -314,6 +321,16 @@ class DriverNode(LifecycleNode):
                 raise self._refusal
             self._tried = True
             self._diagnostics.update()
+
+    def _follow_recording(self) -> None:
+        """Say on /diagnostics that the recording is over; end the process after it unless parameter stay is set."""
+        if self._stream is None or not self._stream.over:
+            self._over_s = None
+        elif self._over_s is None:
+            self._over_s = time.monotonic()
+            self._diagnostics.update()
+        elif not self._settings['stay'] and time.monotonic() - self._over_s > _FAREWELL_S:
+            raise KeyboardInterrupt  # ends run_nodes as Ctrl-C does
 
     def _check_change(self, changes: dict) -> None:
         fixed = sorted(name for name, value in changes.items() if name not in LIVE and value != self._settings[name])

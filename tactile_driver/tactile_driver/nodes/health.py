@@ -16,7 +16,7 @@ _RATE_TOLERANCE, _SATURATED = 0.9, 0.01  # shares of the nominal rate and of sat
 _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods and s without a frame that are an error; chosen
 _FEW = 0.05  # share of skipped frames that is not reported: other work of the machine for a moment; chosen
 _WINDOW_S = 4.0  # span of a meter's rate and shares; chosen
-_STATES = {'paused': 'ready, not active', 'ended': 'the recording is over; clean up and configure to play it again'}
+_STATES = {'paused': 'ready, not active', 'ended': 'ended: the recording is over; clean up and configure to play it again'}
 #: what of a source's description is reported as it is, under its name or another one
 _COUNTS = {'lost': 'lost frames', **{name: name for name in ('unpaired', 'crc errors', 'refused frames', 'garbage bytes', 'missing frames',
                                                              'missing samples', 'resets')}}

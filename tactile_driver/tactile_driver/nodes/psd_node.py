@@ -24,11 +24,6 @@ from .runtime.run import run_node
 _DEPTH = 100  # messages that wait for a subscriber: half a second of them
 
 
-def voltage_publishers(node: LifecycleNode) -> SeriesPublishers:
-    """voltages, and the topics of all drivers."""
-    return SeriesPublishers(node, PsdVoltages, 'voltages', _DEPTH)
-
-
 class VoltageStream(BaseStream):
     """Publishes the blocks of source; values: of PSD_DRIVER_PARAMETERS."""
 
@@ -61,7 +56,7 @@ class PsdNode(DriverNode):
 
     def __init__(self, host: Host | None = None):
         super().__init__('psd_node', PSD_DRIVER_PARAMETERS, 'psd finger', host)
-        self._outputs = voltage_publishers(self)
+        self._outputs = SeriesPublishers(self, PsdVoltages, 'voltages', _DEPTH)
 
     def open_stream(self, values: dict) -> VoltageStream:
         """See DriverNode."""

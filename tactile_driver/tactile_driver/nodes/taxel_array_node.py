@@ -21,11 +21,6 @@ from .runtime.run import run_node
 _DEPTH = 100  # images that wait for a subscriber: a fifth of a second of 500 a second
 
 
-def taxel_publishers(node: LifecycleNode) -> SeriesPublishers:
-    """image_raw, and the topics of all drivers."""
-    return SeriesPublishers(node, Image, 'image_raw', _DEPTH)
-
-
 class TaxelStream(BaseStream):
     """Publishes the frames of source; values: of TAXEL_DRIVER_PARAMETERS."""
 
@@ -51,7 +46,7 @@ class TaxelArrayNode(DriverNode):
 
     def __init__(self, host: Host | None = None):
         super().__init__('taxel_array_node', TAXEL_DRIVER_PARAMETERS, 'taxel array', host)
-        self._outputs = taxel_publishers(self)
+        self._outputs = SeriesPublishers(self, Image, 'image_raw', _DEPTH)
 
     def open_stream(self, values: dict) -> TaxelStream:
         """See DriverNode."""

@@ -21,6 +21,7 @@ SEED = Parameter('seed', int, 0, '', 'source sim: seed of the noise and of the m
 LIVE = frozenset(CONTROLS)
 _OR = ', may be changed while active; 0: automatic where the camera has that; -1: leave it'
 AUTOSTART = Parameter('autostart', bool, True, '', 'configure and activate at start, retry while the device is missing', read_only=True)
+STAY = Parameter('stay', bool, True, '', 'sources file and bag: wait when the recording is over; false: end the process', read_only=True)
 SERIAL_DEVICE = Parameter('device', str, '', '', 'source device: path, name under /dev/serial/by-id, or part of a USB serial number')
 
 
@@ -69,6 +70,7 @@ CAMERA_PARAMETERS = (
               'not published on /tf_static', -10.0, 10.0),
     Parameter('camera_info_url', str, '', '', "calibration file of camera_calibration (YAML); empty: the source's own (sim, bag, topics), "
               'else uncalibrated'),
+    STAY,
     AUTOSTART,
 )
 
@@ -147,6 +149,7 @@ PSD_DRIVER_PARAMETERS = (
               "(sim: 1000)", -1.0, 20000.0),
     Parameter('loop', bool, False, '', 'source bag: restart at the end (sim always does)'),
     *sensor_parameters('psd_finger'),
+    STAY,
     AUTOSTART,
 )
 
@@ -169,5 +172,6 @@ TAXEL_DRIVER_PARAMETERS = (
     Parameter('flip_rows', bool, False, '', 'sources device, file and bag: reverse the order of the rows (after transposed)'),
     Parameter('flip_columns', bool, False, '', 'sources device, file and bag: reverse the order of the columns (after transposed)'),
     *sensor_parameters('taxel_array'),
+    STAY,
     AUTOSTART,
 )

@@ -163,6 +163,11 @@ class Capture:
         self._source.close()
 
     @property
+    def ended(self) -> bool:
+        """Whether the recording is over; its last frames may still wait."""
+        return self._status.state == 'ended'
+
+    @property
     def ready(self) -> bool:
         """Whether a frame waits."""
         return bool(self._slot)

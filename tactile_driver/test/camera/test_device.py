@@ -114,19 +114,6 @@ def test_a_frame_that_cannot_be_decoded_is_bad(fake):
         source.read()
 
 
-def test_what_no_camera_sends_that_works_is_remarked(fake, monkeypatch):
-    monkeypatch.setattr(frozen_frames, '_FROZEN_S', 0.05)
-    source = opened()
-    source.read()
-    assert source.remark == ''
-    time.sleep(0.1)
-    source.read()
-    assert 'repeated one picture' in source.remark
-    fake.opened.image[0] += 1
-    source.read()
-    assert source.remark == ''
-
-
 def test_pulled_out_and_plugged_in_again(fake, monkeypatch):
     source = opened()
     monkeypatch.setattr(FakeCapture, 'plugged', False)

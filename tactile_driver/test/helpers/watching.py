@@ -82,6 +82,30 @@ class Watcher:
         rclpy.shutdown(context=self.context)
 
 
+class Streamed:
+    """A stream in this process on an active node, and what is received of it. make: of the node, the stream."""
+
+    def __init__(self, node, make):
+        self.node, self.stream = node, make(node)
+        node.trigger_configure()
+        node.trigger_activate()
+        self.executor = SingleThreadedExecutor(context=node.context)
+        self.executor.add_node(node)
+
+    def received(self, *topics):
+        """The first message on each topic (name, kind) while the stream runs."""
+        messages = {name: [] for name, _ in topics}
+        for name, kind in topics:
+            self.node.create_subscription(kind, name, messages[name].append, qos_profile_sensor_data)
+        self.stream.resume()
+        end = time.monotonic() + 10
+        while not all(messages.values()) and time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.05)
+        self.executor.shutdown()
+        self.stream.stop()
+        return [messages[name][0] for name, _ in topics]
+
+
 def started(name, parameters):
     """The process of the node of this name with these parameters."""
     arguments = [x for key, value in parameters.items() for x in ('-p', f'{key}:={value}')]

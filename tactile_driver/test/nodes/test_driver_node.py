@@ -7,6 +7,8 @@ import time
 import numpy as np
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
 from tactile_driver.errors import BadArgument, DeviceLost
@@ -56,13 +58,14 @@ def test_of_a_recording_each_counts(ages, tmp_path):
 
 
 TABLE = (Parameter('autostart', bool, False, '', 'start by itself', read_only=True),
+         Parameter('stay', bool, True, '', 'after a recording', read_only=True),
          Parameter('exposure', float, 0.0, 's', 'live', 0.0, 1.0), Parameter('path', str, '', '', 'fixed'))
 
 
 class Stream:
     """Notes what is asked of it."""
 
-    remark = ''
+    remark, over = '', False
     status = CaptureStatus('running', 1, 0, 0, 10.0, 0.01, '')
 
     def __init__(self):
@@ -80,14 +83,14 @@ def node():
     rclpy.init()
     made = []
 
-    def make(error=None, autostart=False):
+    def make(error=None, **values):
         stream = Stream()
 
         def open_stream(values):
             if error is not None:
                 raise error
             return stream
-        made.append(DriverNode('driver', TABLE, 'camera', Host(parameters={'autostart': autostart})))
+        made.append(DriverNode('driver', TABLE, 'camera', Host(parameters=values)))
         made[-1].open_stream = open_stream
         return made[-1], stream
     yield make
@@ -101,6 +104,27 @@ def test_transitions_open_run_hold_and_close_the_stream(node):
     for change in (driver.trigger_configure, driver.trigger_activate, driver.trigger_deactivate, driver.trigger_cleanup):
         assert change() == TransitionCallbackReturn.SUCCESS
     assert [name for name, *_ in stream.calls] == ['resume', 'pause', 'stop']
+
+
+@pytest.mark.parametrize('stay', [True, False])
+def test_a_node_says_that_its_recording_is_over_and_ends_unless_it_is_to_stay(node, stay):
+    driver, stream = node(stay=stay)
+    stream.health = lambda: Health(OK, 'ended')
+    heard = []
+    driver.create_subscription(DiagnosticArray, '/diagnostics', heard.append, 10)
+    driver.trigger_configure()
+    driver.trigger_activate()
+    stream.over = True
+    executor, end, ended = SingleThreadedExecutor(), time.monotonic() + 20.0, False
+    executor.add_node(driver)
+    while not ended and not (stay and any(status.message == 'ended' for message in heard for status in message.status)):
+        assert time.monotonic() < end
+        try:
+            executor.spin_once(timeout_sec=0.1)
+        except KeyboardInterrupt:
+            ended = True
+    executor.shutdown()
+    assert ended != stay and any(status.message == 'ended' for message in heard for status in message.status)
 
 
 def test_only_live_parameters_change_while_it_runs(node):

@@ -82,6 +82,7 @@ def test_load_in_the_image_is_the_load_on_the_pad():
     assert scene.pad.felt(state).sum() * 1e-6 == pytest.approx(-scene.pad.force(state)[2], rel=1e-3)
 
 
+@pytest.mark.full
 def test_a_drag_sticks_then_slips_at_the_rim_then_as_a_whole():
     truths = [truth for _, truth in played('demo')]
     states = [truth.slip_state for truth in truths]
@@ -99,6 +100,7 @@ def test_an_edge_along_the_rows_moves_evenly():
     assert steps.max() < 2 * np.median(steps) and steps.min() > 0.5 * np.median(steps)
 
 
+@pytest.mark.full
 def test_grip_force_alone_does_not_slip():
     assert {truth.slip_state for _, truth in played('grip')} == {NO_SLIP}
 
@@ -116,12 +118,14 @@ def test_wrong_words():
         open_taxel_scene('disc', 0.0)
 
 
+@pytest.mark.full
 def test_a_smooth_object_slips_at_once_and_a_load_that_goes_back_and_forth_does_not():
     states = [truth.slip_state for _, truth in played('smooth', 100.0)]
     assert 0 < states.count(INCIPIENT) <= 4 and states.count(GROSS) > 80
     assert {truth.slip_state for _, truth in played('cycle')} == {NO_SLIP}
 
 
+@pytest.mark.full
 @pytest.mark.parametrize('name, moves', [('roll', 5e-3), ('rock', 0.0)])
 def test_tilting_moves_the_contact_without_slip(name, moves):
     truths = [truth for _, truth in played(name) if truth.area > 0]
@@ -142,6 +146,7 @@ def played_held(until, grip=0.0):
     return scene, told
 
 
+@pytest.mark.full
 def test_what_is_gripped_firmly_stays_and_carries_the_pull():
     scene, told = played_held(3.5, grip=18.0)
     assert not scene.lost and scene.slid < 0.3e-3
@@ -150,6 +155,7 @@ def test_what_is_gripped_firmly_stays_and_carries_the_pull():
     assert {frame.slip_state for frame in told[170:]} == {NO_SLIP}
 
 
+@pytest.mark.full
 def test_what_is_hardly_touched_slips_more_and_more_and_is_lost():
     scene, told = played_held(3.0)
     states = [frame.slip_state for frame in told]

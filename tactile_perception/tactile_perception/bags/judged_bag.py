@@ -144,7 +144,8 @@ class JudgedBag:
     def _anew(self) -> Iterator[tuple[str, object]]:
         """Yield (topic, message) of the truth, and of estimates computed from raw data."""
         chain = self._chain
-        topics = {self.prefix + name for name in (chain.raw, *chain.side_topics, *(TRUE + name for name in self.true))}
+        names = chain.raw, *chain.side_topics, *(TRUE + name for name in self.true)
+        topics = {name if name.startswith('/') else self.prefix + name for name in names}
         with self._open(self._bag) as reader:
             for raw in Progress(reader.messages(topics), 'messages'):
                 name = raw.topic.removeprefix(self.prefix)

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import math
+from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -95,48 +97,74 @@ def deepest_notch(corners: np.ndarray) -> float:
 Pose = tuple[np.ndarray, np.ndarray]
 _SHORTEST = 1e-6  # norm of a quaternion: chosen; publishers normalise, and a shorter one is a message that was not filled
 _FARTHEST = 1e9  # m, of a translation: chosen, beyond any robot; chains of transforms stay finite
+_KEPT_S = 5.0  # of poses: longer than anybody waits for an image of their time
 
 
 class FrameTree:
-    """Pose of each frame in its parent. changes: number of transforms taken.
-
-    The newest transform counts as current; none is interpolated.
-    """
+    """Pose of each frame in its parent: the newest, and those of the latest seconds. changes: number of transforms taken."""
 
     def __init__(self):
-        self._links: dict[str, tuple[str, np.ndarray, np.ndarray]] = {}
+        self._links: dict[str, tuple[str, deque[tuple[float, np.ndarray, np.ndarray]]]] = {}
         self.changes = 0
 
-    def take(self, parent: str, child: str, quaternion: np.ndarray, translation: np.ndarray) -> None:
-        """child lies in parent with quaternion (4,) x, y, z, w and translation (3,) m. Raises BadFrame for a quaternion whose norm is
-        near 0 or overflows, a translation beyond 1e9 m, numbers that are not finite, and a child that is its own parent."""
+    @property
+    def frames(self) -> list[str]:
+        """All that are known."""
+        return sorted({*self._links, *(parent for parent, _ in self._links.values())})
+
+    def take(self, parent: str, child: str, quaternion: np.ndarray, translation: np.ndarray, stamp_s: float = -np.inf) -> None:
+        """child lies in parent with quaternion (4,) x, y, z, w and translation (3,) m: at stamp_s, or from now on. One that is older than
+        the last one is left out. Raises BadFrame for a quaternion whose norm is near 0 or overflows, a translation beyond 1e9 m, numbers
+        that are not finite, and a child that is its own parent."""
         quaternion, translation = np.asarray(quaternion, float), np.asarray(translation, float)
         with np.errstate(over='ignore'):  # refused just below
             length = float(np.linalg.norm(quaternion))
         if not (_SHORTEST < length < np.inf and (np.abs(translation) <= _FARTHEST).all() and parent != child):
             raise BadFrame(f'transform from {parent!r} to {child!r} is none: rotation {quaternion.tolist()}, translation '
                            f'{translation.tolist()}; it is skipped')
-        self._links[child] = parent, matrix_of_quaternion(quaternion / length), translation
+        known, poses = self._links.get(child, (parent, deque()))
+        if known != parent or stamp_s == -np.inf:
+            poses = deque()
+        elif poses and stamp_s <= poses[-1][0]:
+            return
+        poses.append((stamp_s, matrix_of_quaternion(quaternion / length), translation))
+        while stamp_s - poses[0][0] > _KEPT_S:
+            poses.popleft()
+        self._links[child] = parent, poses
         self.changes += 1
 
-    def pose(self, frame: str, reference: str) -> Pose | None:
-        """(rotation (3, 3), translation (3,) m) that take a point of frame to reference; None where they do not hang together."""
-        here, there = self._above(frame), self._above(reference)
+    def pose(self, frame: str, reference: str, stamp_s: float | None = None) -> Pose | None:
+        """(rotation (3, 3), translation (3,) m) that take a point of frame to reference, by the newest transforms, or at a time between two
+        of them; None where they do not hang together, or the transforms do not reach that time."""
+        here, there = self._above(frame, stamp_s), self._above(reference, stamp_s)
         common = next((name for name in here if name in there), None)
         if common is None:
             return None
         (rotation, translation), (back, offset) = here[common], there[common]
         return back.T @ rotation, back.T @ (translation - offset)
 
-    def _above(self, frame: str) -> dict[str, Pose]:
-        """The frame's pose in itself and in each frame above it, nearest first."""
+    def _above(self, frame: str, stamp_s: float | None) -> dict[str, Pose]:
+        """The frame's pose in itself and in each frame above it, nearest first, as far as they are known."""
         poses, pose = {}, (np.eye(3), np.zeros(3))
         while frame not in poses:
             poses[frame] = pose
-            if frame in self._links:
-                frame, rotation, translation = self._links[frame]
-                pose = rotation @ pose[0], rotation @ pose[1] + translation
+            parent, kept = self._links.get(frame, (frame, ()))
+            found = _at(kept, stamp_s)
+            if found is not None:
+                frame, pose = parent, (found[0] @ pose[0], found[0] @ pose[1] + found[1])
         return poses
+
+
+def _at(poses: Sequence[tuple[float, np.ndarray, np.ndarray]], stamp_s: float | None) -> Pose | None:
+    """The newest of poses, or the one at a time, s: one that stays, or between two; None where they do not reach there."""
+    if poses and (stamp_s is None or len(poses) == 1 and poses[0][0] == -np.inf):
+        return poses[-1][1:]
+    if not poses or not poses[0][0] <= stamp_s <= poses[-1][0]:
+        return None
+    after = next(k for k, pose in enumerate(poses) if pose[0] >= stamp_s)
+    (t0, r0, p0), (t1, r1, p1) = poses[max(after - 1, 0)], poses[after]
+    share = (stamp_s - t0) / (t1 - t0) if after else 0.0
+    return r0 @ rotation_matrix(share * rotation_vector(r0.T @ r1)), p0 + share * (p1 - p0)
 
 
 @dataclass(frozen=True)

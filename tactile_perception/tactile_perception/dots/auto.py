@@ -125,17 +125,30 @@ class AutoDetector:
 
 
 def _measure_kind(image, signs) -> tuple[int, str, float, float] | None:
-    """(sign, channel, diameter px, least correlation) of the dots that explain most of an image, None without any."""
+    """(sign, channel, diameter px, least correlation) of the dots that explain most of an image, None without any.
+
+    Every second scale of the grey image comes first, and its neighbours in all channels then; colours are looked through alone where grey
+    shows nothing.
+    """
+    diameters = _DIAMETERS[3 * _DIAMETERS < min(image.shape[:2])]
     channels = CHANNELS if image.ndim == 3 and _coloured(image) else CHANNELS[-1:]
-    best = None
+    found = (_best_kind(image, CHANNELS[-1:], signs, diameters[::2])
+             or _best_kind(image, [name for name in channels if name != CHANNELS[-1]], signs, diameters[::2]))
+    if found is None:
+        return None
+    near = np.abs(np.log2(diameters / found[2])) < 0.3
+    return _best_kind(image, channels, (found[0],), diameters[near])
+
+
+def _best_kind(image, channels, signs, diameters) -> tuple[int, str, float, float] | None:
+    scores = {}
     for channel in channels:
         grey = select_channel(image, channel)
-        scores = {(sign, diameter, lowest): _explained(peaks, diameter, lowest) for diameter in _DIAMETERS[3 * _DIAMETERS < min(grey.shape)]
-                  for sign, peaks in _peaks(grey, signs, diameter).items() for lowest in _CORRELATED}
-        (sign, diameter, lowest), score = max(scores.items(), key=lambda item: item[1])
-        if score > 0 and (best is None or score > best[0]):
-            best = score, (sign, channel, diameter, lowest)
-    return best and best[1]
+        for diameter in diameters.tolist():
+            for sign, peaks in _peaks(grey, signs, diameter).items():
+                scores |= {(sign, channel, diameter, lowest): _explained(peaks, diameter, lowest) for lowest in _CORRELATED}
+    best = max(scores, key=scores.get, default=None)
+    return best if best is not None and scores[best] > 0 else None
 
 
 def _coloured(image) -> bool:

@@ -12,6 +12,7 @@ from .._core.dots import Linker
 from ..common.dots import Dots, DotTracks
 from ..errors import BadArgument, BadFrame
 from .detect import DotDetector
+from .mask import Mask
 from .number import AUTO, REGISTER, WITHOUT_GRID, find_grid, grid_numbering
 from .reference import CalibratedRest, Reference
 
@@ -24,18 +25,20 @@ class DotTracker:
     rows and columns that are 0 are those of the first frame's dots where these form a grid; detector: an object with detect(image) -> Dots
     that replaces the named one; reference: Reference() by default; pattern: (K, 2) px, positions of a pattern to register, the first
     frame's dots by default; as_tracks: a Reference of dots that are told as tracks while their places on the grid are not certain, None to
-    refuse such frames. Raises BadArgument for unknown names and bad sizes.
+    refuse such frames; mask: what of the image shows the sensor, None for all. Raises BadArgument for unknown names and bad sizes.
 
     unnumbered: why the dots of the last frame have no numbers, ''.
     """
 
     def __init__(self, rows: int, columns: int, polarity: str = 'dark', detection: str = 'likelihood', numbering: str = 'lattice',
-                 detector=None, reference: Reference | None = None, pattern: np.ndarray | None = None, as_tracks: Reference | None = None):
+                 detector=None, reference: Reference | None = None, pattern: np.ndarray | None = None, as_tracks: Reference | None = None,
+                 mask: Mask | None = None):
         if not (rows == columns == 0 or (rows >= 2 and columns >= 2)):
             raise BadArgument(f'rows and columns must both be 0 (no grid) or at least 2, not {rows} and {columns}')
         self.rows, self.columns = rows, columns
         self.reference = Reference() if reference is None else reference
         self._detector = DotDetector(polarity, detection) if detector is None else detector
+        self._mask = mask
         self._search_grid = numbering == AUTO and not rows
         self._numbering = self._make_numbering('lattice' if numbering == AUTO else numbering, pattern)
         self._linker, self._track_reference = Linker(), as_tracks
@@ -87,9 +90,9 @@ class DotTracker:
         return self._displaced(dots, id, stamp_s, self.rows, self.columns, self.reference, touched)
 
     def _detect(self, image):
-        dots = self._detector.detect(image)
+        dots = _detected(self._detector, self._mask, image)
         if not len(dots):
-            raise BadFrame('no dots found: check light, the parameter polarity and the view')
+            raise BadFrame('no dots found: check light, the parameters polarity and mask, and the view')
         if self._search_grid:
             self.rows, self.columns = find_grid(dots.uv)
             self._numbering, self._search_grid = self._make_numbering('lattice', None), False
@@ -141,12 +144,22 @@ def make_tracker(sensor: PrintedGrid, values: Mapping, pattern: np.ndarray | Non
     constants = values['reference.time_constant'], values['reference.frames']
     numbering = values['numbering'] if pattern is None else REGISTER
     return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], numbering,
-                      reference=Reference(*constants, known), pattern=pattern, as_tracks=Reference(*constants) if image_only else None)
+                      reference=Reference(*constants, known), pattern=pattern, as_tracks=Reference(*constants) if image_only else None,
+                      mask=_mask_of(values))
+
+
+def _mask_of(values: Mapping) -> Mask | None:
+    return Mask(values['mask']) if values['mask'] else None
+
+
+def _detected(detector, mask: Mask | None, image: np.ndarray) -> Dots:
+    """The dots of a checked image, those within the mask."""
+    return detector.detect(image) if mask is None else mask.kept(detector.detect(mask.applied(image)))
 
 
 def find_pattern(image: np.ndarray, values: Mapping) -> np.ndarray:
     """(K, 2) px, image positions of the dots of the untouched sensor, from top to bottom. Raises BadFrame if there are none."""
-    uv = DotDetector(values['polarity'], values['detection']).detect(image).uv
+    uv = _detected(DotDetector(values['polarity'], values['detection']), _mask_of(values), image).uv
     return uv[np.argsort(uv[:, 1])]
 
 
@@ -166,7 +179,7 @@ class DotEstimator:
 
     def __init__(self, sensor: PrintedGrid, values: Mapping, places: Places | None = None, pattern: np.ndarray | None = None,
                  rest: np.ndarray | None = None, seam: float | None = None):
-        image_only = places is None and values['surface'] == 'none'
+        image_only = places is None and values['surface'] in ('none', 'gel')
         self._tracker, self._places, self._seam = make_tracker(sensor, values, pattern, rest, image_only), places, seam
 
     @property

@@ -21,8 +21,8 @@ SENSOR_PARAMETERS = (
     _fixed('rows', int, 23, '', 'rows of the printed grid; rows and columns 0: the pattern is not a grid', 0, 250),
     _fixed('columns', int, 23, '', 'columns of the printed grid', 0, 250),
     _fixed('surface', str, 'cap', '',
-           'untouched shape, for places in 3D: cap of a touchpad, flat sheet, inflated dome; none: image places only',
-           choices=('cap', 'sheet', 'dome', 'none')),
+           'untouched shape, for places in 3D: cap of a touchpad, flat sheet, inflated dome; gel: elastic layer, in the image; none: '
+           'image places only', choices=('cap', 'sheet', 'dome', 'gel', 'none')),
     _fixed('cap.curvature_radius', float, 0.020, 'm', 'cap: radius of the sphere', 1e-4, 10.0),
     _fixed('cap.height', float, 0.013, 'm', 'cap: height above the rim', 1e-4, 10.0),
     _fixed('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0),
@@ -44,6 +44,8 @@ DOT_PARAMETERS = SENSOR_PARAMETERS + SHEET_PARAMETERS + (
     _fixed('polarity', str, 'dark', '', 'dots darker or brighter than the background; any: detection auto measures it',
            choices=tuple(POLARITIES)),
     _fixed('detection', str, 'likelihood', '', 'dot detection method', choices=tuple(METHODS)),
+    _fixed('mask', str, '', 'px', 'what of the image shows the sensor: an image file of its size, white there, or a polygon x,y,x,y,...; '
+           'empty: all'),
     _fixed('numbering', str, 'lattice', '', 'dot indexing method; auto: finds a grid, else tracks; tracks, register: for other patterns',
            choices=(AUTO, *NUMBERING, *WITHOUT_GRID)),
     _fixed('reference.frames', int, 10, '', 'untouched frames averaged for the reference', 1, 1000),
@@ -51,7 +53,17 @@ DOT_PARAMETERS = SENSOR_PARAMETERS + SHEET_PARAMETERS + (
            'time constant with which the reference follows drift while nothing touches', 0.1, 1e6),
 )
 
-REGION_PARAMETERS = SENSOR_PARAMETERS + (
+#: Of an elastic layer with dots (surface gel); how to measure them: docs/gel.md.
+GEL_PARAMETERS = (
+    _fixed('gel.thickness', float, 0.004, 'm', 'of the elastic layer, from its rigid base to its free surface', 1e-5, 1.0),
+    _fixed('gel.dot_depth', float, 0.0, 'm', 'of the dots under the free surface', 0.0, 1.0),
+    _fixed('gel.young_modulus', float, 0.0, 'Pa', "Young's modulus; 0: unknown, then forces are NaN", 0.0, 1e9),
+    _fixed('gel.poisson_ratio', float, 0.48, '', "Poisson's ratio; of silicones and gels 0.47 to 0.5", 0.0, 0.5),
+    _fixed('gel.scale', float, 0.0, 'm', 'length on the gel that one pixel shows; 0: from gel.pitch, or from camera.translation', 0.0, 0.1),
+    _fixed('gel.pitch', float, 0.0, 'm', 'distance of neighbouring dots; tells the scale where gel.scale is 0', 0.0, 0.1),
+)
+
+REGION_PARAMETERS = SENSOR_PARAMETERS + GEL_PARAMETERS + (
     _fixed('contact', str, 'membrane', '', 'method that classifies dots as free, sticking or slipping', choices=tuple(CONTACT_METHODS)),
     _fixed('paper.d_max', float, 0.91e-3, 'm', 'paper: displacement that ends an interval (D_max, eq 10)', 1e-6, 1.0),
     _fixed('paper.delta_d', float, 0.19e-3, 'm', 'paper: threshold of the tests (delta_d, eqs 12 and 14)', 1e-7, 1.0),

@@ -174,12 +174,15 @@ class TaxelEstimator:
     def _wrench(self, regions: Regions, normal: list[float], pressure: np.ndarray) -> np.ndarray:
         if not regions.all:
             return np.zeros(6) if self.settings.response.known or math.isfinite(self.grasped.depth) else np.full(6, np.nan)
+        contact = regions.total.centroid.copy()
+        contact[2] = -self.grasped.depth if self.grasped.depth > 0 else 0.0
+        if self.settings.method == 'paper':  # eq 9: all forces act at the centre of the contact (eqs 1 to 3)
+            contact[:2] = self._method.located[0]
+            return wrench_of(sum(normal), contact[:2], contact, replace(self.grasped, centre_of_mass=np.full(3, np.nan)))
         if self.settings.response.known:
             mean = under_friction(pressure, regions.touched, self._friction(), self.array, self.pad)
         else:
             mean = pressure_centre(pressure, regions.touched, self.array, self.pad)
-        contact = regions.total.centroid.copy()
-        contact[2] = -self.grasped.depth if math.isfinite(self.grasped.depth) else 0.0
         return wrench_of(sum(normal), mean, contact, self.grasped)
 
     def _friction(self) -> np.ndarray:
@@ -190,11 +193,11 @@ class TaxelEstimator:
     def _points(self, regions: Regions, surface: np.ndarray, normal: list[float], slip: SlipEstimate, motion: ObjectMotion | None):
         """The SurfacePoints of one frame."""
         in_pascal = self.settings.response.known
-        forces = taxel_forces(regions, surface, normal, not regions.broken and (in_pascal or math.isfinite(self.grasped.depth)))
+        forces = taxel_forces(regions, surface, normal, not regions.broken and (in_pascal or self.grasped.depth > 0))
         return taxel_points(self.array, self.pad, surface, in_pascal, forces, taxel_states(regions, slip, motion))
 
     def _contact(self, region: TaxelRegion, tracked: TrackedContact, normal: float, saturated: bool, regions: Regions):
-        depth = self.grasped.depth
+        depth = self.grasped.depth if self.grasped.depth > 0 else np.nan
         if not math.isfinite(depth) and self.settings.response.known:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
         position = region.moments.centroid.copy()

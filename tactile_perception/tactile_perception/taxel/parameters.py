@@ -37,12 +37,23 @@ TAXEL_SENSOR_PARAMETERS = (
 OBJECT_PARAMETERS = (
     Parameter('object.depth', float, -1.0, 'm',
               'indentation depth of the object; negative: not known. Gives the force where pressure does not', -1.0, 0.1),
+    Parameter('object.width', float, 0.0, 'm',
+              'width of the object between the fingers, which gives the depth with gripper.joint; 0: not known', 0.0, 10.0),
     Parameter('object.weight', float, 0.0, 'N',
               'weight of the object between two fingers; 0: not known, friction forces are NaN', 0.0, 1e4),
     Parameter('object.gravity', list[float], [0.0, 1.0, 0.0], '', 'direction of gravity', -1.0, 1.0),
     _fixed('object.gravity_frame', str, '', '', 'tf frame in which gravity is given; empty: the sensor frame'),
     Parameter('object.centre_of_mass', list[float], [0.0, 0.0, 0.0], 'm', 'centre of mass of the object', -10.0, 10.0),
     _fixed('object.centre_of_mass_frame', str, '', '', 'tf frame in which the centre of mass is given; empty: the sensor frame'),
+)
+
+GRIPPER_PARAMETERS = (
+    _fixed('gripper.joint', str, '', '', 'joint of /joint_states that moves the fingers; empty: none, object.depth is the depth'),
+    _fixed('gripper.sign', float, 1.0, 'm',
+           'by how much one unit of the joint widens the gap between the pads: 1, -1, or 2 where each finger moves by it', -1e3, 1e3),
+    _fixed('gripper.zero', float, 0.0, '', 'position of the joint where the untouched pads just meet', -1e6, 1e6),
+    _fixed('wrench_frame', str, '', '', 'tf frame, such as that of a force/torque sensor, at whose origin and along whose axes wrench is '
+           'published; empty: the sensor frame'),
 )
 
 TAXEL_PARAMETERS = TAXEL_SENSOR_PARAMETERS + (
@@ -54,7 +65,7 @@ TAXEL_PARAMETERS = TAXEL_SENSOR_PARAMETERS + (
     _fixed('reference.frames', int, 10, '', 'untouched frames averaged for the reference', 1, 1000),
     _fixed('reference.time_constant', float, 30.0, 's',
            'time constant with which the reference follows drift while nothing touches', 0.1, 1e6),
-) + OBJECT_PARAMETERS
+) + OBJECT_PARAMETERS + GRIPPER_PARAMETERS
 
 
 def taxel_array(values: Mapping) -> TaxelArray:
@@ -79,6 +90,15 @@ def taxel_estimator(values: Mapping) -> TaxelEstimator:
 def frames_of(values: Mapping) -> set[str]:
     """The tf frames that values (of OBJECT_PARAMETERS) name."""
     return {values[name] for name in ('object.gravity_frame', 'object.centre_of_mass_frame')} - {''}
+
+
+def contact_depth(values: Mapping, position: float) -> float:
+    """z_c of eq 5, m, of a gripper whose joint is at a position: half of what the object is wider than the gap between the pads; negative
+    where the gap is wider, NaN without the object's width. values: of GRIPPER_PARAMETERS and OBJECT_PARAMETERS."""
+    if not values['object.width'] > 0:
+        return np.nan
+    gap = values['gripper.sign'] * (position - values['gripper.zero'])
+    return 0.5 * (values['object.width'] - gap)
 
 
 def grasped_object(values: Mapping, tree: FrameTree = FrameTree(), sensor_frame: str = '') -> GraspedObject:

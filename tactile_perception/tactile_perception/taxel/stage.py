@@ -4,19 +4,26 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
-from sensor_msgs.msg import CompressedImage, Image
+from geometry_msgs.msg import WrenchStamped
+from sensor_msgs.msg import CompressedImage, Image, JointState
+from std_msgs.msg import Header
 from tactile_driver.nodes.messages.images import grey_to_array
 from tf2_msgs.msg import TFMessage
 
 from ..common.geometry import FrameTree
 from ..errors import BadFrame
 from ..nodes.messages import conversions as convert
+from ..nodes.messages.conversions import stamp_seconds
 from ..nodes.messages.point_cloud import POINTS
 from ..stage import Input, Stage
-from .parameters import TAXEL_PARAMETERS, frames_of, grasped_object, taxel_estimator
+from .parameters import TAXEL_PARAMETERS, contact_depth, frames_of, grasped_object, taxel_estimator
+from .wrench import at_frame
 
+_JOINTS = Input('/joint_states', JointState, depth=100)
+_CURRENT_S = 1.0  # between stamps of an image and of the joint's position; chosen: ten periods of a slow gripper
 _TRANSFORMS = Input('/tf', TFMessage, depth=100), Input('/tf_static', TFMessage, depth=100, latched=True)
 
 
@@ -31,6 +38,8 @@ class TaxelStage(Stage):
     def __init__(self, values: Mapping):
         super().__init__(values)
         self._tree = FrameTree()
+        self._joint = -np.inf, np.nan  # stamp, s, and position of the gripper's joint
+        self._unknown = ''  # why the depth of the last image is not known
         self.reset()
 
     def reset(self) -> None:
@@ -44,11 +53,15 @@ class TaxelStage(Stage):
 
     @property
     def side_inputs(self) -> Sequence[Input]:
-        """Frame transforms, where they locate the grasped object."""
-        return _TRANSFORMS if frames_of(self.values) else ()
+        """Frame transforms where they locate the grasped object or the wrench, and the joints of a gripper."""
+        return (*(_TRANSFORMS if frames_of(self.values) or self.values['wrench_frame'] else ()),
+                *((_JOINTS,) if self.values['gripper.joint'] else ()))
 
-    def take(self, topic: str, message: TFMessage) -> None:
-        """Take transforms. Raises BadFrame for an invalid one, after the others of the message are taken."""
+    def take(self, topic: str, message: TFMessage | JointState) -> None:
+        """Take transforms or joints. Raises BadFrame for an invalid one, after the others of the message are taken."""
+        if topic == _JOINTS.topic:
+            self._take_joint(message)
+            return
         refused = None
         for one in message.transforms:
             at, turn = one.transform.translation, one.transform.rotation
@@ -60,11 +73,45 @@ class TaxelStage(Stage):
         if refused is not None:
             raise refused
 
+    def _take_joint(self, message: JointState) -> None:
+        name = self.values['gripper.joint']
+        if name not in message.name:  # of another publisher
+            return
+        number = message.name.index(name)
+        if number >= len(message.position) or not np.isfinite(message.position[number]):
+            raise BadFrame(f'{_JOINTS.topic}: joint {name!r} has no position')
+        self._joint = stamp_seconds(message.header), message.position[number]
+
     def estimate(self, message: Image | CompressedImage, stamp_s: float, topics: Collection[str]) -> dict[str, list]:
         """The estimates of one image, under its header."""
         values = grey_to_array(message, 'taxel image')
         self._place_object(message.header.frame_id)
-        return convert.results_to_messages(self.estimator.process(values, stamp_s), message.header, topics)
+        if self.values['gripper.joint']:
+            self._open_gripper(stamp_s)
+        result = self.estimator.process(values, stamp_s)
+        found = convert.results_to_messages(result, message.header, topics)
+        if self.values['wrench_frame'] and 'wrench' in found:
+            found['wrench'] = [self._at_wrench_frame(result.wrench, message.header)]
+        return found
+
+    def _open_gripper(self, stamp_s: float) -> None:
+        """Take the depth from the gripper's opening at the time of an image."""
+        told_s, position = self._joint
+        self._unknown = ''
+        if abs(stamp_s - told_s) > _CURRENT_S:
+            position, name = np.nan, self.values['gripper.joint']
+            self._unknown = f'{_JOINTS.topic} does not tell joint {name!r} at the time of the images: depth is NaN; publish its position'
+        elif not self.values['object.width'] > 0:
+            self._unknown = 'the width of the object is not known: depth is NaN; set object.width'
+        depth = contact_depth(self.values, position)
+        self.estimator.grasped = replace(self.estimator.grasped, depth=depth)
+
+    def _at_wrench_frame(self, wrench: np.ndarray, header: Header) -> WrenchStamped:
+        """A wrench (6,) under the header, at the frame of parameter wrench_frame; NaN where tf does not lead there."""
+        frame = self.values['wrench_frame']
+        pose = self._tree.pose(header.frame_id.lstrip('/'), frame)
+        moved = np.full(6, np.nan) if pose is None else at_frame(wrench, *pose)
+        return convert.wrench_to_message(moved, Header(stamp=header.stamp, frame_id=frame))
 
     def check_change(self, values: Mapping) -> None:
         """Raise BadArgument unless values describe an object."""
@@ -80,11 +127,16 @@ class TaxelStage(Stage):
         baseline, sensor_frame = self.estimator.baseline, self._placed[1]
         lost = [frame for frame in sorted(frames_of(self.values)) if self._tree.pose(frame, sensor_frame) is None]
         missing = f'no transform leads from {" or ".join(lost)} to {sensor_frame!r}: friction is NaN; publish it' if lost else ''
-        return '; '.join(filter(None, (baseline.warning, missing))), {'reference': baseline.warning or 'in order',
+        goal, apart = self.values['wrench_frame'], ''
+        if goal and sensor_frame and self._tree.pose(sensor_frame, goal) is None:
+            apart = f'no transform leads from {sensor_frame!r} to {goal!r}: wrench is NaN; publish it'
+        return '; '.join(filter(None, (baseline.warning, missing, apart, self._unknown))), {'reference': baseline.warning or 'in order',
                                                                         'noise (values)': baseline.sigma}
 
     def _place_object(self, sensor_frame: str) -> None:
         placed = self._tree.changes, sensor_frame.lstrip('/')
-        if placed != self._placed and frames_of(self.values):
-            self._placed = placed
+        if placed == self._placed:
+            return
+        self._placed = placed
+        if frames_of(self.values):
             self.estimator.grasped = grasped_object(self.values, self._tree, placed[1])

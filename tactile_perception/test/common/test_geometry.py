@@ -79,6 +79,24 @@ def test_frames_that_do_not_hang_together():
     assert tree.pose('finger', 'robot') is None and tree.pose('finger', 'nowhere') is None
 
 
+def test_poses_between_two_instants():
+    tree, turn = FrameTree(), np.array([0.1, -0.4, 0.9])
+    tree.take('base', 'sensor', quaternion(rotation_matrix(turn)), [0.1, 0.2, 0.3])
+    for k in range(2):
+        tree.take('base', 'arm', quaternion(rotation_matrix(k * turn)), [0.1, 0.2, 0.3 + 0.1 * k], 10.0 + k)
+        tree.take('arm', 'tip', STRAIGHT, [0, 0, 0.05], 10.0 + k)
+    rotation, translation = tree.pose('tip', 'base', 10.25)
+    assert rotation == pytest.approx(rotation_matrix(0.25 * turn))
+    assert translation == pytest.approx([0.1, 0.2, 0.325] + rotation @ [0, 0, 0.05])
+    assert at(tree, 'tip', 'sensor', (0, 0, -0.05)) == pytest.approx(rotation_matrix(-turn) @ [0, 0, 0.1]), 'the newest'
+    assert [tree.pose('tip', 'sensor', stamp) is None for stamp in (9.9, 10.0, 11.0, 11.1)] == [True, False, False, True]
+    before = tree.changes
+    tree.take('base', 'arm', STRAIGHT, [9, 9, 9], 10.5)
+    assert tree.changes == before and tree.frames == ['arm', 'base', 'sensor', 'tip']
+    tree.take('world', 'arm', STRAIGHT, [0, 0, 0], 30.0)
+    assert tree.pose('tip', 'base', 11.0) is None and tree.pose('tip', 'world') is not None
+
+
 def test_a_circle_ends():
     tree = FrameTree()
     tree.take('a', 'b', STRAIGHT, [1, 0, 0])

@@ -127,7 +127,7 @@ class Renderer:
         normals = self.skin.area_vectors(shape).reshape(shape.shape)
         normals /= np.sqrt(np.einsum('...i,...i->...', normals, normals))[..., None]
         light, spots = self._illumination.look(shape, normals, seen)
-        place = self._place = cv2.resize(place, self._fall_off.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+        place = cv2.resize(place, self._fall_off.shape[1::-1], interpolation=cv2.INTER_LINEAR)
         return _look_up(light, place, cv2.INTER_CUBIC) * self._fall_off, spots
 
     def _passed(self, cover: np.ndarray) -> list[np.ndarray]:
@@ -150,9 +150,8 @@ class Renderer:
         for half in np.unique(reach[visible]):
             some = np.flatnonzero(visible & (reach == half))
             steps = np.arange(-half, half + 1)
-            off = corner[some] - uv[some]
-            patches = self._dot_patches(off, spread[some], radius[some], steps.astype(np.float32))
-            for (u, v), patch in zip(corner[some].tolist(), self._printed(patches, some, off, spread[some], radius[some], steps)):
+            patches = self._dot_patches(corner[some] - uv[some], spread[some], radius[some], steps.astype(np.float32))
+            for (u, v), patch in zip(corner[some].tolist(), patches):
                 left, top = max(u - half, 0), max(v - half, 0)
                 box = total[top:v + half + 1, left:u + half + 1]
                 box += patch[top - v + half:, left - u + half:][:box.shape[0], :box.shape[1]]
@@ -174,11 +173,6 @@ class Renderer:
         np.subtract((0.5 + radius * scale).astype(np.float32)[:, None, None], cover, out=cover)
         np.clip(cover, 0, 1, out=cover)
         cover *= cover * (3 - 2 * cover)
-        return cover
-
-    def _printed(self, cover: np.ndarray, which: np.ndarray, off: np.ndarray, spread: np.ndarray, radius: np.ndarray,
-                 steps: np.ndarray) -> np.ndarray:
-        """Coverage (k, s, s) after wear of the dots with the indices which (k,); unchanged here, for subclasses to override."""
         return cover
 
     def _add_spots(self, picture: np.ndarray, place: np.ndarray, form: np.ndarray, peak: np.ndarray):

@@ -312,13 +312,6 @@ def _lamp() -> PsdScript:
     return PsdScript(acts, 6.5, Ambient(0.35, steps=((1.5, 0.6), (4.5, -0.6)), rise=0.02, shade=0.05))
 
 
-def _swing() -> PsdScript:
-    """An object slides back and forth through the pole, at up to 900 degrees a second."""
-    way = [(0.8, math.radians(side * 55)) for side in (-1, 1, -1, 1, -1)]
-    acts = [Act(0.5 + 0.12 * k, 0.62 + 0.12 * k, *pair, 3.2e-4, 0.004) for k, pair in enumerate(zip(way, way[1:]))]
-    return PsdScript(acts, 1.5)
-
-
 def _demo() -> PsdScript:
     way = [(0, 0), (30, 40), (120, 55), (200, 30), (290, 60), (360, 10)]
     acts = [_press(1.0 + 0.6 * k, phi, theta, 3.0e-4, 0.4) for k, (phi, theta) in enumerate(way)]
@@ -344,7 +337,7 @@ def _two() -> PsdScript:
 PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
     'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'grid': _grid, 'taps': _taps,
     'slow_taps': _slow_taps, 'slide': _slide,
-    'light': _light, 'two': _two, 'bright': _bright, 'weak': lambda: _grid(1.9e-4), 'lamp': _lamp, 'swing': _swing}
+    'light': _light, 'two': _two, 'bright': _bright, 'weak': lambda: _grid(1.9e-4), 'lamp': _lamp}
 
 
 def open_psd_scene(name: str, rate: float, seed: int = 0) -> PsdScene:

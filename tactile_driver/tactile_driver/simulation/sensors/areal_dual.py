@@ -109,7 +109,6 @@ AREAL_DUAL_SCENES: dict[str, Script] = {
     'areal_dual_demo': Script(areal_dual, _demo(), shutters=_FREE),
     'areal_dual_rest': Script(areal_dual, duration=10.0),
     'areal_dual_press': Script(areal_dual, one_after_the_other([partial(press, _TIP, 0.004, -0.008, 0.002, 0.005)])),
-    'areal_dual_drag': Script(areal_dual, one_after_the_other([partial(drag, _TIP, -0.020, 0.010, 0.0035, 0.040, -0.015)])),
     'areal_dual_two': Script(areal_dual, _two()),
     'areal_dual_two_unlike': Script(areal_dual, _two_unlike()),
     'areal_dual_fast': Script(areal_dual, _fast(), shutters=_FREE),

@@ -82,10 +82,6 @@ def _disc_tilt(start: float) -> Act:
                {'t': 2.3, 'pitch': 0.0, 'roll': 0.16}, {'t': 2.9, 'press': 0.0})
 
 
-def _prism(start: float) -> Act:
-    return act('prism', start, {'t': 0.8, 'press': 0.0034}, {'t': 1.1}, {'t': 2.1, 'yaw': 0.5}, {'t': 2.7, 'press': 0.0})
-
-
 def _two_spheres(start: float) -> Act:
     return act('two_spheres', start, {'t': 0.8, 'press': 0.0034}, {'t': 1.2}, {'t': 1.9, 'y': 0.002}, {'t': 2.5, 'press': 0.0})
 
@@ -124,13 +120,10 @@ TOUCHPAD_SCENES: dict[str, Script] = {
     'ring_press': Script(touchpad, one_after_the_other([_ring_press])),
     **{f'normal_{tool}': Script(touchpad, one_after_the_other([partial(_normal_press, tool)])) for tool in ('rectangle', 'disc', 'ring')},
     'sphere_press': Script(touchpad, one_after_the_other([_sphere_press])),
-    'sphere_tilt': Script(touchpad, one_after_the_other([_sphere_tilt])),
     'impact': Script(touchpad, one_after_the_other([_impact])),
-    'prism': Script(touchpad, one_after_the_other([_prism])),
     'two_spheres': Script(touchpad, one_after_the_other([_two_spheres])),
     'two_objects': Script(touchpad, one_after_the_other([_two_objects])),
     'glare': Script(_glaring, one_after_the_other([_rectangle_drag])),
-    'glare_disc': Script(_glaring, one_after_the_other([_disc_twist])),
     'glare_rest': Script(_glaring, duration=10.0),
     'noise': Script(partial(touchpad, imaging=replace(Imaging(), read_noise=4.0, shot_noise=0.10)), one_after_the_other([_rectangle_drag])),
     'sphere_calibration': Script(touchpad, _sphere_grid()),

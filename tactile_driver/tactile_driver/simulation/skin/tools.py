@@ -44,17 +44,6 @@ def sphere(p: np.ndarray, radius: float = 0.0080) -> np.ndarray:
     return np.sqrt(p[..., 0]**2 + p[..., 1]**2 + p[..., 2]**2) - radius
 
 
-def edge(p: np.ndarray, half_length: float = 0.0110, half_angle: float = 0.85, rounding: float = 0.0010) -> np.ndarray:
-    """Edge of a prism along x. half_length: m; half_angle: rad, between flank and z; rounding: radius of the ridge, m."""
-    # The axis of the rounded ridge is at z = rounding; the flank starts where it is tangent to the ridge.
-    across, up = np.abs(p[..., 1]), p[..., 2] - rounding
-    along_flank = across * np.sin(half_angle) + up * np.cos(half_angle)
-    off_flank = across * np.cos(half_angle) - up * np.sin(half_angle)
-    wedge = np.where(along_flank > 0, off_flank, np.hypot(across, up)) - rounding
-    ends = np.abs(p[..., 0]) - half_length
-    return np.minimum(np.maximum(wedge, ends), 0) + np.hypot(np.maximum(wedge, 0), np.maximum(ends, 0))
-
-
 @dataclass(frozen=True)
 class Tool:
     """One rigid object of one or more parts.
@@ -110,7 +99,6 @@ TOOLS = {tool.name: tool for tool in (
     Tool('disc', (disc,)),
     Tool('ring', (ring,)),
     _balls('sphere', 0.0080),
-    Tool('prism', (edge,)),
     _balls('two_spheres', 0.0045, (-0.0065, 0.0, 0.0), (0.0065, 0.0, 0.0004)),
     *(_balls(f'ball_{mm}mm', mm * 1e-3) for mm in (5, 6, 7.5, 8, 10, 15, 22, 30, 42, 60)),
     *(_pair(f'fingertips_{mm}mm', 0.0050, mm * 1e-3) for mm in (11, 14, 18, 23, 28, 33, 37, 46)),

@@ -1,0 +1,242 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Contact region, contacts and wrench of a gel from the dots of one frame."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import cv2
+import numpy as np
+
+from ..common.dots import DotTracks
+from ..common.estimates import AT_EDGE, ContactEstimate, ContactRegionEstimate
+from ..common.surface import DotSurface, Moments, Outline, axes, region_outlines
+from ..common.surface_points import NON_CONTACT, STICKING, SurfacePoints, dot_points
+from ..errors import BadArgument, BadFrame
+from .layer import Layer
+from .traction import TractionFit, Tractions
+
+_FEWEST = 6  # dots: three parameters of a press and three of a shear
+_CELLS = 1.5  # places for loads to a pitch; more changes forces by 1 %, for twice the time
+_MOST = 400  # places: into more no gel is divided, for time; with 800, forces change by less than 1 %
+_DRIFTED = 0.25  # px: a dot whose place at rest drifts farther is laid out anew; it changes displacements by less than a hundredth
+_SIGNIFICANT = 5.0  # sigmas that three dots must have moved: one of 1,000 does by chance in a thousand frames, three no mistaken dot
+_EDGE = 0.2  # of the greatest pressure: where the region ends. Between a ball's, which fades, and a stamp's; both blurred by the dots
+_LEAST_SIGMA = 0.05  # px: what light that shifts as the skin tilts does to a dot; no detector is better on a moving gel
+_UNSEEN_SIGMA = 0.1  # px: of a detector of dots, before two frames have shown it
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class GelResult:
+    """Estimates of one frame. wrench: (6,) N and N m, of the object on the gel, NaN without a modulus; points: surface points on demand;
+    force_sigma: (3,) N, standard deviations of the wrench's force; tractions: None without contact; places: (P, 2) m, of its loads.
+    """
+
+    region: ContactRegionEstimate
+    contacts: list[ContactEstimate]
+    wrench: np.ndarray
+    points: Callable[[], SurfacePoints]
+    force_sigma: np.ndarray
+    tractions: Tractions | None
+    places: np.ndarray
+
+
+class DotNoise:
+    """Standard deviation of a coordinate of the dots, px, from what they do between two frames in which nothing touches."""
+
+    def __init__(self):
+        self._last, self._sum, self._count = None, _UNSEEN_SIGMA**2, 1.0
+
+    @property
+    def sigma(self) -> float:
+        """px."""
+        return max(float(np.sqrt(self._sum / self._count)), _LEAST_SIGMA)
+
+    def update(self, id: np.ndarray, duv: np.ndarray, touched: bool) -> None:
+        """Take the next frame's dots id (N,) with displacements duv (N, 2) px; touched: whether they may be moved."""
+        if touched:
+            self._last = None
+            return
+        if self._last is not None:
+            _, now, before = np.intersect1d(id, self._last[0], return_indices=True)
+            step = (duv[now] - self._last[1][before]).ravel()
+            if len(step):
+                size = 1.4826 * np.median(np.abs(step)) / np.sqrt(2)
+                self._sum, self._count = self._sum + size**2, self._count + 1
+        self._last = id, duv
+
+
+def layer_of(values: Mapping) -> Layer:
+    """The layer with these values of GEL_PARAMETERS. Raises BadArgument."""
+    return Layer(values['gel.thickness'], values['gel.poisson_ratio'], values['gel.dot_depth'])
+
+
+class GelEstimator:
+    """Estimates contact of an elastic layer from its dots, frame by frame.
+
+    values: of REGION_PARAMETERS; centre: (2,) px, where the sensor frame's origin is seen, None for the middle of the dots at rest; focal:
+    px, focal length of the camera, 0 where it is not known: then depth is taken not to move dots in the image. Raises BadArgument for
+    values that are no gel.
+    """
+
+    def __init__(self, values: Mapping, centre: np.ndarray | None = None, focal: float = 0.0):
+        self.layer = layer_of(values)
+        self._modulus = values['gel.young_modulus'] / (2 + 2 * self.layer.poisson) or np.nan
+        self._pitch, self._scale, self._focal = values['gel.pitch'], values['gel.scale'], focal
+        if not self._pitch > 0 and not self._scale > 0:
+            if not focal > 0 or not values['camera.translation'][2] > 0:
+                raise BadArgument('parameters gel.pitch and gel.scale are 0 and the camera is not calibrated: one must tell how large the '
+                                  'image is')
+            self._scale = values['camera.translation'][2] / focal
+        self._centre = None if centre is None else np.asarray(centre, float)
+        self._next = 1
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget dots, noise and contacts; ids are not used again."""
+        self._noise, self._laid, self._grid, self._last = DotNoise(), None, None, {}
+        self._force_sigma = np.full(3, np.nan)
+
+    def health(self) -> tuple[str, dict]:
+        """A warning ('' for none) and name -> value, for /diagnostics."""
+        warning = '' if np.isfinite(self._modulus) else 'gel.young_modulus is not known: forces are NaN; measure it (docs/gel.md)'
+        if self._laid is None:
+            return warning, {}
+        error = 'unknown' if np.isnan(self._force_sigma).any() else 'x {:.2g} y {:.2g} z {:.2g} N'.format(*self._force_sigma)
+        return warning, {'scale': f'{1e6 * self._laid.metres:.4g} um a pixel', 'noise of dots': f'{self._noise.sigma:.3f} px',
+                         'standard deviation of the force': error}
+
+    def process(self, tracks: DotTracks, stamp_s: float) -> GelResult:
+        """Contact in one frame. Raises BadFrame for too few dots whose places at rest are known."""
+        known = np.isfinite(tracks.duv).all(axis=1) & np.isfinite(tracks.uv).all(axis=1)
+        if known.sum() < _FEWEST:
+            raise BadFrame(f'{known.sum()} dots with a known place at rest; a gel needs {_FEWEST}: check the view, or take a new reference')
+        tracks = tracks.take(known)
+        if self._laid is None or (tracks.rows, tracks.columns) != self._grid:
+            self._laid = _LaidOut(tracks, self.layer, self._pitch, self._scale, self._centre, self._focal)
+            self._grid, self._noise = (tracks.rows, tracks.columns), DotNoise()
+        sigma = self._noise.sigma
+        touched = bool(np.sort(np.abs(tracks.duv).max(axis=1))[-3] > _SIGNIFICANT * sigma)
+        self._noise.update(tracks.id, tracks.duv, touched)
+        metres = self._laid.metres
+        found = self._laid.fit.solve(self._laid.rows_of(tracks), tracks.duv * metres, sigma * metres) if touched else None
+        return self._result(tracks, found)
+
+    def _result(self, tracks: DotTracks, found: Tractions | None) -> GelResult:
+        laid = self._laid
+        xy, rest = ((uv - laid.middle) * laid.metres for uv in (tracks.uv, tracks.rest_uv))
+        parts, step = ([], np.nan) if found is None else laid.regions(-found.force[:, 2])
+        members = [_inside(outline, rest) for outline, _ in parts]
+        inside = np.any(members, axis=0) if parts else np.zeros(len(xy), bool)
+        region = ContactRegionEstimate(tracks.id, np.where(inside, STICKING, NON_CONTACT).astype(np.uint8))
+        wrench, sigma = np.zeros(6), np.full(3, np.nan)
+        if parts:
+            _describe(region, parts, step)
+            wrench = np.concatenate([found.total, np.cross(np.pad(laid.fit.places, ((0, 0), (0, 1))), found.force).sum(axis=0)])
+            sigma = np.sqrt(np.diag(found.covariance)) * self._modulus
+        contacts, self._force_sigma = self._contacts(found, parts, members), sigma
+        points = partial(_points, tracks, np.pad(xy, ((0, 0), (0, 1))), np.pad(rest, ((0, 0), (0, 1))), region.dot_state)
+        return GelResult(region, contacts, wrench * self._modulus, points, sigma, found, laid.fit.places)
+
+    def _contacts(self, found: Tractions, parts: list[tuple[Outline, Moments]], members: list[np.ndarray]) -> list[ContactEstimate]:
+        """One contact a part: its force is that of the places to which it is the nearest, its position their pressure's middle."""
+        places, contacts, free = self._laid.fit.places, [], dict(self._last)
+        middles = np.array([moments.centroid[:2] for _, moments in parts])
+        nearest = ((places[:, None] - middles)**2).sum(axis=2).argmin(axis=1) if parts else None
+        for k, (outline, moments) in enumerate(parts):
+            load = np.where(nearest == k, -found.force[:, 2], 0.0)
+            position = np.append(load @ places / load.sum(), 0.0)
+            covariance = np.full((3, 3), np.nan)
+            covariance[:2, :2] = found.place_covariance
+            number = min(free, key=lambda n: np.linalg.norm(free[n] - position), default=None)
+            if number is None or np.linalg.norm(free.pop(number) - position) > np.sqrt(moments.area):
+                number, self._next = self._next, self._next + 1
+            contacts.append(ContactEstimate(number, position, _UP.copy(), np.nan, float(load.sum() * self._modulus), covariance,
+                                            AT_EDGE if self._laid.at_edge(outline) else 0, members[k]))
+        self._last = {contact.id: contact.position for contact in contacts}
+        return contacts
+
+
+class _LaidOut:
+    """The dots at rest in metres, and places for loads over them. tracks: the first frame's dots; others: see GelEstimator. Raises BadFrame
+    for dots that lie on each other."""
+
+    def __init__(self, tracks: DotTracks, layer: Layer, pitch: float, scale: float, centre: np.ndarray | None, focal: float):
+        rest, near = tracks.rest_uv, _spacing(tracks)
+        low, high = rest.min(axis=0), rest.max(axis=0)
+        if not near > 0 or not (high - low > near).all():
+            raise BadFrame('the dots at rest lie on each other or on a line; take a new reference, of the untouched gel')
+        self.metres = scale or pitch / near
+        self.middle = (low + high) / 2 if centre is None else centre
+        self._pitch = near * self.metres
+        self._low, self._high = ((corner - self.middle) * self.metres for corner in (low, high))
+        size = self._high - self._low + 2 * self._pitch
+        step = max(self._pitch / _CELLS, float(np.sqrt(size.prod() / _MOST)))
+        columns, rows = np.ceil(size / step).astype(int)
+        v, u = np.mgrid[:rows, :columns]
+        places = (self._low + self._high) / 2 + (np.stack([u, v], axis=-1) - (np.array([columns, rows]) - 1) / 2) * step
+        self._surface = DotSurface(np.pad(places, ((0, 0), (0, 0), (0, 1))))
+        self.fit = TractionFit(layer, places.reshape(-1, 2), step, self.metres * focal or np.inf)
+        self._index, self._rest = {}, np.zeros((0, 2))
+        self._rows = np.zeros((0, 2, len(self.fit.places), 3))
+
+    def rows_of(self, tracks: DotTracks) -> np.ndarray:
+        """(D, 2, P, 3) of the frame's dots (TractionFit.rows); computed for those that are new or have another place at rest."""
+        rest, new = tracks.rest_uv, [k for k in tracks.id.tolist() if k not in self._index]
+        self._index.update(zip(new, range(len(self._rest), len(self._rest) + len(new))))
+        self._rest = np.concatenate([self._rest, np.full((len(new), 2), np.inf)])
+        self._rows = np.concatenate([self._rows, np.zeros((len(new), *self._rows.shape[1:]))])
+        at = np.array([self._index[k] for k in tracks.id.tolist()])
+        other = ~(np.abs(rest - self._rest[at]) < _DRIFTED).all(axis=1)
+        self._rest[at[other]] = rest[other]
+        self._rows[at[other]] = self.fit.rows((rest[other] - self.middle) * self.metres)
+        return self._rows[at]
+
+    def regions(self, press: np.ndarray) -> tuple[list[tuple[Outline, Moments]], float]:
+        """Separate regions of pressure, largest first, and the distance of places, m; press: (P,) loads."""
+        pressure = cv2.GaussianBlur(np.maximum(press, 0).reshape(self._surface.shape), (0, 0), self.fit.blur)
+        if not pressure.max() > 0:
+            return [], np.nan
+        outlines, moments, step = region_outlines(pressure / pressure.max(), self._surface, _EDGE)
+        return [(outline, part) for outline, part in zip(outlines, moments) if part.area > 0], step
+
+    def at_edge(self, outline: Outline) -> bool:
+        """Whether the region reaches beyond the outer dots."""
+        xy = outline.points[:, :2]
+        return bool((xy < self._low).any() or (xy > self._high).any())
+
+
+def _spacing(tracks: DotTracks) -> float:
+    """Median distance of neighbouring dots at rest, px: of those on a grid along rows and columns, else of each dot and the nearest."""
+    if not tracks.rows:
+        from scipy.spatial import cKDTree  # needed here alone
+        return float(np.median(cKDTree(tracks.rest_uv).query(tracks.rest_uv, 2)[0][:, 1]))
+    grid = np.full((tracks.rows * tracks.columns, 2), np.nan)
+    grid[tracks.id] = tracks.rest_uv
+    grid = grid.reshape(tracks.rows, tracks.columns, 2)
+    steps = np.concatenate([np.linalg.norm(np.diff(grid, axis=axis), axis=2).ravel() for axis in (0, 1)])
+    return float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
+
+
+def _inside(outline: Outline, rest: np.ndarray) -> np.ndarray:
+    """(D,) bool: whether places rest (D, 2) m lie inside an outline and outside its holes."""
+    depth = [np.array([cv2.pointPolygonTest(line[:, :2].astype(np.float32), (float(x), float(y)), False) >= 0 for x, y in rest], bool)
+             for line in outline.loops]
+    return depth[0] & ~np.any([*depth[1:], np.zeros(len(rest), bool)], axis=0)
+
+
+def _describe(region: ContactRegionEstimate, parts: list[tuple[Outline, Moments]], step: float) -> None:
+    """Fill in the region's shape; step: m, of its outlines."""
+    total = sum((moments for _, moments in parts[1:]), parts[0][1])
+    region.outlines = [outline.points for outline, _ in parts]
+    region.holes = [hole for outline, _ in parts for hole in outline.holes]
+    region.area, region.centroid, region.normal = total.area, total.centroid, _UP.copy()
+    region.major_axis, region.minor_axis, region.orientation = axes(total, region.outlines + region.holes, step)
+
+
+def _points(tracks: DotTracks, xyz: np.ndarray, rest: np.ndarray, state: np.ndarray) -> SurfacePoints:
+    """The frame's dots as surface points, in the order of their ids; how deep they lie is not measured: z is the surface's."""
+    return dot_points((1, len(tracks)), xyz, rest, state, None)

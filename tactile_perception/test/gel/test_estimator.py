@@ -1,0 +1,160 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Contacts of a gel against a simulated one, whose layer is of finite elements and whose friction is Coulomb's."""
+import copy
+
+import numpy as np
+import pytest
+from pressed_gel import CENTRE, FOCAL, pressed_gel
+from tactile_perception.common.dots import DotTracks
+from tactile_perception.common.estimates import AT_EDGE
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.gel.estimator import GelEstimator
+
+UNTOUCHED = 10  # frames
+
+
+def estimator_of(gel, rng, noise=0.05, **changes):
+    """An estimator that has seen the untouched gel, in which it must find nothing."""
+    estimator = GelEstimator(gel.parameters | changes, CENTRE, FOCAL)
+    for frame in range(UNTOUCHED):
+        result = estimator.process(gel.tracks(None, rng, noise), 0.04 * frame)
+        assert not result.contacts and result.region.area == 0 and not result.region.dot_state.any()
+    return estimator
+
+
+def errors(gel, rng, noise=0.05, **changes):
+    """Of each state: of the middle, m, of normal and shear force, N, their stated deviations, and the true force, N."""
+    estimator, found = estimator_of(gel, rng, noise, **changes), []
+    for k, state in enumerate(gel.states):
+        result = estimator.process(gel.tracks(state, rng, noise), 1.0 + k)
+        contact, = result.contacts
+        true = state.force.sum(axis=0)
+        assert contact.force == pytest.approx(-result.wrench[2])
+        off = result.wrench[:3] - true
+        found.append((np.linalg.norm(contact.position[:2] - state.middle), off, result.force_sigma, true))
+    return [np.array(values) for values in zip(*found)]
+
+
+#: Gels, balls and motions at random; none was used while the estimator was made.
+@pytest.mark.parametrize('seed', [101, 102, 103, 104])
+def test_middle_shear_and_normal_force_of_a_ball(seed):
+    rng = np.random.default_rng(seed)
+    angle, way = rng.uniform(0, 2 * np.pi), rng.uniform(0.2e-3, 0.7e-3)
+    thickness = rng.uniform(3e-3, 6e-3)
+    gel = pressed_gel(rng, thickness=thickness, poisson=rng.uniform(0.46, 0.49), radius=rng.uniform(4e-3, 9e-3),
+                      friction=rng.uniform(0.2, 0.9), depth=rng.uniform(0.1, 0.2) * thickness, middle=rng.uniform(-2.5e-3, 2.5e-3, 2),
+                      way=(way * np.cos(angle), way * np.sin(angle)), grid=bool(seed % 2))
+    middle, off, sigma, true = errors(gel, rng)
+    press, shear = -true[:, 2], np.hypot(*true[:, :2].T)
+    assert (middle < 0.3e-3).all()
+    assert (np.abs(off[:, 2]) < 0.1 * press).all()
+    assert (np.hypot(*off[1:, :2].T) < 0.1 * shear[1:]).all() and (np.hypot(*off[0, :2]) < 0.02 * press[0]).all()
+    assert np.sqrt(np.mean((off[:, 2] / sigma[:, 2])**2)) < 3, 'the stated error is about the true one'
+
+
+@pytest.mark.parametrize(('changes', 'noise', 'middle', 'force'), [
+    ({'pitch': 0.75e-3}, 0.05, 0.2e-3, 0.1), ({'pitch': 3e-3}, 0.05, 0.4e-3, 0.15), ({}, 0.15, 0.3e-3, 0.15)])
+def test_other_pitches_and_more_noise_degrade_it_mildly(changes, noise, middle, force):
+    rng = np.random.default_rng(7)
+    gel = pressed_gel(rng, middle=(1e-3, 0.7e-3), way=(3e-4, 0.0), **changes)
+    off_middle, off, _, true = errors(gel, rng, noise)
+    assert (off_middle < middle).all() and (np.linalg.norm(off, axis=1) < force * np.linalg.norm(true, axis=1)).all()
+
+
+def test_the_region_is_the_contact():
+    rng = np.random.default_rng(8)
+    gel = pressed_gel(rng, middle=(-1e-3, 0.5e-3), depth=1e-3)
+    result = estimator_of(gel, rng).process(gel.tracks(gel.states[0], rng), 1.0)
+    radius = np.sqrt(len(gel.states[0].places) * gel.contact.cell**2 / np.pi)
+    assert result.region.area == pytest.approx(np.pi * radius**2, rel=0.3)
+    away = np.linalg.norm(gel.dots - gel.states[0].middle, axis=1)
+    inside = result.region.dot_state > 0
+    assert inside[away < 0.6 * radius].all() and not inside[away > 1.4 * radius].any()
+    assert np.hypot(*(result.region.centroid[:2] - gel.states[0].middle)) < 0.3e-3
+    outline, = result.region.outlines
+    assert np.linalg.norm(outline[:, :2] - gel.states[0].middle, axis=1) == pytest.approx(radius, rel=0.35)
+
+
+def test_without_a_modulus_no_force_is_told_but_the_rest():
+    rng = np.random.default_rng(9)
+    gel = pressed_gel(rng)
+    result = estimator_of(gel, rng, **{'gel.young_modulus': 0.0}).process(gel.tracks(gel.states[0], rng), 1.0)
+    contact, = result.contacts
+    assert np.isnan(result.wrench).all() and np.isnan(contact.force) and np.isnan(contact.depth)
+    assert result.region.area > 0 and np.hypot(*contact.position[:2]) < 0.3e-3
+
+
+def test_a_contact_keeps_its_number_and_tells_the_edge():
+    rng = np.random.default_rng(10)
+    gel = pressed_gel(rng, middle=(5e-3, 0.0), way=(3e-3, 0.0))
+    estimator = estimator_of(gel, rng)
+    results = [estimator.process(gel.tracks(state, rng), 1.0 + k) for k, state in enumerate(gel.states)]
+    assert [[contact.id for contact in result.contacts] for result in results] == [[1]] * 3
+    assert [bool(result.contacts[0].flags & AT_EDGE) for result in results] == [False, True, True]
+    assert not estimator.process(gel.tracks(None, rng), 9.0).contacts
+
+
+def test_lost_hidden_and_mistaken_dots():
+    rng = np.random.default_rng(11)
+    gel = pressed_gel(rng, middle=(1e-3, 0.0), way=(2e-4, 0.0))
+    estimator, state = estimator_of(gel, rng), gel.states[-1]
+    tracks = gel.tracks(state, rng)
+    tracks.duv[::7] = np.nan
+    tracks.uv[3] = np.nan
+    tracks.uv[50] += [20.0, 5.0]  # another dot's number
+    tracks.duv[50] += [20.0, 5.0]
+    result = estimator.process(tracks.take(np.arange(len(tracks)) % 5 > 0), 1.0)
+    contact, = result.contacts
+    assert np.hypot(*(contact.position[:2] - state.middle)) < 0.3e-3
+    assert np.linalg.norm(result.wrench[:3] - state.force.sum(axis=0)) < 0.15 * contact.force
+    half = tracks.take(gel.dots[tracks.id, 0] > -2e-3)  # the rest of the grid is out of view
+    contact, = estimator_of(gel, rng).process(half, 1.0).contacts
+    assert np.hypot(*(contact.position[:2] - state.middle)) < 0.5e-3
+
+
+@pytest.mark.parametrize('count', [0, 1, 5])
+def test_too_few_dots_are_refused_and_change_nothing(count):
+    rng = np.random.default_rng(12)
+    gel = pressed_gel(rng)
+    estimator = estimator_of(gel, rng)
+    tracks = gel.tracks(gel.states[0], rng)
+    with pytest.raises(BadFrame, match='a gel needs 6'):
+        estimator.process(tracks.take(np.arange(count)), 1.0)
+    unknown = gel.tracks(gel.states[0], rng)
+    unknown.duv[:] = np.nan  # no reference
+    with pytest.raises(BadFrame, match='reference'):
+        estimator.process(unknown, 1.1)
+    assert estimator.process(tracks, 1.2).contacts
+
+
+def test_dots_on_each_other_are_refused():
+    rng = np.random.default_rng(13)
+    gel = pressed_gel(rng)
+    flat = DotTracks(0, 0, np.arange(9), np.full((9, 2), 50.0), np.ones(9), np.ones(9), np.zeros((9, 2)))
+    with pytest.raises(BadFrame, match='on each other'):
+        GelEstimator(gel.parameters).process(flat, 0.0)
+
+
+def test_wrong_parameters_are_refused_by_name():
+    gel = pressed_gel(np.random.default_rng(14))
+    for changes, name in (({'gel.scale': 0.0}, 'gel.pitch'), ({'gel.dot_depth': 0.01}, 'gel.dot_depth')):
+        with pytest.raises(BadArgument, match=name):
+            GelEstimator(gel.parameters | changes)
+
+
+def test_the_pitch_tells_the_scale():
+    rng = np.random.default_rng(15)
+    gel = pressed_gel(rng, middle=(2e-3, 0.0))
+    estimator = estimator_of(gel, rng, **{'gel.scale': 0.0, 'gel.pitch': 1.5e-3})
+    contact, = estimator.process(gel.tracks(gel.states[0], rng), 1.0).contacts
+    assert contact.position[0] == pytest.approx(2e-3, abs=0.3e-3)
+    assert contact.force == pytest.approx(-gel.states[0].force[:, 2].sum(), rel=0.1)
+
+
+def test_a_copy_goes_on_alike():
+    rng = np.random.default_rng(16)
+    gel = pressed_gel(rng)
+    estimator, tracks = estimator_of(gel, rng), gel.tracks(gel.states[0], rng)
+    twin = copy.deepcopy(estimator)
+    assert np.array_equal(estimator.process(tracks, 1.0).wrench, twin.process(tracks, 1.0).wrench)
