@@ -14,9 +14,9 @@ import numpy as np
 from ..gel.contact import GelContact, GelState, Indenter
 from ..gel.elements import Material
 from ..optics.camera import mounted
+from ..optics.led_light import SideLight
 from ..optics.pattern import uneven
 from ..optics.rendering import Imaging, Renderer
-from ..optics.worn_rendering import SideLight
 from ..skin.surfaces import Sheet
 from ..truth import NON_CONTACT, NO_SLIP, SLIPPING, STICKING, SimulatedFrame, Touch, TruthFrame
 
