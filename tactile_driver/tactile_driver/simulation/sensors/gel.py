@@ -13,7 +13,8 @@ import numpy as np
 
 from ..gel.contact import GelContact, GelState, Indenter
 from ..gel.elements import Material
-from ..optics.camera import SimulatedCamera, mounted
+from ..optics.camera import mounted
+from ..optics.led_light import SideLight
 from ..optics.pattern import uneven
 from ..optics.rendering import Imaging, Renderer
 from ..skin.surfaces import Sheet
@@ -38,32 +39,6 @@ class GelScript:
     keys: Sequence[tuple[float, float, float, float]]
     friction: float = 0.5
     grid: bool = True
-
-
-@dataclass(frozen=True)
-class SideLight:
-    """Light on a matt skin that decreases exponentially along a direction in the x-y plane.
-
-    level: grey levels of the skin between the dots, B, G, R, where it is brightest; ratio: brightest over darkest; angle: of the
-    direction, rad; half: half size (x, y) of the skin, m.
-    """
-
-    level: tuple
-    ratio: float
-    angle: float
-    half: tuple
-
-    def seen_by(self, camera: SimulatedCamera, blur: float) -> SideLight:
-        """Itself: a matt skin looks the same from every direction."""
-        return self
-
-    def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3), m, times the cosine of the tilt; no highlights."""
-        direction = np.array([np.cos(self.angle), np.sin(self.angle)])
-        way = shape[..., :2] @ direction / (np.abs(direction) @ np.array(self.half))
-        level = np.abs(normals[..., 2]) * np.exp((np.clip(way, -1, 1) - 1) / 2 * np.log(self.ratio))
-        spots = np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0)
-        return (level[..., None] * np.array(self.level)).astype(np.float32), spots
 
 
 class GelScene:
