@@ -5,9 +5,14 @@ import math
 from collections import Counter
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
+import yaml
 from geometry_msgs.msg import TransformStamped
 from taxel_bags import write_taxels
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.recordings.reader import BagReader, RawMessage
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
@@ -51,3 +56,20 @@ def test_images_before_the_first_camera_info_are_done_too(tmp_path, pressed_bag)
     items = list(stream(task))
     assert not any(isinstance(item, Skipped) for item in items)
     assert sum(isinstance(item, RawMessage) and item.topic == '/touchpad/contacts' for item in items) == 2
+
+
+def test_a_sensor_without_a_model_of_its_surface_has_dots(tmp_path):
+    own = {'sensor_type': 'my_skin', 'surface': 'none', 'rows': 0, 'columns': 0, 'numbering': 'tracks'}
+    (tmp_path / 'my_skin.yaml').write_text(yaml.safe_dump({'/**': {'ros__parameters': own}}))
+    image = np.full((120, 160), 170, np.uint8)
+    for k in range(12):
+        cv2.circle(image, (20 + 38 * (k % 4), 20 + 38 * (k // 4)), 5, 40, -1, cv2.LINE_AA)
+    image = cv2.GaussianBlur(image, (0, 0), 1.0)
+    with BagWriter(tmp_path / 'bag') as writer:
+        for k in range(1, 4):
+            message = image_to_message(Frame(image, 10**8 * k, 'mono8'), '', header_of(10**8 * k, 'skin_camera_optical'))
+            kind, data = encode(message)
+            writer.write('/skin/image_raw', kind, 10**8 * k, data)
+    dots = [item.message for item in stream(Task(tmp_path / 'bag', tmp_path / 'my_skin.yaml'))
+            if isinstance(item, RawMessage) and item.topic == '/skin/dots']
+    assert [len(message.id) for message in dots] == [12] * 3
