@@ -12,7 +12,7 @@ from pathlib import Path
 from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, Image, JointState
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.messages.images import message_type
@@ -87,6 +87,8 @@ class RecordNode(Node):
             self._record(topic, kind)
         self._record('description', String, _LATCHED)
         self._record('/tf_static', TFMessage, _LATCHED)
+        self._record('/tf', TFMessage)  # with the next, by which an array reckons friction and frame of its wrench
+        self._record('/joint_states', JointState)
         # Subscribe to raw data after the perception nodes: a played recording starts with its first subscriber.
         self._waiting = steady_timer(self, _CHECK_S, self._record_raw)
         self._examined = time.monotonic(), 0

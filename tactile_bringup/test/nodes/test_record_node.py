@@ -15,7 +15,7 @@ import rclpy
 import yaml
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import String
 from tactile_bringup.nodes.record_node import LiveBag, RecordNode
 from tactile_driver.errors import TactileError
@@ -124,8 +124,11 @@ def test_the_bag_carries_what_was_offered_and_what_was_latched_before(tmp_path):
     said.publish(String(data='source: device'))
     sender.create_publisher(TFMessage, '/tf_static', QoSProfile(depth=1, durability=latched)).publish(TFMessage())
     images = sender.create_publisher(Image, 'image_raw', best_effort)
+    others = [(sender.create_publisher(kind, topic, 5), kind()) for topic, kind in (('/tf', TFMessage), ('/joint_states', JointState))]
     end = time.monotonic() + 20
-    while node.written < 20 and time.monotonic() < end:
+    while node.written < 40 and time.monotonic() < end:
+        for publisher, message in others:
+            publisher.publish(message)
         images.publish(Image(height=1, width=2, encoding='mono8', step=2, data=[7, 8]))
         executor.spin_once(timeout_sec=0.05)
     executor.shutdown()
@@ -137,7 +140,8 @@ def test_the_bag_carries_what_was_offered_and_what_was_latched_before(tmp_path):
     found = {topic['name']: [(qos['reliability'], qos['durability']) for qos in topic['offered_qos_profiles']] for topic in topics}
     assert about['ros_distro'] == 'jazzy'
     assert found == {'/description': [('reliable', 'transient_local')], '/tf_static': [('reliable', 'transient_local')],
-                     '/image_raw': [('best_effort', 'volatile')]}
+                     '/image_raw': [('best_effort', 'volatile')], '/tf': [('reliable', 'volatile')],
+                     '/joint_states': [('reliable', 'volatile')]}
 
 
 @pytest.mark.parametrize('name, message', [('there', 'exists already'), ('', 'parameter bag is empty')])
