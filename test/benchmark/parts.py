@@ -168,16 +168,16 @@ class Sheets:
 def sheet(sensor: str, bags: Path, from_recordings: bool) -> tuple[str, tuple[list[Case], dict]]:
     """(sensor, (cases to judge on, method -> (calibration, changes of the parameters))). The published method of sheets needs a plate,
     which the recordings lack."""
-    folder, of_paper, plate = bags / sensor, None, None
+    folder = bags / sensor
     folder.mkdir(parents=True, exist_ok=True)
     if from_recordings:
         presses, *tests = (recorded(folder, f'{SHEETS[sensor]}_{part}', sensor) for part in ('calib_small', 'test'))
     else:
         presses, *tests = (simulated(folder, f'{sensor}_{scene}', rate, sensor) for scene, rate in
                            (('calibration', 3.0), ('test', 4.0), ('two', 4.0)))
-    paper = 'paper_cushion' if sensor == 'air_cushion' else 'paper'
-    if paper == 'paper_cushion':
-        of_paper = presses
+    paper, of_paper, plate = 'paper_cushion' if sensor == 'air_cushion' else 'paper', None, None
+    if sensor == 'air_cushion':
+        of_paper = presses if from_recordings else simulated(folder, 'air_cushion_zones_calibration', 2.0, sensor)
     elif not from_recordings:
         of_paper, plate = (simulated(folder, f'{sensor}_{scene}', 2.0, sensor) for scene in ('markers', 'plate'))
     with contextlib.redirect_stderr(io.StringIO()):
