@@ -9,7 +9,7 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
-from parts import PARTS, Row
+from parts import FLOW, PARTS, Row
 from tactile_perception.sensors import SENSOR_TYPES
 
 #: Changes that are none whatever the noise: of a time, as a part of it; of an error, as a part of it and in its own unit.
@@ -105,13 +105,14 @@ def _said(value: float) -> str:
 
 def summary(entries: list[Entry]) -> str:
     """One Markdown table of the sensors: their methods on the largest images, times and errors, medians over rounds."""
-    lines = ['| sensor | method | ms a frame | errors |', '|---|---|---|---|']
+    lines = ['|sensor|method|ms a frame|errors|', '|---|---|---|---|']
     for entry in entries:
         largest = max((e.size for e in entries if (e.part, e.source) == (entry.part, entry.source)), default='')
-        if entry.source in SENSOR_TYPES and entry.size == largest:
-            errors = '; '.join(f'{name} {_said(median(entry.errors[name]))} {unit}' for name, unit in PARTS[entry.part].errors.items()
-                               if math.isfinite(median(entry.errors[name])))
-            lines.append(f'| {entry.source} | {entry.method} | {_said(median(entry.ms))} | {errors} |')
+        if entry.source in SENSOR_TYPES and entry.size == largest and entry.method != FLOW:
+            middles = {name: median(entry.errors[name]) for name in PARTS[entry.part].errors}
+            errors = [f'{name} {_said(middles[name])} {unit.replace(" - ", "-")}' for name, unit in PARTS[entry.part].errors.items()
+                      if math.isfinite(middles[name])]
+            lines.append(f'|{entry.source}|{entry.method}|{_said(median(entry.ms))}|{"; ".join(errors)}|')
     return '\n'.join(lines) + '\n'
 
 
