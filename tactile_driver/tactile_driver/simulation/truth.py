@@ -1,12 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The ground truth of a simulated frame: dots, contact, slip and forces."""
+"""The ground truth of a simulated frame: dots, contact, slip and forces; and what keeps it for each frame."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 import numpy as np
 
+Known = TypeVar('Known')
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 NO_SLIP, INCIPIENT, GROSS = 0, 1, 2
 
@@ -70,3 +72,28 @@ class SimulatedFrame:
 
     image: np.ndarray
     truth: TruthFrame
+
+
+class FramesInOrder(Generic[Known]):
+    """What is known of a scene's frames, each computed after those before it and kept. Subclasses set frames, those of a round, and _known,
+    a list, and implement _next."""
+
+    frames: int
+    _known: list[Known]
+
+    def observe(self, number: int) -> Known:
+        """What is known of the frame number; the scene repeats."""
+        number %= self.frames
+        while len(self._known) <= number:
+            self._known.append(self._next())
+        return self._known[number]
+
+    def observe_ahead(self, number: int) -> bool:
+        """Compute one frame that is not known yet; False if those up to number and one round are known."""
+        ahead = len(self._known) <= min(number, self.frames - 1)
+        if ahead:
+            self._known.append(self._next())
+        return ahead
+
+    def _next(self) -> Known:
+        raise NotImplementedError

@@ -13,7 +13,7 @@ from ..skin.contact import FrictionalContact, PlateContact
 from .shutters import Shutters
 from ..skin.tools import Motion
 from .specimen import Specimen
-from ..truth import SimulatedFrame, TruthFrame
+from ..truth import FramesInOrder, SimulatedFrame, TruthFrame
 
 #: Node spacings per unit of the Frobenius norm of a change of rotation; chosen.
 _TOOL_SIZE = 7.1
@@ -28,7 +28,7 @@ class Glance:
     spread: np.ndarray
 
 
-class Scene:
+class Scene(FramesInOrder[Observation]):
     """A sensor and the objects that touch it, in frames at a fixed rate.
 
     Attributes: sensor: type; camera; membrane: the skin; rows, columns: of dots; rate: frames/s; duration: s, of one round, then the scene
@@ -62,20 +62,6 @@ class Scene:
         """As render, without sensor noise."""
         seen = self.observe(math.floor(t * self.rate + 0.5))
         return SimulatedFrame(self._renderer.draw(seen.shape, seen.truth.dot_uv, seen.spread, self._pattern.radius, None), seen.truth)
-
-    def observe(self, number: int) -> Observation:
-        """State and truth of the frame number; the scene repeats."""
-        number %= self.frames
-        while len(self._known) <= number:
-            self._known.append(self._next())
-        return self._known[number]
-
-    def observe_ahead(self, number: int) -> bool:
-        """Compute one frame that is not known yet; False if those up to number and one round are known."""
-        ahead = len(self._known) <= min(number, self.frames - 1)
-        if ahead:
-            self._known.append(self._next())
-        return ahead
 
     def _next(self) -> Observation:
         """Compute the next frame."""

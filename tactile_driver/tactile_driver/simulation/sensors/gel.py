@@ -18,7 +18,7 @@ from ..optics.led_light import SideLight
 from ..optics.pattern import uneven
 from ..optics.rendering import Imaging, Renderer
 from ..skin.surfaces import Sheet
-from ..truth import NON_CONTACT, NO_SLIP, SLIPPING, STICKING, SimulatedFrame, Touch, TruthFrame
+from ..truth import FramesInOrder, NON_CONTACT, NO_SLIP, SLIPPING, STICKING, SimulatedFrame, Touch, TruthFrame
 
 #: The gel as made; chosen: silicone, the size and stiffness of a fingertip's.
 MATERIAL = Material(thickness=4.0e-3, depth=0.4e-3, young=0.22e6, poisson=0.48)
@@ -41,7 +41,7 @@ class GelScript:
     grid: bool = True
 
 
-class GelScene:
+class GelScene(FramesInOrder[TruthFrame]):
     """A gel and one object, in frames at a fixed rate; see scene.Scene, whose face it has."""
 
     def __init__(self, script: GelScript, rate: float, seed: int, width: int):
@@ -69,20 +69,6 @@ class GelScene:
         truth = self.observe(number)
         _, slope = self.camera.project_with_slope(truth.dot_xyz)
         return SimulatedFrame(self._renderer.draw(self._shape, truth.dot_uv, slope[:, :, :2], self._radius, number), truth)
-
-    def observe(self, number: int) -> TruthFrame:
-        """The truth of the frame number; the scene repeats."""
-        number %= self.frames
-        while len(self._known) <= number:
-            self._known.append(self._next())
-        return self._known[number]
-
-    def observe_ahead(self, number: int) -> bool:
-        """Compute one frame that is not known yet; False if those up to number and one round are known."""
-        ahead = len(self._known) <= min(number, self.frames - 1)
-        if ahead:
-            self._known.append(self._next())
-        return ahead
 
     def _next(self) -> TruthFrame:
         end = np.array([np.interp(len(self._known) / self.rate, self._keys[:, 0], column) for column in self._keys[:, 1:].T])
