@@ -1,10 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Time and error of finding dots in an image, and of numbering them, methods interleaved: the parts dots and numbers of run.py.
+"""Time and error of finding dots in an image, methods interleaved: the part dots of run.py.
 
-Dots alone: error relative to the Cramer-Rao bound (2-D RMS of dots neither overlapping nor under glare), missed and false dots per
-thousand, standard deviation of the errors relative to the stated sigma. Numbered: error (2-D RMS, px), missing and wrong numbers per
-thousand dots; the pattern moves back and forth by a pixel a frame.
+Error relative to the Cramer-Rao bound (2-D RMS of dots neither overlapping nor under glare), missed and false dots per thousand, standard
+deviation of the errors relative to the stated sigma.
 """
 from __future__ import annotations
 
@@ -14,17 +13,13 @@ from collections import defaultdict
 import cv2
 import numpy as np
 from printed_dots import NAMES, make_scene, position_bound
-from scipy.spatial import cKDTree
 
 from tactile_perception.common.dots import Dots
 from tactile_perception.dots.detect import METHODS, DotDetector
-from tactile_perception.dots.number import grid_numbering
-from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadFrame
 
 NOISE, NOISES = 2.0, (1.0, 2.0, 4.0, 8.0)  # grey levels
 MATCH = 3.0  # px: a dot farther than this from every true position is false
-IN_A_ROW = 6  # consecutive frames per method, so that code and tables are cached as in use
 
 
 class BlobDetector:
@@ -124,96 +119,3 @@ def _timed(detector, image) -> tuple[Dots, float]:
     except BadFrame:
         dots = Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
     return dots, time.thread_time() - start
-
-
-class FromNothing:
-    """Detection and numbering that know no frame before; nearest: each number is that of the nearest dot of the last frame."""
-
-    def __init__(self, detector, numbering: str = 'lattice', nearest: bool = False):
-        self._detector, self._numbering, self._nearest = detector, numbering, nearest
-        self._previous = None
-
-    def process(self, image: np.ndarray, _stamp_s: float):
-        """(uv (N, 2), id (N,)) of an image."""
-        uv = self._detector.detect(image).uv
-        if self._previous is None or not len(uv):
-            id = grid_numbering(self._numbering, 23, 23).number(uv, *image.shape[1::-1]).id
-        else:
-            distance, place = cKDTree(self._previous[0]).query(uv)
-            id = np.full(len(uv), -1)
-            for dot in np.argsort(-distance):  # of several with the same nearest dot, the nearest has its number
-                id[id == self._previous[1][place[dot]]] = -1
-                id[dot] = self._previous[1][place[dot]]
-        if self._nearest and (id >= 0).any():
-            self._previous = uv[id >= 0], id[id >= 0]
-        return uv, id
-
-
-class Following:
-    """The tracker, which knows the frames before."""
-
-    def __init__(self):
-        self._tracker = DotTracker(23, 23)
-
-    def process(self, image: np.ndarray, stamp_s: float):
-        """(uv (N, 2), id (N,)) of an image."""
-        tracks = self._tracker.process(image, stamp_s)
-        return tracks.uv, tracks.id
-
-
-def ways() -> dict:
-    """(name, size of its frames against 640 x 480 as a divisor) -> a fresh finder."""
-    return {('from nothing', 1): FromNothing(DotDetector('dark'), 'lattice'), ('with a previous frame', 1): Following(),
-            ('from nothing', 2): FromNothing(DotDetector('dark'), 'lattice'), ('with a previous frame', 2): Following(),
-            ("the paper's steps", 1): FromNothing(DotDetector('dark', 'paper'), 'paper'),
-            ('SimpleBlobDetector, nearest', 1): FromNothing(BlobDetector(), nearest=True)}
-
-
-def number(scenes: int, turns: int) -> list[dict]:
-    """A row for each scene and way."""
-    cv2.setNumThreads(1)
-    rows = []
-    for name in NAMES[:scenes]:
-        scene, rng = make_scene(name, 1), np.random.default_rng(0)
-        compared = ways()
-        sums, times = {way: np.zeros(5) for way in compared}, {way: [] for way in compared}
-        for turn in range(turns + 1):
-            shifts = range(IN_A_ROW) if turn % 2 else range(IN_A_ROW)[::-1]
-            images = [np.roll(scene.frame(NOISE, rng), shift, 1) for shift in shifts]
-            for (way, scale), finder in compared.items():
-                seen = images if scale == 1 else [cv2.resize(i, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for i in images]
-                found, spent = _in_a_row(finder, seen, turn * IN_A_ROW)
-                if turn:  # the first frames measure the dots' appearance
-                    times[way, scale] += spent
-                    for shift, one in zip(shifts, found):
-                        sums[way, scale] += _numbered(scene, (scene.uv + [shift, 0] + 0.5) / scale - 0.5, *one, MATCH / scale)
-        rows += [{'scene': name, 'way': way, 'scale': scale, 'ms': 1e3 * float(np.median(times[way, scale])),
-                  'error_px': float(np.sqrt(error2 / max(right, 1))), 'none_per_1000': 1e3 * none / true,
-                  'wrong_per_1000': 1e3 * wrong / true}
-                 for (way, scale), (error2, right, wrong, none, true) in sums.items()]
-    return rows
-
-
-def _in_a_row(finder, images: list[np.ndarray], first: int) -> tuple[list, list[float]]:
-    """(uv, id) of what has a number in frames one after the other, and the seconds that each took."""
-    found, spent = [], []
-    for k, image in enumerate(images):
-        start = time.thread_time()
-        try:
-            uv, id = finder.process(image, (first + k) / 60)
-            found.append((uv[id >= 0], id[id >= 0]))
-        except BadFrame:
-            found.append((np.zeros((0, 2)), np.zeros(0, np.int64)))
-        spent.append(time.thread_time() - start)
-    return found, spent
-
-
-def _numbered(scene, uv: np.ndarray, found: np.ndarray, id: np.ndarray, reach: float) -> np.ndarray:
-    """(squared error, dots it is of, wrong, without a number, dots) of dots that neither touch nor lie under glare."""
-    clear = np.flatnonzero(scene.clear)
-    if not len(found):
-        return np.array([0, 0, 0, len(clear), len(clear)])
-    distance = np.hypot(*(uv[clear, None] - found).transpose(2, 0, 1))
-    nearest, near = distance.argmin(1), distance.min(1)
-    right, seen = id[nearest] == (scene.row * scene.columns + scene.column)[clear], near < reach
-    return np.array([(near[seen & right] ** 2).sum(), (seen & right).sum(), (seen & ~right).sum(), (~seen).sum(), len(clear)])

@@ -5,19 +5,13 @@ from __future__ import annotations
 
 import contextlib
 import io
-import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from lucas_kanade import LucasKanade
 from tactile_bringup.installed import share
 from tactile_bringup.papers.sheets import fit_published
-from tactile_driver.recordings.reader import BagReader
-from tactile_driver.recordings.serialization import decode
 from tactile_perception.evaluation.evaluation import Instant
-from tactile_perception.nodes.messages.estimates import slip_from_message
 from tactile_perception.press.tools import calibrate_markers
 
 import dots
@@ -35,7 +29,6 @@ SHEETS = {'areal_single': 'as', 'areal_dual': 'ad', 'air_cushion': 'ac'}  # sens
 SHALLOWEST = {'areal_single': 0.3e-3, 'areal_dual': 1e-3, 'air_cushion': 8e-3}  # m: shallower presses are not judged
 PAPERS_MARKERS = {'paper': 'paper_areal', 'paper_cushion': 'paper_cushion'}  # contact method: marker detection of the same paper
 TAXEL_RECORDINGS = ('static_ring', 'incipient_rect', 'rotate_rect', 'grip_hold')
-FLOW = 'Lucas-Kanade'
 FARTHEST = np.radians(61.0)  # from the finger's pole
 
 
@@ -86,28 +79,6 @@ class Dots:
                 place = (sums['error2'] / sums['matched'])**0.5 if sums['matched'] else np.nan
                 lost = 1e3 * (sums['true'] - sums['matched'] + sums['false']) / sums['true']
                 rows.append(Row('dots', 'printed dots', method, size, ms, {'place': _of_pitch(place, pixels), 'missed or false': lost}))
-        return rows
-
-
-class Numbers:
-    """From an image to numbered dots."""
-
-    errors = {'place': '1/1000 pitch', 'none or wrong': 'per 1000'}
-
-    def __init__(self, plan: Plan):
-        self._scenes, self._turns = (2, 2) if plan.quick else (len(NAMES), 4)
-
-    def measure(self, number: int) -> list[Row]:
-        """A row for each way: means over scenes of where its dots had numbers."""
-        by_way: dict[tuple, list[dict]] = {}
-        for row in dots.number(self._scenes, self._turns):
-            by_way.setdefault((row['way'], row['scale']), []).append(row)
-        rows = []
-        for (way, scale), found in by_way.items():
-            size = VGA if scale == 1 else '320 x 240'
-            errors = {'place': _of_pitch(float(np.median([row['error_px'] for row in found])), SIZES[size]),
-                      'none or wrong': float(np.mean([row['none_per_1000'] + row['wrong_per_1000'] for row in found]))}
-            rows.append(Row('numbers', 'printed dots', way, size, float(np.median([row['ms'] for row in found])), errors))
         return rows
 
 
@@ -284,7 +255,6 @@ class Taxels:
     def measure(self, number: int) -> list[Row]:
         """A row for each method: all scenes together."""
         found = {method: judge(self._cases, self._calibration, {'method': method}) for method in ('mechanics', 'paper')}
-        found[FLOW] = optical_flow(self._cases)
         return [Row('taxels', 'taxel_array', method, '', float(np.median(judged.ms)), taxel_errors(judged))
                 for method, judged in found.items()]
 
@@ -297,31 +267,4 @@ def taxel_errors(judged: Judged) -> dict[str, float]:
             'force': middle.get('force_relative', np.nan)}
 
 
-def optical_flow(cases: list[Case]) -> Judged:
-    """Slip by plain optical flow."""
-    judged = Judged()
-    for case in cases:
-        flow = LucasKanade()
-        for stamp_s, values, true in _pressures(case):
-            begin = time.thread_time()
-            slip = flow.process(values, stamp_s)
-            judged.ms.append(1e3 * (time.thread_time() - begin))
-            judged.evaluation.add(stamp_s, Instant(slip=slip), true)
-    return judged
-
-
-def _pressures(case: Case) -> Iterator[tuple[float, np.ndarray, Instant]]:
-    """(stamp s, values (rows, columns), true slip) of each frame."""
-    values, stamp = None, 0.0
-    with BagReader(case.bag) as reader:
-        for raw in reader.messages({topic for topic in reader.topics if topic.endswith(('/image_raw', 'ground_truth/slip'))}):
-            message = decode(raw.data, raw.type_name)
-            if raw.topic.endswith('/image_raw'):
-                kind = np.uint8 if message.encoding == 'mono8' else np.uint16
-                values = np.frombuffer(bytes(message.data), kind).reshape(message.height, message.width)
-                stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-            elif values is not None:
-                yield stamp, values, Instant(slip=slip_from_message(message))
-
-
-PARTS = {'dots': Dots, 'numbers': Numbers, 'touchpad': Touchpad, 'sheets and dome': Sheets, 'finger': Finger, 'taxels': Taxels}
+PARTS = {'dots': Dots, 'touchpad': Touchpad, 'sheets and dome': Sheets, 'finger': Finger, 'taxels': Taxels}

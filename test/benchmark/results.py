@@ -9,7 +9,7 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
-from parts import FLOW, PARTS, Row
+from parts import PARTS, Row
 from tactile_perception.sensors import SENSOR_TYPES
 
 #: Changes that are none whatever the noise: of a time, as a part of it; of an error, as a part of it and in its own unit.
@@ -29,7 +29,7 @@ class Shown:
     reported: float | None = None
 
 
-PANELS = (Shown('dots found in an image', 'dots', 'place'), Shown('dots found and numbered', 'numbers', 'place'),
+PANELS = (Shown('dots found in an image', 'dots', 'place'),
           Shown('touchpad: contact region', 'touchpad', 'region overlap'),
           Shown('sheet, one camera: touch', 'sheets and dome', 'place', 'areal_single', 1.675),
           Shown('sheet, two cameras: touch', 'sheets and dome', 'place', 'areal_dual', 0.63),
@@ -108,7 +108,7 @@ def summary(entries: list[Entry]) -> str:
     lines = ['|sensor|method|ms a frame|errors|', '|---|---|---|---|']
     for entry in entries:
         largest = max((e.size for e in entries if (e.part, e.source) == (entry.part, entry.source)), default='')
-        if entry.source in SENSOR_TYPES and entry.size == largest and entry.method != FLOW:
+        if entry.source in SENSOR_TYPES and entry.size == largest:
             middles = {name: median(entry.errors[name]) for name in PARTS[entry.part].errors}
             errors = [f'{name} {_said(middles[name])} {unit.replace(" - ", "-")}' for name, unit in PARTS[entry.part].errors.items()
                       if math.isfinite(middles[name])]

@@ -8,7 +8,7 @@ Methods take turns, and the whole runs in rounds, so that other load on the mach
 sensors from the raw message to the messages of the results, without drawing or reading files. A yardstick, a fixed amount of work, is
 timed as well, so that results of machines of different speed can be compared. Errors are relative to the ground truth of the simulated
 sensors, which ship, or with --recorded of recordings of another simulation (TACTILE_RECORDINGS); `evaluate` computes them. Baselines:
-OpenCV's SimpleBlobDetector, trackpy (if installed: pip install trackpy) and plain Lucas-Kanade.
+OpenCV's SimpleBlobDetector and trackpy (if installed: pip install trackpy).
 With --compare the exit code is 1 if anything is slower or less accurate than in OLD.json (the benchmark.json of an earlier run) by more
 than the spread of the rounds.
 """

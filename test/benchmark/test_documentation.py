@@ -9,15 +9,15 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 import dots
 import results
-from parts import FLOW, TOUCHPAD_METHODS
+from parts import TOUCHPAD_METHODS
 from tactile_perception.finger.parameters import PSD_METHODS
 from tactile_perception.press.methods import METHOD_NAMES
 from tactile_perception.sensors import SENSOR_TYPES
 from tactile_perception.taxel.estimator import TAXEL_METHODS
 
 HERE = Path(__file__).parent
-METHODS = {'dots': {*dots.detectors(), 'trackpy'}, 'numbers': {name for name, _ in dots.ways()}, 'touchpad': TOUCHPAD_METHODS,
-           'sheets and dome': METHOD_NAMES, 'finger': PSD_METHODS, 'taxels': {*TAXEL_METHODS, FLOW}}
+METHODS = {'dots': {*dots.detectors(), 'trackpy'}, 'touchpad': TOUCHPAD_METHODS,
+           'sheets and dome': METHOD_NAMES, 'finger': PSD_METHODS, 'taxels': TAXEL_METHODS}
 
 
 def test_every_sensor_is_shown_and_only_methods_that_exist():
