@@ -26,8 +26,12 @@ def test_an_experiment_has_finite_columns(tmp_path, paper, experiment):
             of_random_print = 'random' in table.title  # no calibration file of it ships
             assert np.isfinite(row.published) != (NO_GAP in table.note), (table.title, row)
             assert np.isfinite(row.ours) or of_random_print, (table.title, row)
+        for curves in table.curves:
+            assert len(curves.lines) >= 2 and all(len(x) == len(y) for x, y in curves.lines.values())
     command.draw({paper: tables}, tmp_path / 'papers.png')
-    assert (tmp_path / 'papers.png').stat().st_size > 1000
+    if plotted := [table for table in tables if table.curves]:
+        command.draw_curves(plotted, tmp_path / 'curves.png')
+    assert all(path.stat().st_size > 1000 for path in tmp_path.glob('*.png'))
 
 
 def test_what_is_unknown_is_no_number_in_a_table():

@@ -28,12 +28,23 @@ class Row:
 
 
 @dataclass(frozen=True)
+class Curves:
+    """What a paper plots. name: with unit, of the ordinate; of_what: the abscissa; lines: name -> (x (N,), y (N,)), of the truth, the
+    published method and ours."""
+
+    name: str
+    of_what: str
+    lines: dict[str, tuple[np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True)
 class Table:
-    """One experiment: title, rows, and what has to be known to read it."""
+    """One experiment: title, rows, what has to be known to read it, and what its paper plots."""
 
     title: str
     rows: list[Row]
     note: str = ''
+    curves: tuple[Curves, ...] = ()
 
     def lines(self) -> list[str]:
         """In Markdown."""

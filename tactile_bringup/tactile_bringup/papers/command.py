@@ -23,6 +23,7 @@ from tactile_perception.common.progress import in_parallel
 
 from . import others, sheets
 from .bench import Bench, Table
+from .others import OURS, PUBLISHED, TRUTH
 
 EXPERIMENTS: dict[str, tuple[Callable[[Bench], Iterator[Table]], ...]] = {
     'areal_sensor_contact_position': (sheets.one_camera, sheets.two_cameras),
@@ -78,9 +79,29 @@ def draw(tables: dict[str, list[Table]], path: Path) -> None:
         panel.plot([row.ours / reported], [k], 's', color='C0', label='ours' if k == 0 else None)
     panel.axvline(1.0, color='grey', label='the paper reports')
     panel.set(xscale='log', yticks=range(len(rows)), yticklabels=[name for name, *_ in rows], xlabel='over what the paper reports',
-              title=f'The papers\' experiments on the simulated sensors, {time.strftime("%Y-%m-%d")}')
+              title=f'The papers\' experiments, {time.strftime("%Y-%m-%d")}')
     panel.invert_yaxis()
-    panel.legend()
+    figure.legend(loc='outside lower center', ncols=3)
+    figure.savefig(path, dpi=90)
+    pyplot.close(figure)
+
+
+def draw_curves(tables: list[Table], path: Path) -> None:
+    """What a paper plots: a row for each table, a panel for each of its curves."""
+    import matplotlib
+    matplotlib.use('Agg')
+    from matplotlib import pyplot
+    columns = max(len(table.curves) for table in tables)
+    figure, panels = pyplot.subplots(len(tables), columns, figsize=(4.2 * columns, 0.5 + 2.6 * len(tables)), layout='constrained',
+                                     squeeze=False)
+    colours = {TRUTH: 'grey', PUBLISHED: 'C1', OURS: 'C0'}
+    for row, table in zip(panels, tables):
+        row[0].set_title(table.title, loc='left')
+        for panel, curves in zip(row, table.curves):
+            for name, (x, y) in curves.lines.items():
+                panel.plot(x, y, color=colours[name], linewidth=1.0, label=name)
+            panel.set(xlabel=curves.of_what, ylabel=curves.name)
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc='outside lower center', ncols=3)
     figure.savefig(path, dpi=90)
     pyplot.close(figure)
 
@@ -90,7 +111,7 @@ def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 1 and one error line on failure."""
     parser = argparse.ArgumentParser('papers', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--paper', action='append', choices=list(EXPERIMENTS), help='only this paper (may be repeated)')
-    parser.add_argument('--report', type=Path, metavar='DIR', help='folder for papers.md and papers.png')
+    parser.add_argument('--report', type=Path, metavar='DIR', help='folder for papers.md, papers.png and the plots of the papers')
     parser.add_argument('--bags', type=Path, metavar='DIR', help='folder where bags are kept for the next time; else they are made anew')
     given = parser.parse_args(args)
     with contextlib.nullcontext(given.bags) if given.bags else TemporaryDirectory() as folder:
@@ -101,7 +122,12 @@ def main(args: list[str] | None = None) -> int:
         given.report.mkdir(parents=True, exist_ok=True)
         (given.report / 'papers.md').write_text(report(tables) + '\n')
         draw(tables, given.report / 'papers.png')
-        print(f'written: {given.report / "papers.md"}, {given.report / "papers.png"}')
+        plotted = {name: [table for table in some if table.curves] for name, some in tables.items()}
+        for name, some in plotted.items():
+            if some:
+                draw_curves(some, given.report / f'{name}.png')
+        print(f'written: papers.md, papers.png and, as the papers plot it, a picture each of {", ".join(n for n, s in plotted.items() if s)} '
+              f'in {given.report}')
     return 0
 
 

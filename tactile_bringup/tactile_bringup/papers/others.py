@@ -17,13 +17,14 @@ from tactile_driver.recordings.writer import BagWriter
 from tactile_perception.common.geometry import matrix_of_quaternion
 from tactile_perception.evaluation.evaluation import Evaluation
 
-from .bench import Bench, Row, Table, mean, shipped
+from .bench import Bench, Curves, Row, Table, mean, shipped
 
 _SAMPLES, _FRAMES, _TAXELS = 1000.0, 10.0, 50.0  # Hz
 NO_GAP = 'Its force, eq 5, is that of a flat face at one depth, which a tilted one has not: ours is by calibrated pressure.'
 OPENING = 'Its force is that of eq 5 with the true opening of the gripper; ours is by calibrated pressure.'
 _GRIPPER = {'gripper.joint': 'finger', 'object.width': 0.030}
 _APART = 1e-4  # m, of the pads from the object while nothing touches
+TRUTH, PUBLISHED, OURS = 'truth', 'its method, as built here', 'ours'
 WITHIN = 45.0  # degrees from the pole, of the paper's second figure
 
 
@@ -82,12 +83,17 @@ def touchpad(bench: Bench) -> Iterator[Table]:
     """Figs 8 to 10: a rectangle, the end of a cylinder and a ring pressed along the normal, without slip."""
     for tool, fig in (('rectangle', 8), ('disc', 9), ('ring', 10)):
         bag = bench.bag('touchpad', f'normal_{tool}', _FRAMES)
-        papers, ours = (_dots(bench, bag, bench.params('touchpad', changes)) for changes in (_PAPERS_TOUCHPAD, {'contact': 'membrane'}))
+        (papers, by_papers), (ours, by_ours) = (_dots(bench, bag, bench.params('touchpad', changes))
+                                                for changes in (_PAPERS_TOUCHPAD, {'contact': 'membrane'}))
+        index = np.arange(len(by_papers)), np.arange(len(by_ours))
+        curves = tuple(Curves(f'{names}, dots', 'sampling index', {PUBLISHED: (index[0], by_papers[:, k]), OURS: (index[1], by_ours[:, k])})
+                       for k, names in enumerate(('true positives', 'false positives', 'false negatives')))
         names = ('dots in contact', 'true positive', 'false positive', 'false negative', 'true positive, at most', 'false positive, then',
                  'false negative, then', 'pose of the object, mean error')
         units = ('dots',) * (len(names) - 1) + ('mm',)
         yield Table(f'{tool}: fig {fig}', [Row(name, unit, '', *pair) for name, unit, *pair in zip(names, units, papers, ours)],
-                    'Dots that touch by the truth or by the method, mean over touched frames; last: the frame with most true positives.')
+                    'Dots that touch by the truth or by the method, mean over touched frames; last: the frame with most true positives.',
+                    curves)
 
 
 def _moved(region, place: np.ndarray) -> np.ndarray:
@@ -95,7 +101,8 @@ def _moved(region, place: np.ndarray) -> np.ndarray:
     return matrix_of_quaternion(region.pose_rotation) @ place + region.pose_translation
 
 
-def _dots(bench: Bench, bag: Path, params: Path) -> list[float]:
+def _dots(bench: Bench, bag: Path, params: Path) -> tuple[list[float], np.ndarray]:
+    """The numbers of the table, and true positives, false positives and false negatives of each touched frame (N, 3)."""
     counts, off = [], []
     for _, estimated, true in bench.instants(bag, params, None):
         if true.contacts and estimated.region is not None:
@@ -105,24 +112,30 @@ def _dots(bench: Bench, bag: Path, params: Path) -> list[float]:
             told = set(np.asarray(estimated.region.dot_id)[np.asarray(estimated.region.dot_state) > 0].tolist())
             counts.append((len(touching), len(touching & told), len(told - touching), len(touching - told)))
     if not counts:
-        return [np.nan] * 8
+        return [np.nan] * 8, np.zeros((0, 3))
     table = np.array(counts, float)
-    return [*table.mean(0).tolist(), *table[table[:, 1].argmax(), 1:].tolist(), mean(off)]
+    return [*table.mean(0).tolist(), *table[table[:, 1].argmax(), 1:].tolist(), mean(off)], table[:, 1:]
 
 
 def taxels(bench: Bench) -> Iterator[Table]:
     """Fig 3: position and angle while a bar is moved and turned; fig 8: the wrench while the grip changes, and an object tilts."""
     for scene, what in (('demo', 'moved'), ('turn', 'turned')):
         papers, ours = (_trace(bench, bench.bag('taxel_array', scene, _TAXELS), method) for method in ('paper', 'mechanics'))
+        curves = tuple(Curves(name, 'time, s', {TRUTH: (ours[:, 0], ours[:, k + 3]), PUBLISHED: (papers[:, 0], papers[:, k]),
+                                                OURS: (ours[:, 0], ours[:, k])}) for k, name in enumerate(('x, mm', 'angle, degrees'), 1))
         yield Table(f'A bar is {what}: fig 3', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
-            ('position, mean error', 'angle, mean error', 'frames told'), ('mm', 'degrees', '%'), papers, ours)], 'The paper shows a plot.')
+            ('position, mean error', 'angle, mean error', 'frames told'), ('mm', 'degrees', '%'), _off(papers), _off(ours))],
+            'The paper shows a plot.', curves)
     for scene, what in (('grip', 'the grip changes'), ('rock', 'the object tilts')):
         names = 'force along the normal, mean error', 'moments along the pad, mean error', 'largest force', 'largest moment'
         bag = bench.bag('taxel_array', scene, _TAXELS)
-        flat = scene == 'grip'
-        papers = _wrench(bench, _with_gripper(bag), 'paper', _GRIPPER) if flat else [np.nan] * 4
+        flat, ours = scene == 'grip', _wrenches(bench, bag, 'mechanics')
+        papers = _wrenches(bench, _with_gripper(bag), 'paper', _GRIPPER) if flat else np.zeros((0, 13))
+        curves = tuple(Curves(name, 'time, s', {TRUTH: (ours[:, 0], factor * ours[:, k + 6]), PUBLISHED: (papers[:, 0], factor * papers[:, k]),
+                                                OURS: (ours[:, 0], factor * ours[:, k])})
+                       for name, factor, k in (('force along the normal, N', 1.0, 3), ('moment about x, mN m', 1e3, 4)))
         yield Table(f'The wrench while {what}: fig 8', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
-            names, ('N', 'mN m') * 2, papers, _wrench(bench, bag, 'mechanics'))], f'The paper shows a plot. {OPENING if flat else NO_GAP}')
+            names, ('N', 'mN m') * 2, _wrench(papers), _wrench(ours))], f'The paper shows a plot. {OPENING if flat else NO_GAP}', curves)
 
 
 def _with_gripper(bag: Path) -> Path:
@@ -142,18 +155,23 @@ def _with_gripper(bag: Path) -> Path:
     return told
 
 
-def _trace(bench: Bench, bag: Path, method: str) -> list[float]:
-    """Mean errors of position, mm, and angle, degrees, in frames with contact; frames told, %."""
+def _trace(bench: Bench, bag: Path, method: str) -> np.ndarray:
+    """Of frames with contact (N, 6): stamp, s; estimated x, mm, and angle, degrees; error of position, mm; true x and angle, to which the
+    estimated one is brought by half turns."""
     rows = []
-    for _, estimated, true in bench.instants(bag, bench.params('taxel_array', {'method': method}), shipped('taxel_array')):
+    for stamp, estimated, true in bench.instants(bag, bench.params('taxel_array', {'method': method}), shipped('taxel_array')):
         if true.contacts and estimated.region is not None:
-            off = 1e3 * np.hypot(*(estimated.region.centroid - true.region.centroid)[:2])
-            turn = np.degrees(estimated.region.orientation) - _long_side(true.region.outlines)
-            rows.append((off, abs((turn + 90) % 180 - 90)))
-    if not rows:
-        return [np.nan] * 3
-    off, turn = np.array(rows).T
-    return [mean(off), mean(turn), 100.0 * float(np.isfinite(off).mean())]
+            told, real = 1e3 * estimated.region.centroid[:2], 1e3 * true.region.centroid[:2]
+            side = _long_side(true.region.outlines)
+            turn = (np.degrees(estimated.region.orientation) - side + 90) % 180 - 90
+            rows.append((stamp, told[0], side + turn, np.hypot(*(told - real)), real[0], side))
+    return np.array(rows).reshape(-1, 6)
+
+
+def _off(trace: np.ndarray) -> list[float]:
+    """Mean errors of position, mm, and angle, degrees, of a trace (N, 6); frames told, %."""
+    told = 100.0 * float(np.isfinite(trace[:, 3]).mean()) if len(trace) else np.nan
+    return [mean(trace[:, 3]), mean(np.abs(trace[:, 2] - trace[:, 5])), told]
 
 
 def _long_side(outlines: list[np.ndarray]) -> float:
@@ -166,15 +184,19 @@ def _long_side(outlines: list[np.ndarray]) -> float:
     return float(np.degrees(np.arctan2(along[1], along[0])))
 
 
-def _wrench(bench: Bench, bag: Path, method: str, more: Mapping = MappingProxyType({})) -> list[float]:
-    """Mean errors of the normal force, N, and of the moments along the pad, mN m; their largest true values. more: parameters beside the
-    method."""
-    pairs = [(estimated.wrench, true.wrench) for _, estimated, true in
+def _wrenches(bench: Bench, bag: Path, method: str, more: Mapping = MappingProxyType({})) -> np.ndarray:
+    """Of frames with contact (N, 13): stamp, s, estimated and true wrench, N and N m. more: parameters beside the method."""
+    found = [(stamp, *estimated.wrench, *true.wrench) for stamp, estimated, true in
              bench.instants(bag, bench.params('taxel_array', {'method': method, **more}), shipped('taxel_array'))
              if true.contacts and estimated.wrench is not None and true.wrench is not None]
-    if not pairs:
+    return np.array(found).reshape(-1, 13)
+
+
+def _wrench(found: np.ndarray) -> list[float]:
+    """Mean errors of the normal force, N, and of the moments along the pad, mN m; their largest true values."""
+    if not len(found):
         return [np.nan] * 4
-    told, true = np.moveaxis(np.array(pairs), 1, 0)
+    told, true = found[:, 1:7], found[:, 7:]
     parts = (1.0, slice(2, 3)), (1e3, slice(3, 5))
     return [factor * mean(np.linalg.norm((told - true)[:, part], axis=1)) for factor, part in parts] + [
         factor * float(np.linalg.norm(true[:, part], axis=1).max()) for factor, part in parts]
