@@ -122,12 +122,12 @@ def main(args: list[str] | None = None) -> int:
         given.report.mkdir(parents=True, exist_ok=True)
         (given.report / 'papers.md').write_text(report(tables) + '\n')
         draw(tables, given.report / 'papers.png')
-        plotted = {name: [table for table in some if table.curves] for name, some in tables.items()}
-        for name, some in plotted.items():
-            if some:
-                draw_curves(some, given.report / f'{name}.png')
-        print(f'written: papers.md, papers.png and, as the papers plot it, a picture each of {", ".join(n for n, s in plotted.items() if s)} '
-              f'in {given.report}')
+        written = ['papers.md', 'papers.png']
+        for name, some in tables.items():
+            if plotted := [table for table in some if table.curves]:
+                draw_curves(plotted, given.report / f'{name}.png')
+                written.append(f'{name}.png')
+        print(f'written to {given.report}: {", ".join(written)}')
     return 0
 
 

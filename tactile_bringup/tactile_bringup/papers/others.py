@@ -131,9 +131,10 @@ def taxels(bench: Bench) -> Iterator[Table]:
         bag = bench.bag('taxel_array', scene, _TAXELS)
         flat, ours = scene == 'grip', _wrenches(bench, bag, 'mechanics')
         papers = _wrenches(bench, _with_gripper(bag), 'paper', _GRIPPER) if flat else np.zeros((0, 13))
-        curves = tuple(Curves(name, 'time, s', {TRUTH: (ours[:, 0], factor * ours[:, k + 6]), PUBLISHED: (papers[:, 0], factor * papers[:, k]),
-                                                OURS: (ours[:, 0], factor * ours[:, k])})
-                       for name, factor, k in (('force along the normal, N', 1.0, 3), ('moment about x, mN m', 1e3, 4)))
+        curves = tuple(
+            Curves(name, 'time, s', {TRUTH: (ours[:, 0], factor * ours[:, k + 6]), PUBLISHED: (papers[:, 0], factor * papers[:, k]),
+                                     OURS: (ours[:, 0], factor * ours[:, k])})
+            for name, factor, k in (('force along the normal, N', 1.0, 3), ('moment about x, mN m', 1e3, 4)))
         yield Table(f'The wrench while {what}: fig 8', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
             names, ('N', 'mN m') * 2, _wrench(papers), _wrench(ours))], f'The paper shows a plot. {OPENING if flat else NO_GAP}', curves)
 
