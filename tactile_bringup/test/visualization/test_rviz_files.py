@@ -167,7 +167,7 @@ def test_every_sensor_of_a_hand_has_its_markers_and_its_picture_in_the_frame_of_
                          HandSensor('tip', 'psd_finger', 'left_thumb', (-0.2, 0.0, 0.0))))
     manager = yaml.safe_load(rviz_configuration(hand))['Visualization Manager']
     shown = {each['Topic']['Value'] for each in manager['Displays'] if 'Topic' in each}
-    assert shown == {'/hand_markers', '/left/thumb/markers', '/tip/markers', '/left/thumb/image_annotated', '/tip/image_annotated'}
+    assert shown == {'/left/thumb/markers', '/tip/markers', '/left/thumb/image_annotated', '/tip/image_annotated'}
     assert manager['Global Options']['Fixed Frame'] == 'palm'
     view = manager['Views']['Current']
     assert [view['Focal Point'][axis] for axis in 'XYZ'] == pytest.approx([0.0, 0.0, 0.01], abs=0.03), 'they hang on each other'
