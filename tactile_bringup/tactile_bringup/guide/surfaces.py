@@ -75,9 +75,8 @@ class Fingertip:
 
     def __init__(self, radius: float):
         self.radius, self.size = radius, np.full(2, 2 * radius)
-        self.places = _disc(60, 1.0)
-        polar = np.hypot(*self.places.T) * np.radians(70)  # as far out as its light reaches
-        self.places *= (radius * np.sin(polar) / np.hypot(*self.places.T))[:, None]
+        tilt = _disc(60, np.radians(70))  # as far out as its light reaches
+        self.places = radius * np.sinc(np.linalg.norm(tilt, axis=1) / np.pi)[:, None] * tilt
 
     def depth(self, tip: np.ndarray) -> float:
         """m, of a tip (3,) m; NaN under the rim."""
@@ -120,5 +119,5 @@ def _grid(span: np.ndarray) -> np.ndarray:
 def _disc(count: int, reach: float) -> np.ndarray:
     """(count, 2) m: places spread evenly over a disc of radius reach, m, on a spiral of the golden angle."""
     number = np.arange(count)
-    way, angle = reach * np.sqrt((number + 0.5) / count), number * np.pi * (3 - np.sqrt(5))
+    way, angle = reach * np.sqrt(number / count), number * np.pi * (3 - np.sqrt(5))
     return np.column_stack([way * np.cos(angle), way * np.sin(angle)])

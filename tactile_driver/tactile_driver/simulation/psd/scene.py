@@ -284,7 +284,7 @@ def _calibration() -> PsdScript:
 
 def _session() -> PsdScript:
     """Presses as a person makes them with a stage, at sixty places."""
-    acts = [_press(1.0 + 1.2 * k, 137.5 * k, 70 * math.sqrt((k + 0.5) / 60), (2.4e-4, 3.0e-4, 3.6e-4)[k % 3], 0.6, 0.05) for k in range(60)]
+    acts = [_press(1.0 + 1.2 * k, 137.5 * k, 70 * math.sqrt(k / 60), (2.4e-4, 3.0e-4, 3.6e-4)[k % 3], 0.6, 0.05) for k in range(60)]
     return PsdScript(acts, acts[-1].end + 0.5)
 
 
