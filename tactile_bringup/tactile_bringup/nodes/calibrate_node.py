@@ -19,6 +19,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
+from tactile_driver.camera.pairs import NAMES, Pairer
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message, point, stamp_ns_of, vector
@@ -75,7 +76,7 @@ class CalibrateNode(Node):
         self._session = Loads(values['weights']) if kind == _ARRAY else Session(self._surface)
         self._folder, self.complete, self.handled = self.output.with_name(f'{self.output.stem}_presses'), False, 0
         self._log, self._frames = LogOnce(self), FrameTree()
-        self._raw, self._rights, self._wrenches = deque(), deque(), deque()  # raw: those that are not judged yet
+        self._raw, self._wrenches = deque(), deque()  # raw: [(topic, message)] of one time each, which are not judged yet
         self._lost_s: dict[str, float] = {}  # since when the probe's place is not known, by the reason
         self._infos: dict[str, CameraInfo] = {}
         self._about = String()
@@ -123,10 +124,12 @@ class CalibrateNode(Node):
         row = SENSOR_TYPES[kind]
         topics, cameras = list(row.raw.values()), 'topics' in row.sources
         self._info_topics = [topic.replace('image_raw', 'camera_info') for topic in topics] if cameras else []
-        self._skew_s = read_parameters(self.params, 'dual_camera_node', DUAL_CAMERA_PARAMETERS)['max_skew'] if len(topics) > 1 else 0.0
-        for topic, waiting in zip(topics, (self._raw, self._rights)):
-            AdaptiveSubscription(self, PsdVoltages if topic == 'voltages' else Image, topic,
-                                 lambda message, _ns, topic=topic, waiting=waiting: waiting.append((topic, message)), QoSProfile(depth=100))
+        if len(topics) > 1:
+            skew = read_parameters(self.params, 'dual_camera_node', DUAL_CAMERA_PARAMETERS)['max_skew']
+            self._pairer = Pairer(round(skew * 1e9))
+        for side, topic in enumerate(topics):
+            take = partial(self._take_view, side) if len(topics) > 1 else partial(self._take, topic)
+            AdaptiveSubscription(self, PsdVoltages if topic == 'voltages' else Image, topic, take, QoSProfile(depth=100))
         for topic in self._info_topics:
             self.create_subscription(CameraInfo, topic, lambda message, topic=topic: self._infos.update({topic: message}),
                                      qos_profile_sensor_data)
@@ -135,6 +138,15 @@ class CalibrateNode(Node):
         self.create_subscription(TFMessage, '/tf_static', lambda message: self._place(message, True), _LATCHED)
         if self._values['wrench']:
             self.create_subscription(WrenchStamped, self._values['wrench'], self._feel, qos_profile_sensor_data)
+
+    def _take(self, topic: str, message, _received_ns: int) -> None:
+        self._raw.append([(topic, message)])
+
+    def _take_view(self, side: int, message: Image, _received_ns: int) -> None:
+        """Pair the views of two cameras as their driver does."""
+        self._pairer.add(side, Frame(message, stamp_ns_of(message.header), ''))
+        while (pair := self._pairer.take()) is not None:
+            self._raw.append([(f'{name}/image_raw', frame.image) for name, frame in zip(NAMES, (pair.left, pair.right))])
 
     def _place(self, message: TFMessage, static: bool) -> None:
         for each in message.transforms:
@@ -162,9 +174,9 @@ class CalibrateNode(Node):
             self._wrenches.popleft()
 
     def _work(self) -> None:
-        """Judge the raw data whose time the probe's transforms, and the other camera, have reached."""
+        """Judge the raw data whose time the probe's transforms have reached."""
         while self._raw:
-            stamp, newest = (stamp_ns_of(self._raw[k][1].header) * 1e-9 for k in (0, -1))
+            stamp, newest = (stamp_ns_of(self._raw[k][0][1].header) * 1e-9 for k in (0, -1))
             try:
                 placed = self._placed(stamp)
             except UnknownFrame as error:
@@ -172,17 +184,14 @@ class CalibrateNode(Node):
                 self.handled += len(self._raw)
                 self._raw.clear()
                 return
-            raw = self._with_right(stamp)
-            if (placed is None or raw is None) and newest - stamp < _LATE_S:
+            if placed is None and newest - stamp < _LATE_S:
                 return
-            self._raw.popleft()
+            raw = self._raw.popleft()
             self.handled += 1
             if placed is None:
                 self._warn('probe', f'/tf does not tell where {self._values["probe"] or "the force sensor"} is when the raw data came: '
                            'it has stopped, or its clock is another one', stamp)
                 continue
-            if raw is None:
-                continue  # a picture of one camera alone, of which /diagnostics of the driver tells
             for name in self._lost_s:
                 self._log.forget(name)
             self._lost_s.clear()
@@ -195,15 +204,6 @@ class CalibrateNode(Node):
         if self._values['weights']:
             return np.eye(3), _NOWHERE
         return self._pose(self._wrenches[-1][3], stamp) if self._wrenches and self._wrenches[-1][0] >= stamp else None
-
-    def _with_right(self, stamp: float) -> list | None:
-        """The raw data at a stamp, with those of the right camera, if there is one; None while they are missing."""
-        if not self._skew_s:
-            return [self._raw[0]]
-        off = [abs(stamp_ns_of(message.header) * 1e-9 - stamp) for _, message in self._rights]
-        while len(self._rights) > 60:
-            self._rights.popleft()
-        return [self._raw[0], self._rights[int(np.argmin(off))]] if off and min(off) <= self._skew_s else None
 
     def _warn(self, name: str, text: str, stamp: float) -> None:
         """Drop the present press; log why, unless it passes at once as while everything starts."""

@@ -22,6 +22,7 @@ from tactile_driver.simulation.psd.scene import open_psd_scene  # noqa: E402
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene  # noqa: E402
 from tactile_driver.simulation.taxel.scene import open_taxel_scene  # noqa: E402
 from tactile_perception.calibration.files.format import read_calibration  # noqa: E402
+from tactile_perception.press.sensor import MARKER_SENSORS  # noqa: E402
 from tactile_perception.sensors import SENSOR_TYPES  # noqa: E402
 from tactile_perception.tools.calibrate.command import main as calibrate  # noqa: E402
 
@@ -108,13 +109,23 @@ def touches(bag):
             np.array([c.force for c in contacts]))
 
 
-def calibrated(lab, sensor_type):
-    """The residuals of the calibration that a session ends with, and of the one that ships."""
-    bags, sphere, params, output = lab.session.bags, lab.session.sphere, lab.session.params, lab.session.output
+def error_of(calibration, sensor_type):
+    """The error of a calibration at held-out presses: of places (m), of a finger in rad, of an array's forces relative."""
+    names = {'touchpad': 'held_out_places_range_rms', 'psd_finger': 'left_out_mean', 'taxel_array': 'held_out_force_mean'}
+    residuals = read_calibration(calibration, sensor_type).residuals
+    return residuals['model']['place_mean'] if sensor_type in MARKER_SENSORS else residuals[names[sensor_type]]
+
+
+def check_calibration(lab, sensor_type):
+    """The session ends with a calibration about as exact as the one that ships; of a touchpad, for which none does, 0.1 mm."""
+    session = lab.session
     lab.close()
-    assert calibrate([*map(str, bags), '--params', str(params), '--output', str(output), *sphere]) == 0
-    shipped = f'{SHARE}/calibration/{sensor_type}_sim.yaml'
-    return read_calibration(output, sensor_type).residuals, read_calibration(shipped, sensor_type).residuals
+    given = ['--params', str(session.params), '--output', str(session.output), *session.sphere]
+    assert session.complete and calibrate([*map(str, session.bags), *given]) == 0
+    limit = 1e-4 if sensor_type == 'touchpad' else 2 * error_of(f'{SHARE}/calibration/{sensor_type}_sim.yaml', sensor_type)
+    found = error_of(session.output, sensor_type)
+    print(sensor_type, found, limit)
+    assert found < limit
 
 
 def test_a_session_is_interrupted_goes_on_and_ends_with_a_calibration(tmp_path, capfd):
@@ -143,8 +154,7 @@ def test_a_session_is_interrupted_goes_on_and_ends_with_a_calibration(tmp_path, 
     nearest = np.array([min(truth, key=lambda true: np.linalg.norm(np.subtract(true[:3], tip))) for tip in tips])  # noqa: B023
     assert np.abs(tips - nearest[:, :3]).max() < 1e-6 and depths == pytest.approx(-tips[:, 2]), 'm; the mounting is known'
     assert np.abs(forces - nearest[:, 3]).max() < 0.1, 'N; noise, and the weight of the tool, are taken off'
-    mine, shipped = calibrated(lab, 'areal_single')
-    print(mine, shipped)
+    check_calibration(lab, 'areal_single')
 
 
 @pytest.mark.parametrize('sensor_type', ['touchpad', 'areal_dual', 'psd_finger', 'taxel_array', 'air_cushion'])
@@ -152,6 +162,4 @@ def test_a_session_of_each_other_type_ends_with_a_calibration(sensor_type, tmp_p
     lab = Lab(sensor_type, tmp_path / 'palm.yaml')
     for _ in lab.play(scene_messages(sensor_type)):
         pass
-    assert lab.session.complete
-    mine, shipped = calibrated(lab, sensor_type)
-    print(mine, shipped)
+    check_calibration(lab, sensor_type)

@@ -278,14 +278,6 @@ def test_the_others_half_goes_on_while_one_camera_is_lost_and_it_comes_back(pair
     assert source.remark == ''
 
 
-def test_a_camera_missing_from_the_start_is_looked_for(paired):
-    right = Camera(2, gone=True)
-    source = paired(Camera(1), right)
-    assert until(source, lambda p: True).right is None and 'camera 2 is not there' in source.remark
-    right.gone = False
-    until(source, lambda p: p.right is not None)
-
-
 def test_a_silent_camera_counts_as_missing(paired):
     right = Camera(2)
     source = paired(Camera(1), right)
@@ -328,11 +320,3 @@ def test_cameras_beyond_max_skew_give_no_pair_and_say_so(paired):
     assert source.remark.startswith('the exposures of the two cameras are 7.0 ms apart, but max_skew is 4.0 ms')
     pairs = read(paired(Camera(1), Camera(2, delay=7_000_000), -1), 3)
     assert {pair.right.stamp_ns - pair.left.stamp_ns for pair in pairs} == {7_000_000}
-
-
-def test_what_is_wrong_with_one_camera_s_pictures_is_told(paired):
-    left, right = Camera(1), Camera(2)
-    source = paired(left, right)
-    until(source, lambda pair: pair.left and pair.right)
-    right.remark = 'the pictures are black'
-    assert source.remark == 'right camera: the pictures are black'

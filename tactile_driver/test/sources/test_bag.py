@@ -145,25 +145,6 @@ def test_the_sensors_images_are_chosen_among_others():
         choose_topic({**types, '/other/image_raw': 'sensor_msgs/msg/Image', '/pad/image_annotated': 'std_msgs/msg/String'}, '', 'bag')
 
 
-def test_a_bag_with_its_last_part_cut_off_plays_as_far_as_it_goes(tmp_path):
-    rng, messages = np.random.default_rng(5), []
-    for k in range(600):  # chunks are of several messages each
-        messages.append(Image(header=header(k), height=48, width=64, encoding='mono8', step=64, data=rng.bytes(48 * 64)))
-    path = write(tmp_path / 'bag', {'/pad/image_raw': messages * 1, '/pad/image_annotated': messages[:1]})
-    whole = opened(path)
-    count = sum(1 for _ in iter(lambda: whole.read().stamp_ns >= START + 599 * PERIOD, True)) + 1
-    file, = path.glob('*.mcap')
-    file.write_bytes(file.read_bytes()[:file.stat().st_size * 7 // 10])
-    (path / 'metadata.yaml').unlink()
-    source, stamps = opened(path), []
-    with pytest.raises(EndOfSource):
-        while True:
-            stamps.append(source.read().stamp_ns)
-    assert count == 600 and 100 < len(stamps) < 600
-    assert stamps == [START + k * PERIOD for k in range(len(stamps))]
-    assert 'cut off' in source.remark
-
-
 @pytest.mark.parametrize('content', ['nothing', 'folder', 'broken'])
 def test_what_is_no_bag_is_named(tmp_path, content):
     path = tmp_path / 'bag'
