@@ -22,11 +22,6 @@ def circle(radius, n=60, z=0.0):
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(n, z)], axis=1)
 
 
-def area(corners):
-    a, b, c = corners.reshape(-1, 3, 3).transpose(1, 0, 2)
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
-
-
 SIZES = {'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_length': 8e-3, 'full_force': 4.0,
          'full_torque': 0.02, 'sensor_type': 'areal_single', 'dome.rim_radius': 0.0, 'dome.height': 0.0}
 HEADER = Header(frame_id='pad')
@@ -58,7 +53,7 @@ def xyz(points):
 
 def test_every_part_is_drawn_in_the_sensor_frame_and_stays_while_data_come():
     made = by_name(MarkerSet(SIZES).frame(HEADER, touch()))
-    assert set(made) == {'dots', 'outlines', 'holes', 'region', 'normals', 'force', 'slip_center', 'text'}  # the torque is not known
+    assert set(made) == {'dots', 'outlines', 'holes', 'normals', 'force', 'slip_center', 'text'}  # the torque is not known
     assert all(m.header.frame_id == 'pad' and m.action == Marker.ADD for m in made.values())
     assert {(m.lifetime.sec, m.lifetime.nanosec) for m in made.values()} == {(2, 0)}
     assert all(m.pose.orientation.w == 1.0 for m in made.values())
@@ -93,21 +88,6 @@ def test_a_touch_shows_where_it_is_with_95_percent():
     assert abs(axis @ turn[:, 0]) == pytest.approx(1.0)
     unknown = Contact(id=3, position_covariance=[NAN] * 9)
     assert 'covariances' not in by_name(MarkerSet(SIZES).frame(HEADER, {'contacts': Contacts(contacts=[unknown])}))
-
-
-def grid_of_dots(depth=0.0):
-    x, y = (part.ravel() * 1e-3 for part in np.meshgrid(np.arange(4.0), np.arange(3.0)))
-    z = np.where((x == 1e-3) & (y == 1e-3), -depth, 0.0)
-    return DotTracks(id=range(12), x=x, y=y, z=z)
-
-
-def test_the_skin_spans_the_dots_and_shows_a_dent_by_colour_and_light():
-    flat, dented = (by_name(MarkerSet(SIZES).frame(HEADER, {'dots': grid_of_dots(depth)}))['skin'] for depth in (0.0, 2e-3))
-    assert len(flat.points) == len(flat.colors) == 3 * 2 * 3 * 2 and flat.type == Marker.TRIANGLE_LIST
-    corners = xyz(flat.points).reshape(-1, 3, 3)
-    assert 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() == pytest.approx(6e-6)
-    assert all(0 < c.a < 1 for c in flat.colors) and flat.color.a == 1.0
-    assert len({(c.r, c.g, c.b) for c in flat.colors}) == 1 < len({(c.r, c.g, c.b) for c in dented.colors})
 
 
 def test_each_array_takes_away_all_that_was_before():
