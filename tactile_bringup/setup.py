@@ -44,8 +44,6 @@ setup(
             'simulate = tactile_bringup.simulate.bags:main',
             'papers = tactile_bringup.papers.command:main',
             'demo = tactile_bringup.demo.main:main',
-            'grip_reflex = tactile_bringup.nodes.grip_reflex:main',
-            'simulated_gripper = tactile_bringup.nodes.simulated_gripper:main',
         ],
     },
 )

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A hand: its file, what carries it, its configurations, its frames."""
+"""A hand: its file and its configurations."""
 
 from pathlib import Path
 
@@ -9,8 +9,7 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 from tactile_bringup.hand.configurations import main
-from tactile_bringup.hand.description import Hand, HandSensor, read_hand
-from tactile_bringup.nodes.hand_frames_node import body_markers
+from tactile_bringup.hand.description import read_hand
 from tactile_driver.errors import BadArgument
 
 EXAMPLE = Path(__file__).parents[1] / 'hands' / 'example_hand.yaml'
@@ -79,23 +78,6 @@ def test_a_file_that_is_no_hand(tmp_path, text):
     assert '\n' not in str(raised.value)
     with pytest.raises(BadArgument, match='cannot be read'):
         read_hand(tmp_path / 'none.yaml')
-
-
-def ends(marker):
-    """Both ends (2, 3), m, of a cylinder, as RViz draws it: along its own z axis."""
-    p, q = marker.pose.position, marker.pose.orientation
-    half = Rotation.from_quat([q.x, q.y, q.z, q.w]).apply([0.0, 0.0, 0.5 * marker.scale.z])
-    return np.array([p.x, p.y, p.z]) + np.stack([-half, half])
-
-
-def test_rods_lead_from_behind_the_parent_to_the_back_of_each_sensor():
-    turned = HandSensor('thumb', 'touchpad', 'palm', (0.1, 0.0, 0.02), (0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)))  # looks along x
-    on_it = HandSensor('nail', 'psd_finger', 'thumb', (0.0, 0.0, 0.05))
-    first, second, *others = body_markers(Hand('palm', (turned, on_it))).markers
-    assert ends(first) == pytest.approx(np.array([(0, 0, -0.04), (0.06, 0, 0.02)]))
-    assert ends(second) == pytest.approx(np.array([(0.06, 0, 0.02), (0.1, 0, 0.02)]))
-    assert [marker.header.frame_id for marker in (first, second, *others)] == ['palm', 'palm', 'thumb', 'thumb']
-    assert len({(marker.ns, marker.id) for marker in (first, second, *others)}) == 4
 
 
 def test_both_files_are_written_and_named(tmp_path, capsys):

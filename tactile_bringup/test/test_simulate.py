@@ -10,7 +10,7 @@ import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
 from tactile_bringup.installed import share
-from tactile_bringup.simulate.bags import main, write_psd_scene, write_scene, write_taxel_scene
+from tactile_bringup.simulate.bags import main, write_scene
 from tactile_bringup.simulate.calibrations import calibrate_specimen, main as main_calibrations
 from tactile_driver.nodes.messages.ground_truth import TRUTH
 from tactile_driver.nodes.messages.images import image_to_array
@@ -110,77 +110,12 @@ def test_two_cameras_the_second_a_little_late(tmp_path):
     assert len(found['/areal_dual/left/camera_info']) == len(found['/areal_dual/right/camera_info']) == 2
 
 
-def contacts_in(bag, topic):
-    with BagReader(bag) as reader:
-        return {raw.stamp_ns: decode(raw.data, raw.type_name).contacts for raw in reader.messages({f'/psd_finger/{topic}'})}
-
-
-@pytest.mark.full
-def test_the_calibration_that_ships_tells_where_a_touch_is(tmp_path):
-    assert write_psd_scene(tmp_path / 'bag', 'grid', 1000.0) > 11_000
-    words = ['--params', share('params', 'psd_finger_sim.yaml'), '--calibration', share('calibration', 'psd_finger_sim.yaml')]
-    assert process_bag([str(tmp_path / 'bag'), str(tmp_path / 'out'), *words]) == 0
-    told, true = (contacts_in(tmp_path / 'out', topic) for topic in ('contacts', 'ground_truth/contacts'))
-    both = [(told[s][0], true[s][0]) for s in told if told[s] and true.get(s)]
-    error = [np.degrees(np.linalg.norm([getattr(a.normal, k) - getattr(b.normal, k) for k in 'xyz'])) for a, b in both]
-    assert len(both) > 500 and np.median(error) < 0.6
-    assert np.median([abs(a.force / b.force - 1) for a, b in both]) < 0.15
-
-
-def told(bag, topic):
-    with BagReader(bag) as reader:
-        return {raw.stamp_ns: decode(raw.data, raw.type_name) for raw in reader.messages({f'/taxel_array/{topic}'})}
-
-
-@pytest.mark.full
-def test_the_calibration_that_ships_tells_region_force_and_slip(tmp_path):
-    assert write_taxel_scene(tmp_path / 'bag', 'turn', 50.0) == 230
-    words = ['--params', share('params', 'taxel_array_sim.yaml'), '--calibration', share('calibration', 'taxel_array_sim.yaml')]
-    assert process_bag([str(tmp_path / 'bag'), str(tmp_path / 'out'), *words]) == 0
-    found = {topic: told(tmp_path / 'out', topic) for topic in ('contact_region', 'slip', 'wrench')}
-    true = {topic: told(tmp_path / 'out', f'ground_truth/{topic}') for topic in found}
-    held = [stamp for stamp, message in true['wrench'].items() if -message.wrench.force.z > 5]
-    force = [found['wrench'][s].wrench.force.z / true['wrench'][s].wrench.force.z - 1 for s in held]
-    assert np.median(np.abs(force)) < 0.06
-    area = [found['contact_region'][s].area / true['contact_region'][s].area - 1 for s in held]
-    assert np.median(np.abs(area)) < 0.1
-    states = np.array([(true['slip'][s].state, found['slip'][s].state) for s in held])
-    assert np.mean(states[:, 0] == states[:, 1]) > 0.8
-    gross = [s for s in held if true['slip'][s].state == 2 == found['slip'][s].state]
-    turn = [found['slip'][s].velocity.angular.z / true['slip'][s].velocity.angular.z - 1 for s in gross[5:]]
-    assert np.median(np.abs(turn)) < 0.15
-    centre = [np.hypot(found['slip'][s].rotation_center.x, found['slip'][s].rotation_center.y) for s in gross]
-    assert np.nanmedian(centre) < 2e-3
-
-
 LARGEST = 1_500_000  # bytes of a file that ships
-# sensor: errors (m) of place and depth in the median over the frames of one press
-SENSORS = {'areal_single': (0.5e-3, 0.2e-3), 'areal_dual': (0.6e-3, 0.1e-3), 'air_cushion': (3e-3, 3e-3)}
+SENSORS = ('areal_single', 'areal_dual', 'air_cushion')
 
 
 def shipped(sensor):
     return Path(share('calibration', f'{sensor}_sim.yaml'))
-
-
-def contacts_in_calibrations(bag, sensor, topic):
-    """Contacts of each frame, by stamp."""
-    with BagReader(bag) as reader:
-        return {raw.stamp_ns: decode(raw.data, raw.type_name).contacts for raw in reader.messages({f'/{sensor}/{topic}'})}
-
-
-@pytest.mark.parametrize('sensor', SENSORS)
-@pytest.mark.full
-def test_the_calibration_that_ships_tells_where_a_press_is(sensor, tmp_path):
-    write_scene(tmp_path / 'bag', f'{sensor}_press', 5.0, frames=16)
-    params = share('params', f'{sensor}_sim.yaml')
-    assert process_bag([str(tmp_path / 'bag'), str(tmp_path / 'out'), '--params', params, '--calibration', str(shipped(sensor))]) == 0
-    told, true = (contacts_in_calibrations(tmp_path / 'out', sensor, topic) for topic in ('contacts', 'ground_truth/contacts'))
-    assert not [stamp for stamp in told if told[stamp] and not true[stamp]]
-    pairs = [(told[stamp], true[stamp]) for stamp in told if true[stamp]]
-    assert len(pairs) > 4 and all(len(ours) == 1 for ours, _ in pairs[2:])
-    places = np.array([[(c.position.x, c.position.y, c.depth) for c in (ours[0], its[0])] for ours, its in pairs if ours])
-    off = np.abs(places[:, 0] - places[:, 1])
-    assert np.median(np.hypot(*off[:, :2].T)) < SENSORS[sensor][0] and np.median(off[:, 2]) < SENSORS[sensor][1]
 
 
 @pytest.mark.parametrize('sensor', SENSORS)

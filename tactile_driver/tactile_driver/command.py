@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+import signal
 import sys
 from collections.abc import Callable
 
@@ -16,6 +17,8 @@ def tells_errors(name: str, *more: type[Exception]) -> Callable[[Callable[..., i
     def _decorated(main: Callable[..., int]) -> Callable[..., int]:
         @functools.wraps(main)
         def _main(*args, **kwargs) -> int:
+            if signal.getsignal(signal.SIGINT) == signal.SIG_DFL:
+                signal.signal(signal.SIGINT, signal.default_int_handler)
             try:
                 return main(*args, **kwargs)
             except (TactileError, *more) as error:

@@ -110,9 +110,12 @@ def _numbers(document: dict, key: str, count: int | None, path: str) -> tuple:
     return values
 
 
-def load_calibration(path: str) -> CameraCalibration:
-    """The camera calibration in a YAML file of camera_calibration; path: path or file:// URL. Raises BadArgument for an unusable file."""
+def load_calibration(path: str) -> CameraCalibration | None:
+    """The camera calibration in a YAML file of camera_calibration; path: path or file:// URL, '' for none. None without a file, in a folder
+    that exists: set_camera_info may write it. Raises BadArgument for an unusable file."""
     name = path.removeprefix('file://')
+    if not name or (not Path(name).exists() and Path(name).absolute().parent.is_dir()):
+        return None
     try:
         document = yaml.safe_load(Path(name).read_text())
         size = int(document['image_width']), int(document['image_height'])
@@ -124,6 +127,24 @@ def load_calibration(path: str) -> CameraCalibration:
     others = [_numbers(document, key, count, name)
               for key, count in (('distortion_coefficients', None), ('rectification_matrix', 9), ('projection_matrix', 12))]
     return CameraCalibration(*size, k, *others, str(document.get('distortion_model', 'plumb_bob')))
+
+
+def save_calibration(path: str, known: CameraCalibration) -> None:
+    """Write the file that load_calibration reads. Raises BadArgument for a calibration or a place that cannot be used."""
+    name = Path(path.removeprefix('file://'))
+    fresh, matrices = name.with_name(f'{name.name}.new'), {
+        'camera_matrix': (3, 3, known.k), 'distortion_coefficients': (1, len(known.d), known.d), 'rectification_matrix': (3, 3, known.r),
+        'projection_matrix': (3, 4, known.p)}
+    page = {'image_width': known.width, 'image_height': known.height, 'camera_name': name.stem, 'distortion_model': known.model,
+            **{key: {'rows': rows, 'cols': columns, 'data': list(map(float, data))} for key, (rows, columns, data) in matrices.items()}}
+    try:
+        fresh.write_text(yaml.safe_dump(page, sort_keys=False))
+        load_calibration(str(fresh))
+        fresh.replace(name)
+    except OSError as error:
+        raise BadArgument(f'camera_info_url: {name} cannot be written: {error}') from error
+    finally:
+        fresh.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True)

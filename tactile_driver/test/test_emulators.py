@@ -114,18 +114,6 @@ def test_a_fault_costs_a_frame_or_two_and_gives_no_false_sample(bench, fault):
         assert about['missing frames'] <= 10 + about['missing samples'] // 4
 
 
-@pytest.mark.parametrize('fault', ['unplug', 'pause'])
-def test_it_goes_on_after_a_silence(bench, fault):
-    rig = bench()
-    blocks = rig.read(0.3)
-    rig.emulator.fault(fault)
-    blocks += rig.read(1.5)
-    after = rig.read(0.5)
-    rig.check(blocks + after)
-    assert sum(len(b.volts) for b in after) > 200
-    assert (np.diff([b.stamp_ns for b in blocks + after]) > 0).all()
-
-
 @pytest.mark.parametrize('format', ['binary', 'csv'])
 def test_with_modulation_the_driver_publishes_net_voltages_at_half_the_rate(bench, format):
     rig = bench(scene='light', format=format, modulation=True)  # nothing touches, under lamps that flicker
@@ -147,22 +135,6 @@ def test_every_frame_arrives_as_it_was_sent(bench, shape, bits):
     assert {frame.encoding for frame in frames} == {'mono8' if bits == 8 else 'mono16'}
     steps = np.diff([frame.stamp_ns for frame in frames])
     assert (steps > 0).all() and np.median(steps) == pytest.approx(20e6, rel=0.02)
-
-
-@pytest.mark.parametrize('fault', ['drop', 'swap', 'garbage', 'unplug', 'reset'])
-def test_faults_are_counted_or_survived_and_nothing_wrong_arrives(bench, fault):
-    rig = bench(array)
-    rig.read(0.2)
-    rig.emulator.fault(fault)
-    frames = rig.read(30.0, 60)
-    sent = {values.tobytes() for _, values in rig.emulator.sent}
-    assert len(frames) == 60 and all(frame.image.astype(np.uint16).tobytes() in sent for frame in frames)
-
-
-def test_frames_of_another_size_are_told(bench):
-    rig = bench(array, rate=500.0, expected=(10, 10))
-    assert not rig.read(0.6)
-    assert 'a matrix of 44 x 44' in rig.source.remark and 'set the parameters' in rig.source.remark
 
 
 def test_wrong_words(tmp_path, capsys):

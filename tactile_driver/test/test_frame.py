@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames, calibrations, matrices and names of coordinate frames."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument, BadFrame
 from tactile_driver.frame import (
-    Frame, MatrixOrder, as_encoding, frame_of, load_calibration, matrix_frame)
+    CameraCalibration, Frame, MatrixOrder, as_encoding, frame_of, load_calibration, matrix_frame, save_calibration)
 from tactile_driver.frame_names import optical_frame, sensor_frame, stitched_frame
 
 CAMERA_INFO = """
@@ -41,6 +43,17 @@ def test_encodings_are_converted_both_ways():
     assert as_encoding(grey, '') is grey.image
     colour = Frame(np.full((2, 2, 3), 9, np.uint8), 0, 'bgr8')
     assert as_encoding(colour, 'mono8').tolist() == [[9, 9], [9, 9]]
+
+
+def test_a_calibration_is_written_as_it_is_read_and_none_that_is_broken(tmp_path):
+    path = tmp_path / 'pad.yaml'
+    assert load_calibration('') is None and load_calibration(str(path)) is None, 'not written yet'
+    known = CameraCalibration(6, 4, (3.0, 0, 3, 0, 3, 2, 0, 0, 1), (0.1,) * 5, (1.0, 0, 0, 0, 1, 0, 0, 0, 1), (0.0,) * 12, 'plumb_bob')
+    save_calibration(f'file://{path}', known)
+    assert load_calibration(str(path)) == known
+    with pytest.raises(BadArgument, match='camera_matrix'):
+        save_calibration(str(path), replace(known, k=(float('nan'),) * 9))
+    assert load_calibration(str(path)) == known and [each.name for each in tmp_path.iterdir()] == ['pad.yaml']
 
 
 def test_calibration_file(tmp_path):

@@ -7,6 +7,8 @@ imported when it is first used, so that a node imports only what it needs.
 """
 from importlib import import_module
 
+import tactile_driver  # noqa: F401, for what it does about Ctrl-C
+
 #: public name -> module of this package : name there
 _PUBLIC = {
     'detect_dots': 'api:detect_dots',

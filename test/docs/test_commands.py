@@ -15,7 +15,7 @@ from ament_index_python.packages import get_package_prefix, get_package_share_di
 
 VERBS = ('topic', 'service', 'param', 'node', 'bag')
 TOPICS = {'image_raw', 'camera_info', 'time_reference', 'voltages', 'description', 'dots', 'contact_region', 'contacts', 'slip', 'wrench',
-          'markers', 'image_annotated', 'points', 'grip_command', 'gripper_state', 'set_reference', 'diagnostics'}
+          'markers', 'image_annotated', 'points', 'set_reference', 'diagnostics'}
 ALL = [pytest.param(page, command, id=f'{page.stem}: {command[:90]}') for page in ALL_PAGES
        for command in commands(page) + indented_commands(page)]
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The readers: MCAP by the library mcap, sqlite3 by rosbags."""
+"""The reader, of MCAP by the library mcap."""
 from __future__ import annotations
 
 import struct
@@ -8,18 +8,14 @@ import sys
 from collections import Counter, deque
 from collections.abc import Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
-import zstandard
 from mcap.exceptions import EndOfFile, RecordLengthLimitExceeded
 from mcap.reader import make_reader
 from mcap.records import Channel, Header, Message, Schema
 from mcap.stream_reader import StreamReader
 from mcap.summary import Summary
-from rosbags.rosbag2 import Reader
 
-from ._storage import (BagMetadata, CompressionMode, ConverterOptions, MetadataIo, StorageFilter, StorageOptions, TopicInformation,
-                       TopicMetadata)
+from ._storage import BagMetadata, ConverterOptions, MetadataIo, StorageFilter, StorageOptions, TopicInformation, TopicMetadata
 
 Stored = tuple[str, bytes, int]  # topic, message, time of recording in ns
 
@@ -72,49 +68,24 @@ class SequentialReader:
         return message
 
     def _load_next_file(self) -> None:
-        self._storage = _storage(self._plain(self._files.popleft()))
+        self._storage = _storage(self._files.popleft())
         self.set_filter(StorageFilter(self._wanted))
-
-    def _plain(self, file: Path) -> Path:
-        return file
 
 
 class SequentialCompressionReader(SequentialReader):
-    """Reads a bag that was compressed by files or by messages."""
+    """What rosbag2 compressed is not read here."""
 
-    def __init__(self):
-        super().__init__()
-        self._folder = TemporaryDirectory(prefix='unpacked_bag_')
-
-    def __del__(self):
-        self._folder.cleanup()
-
-    def read_next(self) -> Stored:
-        """(topic, serialised message, time of recording in ns)."""
-        topic, data, stamp = super().read_next()
-        if self._metadata.compression_mode.upper() == CompressionMode.MESSAGE.name:
-            try:
-                data = zstandard.ZstdDecompressor().decompressobj().decompress(data)
-            except zstandard.ZstdError as error:
-                raise RuntimeError(f'zstd decompression error: {error}') from error
-        return topic, data, stamp
-
-    def _plain(self, file: Path) -> Path:
-        if self._metadata.compression_mode.upper() != CompressionMode.FILE.name:
-            return file
-        target = Path(self._folder.name, file.stem)
-        try:
-            with open(file, 'rb') as packed, open(target, 'wb') as plain:
-                zstandard.ZstdDecompressor().copy_stream(packed, plain)
-        except (OSError, zstandard.ZstdError) as error:
-            raise RuntimeError(f'zstd decompression error: {error}') from error
-        return target
+    def open(self, storage_options: StorageOptions, converter_options: ConverterOptions) -> None:
+        """Refuse it."""
+        raise RuntimeError(f"{storage_options.uri} is compressed by rosbag2: that needs ROS 2's own rosbag2")
 
 
-def _storage(path: Path) -> _Mcap | _Sqlite:
+def _storage(path: Path) -> _Mcap:
     try:
-        return {'.mcap': _Mcap, '.db3': _Sqlite}[path.suffix](path)
-    except Exception as error:  # the libraries raise errors of their own, of struct, sqlite and zstandard
+        if path.suffix == '.db3':
+            raise RuntimeError("sqlite3 needs ROS 2's own rosbag2")
+        return _Mcap(path)
+    except Exception as error:  # the library raises errors of its own and of struct
         raise RuntimeError(f'No storage could be initialized from the inputs: {path}: {error}') from error
 
 
@@ -177,23 +148,3 @@ class _Mcap:
 def _topic(channel: Channel, schema: Schema) -> TopicMetadata:
     return TopicMetadata(channel.id, channel.topic, schema.name, channel.message_encoding,
                          type_description_hash=channel.metadata.get('topic_type_hash', ''))
-
-
-class _Sqlite:
-    """An sqlite3 file."""
-
-    def __init__(self, path: Path):
-        self._reader = Reader(path)
-        self._reader.open()
-        self.topics = [TopicInformation(TopicMetadata(one.id, one.topic, one.msgtype, one.ext.serialization_format,
-                                                      type_description_hash=one.digest), one.msgcount)
-                       for one in self._reader.connections]
-
-    def messages(self, topics: list[str]) -> Iterator[Stored]:
-        """Messages; a damaged page is a RuntimeError."""
-        try:
-            for connection, stamp, data in self._reader.messages([one for one in self._reader.connections
-                                                                  if not topics or one.topic in topics]):
-                yield connection.topic, bytes(data), stamp
-        except Exception as error:  # see _storage
-            raise RuntimeError(f'Error when processing SQL statement: {error}') from error

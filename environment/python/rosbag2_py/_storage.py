@@ -4,30 +4,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import Enum
 from pathlib import Path
 
 import yaml
 
 _LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # in C: a bag is opened several times
-
-
-class CompressionMode(Enum):
-    """What is compressed."""
-
-    NONE = 0
-    FILE = 1
-    MESSAGE = 2
-
-
-@dataclass
-class CompressionOptions:
-    """How a SequentialCompressionWriter compresses; only zstd."""
-
-    compression_format: str = ''
-    compression_mode: CompressionMode = CompressionMode.NONE
-    compression_queue_size: int = 0
-    compression_threads: int = 0
 
 
 @dataclass

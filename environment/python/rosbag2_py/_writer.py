@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The writers: MCAP by the library mcap; sqlite3, and what rosbag2 compresses (whole files or single messages), by rosbags."""
+"""The writer, of MCAP by the library mcap."""
 from __future__ import annotations
 
 import os
@@ -9,12 +9,9 @@ from pathlib import Path
 import yaml
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
-from rosbags.rosbag2 import CompressionFormat, StoragePlugin, Writer
-from rosbags.rosbag2 import CompressionMode as RosbagsMode
-from rosbags.rosbag2.metadata import parse_qos
 
 from ._definitions import full_text
-from ._storage import CompressionMode, CompressionOptions, ConverterOptions, StorageOptions, TopicInformation, TopicMetadata
+from ._storage import ConverterOptions, StorageOptions, TopicInformation, TopicMetadata
 
 _BUFFER = 4096  # bytes, as the buffer of a C file: what a killed process loses of a file without chunks
 
@@ -22,20 +19,18 @@ _BUFFER = 4096  # bytes, as the buffer of a C file: what a killed process loses 
 class SequentialWriter:
     """Writes a bag to a new folder."""
 
-    _compression = CompressionOptions()
-
     def __init__(self):
-        self._writer: _McapBag | _RosbagsBag | None = None
+        self._writer: _McapBag | None = None
 
     def open(self, storage_options: StorageOptions, converter_options: ConverterOptions) -> None:
         """Make the folder and its file."""
         path = Path(storage_options.uri)
         if path.is_dir():
             raise RuntimeError(f'Bag directory already exists ({path}), can\'t overwrite existing bag')
-        whole = storage_options.storage_id in ('', 'mcap') and self._compression.compression_mode == CompressionMode.NONE
+        if storage_options.storage_id not in ('', 'mcap'):
+            raise RuntimeError(f"storage {storage_options.storage_id} needs ROS 2's own rosbag2")
         try:
-            self._writer = _McapBag(path, storage_options.storage_preset_profile) if whole \
-                else _RosbagsBag(path, storage_options.storage_id, self._compression)
+            self._writer = _McapBag(path, storage_options.storage_preset_profile)
         except OSError as error:
             raise RuntimeError(f'Failed to create bag directory ({path}): {error}') from error
 
@@ -58,14 +53,6 @@ class SequentialWriter:
 
     def __del__(self):
         self.close()
-
-
-class SequentialCompressionWriter(SequentialWriter):
-    """Writes a bag compressed by files or by messages; without close, it is closed when it is deleted."""
-
-    def __init__(self, compression_options: CompressionOptions):
-        super().__init__()
-        self._compression = compression_options
 
 
 class _McapBag:
@@ -118,26 +105,3 @@ class _McapBag:
                      'message_count': one.message_count} for one in topics],
                 'compression_format': '', 'compression_mode': '', 'relative_file_paths': [self._name],
                 'files': [{'path': self._name, **time}], 'custom_data': None, 'ros_distro': os.environ.get('ROS_DISTRO', '')}
-
-
-class _RosbagsBag:
-    """A new folder that the library rosbags writes."""
-
-    def __init__(self, path: Path, storage_id: str, compression: CompressionOptions):
-        self.topics: dict[str, object] = {}
-        self._writer = Writer(path, version=9, storage_plugin=StoragePlugin[(storage_id or 'mcap').upper()])
-        self._writer.set_compression(RosbagsMode[compression.compression_mode.name], CompressionFormat.ZSTD)
-        self._writer.open()
-
-    def added(self, topic: TopicMetadata) -> object:
-        """The connection of a new topic."""
-        return self._writer.add_connection(topic.name, topic.type, msgdef=full_text(topic.type), rihs01=topic.type_description_hash or '-',
-                                           offered_qos_profiles=parse_qos(topic.offered_qos_profiles))
-
-    def write(self, connection: object, message: bytes, stamp: int) -> None:
-        """Append a message."""
-        self._writer.write(connection, stamp, message)
-
-    def close(self) -> None:
-        """Write index and metadata."""
-        self._writer.close()

@@ -56,7 +56,7 @@ class DemoNode(Node):
         self._summary, self._moments, self._video = Summary(), Moments(), Video(self._out / 'demo')
         self._reading: Reading | None = None
         self._begin_s = self._arrival_s = time.monotonic()
-        self._drawn_s, self._shown, self._panel_lines = -math.inf, None, 0
+        self._drawn_s, self._shown = -math.inf, None
         self._expected: set[str] = set()
         self._sync = StampSync(self._on_results, lambda: self._expected or _TOPICS, patience=30)
         self._picture_sync = StampSync(self._on_picture, lambda: (_READING, _PICTURE), patience=30)
@@ -118,12 +118,7 @@ class DemoNode(Node):
             raise KeyboardInterrupt  # ends run_node's spinning as Ctrl-C does
 
     def _show(self, now: float) -> None:
-        if self._settings['panel']:
-            lines = self._summary.panel(self._reading)
-            back = f'\x1b[{self._panel_lines}A' if self._panel_lines else ''
-            print(back + ''.join(f'\r{line}\x1b[K\n' for line in lines), end='', flush=True)
-            self._panel_lines = len(lines)
-        elif now - self._drawn_s >= _LINE_S and self._reading is not self._shown:
+        if now - self._drawn_s >= _LINE_S and self._reading is not self._shown:
             print(self._summary.line(self._reading), flush=True)
             self._drawn_s, self._shown = now, self._reading
 

@@ -81,13 +81,6 @@ class Summary:
         kept = [x for x in kept if abs(x) < _LONGEST_LATENCY_S]  # NaN is not
         return 1e3 * float(np.percentile(kept, percent)) if kept else _NAN
 
-    def panel(self, reading: Reading) -> list[str]:
-        """Five lines for a terminal, to be overwritten by those of the next frame."""
-        return [f'time      {reading.stamp_s - self.first_s:6.1f} s   {number(self.rate, ".1f")} Hz   '
-                f'latency {number(self.latency_ms(50), ".0f")} ms (95 %: {number(self.latency_ms(95), ".0f")} ms)',
-                f'dots      {"   -" if reading.dots is None else format(reading.dots, "4d")}   {states_line(reading.states)}',
-                f'contact   {contact_line(reading)}', f'motion    {motion_line(reading)}', f'slip      {slip_line(reading)}']
-
     def line(self, reading: Reading) -> str:
         """One line for a log."""
         dots = '' if reading.dots is None else f'{reading.dots} dots'

@@ -14,12 +14,12 @@ from tactile_perception.sensors import SENSOR_TYPES
 from ..installed import share
 from .arguments import LaunchError, check_choice, sensor_actions, sensor_arguments, values_of
 
-#: Guided are sheets over one camera.
-TYPES = tuple(name for name, row in SENSOR_TYPES.items() if row.markers and min(row.markers.size) > 0 and row.markers.cameras == 1)
 _OWN = {
-    'type': (TYPES[0], f'sensor type: {", ".join(TYPES)}'),
-    'probe': ('', "frame of /tf at the probe's tip"),
+    'type': ('areal_single', f'sensor type: {", ".join(SENSOR_TYPES)}'),
+    'probe': ('', "frame of /tf at the probe's tip; an array needs none"),
+    'tip_radius': ('', "m, of the probe's round tip; a touchpad and a dome need it"),
     'wrench': ('', 'topic of a force/torque sensor (WrenchStamped), in any frame of /tf; empty: no forces'),
+    'weights': ('', 'array: known weights, N, in the order in which they are laid on, as "5 10 20 10 5 0"; empty: wrench tells'),
     'output': ('calibration.yaml', 'calibration file to write; presses are kept beside it, and an interrupted session goes on'),
     'mounting': ('', 'x y z, m, and rotation vector, rad, of the sensor in the frame base; empty: /tf has the sensor frame'),
     'base': ('base_link', 'frame of /tf in which mounting is'),
@@ -30,32 +30,44 @@ _OWN = {
 def calibrate_description() -> LaunchDescription:
     """The launch file: the arguments of the sensor's own and those of the session."""
     own = [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in _OWN.items()]
-    return LaunchDescription([*own, *sensor_arguments(TYPES[0]), OpaqueFunction(function=_actions, args=[own])])
+    return LaunchDescription([*own, *_arguments(), OpaqueFunction(function=_actions, args=[own])])
+
+
+def _arguments() -> list[DeclareLaunchArgument]:
+    """The arguments of all sensor types, each once."""
+    found = {each.name: each for each in sensor_arguments(_OWN['type'][0])}
+    return list(({each.name: each for kind in SENSOR_TYPES for each in sensor_arguments(kind)} | found).values())
 
 
 def _actions(context: LaunchContext, own: list[DeclareLaunchArgument]) -> list:
-    values = values_of(context, [*own, *sensor_arguments(TYPES[0])])
-    check_choice('type', values['type'], TYPES)
+    values = values_of(context, [*own, *_arguments()])
+    check_choice('type', values['type'], tuple(SENSOR_TYPES))
     check_choice('simulated_stage', values['simulated_stage'], ('true', 'false'))
     suffix = '_sim' if values['source'] == 'sim' else ''
     given = {'probe': values['probe'], 'wrench': values['wrench'], 'base': values['base'], 'frame_id': sensor_frame(values['namespace']),
              'params': values['params'] or share('params', f'{values["type"]}{suffix}.yaml'),
-             'output': str(Path(values['output']).expanduser().absolute()), 'mounting': _numbers(values['mounting'])}
-    if not given['probe']:
+             'output': str(Path(values['output']).expanduser().absolute()), 'mounting': _numbers(values, 'mounting', (0, 6)),
+             'weights': _numbers(values, 'weights'), 'tip_radius': _numbers(values, 'tip_radius', (0, 1))[:1]}
+    if not given['probe'] and values['type'] != 'taxel_array':
         raise LaunchError("probe:= is empty: name the frame of /tf at the probe's tip")
-    if not given['mounting']:
-        del given['mounting']  # launch cannot tell the type of an empty list
+    given = {name: value for name, value in given.items() if value != []}  # launch cannot tell the type of an empty list
+    if 'tip_radius' in given:
+        given['tip_radius'], = given['tip_radius']
     guide = Node(package='tactile_bringup', executable='calibrate_node', namespace=values['namespace'], output='screen',
                  output_format='{line}', parameters=[given], on_exit=Shutdown(reason='the calibration is over'))
-    stage = [Node(package='tactile_bringup', executable='simulated_stage', namespace=values['namespace'])]
-    return [*sensor_actions(context, values['type'], own), guide, *(stage if values['simulated_stage'] == 'true' else [])]
+    stage = [Node(package='tactile_bringup', executable='simulated_stage', namespace=values['namespace'],
+                  parameters=[{'along_normal': values['type'] == 'psd_finger'}])]
+    mine = {each.name for each in sensor_arguments(values['type'])}
+    others = [each for each in _arguments() if each.name not in mine]
+    return [*sensor_actions(context, values['type'], [*own, *others]), guide, *(stage if values['simulated_stage'] == 'true' else [])]
 
 
-def _numbers(text: str) -> list[float]:
+def _numbers(values: dict[str, str], name: str, counts: tuple[int, ...] = ()) -> list[float]:
+    """The numbers of an argument. Raises LaunchError for words, and for another count than these."""
     try:
-        found = [float(word) for word in text.split()]
+        found = [float(word) for word in values[name].split()]
     except ValueError:
-        found = [0.0]
-    if len(found) not in (0, 6):
-        raise LaunchError(f'mounting:={text} is not x y z, m, and a rotation vector, rad')
+        raise LaunchError(f'{name}:={values[name]} has a word that is no number') from None
+    if counts and len(found) not in counts:
+        raise LaunchError(f'{name}:={values[name]} has {len(found)} numbers; give {counts[-1]}')
     return found

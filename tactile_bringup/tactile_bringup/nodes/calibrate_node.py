@@ -1,9 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""calibrate_node: leads through the presses of a sheet with a probe that /tf follows, keeps those that count as bags, then calibrates."""
+"""calibrate_node: leads through the presses of a sensor with a probe that /tf follows, or the loads of an array, keeps those that count as
+bags, then calibrates."""
 from __future__ import annotations
 
 import shutil
+import signal
 import sys
 from collections import deque
 from functools import partial
@@ -17,6 +19,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
+from tactile_driver.camera.pairs import NAMES, Pairer
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message, point, stamp_ns_of, vector
@@ -25,24 +28,28 @@ from tactile_driver.nodes.runtime.host import AdaptiveSubscription
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.nodes.runtime.run import run_node
+from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.recordings.writer import write_messages
-from tactile_msgs.msg import Contact, Contacts
+from tactile_msgs.msg import Contact, Contacts, PsdVoltages
 from tactile_perception.common.geometry import FrameTree, Pose, quaternion, rotation_matrix
 from tactile_perception.errors import BadFrame
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
+from tactile_perception.sensors import SENSOR_TYPES
 from tactile_perception.tools.calibrate.command import main as calibrate
 from tf2_msgs.msg import TFMessage
 
+from ..guide.loads import Loads
 from ..guide.session import Press, Sample, Session
+from ..guide.surfaces import sensor_type, surface_of
 from ..parameters.table import CALIBRATE_PARAMETERS
 
 _LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _LATE_S = 1.0  # chosen: so long an image waits for the probe's place
 _PERIOD_S = 0.05
-_UNKNOWN = np.full(6, np.nan)
+_UNKNOWN, _NOWHERE = np.full(6, np.nan), np.full(3, np.nan)
+_ARRAY = 'taxel_array'
 
 
 class UnknownFrame(LookupError):
@@ -57,28 +64,37 @@ class CalibrateNode(Node):
     def __init__(self):
         super().__init__('calibrate_node')
         values = NodeParameters(self, CALIBRATE_PARAMETERS)
-        missing = [name for name in ('probe', 'output', 'params') if not values[name]]
+        kind = sensor_type(Path(values['params'])) if values['params'] else ''
+        told_by = {'probe': 'probe'} if kind != _ARRAY else {} if values['weights'] else {'wrench': 'wrench (or weights)'}
+        missing = [text for name, text in ({'output': 'output', 'params': 'params'} | told_by).items() if not values[name]]
         if values.problems or missing:
             raise BadArgument('calibrate_node: ' + ('; '.join(values.problems.values()) or f'parameter {missing[0]} is empty'))
-        sensor = marker_sensor(read_parameters(Path(values['params']), 'contact_point_node', MARKER_SENSOR_PARAMETERS))
-        if not sensor.is_sheet:
-            raise BadArgument(f'calibrate_node: sensor type {sensor.type} is not guided: only sheets are; record its presses as '
-                              'docs/calibration.md says')
+        if kind not in SENSOR_TYPES:
+            raise BadArgument(f'calibrate_node: {values["params"]} is of a sensor of type {kind}; guided are {", ".join(SENSOR_TYPES)}')
         self._values, self.params, self.output = values, Path(values['params']), Path(values['output'])
+        self._surface = None if kind == _ARRAY else surface_of(self.params, values['tip_radius'])
+        self._session = Loads(values['weights']) if kind == _ARRAY else Session(self._surface)
         self._folder, self.complete, self.handled = self.output.with_name(f'{self.output.stem}_presses'), False, 0
-        self._session, self._log = Session(sensor.size), LogOnce(self)
-        self._frames, self._images, self._wrenches = FrameTree(), deque(), deque()
+        self._log, self._frames = LogOnce(self), FrameTree()
+        self._raw, self._wrenches = deque(), deque()  # raw: [(topic, message)] of one time each, which are not judged yet
         self._lost_s: dict[str, float] = {}  # since when the probe's place is not known, by the reason
-        self._info: CameraInfo | None = None
+        self._infos: dict[str, CameraInfo] = {}
         self._about = String()
         self._mount(values['mounting'])
         self._resume()
         self._picture = self.create_publisher(Image, 'image', 1)
-        self._listen()
+        self._listen(kind)
         self.create_service(Trigger, '~/undo', self._undo)
+        if values['weights']:
+            self.create_service(Trigger, '~/next', self._next)
         self.create_service(Trigger, '~/finish', self._finish)
         self._timers_kept = [steady_timer(self, _PERIOD_S, self._work), steady_timer(self, 0.5, self._show)]
         self._tell(self._session.advice)
+
+    @property
+    def sphere(self) -> list[str]:
+        """The arguments of calibrate that tell the probe's tip, which a touchpad wants."""
+        return ['--sphere-radius', str(self._values['tip_radius'])] if sensor_type(self.params) == 'touchpad' else []
 
     @property
     def bags(self) -> list[Path]:
@@ -99,19 +115,38 @@ class CalibrateNode(Node):
                 topics = {topic for topic in reader.topics if topic.endswith('ground_truth/contacts')}
                 touches = [decode(raw.data, raw.type_name).contacts for raw in reader.messages(topics)]
             found = [touch[0] for touch in touches if touch]
-            place = np.mean([[touch.position.x, touch.position.y] for touch in found], axis=0)
-            self._session.done.append((place, sorted({round(touch.depth, 5) for touch in found})))
+            places = [[touch.position.x, touch.position.y] for touch in found] or np.zeros((1, 2))
+            self._session.done.append((np.mean(places, axis=0), sorted({round(touch.depth, 5) for touch in found})))
         if self.bags:
             self._tell(f'{len(self.bags)} presses of {self._folder} are kept')
 
-    def _listen(self) -> None:
-        AdaptiveSubscription(self, Image, 'image_raw', lambda message, _ns: self._images.append(message), QoSProfile(depth=10))
-        self.create_subscription(CameraInfo, 'camera_info', lambda message: setattr(self, '_info', message), qos_profile_sensor_data)
+    def _listen(self, kind: str) -> None:
+        row = SENSOR_TYPES[kind]
+        topics, cameras = list(row.raw.values()), 'topics' in row.sources
+        self._info_topics = [topic.replace('image_raw', 'camera_info') for topic in topics] if cameras else []
+        if len(topics) > 1:
+            skew = read_parameters(self.params, 'dual_camera_node', DUAL_CAMERA_PARAMETERS)['max_skew']
+            self._pairer = Pairer(round(skew * 1e9))
+        for side, topic in enumerate(topics):
+            take = partial(self._take_view, side) if len(topics) > 1 else partial(self._take, topic)
+            AdaptiveSubscription(self, PsdVoltages if topic == 'voltages' else Image, topic, take, QoSProfile(depth=100))
+        for topic in self._info_topics:
+            self.create_subscription(CameraInfo, topic, lambda message, topic=topic: self._infos.update({topic: message}),
+                                     qos_profile_sensor_data)
         self.create_subscription(String, 'description', lambda message: setattr(self, '_about', message), _LATCHED)
         self.create_subscription(TFMessage, '/tf', lambda message: self._place(message, False), 100)
         self.create_subscription(TFMessage, '/tf_static', lambda message: self._place(message, True), _LATCHED)
         if self._values['wrench']:
             self.create_subscription(WrenchStamped, self._values['wrench'], self._feel, qos_profile_sensor_data)
+
+    def _take(self, topic: str, message, _received_ns: int) -> None:
+        self._raw.append([(topic, message)])
+
+    def _take_view(self, side: int, message: Image, _received_ns: int) -> None:
+        """Pair the views of two cameras as their driver does."""
+        self._pairer.add(side, Frame(message, stamp_ns_of(message.header), ''))
+        while (pair := self._pairer.take()) is not None:
+            self._raw.append([(f'{name}/image_raw', frame.image) for name, frame in zip(NAMES, (pair.left, pair.right))])
 
     def _place(self, message: TFMessage, static: bool) -> None:
         for each in message.transforms:
@@ -139,28 +174,36 @@ class CalibrateNode(Node):
             self._wrenches.popleft()
 
     def _work(self) -> None:
-        """Judge the images whose time the probe's transforms have reached."""
-        while self._images:
-            stamp = stamp_ns_of(self._images[0].header) * 1e-9
+        """Judge the raw data whose time the probe's transforms have reached."""
+        while self._raw:
+            stamp, newest = (stamp_ns_of(self._raw[k][0][1].header) * 1e-9 for k in (0, -1))
             try:
-                placed = self._pose(self._values['probe'], stamp)
+                placed = self._placed(stamp)
             except UnknownFrame as error:
                 self._warn('frames', f'{error}; see the arguments probe, mounting and base', stamp)
-                self.handled += len(self._images)
-                self._images.clear()
+                self.handled += len(self._raw)
+                self._raw.clear()
                 return
-            if placed is None and stamp_ns_of(self._images[-1].header) * 1e-9 - stamp < _LATE_S:
+            if placed is None and newest - stamp < _LATE_S:
                 return
-            message = self._images.popleft()
+            raw = self._raw.popleft()
             self.handled += 1
             if placed is None:
-                self._warn('probe', f'/tf does not tell where {self._values["probe"]} is at the time of the images: it has stopped, or its '
-                           'clock is another one', stamp)
+                self._warn('probe', f'/tf does not tell where {self._values["probe"] or "the force sensor"} is when the raw data came: '
+                           'it has stopped, or its clock is another one', stamp)
                 continue
             for name in self._lost_s:
                 self._log.forget(name)
             self._lost_s.clear()
-            self._judge(Sample(stamp, placed[1], *self._wrench_at(stamp, message)))
+            self._judge(Sample(stamp, placed[1], raw=raw, **self._wrench_at(stamp)))
+
+    def _placed(self, stamp: float) -> Pose | None:
+        """Where the probe is; of an array where its force sensor is, and somewhere if its loads are weights."""
+        if self._surface is not None:
+            return self._pose(self._values['probe'], stamp)
+        if self._values['weights']:
+            return np.eye(3), _NOWHERE
+        return self._pose(self._wrenches[-1][3], stamp) if self._wrenches and self._wrenches[-1][0] >= stamp else None
 
     def _warn(self, name: str, text: str, stamp: float) -> None:
         """Drop the present press; log why, unless it passes at once as while everything starts."""
@@ -168,27 +211,26 @@ class CalibrateNode(Node):
         if stamp - self._lost_s.setdefault(name, stamp) > _LATE_S:
             self._log.error(name, text)
 
-    def _wrench_at(self, stamp: float, image) -> tuple:
-        """The last fields of a Sample; without a topic the wrench never stands still."""
+    def _wrench_at(self, stamp: float) -> dict:
+        """The fields of a Sample about the wrench; without a topic it never stands still."""
         found = next((each for each in reversed(self._wrenches) if each[0] <= stamp), None)
-        if not self._values['wrench'] or found is None:
-            return _UNKNOWN, stamp, image
+        unknown = {'wrench': _UNKNOWN, 'changed_s': stamp if found is None else found[2]}
+        if found is None:
+            return unknown
         try:
             placed = self._pose(found[3], stamp)
         except UnknownFrame as error:
             self._log.error('wrench', f'the wrench is not used: {error}')
-            return _UNKNOWN, stamp, image
-        if placed is None:
-            return _UNKNOWN, found[2], image
-        return found[1], found[2], image, partial(_moved, placed)
+            return unknown
+        return unknown if placed is None else {'wrench': found[1], 'changed_s': found[2], 'to_sensor': partial(_moved, placed)}
 
     def _judge(self, sample: Sample) -> None:
         press, told = self._session.add(sample)
-        if press is not None and self._info is None:
+        if press is not None and not self._infos.keys() >= set(self._info_topics):
             press, told = None, 'dropped: no camera_info has come; calibrate the camera first'
         if press is not None:
             self._keep(press)
-        if press is not None and self._values['wrench'] and not np.isfinite(press.holds[0][0].wrench).all():
+        if press is not None and self._values['wrench'] and not np.isfinite(press.touched[0].wrench).all():
             told += f'; no wrench on {self._values["wrench"]}, so it gives no forces'
         if told:
             self._tell(f'{told}. {self._session.advice}' if press is not None or told.startswith('dropped') else told)
@@ -203,29 +245,38 @@ class CalibrateNode(Node):
         self._folder.mkdir(parents=True, exist_ok=True)
         write_messages(fresh, self.get_namespace(), self._messages(press))
         fresh.rename(self._folder / f'press_{number:03d}')
-        self._session.done.append((press.place, press.depths))
+        self._session.keep(press)
         cv2.imwrite(str(self.output.with_name(f'{self.output.stem}_coverage.png')), self._session.picture())
 
     def _messages(self, press: Press):
         """(stamp in ns, topic, message) of a press. The wrench is that above the untouched one, which is the sensor's own: it is taken off
         before it gets an arm. A sensor behind the probe feels the reaction, which its sign tells: nothing pulls at a sheet."""
-        samples = [sample for hold in press.holds for sample in hold]
         tare = np.mean([sample.wrench for sample in press.rest], axis=0)
-        sign = -1.0 if np.mean([sample.to_sensor(sample.wrench - tare)[2] for sample in samples]) > 0 else 1.0
-        begin = stamp_ns_of(press.rest[0].image.header)
+        pushes = [self._contact(sample)[1] @ sample.to_sensor(sample.wrench - tare)[:3] for sample in press.touched]
+        sign, begin = -1.0 if np.mean(pushes) > 0 else 1.0, stamp_ns_of(press.rest[0].raw[0][1].header)
         yield begin, 'description', self._about
-        yield begin, 'camera_info', self._info
-        for sample, touched in [*((each, False) for each in press.rest), *((each, True) for each in samples)]:
-            stamp, header = stamp_ns_of(sample.image.header), header_of(stamp_ns_of(sample.image.header), self._values['frame_id'])
-            wrench = sign * sample.to_sensor(sample.wrench - tare) if touched else np.zeros(6)
-            touch = Contact(position=point(sample.tip), normal=vector(np.array([0.0, 0.0, 1.0])), depth=-float(sample.tip[2]),
-                            force=-float(wrench[2]))
-            yield stamp, 'image_raw', sample.image
-            yield stamp, 'ground_truth/contacts', Contacts(header=header, contacts=[touch] if touched else [])
+        for topic, info in self._infos.items():
+            yield begin, topic, info
+        for sample, touched in [*((each, False) for each in press.rest), *((each, True) for each in press.touched)]:
+            for topic, message in sample.raw:
+                yield stamp_ns_of(message.header), topic, message
+            stamp = stamp_ns_of(sample.raw[0][1].header)
+            header, wrench = header_of(stamp, self._values['frame_id']), np.zeros(6)
+            if touched:
+                wrench = sign * sample.to_sensor(sample.wrench - tare)
+            if self._surface is not None:
+                position, normal = self._contact(sample)
+                touch = Contact(position=point(position), normal=vector(normal), depth=self._surface.depth(sample.tip),
+                                force=-float(normal @ wrench[:3]))
+                yield stamp, 'ground_truth/contacts', Contacts(header=header, contacts=[touch] if touched else [])
             if np.isfinite(wrench).all():
                 message = WrenchStamped(header=header)
                 message.wrench.force, message.wrench.torque = vector(wrench[:3]), vector(wrench[3:])
                 yield stamp, 'ground_truth/wrench', message
+
+    def _contact(self, sample: Sample) -> tuple[np.ndarray, np.ndarray]:
+        """Position (3,) m and direction (3,) of what presses."""
+        return (_NOWHERE, np.array([0.0, 0.0, 1.0])) if self._surface is None else self._surface.contact(sample.tip)
 
     def _undo(self, _request, answer: Trigger.Response) -> Trigger.Response:
         """Take the last press away."""
@@ -233,7 +284,14 @@ class CalibrateNode(Node):
         if answer.success:
             shutil.rmtree(self.bags[-1])
             self._session.done.pop()
+            self._session.drop('')
         answer.message = self._session.advice
+        self._tell(answer.message)
+        return answer
+
+    def _next(self, _request, answer: Trigger.Response) -> Trigger.Response:
+        """The next weight lies on."""
+        answer.success, answer.message = True, self._session.next_weight()
         self._tell(answer.message)
         return answer
 
@@ -275,7 +333,8 @@ def main(args: list[str] | None = None) -> None:
     code = run_node(make, args)
     if code == 0 and made and made[0].complete:
         node = made[0]
-        code = calibrate([*map(str, node.bags), '--params', str(node.params), '--output', str(node.output)])
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # which run_node has left ignored
+        code = calibrate([*map(str, node.bags), '--params', str(node.params), '--output', str(node.output), *node.sphere])
     elif made:
         print(f'{len(made[0].bags)} presses are kept; start it again with the same output to go on', flush=True)
     sys.exit(code)

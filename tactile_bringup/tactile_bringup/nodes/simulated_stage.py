@@ -19,19 +19,21 @@ from tf2_msgs.msg import TFMessage
 BASE, PROBE, FORCE = 'stage_base', 'stage_tip', 'stage_force'
 #: of the sensor in BASE: position, m, and rotation vector, rad; chosen, so that a frame that is taken for another one is seen
 MOUNTING = (0.30, -0.12, 0.05, 0.02, -0.01, 0.7)
-_ABOVE = 5e-3  # m, of the tip while it touches nothing
+_FAR, _ABOVE = 0.3, 5e-3  # m, of the tip before the first touch, and while it touches nothing
 _FORCE_ABOVE = np.array([0.0, 0.0, 0.08])  # m, of the force sensor above the tip, in the axes of BASE
 _BIAS = np.array([0.4, -0.3, -2.1, 0.01, 0.02, -0.01])  # N, N m: weight of the tool and offset
 _NOISE = np.array([0.01, 0.01, 0.01, 3e-4, 3e-4, 3e-4])  # N, N m: of a small force/torque sensor
 
 
 class SimulatedStage(Node):
-    """Follows ground_truth/contacts and ground_truth/wrench; their frame is joined to the stage's by /tf_static."""
+    """Follows ground_truth/contacts and ground_truth/wrench; their frame is joined to the stage's by /tf_static. Parameter along_normal: a
+    contact's position is on the untouched surface, as of fingers, and not where the tip is."""
 
     def __init__(self):
         super().__init__('simulated_stage')
         self._origin, self._turn = np.array(MOUNTING[:3]), Rotation.from_rotvec(MOUNTING[3:])
-        self._tip, self._wrench, self._rng = np.array([0.0, 0.0, _ABOVE]), np.zeros(6), np.random.default_rng(5)
+        self._tip, self._out, self._rng = np.array([0.0, 0.0, _FAR]), np.zeros(3), np.random.default_rng(5)
+        self._along_normal = self.declare_parameter('along_normal', False).value
         self._transforms = self.create_publisher(TFMessage, '/tf', 100)
         self._mounted = self.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)
         self._sensor = ''
@@ -41,10 +43,16 @@ class SimulatedStage(Node):
 
     def _move(self, message: Contacts) -> None:
         if message.contacts:
-            position = message.contacts[0].position
-            self._tip = np.array([position.x, position.y, -message.contacts[0].depth])
-        else:
-            self._tip = np.array([*self._tip[:2], _ABOVE])
+            p, n, depth = message.contacts[0].position, message.contacts[0].normal, message.contacts[0].depth
+            outwards = np.array([n.x, n.y, n.z]) if self._along_normal else np.array([0.0, 0.0, 1.0])
+            self._tip = np.array([p.x, p.y, p.z]) - outwards * depth * self._along_normal
+            self._out = outwards * (depth + _ABOVE)
+            if self._along_normal:  # such a sensor tells no wrench
+                told = WrenchStamped(header=message.header)
+                told.wrench.force = vector(-message.contacts[0].force * outwards)
+                self._press(told)
+        else:  # it goes back as it came
+            self._tip, self._out = self._tip + self._out, np.zeros(3)
         if message.header.frame_id != self._sensor:
             self._sensor = message.header.frame_id
             mounted = _moved(message.header.stamp, BASE, self._sensor, self._origin)

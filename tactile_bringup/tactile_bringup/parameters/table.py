@@ -69,7 +69,9 @@ RECORD_PARAMETERS = (
 CALIBRATE_PARAMETERS = (
     Parameter('probe', str, '', '', "frame of /tf at the probe's tip", read_only=True),
     Parameter('frame_id', str, 'areal_single', '', 'the sensor frame', read_only=True),
+    Parameter('tip_radius', float, 0.0, 'm', "of the probe's round tip; a touchpad and a dome need it", 0.0, 1.0, read_only=True),
     Parameter('wrench', str, '', '', 'topic of a force/torque sensor, in any frame of /tf; empty: no forces', read_only=True),
+    Parameter('weights', list[float], [], 'N', 'array: known weights, in the order in which they are laid on', 0.0, 1e5, read_only=True),
     Parameter('mounting', list[float], [], '', 'x y z, m, and rotation vector, rad, of the sensor in the frame base; empty: /tf has it',
               read_only=True),
     Parameter('base', str, 'base_link', '', 'frame of /tf in which mounting is', read_only=True),
@@ -88,5 +90,4 @@ DEMO_PARAMETERS = (
     Parameter('out', str, 'out/demo', '', 'folder for pictures and video', read_only=True),
     Parameter('seconds', float, 25.0, 's', 'how long it lasts, by the stamps; 0: until nothing comes any more', 0.0, 1e6, read_only=True),
     Parameter('patience', float, 30.0, 's', 'how long it waits for the first frame', 0.1, 1e6, read_only=True),
-    Parameter('panel', bool, False, '', 'numbers written over each other, for a terminal, instead of line under line', read_only=True),
 )

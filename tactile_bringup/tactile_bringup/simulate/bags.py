@@ -49,7 +49,7 @@ def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: st
         name, rate, seed, width=size[0], height=size[1])
     numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
     described = _description(scene, namespace, {'scene': name, 'seed': seed, 'rate': rate})
-    frames_of = chain.from_iterable(_camera_messages(scene, number, numbers, namespace) for number in range(count))
+    frames_of = chain.from_iterable(camera_messages(scene, number, numbers, namespace) for number in range(count))
     write_messages(path, namespace, chain(described, frames_of))
     return count
 
@@ -64,8 +64,8 @@ def _description(scene, frame_id: str, about: dict) -> Iterator[tuple[int, str, 
     return description_messages(_FIRST_NS, scene.sensor, frame_id, about, camera_transforms(frame_id, poses))
 
 
-def _camera_messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[int, str, object]]:
-    """Yield (stamp in ns, topic, message) of one frame; ground truth has the stamp of the only or the left view."""
+def camera_messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """Yield (stamp in ns, topic, message) of one frame of a camera scene; ground truth has the stamp of the only or the left view."""
     stamp_ns = _FIRST_NS + round(number / scene.rate * _SECOND_NS)
     if isinstance(scene, TwoCameraScene):
         left, right, truth = scene.render(number / scene.rate)
@@ -98,11 +98,11 @@ def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace
     about = {'source': 'sim', 'device': f'simulated {PSD_FINGER}', 'scene': name, 'seed': seed, 'rate': rate}
     described = description_messages(_SECOND_NS, PSD_FINGER, namespace, about,
                                      [static_transform(namespace, f'{namespace}_tip', (0.0, 0.0, COVER_RADIUS))])
-    write_messages(path, namespace, chain(described, _psd_messages(scene, rate, namespace)))
+    write_messages(path, namespace, chain(described, psd_messages(scene, rate, namespace)))
     return scene.samples
 
 
-def _psd_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
+def psd_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
     """Yield (stamp in ns, topic, message): blocks of voltages, each with ground truth at its first sample and at each contact change."""
     numbers, count = TouchNumbers(), max(round(_BATCH_S * rate), 1)
     scale = scene.electronics.full_scale / 2**scene.electronics.bits
@@ -135,12 +135,12 @@ def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespa
              'height': pad.rows, 'encoding': 'mono8'}
     described = description_messages(_SECOND_NS, TAXEL_ARRAY, namespace, about,
                                      [static_transform(namespace, f'{namespace}_taxels', (0.0, 0.0, -pad.thickness))])
-    write_messages(path, namespace, chain(described, _taxel_messages(scene, rate, namespace)))
+    write_messages(path, namespace, chain(described, taxel_messages(scene, rate, namespace)))
     return scene.frames
 
 
-def _taxel_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
-    """Yield (stamp in ns, topic, message) of all frames."""
+def taxel_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """Yield (stamp in ns, topic, message) of all frames of a taxel scene."""
     numbers = TouchNumbers()
     for number in range(scene.frames):
         stamp = _SECOND_NS + round(number / rate * _SECOND_NS)  # much of ROS takes a stamp of zero for an unknown time

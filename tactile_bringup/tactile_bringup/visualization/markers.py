@@ -17,54 +17,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 from . import pictures as colours
 from .pictures import states_of
 
-_LONGEST = 3.0  # times the median edge, chosen: longer edges bridge a notch in the border of the pattern
 _AMBIENT = 0.35  # share of ambient light, chosen
 _LIGHT = np.array([0.35, 0.25, 0.9]) / np.linalg.norm([0.35, 0.25, 0.9])  # direction to the light, chosen: oblique from above
-
-
-def inside(points: np.ndarray, rings: list[np.ndarray]) -> np.ndarray:
-    """Whether each of the points (P, 2) lies within an odd number of the closed rings, each (n, 2); (P,) bool."""
-    odd = np.zeros(len(points), bool)
-    x, y = points[:, 0, None], points[:, 1, None]
-    for ring in rings:
-        after = np.roll(ring, -1, axis=0)
-        (x0, y0), (x1, y1) = ring.T[:, None], after.T[:, None]
-        crossing = (y0 > y) != (y1 > y)
-        with np.errstate(divide='ignore', invalid='ignore'):
-            odd ^= (crossing & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))).sum(axis=1) % 2 == 1
-    return odd
-
-
-def fill(rings: list[np.ndarray], within: np.ndarray) -> np.ndarray:
-    """Corners (3 T, 3), m, of triangles that fill outlines less holes, each (n, 3); within: (M, 3) further points on the surface."""
-    if not rings:
-        return np.zeros((0, 3))
-    flat = [ring[:, :2] for ring in rings]
-    corners = np.concatenate([*rings, within[inside(within[:, :2], flat)]])
-    corners = np.unique(corners[np.isfinite(corners).all(axis=1)], axis=0)
-    triangles = _triangles(corners)
-    kept = triangles[inside(corners[triangles].mean(axis=1)[:, :2], flat)]
-    return corners[kept].reshape(-1, 3)
-
-
-def skin(places: np.ndarray) -> np.ndarray:
-    """Vertex indices (T, 3) of the triangles between places (N, 3), m, without long edges; triangulated in x and y."""
-    triangles = _triangles(places)
-    if not len(triangles):
-        return triangles
-    edges = np.linalg.norm(places[triangles] - places[np.roll(triangles, 1, axis=1)], axis=2)
-    return triangles[edges.max(axis=1) < _LONGEST * np.median(edges)]
-
-
-def _triangles(places: np.ndarray) -> np.ndarray:
-    """Vertex indices (T, 3) of the Delaunay triangulation of places (N, 3), m, in x and y; (0, 3) for collinear places."""
-    from scipy.spatial import Delaunay, QhullError  # imported only when markers are drawn
-    if len(places) < 3:
-        return np.zeros((0, 3), np.int64)
-    try:
-        return Delaunay(places[:, :2]).simplices.astype(np.int64)
-    except QhullError:  # collinear
-        return np.zeros((0, 3), np.int64)
 
 
 def light(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -76,48 +30,6 @@ def light(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     np.add.at(normals, triangles.ravel(), np.repeat(faces, 3, axis=0))
     cosine = normals @ _LIGHT / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)
     return _AMBIENT + (1 - _AMBIENT) * np.clip(cosine, 0.0, 1.0)
-
-
-# RViz neither lights nor blends by opacity triangles whose colours are one a triangle; with one a corner it blends, and the colours hold
-# the light.
-
-_DEPTHS, _SHADES = 32, 16  # steps of colour and shading, chosen: finer than the eye resolves
-_OPACITY = 0.55  # chosen
-_MOST = 300  # dots, chosen: rclpy converts each point and colour
-
-
-def _palette() -> list[ColorRGBA]:
-    """_DEPTHS * _SHADES colours, one row of shades per depth."""
-    tones = colours.of_depth(np.linspace(0.0, 1.0, _DEPTHS))
-    lit = tones[:, None] * np.linspace(0.0, 1.0, _SHADES)[:, None]
-    return [ColorRGBA(r=r, g=g, b=b, a=_OPACITY) for r, g, b in lit.reshape(-1, 3).tolist()]
-
-
-class SkinMarkers:
-    """Triangulates the dots once and again when the set of dot ids changes."""
-
-    def __init__(self):
-        self._palette = _palette()
-        self._id = np.zeros(0, np.int64)
-        self._triangles = np.zeros((0, 3), np.int64)
-
-    def corners(self, id: np.ndarray, places: np.ndarray, columns: int) -> list[int]:
-        """Dot index of each triangle corner (3 T); id (N,) and places (N, 3), m, of the dots; columns of their grid, 0 without one.
-
-        A grid of more than _MOST dots uses every other dot, as on the white squares of a chessboard.
-        """
-        if not np.array_equal(id, self._id):
-            used = np.arange(len(id))
-            if columns and len(id) > _MOST:
-                used = np.flatnonzero((id // columns + id % columns) % 2 == 0)
-            self._id, self._triangles = id, used[skin(places[used])]
-        return self._triangles.ravel().tolist()
-
-    def colours(self, places: np.ndarray, share: np.ndarray) -> list[ColorRGBA]:
-        """Colour of each triangle corner; places (N, 3), m, and share (N,), the depths of the dots over the full depth."""
-        depth = np.clip(np.round((_DEPTHS - 1) * share), 0, _DEPTHS - 1)
-        shade = np.round((_SHADES - 1) * light(places, self._triangles))
-        return [self._palette[k] for k in (_SHADES * depth + shade).astype(np.int64)[self._triangles.ravel()].tolist()]
 
 
 SLIP_NAMES = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS: 'gross slip'}
@@ -196,7 +108,7 @@ class MarkerSet:
     """
 
     def __init__(self, sizes: Mapping):
-        self._sizes, self._skin = sizes, SkinMarkers()
+        self._sizes = sizes
         self._made: list[Marker] = []
         self._header = Header()
         self._half = np.full(2, 10 * sizes['dot_size'])  # m, half widths of the sensor: the largest seen
@@ -211,7 +123,7 @@ class MarkerSet:
         if len(places):
             self._dots(dots, places, region)
         if region.outlines:
-            self._region(region, places)
+            self._region(region)
         if found.get('contacts') is not None:
             self._contacts(found['contacts'])
         if found.get('wrench') is not None:
@@ -259,10 +171,6 @@ class MarkerSet:
         places, id, size = places[known], np.asarray(dots.id, np.int64)[known], self._sizes['dot_size']
         points, share = points_of(places), self._depths(places) / self._sizes['full_depth']
         self._add('dots', Marker.SPHERE_LIST, (size, size, size), _STATES[0], points).colors = self._dot_colours(id, share, region)
-        corners = self._skin.corners(id, places, dots.columns)
-        if len(corners):
-            skin = self._add('skin', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.CONTACT), [points[k] for k in corners])
-            skin.colors = self._skin.colours(places, share)
 
     def _dot_colours(self, id: np.ndarray, share: np.ndarray, region: ContactRegion) -> list[ColorRGBA]:
         """Colours of the dots id (N,) with relative depths share (N,), by state or by depth."""
@@ -278,17 +186,13 @@ class MarkerSet:
             return -places[:, 2]
         return cap.curvature_radius - np.linalg.norm(places - [0.0, 0.0, cap.centre_z], axis=1)
 
-    def _region(self, region: ContactRegion, places: np.ndarray) -> None:
+    def _region(self, region: ContactRegion) -> None:
         outlines, holes = rings_of(region)
         for ns, rings, colour in (('outlines', outlines, colours.REGION), ('holes', holes, colours.HOLE)):
             if rings:
                 ends = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1).reshape(-1, 3) for ring in rings]
                 lines = np.concatenate(ends) + (0.0, 0.0, _LIFTED)
                 self._add(ns, Marker.LINE_LIST, (0.5 * self._sizes['dot_size'], 0.0, 0.0), _colour(colour), points_of(lines))
-        corners = fill(outlines + holes, places[np.isfinite(places).all(axis=1)])
-        if len(corners):
-            lifted = points_of(corners + (0.0, 0.0, 0.5 * _LIFTED))
-            self._add('region', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.REGION, 0.4), lifted)
 
     def _arrow(self, ns: str, number: int, ends: np.ndarray, colour: tuple[float, float, float]) -> None:
         if np.isfinite(ends).all() and np.ptp(ends, axis=0).any():

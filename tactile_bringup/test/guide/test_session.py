@@ -3,16 +3,20 @@
 """Which presses of a guided calibration count."""
 import numpy as np
 import pytest
+from tactile_bringup.guide.loads import Loads
 from tactile_bringup.guide.session import Sample, Session
+from tactile_bringup.guide.surfaces import Fingertip, MarkedSurface
+from tactile_perception.press.sensor import MARKER_SENSORS
 
-SIZE, RATE, ABOVE = (0.060, 0.045), 20.0, 0.005
+RATE, ABOVE = 20.0, 0.005
 
 
 class Hand:
     """Moves a tip over a session; holds the wrench's last value where stuck is set."""
 
     def __init__(self):
-        self.session, self.now, self.tip, self.stuck, self.changed = Session(SIZE), 0.0, np.array([0.0, 0.0, ABOVE]), False, 0.0
+        self.session, self.now, self.stuck, self.changed = Session(MarkedSurface(MARKER_SENSORS['areal_single'], 0.0)), 0.0, False, 0.0
+        self.tip = np.array([0.0, 0.0, ABOVE])
         self.taken, self.told = [], []
 
     def go(self, tip, seconds):
@@ -23,7 +27,7 @@ class Hand:
             self.changed = self.changed if self.stuck else self.now
             press, told = self.session.add(Sample(self.now, self.tip, np.zeros(6), self.changed, k))
             if press is not None:
-                self.session.done.append((press.place, press.depths))
+                self.session.keep(press)
                 self.taken.append(press)
             self.told += [told] if told else []
 
@@ -42,15 +46,16 @@ def test_a_press_that_counts_has_its_place_its_depths_and_untouched_images_befor
     hand = Hand()
     hand.press(0.01, -0.005)
     press, = hand.taken
-    assert press.place == pytest.approx([0.01, -0.005]) and press.depths == pytest.approx([0.002, 0.004])
+    (place, depths), = hand.session.done
+    assert place == pytest.approx([0.01, -0.005]) and depths == pytest.approx([0.002, 0.004])
     assert len(press.rest) >= 5 and all(sample.tip[2] > 0 for sample in press.rest)
-    assert all(sample.tip[2] == pytest.approx(hold[0].tip[2], abs=5e-5) for hold in press.holds for sample in hold)
+    assert len(press.touched) == 6 and all(min(abs(sample.tip[2] + depth) for depth in depths) < 5e-5 for sample in press.touched)
     assert len(hand.session.open_places) == 11
 
 
 @pytest.mark.parametrize(('how', 'why'), [
     ({'pause': 0.0}, 'without 1 s untouched'), ({'hold': 0.2}, 'never stood still'), ({'slide': 0.003}, 'slid'),
-    ({'x': 0.031}, 'outside the sheet')])
+    ({'x': 0.031}, 'outside the surface')])
 def test_a_press_that_does_not_count_is_dropped_and_told(how, why):
     hand = Hand()
     hand.press(**how)
@@ -89,3 +94,35 @@ def test_the_twelve_places_are_led_through():
     assert len(hand.taken) == 12 and hand.session.advice == 'all places are pressed'
     green = hand.session.picture()
     assert ((green[..., 1] > 150) & (green[..., 0] < 100)).sum() > 12 * 150
+
+
+def test_a_dome_is_pressed_along_z_and_a_finger_along_its_normal():
+    dome, finger = MarkedSurface(MARKER_SENSORS['air_cushion'], 0.03), Fingertip(0.016)
+    top, aside = np.array([0.0, 0.0, 0.10]), np.array([0.08, 0.0, 0.08])
+    assert dome.depth(top) == pytest.approx(0.02) and np.isnan(dome.depth(np.array([0.3, 0.0, 0.0])))
+    curved, tip = 0.15375, 0.03  # m: radius of the sphere over a rim of 150 and a height of 120 mm, and of the tip
+    touching = aside + [0, 0, dome.depth(aside) + tip]  # the tip's centre as it just touches
+    assert np.linalg.norm(touching - [0, 0, 0.12 - curved]) == pytest.approx(curved + tip)
+    pressed = 0.0157 * np.array([0.6, 0.0, 0.8])
+    position, normal = finger.contact(pressed)
+    assert finger.depth(pressed) == pytest.approx(3e-4) and position == pytest.approx([0.0096, 0, 0.0128])
+    assert normal == pytest.approx([0.6, 0.0, 0.8])
+
+
+@pytest.mark.parametrize('weights', [(), (10.0, 20.0, 10.0, 0.0)])
+def test_loads_are_told_by_a_force_sensor_or_are_known_weights(weights):
+    loads, rng, found, forces = Loads(weights), np.random.default_rng(0), [], [0.0, 10.0, 20.0, 10.0, 0.0]
+    for number, force in enumerate(forces):
+        if weights and number:
+            loads.next_weight()
+        for k in range(140 if number == 4 else 30):
+            now = 1.5 * number + k / RATE
+            wrench = np.zeros(6) if weights else np.array([0.3, 0, -2.0 - force, 0, 0, 0]) + rng.normal(0, 0.01, 6)
+            press, _ = loads.add(Sample(now, np.full(3, np.nan), wrench, now, k))
+            if press:
+                loads.keep(press)
+                found.append(press)
+    press, = found
+    tare = np.mean([sample.wrench for sample in press.rest], axis=0)
+    told = np.array([(sample.wrench - tare)[2] for sample in press.touched])
+    assert {0, -10, -20} == set(np.round(told)) and (told[-40:] == 0).all(), 'the noise of nothing is no load'

@@ -18,7 +18,6 @@ from launch.actions import IncludeLaunchDescription
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch_testing.actions import ReadyToTest
 from launch_testing_ros import WaitForTopics
-from sensor_msgs.msg import JointState
 from tactile_perception.sensors import SENSOR_TYPES
 from tactile_msgs.msg import Contacts
 
@@ -28,8 +27,7 @@ HAND = {'sensors': [{'name': 'left/pad', 'type': 'taxel_array', 'rate': 50}, {'n
 RESULTS = {**{name: [(f'/{name}/contacts', Contacts)] for name in SENSOR_TYPES},
            'hand': [('/left/pad/contacts', Contacts), ('/tip/contacts', Contacts)],
            'calibrate': [('/stage/wrench', WrenchStamped)],
-           'demo': [('/touchpad/contacts', Contacts)],
-           'grip_reflex': [('/taxel_array/grip_command', JointState)]}
+           'demo': [('/touchpad/contacts', Contacts)]}
 _WRITTEN = tempfile.TemporaryDirectory()
 
 

@@ -7,7 +7,6 @@ import time
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import Point32, Polygon
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
@@ -67,18 +66,6 @@ def test_a_recording_that_begins_anew_is_followed():
         it.add('a', ms)
         it.add('b', ms)
     assert [s['a'] for s in it.sets] == ['a5000', 'a5033', 'a100', 'a133']
-
-
-def test_stamps_far_ahead_do_not_keep_others_from_being_completed():
-    it = Collected('a', 'b', patience=3)
-    for k in range(4):
-        it.add('a', 10**9 + k)
-    it.sets.clear()
-    for ms in (1, 2):
-        it.add('a', ms)
-        assert it.sets == [], 'its mate is waited for'
-        it.add('b', ms)
-        assert it.sets.pop() == {'a': f'a{ms}', 'b': f'b{ms}'}
 
 
 class Lookers(DrawingNode):
@@ -223,27 +210,3 @@ def test_pictures_are_drawn_at_most_as_often_as_asked_for(bench):
         until(lambda: bool(seen) and seen[-1] == message.header.stamp, 0.5)
     frames = [round(stamp.nanosec / 33_333_333) for stamp in seen]
     assert len(frames) > 3 and set(later - earlier for earlier, later in zip(frames, frames[1:])) == {2}
-
-
-def test_every_array_of_a_stream_with_gaps_is_complete(bench):
-    other, until = bench(MarkersNode)
-    outputs = {topic: other.create_publisher(kind, topic, 50) for topic, kind in (('dots', DotTracks), ('contact_region', ContactRegion))}
-    seen = []
-    other.create_subscription(MarkerArray, 'markers', seen.append, 50)
-    assert until(lambda: all(output.get_subscription_count() for output in outputs.values()))
-    until(lambda: False, 0.5)  # the node looks five times a second for who publishes
-    outline = Polygon(points=[Point32(x=x, y=y) for x, y in ((0.001, 0.001), (0.002, 0.001), (0.001, 0.002))])
-    complete = set()
-    for k in range(1, 31):  # five sets a second, by their stamps
-        dots = sent_dots(100)
-        dots.header.stamp.sec, dots.header.stamp.nanosec = 100 + k // 5, 200_000_000 * (k % 5)
-        sent = {'dots': dots, 'contact_region': ContactRegion(header=dots.header, outlines=[outline])}
-        lost = {topic for topic, period in (('dots', 7), ('contact_region', 4)) if k % period == 3}
-        for topic in sent.keys() - lost:
-            outputs[topic].publish(sent[topic])
-        if not lost:
-            complete.add((dots.header.stamp.sec, dots.header.stamp.nanosec))
-        until(lambda: False, 0.05)
-    assert until(lambda: len(seen) >= len(complete))
-    drawn = {(array.markers[0].header.stamp.sec, array.markers[0].header.stamp.nanosec) for array in seen}
-    assert drawn == complete and all({'dots', 'outlines'} <= {marker.ns for marker in array.markers} for array in seen)

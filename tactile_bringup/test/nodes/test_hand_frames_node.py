@@ -9,7 +9,6 @@ from tactile_bringup.nodes.hand_frames_node import HandFramesNode
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.runtime.host import Host
 from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
 
 HAND = 'sensors:\n  - {name: left/thumb, type: touchpad, parent: palm, xyz: [0.1, 0.2, 0.3], quaternion: [0, 0.6, 0, 0.8]}\n' \
        '  - {name: index, type: psd_finger}\n'
@@ -18,10 +17,9 @@ HAND = 'sensors:\n  - {name: left/thumb, type: touchpad, parent: palm, xyz: [0.1
 def test_mountings_are_latched_under_the_names_of_the_file(bench, tmp_path):
     (tmp_path / 'hand.yaml').write_text(HAND)
     other, until = bench(lambda: HandFramesNode(Host(parameters={'hand': f'{tmp_path}/hand.yaml'})))
-    found, reports, bodies = [], [], []
+    found, reports = [], []
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     other.create_subscription(TFMessage, '/tf_static', found.append, latched)
-    other.create_subscription(MarkerArray, '/hand_markers', bodies.append, latched)
     other.create_subscription(DiagnosticArray, '/diagnostics', reports.append, 10)
     assert until(lambda: found)
     thumb, index = found[0].transforms
@@ -29,8 +27,6 @@ def test_mountings_are_latched_under_the_names_of_the_file(bench, tmp_path):
     assert (index.header.frame_id, index.child_frame_id) == ('hand', 'index')
     place, turned = thumb.transform.translation, thumb.transform.rotation
     assert (place.x, place.y, place.z) == (0.1, 0.2, 0.3) and (turned.x, turned.y, turned.z, turned.w) == (0.0, 0.6, 0.0, 0.8)
-    assert until(lambda: bodies)
-    assert {marker.header.frame_id for marker in bodies[0].markers} == {'palm', 'hand'}
     assert until(lambda: any(s.message == '2 sensors on hand' for m in reports for s in m.status))
 
 

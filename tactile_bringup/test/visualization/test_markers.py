@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
 from tactile_bringup.nodes.finger_markers_node import FingerMarkers, finger_picture, hemisphere
 from tactile_bringup.nodes.taxel_markers_node import TaxelMarkers
-from tactile_bringup.visualization import markers as mesh, pictures as colours
+from tactile_bringup.visualization import pictures as colours
 from tactile_bringup.visualization.markers import MarkerSet
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message, polygon
@@ -20,24 +20,6 @@ from visualization_msgs.msg import Marker
 def circle(radius, n=60, z=0.0):
     angle = np.arange(n) * 2 * np.pi / n
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(n, z)], axis=1)
-
-
-def area(corners):
-    a, b, c = corners.reshape(-1, 3, 3).transpose(1, 0, 2)
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
-
-
-def test_places_within_lift_the_fill_to_the_surface():
-    filled = mesh.fill([circle(0.01)], np.array([(0.0, 0.0, 0.004), (0.05, 0.0, 0.9)]))
-    assert filled[:, 2].max() == 0.004
-
-
-def test_the_skin_does_not_bridge_a_notch_in_the_border():
-    x, y = (part.ravel() for part in np.meshgrid(np.arange(9.0), np.arange(9.0)))
-    kept = ~((x > 2) & (x < 6) & (y > 1))  # a notch as wide as four pitches
-    places = np.column_stack([x, y, 0 * x])[kept]
-    assert area(places[mesh.skin(places)].reshape(-1, 3)) < 42, 'of 36 without the notch, 64 with it'
-    assert len(mesh.skin(places[:2])) == 0 and len(mesh.skin(np.zeros((5, 3)))) == 0
 
 
 SIZES = {'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_length': 8e-3, 'full_force': 4.0,
@@ -71,7 +53,7 @@ def xyz(points):
 
 def test_every_part_is_drawn_in_the_sensor_frame_and_stays_while_data_come():
     made = by_name(MarkerSet(SIZES).frame(HEADER, touch()))
-    assert set(made) == {'dots', 'outlines', 'holes', 'region', 'normals', 'force', 'slip_center', 'text'}  # the torque is not known
+    assert set(made) == {'dots', 'outlines', 'holes', 'normals', 'force', 'slip_center', 'text'}  # the torque is not known
     assert all(m.header.frame_id == 'pad' and m.action == Marker.ADD for m in made.values())
     assert {(m.lifetime.sec, m.lifetime.nanosec) for m in made.values()} == {(2, 0)}
     assert all(m.pose.orientation.w == 1.0 for m in made.values())
@@ -106,36 +88,6 @@ def test_a_touch_shows_where_it_is_with_95_percent():
     assert abs(axis @ turn[:, 0]) == pytest.approx(1.0)
     unknown = Contact(id=3, position_covariance=[NAN] * 9)
     assert 'covariances' not in by_name(MarkerSet(SIZES).frame(HEADER, {'contacts': Contacts(contacts=[unknown])}))
-
-
-def test_the_fill_spares_the_hole():
-    corners = xyz(by_name(MarkerSet(SIZES).frame(HEADER, touch()))['region'].points).reshape(-1, 3, 3)
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
-    assert area == pytest.approx(0.008**2 - 0.002**2, rel=1e-5)
-
-
-def grid_of_dots(depth=0.0):
-    x, y = (part.ravel() * 1e-3 for part in np.meshgrid(np.arange(4.0), np.arange(3.0)))
-    z = np.where((x == 1e-3) & (y == 1e-3), -depth, 0.0)
-    return DotTracks(id=range(12), x=x, y=y, z=z)
-
-
-def test_the_skin_spans_the_dots_and_shows_a_dent_by_colour_and_light():
-    flat, dented = (by_name(MarkerSet(SIZES).frame(HEADER, {'dots': grid_of_dots(depth)}))['skin'] for depth in (0.0, 2e-3))
-    assert len(flat.points) == len(flat.colors) == 3 * 2 * 3 * 2 and flat.type == Marker.TRIANGLE_LIST
-    corners = xyz(flat.points).reshape(-1, 3, 3)
-    assert 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() == pytest.approx(6e-6)
-    assert all(0 < c.a < 1 for c in flat.colors) and flat.color.a == 1.0
-    assert len({(c.r, c.g, c.b) for c in flat.colors}) == 1 < len({(c.r, c.g, c.b) for c in dented.colors})
-
-
-def test_a_dot_whose_place_is_not_known_leaves_the_skin_whole():
-    found = {'dots': grid_of_dots()}
-    it = MarkerSet(SIZES)
-    it.frame(HEADER, found)
-    found['dots'].x[5] = NAN
-    assert np.isfinite(xyz(by_name(it.frame(HEADER, found))['skin'].points)).all()
-    assert 'skin' not in by_name(it.frame(HEADER, {'dots': DotTracks(id=[0, 1], x=[0.0, 1.0], y=[0.0, 0.0], z=[0.0, 0.0])}))
 
 
 def test_each_array_takes_away_all_that_was_before():
@@ -252,13 +204,3 @@ def test_pressed_taxels_are_squares_in_full_colour_on_a_plate():
         assert found[ns].type == Marker.TRIANGLE_LIST and len(found[ns].colors) == 2, 'one a triangle: RViz does not light it'
         full = colours.of_depth(np.array([share]))[0]
         assert [(c.r, c.g, c.b) for c in found[ns].colors] == [pytest.approx(full)] * 2
-
-
-def test_of_many_pressed_taxels_blocks_are_drawn_over_the_same_place():
-    values = np.zeros((100, 80), np.uint8)
-    values[10:90, 20:60] = 100
-    cells = drawn_taxel(TaxelMarkers(SIZES_TAXEL), image_raw=image_to_message(Frame(values, 0, 'mono8'), '', HEADER))['cells']
-    corners = np.array([(p.x, p.y) for p in cells.points])
-    assert 6 * 100 < len(corners) < 6 * 800
-    assert corners.min(axis=0) == pytest.approx((-20e-3, -40e-3), abs=3e-3)
-    assert corners.max(axis=0) == pytest.approx((20e-3, 40e-3), abs=3e-3)

@@ -119,23 +119,6 @@ def test_topics_and_frame_are_those_of_the_sensor(sensor):
     assert all(each['Enabled'] == each['Value'] for each in page['Visualization Manager']['Displays'])
 
 
-@pytest.mark.parametrize('name', [*BOXES, 'hand'])
-def test_docks_stay_as_the_state_of_the_window_has_them(name):
-    # RViz shows each dock whose `collapsed` is true when it is told not to hide the area, and reads an absent `Hide ...` uninitialised.
-    page = shipped(name)
-    geometry = page['Window Geometry']
-    areas, shown = docks(geometry['QMainWindow State'])
-    assert geometry['Hide Left Dock'] is False and geometry['Hide Right Dock'] is False
-    pictures = [each['Name'] for each in displays(page, 'Image')]
-    hidden = [each['Name'] for each in displays(page, 'Camera')] + ['Views', 'Time']
-    assert [dock for dock, visible in shown.items() if not visible] == hidden
-    for dock in ('Displays', *pictures, *hidden):
-        assert geometry[dock] == {'collapsed': False}
-    if name != 'hand':
-        assert [dock for dock, visible in shown.items() if visible] == ['Displays', *pictures], 'one below the other in this order'
-        assert areas[1][0] >= 560 and areas[1][1] / len(pictures) >= 420
-
-
 def test_another_namespace_takes_the_place_of_the_type(sensor):
     page = yaml.safe_load(moved_file(sensor, 'left/pad', 'left_pad'))
     assert page['Visualization Manager']['Global Options']['Fixed Frame'] == 'left_pad'
@@ -167,7 +150,7 @@ def test_every_sensor_of_a_hand_has_its_markers_and_its_picture_in_the_frame_of_
                          HandSensor('tip', 'psd_finger', 'left_thumb', (-0.2, 0.0, 0.0))))
     manager = yaml.safe_load(rviz_configuration(hand))['Visualization Manager']
     shown = {each['Topic']['Value'] for each in manager['Displays'] if 'Topic' in each}
-    assert shown == {'/hand_markers', '/left/thumb/markers', '/tip/markers', '/left/thumb/image_annotated', '/tip/image_annotated'}
+    assert shown == {'/left/thumb/markers', '/tip/markers', '/left/thumb/image_annotated', '/tip/image_annotated'}
     assert manager['Global Options']['Fixed Frame'] == 'palm'
     view = manager['Views']['Current']
     assert [view['Focal Point'][axis] for axis in 'XYZ'] == pytest.approx([0.0, 0.0, 0.01], abs=0.03), 'they hang on each other'

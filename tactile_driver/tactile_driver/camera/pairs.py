@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Two cameras as one source of pairs: paired by stamps, or side by side in one image."""
+"""Two cameras as one source of pairs, paired by stamps."""
 from __future__ import annotations
 
 import math
@@ -18,7 +18,6 @@ from ..sources.source import NS, EndOfSource, NothingYet, Source
 
 _PAIRS = 150  # latest pairs that are measured: 5 s at 30 Hz; chosen
 _FEWEST = 10  # pairs from which there is a result; chosen
-_NS = 1e9
 
 
 class ShutterOffset:
@@ -29,41 +28,27 @@ class ShutterOffset:
 
     def __init__(self, limit_ns: float = math.inf):
         self._limit = limit_ns
-        self._pairs: deque[tuple[int, int]] = deque(maxlen=_PAIRS)  # left stamp and offset, ns
+        self._offsets: deque[int] = deque(maxlen=_PAIRS)  # ns
 
-    def add(self, left_ns: int, right_ns: int, period_ns: float = math.inf) -> None:
-        """Add the stamps, ns, of two nearest frames. A leap of half a period means that they pair in another way: measuring restarts."""
-        offset = right_ns - left_ns
-        if self._pairs and (abs(offset - self._pairs[-1][1]) > period_ns / 2 or left_ns <= self._pairs[-1][0]):
-            self._pairs.clear()
-        self._pairs.append((left_ns, offset))
+    def add(self, offset_ns: int, period_ns: float = math.inf) -> None:
+        """Add the offset, ns, of two nearest frames. A leap of half a period means that they pair in another way: measuring restarts."""
+        if self._offsets and abs(offset_ns - self._offsets[-1]) > period_ns / 2:
+            self._offsets.clear()
+        self._offsets.append(offset_ns)
 
-    def numbers(self) -> dict[str, float]:
-        """shutter offset (ms) of the last pair, positive where the right camera is later; and drift (ppm), by a straight line
-        through the latest pairs; jitter (ms, standard deviation), by second differences, which drift does not touch. NaN before there are
-        enough pairs."""
-        offset, drift, jitter = self._line(list(self._pairs))
-        return {'shutter offset (ms)': 1e3 * offset, 'shutter drift (ppm)': 1e6 * drift, 'shutter jitter (ms)': 1e3 * jitter}
+    @property
+    def milliseconds(self) -> float:
+        """Median offset of the latest pairs, ms, positive where the right camera is later; NaN before there are enough."""
+        return 1e-6 * float(np.median(self._offsets)) if len(self._offsets) >= _FEWEST else math.nan
 
     @property
     def remark(self) -> str:
         """Warning of an offset beyond the limit; '' for none."""
-        offset = abs(self._line(list(self._pairs))[0])
-        if not offset > self._limit / _NS:
+        offset = abs(self.milliseconds)
+        if not offset > 1e-6 * self._limit:
             return ''
-        return (f'the exposures of the two cameras are {1e3 * offset:.1f} ms apart, but max_skew is {self._limit / 1e6:.1f} ms: no '
+        return (f'the exposures of the two cameras are {offset:.1f} ms apart, but max_skew is {1e-6 * self._limit:.1f} ms: no '
                 'image_raw; set max_skew to -1 (half a frame period), or trigger the cameras')
-
-    @staticmethod
-    def _line(pairs: list[tuple[int, int]]) -> tuple[float, float, float]:
-        """Offset, s, and drift, s/s, of a least-squares line through (left stamp, offset), ns, and jitter, s; NaN for too few."""
-        if len(pairs) < _FEWEST:
-            return math.nan, math.nan, math.nan
-        # The last stamp is subtracted as an integer: stamps are too large for doubles.
-        t, offset = np.array([(stamp - pairs[-1][0], offset) for stamp, offset in pairs], float).T / _NS
-        slope, last = np.polyfit(t, offset, 1)
-        jitter = np.sqrt(np.mean(np.diff(offset, 2)**2) / 6)  # white noise has second differences of six times its variance
-        return float(last), float(slope), float(jitter)
 
 
 LEFT, RIGHT = 0, 1
@@ -122,7 +107,7 @@ class Pairer:
             skew = right[0].stamp_ns - left[0].stamp_ns
             if self._are_nearest(skew):
                 self._skew = skew
-                self.shutters.add(left[0].stamp_ns, right[0].stamp_ns, self.period_ns or np.inf)
+                self.shutters.add(skew, self.period_ns or np.inf)
                 if abs(skew) <= self._max_skew:
                     return PairFrame(left[0], right.popleft(), left.popleft().truth)
             self._drop(LEFT if skew > 0 else RIGHT)
@@ -363,55 +348,3 @@ class PairedSource(DualSource):
     def calibrations(self) -> Calibrations:
         """Calibrations of both cameras, None where unknown."""
         return tuple(source.calibration() for source in self._sources)
-
-
-class SplitSource(DualSource):
-    """One source whose images hold both views side by side, the left view in the left half."""
-
-    def __init__(self, source: Source):
-        self.live, self.on_demand, self._source = source.live, source.on_demand, source
-
-    def open(self) -> None:
-        """Open the source; raises its errors."""
-        self._source.open()
-
-    def read(self, wanted: bool = True) -> PairFrame | None:
-        """The next frame split into halves; None if not wanted. Raises the errors of the source."""
-        frame = self._source.read(wanted)
-        if frame is None:
-            return None
-        half = frame.image.shape[1] // 2
-        return PairFrame(Frame(frame.image[:, :half], frame.stamp_ns, frame.encoding),
-                         Frame(frame.image[:, -half:], frame.stamp_ns, frame.encoding), frame.truth)
-
-    def set_controls(self, values: Mapping[str, float]) -> None:
-        """See Source."""
-        self._source.set_controls(values)
-
-    def close(self) -> None:
-        """Close the source."""
-        self._source.close()
-
-    @property
-    def skipped(self) -> int:
-        """Number of frames that were due but not produced."""
-        return self._source.skipped
-
-    @property
-    def truths(self) -> tuple[str, ...]:
-        """See Source."""
-        return self._source.truths
-
-    @property
-    def corrupt(self) -> int:
-        """Number of unusable frames."""
-        return self._source.corrupt
-
-    @property
-    def remark(self) -> str:
-        """Warning of the source, '' without one."""
-        return self._source.remark
-
-    def describe(self) -> dict:
-        """The description of the source, with the layout side_by_side."""
-        return {**self._source.describe(), 'layout': 'side_by_side'}

@@ -66,7 +66,7 @@ class DualSimulatedSource(SimulatedSource):
         left, right, truth, delay_ns = made
         wait_until(due_ns + delay_ns)
         stamp_ns = self._stamp(due_ns)
-        self.shutters.add(stamp_ns, stamp_ns + delay_ns)
+        self.shutters.add(delay_ns)
         return PairFrame(Frame(left, stamp_ns, 'bgr8'), Frame(right, stamp_ns + delay_ns, 'bgr8'), truth)
 
     def calibrations(self) -> tuple[CameraCalibration | None, CameraCalibration | None]:

@@ -9,16 +9,19 @@ from functools import partial
 
 from rclpy.lifecycle import LifecycleNode
 from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.srv import SetCameraInfo
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from ..frame import CameraCalibration, Frame, load_calibration
+from ..errors import BadArgument, TactileError
+from ..frame import CameraCalibration, Frame, load_calibration, save_calibration
 from ..frame_names import optical_frame
 from ..parameters.drivers import CAMERA_PARAMETERS, known_pose
 from ..sources.registry import CAMERA_SOURCES, make_source
 from ..sources.source import Source
 from .driver_node import ACKNOWLEDGE, BaseStream, DriverNode, RawPublishers
-from .messages.conversions import Pose, calibration_to_message, camera_transforms, header_of, image_to_message
+from .messages.conversions import (
+    Pose, calibration_of_message, calibration_to_message, camera_transforms, header_of, image_to_message)
 from .runtime.host import Host
 from .runtime.ros_defaults import LATCHED_QOS, STREAM_QOS
 from .runtime.run import run_node
@@ -93,6 +96,10 @@ class ImageStream(BaseStream):
         if self.source.on_demand:
             self._publishers.picture.wait_until_received()
 
+    def calibrate(self, _prefix: str, calibration: CameraCalibration) -> None:
+        """Publish this calibration from the next image on."""
+        self._given = calibration
+
     def _new_size(self, size: tuple[int, int], encoding: str) -> None:
         """Make camera_info for images of this size (width, height), px, and complete the description."""
         self._remarks = []
@@ -121,16 +128,40 @@ def info_of_size(known: CameraCalibration | None, size: tuple[int, int]) -> tupl
         'camera_info is published as uncalibrated; set camera_info_url to a calibration of this size')
 
 
-class CameraNode(DriverNode):
+class CalibratedNode(DriverNode):
+    """A driver of cameras whose lenses are calibrated: it serves set_camera_info, which camera_calibration calls."""
+
+    def serve_calibration(self, parameter: str, prefix: str = '') -> None:
+        """Serve <prefix>set_camera_info: write the file that the parameter names, and publish what it holds from the next image on."""
+        def write(request: SetCameraInfo.Request, response: SetCameraInfo.Response) -> SetCameraInfo.Response:
+            """Answer with the reason where it cannot be done."""
+            url, calibration = self._settings[parameter], calibration_of_message(request.camera_info)
+            try:
+                if not url or calibration is None:
+                    raise BadArgument(f'{parameter} is empty: start the node with the file to write' if not url else
+                                      'the camera_info is not calibrated: its width, height and focal lengths must be above 0')
+                save_calibration(url, calibration)
+            except TactileError as error:
+                response.success, response.status_message = False, str(error)
+                return response
+            if self._stream is not None:
+                self._stream.calibrate(prefix, calibration)
+            response.success, response.status_message = True, f'written: {url}'
+            return response
+        self.create_service(SetCameraInfo, prefix + 'set_camera_info', write)
+
+
+class CameraNode(CalibratedNode):
     """One camera."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('camera_node', CAMERA_PARAMETERS, 'camera', host)
         self._outputs = ImagePublishers(self)
+        self.serve_calibration('camera_info_url')
 
     def open_stream(self, values: dict) -> ImageStream:
         """See DriverNode."""
-        given = load_calibration(values['camera_info_url']) if values['camera_info_url'] else None
+        given = load_calibration(values['camera_info_url'])
         poses = known_pose(values)
         sources = {**CAMERA_SOURCES, 'topics': lambda values, _clock: topic_source(self, values['topic'])}
         source = self.opened(partial(make_source, sources), values)

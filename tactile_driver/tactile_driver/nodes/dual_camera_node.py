@@ -18,8 +18,8 @@ from ..parameters.drivers import DUAL_CAMERA_PARAMETERS, check_pair
 from ..sources.registry import make_dual_source
 from ..stitching.calibration import Stitching, load_stitching
 from ..stitching.methods import MiddleStitcher, Stitcher, make_stitcher
-from .camera_node import ImagePublishers, ImageTopic, info_of_size, size_remark
-from .driver_node import BaseStream, DriverNode
+from .camera_node import CalibratedNode, ImagePublishers, ImageTopic, info_of_size, size_remark
+from .driver_node import BaseStream
 from .messages.conversions import RIGHT_TIME, header_of, right_time_message
 from .runtime.host import Host
 from .runtime.diagnostics import Health
@@ -78,7 +78,7 @@ class DualStream(BaseStream):
             self._log.warning('shutters', shutters.remark)
         else:
             self._log.forget('shutters')
-        return replace(health, values={**health.values, **shutters.numbers()})
+        return replace(health, values={**health.values, 'shutter offset (ms)': shutters.milliseconds})
 
     def _publish(self, pair: PairFrame) -> None:
         header = header_of(pair.stamp_ns, optical_frame(self._values['frame_id']))
@@ -109,6 +109,12 @@ class DualStream(BaseStream):
             return
         self._publishers.picture.publish(picture, '', header, info_of_size(None, stitcher.size)[0])
 
+    def calibrate(self, prefix: str, calibration: CameraCalibration) -> None:
+        """Publish this calibration of a view from its next image on."""
+        known = dict(zip(NAMES, self._calibrations)) | {prefix.strip('/'): calibration}
+        self._calibrations = tuple(known[name] for name in NAMES)
+        self._sizes.pop(prefix.strip('/'), None)
+
     def _side_by_side(self, pair: PairFrame) -> Stitcher:
         """A stitcher without calibration: it cuts half of the overlap off each view."""
         sizes = tuple(self._sizes.get(name) or next(iter(pair.sizes.values())) for name in NAMES)
@@ -123,7 +129,7 @@ class DualStream(BaseStream):
         for name, size in new.items():
             self._sizes[name] = size
             self._infos[name], remark = info_of_size(self._calibrations[NAMES.index(name)], size)
-            for text in (remark, size_remark(self._values, size) if self._values['layout'] == 'two' else ''):
+            for text in (remark, size_remark(self._values, size)):
                 self._remark(f'{name}: {text}' if text else '')
         if new:
             about = {f'{name}_size': list(size) for name, size in self._sizes.items()}
@@ -141,18 +147,20 @@ class DualStream(BaseStream):
                 self._node.get_logger().info('both cameras are back')
 
 
-class DualCameraNode(DriverNode):
+class DualCameraNode(CalibratedNode):
     """Two cameras: left/image_raw, right/image_raw and the stitched image_raw."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('dual_camera_node', DUAL_CAMERA_PARAMETERS, 'camera', host)
         self._outputs = DualPublishers(self)
+        for parameter, name in zip(('camera_info_url', 'right_camera_info_url'), NAMES):
+            self.serve_calibration(parameter, f'{name}/')
 
     def open_stream(self, values: dict) -> DualStream:
         """See DriverNode."""
         check_pair(values)
         stitching = load_stitching(values['stitching_path']) if values['stitching_path'] else None
-        given = [load_calibration(path) if path else None for path in (values['camera_info_url'], values['right_camera_info_url'])]
+        given = [load_calibration(values[name]) for name in ('camera_info_url', 'right_camera_info_url')]
         self._outputs.choose_views(published=values['source'] != 'topics')
         source = self.opened(lambda parameters, clock: make_dual_source(parameters, clock, lambda topic: topic_source(self, topic)), values)
         self._outputs.place_cameras(values['frame_id'], {} if stitching is None else stitching.poses())

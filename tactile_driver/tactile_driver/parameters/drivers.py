@@ -11,7 +11,7 @@ from ..errors import BadArgument
 from ..frame import ENCODINGS
 from ..serial.frames import LARGEST
 from ..serial.psd import FORMATS
-from ..sources.registry import CAMERA_CHOICES, LAYOUTS, PSD_SOURCES, TAXEL_SOURCES
+from ..sources.registry import CAMERA_CHOICES, PSD_SOURCES, TAXEL_SOURCES
 from ..stitching.methods import STITCHERS
 from .table import Parameter
 
@@ -86,15 +86,13 @@ def known_pose(values: Mapping) -> dict[str, tuple[list[float], list[float]]]:
 _OWN = (
     Parameter('source', str, 'sim', '', 'origin of the image pairs: sim (simulated sensor), device (cameras), file (videos or folders of '
               'images), bag (rosbag2 recording) or topics (two image topics)', choices=CAMERA_CHOICES),
-    Parameter('layout', str, 'two', '', 'sources device, file and bag: two for a source of each view, side_by_side for one with both views '
-              'in each image', choices=LAYOUTS),
-    Parameter('device', str, '0', '', 'source device: left camera, or the one with both views: index, /dev path, name under '
+    Parameter('device', str, '0', '', 'source device: left camera: index, /dev path, name under '
               '/dev/v4l/by-id, or part of a serial number'),
     Parameter('right_device', str, '1', '', 'source device: right camera, named in the same way'),
     Parameter('path', str, '', '', 'source file: the left video or folder of images; source bag: the rosbag2 folder'),
     Parameter('right_path', str, '', '', 'source file: the right video or folder; source bag: bag of the right camera, empty if one bag '
               'has both'),
-    Parameter('topic', str, 'left/image_raw', '', 'sources bag and topics: topic of the left images, or of those with both views'),
+    Parameter('topic', str, 'left/image_raw', '', 'sources bag and topics: topic of the left images'),
     Parameter('right_topic', str, 'right/image_raw', '', 'sources bag and topics: topic of the right images'),
     replace(SCENE, default='areal_dual_demo'),
     Parameter('max_skew', float, -1.0, 's', 'sources device, bag and topics: largest difference of the stamps of a pair; -1: half a frame '
@@ -119,12 +117,11 @@ DUAL_CAMERA_PARAMETERS = _OWN + tuple(p for p in CAMERA_PARAMETERS if p.name not
 def check_pair(values: Mapping) -> None:
     """Check what depends on several parameters: of any driver, and of two cameras. Raises BadArgument."""
     check_together(values)
-    two = values['layout'] == 'two'
-    if values['source'] == 'file' and two and not values['right_path']:
-        raise BadArgument('parameter right_path is empty, but source file needs two videos or folders; or set layout to side_by_side')
-    if values['source'] == 'device' and two and values['device'] == values['right_device']:
-        raise BadArgument(f'parameters device and right_device both name {values["device"]!r}; name two, or set layout to side_by_side')
-    if values['source'] in ('bag', 'topics') and two and values['topic'] == values['right_topic'] and not values['right_path']:
+    if values['source'] == 'file' and not values['right_path']:
+        raise BadArgument('parameter right_path is empty, but source file needs two videos or folders')
+    if values['source'] == 'device' and values['device'] == values['right_device']:
+        raise BadArgument(f'parameters device and right_device both name {values["device"]!r}; name two')
+    if values['source'] in ('bag', 'topics') and values['topic'] == values['right_topic'] and not values['right_path']:
         raise BadArgument(f'parameters topic and right_topic are both {values["topic"]!r}; name two')
 
 

@@ -90,7 +90,6 @@ PSD_SOURCES: Sources = {'sim': _psd_simulated, 'device': _psd_device, 'bag': _ps
 TAXEL_SOURCES: Sources = {'sim': _taxel_simulated, 'device': _taxel_device, 'file': _taxel_file, 'bag': _taxel_bag}
 #: sources of nodes with one or two cameras; topics are subscribed to by the nodes themselves
 CAMERA_CHOICES = ('sim', 'device', 'file', 'bag', 'topics')
-LAYOUTS = ('two', 'side_by_side')
 
 
 def make_source(sources: Sources, values: Mapping, clock: Clock) -> Source:
@@ -103,7 +102,7 @@ def make_source(sources: Sources, values: Mapping, clock: Clock) -> Source:
 
 def make_dual_source(values: Mapping, clock: Clock, make_topic: Callable[[str], Source]) -> Source:
     """As make_source, for two cameras, of CAMERA_CHOICES; its frames are PairFrames. make_topic: makes the source of one image topic."""
-    from ..camera.pairs import PairedSource, SplitSource
+    from ..camera.pairs import PairedSource
     name = values['source']
     if name == 'sim':
         from ..camera.simulated import DualSimulatedSource
@@ -112,8 +111,6 @@ def make_dual_source(values: Mapping, clock: Clock, make_topic: Callable[[str], 
         return PairedSource(make_topic(values['topic']), make_topic(values['right_topic']), values['max_skew'])
     if name not in CAMERA_CHOICES:
         raise BadArgument(f'source: {name!r} is unknown; choose one of {", ".join(CAMERA_CHOICES)}')
-    if values['layout'] == 'side_by_side':
-        return SplitSource(CAMERA_SOURCES[name](values, clock))
     if name == 'file':
         from ..camera.file import TwoFilesSource
         return TwoFilesSource(values['path'], values['right_path'], values['rate'], values['loop'], clock)

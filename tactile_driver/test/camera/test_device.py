@@ -181,21 +181,6 @@ def test_black_pictures_are_told_but_not_the_first_ones_of_a_camera_that_begins(
     assert watched(picture()[:, :, 0], 0.9) == ''
 
 
-def test_frames_that_nobody_looks_at_are_not_judged(watched):
-    same = picture()
-    watched(same, 0.0)
-    assert watched(same, 1.5) and watched(None, 4.0) == ''
-    assert watched(picture(), 60.0) == ''
-
-
-def test_a_camera_that_is_opened_anew_begins_anew(watched):
-    same = picture()
-    watched(same, 0.0)
-    assert watched(same, 2.0)
-    watched.watch.begin()
-    assert watched.watch.remark == '' and watched(same, 2.1) == ''
-
-
 @pytest.fixture
 def root(tmp_path):
     """A /sys and /dev with two cameras; the first has a metadata node as UVC cameras do."""

@@ -1,23 +1,21 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Small bags of strings in any storage, for the tests of this folder."""
-from rosbag2_py import (CompressionMode, CompressionOptions, ConverterOptions, SequentialCompressionWriter, SequentialWriter,
-                        StorageOptions, TopicMetadata)
+"""Small bags of strings, for the tests of this folder."""
+from rosbag2_py import ConverterOptions, SequentialWriter, StorageOptions, TopicMetadata
 from std_msgs.msg import String
 from tactile_driver.recordings.serialization import encode, type_hash
 
 TYPE = 'std_msgs/msg/String'
-FILE, MESSAGE = CompressionMode.FILE, CompressionMode.MESSAGE
 
 
 def encoded(text):
     return encode(String(data=text))[1]
 
 
-def write_bag(path, count, storage='mcap', compression=None, size=300_000, first=0, preset=''):
+def write_bag(path, count, size=300_000, first=0, preset=''):
     """Messages 'first', 'first + 1' ... followed by size incompressible bytes of text, on /a at 10 ns, 20 ns ..., as a bag; its file."""
-    writer = SequentialWriter() if compression is None else SequentialCompressionWriter(CompressionOptions('zstd', compression, 0, 1))
-    writer.open(StorageOptions(uri=str(path), storage_id=storage, storage_preset_profile=preset), ConverterOptions())
+    writer = SequentialWriter()
+    writer.open(StorageOptions(uri=str(path), storage_id='mcap', storage_preset_profile=preset), ConverterOptions())
     writer.create_topic(TopicMetadata(id=0, name='/a', type=TYPE, serialization_format='cdr', type_description_hash=type_hash(TYPE)))
     for k in range(first, first + count):
         writer.write('/a', message(k, size), 10 * (k + 1))

@@ -15,9 +15,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from sensor_msgs.srv import SetCameraInfo
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument, DeviceLost
-from tactile_driver.frame import CameraCalibration, Frame
+from tactile_driver.frame import CameraCalibration, Frame, load_calibration
 from tactile_driver.nodes import camera_node, driver_node
 from tactile_driver.nodes.camera_node import ImagePublishers, ImageStream
 from tactile_driver.nodes.messages.conversions import header_of
@@ -105,6 +106,19 @@ def watcher():
 def camera(start):
     """Starts the node with parameters."""
     return partial(start, 'camera_node')
+
+
+def test_set_camera_info_writes_the_file_of_camera_info_url_and_takes_it(watcher, camera, video, tmp_path):
+    infos = watcher.collect(CameraInfo, 'camera_info')
+    camera(source='file', path=video, loop='true', camera_info_url=tmp_path / 'lens.yaml')
+    watcher.until(lambda: infos and set(infos[-1].k) == {0.0})
+    known = CameraInfo(width=64, height=48, distortion_model='plumb_bob', d=[0.0] * 5, k=[50.0, 0, 32, 0, 50, 24, 0, 0, 1],
+                       r=[1.0, 0, 0, 0, 1, 0, 0, 0, 1], p=[50.0, 0, 32, 0, 0, 50, 24, 0, 0, 0, 1, 0])
+    refused = watcher.call(SetCameraInfo, 'set_camera_info', SetCameraInfo.Request())
+    assert not refused.success and 'not calibrated' in refused.status_message
+    assert watcher.call(SetCameraInfo, 'set_camera_info', SetCameraInfo.Request(camera_info=known)).success
+    watcher.until(lambda: infos[-1].k[0] == 50.0)
+    assert load_calibration(str(tmp_path / 'lens.yaml')).k == tuple(known.k)
 
 
 def test_a_video_is_a_camera(watcher, camera, video):

@@ -128,12 +128,6 @@ def test_a_defect_is_counted_each_time_and_logged_once_with_its_traceback(monkey
     assert net.caught == 4 and len(log.lines) == 2, 'another line of code'
 
 
-def test_tests_see_defects():
-    assert DefectGuard.strict, 'set by conftest.py'
-    with pytest.raises(IndexError):
-        failed(None, DefectGuard(Log()), IndexError('index 7'))
-
-
 @pytest.fixture
 def services():
     rclpy.init()

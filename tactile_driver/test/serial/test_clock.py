@@ -96,7 +96,3 @@ def test_lines_without_time_lie_between_arrivals():
     assert np.isnan(first.period_s) and first.stamp_ns == 1_000_000
     block, = assembler.assemble([frame(k, 1, timed=False, interval=False) for k in range(4)], 5_000_000)
     assert block.period_s == pytest.approx(1e-3) and block.stamp_ns == 2_000_000
-
-
-def test_nothing_gives_nothing():
-    assert SampleAssembler(5.0).assemble([], 0) == []

@@ -199,9 +199,3 @@ def test_mutated_lines_with_check_sums_give_no_false_sample():
     found = reader.feed(b''.join(parts) + rng.bytes(100_000))
     assert len(found) > 2500
     assert all(f.values[0].tolist() == sent[f.time_us] for f in found)
-
-
-@pytest.mark.parametrize(('channels', 'bits'), [(0, 12), (4, 17), (4, 7), (65, 12)])
-def test_bad_arguments(channels, bits):
-    with pytest.raises(BadArgument):
-        LineReader(channels, bits)

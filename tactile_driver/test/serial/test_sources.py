@@ -12,7 +12,6 @@ import pytest
 from tactile_driver.errors import BadArgument, BadFrame, BadRecording, DeviceLost
 from tactile_driver.samples import SampleBlock
 from tactile_driver.serial import port as serial_port
-from tactile_driver.serial.frames import MATRIX, CountFrame, write_frame
 from tactile_driver.serial.port import SerialPort, SerialSource, find_port
 from tactile_driver.serial.psd import Demodulator, PsdSerialSource, PsdSimulatedSource, SerialSettings
 from tactile_driver.serial.taxel import TaxelFileSource
@@ -117,24 +116,6 @@ def test_wrong_settings():
         PsdSerialSource('', SETTINGS, lambda: 0)
     with pytest.raises(BadArgument, match='binary, csv'):
         PsdSerialSource('/dev/x', SerialSettings('xml', 1, 5.0, 12, 0.005), lambda: 0)
-
-
-def test_bytes_without_frames_are_told():
-    master, slave = os.openpty()
-    tty.setraw(slave)
-    source = PsdSerialSource(os.ttyname(slave), SETTINGS, lambda: 0)
-    source.open()
-    for _ in range(3):
-        os.write(master, b'\x80' * 2000)
-        with pytest.raises(NothingYet):
-            source.read()
-    assert 'baud' in source.remark and source.describe()['garbage bytes'] >= 5990
-    os.write(master, write_frame(CountFrame(np.zeros((4, 4), int), 0, 0, 0, 8), MATRIX))
-    with pytest.raises(NothingYet):
-        source.read()
-    assert f'another sensor sends on {os.ttyname(slave)}: a matrix of 4 x 4 values of 8 bits; ' in source.remark
-    source.close()
-    os.close(master), os.close(slave)
 
 
 RATE = 10_000.0

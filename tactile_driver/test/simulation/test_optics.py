@@ -125,30 +125,6 @@ def test_noise_is_as_asked_and_new_in_each_frame(membrane):
     np.testing.assert_array_equal(drawn(membrane, number=3)[0], frames[3].astype(np.uint8))
 
 
-def test_a_skin_that_is_drawn_again_is_the_same_under_other_noise(membrane):
-    camera = touchpad_camera(320)
-    pattern = touchpad_dots(membrane, np.random.default_rng(0))
-    shape, (_, uv, spread) = membrane.coarse(membrane.rest), pattern.seen(membrane.rest, camera)
-    again, moved = (Renderer(membrane, camera, MATT, replace(Imaging(), drift=0.1), 0) for _ in range(2))
-    for number in (1, 2, None):
-        fresh = Renderer(membrane, camera, MATT, replace(Imaging(), drift=0.1), 0).draw(shape, uv, spread, pattern.radius, number)
-        np.testing.assert_array_equal(again.draw(shape, uv, spread, pattern.radius, number), fresh)
-        moved.draw(shape, uv + 5.0, spread, pattern.radius, number)
-        np.testing.assert_array_equal(moved.draw(shape, uv, spread, pattern.radius, number), fresh)
-
-
-def test_reflections_of_the_window_stay_in_place_and_are_white(membrane):
-    imaging = replace(Imaging(), reflections=((300.0, 200.0, 3.0, 60.0),))
-    for width, scale in ((640, 1.0), (320, 0.5)):
-        clean, spotted = (drawn(membrane, imaging=kind, width=width)[0].astype(float) for kind in (Imaging(), imaging))
-        extra = spotted - clean
-        v, u = np.unravel_index(extra.sum(axis=2).argmax(), extra.shape[:2])
-        assert np.hypot((u + 0.5) / scale - 300.5, (v + 0.5) / scale - 200.5) < 2.5
-        assert extra[v, u, :2] == pytest.approx([60, 60], abs=6)
-        rows, columns = np.mgrid[:extra.shape[0], :extra.shape[1]]
-        assert extra[np.hypot(rows - v, columns - u) > 20 * scale].max() <= 1
-
-
 def look_water(membrane, lighting, flatten=0.0):
     """Light and spots of the resting skin, or of one lowered by flatten m in the middle."""
     camera = touchpad_camera()

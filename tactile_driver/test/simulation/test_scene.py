@@ -144,13 +144,6 @@ def test_a_dot_slips_when_it_moves_over_the_tool(drag):
         np.testing.assert_array_equal((second.dot_state[both] == SLIPPING)[clear & face], (along > limit)[clear & face])
 
 
-def test_motion_of_the_object(drag):
-    truth = drag[3][60][0]
-    speed = 0.0055 / 1.8 / 0.85
-    assert truth.motion == pytest.approx([speed / RATE, 0, 0, 0, 0, 0], abs=1e-6)
-    assert truth.contacts[0].depth == pytest.approx(0.0032, abs=2e-6)
-
-
 def test_object_over_the_skin_is_still_while_it_sticks_and_goes_with_the_object_in_gross_slip(drag):
     assert (drag[3][30][0].velocity == 0).all()
     gross = [truth for truth, _, _ in drag[3][60:85] if truth.slipping_fraction == 1]
@@ -224,15 +217,6 @@ def test_scene_repeats_but_its_noise_does_not(scene):
     np.testing.assert_array_equal(scene.render_clean(1.9).image, scene.render_clean(1.9 + scene.duration).image)
 
 
-def test_frames_computed_ahead_are_those_of_the_scene():
-    ahead, plain = (open_scene('impact', 30.0, 0, 320, 240) for _ in range(2))
-    assert sum(ahead.observe_ahead(9) for _ in range(20)) == 10 and not ahead.observe_ahead(9)
-    while ahead.observe_ahead(10 * ahead.frames):
-        pass
-    deepest = int(np.argmax([-plain.observe(k).truth.wrench[2] for k in range(plain.frames)]))
-    np.testing.assert_array_equal(ahead.observe(deepest).shape, plain.observe(deepest).shape)
-
-
 def test_a_slow_camera_sees_the_same_presses():
     slow, quick = (open_scene('sphere_press', rate=rate, width=320, height=240) for rate in (3, 30))
     assert slow.frames * 10 == pytest.approx(quick.frames, abs=10)
@@ -261,19 +245,3 @@ def test_right_camera_sees_the_tool_at_its_own_time(sign):
         assert off < 0.35 + 0.3 * np.linalg.norm(early - late, axis=1).max()
     moved = np.linalg.norm(scene.right_dot_uv(19) - scene.right_dot_uv(17), axis=1).max()
     assert moved > 1.0
-
-
-def test_two_views_are_the_same_for_the_same_time_in_any_order():
-    scene, again = (open_dual_scene('areal_dual_press', rate=10.0, seed=1) for _ in range(2))
-    first = [scene.render(t) for t in (2.3, 0.0, 1.9)]
-    for t, pictures in zip((2.3, 1.9, 0.0), (first[0], first[2], first[1])):
-        left, right, truth = again.render(t)
-        np.testing.assert_array_equal(left, pictures[0])
-        np.testing.assert_array_equal(right, pictures[1])
-        np.testing.assert_array_equal(truth.dot_uv, pictures[2].dot_uv)
-
-
-@pytest.mark.parametrize('offset', [0.1, -0.1])
-def test_the_exposure_of_the_same_number_is_the_nearest(offset):
-    delays = Shutters(offset, 0.01, 0.002).delays(200, 30.0)
-    assert np.abs(delays).max() < 0.5 / 30 and (np.sign(delays) == np.sign(offset)).all()

@@ -99,13 +99,6 @@ def inside(uv, margin):
     return (uv > margin).all(axis=1) & (uv < np.array([480, 640]) - margin).all(axis=1)
 
 
-def test_each_camera_sees_its_half_and_two_columns_are_in_both(scene_areal):
-    left, right, truth = scene_areal.render(0)
-    assert left.shape == right.shape == (640, 480, 3) and (scene_areal.rows, scene_areal.columns) == (11, 14)
-    in_left, in_right = (inside(uv, 12).reshape(11, 14).all(axis=0) for uv in (truth.dot_uv, scene_areal.right_dot_uv(0)))
-    assert in_left.tolist() == [True] * 8 + [False] * 6 and in_right.tolist() == [False] * 6 + [True] * 8
-
-
 @pytest.mark.parametrize('number', [0, 51])
 def test_markers_are_seen_by_both_where_the_truth_says(scene_areal, number):
     left, right, truth = scene_areal.render_clean(number / scene_areal.rate)
@@ -197,17 +190,6 @@ def test_gas_is_compressed_and_carries_the_indenter(cushion, deepest_air):
     assert lost == pytest.approx((truth.pressure - rest.pressure) / (101325 + rest.pressure), rel=0.05)
 
 
-@pytest.mark.full
-def test_random_circles_are_no_grid_and_do_not_overlap():
-    cushion = open_scene('air_cushion_random_test', rate=20.0, seed=1)
-    truth = cushion.observe(0).truth
-    assert (cushion.rows, cushion.columns) == (0, 0) and 180 < len(truth.dot_id) < 320
-    apart = np.linalg.norm(truth.dot_xyz[:, None] - truth.dot_xyz, axis=-1) + np.eye(len(truth.dot_id))
-    assert apart.min() > 2.2 * 0.0046
-    other = open_scene('air_cushion_random_test', rate=20.0, seed=2).observe(0).truth
-    assert len(other.dot_uv) != len(truth.dot_uv) or np.abs(other.dot_uv - truth.dot_uv).max() > 20
-
-
 @pytest.mark.parametrize('name, opened', [('areal_single_plate', open_scene), ('areal_dual_plate', open_dual_scene)])
 def test_a_plate_holds_all_markers_at_its_depth_and_is_told_without_force(name, opened):
     scene = opened(name, rate=2.0)
@@ -215,11 +197,3 @@ def test_a_plate_holds_all_markers_at_its_depth_and_is_told_without_force(name, 
     assert truth.contacts[0].depth == pytest.approx(3e-3) and np.isnan(truth.contacts[0].force) and np.isnan(truth.wrench).all()
     assert truth.dot_xyz[:, 2] == pytest.approx(-3e-3, abs=0.1e-3) and (truth.dot_state == 1).all()
     assert not scene.observe(0).truth.contacts
-
-
-def test_the_pose_is_that_since_the_object_touched():
-    scene = open_scene('disc_twist', rate=5.0, width=320, height=240)
-    truths = [scene.observe(k).truth for k in range(scene.frames)]
-    touched = [truth for truth in truths if truth.contacts]
-    assert not touched[0].pose.any() and touched[-1].pose[5] == pytest.approx(0.75, abs=0.01)
-    assert all(np.isnan(truth.pose).all() for truth in truths if not truth.contacts)

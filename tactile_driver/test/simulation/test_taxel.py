@@ -1,11 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated array, its layer, and the object that a gripper holds."""
+"""The simulated array and its layer."""
 
 import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument
-from tactile_driver.simulation.taxel.scene import HeldScene, TAXEL_SCENES, open_taxel_scene
+from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, open_taxel_scene
 from tactile_driver.simulation.taxel.pad import BondedLayer, FACES, PadSpecimen, RubberPad
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP
 
@@ -132,33 +132,3 @@ def test_tilting_moves_the_contact_without_slip(name, moves):
     assert {truth.slip_state for truth in truths} == {NO_SLIP}
     middles = np.array([truth.centroid[0] for truth in truths])
     assert np.ptp(middles) >= moves and np.ptp([truth.wrench[2] for truth in truths]) > 0.5
-
-
-RATE = 100.0
-
-
-def played_held(until, grip=0.0):
-    """(scene, truth of each frame) up to a time, s, under a steady grip, N."""
-    scene, told = HeldScene(RATE), []
-    scene.grip = grip
-    for k in range(round(until * RATE) + 1):
-        told.append(scene.render(k / RATE)[1])
-    return scene, told
-
-
-@pytest.mark.full
-def test_what_is_gripped_firmly_stays_and_carries_the_pull():
-    scene, told = played_held(3.5, grip=18.0)
-    assert not scene.lost and scene.slid < 0.3e-3
-    assert told[-1].wrench[1] == pytest.approx(scene.pull(3.5), rel=0.02) and scene.pull(3.5) == 3.0
-    assert told[-1].wrench[2] == pytest.approx(-19.5, rel=0.02)
-    assert {frame.slip_state for frame in told[170:]} == {NO_SLIP}
-
-
-@pytest.mark.full
-def test_what_is_hardly_touched_slips_more_and_more_and_is_lost():
-    scene, told = played_held(3.0)
-    states = [frame.slip_state for frame in told]
-    assert scene.lost and not told[-1].contacts
-    assert states.index(INCIPIENT) < states.index(GROSS)
-    assert all(frame.wrench[1] <= scene.specimen.grip * -frame.wrench[2] * 1.001 for frame in told)

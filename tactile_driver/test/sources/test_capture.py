@@ -80,13 +80,6 @@ def wait_for(condition, seconds=3.0):
     assert condition()
 
 
-def test_backoff_doubles_up_to_its_end_and_starts_again():
-    backoff = Backoff(0.5, 3.0)
-    assert [backoff.next() for _ in range(5)] == [0.5, 1.0, 2.0, 3.0, 3.0]
-    backoff.reset()
-    assert backoff.next() == 0.5
-
-
 def test_a_recording_loses_nothing_however_slow_its_reader(captured):
     it = captured(ScriptedSource(range(20)))
     it.capture.resume()
@@ -198,13 +191,6 @@ def paused_after(read, count):
     return paused
 
 
-def test_a_failure_is_said_again_after_a_while(captured, monkeypatch):
-    monkeypatch.setattr(capture_module, '_LOG_AGAIN_S', 0.0)
-    it = captured(ScriptedSource([1, BadFrame('torn'), 2, BadFrame('torn'), 3]))
-    assert it.take_all(3) == [1, 2, 3]
-    assert [r for r in it.reports if r[0] == 'error'] == [('error', 'torn')] * 2
-
-
 def test_a_camera_that_gives_another_size_for_good_is_set_up_anew(captured, monkeypatch):
     monkeypatch.setattr(capture_module, '_OTHER_SIZE_S', 0.05)
     size, source = [(4, 6)], ScriptedSource([], live=True, period=0.01)
@@ -239,15 +225,6 @@ def test_what_cannot_be_tried_again_ends_the_reading_with_a_word(captured, error
     wait_for(lambda: it.capture.status.state == 'failed')
     assert said in it.capture.status.error
     assert len(it.reports) == 1
-
-
-def test_stop_ends_the_thread_and_closes_the_source():
-    source = ScriptedSource(range(100))
-    it = Captured(source)
-    it.take_all(2)
-    it.capture.stop()
-    assert source.closed == 1
-    assert not any(t.name == 'capture' and t is it.capture._thread for t in threading.enumerate())
 
 
 @pytest.fixture
@@ -300,12 +277,3 @@ def test_a_hiccup_is_worked_off(clock, step):
             clock[0] += step
         assert [queue.take() for _ in range(9)] == [*range(8), None] and queue.left_out == 0
         clock[0] += 2.0
-
-
-def test_it_says_how_long_a_frame_has_waited(clock):
-    queue = FrameQueue(3)
-    queue.add(1)
-    clock[0] += 0.25
-    queue.add(2)
-    clock[0] += 0.5
-    assert [(queue.take(), queue.waited_s) for _ in range(2)] == [(1, 0.75), (2, 0.5)]

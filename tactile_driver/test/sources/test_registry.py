@@ -6,7 +6,7 @@ import time
 import pytest
 
 from tactile_driver.camera.file import FileSource, TwoFilesSource
-from tactile_driver.camera.pairs import PairedSource, SplitSource
+from tactile_driver.camera.pairs import PairedSource
 from tactile_driver.camera.simulated import DualSimulatedSource
 from tactile_driver.errors import BadArgument
 from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, DUAL_CAMERA_PARAMETERS, PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS
@@ -50,9 +50,3 @@ def test_left_and_right_are_what_was_asked_for():
     assert made(source='file').describe()['path'] == 'a + b'
     about = made(source='topics', topic='x', right_topic='y').describe()
     assert (about['left']['path'], about['right']['path']) == ('x', 'y')
-
-
-@pytest.mark.parametrize('name', ['device', 'file', 'bag'])
-def test_one_image_with_both_views(name):
-    source = made(source=name, layout='side_by_side')
-    assert isinstance(source, SplitSource) and source.describe()['layout'] == 'side_by_side'

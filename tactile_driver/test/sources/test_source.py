@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument
 from tactile_driver.sources import source as pacing
-from tactile_driver.sources.source import NS, EvenPace, SceneSource, StampPace, stamp_of, wait_until
+from tactile_driver.sources.source import NS, EvenPace, SceneSource, StampPace, stamp_of
 
 
 @pytest.fixture
@@ -52,13 +52,6 @@ def test_a_recording_waits_for_its_reader(now):
     assert pace.skipped == 0
 
 
-def test_recorded_stamps_set_the_pace(now):
-    pace = StampPace()
-    start = pace.next(100 * NS)
-    assert start == now[0]
-    assert pace.next(100 * NS + 40_000_000) == start + 40_000_000
-
-
 @pytest.mark.parametrize('stamp', [90 * NS, 200 * NS])
 def test_stamps_that_jump_do_not_stop_the_recording(now, stamp):
     pace = StampPace()
@@ -71,13 +64,6 @@ def test_a_paused_recording_does_not_rush(now):
     pace.next(100 * NS)
     now[0] += 30 * NS
     assert pace.next(100 * NS + 40_000_000) == now[0]
-
-
-def test_waiting_lasts_until_the_deadline():
-    due = time.monotonic_ns() + 20_000_000
-    wait_until(due)
-    assert 0 <= time.monotonic_ns() - due < 100_000_000
-    wait_until(due)
 
 
 class Counting(SceneSource):

@@ -282,6 +282,12 @@ def _calibration() -> PsdScript:
     return PsdScript(acts, acts[-1].end + 0.5)
 
 
+def _session() -> PsdScript:
+    """Presses as a person makes them with a stage, at sixty places."""
+    acts = [_press(1.0 + 1.2 * k, 137.5 * k, 70 * math.sqrt(k / 60), (2.4e-4, 3.0e-4, 3.6e-4)[k % 3], 0.6, 0.05) for k in range(60)]
+    return PsdScript(acts, acts[-1].end + 0.5)
+
+
 def _taps() -> PsdScript:
     """Taps of 78 ms at 3.2 Hz (paper psd_finger, section 6.3)."""
     acts = [_press(0.5 + k / 3.2, 40.0 * k, 20.0 + 4 * (k % 8), 3.0e-4, 0.1, 0.05) for k in range(16)]
@@ -335,7 +341,7 @@ def _two() -> PsdScript:
 
 
 PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
-    'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'grid': _grid, 'taps': _taps,
+    'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'session': _session, 'grid': _grid, 'taps': _taps,
     'slow_taps': _slow_taps, 'slide': _slide,
     'light': _light, 'two': _two, 'bright': _bright, 'weak': lambda: _grid(1.9e-4), 'lamp': _lamp}
 

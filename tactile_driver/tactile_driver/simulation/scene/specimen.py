@@ -71,6 +71,11 @@ def press(tool: str, x: float, y: float, *depths: float, start: float, move: flo
     return act(tool, start, *places, {'t': t + move, 'press': 0.0}, x=x, y=y)
 
 
+def session(tool: str, places: list[tuple], *depths: float) -> list[Callable[..., Act]]:
+    """A person with a stage presses a tool in at each of the places (x, y), m, and holds it still at each of the depths, m."""
+    return [partial(press, tool, x, y, *depths, move=0.6, hold=0.7) for x, y in places]
+
+
 def by_the_step(tool: str, places: list[tuple], depths: list[float] | tuple) -> tuple[Act, ...]:
     """A stage presses a tool in at each of the places (x, y), m, and stops at each of the depths, m; at 2 frames/s each stop is one
     frame."""

@@ -11,7 +11,7 @@ from .marker_sheet import built_camera
 from ..optics.led_light import Lamps
 from ..optics.pattern import DotPattern, LargeDots, uneven
 from ..optics.rendering import Imaging, Renderer
-from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, press
+from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, press, session
 from ..skin.surfaces import Membrane
 
 _RIM, _HEIGHT = 0.150, 0.120
@@ -128,6 +128,8 @@ AIR_CUSHION_SCENES: dict[str, Script] = {
     'air_cushion_two': Script(air_cushion, _two()),
     'air_cushion_calibration': Script(air_cushion, _calibration()),
     'air_cushion_test': Script(air_cushion, _test()),
+    'air_cushion_session': Script(air_cushion, one_after_the_other(session(_TIP, _places(12, 0.075, np.random.default_rng(8)),
+                                                                           0.010, 0.020, 0.040))),
     'air_cushion_zones_calibration': Script(air_cushion, _zones(0.008, 0.016, 0.024, 0.032)),
     'air_cushion_zones': Script(air_cushion, _zones(0.012, 0.020, 0.028)),
     'air_cushion_random_zones_calibration': Script(_random_cushion, _zones(0.008, 0.016, 0.024, 0.032)),

@@ -13,7 +13,7 @@ from ..optics.camera import SimulatedCamera
 from ..optics.led_light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.shutters import Shutters
-from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press
+from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
 from ..skin.surfaces import Sheet
 
 _HALF = (0.0665, 0.0455)
@@ -115,6 +115,7 @@ AREAL_DUAL_SCENES: dict[str, Script] = {
     'areal_dual_fast_drag': Script(areal_dual, _fast_drag(), shutters=_FREE),
     'areal_dual_calibration': Script(areal_dual, _calibration()),
     'areal_dual_test': Script(areal_dual, _test()),
+    'areal_dual_session': Script(areal_dual, one_after_the_other(session(_TIP, grid((0.047, 0.032), 4, 3), 0.0015, 0.003, 0.0045))),
     'areal_dual_plate': Script(areal_dual, by_the_step('plate_127x87mm', [(0.0, 0.0)], [1e-3 * mm for mm in range(1, 6)])),
     'areal_dual_markers': Script(areal_dual, by_the_step(_TIP, on_markers((2, 6, 7, 11), (2, 5, 8), 14, 11, (0.0094, 0.0082)),
                                                          (0.0015, 0.003))),

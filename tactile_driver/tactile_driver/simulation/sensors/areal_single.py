@@ -10,7 +10,7 @@ import numpy as np
 from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered
 from ..optics.led_light import Lamps
 from ..optics.rendering import Imaging, Renderer
-from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press
+from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
 from ..skin.surfaces import Sheet
 
 _HALF = (0.030, 0.0225)
@@ -46,10 +46,8 @@ def _calibration() -> tuple[Act, ...]:
 
 
 def _session() -> tuple[Act, ...]:
-    """Presses as a person makes them: at twelve places, held for a second; one that slides at once, one without a pause before it."""
-    slow = {'move': 0.8, 'hold': 1.0}
-    places = grid((0.021, 0.0155), 4, 3)
-    acts = [partial(press, _TIP, x, y, 0.002, 0.004, 0.006, **slow) for x, y in places]
+    """Presses as a person makes them: at twelve places; one that slides at once, one without a pause before it."""
+    acts = session(_TIP, grid((0.021, 0.0155), 4, 3), 0.002, 0.004, 0.006)
     acts.insert(3, partial(drag, _TIP, -0.008, 0.002, 0.004, 0.012, 0.0))
     first = one_after_the_other(acts[:2], pause=1.6)
     hasty = press(_TIP, 0.0, 0.005, 0.003, start=first[-1][1][-1].t + 0.3, move=0.2, hold=0.5)

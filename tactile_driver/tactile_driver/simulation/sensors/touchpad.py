@@ -12,7 +12,7 @@ from ..optics.camera import SimulatedCamera, mounted
 from ..optics.pattern import DotPattern, uneven
 from ..optics.rendering import Imaging, Renderer
 from ..optics.water_light import Lighting
-from ..scene.specimen import STARTING, UNTOUCHED, Act, Script, Specimen, act, one_after_the_other
+from ..scene.specimen import STARTING, UNTOUCHED, Act, Script, Specimen, act, one_after_the_other, session
 from ..skin.surfaces import Membrane
 from ..skin.tools import Key
 
@@ -105,6 +105,9 @@ def _sphere_grid() -> tuple[Act, ...]:
     return tuple(acts)
 
 
+#: m, where a session presses.
+_PLACES = [(x, y) for y in (-0.005, 0.0, 0.005) for x in (-0.006, -0.002, 0.002, 0.006)]
+
 #: px of the native image and grey levels; chosen.
 _REFLECTIONS = ((214.0, 186.0, 3.0, 160.0), (402.0, 205.0, 4.0, 210.0), (310.0, 352.0, 2.5, 120.0))
 #: LED glare of the wet skin, specular spots on skin and window, slow gain drift.
@@ -126,5 +129,6 @@ TOUCHPAD_SCENES: dict[str, Script] = {
     'glare': Script(_glaring, one_after_the_other([_rectangle_drag])),
     'glare_rest': Script(_glaring, duration=10.0),
     'noise': Script(partial(touchpad, imaging=replace(Imaging(), read_noise=4.0, shot_noise=0.10)), one_after_the_other([_rectangle_drag])),
+    'session': Script(touchpad, one_after_the_other(session('sphere', _PLACES, 0.0015, 0.0030, 0.0045))),
     'sphere_calibration': Script(touchpad, _sphere_grid()),
 }

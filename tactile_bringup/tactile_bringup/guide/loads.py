@@ -1,0 +1,123 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The loads of an array in a guided calibration: known weights, or those that a force sensor tells."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from .session import Press, Sample
+
+_UNTOUCHED_S, _AFTER_S, _HELD_S = 1.0, 5.0, 1.0  # chosen: before the first load, after the last, of each weight
+_NOISES, _LEAST = 6.0, 0.05  # noises of the force sensor, and N, from which it is loaded. Chosen: far under a tenth of the largest load
+_STUCK_S = 1.0
+
+
+class Loads:
+    """Judges samples in their order, as Session does: an untouched second, loads, and an untouched time after them are one press.
+
+    weights: N, laid on one after the other, each told by next_weight; none: a force sensor tells. done: one entry a press; tip: none.
+    """
+
+    tip = np.full(3, np.nan)
+
+    def __init__(self, weights: Sequence[float] = ()):
+        self.weights, self.done = list(weights), []
+        self._press, self._forces = Press([]), []
+        self._number, self._since = 0, None  # of the weight that is on next, and when the present one was laid on
+        self._loaded_s: float | None = None
+
+    @property
+    def open_places(self) -> list[int]:
+        """[0] until there is a press."""
+        return [] if self.done else [0]
+
+    @property
+    def advice(self) -> str:
+        """What to do next."""
+        if self.done:
+            return 'all loads are recorded'
+        if not self._rested:
+            return f'touch nothing for {_UNTOUCHED_S:g} s'
+        if self.weights:
+            return (f'weight {self._number + 1} of {len(self.weights)}: lay {self.weights[self._number]:g} N on, evenly over all taxels, '
+                    'then call ~/next')
+        return (f'press all taxels with a flat plate in four steps or more, {_HELD_S:g} s each, first rising, then falling, lift, and wait '
+                f'{_AFTER_S:g} s')
+
+    @property
+    def _rested(self) -> bool:
+        rest = self._press.rest
+        return bool(rest) and rest[-1].stamp_s - rest[0].stamp_s >= _UNTOUCHED_S
+
+    def keep(self, press: Press) -> None:
+        """Count a press."""
+        self.done.append((np.zeros(2), []))
+        self.drop('')
+
+    def next_weight(self) -> str:
+        """The next weight lies on; what is to be told."""
+        if self.weights and self._rested and self._since is None and not self.done:
+            self._since = self._press.rest[-1].stamp_s if not self._forces else self._forces[-1][0]
+            return f'hold still: {self.weights[self._number]:g} N'
+        return self.advice
+
+    def add(self, sample: Sample) -> tuple[Press | None, str]:
+        """(a press that counts, or None; what is to be told, or '')."""
+        if self.weights:
+            return self._weighed(replace(sample, wrench=np.zeros(6)))
+        return self._felt(sample) if np.isfinite(sample.wrench).all() else (None, '')
+
+    def drop(self, why: str) -> str:
+        """Begin anew; what is to be told."""
+        self._press, self._loaded_s, self._number, self._since = Press([]), None, 0, None
+        return why
+
+    def _weighed(self, sample: Sample) -> tuple[Press | None, str]:
+        """Keep what comes while the force is known: untouched, and with each weight."""
+        self._forces.append((sample.stamp_s, 0.0))
+        if not self._rested:
+            self._press.rest.append(sample)
+            return None, self.advice if self._rested else ''
+        if self._since is None:
+            return None, ''
+        weight, last = self.weights[self._number], self._number == len(self.weights) - 1
+        if sample.stamp_s - self._since <= (_AFTER_S if weight == 0 else _HELD_S):
+            self._press.touched.append(replace(sample, wrench=np.array([0, 0, -weight, 0, 0, 0])))
+            self._forces[-1] = sample.stamp_s, weight
+            return None, ''
+        self._since, self._number = None, self._number + 1
+        return (self._press, 'taken') if last else (None, f'taken. {self.advice}')
+
+    def _felt(self, sample: Sample) -> tuple[Press | None, str]:
+        """Keep everything from the untouched second to the time after the last load."""
+        press = self._press
+        if not self._rested:
+            press.rest.append(sample)
+            return None, self.advice if self._rested else ''
+        tare = np.mean([each.wrench for each in press.rest], axis=0)
+        noise = np.std([each.to_sensor(each.wrench)[2] for each in press.rest])
+        force = abs(float(sample.to_sensor(sample.wrench - tare)[2]))
+        loaded = force > max(_NOISES * noise, _LEAST)
+        self._forces.append((sample.stamp_s, force))
+        if loaded and sample.stamp_s - sample.changed_s > _STUCK_S:
+            return None, 'dropped: ' + self.drop('the wrench stands still: the sensor is saturated or has stopped')
+        if loaded:
+            self._loaded_s = sample.stamp_s
+        if self._loaded_s is None:
+            return None, ''
+        press.touched.append(sample if loaded else replace(sample, wrench=tare))  # what a force sensor shows of nothing is no load
+        return (press, 'taken') if sample.stamp_s - self._loaded_s > _AFTER_S else (None, '')
+
+    def picture(self) -> np.ndarray:
+        """(240, 480, 3) BGR: the force over the time."""
+        image = np.full((240, 480, 3), 255, np.uint8)
+        times, forces = np.array(self._forces or [(0.0, 0.0)]).T
+        across, up = np.ptp(times) or 1.0, max(forces.max(), 1e-9)
+        line = np.column_stack([20 + 440 * (times - times[0]) / across, 220 - 180 * forces / up])
+        cv2.polylines(image, [line.astype(np.int32)], False, (60, 160, 60), 2, cv2.LINE_AA)
+        cv2.putText(image, f'{forces[-1]:.2f} of {forces.max():.2f} N', (12, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (0, 0, 0), 1, cv2.LINE_AA)
+        return image
