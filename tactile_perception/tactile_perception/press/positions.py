@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""3D positions of markers: of a clamped elastic sheet from their apparent positions in its untouched plane (kernel sheet_depths:
-src/press/sheet_view.cpp), of a dome along their rays."""
+"""3D positions of markers: of a clamped elastic sheet from their apparent positions in its untouched plane, of a dome along their rays."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -9,7 +8,6 @@ from typing import Protocol
 
 import numpy as np
 
-from .. import _core
 from ..common.dots import DotTracks
 from ..errors import BadArgument
 from .field import MarkerField, MarkerView, RestMarkers
@@ -50,7 +48,9 @@ class SheetSurface:
             return np.full(len(shift), np.nan)
         slope = np.where(seen[:, None], place - eye[:, :2], 0.0) / np.where(seen, -eye[:, 2], 1.0)[:, None]
         slope, shift = (self._fill(values, seen) for values in (slope, np.where(seen[:, None], shift, 0.0)))
-        return _core.sheet_depths(self._bending, self._strain, slope, shift)
+        # A depth w moves a marker by slope w in the image; the rest of its displacement is strain in the plane. With the strain's energy S
+        # and the bending's B: (B + sum over axes of slope S slope) w = sum over axes of slope S shift.
+        return np.linalg.solve(self._bending + self._strain * (slope @ slope.T), (slope * (self._strain @ shift)).sum(axis=1))
 
     def _fill(self, values: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """values (K, 2), those not seen interpolated (harmonic)."""

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import BadArgument, BadCalibration
 from .estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from .field import MarkerField
-from .presses import Presses, cross_validation_rmse
+from .presses import Presses, rms_errors
 from .sensor import MarkerSensor, first_touch_height, rest_points
 
 DEGREE = 3      # of the polynomials (paper: "the third-degree polynomial is the best fit")
@@ -250,7 +250,7 @@ class PaperTouch:
         self.place_sigma, self.depth_sigma = place_sigma, depth_sigma
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touch of one frame, with the cross-validation RMSE as covariance; empty without contact."""
+        """The touch of one frame, with the RMS errors at the presses of the calibration as covariance; empty without contact."""
         depth, outside = self.depths.depths(field)
         shape = self.sensor.rows, self.sensor.columns
         point = grid_point(depth.reshape(shape), field.rest.reshape(shape + (2,)))
@@ -264,19 +264,15 @@ class PaperTouch:
                               reason=point.reason)]
 
     @classmethod
-    def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
+    def fit(cls, presses: Presses, sensor: MarkerSensor, _fitted: Mapping | None = None) -> dict:
         """Parameters for the calibration file. Raises BadCalibration without a plate (check_plate), or where no press is over a marker."""
         if presses.plate is not None:
             check_plate(presses.plate, sensor)
-        method = cls._fitted(presses, sensor)
-        place, depth = cross_validation_rmse(lambda some: cls._fitted(some, sensor), presses)
-        return {'depths': method.depths.numbers(), 'quiet': method.quiet, 'place_sigma': place, 'depth_sigma': depth}
-
-    @classmethod
-    def _fitted(cls, presses: Presses, sensor: MarkerSensor) -> PaperTouch:
         depths = MarkerDepths.fit(presses, min(sensor.pitch))
         still = [np.nanmax(depths.depths(field)[0], initial=0.0) for field, on in zip(presses.fields, presses.touching) if not on]
-        return cls(depths, sensor, float(max(QUIET * max(still, default=0.0), LEAST)), float('nan'), float('nan'))
+        quiet = float(max(QUIET * max(still, default=0.0), LEAST))
+        place, depth = rms_errors(cls(depths, sensor, quiet, float('nan'), float('nan')), presses)
+        return {'depths': depths.numbers(), 'quiet': quiet, 'place_sigma': place, 'depth_sigma': depth}
 
     @classmethod
     def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> PaperTouch:
@@ -344,7 +340,7 @@ class PaperCushion:
         return four_largest(distance_changes(field, self.near), self.points[:, :2], RANGE * max(self.sensor.pitch))
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touch of one frame, with the cross-validation RMSE as covariance; empty without contact."""
+        """The touch of one frame, with the RMS errors at the presses of the calibration as covariance; empty without contact."""
         found = self.measure(field)
         if found is None or not found[1] > self.quiet:
             return []
@@ -355,14 +351,8 @@ class PaperCushion:
                               flags=OUT_OF_RANGE if outside else 0)]
 
     @classmethod
-    def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
+    def fit(cls, presses: Presses, sensor: MarkerSensor, _fitted: Mapping | None = None) -> dict:
         """Parameters for the calibration file. Raises BadCalibration where the presses determine no rising cubic."""
-        numbers = cls._numbers(presses, sensor)
-        rmse = cross_validation_rmse(lambda some: cls.from_fitted(cls._numbers(some, sensor), sensor), presses)
-        return numbers | dict(zip(('place_sigma', 'depth_sigma'), rmse))
-
-    @classmethod
-    def _numbers(cls, presses: Presses, sensor: MarkerSensor) -> dict:
         rest, eye = common_rest(presses.fields)
         near, places = neighbours(rest), rest_points(rest, eye, sensor)[:, :2]
         found = [four_largest(distance_changes(field, near), places, RANGE * max(sensor.pitch)) for field in presses.fields]
@@ -371,8 +361,8 @@ class PaperCushion:
         if np.isnan(cubic.low).any():
             raise BadCalibration('the distances between markers do not change with depth; check the presses\' depths')
         quiet = max(QUIET * change[~presses.touching].max(initial=0.0), LEAST)
-        return {'rest': rest, 'eye': eye, 'cubic': cubic.numbers(), 'quiet': float(quiet), 'place_sigma': float('nan'),
-                'depth_sigma': float('nan')}
+        numbers = {'rest': rest, 'eye': eye, 'cubic': cubic.numbers(), 'quiet': float(quiet), 'place_sigma': np.nan, 'depth_sigma': np.nan}
+        return numbers | dict(zip(('place_sigma', 'depth_sigma'), rms_errors(cls.from_fitted(numbers, sensor), presses)))
 
     @classmethod
     def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> PaperCushion:

@@ -52,12 +52,6 @@ def test_what_goes_sideways_is_told_from_what_goes_down(surface):
     assert np.sqrt(np.mean(off[:, :2]**2)) < 0.12e-3
 
 
-def test_an_untouched_sheet_is_flat(surface):
-    flat = np.column_stack([REST, np.zeros(len(REST))])
-    assert np.abs(found(surface, flat)[:, 2]).max() < 0.1e-3
-    assert np.abs(found(surface, flat, noise=0.0)[:, 2]).max() < 1e-12
-
-
 def test_markers_that_are_not_seen_have_no_place_and_leave_the_others_theirs(surface):
     xyz = pressed(np.array([0.0, 0.0]), 5e-3)
     lost = np.random.default_rng(1).choice(len(REST), 12, replace=False)
@@ -67,11 +61,6 @@ def test_markers_that_are_not_seen_have_no_place_and_leave_the_others_theirs(sur
     assert np.isnan(got[lost]).all()
     seen = np.setdiff1d(np.arange(len(REST)), lost)
     assert np.sqrt(np.mean((got - xyz)[seen, 2]**2)) < 0.3e-3
-
-
-def test_nothing_seen_is_nothing_known(surface):
-    nothing = np.full((len(REST), 2), np.nan)
-    assert np.isnan(surface.places(nothing, nothing, np.tile(EYE, (len(REST), 1)))).all()
 
 
 @pytest.mark.parametrize('rows, columns, size', [(9, 13, (0.05, 0.045)), (13, 13, (0.06, 0.045)), (1, 117, (0.06, 0.045))])
