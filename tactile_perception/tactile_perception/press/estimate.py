@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, SATURATED, ContactRegionEstimate
+from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactRegionEstimate
 from ..common.geometry import tangents
 from .field import MarkerField
 from .sensor import MarkerSensor, dome_cap
@@ -21,7 +21,7 @@ RADII = np.geomspace(1e-4, 1.0, 1000)  # over the largest, between which contact
 CORNERS = 36       # of an outline: the polygon has 0.5 % less area than the disc
 AROUND = np.stack([np.cos(np.arange(CORNERS) * 2 * np.pi / CORNERS), np.sin(np.arange(CORNERS) * 2 * np.pi / CORNERS)], axis=1)
 
-__all__ = ['AMBIGUOUS', 'AT_EDGE', 'OUT_OF_RANGE', 'SATURATED', 'TouchEstimate', 'TouchMethod']
+__all__ = ['AMBIGUOUS', 'AT_EDGE', 'OUT_OF_RANGE', 'TouchEstimate', 'TouchMethod']
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,8 @@ class TouchEstimate:
     position: (3,) m, sensor frame, of the object's lowest point (z = -depth on a sheet), of each of two the centre of its contact; depth:
     m, distance along z by which the object would have to be lifted to just touch the undeformed surface; covariance: (3, 3) m^2 of
     position; depth_sigma: m, standard deviation of depth; radius: m of the object's tip, NaN where the method does not estimate it;
-    flags: OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED; reason: '' or the name of the fall-back method used; wrench: (6,) of the object on
-    the sensor at the sensor frame's origin over the stiffness of the skin, m and m^2, NaN where the method does not estimate it; lowest:
-    (3,) m, of the object's lowest point, None where it is position or not known.
+    flags: OUT_OF_RANGE, AT_EDGE, AMBIGUOUS; wrench: (6,) of the object on the sensor at the sensor frame's origin over the stiffness of the
+    skin, m and m^2, NaN where the method does not estimate it; lowest: (3,) m, of the object's lowest point, None where it is position.
     """
 
     position: np.ndarray
@@ -42,7 +41,6 @@ class TouchEstimate:
     depth_sigma: float
     radius: float = float('nan')
     flags: int = 0
-    reason: str = ''
     wrench: np.ndarray = field(default_factory=partial(np.full, 6, np.nan))
     lowest: np.ndarray | None = None
 

@@ -190,12 +190,10 @@ REACH = 2      # neighbours on each side (eq 13)
 
 @dataclass(frozen=True)
 class GridPoint:
-    """place: (2,) m; depth: m; reason: '' or 'marker', where an axis has no Gaussian and the deepest marker itself is told; at_edge: it is
-    on the border of the grid."""
+    """place: (2,) m; depth: m; at_edge: it is on the border of the grid."""
 
     place: np.ndarray
     depth: float
-    reason: str
     at_edge: bool
 
 
@@ -214,7 +212,8 @@ def grid_point(depth: np.ndarray, places: np.ndarray) -> GridPoint | None:
     """The contact point of depths (rows, columns) m of markers at places (rows, columns, 2) m, both NaN where unknown.
 
     None where no marker has a positive depth. The paper does not say what it does where the logarithm of a depth does not exist, nor at the
-    border: fits take the positive depths among the five, at least three; the height is the mean of both fits.
+    border: fits take the positive depths among the five, at least three; the height is the mean of both fits; where an axis has no Gaussian
+    the deepest marker itself is told.
     """
     depth = np.where(np.isfinite(places).all(-1) & np.isfinite(depth), depth, np.nan)
     if not np.nanmax(depth, initial=0.0) > 0:
@@ -223,8 +222,8 @@ def grid_point(depth: np.ndarray, places: np.ndarray) -> GridPoint | None:
     at_edge = bool(row in (0, depth.shape[0] - 1) or column in (0, depth.shape[1] - 1))
     fits = np.array([gaussian(x[y > 0], y[y > 0]) for x, y in _lines(depth, places, row, column)])
     if np.isfinite(fits).all():
-        return GridPoint(fits[:, 0], float(fits[:, 1].mean()), '', at_edge)
-    return GridPoint(places[row, column].copy(), float(depth[row, column]), 'marker', at_edge)
+        return GridPoint(fits[:, 0], float(fits[:, 1].mean()), at_edge)
+    return GridPoint(places[row, column].copy(), float(depth[row, column]), at_edge)
 
 
 def _lines(depth, places, row, column):
@@ -260,8 +259,7 @@ class PaperTouch:
         place = np.clip(point.place, -half, half)
         flags = (OUT_OF_RANGE if outside[np.nanargmax(depth)] else 0) | (AT_EDGE if point.at_edge else 0)
         variance = np.square([self.place_sigma, self.place_sigma, self.depth_sigma])
-        return [TouchEstimate(np.append(place, -point.depth), point.depth, np.diag(variance), self.depth_sigma, flags=flags,
-                              reason=point.reason)]
+        return [TouchEstimate(np.append(place, -point.depth), point.depth, np.diag(variance), self.depth_sigma, flags=flags)]
 
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor, _fitted: Mapping | None = None) -> dict:
