@@ -84,8 +84,8 @@ class DomeMethod(Protocol):
 
 
 def dome_raised(method: DomeMethod | None, field: MarkerField) -> np.ndarray:
-    """(K,) m, upward displacement of a dome's markers; method: None where it is not calibrated: that of displaced markers is NaN. One camera
-    cannot observe the scale about the eye; the method knows it from the mechanics."""
+    """(K,) m, upward displacement of a dome's markers; method: None where it is not calibrated: that of displaced markers is NaN. One
+    camera cannot observe the scale about the eye; the method knows it from the mechanics."""
     raised = None if method is None else method.raised(field)
     if raised is not None:
         return raised
