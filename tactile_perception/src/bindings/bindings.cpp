@@ -11,6 +11,5 @@ PYBIND11_MODULE(_core, module) {
     tactile::border::bind_common(module);
     tactile::border::bind_finger(module);
     tactile::border::bind_sheet(module);
-    tactile::border::bind_touches(module);
     tactile::border::bind_taxel(module);
 }

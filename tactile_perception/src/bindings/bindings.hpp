@@ -13,7 +13,6 @@ void bind_dome(pybind11::module_& module);
 void bind_common(pybind11::module_& module);
 void bind_finger(pybind11::module_& module);
 void bind_sheet(pybind11::module_& module);
-void bind_touches(pybind11::module_& module);
 void bind_taxel(pybind11::module_& module);
 
 }  // namespace tactile::border

@@ -5,9 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <cstring>
-#include <type_traits>
-#include <vector>
 
 #include "common/wide.hpp"
 
@@ -17,23 +14,17 @@ namespace {
 constexpr double BEYOND = 1.2;   // times the spread: logs of radius and friction are clamped to it. Chosen
 constexpr int MOST_TERMS = 16;   // of the polynomials
 constexpr int MOST_WAVES = 100;  // of the mesh's harmonics
-constexpr std::size_t SPAN = 8;  // numbers of a field that are summed at once, in registers. Chosen
 constexpr double WIDEST = 0.99;  // sine of the angle of a touch: a place farther out is taken there
+constexpr double NEAREST = 1e-9; // m, least distance from the axis
 
 using Complex = std::complex<double>;
-typedef float Span __attribute__((vector_size(SPAN * sizeof(float))));
 
-TACTILE_INLINE float value_of(float number) {
-    return number;
-}
-TACTILE_INLINE float value_of(const Span& numbers) {
-    return numbers[0];
-}
-
-// Sums of modes are float: their error, 1e-8 m, is far below the noise of a marker.
 // A displacement on the mesh and its slopes at a fixed place there, side by side. The last is that by drags: of even fields along the
-// meridian, of odd ones across it.
-enum FieldNumber { VALUE, BY_SHIFT, BY_DEPTH, BY_RADIUS, BY_FRICTION, BY_DRAG, FIELDS };
+// meridian, of odd ones across it. Sums of modes are float: their error, 1e-8 m, is far below the noise of a marker.
+enum FieldNumber { VALUE, BY_SHIFT, BY_DEPTH, BY_RADIUS, BY_FRICTION, BY_DRAG };
+constexpr int SIDE_BY_SIDE = 8;  // of which the last two are unused: whole vectors
+using FieldNumbers = Eigen::Matrix<float, 1, SIDE_BY_SIDE>;
+using FieldRows = Eigen::Matrix<float, Eigen::Dynamic, SIDE_BY_SIDE, Eigen::RowMajor>;
 
 // Values of a basis and their slopes.
 template <int MOST>
@@ -68,26 +59,6 @@ Basis<MOST_TERMS> powers(double x, int count) {
     return basis;
 }
 
-// WIDTH of the sums of sum_rows, from `first` on.
-template <typename Numbers, std::size_t WIDTH>
-TACTILE_INLINE void sum_columns(const float* rows, int count, std::size_t size, const float* weights, float* sums, std::size_t first) {
-    constexpr std::size_t STRIDE = sizeof(Numbers) / sizeof(float);
-    Numbers sum[WIDTH] = {}, weight;
-    for (int m = 0; m < count; ++m) {
-        std::memcpy(&weight, weights + m * STRIDE, sizeof weight);
-        for (std::size_t k = 0; k < WIDTH; ++k) sum[k] += rows[m * size + first + k] * weight;
-    }
-    std::memcpy(sums + first * STRIDE, sum, sizeof sum);
-}
-
-// sums (size) of Numbers, one or SPAN floats side by side, = rows (count, size), transposed, times weights (count) of Numbers.
-template <typename Numbers>
-TACTILE_INLINE void sum_rows(const float* rows, int count, std::size_t size, const float* weights, float* sums) {
-    std::size_t first = 0;
-    for (; first + SPAN <= size; first += SPAN) sum_columns<Numbers, SPAN>(rows, count, size, weights, sums, first);
-    for (; first < size; ++first) sum_columns<Numbers, 1>(rows, count, size, weights, sums, first);
-}
-
 // The touch of a press on the mesh: direction of the meridian, distance from the axis, shift of the mesh (see shift_of in mesh.py) and its
 // slopes by that distance and by the log radius, drag along and across the meridian.
 struct Meridian {
@@ -109,35 +80,36 @@ Meridian meridian_of(const DomeLibrary& library, const double* press) {
     return meridian;
 }
 
-// Fields of a press (rings + 1, 3, harmonics + 1), COUNT numbers each: 1, the displacement alone, or FIELDS. Even ones, mirror symmetric to
-// the meridian plane: the straight press with a drag along the meridian; odd ones: by a drag across it.
-template <int COUNT>
+// Fields of a press ((rings + 1) 3 (harmonics + 1), SIDE_BY_SIDE). Even ones, mirror symmetric to the meridian plane: the straight press
+// with a drag along the meridian; odd ones: by a drag across it.
 struct Fields {
-    using Numbers = std::conditional_t<COUNT == 1, float, Span>;
-    static constexpr int STRIDE = sizeof(Numbers) / sizeof(float);
-    std::vector<float> even, odd;
+    FieldRows even, odd;
 
-    TACTILE_INLINE Fields(const DomeLibrary& library, const double* press, const Meridian& meridian) {
+    Fields(const DomeLibrary& library, const double* press, const Meridian& meridian) : library_(library) {
         int first;
         depths_ = depth_basis(library, press[DEPTH], first);
         shifts_ = shift_basis(library, meridian.shift);
         radii_ = powers(std::clamp(press[RADIUS], -BEYOND, BEYOND), library.radii);
         const Basis<MOST_TERMS> rough = powers(std::clamp(press[FRICTION], -BEYOND, BEYOND), STRAIGHT);
-        const std::size_t block = static_cast<std::size_t>(library.order) * library.radii;
-        std::vector<float> of_even, of_odd;  // weights (rows, STRIDE) of the rows of the tables at four levels
-        of_even.reserve(4 * (STRAIGHT + DRAGS) * block * STRIDE), of_odd.reserve(4 * DRAGS * block * STRIDE);
-        for (int level = 0; level < 4; ++level) {
+        const int block = library.order * library.radii;
+        FieldRows of_even = FieldRows::Zero(4 * (STRAIGHT + DRAGS) * block, SIDE_BY_SIDE);  // weights of the tables' rows at four levels
+        FieldRows of_odd = FieldRows::Zero(4 * DRAGS * block, SIDE_BY_SIDE);
+        for (int level = 0, even_row = 0, odd_row = 0; level < 4; ++level) {
             for (int power = 0; power < STRAIGHT; ++power)
-                add_weights(library, level, {rough.value[power], rough.slope[power], 0}, of_even);
-            add_drags(library, level, press[FRICTION], meridian.along, of_even);
-            add_drags(library, level, press[FRICTION], meridian.across, of_odd);
+                weigh(level, {rough.value[power], rough.slope[power], 0}, of_even, even_row);
+            weigh_drags(level, press[FRICTION], meridian.along, of_even, even_row);
+            weigh_drags(level, press[FRICTION], meridian.across, of_odd, odd_row);
         }
-        even = summed(library, library.even_table + first * (STRAIGHT + DRAGS) * block * library.even, of_even, library.even_modes,
-                      library.even);
-        odd = summed(library, library.odd_table + first * DRAGS * block * library.odd, of_odd, library.odd_modes, library.odd);
+        const auto summed = [first, block](const FloatRows& table, int kinds, const FieldRows& weights, const FloatRows& modes) {
+            const FieldRows amplitudes = table.middleRows(first * kinds * block, weights.rows()).transpose() * weights;
+            return FieldRows(modes.transpose() * amplitudes);
+        };
+        even = summed(library.even_table, STRAIGHT + DRAGS, of_even, library.even_modes);
+        odd = summed(library.odd_table, DRAGS, of_odd, library.odd_modes);
     }
 
  private:
+    const DomeLibrary& library_;
     Basis<4> depths_;
     Basis<MOST_TERMS> shifts_, radii_;
 
@@ -147,36 +119,25 @@ struct Fields {
     };
 
     // Shares of a drag by way of a tip that sticks, and of what it shows more as far as it rubs: the less friction, the more.
-    void add_drags(const DomeLibrary& library, int level, double friction, double way, std::vector<float>& weights) {
+    void weigh_drags(int level, double friction, double way, FieldRows& weights, int& row) const {
         const double rubs = std::clamp(-friction, 0.0, 1.0), slope = friction < 0 && friction > -1 ? -1 : 0;
-        add_weights(library, level, {way, 0, 1}, weights);
-        add_weights(library, level, {way * rubs, way * slope, rubs}, weights);
+        weigh(level, {way, 0, 1}, weights, row);
+        weigh(level, {way * rubs, way * slope, rubs}, weights, row);
     }
 
-    void add_weights(const DomeLibrary& library, int level, const Shares& by, std::vector<float>& weights) {
-        for (int a = 0; a < library.order; ++a) {
-            for (int r = 0; r < library.radii; ++r) {
+    void weigh(int level, const Shares& by, FieldRows& weights, int& row) const {
+        for (int a = 0; a < library_.order; ++a) {
+            for (int r = 0; r < library_.radii; ++r, ++row) {
                 const double depth = depths_.value[level], shift = shifts_.value[a], radius = radii_.value[r];
                 const double at = depth * shift * radius;
-                const double of[FIELDS] = {by.value * at,
-                                           by.value * depth * shifts_.slope[a] * radius,
-                                           by.value * depths_.slope[level] * shift * radius,
-                                           by.value * depth * shift * radii_.slope[r],
-                                           by.friction * at,
-                                           by.drag * at};
-                for (int c = 0; c < STRIDE; ++c) weights.push_back(c < FIELDS ? static_cast<float>(of[c]) : 0.0f);
+                weights(row, VALUE) = static_cast<float>(by.value * at);
+                weights(row, BY_SHIFT) = static_cast<float>(by.value * depth * shifts_.slope[a] * radius);
+                weights(row, BY_DEPTH) = static_cast<float>(by.value * depths_.slope[level] * shift * radius);
+                weights(row, BY_RADIUS) = static_cast<float>(by.value * depth * shift * radii_.slope[r]);
+                weights(row, BY_FRICTION) = static_cast<float>(by.friction * at);
+                weights(row, BY_DRAG) = static_cast<float>(by.drag * at);
             }
         }
-    }
-
-    // Fields from rows of a table (rows, count) with weights (rows, STRIDE), the amplitudes of count modes.
-    TACTILE_INLINE static std::vector<float> summed(const DomeLibrary& library, const float* table, const std::vector<float>& weights,
-                                                    const float* modes, int count) {
-        const std::size_t size = static_cast<std::size_t>(library.rings + 1) * 3 * (library.harmonics + 1);
-        std::vector<float> amplitudes(static_cast<std::size_t>(count) * STRIDE), fields(size * STRIDE);
-        sum_rows<Numbers>(table, static_cast<int>(weights.size() / STRIDE), count, weights.data(), amplitudes.data());
-        sum_rows<Numbers>(modes, count, size, amplitudes.data(), fields.data());
-        return fields;
     }
 };
 
@@ -197,9 +158,10 @@ TACTILE_INLINE bool find_spot(const DomeLibrary& library, const Meridian& meridi
     const Complex z = (w - meridian.shift) * under;                                               // inverse of the mesh's automorphism
     const double far = std::sqrt(std::norm(z));
     if (!(far < 1)) return false;
-    spot.ring = static_cast<int>(std::upper_bound(library.edges + 1, library.edges + library.rings, far) - library.edges) - 1;
-    spot.per_width = 1 / std::max(library.edges[spot.ring + 1] - library.edges[spot.ring], 1e-12);
-    spot.part = (far - library.edges[spot.ring]) * spot.per_width;
+    const double* edges = library.edges.data();
+    spot.ring = static_cast<int>(std::upper_bound(edges + 1, edges + library.rings, far) - edges) - 1;
+    spot.per_width = 1 / std::max(edges[spot.ring + 1] - edges[spot.ring], 1e-12);
+    spot.part = (far - edges[spot.ring]) * spot.per_width;
     const Complex step = far > 1e-12 ? z / far : Complex(1, 0);
     Complex wave(1, 0);
     for (int m = 0; m <= library.harmonics; ++m, wave *= step)
@@ -212,52 +174,43 @@ TACTILE_INLINE bool find_spot(const DomeLibrary& library, const Meridian& meridi
     return true;
 }
 
-// The fields at a spot, along one axis of the meridian's frame; slopes of the displacement by distance and direction on the mesh.
-template <int COUNT>
+// The fields at a spot, along one axis of the meridian's frame; slopes of the displacement by distance and direction on the mesh, and by
+// drags along the meridian and across it.
 struct AtSpot {
-    double field[COUNT], by_far, by_turn;
-    double along = 0, across = 0;  // COUNT FIELDS: by drags along the meridian and across it
+    FieldNumbers field;
+    double by_far, by_turn, along, across;
 
-    TACTILE_INLINE AtSpot(const DomeLibrary& library, const Fields<COUNT>& fields, const Spot& spot, int axis) {
-        using Numbers = typename Fields<COUNT>::Numbers;
-        constexpr int STRIDE = Fields<COUNT>::STRIDE;
-        const int waves = library.harmonics + 1, start = (spot.ring * 3 + axis) * waves * STRIDE, next = 3 * waves * STRIDE;
-        const float *even = fields.even.data() + start, *odd = fields.odd.data() + start;
+    TACTILE_INLINE AtSpot(const DomeLibrary& library, const Fields& fields, const Spot& spot, int axis) {
+        const int waves = library.harmonics + 1, start = (spot.ring * 3 + axis) * waves, next = start + 3 * waves;
         // Even displacement in the meridian plane, and odd displacement across it, are cosines.
         const float *of_even = axis == 1 ? spot.sine : spot.cosine, *of_odd = axis == 1 ? spot.cosine : spot.sine;
-        const float turn_even = axis == 1 ? 1 : -1;
-        Numbers low[2] = {}, high[2] = {};
-        float turn_low = 0, turn_high = 0;
-        for (int m = 0; m < waves; ++m, even += STRIDE, odd += STRIDE) {
-            Numbers here[2], outer[2];
-            std::memcpy(&here[0], even, sizeof(Numbers)), std::memcpy(&outer[0], even + next, sizeof(Numbers));
-            std::memcpy(&here[1], odd, sizeof(Numbers)), std::memcpy(&outer[1], odd + next, sizeof(Numbers));
-            low[0] += here[0] * of_even[m], high[0] += outer[0] * of_even[m];
-            low[1] += here[1] * of_odd[m], high[1] += outer[1] * of_odd[m];
-            const float turn = static_cast<float>(m) * turn_even;
-            turn_low += turn * (even[0] * of_odd[m] - odd[0] * of_even[m]);
-            turn_high += turn * (even[next] * of_odd[m] - odd[next] * of_even[m]);
+        FieldNumbers even[2] = {FieldNumbers::Zero(), FieldNumbers::Zero()}, odd[2] = {FieldNumbers::Zero(), FieldNumbers::Zero()};
+        float turns[2] = {};
+        for (int end = 0; end < 2; ++end) {
+            const int row = end ? next : start;
+            for (int m = 0; m < waves; ++m) {
+                even[end] += fields.even.row(row + m) * of_even[m], odd[end] += fields.odd.row(row + m) * of_odd[m];
+                const float turn = static_cast<float>(axis == 1 ? m : -m);
+                turns[end] += turn * (fields.even(row + m, VALUE) * of_odd[m] - fields.odd(row + m, VALUE) * of_even[m]);
+            }
         }
         const auto part = static_cast<float>(spot.part);
-        const Numbers of[2] = {low[0] + part * (high[0] - low[0]), low[1] + part * (high[1] - low[1])};
-        by_far = (value_of(high[0]) + value_of(high[1]) - value_of(low[0]) - value_of(low[1])) * spot.per_width;
-        by_turn = turn_low + spot.part * (turn_high - turn_low);
-        if constexpr (COUNT == 1) {
-            field[VALUE] = of[0] + of[1];
-        } else {
-            for (int c = 0; c < COUNT; ++c) field[c] = of[0][c] + of[1][c];
-            along = of[0][int{BY_DRAG}], across = of[1][int{BY_DRAG}];
-        }
+        const FieldNumbers both[2] = {even[0] + part * (even[1] - even[0]), odd[0] + part * (odd[1] - odd[0])};
+        by_far = (even[1][VALUE] + odd[1][VALUE] - even[0][VALUE] - odd[0][VALUE]) * spot.per_width;
+        by_turn = turns[0] + spot.part * (turns[1] - turns[0]);
+        field = both[0] + both[1];
+        along = both[0][BY_DRAG], across = both[1][BY_DRAG];
     }
 };
 
 // Slopes (PRESS) of a marker's displacement along one axis of the meridian's frame, but for the turn of that frame.
-TACTILE_INLINE void chain(const Meridian& meridian, const Spot& spot, const AtSpot<FIELDS>& at, double* slopes) {
+TACTILE_INLINE void chain(const Meridian& meridian, const Spot& spot, const AtSpot& at, double* slopes) {
     const double by_shift = at.field[BY_SHIFT] + at.by_far * spot.far_by_shift + at.by_turn * spot.turn_by_shift;
     const double by_meridian =
         at.by_far * spot.far_by_meridian + at.by_turn * spot.turn_by_meridian + at.along * meridian.across - at.across * meridian.along;
-    slopes[X] = by_shift * meridian.by_away * meridian.cosine - by_meridian * meridian.sine / meridian.away;
-    slopes[Y] = by_shift * meridian.by_away * meridian.sine + by_meridian * meridian.cosine / meridian.away;
+    const double away = std::max(meridian.away, NEAREST);
+    slopes[X] = by_shift * meridian.by_away * meridian.cosine - by_meridian * meridian.sine / away;
+    slopes[Y] = by_shift * meridian.by_away * meridian.sine + by_meridian * meridian.cosine / away;
     slopes[DEPTH] = at.field[BY_DEPTH];
     slopes[RADIUS] = at.field[BY_RADIUS] + by_shift * meridian.by_radius;
     slopes[FRICTION] = at.field[BY_FRICTION];
@@ -267,49 +220,33 @@ TACTILE_INLINE void chain(const Meridian& meridian, const Spot& spot, const AtSp
 
 }  // namespace
 
-TACTILE_WIDE void press_dome(const DomeLibrary& library, const DomeMarkers& markers, const double* presses, int n, double* moved) {
-    std::fill(moved, moved + 3 * markers.count, 0.0);
-    for (int p = 0; p < n; ++p) {
-        const Meridian meridian = meridian_of(library, presses + p * PRESS);
-        const Fields<1> fields(library, presses + p * PRESS, meridian);
-        Spot spot;
-        for (std::int64_t k = 0; k < markers.count; ++k) {
-            if (!find_spot(library, meridian, markers.points + 3 * k, spot)) continue;
-            double local[3];
-            for (int axis = 0; axis < 3; ++axis) local[axis] = AtSpot<1>(library, fields, spot, axis).field[VALUE];
-            moved[3 * k] += meridian.cosine * local[0] - meridian.sine * local[1];
-            moved[3 * k + 1] += meridian.sine * local[0] + meridian.cosine * local[1];
-            moved[3 * k + 2] += local[2];
-        }
-    }
-}
-
-TACTILE_WIDE void press_dome_with_slopes(const DomeLibrary& library, const DomeMarkers& markers, const double* press, double* moved,
-                                         double* slopes) {
-    const Meridian meridian = meridian_of(library, press);
-    const Fields<FIELDS> fields(library, press, meridian);
-    std::fill(slopes, slopes + 3 * PRESS * markers.count, 0.0);
+TACTILE_WIDE Eigen::MatrixXd press_dome(const DomeLibrary& library, const Points& points, const Eigen::Matrix<double, PRESS, 1>& press,
+                                        Points& moved) {
+    const Meridian meridian = meridian_of(library, press.data());
+    const Fields fields(library, press.data(), meridian);
+    const Eigen::Index count = points.rows();
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> slopes = Eigen::MatrixXd::Zero(count, 3 * PRESS);
+    const double away = std::max(meridian.away, NEAREST), turn[2] = {-meridian.sine / away, meridian.cosine / away};  // by the place
     Spot spot;
-    for (std::int64_t k = 0; k < markers.count; ++k, slopes += 3 * PRESS) {
-        if (!find_spot(library, meridian, markers.points + 3 * k, spot)) continue;
-        double local[3], steep[3][PRESS];
+    for (Eigen::Index k = 0; k < count; ++k) {
+        if (!find_spot(library, meridian, points.data() + 3 * k, spot)) continue;
+        double local[3], steep[3][PRESS], *slope = slopes.data() + 3 * PRESS * k;
         for (int axis = 0; axis < 3; ++axis) {
-            const AtSpot<FIELDS> at(library, fields, spot, axis);
+            const AtSpot at(library, fields, spot, axis);
             local[axis] = at.field[VALUE];
             chain(meridian, spot, at, steep[axis]);
         }
         const double x = meridian.cosine * local[0] - meridian.sine * local[1];
         const double y = meridian.sine * local[0] + meridian.cosine * local[1];
-        moved[3 * k] += x, moved[3 * k + 1] += y, moved[3 * k + 2] += local[2];
-        for (int number = 0; number < PRESS; ++number) {
-            slopes[3 * number] = meridian.cosine * steep[0][number] - meridian.sine * steep[1][number];
-            slopes[3 * number + 1] = meridian.sine * steep[0][number] + meridian.cosine * steep[1][number];
-            slopes[3 * number + 2] = steep[2][number];
+        moved(k, 0) += x, moved(k, 1) += y, moved(k, 2) += local[2];
+        for (int number = 0; number < PRESS; ++number, slope += 3) {
+            slope[0] = meridian.cosine * steep[0][number] - meridian.sine * steep[1][number];
+            slope[1] = meridian.sine * steep[0][number] + meridian.cosine * steep[1][number];
+            slope[2] = steep[2][number];
+            if (number <= Y) slope[0] -= y * turn[number], slope[1] += x * turn[number];
         }
-        const double turn_x = -meridian.sine / meridian.away, turn_y = meridian.cosine / meridian.away;  // of the frame, by the place
-        slopes[3 * X] -= y * turn_x, slopes[3 * X + 1] += x * turn_x;
-        slopes[3 * Y] -= y * turn_y, slopes[3 * Y + 1] += x * turn_y;
     }
+    return slopes;
 }
 
 }  // namespace tactile

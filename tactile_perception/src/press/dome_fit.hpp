@@ -4,34 +4,31 @@
 // Damping parameter in Marquardt's method, IMM-REP-1999-05). Lengths in m.
 #pragma once
 
-#include <vector>
-
 #include "press/dome.hpp"
 
 namespace tactile {
 
-// Prior knowledge: mean and weight (one over variance) of each number of a press; least and largest value; longest step. (PRESS) each.
-struct DomePrior {
-    const double *mean, *weight, *least, *most, *limit;
+// The markers of a frame: places on the untouched dome (K, 3), NaN unknown, and their eyes (K, 3); height of the viewing plane; apparent
+// displacements there (K, 2) and their weights (K), 0 where not seen; and, of an error that markers share, rows (shared, K) whose products
+// are taken off the weight matrix of each axis.
+struct DomeFrame {
+    Points points, eyes;
+    double plane_z;
+    Eigen::MatrixXd shift, shared;
+    Eigen::VectorXd weight;
 };
 
-// How far markers' apparent displacements are trusted: weights (K), 0 where not seen; and, of an error that markers share, rows (shared, K)
-// whose products are taken off the weight matrix of each axis.
-struct DomeWeights {
-    const double* weight;
-    const double* rows;
-    int shared;
-};
+// Rows of what is known of each number of a press: mean, weight (one over variance), least and largest value, longest step.
+using DomePrior = Eigen::Matrix<double, 5, PRESS>;
 
 struct DomeFit {
-    std::vector<double> presses;     // (n, PRESS)
-    std::vector<double> covariance;  // (n PRESS, n PRESS); NaN where the markers do not determine them
-    std::vector<double> left;        // (K, 2), residuals; 0 where not seen
-    double squares = 0;              // of the weighted residuals, without the prior's
+    Eigen::VectorXd presses;     // (n PRESS)
+    Eigen::MatrixXd covariance;  // (n PRESS, n PRESS); NaN where the markers do not determine them
+    Eigen::MatrixXd left;        // (K, 2), residuals; 0 where not seen
+    double squares;              // of the weighted residuals, without the prior's
 };
 
-// The n presses, from starts (n, PRESS), that explain apparent displacements shift (K, 2), m.
-DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const double* shift, const DomeWeights& weights,
-                 const double* starts, int n, const DomePrior& prior);
+// The presses, from starts (n PRESS), that explain a frame.
+DomeFit fit_dome(const DomeLibrary& library, const DomeFrame& frame, const Eigen::VectorXd& starts, const DomePrior& prior);
 
 }  // namespace tactile

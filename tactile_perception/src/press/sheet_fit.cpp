@@ -7,6 +7,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "press/sheet_view.hpp"
 
@@ -215,86 +217,73 @@ void weigh(const MarkerNoise& noise, double sigma, double depth, double doubt, c
     }
 }
 
-// Replaces a symmetric positive definite matrix (size, size) by its inverse; false where it is not.
-bool invert(std::vector<double>& matrix, int size) {
-    Eigen::Map<Eigen::MatrixXd> whole(matrix.data(), size, size);
-    const Eigen::LLT<Eigen::MatrixXd> factor(whole);
-    if (factor.info() != Eigen::Success) return false;
-    whole = factor.solve(Eigen::MatrixXd::Identity(size, size));
-    return whole.allFinite();
-}
-
 class Fit {
  public:
     Fit(const SheetTable& table, const SeenMarkers& seen, const MarkerNoise& noise, const TipPrior& tip, const double* start, int count,
         bool drags, double near)
         : table_(table), seen_(seen), noise_(noise), tip_(tip), scene_(table, seen, count, drags, near), count_(count) {
-        std::fill(found_.state, found_.state + MOST_STATE, 0.0);
-        std::copy(start, start + count * PRESS_SIZE, found_.state);
+        std::copy(start, start + count * PRESS_SIZE, state_);
         for (int k = 0; k < count * PRESS_SIZE; ++k) {
-            if (!drags && k % PRESS_SIZE > 3) found_.state[k] = 0;
-            if (drags || k % PRESS_SIZE <= 3) found_.free.push_back(k);
+            if (drags || k % PRESS_SIZE <= 3)
+                free_.push_back(k);
+            else
+                state_[k] = 0;
         }
-        if (count > 1) found_.state[count * PRESS_SIZE] = MIXED, found_.free.push_back(count * PRESS_SIZE);
+        if (count > 1) state_[mixed()] = MIXED, free_.push_back(mixed());
         const double* end = seen.motion + 3 * seen.count;
-        if (std::any_of(seen.motion, end, [](double way) { return way != 0; })) found_.free.push_back(late());
-        limit(found_.state);
+        if (std::any_of(seen.motion, end, [](double way) { return way != 0; })) free_.push_back(late());
+        limit();
     }
 
     PressFit run() {
-        const int size = static_cast<int>(found_.free.size());
-        std::vector<double> gradient(size), step(size);
+        const auto size = static_cast<Eigen::Index>(free_.size());
+        Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
         for (int turn = 0; turn < ROUNDS; ++turn) {
-            scene_.set(found_.state);
-            gather(gradient);
-            if (!invert(found_.covariance, size)) break;
-            double length = 0;
-            for (int k = 0; k < size; ++k) {
-                step[k] = 0;
-                for (int l = 0; l < size; ++l) step[k] += found_.covariance[k * size + l] * gradient[l];
-                length += step[k] * gradient[k];
-            }
-            if (!std::isfinite(length) || turn == ROUNDS - 1 || length < SETTLED * SETTLED * tolerance()) break;
+            scene_.set(state_);
+            Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
+            Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
+            gather(information, gradient);
+            const Eigen::LLT<Eigen::MatrixXd> factor(information);
+            if (factor.info() != Eigen::Success) break;
+            covariance = factor.solve(Eigen::MatrixXd::Identity(size, size));
+            const Eigen::VectorXd step = covariance * gradient;
+            const double length = step.dot(gradient);  // judged by the scatter that the residuals show, not by less
+            if (!std::isfinite(length) || turn == ROUNDS - 1 || length < SETTLED * SETTLED * std::max(misfit_, 1.0)) break;
             take(step);
         }
+        const int states = count_ * PRESS_SIZE + (count_ > 1);
+        PressFit found{Eigen::Map<Eigen::VectorXd>(state_, states), Eigen::MatrixXd::Zero(states, states), misfit_, {count_, WRENCH_SIZE}};
+        for (Eigen::Index k = 0; k < size; ++k)
+            for (Eigen::Index l = 0; l < size; ++l)
+                if (free_[k] < states && free_[l] < states) found.covariance(free_[k], free_[l]) = covariance(k, l);
         for (int press = 0; press < count_; ++press)
-            std::copy(scene_.pressed(press).wrench, scene_.pressed(press).wrench + WRENCH_SIZE, found_.wrench[press]);
-        return found_;
+            for (int k = 0; k < WRENCH_SIZE; ++k) found.wrenches(press, k) = scene_.pressed(press).wrench[k];
+        return found;
     }
 
  private:
-    // Index of the lateness in the state.
+    // Indices in the state of the factor of two presses' interaction, and of the lateness.
+    int mixed() const { return count_ * PRESS_SIZE; }
     int late() const { return count_ * PRESS_SIZE + 1; }
 
     // Prior mean and standard deviation of a number of the state.
-    void expect(int number, double& mean, double& sigma) const {
-        const int which = number % PRESS_SIZE;
-        mean = 0;
-        if (number == late())
-            sigma = LATE_SIGMA;
-        else if (number == count_ * PRESS_SIZE)
-            mean = MIXED, sigma = MIXED_SIGMA;
-        else if (which == 3)
-            mean = tip_.log_radius, sigma = tip_.sigma;
-        else
-            sigma = which > 3 ? DRAG_SIGMA : INFINITY;
+    std::pair<double, double> expected(int number) const {
+        if (number == late()) return {0.0, LATE_SIGMA};
+        if (number == mixed()) return {MIXED, MIXED_SIGMA};
+        if (number % PRESS_SIZE == 3) return {tip_.log_radius, tip_.sigma};
+        return {0.0, number % PRESS_SIZE > 3 ? DRAG_SIGMA : INFINITY};
     }
 
-    // Steps are judged by the scatter that the residuals show, not by less.
-    double tolerance() const { return std::max(found_.misfit, 1.0); }
-
-    // Information (P, P), in place of the covariance, gradient and misfit at the present state.
-    void gather(std::vector<double>& gradient) {
-        const int size = static_cast<int>(found_.free.size());
-        std::vector<double>& information = found_.covariance;
-        information.assign(size * size, 0.0);
-        std::fill(gradient.begin(), gradient.end(), 0.0);
+    // Adds up information, gradient and misfit at the present state.
+    void gather(Eigen::MatrixXd& information, Eigen::VectorXd& gradient) {
+        const Eigen::Index size = gradient.size();
         double squares = 0, known = 0, deepest = 0, doubt = 1;
         for (int press = 0; press < count_; ++press) {
-            const double* state = found_.state + press * PRESS_SIZE;
+            const double* state = state_ + press * PRESS_SIZE;
             deepest = std::max(deepest, state[2]);
             doubt = std::max(doubt, 1 + DRAG_DOUBT * std::hypot(state[4], state[5]));
         }
+        Eigen::VectorXd along(size);
         for (std::ptrdiff_t n = 0; n < seen_.count; ++n) {
             double shown[3], slopes[MOST_STATE][3], moved[MOST_PRESSES], deformed[3][3], weight[3], plain[3];
             scene_.show(n, shown, slopes, moved, deformed);
@@ -303,47 +292,44 @@ class Fit {
             for (int q = 0; q < 3; ++q) {
                 const double motion = seen_.motion[3 * n + q];
                 slopes[late()][q] = motion;
-                const double residual = weight[q] * (seen_.value[3 * n + q] - shown[q] - found_.state[late()] * motion);
+                const double residual = weight[q] * (seen_.value[3 * n + q] - shown[q] - state_[late()] * motion);
                 if (!std::isfinite(residual)) continue;
                 const double pull = std::min(1.0, DOUBT / std::max(std::abs(residual), DOUBT)) * weight[q];
                 const double without = residual * plain[q] / weight[q];  // doubt of drags
                 squares += std::min(without * without, DOUBT * std::abs(without)), known += 1;
-                for (int k = 0; k < size; ++k) {
-                    const double along = slopes[found_.free[k]][q];
-                    gradient[k] += pull * along * residual;
-                    for (int l = 0; l <= k; ++l) information[k * size + l] += pull * along * weight[q] * slopes[found_.free[l]][q];
-                }
+                for (Eigen::Index k = 0; k < size; ++k) along[k] = slopes[free_[k]][q];
+                gradient += pull * residual * along;
+                information += pull * weight[q] * along * along.transpose();
             }
         }
-        found_.misfit = squares / std::max(known, 1.0);
-        for (int k = 0; k < size; ++k) {
-            double mean, sigma;
-            expect(found_.free[k], mean, sigma);
-            information[k * size + k] += 1 / (sigma * sigma) + 1e-9 * information[k * size + k];
-            gradient[k] -= (found_.state[found_.free[k]] - mean) / (sigma * sigma);
-            for (int l = 0; l < k; ++l) information[l * size + k] = information[k * size + l];
+        misfit_ = squares / std::max(known, 1.0);
+        information.diagonal() *= 1 + 1e-9;
+        for (Eigen::Index k = 0; k < size; ++k) {
+            const auto [mean, sigma] = expected(free_[k]);
+            information(k, k) += 1 / (sigma * sigma);
+            gradient[k] -= (state_[free_[k]] - mean) / (sigma * sigma);
         }
     }
 
     // Takes a step, shortened for each press to STRIDE.
-    void take(const std::vector<double>& step) {
+    void take(const Eigen::VectorXd& step) {
         double share[MOST_PRESSES + 1] = {1, 1, 1};
-        for (std::size_t k = 0; k < step.size(); ++k) {
-            const int number = found_.free[k], press = number / PRESS_SIZE;
+        for (Eigen::Index k = 0; k < step.size(); ++k) {
+            const int number = free_[k], press = number / PRESS_SIZE;
             if (press < count_) share[press] = std::min(share[press], STRIDE[number % PRESS_SIZE] / std::max(std::abs(step[k]), 1e-12));
         }
-        for (std::size_t k = 0; k < step.size(); ++k) found_.state[found_.free[k]] += share[found_.free[k] / PRESS_SIZE] * step[k];
-        limit(found_.state);
+        for (Eigen::Index k = 0; k < step.size(); ++k) state_[free_[k]] += share[free_[k] / PRESS_SIZE] * step[k];
+        limit();
     }
 
-    void limit(double* state) const {
+    void limit() {
         const double most[PRESS_SIZE] = {table_.reach[0], table_.reach[1], table_.depth, table_.spread, MOST_DRAG, MOST_DRAG};
         for (int k = 0; k < count_ * PRESS_SIZE; ++k) {
             const int which = k % PRESS_SIZE;
-            state[k] = std::clamp(state[k], which == 2 ? SHALLOW : -most[which] * (1 - 1e-6), most[which] * (1 - 1e-6));
+            state_[k] = std::clamp(state_[k], which == 2 ? SHALLOW : -most[which] * (1 - 1e-6), most[which] * (1 - 1e-6));
         }
-        if (count_ > 1) state[count_ * PRESS_SIZE] = std::clamp(state[count_ * PRESS_SIZE], LEAST_MIXED, MOST_MIXED);
-        state[late()] = std::clamp(state[late()], -MOST_LATE, MOST_LATE);
+        if (count_ > 1) state_[mixed()] = std::clamp(state_[mixed()], LEAST_MIXED, MOST_MIXED);
+        state_[late()] = std::clamp(state_[late()], -MOST_LATE, MOST_LATE);
     }
 
     const SheetTable& table_;
@@ -352,7 +338,8 @@ class Fit {
     const TipPrior& tip_;
     Scene scene_;
     int count_;
-    PressFit found_;
+    double state_[MOST_STATE] = {}, misfit_ = 0;
+    std::vector<int> free_;  // numbers of the state that are not known
 };
 
 }  // namespace

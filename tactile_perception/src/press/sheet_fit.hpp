@@ -3,8 +3,8 @@
 // Fits presses to the markers of a sheet.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
-#include <vector>
 
 #include "press/sheet_library.hpp"
 
@@ -33,11 +33,10 @@ struct TipPrior {
 };
 
 struct PressFit {
-    double state[MOST_STATE];
-    std::vector<double> covariance;  // (P, P) of the state that is free; the rest is known; the lateness is last
-    std::vector<int> free;           // which
-    double misfit;                   // mean squared normalised residual
-    double wrench[MOST_PRESSES][WRENCH_SIZE];
+    Eigen::VectorXd state;       // (S) of the presses, and of two the factor of their interaction
+    Eigen::MatrixXd covariance;  // (S, S), 0 of what is known
+    double misfit;               // mean squared normalised residual
+    Eigen::Matrix<double, Eigen::Dynamic, WRENCH_SIZE, Eigen::RowMajor> wrenches;  // of each press
 };
 
 // Fits count presses from start (count, PRESS_SIZE); drags: whether their drags are unknown, too; near: m, from a press, within which

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "press/sheet_library.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "common/wide.hpp"
 
@@ -60,94 +60,40 @@ struct TermWeights {
 // Terms that a mirror turns round.
 constexpr int ODD_X[TERMS] = {0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0}, ODD_Y[TERMS] = {0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1};
 
-// Four levels (4, stride) of coefficients mixed by the splines, and by their slopes: the first count of each level.
-TACTILE_WIDE void mix_levels(const float* levels, std::ptrdiff_t stride, std::ptrdiff_t count, const DepthSplines& down,
-                             float* __restrict now, float* __restrict change) {
-    const float *one = levels, *two = one + stride, *three = two + stride, *four = three + stride;
-    const float v0 = down.value[0], v1 = down.value[1], v2 = down.value[2], v3 = down.value[3];
-    const float s0 = down.slope[0], s1 = down.slope[1], s2 = down.slope[2], s3 = down.slope[3];
-    for (std::ptrdiff_t k = 0; k < count; ++k) {
-        now[k] = v0 * one[k] + v1 * two[k] + v2 * three[k] + v3 * four[k];
-        change[k] = s0 * one[k] + s1 * two[k] + s2 * three[k] + s3 * four[k];
-    }
-}
-
-// Sums over a term's polynomials, of columns each: value, and derivatives by x, y and depth.
-struct Sums {
-    float *value, *by_x, *by_y, *by_depth;
-};
-
-// Adds one polynomial's coefficients at the depth, and their change with it, times its value and slopes.
-TACTILE_INLINE void add_polynomial(const float* now, const float* change, std::ptrdiff_t columns, float value, float slope_x, float slope_y,
-                                   const Sums& sums) {
-    float* __restrict total = sums.value, * __restrict by_x = sums.by_x, * __restrict by_y = sums.by_y, * __restrict by_depth = sums.by_depth;
-    for (std::ptrdiff_t c = 0; c < columns; ++c) {
-        total[c] += value * now[c];
-        by_x[c] += slope_x * now[c];
-        by_y[c] += slope_y * now[c];
-        by_depth[c] += value * change[c];
-    }
-}
+using Floats = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using FloatMap = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
 
 // Columns of one class at a press: (variants, columns).
-TACTILE_WIDE void mix(const SheetTable& table, const float* coefficients, int odd_x, int odd_y, std::ptrdiff_t columns,
-                      const Polynomials& along, const Polynomials& across, const DepthSplines& down, const TermWeights& weights,
-                      int variants, std::vector<float>& mixed) {
-    const std::ptrdiff_t order = table.order, terms = variants == VARIANTS ? TERMS : STRAIGHT_TERMS;
-    const std::ptrdiff_t of_term = order * order * columns, count = terms * of_term, stride = TERMS * of_term;
-    std::vector<float> at_depth(2 * count), sums(4 * columns);
-    mix_levels(coefficients + down.first * stride, stride, count, down, at_depth.data(), at_depth.data() + count);
-    mixed.assign(variants * columns, 0.0f);
+TACTILE_WIDE Floats mix(const SheetTable& table, const float* coefficients, int odd_x, int odd_y, std::ptrdiff_t columns,
+                        const Polynomials& along, const Polynomials& across, const DepthSplines& down, const TermWeights& weights,
+                        int variants) {
+    const std::ptrdiff_t order = table.order, terms = variants == VARIANTS ? TERMS : STRAIGHT_TERMS, rows = order * order;
+    const FloatMap levels(coefficients + down.first * TERMS * rows * columns, 4, TERMS * rows * columns);
+    const Eigen::Map<const Eigen::RowVector4f> value(down.value), slope(down.slope);
+    const Eigen::RowVectorXf now = value * levels.leftCols(terms * rows * columns);
+    const Eigen::RowVectorXf change = slope * levels.leftCols(terms * rows * columns);
+    Eigen::MatrixXf polynomials(3, rows);  // values, and derivatives by x and y
+    Eigen::Matrix<float, 4, Eigen::Dynamic> sums(4, columns);
+    Floats mixed = Floats::Zero(variants, columns);
     for (std::ptrdiff_t term = 0; term < terms; ++term) {
         const int shift_x = odd_x ^ ODD_X[term], shift_y = odd_y ^ ODD_Y[term];
-        std::fill(sums.begin(), sums.end(), 0.0f);
-        float* value = sums.data();
-        const float* now = at_depth.data() + term * of_term;
-        for (std::ptrdiff_t i = 0; i < order; ++i) {
-            for (std::ptrdiff_t j = 0; j < order; ++j, now += columns) {
-                const float x = along.value[2 * i + shift_x], y = across.value[2 * j + shift_y];
-                const float slope_x = along.slope[2 * i + shift_x] * y, slope_y = x * across.slope[2 * j + shift_y];
-                add_polynomial(now, now + count, columns, x * y, slope_x, slope_y,
-                               {value, value + columns, value + 2 * columns, value + 3 * columns});
-            }
+        for (std::ptrdiff_t k = 0; k < rows; ++k) {
+            const std::ptrdiff_t i = 2 * (k / order) + shift_x, j = 2 * (k % order) + shift_y;
+            polynomials.col(k) << along.value[i] * across.value[j], along.slope[i] * across.value[j], along.value[i] * across.slope[j];
         }
-        const auto weight = static_cast<float>(weights.value[term]);
-        for (std::ptrdiff_t c = 0; c < 4 * columns; ++c) mixed[c] += weight * sums[c];
-        for (int k = 0; k < variants - 4; ++k) {
-            const auto slope = static_cast<float>(weights.slope[k][term]);
-            for (std::ptrdiff_t c = 0; c < columns; ++c) mixed[(4 + k) * columns + c] += slope * value[c];
-        }
+        sums.topRows<3>() = polynomials * FloatMap(now.data() + term * rows * columns, rows, columns);
+        sums.row(3) = polynomials.row(0) * FloatMap(change.data() + term * rows * columns, rows, columns);
+        mixed.topRows<4>() += static_cast<float>(weights.value[term]) * sums.array();
+        for (int k = 0; k < variants - 4; ++k) mixed.row(4 + k) += static_cast<float>(weights.slope[k][term]) * sums.row(0).array();
     }
-}
-
-constexpr std::ptrdiff_t WIDE = 8, BLOCK = 4 * WIDE;  // numbers that an instruction handles at once, and that stay in registers
-
-// Sum (count) of shapes (modes, count), each times its share.
-TACTILE_WIDE void mix_shapes(const float* shapes, std::ptrdiff_t modes, std::ptrdiff_t count, const float* shares, float* sum) {
-    typedef float Lanes __attribute__((vector_size(WIDE * sizeof(float))));
-    std::ptrdiff_t k = 0;
-    for (; k + BLOCK <= count; k += BLOCK) {
-        Lanes totals[4] = {}, shape;
-        for (std::ptrdiff_t m = 0; m < modes; ++m) {
-            for (std::ptrdiff_t part = 0; part < 4; ++part) {
-                std::memcpy(&shape, shapes + m * count + k + part * WIDE, sizeof shape);
-                totals[part] += shares[m] * shape;
-            }
-        }
-        std::memcpy(sum + k, totals, sizeof totals);
-    }
-    for (; k < count; ++k) {
-        sum[k] = 0;
-        for (std::ptrdiff_t m = 0; m < modes; ++m) sum[k] += shares[m] * shapes[m * count + k];
-    }
+    return mixed;
 }
 
 // Adds the modes of a class, mirrored from their quarter to the whole mesh.
-void add_modes(const SheetTable& table, const float* shapes, int odd_x, int odd_y, std::ptrdiff_t modes, std::ptrdiff_t columns,
-               const std::vector<float>& mixed, int variants, std::vector<float>& field) {
-    const std::ptrdiff_t quarter = table.n + 1, side = table.side(), count = 3 * quarter * quarter;
-    std::vector<float> sums(variants * count);
-    for (int v = 0; v < variants; ++v) mix_shapes(shapes, modes, count, mixed.data() + v * columns, sums.data() + v * count);
+void add_modes(const SheetTable& table, const float* shapes, int odd_x, int odd_y, std::ptrdiff_t modes, const Floats& mixed,
+               std::vector<float>& field) {
+    const std::ptrdiff_t quarter = table.n + 1, side = table.side(), count = 3 * quarter * quarter, variants = mixed.rows();
+    const Eigen::MatrixXf sums = mixed.leftCols(modes).matrix() * FloatMap(shapes, modes, count);
     const float sign_x = odd_x ? -1.0f : 1.0f, sign_y = odd_y ? -1.0f : 1.0f;
     for (std::ptrdiff_t i = 0; i < side; ++i) {
         for (std::ptrdiff_t j = 0; j < side; ++j) {
@@ -156,8 +102,8 @@ void add_modes(const SheetTable& table, const float* shapes, int odd_x, int odd_
             const float whole = (far_x ? sign_x : 1.0f) * (far_y ? sign_y : 1.0f);
             const float signs[3] = {far_x ? -whole : whole, far_y ? -whole : whole, whole};
             float* target = field.data() + (i * side + j) * 3 * variants;
-            for (int v = 0; v < variants; ++v)
-                for (int c = 0; c < 3; ++c) target[3 * v + c] += signs[c] * sums[v * count + from + c];
+            for (std::ptrdiff_t v = 0; v < variants; ++v)
+                for (int c = 0; c < 3; ++c) target[3 * v + c] += signs[c] * sums(v, from + c);
         }
     }
 }
@@ -174,7 +120,7 @@ struct Splines {
     float weights[3][3];      // value, first and second derivative by the place, 1/m, 1/m^2, of three splines
     double carried, stretch;  // derivatives by the place pressed: of the place at one mesh coordinate, less 1; of its derivative, 1/m
 
-    // The mesh is as in press/sheet/mesh.py: |offset| = scale t + (length - scale) t^3, solved by thirds of angles.
+    // The mesh is as in press/sheet/mechanics.py:spread: |offset| = scale t + (length - scale) t^3, solved by thirds of angles.
     Splines(const SheetTable& table, int axis, double place, double pressed) {
         const double half = table.half[axis], offset = std::clamp(place, -half, half) - pressed;
         const double cubic = (offset < 0 ? half + pressed : half - pressed) - table.scale;
@@ -234,13 +180,12 @@ void look_up(const SheetTable& table, const double* press, bool drags, PressedSh
     const Polynomials across(press[1], table.half[1], table.reach[1], table.order);
     const DepthSplines down(press[2], table);
     const TermWeights weights(press, table);
-    const float *coefficients = table.coefficients, *shapes = table.shapes;
-    std::vector<float> mixed;
+    const float *coefficients = table.coefficients.data(), *shapes = table.shapes.data();
     for (int part = 0; part < 4; ++part) {
         const std::ptrdiff_t modes = table.modes[part], columns = modes + WRENCH_COLUMNS[part];
-        mix(table, coefficients, part / 2, part % 2, columns, along, across, down, weights, found.variants, mixed);
-        add_modes(table, shapes, part / 2, part % 2, modes, columns, mixed, found.variants, found.field);
-        for (int k = 0; k < WRENCH_COLUMNS[part]; ++k) found.wrench[WRENCH_NUMBERS[part][k]] = mixed[modes + k];
+        const Floats mixed = mix(table, coefficients, part / 2, part % 2, columns, along, across, down, weights, found.variants);
+        add_modes(table, shapes, part / 2, part % 2, modes, mixed, found.field);
+        for (int k = 0; k < WRENCH_COLUMNS[part]; ++k) found.wrench[WRENCH_NUMBERS[part][k]] = mixed(0, modes + k);
         coefficients += TERMS * table.order * table.order * (table.levels + 3) * columns;
         shapes += modes * 3 * (table.n + 1) * (table.n + 1);
     }

@@ -22,16 +22,16 @@ constexpr int TERMS = 12, STRAIGHT_TERMS = 3;
 // the pressure relative to the tip, m, x, y and z.
 constexpr int WRENCH_SIZE = 9;
 
-// A table of presses; see press/sheet/reduced_model.py. Class 2 a + b holds what is odd along x (a) and odd along y (b).
+// A table of presses; see press/sheet/library.py. Class 2 a + b holds what is odd along x (a) and odd along y (b).
 struct SheetTable {
     double half[2], reach[2];  // m
     double scale, depth;       // m
     double spread, power;      // largest log radius; grading of the depths
     double widening;           // of press/sheet_fit.cpp:Widening, before steep slopes
     std::ptrdiff_t n, order, levels;
-    std::ptrdiff_t modes[4];    // of each class
-    const float* coefficients;  // of each class (levels + 3, TERMS, order, order, modes + columns of the wrench)
-    const float* shapes;        // of each class (modes, n + 1, n + 1, 3) on one quarter of the mesh
+    std::ptrdiff_t modes[4];          // of each class
+    std::vector<float> coefficients;  // of each class (levels + 3, TERMS, order, order, modes + columns of the wrench)
+    std::vector<float> shapes;        // of each class (modes, n + 1, n + 1, 3) on one quarter of the mesh
     std::ptrdiff_t side() const { return 2 * n + 2; }
 };
 

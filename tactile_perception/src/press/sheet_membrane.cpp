@@ -6,13 +6,12 @@
 // Mechanics, 5.2 and 10.5).
 #include "press/sheet_membrane.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 #include "common/band_matrix.hpp"
-#include "common/wide.hpp"
 
 namespace tactile {
 namespace {
@@ -34,149 +33,97 @@ constexpr double LOST = 4e-3;      // m: after a larger Newton step of a tip tha
 
 constexpr int POINTS = 4, SPLINES = 9;
 
-double dot(const double* a, const double* b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+using Vector = Eigen::Vector3d;
+using Matrix = Eigen::Matrix3d;
+using Values = Eigen::Matrix<double, SPLINES, 1>;                        // of an element's splines at a point
+using ElementField = Eigen::Matrix<double, SPLINES, 3, Eigen::RowMajor>;  // of an element's splines
+// Products of two functions for each pair (i, j) of an element's splines, at 9 i + j; the margin makes whole vectors.
+using Products = Eigen::Array<float, 84, 1>;
+// Stiffness of an element by the displacement of its splines, by components k and l of force and displacement.
+using ElementMatrix = Products[3][3];
 
-// Stress (2, 3) and tangent (2, 3, 2, 3) of the membrane's energy by its edges a and b (2, 3).
-void membrane(const double edges[2][3], double squeeze, double stress[2][3], double tangent[2][3][2][3]) {
-    const double *a = edges[0], *b = edges[1];
-    const double aa = dot(a, a), bb = dot(b, b), ab = dot(a, b), area = aa * bb - ab * ab;
-    const double first = squeeze / (area * area), second = 2 * first / area;
-    double by[2][3];  // half the derivative of the squared area
-    for (int k = 0; k < 3; ++k) by[0][k] = bb * a[k] - ab * b[k], by[1][k] = aa * b[k] - ab * a[k];
-    for (int e = 0; e < 2; ++e)
-        for (int k = 0; k < 3; ++k) stress[e][k] = edges[e][k] - first * by[e][k];
-    for (int k = 0; k < 3; ++k) {
-        for (int l = 0; l < 3; ++l) {
-            const double one = k == l ? 1.0 : 0.0;
-            tangent[0][k][0][l] = one - first * (bb * one - b[k] * b[l]) + 2 * second * by[0][k] * by[0][l];
-            tangent[1][k][1][l] = one - first * (aa * one - a[k] * a[l]) + 2 * second * by[1][k] * by[1][l];
-            tangent[0][k][1][l] = -first * (2 * a[k] * b[l] - b[k] * a[l] - ab * one) + 2 * second * by[0][k] * by[1][l];
-            tangent[1][l][0][k] = tangent[0][k][1][l];
-        }
+// Stress of the membrane's energy by its edges a and b, and the tangent: its derivative of part e by part f.
+struct Membrane {
+    Vector stress[2];
+    Matrix tangent[2][2];
+
+    Membrane(const Vector& a, const Vector& b, double squeeze) {
+        const double aa = a.squaredNorm(), bb = b.squaredNorm(), ab = a.dot(b), area = aa * bb - ab * ab;
+        const double first = squeeze / (area * area), second = 4 * first / area;
+        const Vector by[2] = {bb * a - ab * b, aa * b - ab * a};  // half the derivative of the squared area
+        const Matrix one = Matrix::Identity();
+        stress[0] = a - first * by[0], stress[1] = b - first * by[1];
+        tangent[0][0] = (1 - first * bb) * one + first * b * b.transpose() + second * by[0] * by[0].transpose();
+        tangent[1][1] = (1 - first * aa) * one + first * a * a.transpose() + second * by[1] * by[1].transpose();
+        tangent[0][1] = first * (ab * one + b * a.transpose() - 2 * a * b.transpose()) + second * by[0] * by[1].transpose();
+        tangent[1][0] = tangent[0][1].transpose();
     }
-}
+};
 
 // What a point of the sheet remembers of the last equilibrium: whether it was held, and where on the tip.
 struct Grip {
     bool on = false;
-    double anchor[3] = {0, 0, 0};
+    Vector anchor = Vector::Zero();
 };
 
 // Contact at a point: its force on the tip, the derivative of that by the point's position, its pressure, and what it will remember.
 struct Touch {
-    double force[3], tangent[3][3], pressure;
+    Vector force;
+    Matrix tangent;
+    double pressure;
     Grip grip;
 };
 
 // Friction of a point that the tip holds at grip: sticking as a spring, or slipping at the Coulomb limit.
-void hold(const SheetLoad& load, const Grip& grip, const double* offset, const double* normal, double pressure, double stiff,
-          Touch& touch) {
-    double slid[3] = {0, 0, 0}, along[3];
-    for (int k = 0; k < 3 && grip.on; ++k) slid[k] = offset[k] - grip.anchor[k];
-    const double out = dot(slid, normal);
-    for (int k = 0; k < 3; ++k) slid[k] -= out * normal[k];
-    const double amount = std::sqrt(dot(slid, slid)), limit = load.friction * pressure;
+void hold(const SheetLoad& load, const Grip& grip, const Vector& offset, const Vector& normal, double stiff, Touch& touch) {
+    Vector slid = grip.on ? Vector(offset - grip.anchor) : Vector::Zero();
+    slid -= slid.dot(normal) * normal;
+    const double amount = slid.norm(), limit = load.friction * touch.pressure;
     const bool slips = STICK * amount > limit;
     const double part = slips ? limit / (STICK * amount) : 1.0;
-    for (int k = 0; k < 3; ++k) {
-        along[k] = slid[k] / std::max(amount, 1e-30);
-        touch.force[k] += STICK * part * slid[k];
-        touch.grip.anchor[k] = offset[k] - part * slid[k];
-    }
-    for (int k = 0; k < 3; ++k) {
-        for (int l = 0; l < 3; ++l) {
-            const double flat = (k == l ? 1.0 : 0.0) - normal[k] * normal[l];
-            if (grip.on) touch.tangent[k][l] += STICK * part * flat;
-            if (slips) touch.tangent[k][l] -= STICK * part * along[k] * along[l] + load.friction * stiff * along[k] * normal[l];
-        }
-    }
+    touch.force += STICK * part * slid;
+    touch.grip.anchor = offset - part * slid;
+    if (grip.on) touch.tangent += STICK * part * (Matrix::Identity() - normal * normal.transpose());
+    const Vector along = slid / std::max(amount, 1e-30);
+    if (slips) touch.tangent -= STICK * part * along * along.transpose() + load.friction * stiff * along * normal.transpose();
 }
 
 // Traction of a point on which the tip slides: drag times the pressure. While the tip moves on and the sheet's shape with it, a point of
 // the sheet comes to where the next one was: the slip is along the line on the surface that is seen from above in the direction of drag.
-void slide(const SheetLoad& load, const double* normal, double distance, double pressure, double stiff, Touch& touch) {
+void slide(const SheetLoad& load, const Vector& normal, double distance, double stiff, Touch& touch) {
     const double ratio = std::hypot(load.drag[0], load.drag[1]), down = std::min(normal[2], -0.1);
     if (!(ratio > 0)) return;
     const double x = load.drag[0] / ratio, y = load.drag[1] / ratio, rise = -(x * normal[0] + y * normal[1]) / down;
-    const double length = std::sqrt(1 + rise * rise), along[3] = {x / length, y / length, rise / length};
-    for (int k = 0; k < 3; ++k) touch.force[k] -= ratio * pressure * along[k];
-    for (int l = 0; l < 3; ++l) {
-        double turn[3];  // of the normal by the position
-        for (int k = 0; k < 3; ++k) turn[k] = ((k == l ? 1.0 : 0.0) - normal[k] * normal[l]) / distance;
-        const double steeper = -(x * turn[0] + y * turn[1] + rise * turn[2]) / down;  // of rise by the position
-        const double flatter = -steeper * rise / (length * length);
-        const double swing[3] = {along[0] * flatter, along[1] * flatter, along[2] * flatter + steeper / length};
-        for (int k = 0; k < 3; ++k) touch.tangent[k][l] += ratio * (stiff * along[k] * normal[l] - pressure * swing[k]);
-    }
+    const double length = std::sqrt(1 + rise * rise);
+    const Vector way(x, y, rise), along = way / length;
+    touch.force -= ratio * touch.pressure * along;
+    const Matrix turn = (Matrix::Identity() - normal * normal.transpose()) / distance;      // of the normal by the position
+    const Eigen::RowVector3d steeper = -(way.transpose() * turn) / down;                    // of rise by the position
+    const Matrix swing = (Vector::UnitZ() / length - along * (rise / (length * length))) * steeper;
+    touch.tangent += ratio * (stiff * along * normal.transpose() - touch.pressure * swing);
 }
 
-// Contact of a point at offset (3,), m, from the tip's centre; false where it is free.
-bool touches(const SheetLoad& load, const Grip& grip, const double* offset, Touch& touch) {
-    const double distance = std::sqrt(dot(offset, offset)), depth = load.radius + SOFT - distance;
+// Contact of a point at offset, m, from the tip's centre; false where it is free.
+bool touches(const SheetLoad& load, const Grip& grip, const Vector& offset, Touch& touch) {
+    const double distance = offset.norm(), depth = load.radius + SOFT - distance;
     if (!(depth > 0) || !(distance > 0)) return false;
-    const double normal[3] = {offset[0] / distance, offset[1] / distance, offset[2] / distance};
+    const Vector normal = offset / distance;
     const double stiff = STIFF * std::min(depth / (2 * SOFT), 1.0);
-    const double pressure = depth < 2 * SOFT ? stiff * depth / 2 : STIFF * (depth - SOFT);
-    touch.grip = Grip{true, {offset[0], offset[1], offset[2]}}, touch.pressure = pressure;
-    for (int k = 0; k < 3; ++k) {
-        touch.force[k] = -pressure * normal[k];
-        for (int l = 0; l < 3; ++l) {
-            const double across = normal[k] * normal[l];
-            touch.tangent[k][l] = stiff * across - pressure / distance * ((k == l ? 1.0 : 0.0) - across);
-        }
-    }
+    touch.pressure = depth < 2 * SOFT ? stiff * depth / 2 : STIFF * (depth - SOFT);
+    touch.grip = Grip{true, offset}, touch.force = -touch.pressure * normal;
+    const Matrix across = normal * normal.transpose();
+    touch.tangent = stiff * across - touch.pressure / distance * (Matrix::Identity() - across);
     if (load.slides)
-        slide(load, normal, distance, pressure, stiff, touch);
+        slide(load, normal, distance, stiff, touch);
     else
-        hold(load, grip, offset, normal, pressure, stiff, touch);
+        hold(load, grip, offset, normal, stiff, touch);
     return true;
 }
 
-// Products of two functions for each pair (i, j) of an element's splines, at 9 i + j; the margin makes whole vectors.
-constexpr int PAIRS = 84;
-using Products = float[PAIRS];
-// Stiffness of an element by the displacement of its splines, by components k and l of force and displacement.
-using ElementMatrix = Products[3][3];
-
-TACTILE_INLINE void multiply(const double* a, const double* b, Products& product) {
-    for (int i = 0; i < SPLINES; ++i)
-        for (int j = 0; j < SPLINES; ++j) product[SPLINES * i + j] = static_cast<float>(a[i] * b[j]);
-}
-
-TACTILE_INLINE void add_multiple(float share, const Products& product, Products& sum) {
-    for (int m = 0; m < PAIRS; ++m) sum[m] += share * product[m];
-}
-
-// Splines at a point: derivatives by x and y, and Laplacian, (SPLINES,) each.
-struct PointSplines {
-    const double *by_x, *by_y, *laplacian;
-};
-
-// Adds the stiffness of the membrane (tangent (2, 3, 2, 3)) and of its bending at a point with this weight.
-TACTILE_WIDE void add_stiffness(const PointSplines& at, double weight, const double tangent[2][3][2][3], double bending,
-                                Products (*stiffness)[3]) {
-    Products xx = {}, xy = {}, yx = {}, yy = {}, curve = {};
-    multiply(at.by_x, at.by_x, xx), multiply(at.by_x, at.by_y, xy), multiply(at.by_y, at.by_x, yx), multiply(at.by_y, at.by_y, yy);
-    multiply(at.laplacian, at.laplacian, curve);
-    for (int k = 0; k < 3; ++k) {
-        for (int l = 0; l < 3; ++l) {
-            float share[4];
-            for (int e = 0; e < 4; ++e) share[e] = static_cast<float>(weight * tangent[e / 2][k][e % 2][l]);
-            float* sum = stiffness[k][l];
-            for (int m = 0; m < PAIRS; ++m) sum[m] += (share[0] * xx[m] + share[1] * xy[m]) + (share[2] * yx[m] + share[3] * yy[m]);
-        }
-        add_multiple(static_cast<float>(bending), curve, stiffness[k][k]);
-    }
-}
-
-// Adds the stiffness of contact (tangent (3, 3)) at a point with this weight and values (SPLINES,) of the splines.
-TACTILE_WIDE void add_contact_stiffness(const double* value, double weight, const double tangent[3][3], Products (*stiffness)[3]) {
-    Products both = {};
-    multiply(value, value, both);
-    for (int k = 0; k < 3; ++k)
-        for (int l = 0; l < 3; ++l) add_multiple(static_cast<float>(weight * tangent[k][l]), both, stiffness[k][l]);
+Products product(const Values& a, const Values& b) {
+    Products found = Products::Zero();
+    for (int i = 0; i < SPLINES; ++i) found.segment<SPLINES>(SPLINES * i) = (a[i] * b).cast<float>().array();
+    return found;
 }
 
 class Press {
@@ -240,7 +187,7 @@ class Press {
 
     // Residual force and, where wanted, its derivative by the displacement of the splines that are free.
     void balance(double depth, bool derivative) {
-        const double tip[3] = {load_.place[0], load_.place[1], -depth};
+        const Vector tip(load_.place[0], load_.place[1], -depth);
         if (derivative) matrix_.clear();
         std::fill(residual_.begin(), residual_.end(), 0.0);
         std::fill(wrench_, wrench_ + PRESS_WRENCH, 0.0);
@@ -251,12 +198,15 @@ class Press {
     }
 
     // Returns the pressure times area.
-    double add_element(std::ptrdiff_t row, std::ptrdiff_t column, const double* tip, bool derivative) {
+    double add_element(std::ptrdiff_t row, std::ptrdiff_t column, const Vector& tip, bool derivative) {
         const std::ptrdiff_t e = row * sheet_.spans + column;
-        double u[SPLINES][3], force[SPLINES][3] = {}, pressed = 0;
-        for (int i = 0; i < SPLINES; ++i) std::memcpy(u[i], &u_[3 * ((row + i / 3) * side_ + column + i % 3)], sizeof(u[i]));
+        ElementField u, force = ElementField::Zero();
+        for (int i = 0; i < SPLINES; ++i)
+            u.row(i) = Eigen::Map<const Eigen::RowVector3d>(&u_[3 * ((row + i / 3) * side_ + column + i % 3)]);
         ElementMatrix stiffness;
-        if (derivative) std::memset(stiffness, 0, sizeof(stiffness));
+        if (derivative)
+            for (auto& part : stiffness) std::fill(part, part + 3, Products::Zero());
+        double pressed = 0;
         for (int g = 0; g < POINTS; ++g) {
             add_membrane(e * POINTS + g, u, force, derivative ? stiffness : nullptr);
             pressed += add_contact(e * POINTS + g, u, tip, force, derivative ? stiffness : nullptr);
@@ -265,47 +215,49 @@ class Press {
         return pressed;
     }
 
-    void add_membrane(std::ptrdiff_t point, const double (*u)[3], double (*force)[3], Products (*stiffness)[3]) {
-        const double *by_x = sheet_.slope + point * 2 * SPLINES, *by_y = by_x + SPLINES, *laplacian = sheet_.laplacian + point * SPLINES;
+    void add_membrane(std::ptrdiff_t point, const ElementField& u, ElementField& force, Products (*stiffness)[3]) {
+        const double* slope = sheet_.slope + point * 2 * SPLINES;
+        const Eigen::Map<const Values> by[2] = {Eigen::Map<const Values>(slope), Eigen::Map<const Values>(slope + SPLINES)};
+        const Eigen::Map<const Values> laplacian(sheet_.laplacian + point * SPLINES);
         const double weight = sheet_.weight[point], bending = weight * load_.bending;
-        double edges[2][3] = {{1, 0, 0}, {0, 1, 0}}, bend[3] = {}, stress[2][3], tangent[2][3][2][3];
-        for (int i = 0; i < SPLINES; ++i) {
-            for (int k = 0; k < 3; ++k) {
-                edges[0][k] += by_x[i] * u[i][k], edges[1][k] += by_y[i] * u[i][k];
-                bend[k] += bending * laplacian[i] * u[i][k];
+        const Membrane at(Vector::UnitX() + u.transpose() * by[0], Vector::UnitY() + u.transpose() * by[1], load_.squeeze);
+        force += weight * (by[0] * at.stress[0].transpose() + by[1] * at.stress[1].transpose());
+        force += bending * laplacian * (laplacian.transpose() * u);
+        if (!stiffness) return;
+        const Products xx = product(by[0], by[0]), xy = product(by[0], by[1]), yx = product(by[1], by[0]), yy = product(by[1], by[1]);
+        const Products curve = static_cast<float>(bending) * product(laplacian, laplacian);
+        for (int k = 0; k < 3; ++k) {
+            for (int l = 0; l < 3; ++l) {
+                const auto share = [&](int e, int f) { return static_cast<float>(weight * at.tangent[e][f](k, l)); };
+                stiffness[k][l] += (share(0, 0) * xx + share(0, 1) * xy) + (share(1, 0) * yx + share(1, 1) * yy);
             }
+            stiffness[k][k] += curve;
         }
-        membrane(edges, load_.squeeze, stress, tangent);
-        for (int i = 0; i < SPLINES; ++i)
-            for (int k = 0; k < 3; ++k) force[i][k] += weight * (by_x[i] * stress[0][k] + by_y[i] * stress[1][k]) + bend[k] * laplacian[i];
-        if (stiffness) add_stiffness({by_x, by_y, laplacian}, weight, tangent, bending, stiffness);
     }
 
     // Returns the pressure times area.
-    double add_contact(std::ptrdiff_t point, const double (*u)[3], const double* tip, double (*force)[3], Products (*stiffness)[3]) {
-        const double *value = sheet_.value + point * SPLINES, *rest = sheet_.rest + 2 * point, weight = sheet_.weight[point];
-        double offset[3] = {rest[0] - tip[0], rest[1] - tip[1], -tip[2]};  // from the tip
-        for (int i = 0; i < SPLINES; ++i)
-            for (int k = 0; k < 3; ++k) offset[k] += value[i] * u[i][k];
-        const double arm[3] = {offset[0], offset[1], offset[2]};
-        offset[2] -= load_.radius;  // from its centre
+    double add_contact(std::ptrdiff_t point, const ElementField& u, const Vector& tip, ElementField& force, Products (*stiffness)[3]) {
+        const Eigen::Map<const Values> value(sheet_.value + point * SPLINES);
+        const double weight = sheet_.weight[point];
+        const Vector arm = Vector(sheet_.rest[2 * point], sheet_.rest[2 * point + 1], 0.0) - tip + u.transpose() * value;
         Touch touch;
         next_[point] = Grip{};
-        if (!touches(load_, grips_[point], offset, touch)) return 0;
+        if (!touches(load_, grips_[point], arm - load_.radius * Vector::UnitZ(), touch)) return 0;
         next_[point] = touch.grip;
-        const double* push = touch.force;
-        const double moment[3] = {arm[1] * push[2] - arm[2] * push[1], arm[2] * push[0] - arm[0] * push[2],
-                                  arm[0] * push[1] - arm[1] * push[0]};
-        for (int k = 0; k < 3; ++k) wrench_[k] -= weight * push[k], wrench_[3 + k] -= weight * moment[k];
-        for (int k = 0; k < 3; ++k) wrench_[6 + k] += weight * touch.pressure * arm[k];
-        for (int i = 0; i < SPLINES; ++i)
-            for (int k = 0; k < 3; ++k) force[i][k] += weight * value[i] * push[k];
-        if (stiffness) add_contact_stiffness(value, weight, touch.tangent, stiffness);
+        Eigen::Map<Eigen::Matrix3d> wrench(wrench_);  // columns: force, moment, centre
+        wrench.col(0) -= weight * touch.force, wrench.col(1) -= weight * arm.cross(touch.force);
+        wrench.col(2) += weight * touch.pressure * arm;
+        force += weight * value * touch.force.transpose();
+        if (stiffness) {
+            const Products both = product(value, value);
+            for (int k = 0; k < 3; ++k)
+                for (int l = 0; l < 3; ++l) stiffness[k][l] += static_cast<float>(weight * touch.tangent(k, l)) * both;
+        }
         return weight * touch.pressure;
     }
 
     // Adds an element's forces and stiffness to those of the sheet's free splines.
-    void scatter(std::ptrdiff_t row, std::ptrdiff_t column, const double (*force)[3], const Products (*stiffness)[3]) {
+    void scatter(std::ptrdiff_t row, std::ptrdiff_t column, const ElementField& force, const Products (*stiffness)[3]) {
         std::ptrdiff_t number[SPLINES];
         for (int i = 0; i < SPLINES; ++i) {
             const std::ptrdiff_t a = row + i / 3 - 1, b = column + i % 3 - 1;
@@ -313,7 +265,7 @@ class Press {
         }
         for (int i = 0; i < SPLINES; ++i) {
             for (int k = 0; k < 3 && number[i] >= 0; ++k) {
-                residual_[number[i] + k] += force[i][k];
+                residual_[number[i] + k] += force(i, k);
                 if (!stiffness) continue;
                 float* target = matrix_.row(number[i] + k);
                 for (int j = 0; j < SPLINES; ++j)

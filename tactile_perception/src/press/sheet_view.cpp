@@ -4,10 +4,8 @@
 // p_z).
 #include "press/sheet_view.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace tactile {
 
@@ -57,15 +55,6 @@ void disc_appear(const double (*deformed)[3][3], const double* rest, const doubl
         for (int k = 0; k < 2; ++k) shift[k] += area * (one[k] + points[p][k] - rest[k]);
     }
     seen[0] = shift[0] / whole, seen[1] = shift[1] / whole, seen[2] = std::log(whole / DISC_POINTS);
-}
-
-Eigen::VectorXd sheet_depths(const SheetEnergies& sheet, const Eigen::Map<const Rows>& slope, const Eigen::Map<const Rows>& shift) {
-    Eigen::MatrixXd matrix = sheet.bending + sheet.strain.cwiseProduct(slope * slope.transpose());
-    const Rows strained = sheet.strain * shift;
-    const Eigen::VectorXd right = slope.cwiseProduct(strained).rowwise().sum();
-    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(matrix);
-    if (factor.info() != Eigen::Success) return Eigen::VectorXd::Constant(right.size(), std::numeric_limits<double>::quiet_NaN());
-    return factor.solve(right);
 }
 
 }  // namespace tactile

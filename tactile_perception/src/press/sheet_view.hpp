@@ -1,9 +1,7 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// How markers of a deformed sheet appear to a camera, in the plane of the untouched sheet, and the depths that this tells.
+// How markers of a deformed sheet appear to a camera, in the plane of the untouched sheet.
 #pragma once
-
-#include <Eigen/Core>
 
 namespace tactile {
 
@@ -18,17 +16,5 @@ void disc_points(const double* rest, double radius, double points[DISC_POINTS][2
 
 // As appear, of such a disc: the centroid and the area as imaged; deformed (DISC_POINTS, 3, 3) at its points.
 void disc_appear(const double (*deformed)[3][3], const double* rest, const double* eye, double radius, double* seen);
-
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-// Energies of a sheet of K markers, symmetric (K, K): see press/positions.py:SheetSurface.
-struct SheetEnergies {
-    Eigen::Map<const Rows> bending, strain;
-};
-
-// Depths (K), m, under the untouched plane, by displacements (K, 2), m, in the image of markers whose rays have slopes (K, 2); NaN where
-// the equations are not positive definite. A depth w moves a marker by slope w; the rest of its displacement is strain in the plane. With
-// the strain's energy S and the bending's B, (B + sum over axes of slope S slope) w = sum over axes of slope S shift.
-Eigen::VectorXd sheet_depths(const SheetEnergies& sheet, const Eigen::Map<const Rows>& slope, const Eigen::Map<const Rows>& shift);
 
 }  // namespace tactile

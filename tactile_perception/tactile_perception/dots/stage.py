@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from functools import partial
 
 from rclpy.logging import get_logger
 from sensor_msgs.msg import CompressedImage, Image
@@ -68,16 +69,15 @@ class DotStage(CameraStage):
         return TouchpadDots(self.sensor, camera, self.values, water, **known)
 
     def _places(self, make_view):
-        """The SheetPlaces or DomePlaces of markers; None for a pattern without a grid that is not calibrated."""
+        """The MarkerPlaces of markers; None for a pattern without a grid that is not calibrated."""
+        from ..press.positions import MarkerPlaces, SheetSurface, dome_raised
         sensor, known = self._surface, self._markers
         if sensor.is_sheet:
-            from ..press.positions import SheetPlaces
-            return SheetPlaces(sensor, make_view)
+            return MarkerPlaces(sensor, sensor.rows * sensor.columns, make_view, SheetSurface(sensor).raised)
         from ..press.methods import make_method
-        from ..press.positions import DomePlaces
         count = sensor.rows * sensor.columns if known is None or known.pattern is None else len(known.pattern)
         method = make_method('model', known.fitted('model'), sensor) if known and 'model' in known.methods else None
-        return DomePlaces(sensor, count, make_view, method) if count else None
+        return MarkerPlaces(sensor, count, make_view, partial(dome_raised, method)) if count else None
 
     def check(self, message: Image | CompressedImage) -> None:
         """Raise BadFrame while the camera is not known."""

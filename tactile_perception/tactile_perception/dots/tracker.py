@@ -164,7 +164,7 @@ def find_pattern(image: np.ndarray, values: Mapping) -> np.ndarray:
 
 
 class Places(Protocol):
-    """3D positions of dots: DotPlaces, SheetPlaces or DomePlaces."""
+    """3D positions of dots: DotPlaces or MarkerPlaces."""
 
     def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
         """Positions (N, 3), m, in the sensor frame, of tracks in an image; NaN if unknown. Raises BadFrame."""

@@ -10,6 +10,7 @@ q^(-n/2). Model errors are smooth: neighbouring markers err alike, and n is smal
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 #: A model error is shared by so many values, since it is smooth over some pitches. Chosen on simulated presses, drags and pairs of a sheet.
@@ -41,3 +42,28 @@ class Evidence:
     def may_win(self, hypothesis: Hypothesis, known: float) -> bool:
         """Whether a perfect fit of a hypothesis would have more than a known log evidence."""
         return self.of(hypothesis, self._least) > known
+
+
+class Choice:
+    """The hypothesis of most evidence for each frame of a skin. dragged: the press of the last frame if it was a drag, else None: a drag
+    lasts until the touch ends, as friction holds the skin while the tip is lifted."""
+
+    def __init__(self):
+        self.dragged = None
+
+    def explain(self, evidence: Evidence, solve: Callable, begin, two: Callable, are_distinct: Callable):
+        """The fit to a frame: solve(start, hypothesis) fits one press, from begin, to it; two(single) two at once, beside the fit of one; a
+        fit has presses and a misfit, the residual chi-square per value. are_distinct(fit): whether two presses are."""
+        dragged, begin = self.dragged is not None, self.dragged if self.dragged is not None else begin
+        single = solve(begin, DRAGGED if dragged else STRAIGHT)
+        most = evidence.of(DRAGGED if dragged else STRAIGHT, single.misfit)
+        if not dragged and evidence.may_win(DRAGGED, most):
+            drag = solve(single.presses, DRAGGED)
+            if evidence.of(DRAGGED, drag.misfit) > most:
+                single, most, dragged = drag, evidence.of(DRAGGED, drag.misfit), True
+        if evidence.may_win(TWO, most):
+            both = two(single)
+            if evidence.of(TWO, both.misfit) > most and are_distinct(both):
+                return both
+        self.dragged = single.presses if dragged else None
+        return single

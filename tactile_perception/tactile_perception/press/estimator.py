@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Contacts, region and wrench from the marker tracks of each frame, with persistent ids and a Kalman filter for each contact (kernel
-ContactTracker: src/press/contact_tracker.cpp)."""
+"""Contacts, region and wrench from the marker tracks of each frame, with persistent ids and a Kalman filter for each contact."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -11,7 +10,6 @@ from math import sqrt
 
 import numpy as np
 
-from .. import _core
 from ..common.surface import scatter
 from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
@@ -30,7 +28,8 @@ ACCELERATION = 2.0
 _GATE = 20.0  # squared Mahalanobis distance: exceeded once in 2000 frames (chi-square, four degrees of freedom)
 _SPEED = 0.3  # m/s, standard deviation of a new touch's velocity. Chosen
 _LEAST = 1e-5  # m: least standard deviation of a measurement, which keeps covariances regular. Chosen
-_MISSED = 3  # consecutive missed frames after which a track ends. Chosen
+_MISSED_S = 0.1  # s after which a touch that is not seen has ended. Chosen
+_MEASURED, _STATE = 4, 8  # position and depth; and their velocities
 
 
 @dataclass(frozen=True)
@@ -39,6 +38,35 @@ class Touch:
 
     id: int
     estimate: TouchEstimate
+
+
+@dataclass(frozen=True)
+class _Track:
+    """A touch that is followed: its number; seen_s: stamp of the last frame with it; mean (8,) and covariance (8, 8) of the state."""
+
+    id: int
+    seen_s: float
+    mean: np.ndarray
+    covariance: np.ndarray
+
+    def predicted(self, elapsed: float) -> _Track:
+        """After elapsed s at constant velocity with white acceleration."""
+        step, pushed = np.eye(_STATE), np.vstack([0.5 * elapsed**2 * np.eye(_MEASURED), elapsed * np.eye(_MEASURED)])
+        step[:_MEASURED, _MEASURED:] = elapsed * np.eye(_MEASURED)
+        return replace(self, mean=step @ self.mean, covariance=step @ self.covariance @ step.T + ACCELERATION**2 * pushed @ pushed.T)
+
+    def distance(self, value: np.ndarray, spread: np.ndarray) -> float:
+        """Squared Mahalanobis distance of a measurement (4,) with covariance (4, 4)."""
+        off = value - self.mean[:_MEASURED]
+        return float(off @ np.linalg.solve(self.covariance[:_MEASURED, :_MEASURED] + spread, off))
+
+    def corrected(self, value: np.ndarray, spread: np.ndarray, stamp_s: float) -> _Track:
+        """With a measurement; in Joseph's form, which keeps the covariance positive definite despite rounding."""
+        gain = np.linalg.solve(self.covariance[:_MEASURED, :_MEASURED] + spread, self.covariance[:_MEASURED]).T
+        rest = np.eye(_STATE)
+        rest[:, :_MEASURED] -= gain
+        mean = self.mean + gain @ (value - self.mean[:_MEASURED])
+        return replace(self, seen_s=stamp_s, mean=mean, covariance=rest @ self.covariance @ rest.T + gain @ spread @ gain.T)
 
 
 class TouchTracker:
@@ -51,13 +79,9 @@ class TouchTracker:
 
     def __init__(self, filtered: bool = True):
         self._filtered = filtered
-        self._tracker = _core.ContactTracker(acceleration=ACCELERATION, gate=_GATE, speed=_SPEED, most_missed=_MISSED)
+        self._tracks: list[_Track] = []
+        self._next = 1
         self._stamp_s: float | None = None
-
-    def reset(self) -> None:
-        """Drop all tracks; ids are not reused."""
-        self._tracker.reset()
-        self._stamp_s = None
 
     def check(self, stamp_s: float) -> None:
         """Raise BadFrame for a stamp that is not later than the last."""
@@ -67,28 +91,45 @@ class TouchTracker:
     def process(self, estimates: list[TouchEstimate], stamp_s: float) -> list[Touch]:
         """The touches of a frame with their ids. Raises BadFrame for a stamp that is not later than the last."""
         self.check(stamp_s)
-        elapsed = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
+        measured = _measurements(estimates)
+        before = [track.predicted(stamp_s - self._stamp_s) for track in self._tracks]
         self._stamp_s = stamp_s
-        tracks = self._tracker.update(*_measurements(estimates), elapsed)
+        apart = sorted((track.distance(*one), m, k) for m, one in enumerate(measured) for k, track in enumerate(before))
+        continued: dict[int, int] = {}  # number of the track that each measurement continues: the nearest pairs first
+        for distance, m, k in apart:
+            if distance <= _GATE and m not in continued and k not in continued.values():
+                continued[m] = k
+        tracks = [before[continued[m]].corrected(*one, stamp_s) if m in continued else self._begun(*one)
+                  for m, one in enumerate(measured)]
+        waiting = [track for k, track in enumerate(before) if k not in continued.values() and stamp_s - track.seen_s <= _MISSED_S]
+        self._tracks = tracks + waiting
         return [Touch(track.id, _filtered(estimate, track) if self._filtered else estimate) for track, estimate in zip(tracks, estimates)]
 
+    def _begun(self, value: np.ndarray, spread: np.ndarray) -> _Track:
+        covariance = _SPEED**2 * np.eye(_STATE)
+        covariance[:_MEASURED, :_MEASURED] = spread
+        self._next += 1
+        return _Track(self._next - 1, self._stamp_s, np.append(value, np.zeros(_MEASURED)), covariance)
 
-def _filtered(estimate: TouchEstimate, track: _core.Track) -> TouchEstimate:
+
+def _filtered(estimate: TouchEstimate, track: _Track) -> TouchEstimate:
     """The estimate with the track's position, depth and covariance."""
     place, covariance = track.covariance[:3, :3], track.covariance
-    return replace(estimate, position=track.state[:3].copy(), depth=max(float(track.state[3]), 0.0), covariance=0.5 * (place + place.T),
+    return replace(estimate, position=track.mean[:3].copy(), depth=max(float(track.mean[3]), 0.0), covariance=0.5 * (place + place.T),
                    depth_sigma=sqrt(covariance[3, 3]))
 
 
-def _measurements(estimates: list[TouchEstimate]) -> tuple[np.ndarray, np.ndarray]:
-    """Places and depths (E, 4) and their covariances (E, 4, 4). Raises BadArgument for numbers that are not finite."""
-    values, spreads = np.zeros((len(estimates), 4)), np.zeros((len(estimates), 4, 4))
-    for estimate, value, spread in zip(estimates, values, spreads):
-        value[:3], value[3] = estimate.position, estimate.depth
+def _measurements(estimates: list[TouchEstimate]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Place and depth (4,) and their covariance (4, 4) of each. Raises BadArgument for numbers that are not finite."""
+    found = []
+    for estimate in estimates:
+        spread = np.zeros((_MEASURED, _MEASURED))
         spread[:3, :3], spread[3, 3] = estimate.covariance, estimate.depth_sigma**2
-    if not (np.isfinite(values).all() and np.isfinite(spreads).all()):
-        raise BadArgument(f'a touch must have a finite place, depth and covariance, got {values}, covariance {spreads}')
-    return values, spreads + _LEAST**2 * np.eye(4)
+        value = np.append(estimate.position, estimate.depth)
+        if not (np.isfinite(value).all() and np.isfinite(spread).all()):
+            raise BadArgument(f'a touch must have a finite place, depth and covariance, got {value}, covariance {spread}')
+        found.append((value, spread + _LEAST**2 * np.eye(_MEASURED)))
+    return found
 
 
 _NO_DOTS = np.zeros(0, bool)

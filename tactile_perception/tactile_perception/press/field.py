@@ -48,6 +48,13 @@ class MarkerField:
         return np.isfinite(self.shift).all(1)
 
 
+def marker_radii(field: MarkerField) -> np.ndarray:
+    """(K,) m, apparent radii of the untouched markers, by the scale of the image between neighbours; NaN unknown."""
+    apart, apart_px = (np.hypot(*np.diff(places, axis=0).T) for places in (field.rest, field.uv - field.duv))
+    untouched = field.area * np.exp(-np.nan_to_num(field.growth))
+    return np.sqrt(untouched / np.pi) * np.nanmedian(apart / apart_px)
+
+
 FEWEST = 12  # markers needed for a pose. Chosen
 FARTHEST_PX = 1e5  # px: farther positions are invalid. Chosen: far outside any image
 

@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""3D positions of markers: of a clamped elastic sheet from their apparent positions in its untouched plane (kernel sheet_depths:
-src/press/sheet_view.cpp), of a dome along their rays."""
+"""3D positions of markers: of a clamped elastic sheet from their apparent positions in its untouched plane, of a dome along their rays."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -9,7 +8,6 @@ from typing import Protocol
 
 import numpy as np
 
-from .. import _core
 from ..common.dots import DotTracks
 from ..errors import BadArgument
 from .field import MarkerField, MarkerView, RestMarkers
@@ -22,15 +20,12 @@ _NEAREST_CLAMP = 0.3  # pitches: least distance from a marker to the clamp in th
 
 
 class SheetSurface:
-    """The untouched sheet.
+    """A clamped elastic sheet: how far its markers are raised, by the strain and bending that least energy needs. Raises BadArgument for a
+    sensor that is no sheet with a grid of at least 3 x 3 markers on it."""
 
-    rest: (K, 2) m, nominal marker positions in sensor x and y, row by row; rows, columns: of the grid; size: (2,) m of the
-    clamped sheet. Raises BadArgument where these do not fit together.
-    """
-
-    def __init__(self, rest: np.ndarray, rows: int, columns: int, size: tuple[float, float]):
-        rest = np.asarray(rest, float)
-        if rest.shape != (rows * columns, 2) or min(rows, columns) < 3 or not (np.abs(rest) < 0.5 * np.asarray(size)).all():
+    def __init__(self, sensor: MarkerSensor):
+        rest, rows, columns, size = sensor.grid(), sensor.rows, sensor.columns, sensor.size
+        if not sensor.is_sheet or min(rows, columns) < 3 or not (np.abs(rest) < 0.5 * np.asarray(size)).all():
             raise BadArgument(f'sheet: {rows} x {columns} markers (at least 3 x 3) must lie on the clamped sheet of {size} m')
         self._laplacian = _laplacian(rest.reshape(rows, columns, 2), np.asarray(size, float))
         stiff = SIDEWAYS * self._laplacian
@@ -38,19 +33,16 @@ class SheetSurface:
         self._strain = 0.5 * (strain + strain.T)
         self._bending = DOWN * self._laplacian @ self._laplacian
 
-    def depths(self, place: np.ndarray, shift: np.ndarray, eye: np.ndarray) -> np.ndarray:
-        """Depths (K,), m, under the untouched plane.
-
-        place, shift: (K, 2) m, apparent positions in the plane and displacements; eye: (K, 3) m. A marker that is not seen (NaN) is
-        interpolated from its neighbours.
-        """
-        place, shift, eye = (np.asarray(values, float) for values in (place, shift, eye))
-        seen = np.isfinite(shift).all(axis=1)
+    def raised(self, field: MarkerField) -> np.ndarray:
+        """(K,) m, of the markers over the untouched plane; one that is not seen is interpolated from its neighbours."""
+        place, shift, eye, seen = field.rest + field.shift, field.shift, field.eye, field.seen
         if not seen.any():
             return np.full(len(shift), np.nan)
         slope = np.where(seen[:, None], place - eye[:, :2], 0.0) / np.where(seen, -eye[:, 2], 1.0)[:, None]
         slope, shift = (self._fill(values, seen) for values in (slope, np.where(seen[:, None], shift, 0.0)))
-        return _core.sheet_depths(self._bending, self._strain, slope, shift)
+        # A depth w moves a marker by slope w in the image; the rest of its displacement is strain in the plane. With the strain's energy S
+        # and the bending's B: (B + sum over axes of slope S slope) w = sum over axes of slope S shift.
+        return -np.linalg.solve(self._bending + self._strain * (slope @ slope.T), (slope * (self._strain @ shift)).sum(axis=1))
 
     def _fill(self, values: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """values (K, 2), those not seen interpolated (harmonic)."""
@@ -60,12 +52,6 @@ class SheetSurface:
         lost = np.flatnonzero(~seen)
         filled[lost] = np.linalg.solve(self._laplacian[np.ix_(lost, lost)], -self._laplacian[lost][:, seen] @ values[seen])
         return filled
-
-    def places(self, place: np.ndarray, shift: np.ndarray, eye: np.ndarray) -> np.ndarray:
-        """Positions (K, 3), m, sensor frame; arguments as of depths. NaN for a marker that is not seen."""
-        depth = self.depths(place, shift, eye)
-        share = depth / -eye[:, 2]
-        return np.column_stack([place - share[:, None] * (place - eye[:, :2]), np.where(np.isfinite(place[:, 0]), -depth, np.nan)])
 
 
 def _laplacian(grid: np.ndarray, size: np.ndarray) -> np.ndarray:
@@ -87,44 +73,40 @@ def _laplacian(grid: np.ndarray, size: np.ndarray) -> np.ndarray:
     return found
 
 
-class SheetPlaces:
-    """3D positions of a sheet's markers; make_view: see RestMarkers. Raises BadArgument for a sensor that is no sheet with a grid."""
-
-    def __init__(self, sensor: MarkerSensor, make_view: Callable[[np.ndarray], MarkerView]):
-        self._surface = SheetSurface(sensor.grid(), sensor.rows, sensor.columns, sensor.size)
-        self._make_view, self._count = make_view, sensor.rows * sensor.columns
-        self.renew()
-
-    def renew(self) -> None:
-        """Start with a new reference."""
-        self._rest = RestMarkers(self._count, self._make_view)
-
-    def locate(self, _image: np.ndarray, tracks: DotTracks) -> np.ndarray:
-        """Positions (N, 3), m, sensor frame, of tracks; NaN without an untouched position. Raises BadFrame where there is no view."""
-        field = self._rest.field(tracks)
-        return self._surface.places(field.rest + field.shift, field.shift, field.eye)[tracks.id]
-
-
 _STILL = 1e-4  # m, apparent: without a calibration, the height of a marker displaced by more is unknown. Chosen
 
 
 class DomeMethod(Protocol):
-    """A touch method that tells how far the dome's markers are lowered."""
+    """A touch method that tells how far the dome's markers are raised."""
 
     def raised(self, field: MarkerField) -> np.ndarray | None:
         """Upward displacement (K,), m, of the markers; None without contact."""
 
 
-class DomePlaces:
-    """3D positions of a dome's markers, each on its ray from the eye.
+def dome_raised(method: DomeMethod | None, field: MarkerField) -> np.ndarray:
+    """(K,) m, upward displacement of a dome's markers; method: None where it is not calibrated: that of displaced markers is NaN. One
+    camera cannot observe the scale about the eye; the method knows it from the mechanics."""
+    raised = None if method is None else method.raised(field)
+    if raised is not None:
+        return raised
+    return np.where((method is not None) | (np.hypot(*field.shift.T) <= _STILL), 0.0, np.nan)
 
-    One camera cannot observe the scale about the eye; the method knows it from the mechanics.
 
-    count: of the markers; make_view: see RestMarkers; method: estimates the touches; None: not calibrated, displaced markers are NaN.
-    """
+def on_rays(field: MarkerField, raised: np.ndarray, sensor: MarkerSensor) -> np.ndarray:
+    """(K, 3) m, sensor frame: the markers, each on the ray from the eye, raised by (K,), m; NaN for one that is not seen."""
+    rest = rest_points(field.rest, field.eye, sensor)
+    seen = np.column_stack([field.rest + field.shift, np.full(len(field), sensor.plane_z)])
+    share = (rest[:, 2] + raised - field.eye[:, 2]) / (sensor.plane_z - field.eye[:, 2])
+    places = field.eye + share[:, None] * (seen - field.eye)
+    return np.where(field.seen[:, None], places, np.nan)
 
-    def __init__(self, sensor: MarkerSensor, count: int, make_view: Callable[[np.ndarray], MarkerView], method: DomeMethod | None):
-        self._sensor, self._count, self._make_view, self._method = sensor, count, make_view, method
+
+class MarkerPlaces:
+    """3D positions of markers. count: of the markers; make_view: see RestMarkers; raised: of a field, upward displacement (K,), m."""
+
+    def __init__(self, sensor: MarkerSensor, count: int, make_view: Callable[[np.ndarray], MarkerView],
+                 raised: Callable[[MarkerField], np.ndarray]):
+        self._sensor, self._count, self._make_view, self._raised = sensor, count, make_view, raised
         self.renew()
 
     def renew(self) -> None:
@@ -134,13 +116,4 @@ class DomePlaces:
     def locate(self, _image: np.ndarray, tracks: DotTracks) -> np.ndarray:
         """Positions (N, 3), m, sensor frame, of tracks; NaN where unknown. Raises BadFrame where there is no view."""
         field = self._rest.field(tracks)
-        rest = rest_points(field.rest, field.eye, self._sensor)
-        raised = None if self._method is None else self._method.raised(field)
-        raised = self._undented(field) if raised is None else raised
-        seen = np.column_stack([field.rest + field.shift, np.full(len(field), self._sensor.plane_z)])
-        share = (rest[:, 2] + raised - field.eye[:, 2]) / (self._sensor.plane_z - field.eye[:, 2])
-        return (field.eye + share[:, None] * (seen - field.eye))[tracks.id]
-
-    def _undented(self, field: MarkerField) -> np.ndarray:
-        """(K,) m, upward displacement without a dent: 0; if not calibrated, NaN for displaced markers."""
-        return np.where((self._method is not None) | (np.hypot(*field.shift.T) <= _STILL), 0.0, np.nan)
+        return on_rays(field, self._raised(field), self._sensor)[tracks.id]

@@ -3,7 +3,7 @@
 """Presses with ground truth, to which methods are fitted, and their errors at held-out presses."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -129,12 +129,6 @@ class Score:
         return asdict(self)
 
 
-def judge(method: TouchMethod, presses: Presses) -> Score:
-    """Errors of a method on presses by one tip each; of several touches detected, the one nearest to the tip counts."""
-    found = [method.estimate(field) for field in presses.fields]
-    return score(found, presses)
-
-
 def score(found: list[list[TouchEstimate]], presses: Presses, straight: np.ndarray | None = None) -> Score:
     """Errors of the touches found, one list for each press; straight: (M,) bool, presses that are no drags; None: unknown."""
     rows, missed, split, false, straight_down = [], 0, 0, 0, []
@@ -178,15 +172,13 @@ class HeldOut:
 def held_out(method: type, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> HeldOut:
     """Cross-validate a method by place.
 
-    fitted: result of fit for all presses, from which a method with fit_quickly(presses, sensor, fitted) starts: faster, less accurate.
-    Raises BadCalibration where no place can be held out.
+    fitted: result of fit for all presses, of which a model keeps the simulated library. Raises BadCalibration where no place can be held
+    out.
     """
-    quick = getattr(method, 'fit_quickly', None)
     found, held_all = [], []
     number_of = {id(field): k for k, field in enumerate(presses.fields)}
     for fitting, held in presses.held_out():
-        numbers = method.fit(fitting, sensor) if quick is None or fitted is None else quick(fitting, sensor, fitted)
-        fitted_to = method.from_fitted(numbers, sensor)
+        fitted_to = method.from_fitted(method.fit(fitting, sensor, fitted), sensor)
         found += [fitted_to.estimate(field) for field in held.fields]
         held_all.append(held)
     if not held_all:
@@ -206,24 +198,14 @@ def _errors(touch: TouchEstimate, position: np.ndarray, depth: float) -> tuple[f
     return float(np.hypot(*off)), abs(float(deep)), float(squares / 3)
 
 
-def cross_validation_rmse(make: Callable[[Presses], TouchMethod], presses: Presses) -> tuple[float, float]:
-    """Cross-validation RMSE, m, of place (per axis) and of depth; NaN where all presses are at one place.
-
-    make: fits a method to presses; may raise BadCalibration, which skips the fold.
-    """
-    place, depth = [], []
-    for fitting, held in presses.held_out():
-        try:
-            method = make(fitting)
-        except BadCalibration:  # too few presses in this fold
-            continue
-        for field, position, deep in zip(held.fields, held.position, held.depth):
-            for touch in method.estimate(field)[:1]:
-                place.append((touch.position - position)[:2])
-                depth.append(touch.depth - deep)
-    if not place:
+def rms_errors(method: TouchMethod, presses: Presses) -> tuple[float, float]:
+    """RMS errors, m, of a method's place (per axis) and depth at the presses that it detects; NaN where it detects none."""
+    told = [(touch, position, depth) for field, position, depth in zip(presses.fields, presses.position, presses.depth)
+            if depth > 0 for touch in method.estimate(field)[:1]]
+    if not told:
         return float('nan'), float('nan')
-    return float(np.sqrt(np.mean(np.square(place)))), float(np.sqrt(np.mean(np.square(depth))))
+    place = np.mean([(touch.position - position)[:2]**2 for touch, position, _ in told])
+    return float(np.sqrt(place)), float(np.sqrt(np.mean([(touch.depth - depth)**2 for touch, _, depth in told])))
 
 
 _FEWEST_PLACES = 3  # chosen: cross-validation holds out one of three positions

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import BadArgument, BadCalibration
 from .estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from .field import MarkerField
-from .presses import Presses, cross_validation_rmse
+from .presses import Presses, rms_errors
 from .sensor import MarkerSensor, first_touch_height, rest_points
 
 DEGREE = 3      # of the polynomials (paper: "the third-degree polynomial is the best fit")
@@ -190,12 +190,10 @@ REACH = 2      # neighbours on each side (eq 13)
 
 @dataclass(frozen=True)
 class GridPoint:
-    """place: (2,) m; depth: m; reason: '' or 'marker', where an axis has no Gaussian and the deepest marker itself is told; at_edge: it is
-    on the border of the grid."""
+    """place: (2,) m; depth: m; at_edge: it is on the border of the grid."""
 
     place: np.ndarray
     depth: float
-    reason: str
     at_edge: bool
 
 
@@ -214,7 +212,8 @@ def grid_point(depth: np.ndarray, places: np.ndarray) -> GridPoint | None:
     """The contact point of depths (rows, columns) m of markers at places (rows, columns, 2) m, both NaN where unknown.
 
     None where no marker has a positive depth. The paper does not say what it does where the logarithm of a depth does not exist, nor at the
-    border: fits take the positive depths among the five, at least three; the height is the mean of both fits.
+    border: fits take the positive depths among the five, at least three; the height is the mean of both fits; where an axis has no Gaussian
+    the deepest marker itself is told.
     """
     depth = np.where(np.isfinite(places).all(-1) & np.isfinite(depth), depth, np.nan)
     if not np.nanmax(depth, initial=0.0) > 0:
@@ -223,8 +222,8 @@ def grid_point(depth: np.ndarray, places: np.ndarray) -> GridPoint | None:
     at_edge = bool(row in (0, depth.shape[0] - 1) or column in (0, depth.shape[1] - 1))
     fits = np.array([gaussian(x[y > 0], y[y > 0]) for x, y in _lines(depth, places, row, column)])
     if np.isfinite(fits).all():
-        return GridPoint(fits[:, 0], float(fits[:, 1].mean()), '', at_edge)
-    return GridPoint(places[row, column].copy(), float(depth[row, column]), 'marker', at_edge)
+        return GridPoint(fits[:, 0], float(fits[:, 1].mean()), at_edge)
+    return GridPoint(places[row, column].copy(), float(depth[row, column]), at_edge)
 
 
 def _lines(depth, places, row, column):
@@ -250,7 +249,7 @@ class PaperTouch:
         self.place_sigma, self.depth_sigma = place_sigma, depth_sigma
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touch of one frame, with the cross-validation RMSE as covariance; empty without contact."""
+        """The touch of one frame, with the RMS errors at the presses of the calibration as covariance; empty without contact."""
         depth, outside = self.depths.depths(field)
         shape = self.sensor.rows, self.sensor.columns
         point = grid_point(depth.reshape(shape), field.rest.reshape(shape + (2,)))
@@ -260,23 +259,18 @@ class PaperTouch:
         place = np.clip(point.place, -half, half)
         flags = (OUT_OF_RANGE if outside[np.nanargmax(depth)] else 0) | (AT_EDGE if point.at_edge else 0)
         variance = np.square([self.place_sigma, self.place_sigma, self.depth_sigma])
-        return [TouchEstimate(np.append(place, -point.depth), point.depth, np.diag(variance), self.depth_sigma, flags=flags,
-                              reason=point.reason)]
+        return [TouchEstimate(np.append(place, -point.depth), point.depth, np.diag(variance), self.depth_sigma, flags=flags)]
 
     @classmethod
-    def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
+    def fit(cls, presses: Presses, sensor: MarkerSensor, _fitted: Mapping | None = None) -> dict:
         """Parameters for the calibration file. Raises BadCalibration without a plate (check_plate), or where no press is over a marker."""
         if presses.plate is not None:
             check_plate(presses.plate, sensor)
-        method = cls._fitted(presses, sensor)
-        place, depth = cross_validation_rmse(lambda some: cls._fitted(some, sensor), presses)
-        return {'depths': method.depths.numbers(), 'quiet': method.quiet, 'place_sigma': place, 'depth_sigma': depth}
-
-    @classmethod
-    def _fitted(cls, presses: Presses, sensor: MarkerSensor) -> PaperTouch:
         depths = MarkerDepths.fit(presses, min(sensor.pitch))
         still = [np.nanmax(depths.depths(field)[0], initial=0.0) for field, on in zip(presses.fields, presses.touching) if not on]
-        return cls(depths, sensor, float(max(QUIET * max(still, default=0.0), LEAST)), float('nan'), float('nan'))
+        quiet = float(max(QUIET * max(still, default=0.0), LEAST))
+        place, depth = rms_errors(cls(depths, sensor, quiet, float('nan'), float('nan')), presses)
+        return {'depths': depths.numbers(), 'quiet': quiet, 'place_sigma': place, 'depth_sigma': depth}
 
     @classmethod
     def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> PaperTouch:
@@ -344,7 +338,7 @@ class PaperCushion:
         return four_largest(distance_changes(field, self.near), self.points[:, :2], RANGE * max(self.sensor.pitch))
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touch of one frame, with the cross-validation RMSE as covariance; empty without contact."""
+        """The touch of one frame, with the RMS errors at the presses of the calibration as covariance; empty without contact."""
         found = self.measure(field)
         if found is None or not found[1] > self.quiet:
             return []
@@ -355,14 +349,8 @@ class PaperCushion:
                               flags=OUT_OF_RANGE if outside else 0)]
 
     @classmethod
-    def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
+    def fit(cls, presses: Presses, sensor: MarkerSensor, _fitted: Mapping | None = None) -> dict:
         """Parameters for the calibration file. Raises BadCalibration where the presses determine no rising cubic."""
-        numbers = cls._numbers(presses, sensor)
-        rmse = cross_validation_rmse(lambda some: cls.from_fitted(cls._numbers(some, sensor), sensor), presses)
-        return numbers | dict(zip(('place_sigma', 'depth_sigma'), rmse))
-
-    @classmethod
-    def _numbers(cls, presses: Presses, sensor: MarkerSensor) -> dict:
         rest, eye = common_rest(presses.fields)
         near, places = neighbours(rest), rest_points(rest, eye, sensor)[:, :2]
         found = [four_largest(distance_changes(field, near), places, RANGE * max(sensor.pitch)) for field in presses.fields]
@@ -371,8 +359,8 @@ class PaperCushion:
         if np.isnan(cubic.low).any():
             raise BadCalibration('the distances between markers do not change with depth; check the presses\' depths')
         quiet = max(QUIET * change[~presses.touching].max(initial=0.0), LEAST)
-        return {'rest': rest, 'eye': eye, 'cubic': cubic.numbers(), 'quiet': float(quiet), 'place_sigma': float('nan'),
-                'depth_sigma': float('nan')}
+        numbers = {'rest': rest, 'eye': eye, 'cubic': cubic.numbers(), 'quiet': float(quiet), 'place_sigma': np.nan, 'depth_sigma': np.nan}
+        return numbers | dict(zip(('place_sigma', 'depth_sigma'), rms_errors(cls.from_fitted(numbers, sensor), presses)))
 
     @classmethod
     def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> PaperCushion:

@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The border of the compiled module: whatever array NumPy can make, a function answers or raises ValueError with the argument's name."""
-import copy
 import re
 from pathlib import Path
 from types import ModuleType
@@ -24,32 +23,25 @@ VALUES = {'value': np.random.default_rng(3).normal(0, 1e-4, (40, 3)), 'sigma': n
           'motion': np.random.default_rng(5).normal(0, 1e-5, (40, 3))}
 FIT = {'noise': (1e-5, 1e-2, 1e-2, 1.0, 0.0, 0.0), 'tip': (0.0, 0.15), 'marker_radius': 1e-3, 'drags': True, 'near': 0.01}
 FIELD = {'field': np.zeros((16, 3), np.float32), 'rest': PRESSED['rest'], 'eye': PRESSED['eye']}
-MARKERS = np.random.default_rng(0).uniform(-0.02, 0.02, (9, 2))
-ENERGIES = {'bending': np.eye(9) + 0.1, 'strain': np.eye(9), 'slope': MARKERS, 'shift': MARKERS / 30}
 
 
-def table(numbers=np.array([0.03, 0.03, 0.02, 0.02, 8e-3, 8e-3, 0.3, 1.5, 0.2]), sizes=np.array([1, 2, 3, 2, 1, 0, 1]),
-          coefficients=np.random.default_rng(4).normal(0, 1, 12 * 4 * 6 * 13).astype(np.float32), shapes=np.full(48, 1e-3, np.float32)):
+TABLE = {'numbers': np.array([0.03, 0.03, 0.02, 0.02, 8e-3, 8e-3, 0.3, 1.5, 0.2]), 'sizes': np.array([1, 2, 3, 2, 1, 0, 1]),
+         'coefficients': np.random.default_rng(4).normal(0, 1, 12 * 4 * 6 * 13).astype(np.float32), 'shapes': np.full(48, 1e-3, np.float32)}
+
+
+def table(**arrays):
     """Of a sheet library."""
-    return numbers, sizes, coefficients, shapes
+    return _core.SheetTable(**TABLE | arrays)
 
 
-# Touches of sheets and domes.
-FOLLOWED = {'values': np.full((2, 4), 1e-3) * [[5], [1]], 'spreads': np.tile(1e-8 * np.eye(4), (2, 1, 1))}
-TIPS = {'tips': np.array([[0.0, 0.001, -0.003, 0.003, 0.008]]), 'rest': MARKERS, 'shift': MARKERS / 20,
-        'eye': np.tile([0.0, 0.0, -0.06], (9, 1))}
-CLAMPED = {'size': (0.06, 0.05), 'rim_radius': 0.0, 'height': 0.0, 'plane': 0.0}
+# Domes.
 DOME = {'numbers': np.array([0.15, -0.04, 0.9, 0.3, 0.04, 1.5, 0.02, 0.8]), 'edges': np.linspace(0, 1, 4),
         'even_table': np.full((6, 6, 2, 2, 2), 1e-3, np.float32), 'odd_table': np.full((6, 2, 2, 2, 2), 1e-3, np.float32),
-        'even_modes': np.full((2, 4, 3, 3), 1e-3, np.float32), 'odd_modes': np.full((2, 4, 3, 3), 1e-3, np.float32),
-        'points': np.full((5, 3), 0.01), 'eyes': np.zeros((5, 3))}
-DOME_PRESS = DOME | {'presses': np.zeros((1, 7))}
-DOME_SEEN = DOME | {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'shared': np.full((2, 5), 0.1), 'starts': np.zeros((1, 7)),
-                    'prior': np.array([np.zeros(7), np.ones(7), np.full(7, -3.0), np.full(7, 3.0), np.full(7, 0.1)])}
-
-
-def tracker(**changes):
-    return _core.ContactTracker(**{'acceleration': 2.0, 'gate': 20.0, 'speed': 0.3, 'most_missed': 3} | changes)
+        'even_modes': np.full((2, 4, 3, 3), 1e-3, np.float32), 'odd_modes': np.full((2, 4, 3, 3), 1e-3, np.float32)}
+DOME_PRESS = {'points': np.full((5, 3), 0.01), 'presses': np.zeros((1, 7))}
+DOME_SEEN = {'points': np.full((5, 3), 0.01), 'eyes': np.zeros((5, 3)), 'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5),
+             'shared': np.full((2, 5), 0.1), 'starts': np.zeros((1, 7)),
+             'prior': np.array([np.zeros(7), np.ones(7), np.full(7, -3.0), np.full(7, 3.0), np.full(7, 0.1)])}
 
 
 # Light in a touchpad, and cameras.
@@ -105,15 +97,14 @@ def call_stick_slip(score=np.where(NUMBERS % 7 < 4, 1.0, 0.0), **arrays):
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'press_sheet': (lambda **a: _core.press_sheet(**MESH | a, **PRESS), MESH),
-    'fit_presses': (lambda **a: _core.fit_presses(table(), **PRESSED | VALUES | a, **FIT), PRESSED | VALUES),
-    'show_presses': (lambda **a: _core.show_presses(table(), **PRESSED | a, mixed=0.3, marker_radius=1e-3, near=0.01), PRESSED),
+    'fit': (lambda **a: fields(table().fit(**PRESSED | VALUES | a, **FIT)), PRESSED | VALUES),
+    'show': (lambda **a: table().show(**PRESSED | a, mixed=0.3, marker_radius=1e-3, near=0.01), PRESSED),
+    'SheetTable': (lambda **a: table(**a).show(**PRESSED, mixed=0.3, marker_radius=1e-3, near=0.01), TABLE),
     'show_field': (lambda **a: _core.show_field(**FIELD | a, place=(0.0, 0.0), half=(0.03, 0.03), scale=8e-3, marker_radius=1e-3)[None],
                    FIELD),
-    'sheet_depths': (lambda **a: [_core.sheet_depths(**ENERGIES | a)], ENERGIES),
-    'ContactTracker.update': (lambda **a: [track.state for track in tracker().update(**FOLLOWED | a, elapsed=0.03)], FOLLOWED),
-    'touch_region': (lambda **a: _core.touch_region(**TIPS | a, **CLAMPED), TIPS),
-    'press_dome': (lambda **a: _core.press_dome(**DOME_PRESS | a), DOME_PRESS),
-    'fit_dome': (lambda **a: _core.fit_dome(**DOME_SEEN | a, plane_z=0.12), DOME_SEEN),
+    'DomeLibrary': (lambda **a: [_core.DomeLibrary(**DOME | a).moved(**DOME_PRESS)], DOME),
+    'moved': (lambda **a: [_core.DomeLibrary(**DOME).moved(**DOME_PRESS | a)], DOME_PRESS),
+    'fit_dome': (lambda **a: fields(_core.DomeLibrary(**DOME).fit(**DOME_SEEN | a, plane_z=0.12)), DOME_SEEN),
     'ring_colours': (lambda **a: _core.ring_colours(**COLOURS | a, radius=8.0), COLOURS),
     'path_lengths': (lambda **a: _core.path_lengths(**LIGHT | a), LIGHT),
     'water_ranges': (lambda **a: _core.water_ranges(**PAD | a, rows=3, columns=4, ring_share=0.45), PAD),
@@ -156,39 +147,17 @@ def test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory(func
     check(*CALLS[function], name)
 
 
-@pytest.mark.parametrize('wrong', [{'numbers': np.full(8, np.nan)}, {'sizes': np.array([1, 2, 3, 2, 1, 0, 9])}, {'sizes': np.full(7, -1)},
-                                   {'coefficients': np.zeros(5, np.float32)}, {'shapes': np.zeros((2, 2), np.float32)}])
-def test_a_table_that_does_not_fit_together_is_refused(wrong):
-    with pytest.raises(ValueError, match='^table: '):
-        _core.show_presses(table(**wrong), **PRESSED, mixed=0.0, marker_radius=0.0, near=0.0)
-
-
 @pytest.mark.parametrize('member', ['coefficients', 'shapes'])
 @pytest.mark.parametrize('value', [np.nan, np.inf, 1e38])
 def test_a_table_of_anything_is_answered(member, value):
-    broken = table(**{member: np.full_like(table()[2 if member == 'coefficients' else 3], value)})
-    state, *_ = _core.fit_presses(broken, **PRESSED | VALUES, **FIT)
-    assert np.isfinite(state).all()
+    broken = table(**{member: np.full_like(TABLE[member], value)})
+    assert np.isfinite(broken.fit(**PRESSED | VALUES, **FIT).state).all()
 
 
 @pytest.mark.parametrize('call, wrong', [
-    *[(tracker, wrong) for wrong in ({'acceleration': np.inf}, {'gate': 0.0}, {'speed': np.nan}, {'most_missed': -1})],
-    *[(lambda **wrong: _core.touch_region(**TIPS, **CLAMPED | wrong), wrong) for wrong in (
-        {'size': (np.nan, 0.05)}, {'size': (0.0, 0.05)}, {'rim_radius': -1.0}, {'height': np.nan}, {'plane': np.inf})],
+    *[(table, wrong) for wrong in ({'numbers': np.full(9, np.nan)}, {'sizes': np.full(7, -1)}, {'coefficients': np.zeros(5, np.float32)})],
     *[(lambda **wrong: _core.water_lengths(**DYED, **WATER | wrong), wrong) for wrong in (
         {'probability': 0.0}, {'size': 0.0}, {'absorptions': (0.0, 1.0)}, {'noise': (1.0, 1.0, 1.0, 1.0)})]])
 def test_numbers_out_of_range_are_refused_by_name(call, wrong):
     with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
         call(**wrong)
-
-
-@pytest.mark.parametrize('wrong', [{'elapsed': -1.0}, {'elapsed': np.nan}, {'values': np.full((2, 4), np.nan)}])
-def test_a_tracker_that_refuses_a_frame_is_as_it_was_and_a_copy_is_one_of_its_own(wrong):
-    one = tracker()
-    first = [track.id for track in one.update(**FOLLOWED, elapsed=0.0)]
-    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
-        one.update(**FOLLOWED | {'elapsed': 0.03} | wrong)
-    other = copy.deepcopy(one)
-    other.reset()
-    assert [track.id for track in one.update(**FOLLOWED, elapsed=0.03)] == first == [1, 2]
-    assert [track.id for track in other.update(**FOLLOWED, elapsed=0.03)] == [3, 4]

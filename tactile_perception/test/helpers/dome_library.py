@@ -35,7 +35,7 @@ def press(x, y, depth, radius=0.0, friction=0.0, drag=(0.0, 0.0)):
 
 def library_field(*presses, noise=NOISE, seed=0):
     """The MarkerField of presses of the library."""
-    moved = small_library().moved(POINTS, EYES, np.array(presses).reshape(-1, 7))
+    moved = small_library().moved(POINTS, np.array(presses).reshape(-1, 7))
     rest = seen(POINTS)
     shift = seen(POINTS + moved) - rest + np.random.default_rng([seed, len(presses)]).normal(0, noise, rest.shape)
     plain = np.full(len(rest), np.nan)

@@ -32,16 +32,6 @@ def test_what_is_written_is_read(path):
     assert found.file.residuals['near']['place_95'] == 5e-4
 
 
-def test_markers_that_were_never_seen_stay_unknown(path):
-    rest = [[NAN, NAN], [1.0, 2.0], [NAN, NAN], [3.0, 4.0]]
-    one = {'depths': {'rest': np.array(rest), 'reach': 0.5}, 'reach': np.array([0.1, NAN, 0.3, 0.4])}
-    write_touch(path, 'areal_single', {'methods': {'one': one}}, {}, {}, SPAN, [])
-    found = read_touch(path, 'areal_single').methods['one']
-    np.testing.assert_array_equal(found['depths']['rest'], rest)
-    assert found['depths']['reach'] == 0.5
-    np.testing.assert_array_equal(found['reach'], [0.1, NAN, 0.3, 0.4])
-
-
 def test_a_method_that_was_not_fitted_is_refused_with_those_that_were(path):
     with pytest.raises(BadCalibration, match='paper.*far, near'):
         read_touch(path, 'areal_single').fitted('paper')
@@ -85,16 +75,6 @@ def test_the_pattern_of_a_dome_without_a_grid_is_kept(path):
     write_touch(path, 'air_cushion', {'methods': {'one': {'a': 1.0}}, 'pattern': np.array([1.0, 2.0])}, {}, {}, SPAN, [])
     with pytest.raises(BadCalibration, match='pairs'):
         read_touch(path, 'air_cushion')
-
-
-def test_untouched_places_are_kept(path):
-    assert read_touch(path, 'areal_single').rest is None
-    rest = [[10.0, 20.0], [NAN, NAN], [30.0, 40.0]]
-    write_touch(path, 'areal_single', {'methods': {'one': {}}, 'rest': np.array(rest)}, {}, {}, SPAN, [])
-    np.testing.assert_array_equal(read_touch(path, 'areal_single').rest, rest)
-    write_touch(path, 'areal_single', {'methods': {'one': {}}, 'rest': [1.0]}, {}, {}, SPAN, [])
-    with pytest.raises(BadCalibration, match='rest'):
-        read_touch(path, 'areal_single')
 
 
 STIFFNESS = 80.0  # N/m

@@ -1,8 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Hypotheses of a marker field compared by their evidence."""
+from types import SimpleNamespace
+
 import pytest
-from tactile_perception.press.choice import DRAGGED, STRAIGHT, TWO, Evidence
+from tactile_perception.press.choice import DRAGGED, STRAIGHT, TWO, Choice, Evidence
 
 EVIDENCE = Evidence(351, 0.5)
 
@@ -20,3 +22,30 @@ def test_few_markers_tell_less():
 
 def test_what_cannot_win_need_not_be_fitted():
     assert not EVIDENCE.may_win(TWO, EVIDENCE.of(STRAIGHT, 0.6)) and EVIDENCE.may_win(TWO, EVIDENCE.of(STRAIGHT, 5.0))
+
+
+class Fits:
+    """Fits of one press or two, with the residuals that each hypothesis leaves."""
+
+    def __init__(self, straight, dragged, two):
+        self.left, self.tried = {STRAIGHT: straight, DRAGGED: dragged, TWO: two}, []
+
+    def of(self, what, presses):
+        self.tried.append(what)
+        return SimpleNamespace(misfit=self.left[what], presses=presses, what=what)
+
+    def explained_by(self, choice, distinct=True):
+        return choice.explain(EVIDENCE, lambda start, what: self.of(what, start), ['begin'],
+                              lambda one: self.of(TWO, one.presses * 2), lambda _both: distinct).what
+
+
+def test_a_drag_lasts_until_the_touch_ends():
+    choice, lifted = Choice(), Fits(0.5, 0.5, 9.0)
+    assert lifted.explained_by(choice) is STRAIGHT and lifted.tried == [STRAIGHT], 'what cannot win is not fitted'
+    assert Fits(9.0, 0.5, 9.0).explained_by(choice) is DRAGGED and choice.dragged == ['begin']
+    assert lifted.explained_by(choice) is DRAGGED and lifted.explained_by(Choice()) is STRAIGHT
+
+
+def test_two_presses_win_only_if_they_are_apart():
+    assert Fits(9.0, 8.0, 0.5).explained_by(Choice()) is TWO
+    assert Fits(9.0, 8.0, 0.5).explained_by(Choice(), distinct=False) is STRAIGHT

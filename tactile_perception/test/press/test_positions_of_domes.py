@@ -1,10 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+from functools import partial
+
 import numpy as np
 import pytest
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
-from tactile_perception.press.positions import DomePlaces
+from tactile_perception.press.positions import MarkerPlaces, dome_raised
 from tactile_perception.press.field import CameraView
 
 from dome_scenes import DOME, EYE, dented, markers
@@ -22,7 +24,7 @@ def tracks(xyz):
 
 
 def places(method=None):
-    return DomePlaces(DOME, len(REST), lambda uv: CameraView(CAMERA, DOME.plane_z), method)
+    return MarkerPlaces(DOME, len(REST), lambda uv: CameraView(CAMERA, DOME.plane_z), partial(dome_raised, method))
 
 
 class Knows:

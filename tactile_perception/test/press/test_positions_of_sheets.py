@@ -1,13 +1,15 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Places of a sheet's markers from where they appear, on deflections whose markers went down and in known ways sideways."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadArgument
-from tactile_perception.press.positions import SheetPlaces, SheetSurface
-from tactile_perception.press.field import camera_view
+from tactile_perception.press.positions import MarkerPlaces, SheetSurface, on_rays
+from tactile_perception.press.field import MarkerField, camera_view
 from tactile_perception.press.sensor import MARKER_SENSORS
 
 SENSOR = MARKER_SENSORS['areal_single']
@@ -17,7 +19,7 @@ EYE = np.array([1e-3, -2e-3, -0.062])
 
 @pytest.fixture(scope='module')
 def surface():
-    return SheetSurface(REST, SENSOR.rows, SENSOR.columns, SENSOR.size)
+    return SheetSurface(SENSOR)
 
 
 def appears(xyz):
@@ -35,7 +37,9 @@ def pressed(tip, depth, width=0.009, inwards=0.0):
 def found(surface, xyz, noise=5e-6, eyes=None):
     eyes = np.tile(EYE, (len(REST), 1)) if eyes is None else eyes
     place = appears(xyz) + noise * np.random.default_rng(0).standard_normal(REST.shape)
-    return surface.places(place, place - REST, eyes)
+    plain = np.full(len(REST), np.nan)
+    field = MarkerField(REST, place - REST, plain, eyes, plain, REST, REST, plain)
+    return on_rays(field, surface.raised(field), SENSOR)
 
 
 @pytest.mark.parametrize('tip', [(0.0, 0.0), (0.015, -0.010), (-0.018, 0.008)])
@@ -52,12 +56,6 @@ def test_what_goes_sideways_is_told_from_what_goes_down(surface):
     assert np.sqrt(np.mean(off[:, :2]**2)) < 0.12e-3
 
 
-def test_an_untouched_sheet_is_flat(surface):
-    flat = np.column_stack([REST, np.zeros(len(REST))])
-    assert np.abs(found(surface, flat)[:, 2]).max() < 0.1e-3
-    assert np.abs(found(surface, flat, noise=0.0)[:, 2]).max() < 1e-12
-
-
 def test_markers_that_are_not_seen_have_no_place_and_leave_the_others_theirs(surface):
     xyz = pressed(np.array([0.0, 0.0]), 5e-3)
     lost = np.random.default_rng(1).choice(len(REST), 12, replace=False)
@@ -69,15 +67,10 @@ def test_markers_that_are_not_seen_have_no_place_and_leave_the_others_theirs(sur
     assert np.sqrt(np.mean((got - xyz)[seen, 2]**2)) < 0.3e-3
 
 
-def test_nothing_seen_is_nothing_known(surface):
-    nothing = np.full((len(REST), 2), np.nan)
-    assert np.isnan(surface.places(nothing, nothing, np.tile(EYE, (len(REST), 1)))).all()
-
-
-@pytest.mark.parametrize('rows, columns, size', [(9, 13, (0.05, 0.045)), (13, 13, (0.06, 0.045)), (1, 117, (0.06, 0.045))])
-def test_what_does_not_fit_together_is_refused(rows, columns, size):
+@pytest.mark.parametrize('wrong', [{'size': (0.05, 0.045)}, {'rows': 13}, {'rows': 1, 'columns': 117}])
+def test_what_does_not_fit_together_is_refused(wrong):
     with pytest.raises(BadArgument, match='sheet'):
-        SheetSurface(REST, rows, columns, size)
+        SheetSurface(replace(SENSOR, **wrong))
 
 
 CAMERA = CameraModel(np.array([[560.0, 0, 320], [0, 560, 240], [0, 0, 1]]), translation=np.array([0.0, 0.0, 0.062]))
@@ -92,7 +85,7 @@ def tracks(xyz, rest_uv):
 def test_the_camera_s_place_comes_from_the_untouched_markers_and_theirs_from_the_picture():
     rest = np.column_stack([SENSOR.grid(), np.zeros(117)])
     rest_uv = CAMERA.project(rest)
-    places = SheetPlaces(SENSOR, lambda uv: camera_view(CAMERA.matrix, CAMERA.distortion, uv, SENSOR))
+    places = MarkerPlaces(SENSOR, 117, lambda uv: camera_view(CAMERA.matrix, CAMERA.distortion, uv, SENSOR), SheetSurface(SENSOR).raised)
     assert places.locate(None, tracks(rest, rest_uv)) == pytest.approx(rest, abs=1e-6)
     down = rest.copy()
     down[:, 2] = -4e-3 * np.exp(-0.5 * ((rest[:, :2] - [0.004, 0.002])**2).sum(1) / 0.008**2)

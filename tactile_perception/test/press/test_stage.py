@@ -69,11 +69,6 @@ def test_of_two_touches_neither_force_is_known(make_stage):
     assert len({contact.id for contact in contacts}) == 2 and np.isnan([contact.force for contact in contacts]).all()
 
 
-def test_without_a_stiffness_the_wrench_is_unknown(make_stage):
-    result = make_stage().process(tracks(1), 1.0)
-    assert np.isnan(result.wrench).all() and np.isnan(result.contacts[0].force)
-
-
 def test_a_method_by_name_or_the_best(make_stage):
     assert make_stage(touch='tells').process(tracks(1), 1.0).contacts
     with pytest.raises(BadCalibration, match='no method paper; it has tells'):
@@ -108,8 +103,3 @@ def test_points_are_the_markers_as_tracked_and_no_force_is_known(make_stage):
     assert points.displacement[keep] == pytest.approx(np.tile([0, 0, -1e-3], (116, 1)), abs=1e-9)
     assert points.normal[keep] == pytest.approx(np.tile([0, 0, 1.0], (116, 1))) and points.state[5] == UNKNOWN
     assert np.isnan(points.force).all() and set(points.state[keep]) == {0, 1}
-
-
-def test_markers_without_places_are_points_without_places(make_stage):
-    points = make_stage().process(tracks(2), 1.0).points()
-    assert np.isnan(points.xyz).all() and points.state.any()

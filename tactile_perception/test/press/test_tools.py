@@ -50,16 +50,6 @@ def test_without_a_recorded_wrench_or_a_model_there_is_no_stiffness(reader):
     assert reader.left_out == ['wrench: no ground_truth/wrench was recorded with the presses', 'wrench: only the method model gives it']
 
 
-def test_too_few_presses_are_noted(reader):
-    assert fit_wrench(recorded(3), reader, {'model': {}}) is None
-    assert 'too few' in reader.left_out[0]
-
-
-def test_the_stiffness_is_found(reader):
-    stiffness, errors = fit_wrench(recorded(12), reader, {'model': {}})
-    assert stiffness == pytest.approx(50) and errors == pytest.approx({'force': 0, 'moment': 0}, abs=1e-9) and reader.left_out == []
-
-
 pytestmark = pytest.mark.ros
 
 

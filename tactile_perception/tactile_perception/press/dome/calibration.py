@@ -12,6 +12,8 @@ import numpy as np
 from ...common.progress import in_parallel
 from ...common.geometry import Cap
 from ...errors import BadCalibration
+from ..field import MarkerField, marker_radii
+from ..identification import Prior, identify
 from ..presses import Presses
 from ..published import common_rest
 from ..sensor import MarkerSensor, dome_cap, first_touch_height, rest_points
@@ -25,16 +27,12 @@ PLACES = 4              # simulated at most, evenly over their distances from th
 DEPTHS = 4              # of a place at most. Chosen
 TENSIONS = 1.0, 0.5, 0.25, 0.12  # over shear modulus and thickness: starts. Chosen
 GASES = 1.0, 0.03, 1e-4  # over the likely one: starts of sealed gas, of gas with a reservoir, and of a pressure that is held. Chosen
-ROUGHER = 0.4, 0.63, 1.6         # friction over the likely one: further starts, at the best tension. Chosen
 HOPELESS = 10.0         # times the least cost of a start: kinds of gas whose starts are worse are not followed. Chosen
-ITERATIONS = 3          # of Gauss and Newton, at most. Chosen
-STEP_SHARES = 1.0, 0.4       # of a step that are tried. Chosen
-GAINED = 0.03           # of the cost: an iteration that gains less is the last. Chosen
+EVALUATIONS = 6         # of the presses, at most, beside their slopes. Chosen
 SHALLOW = 0.2           # of the deepest press: above it, model errors are in proportion to depth. Chosen
-STEPS = np.array([0.1, 0.15, -0.2, 0.05])  # of the finite differences of the logs. Chosen: more friction than sticks changes nothing
-LIMIT = np.array([0.7, 1.0, 0.6, 0.3])     # of one step. Chosen
 SIGMA = np.array([1.5, 3.0, 0.7, 0.03])    # prior standard deviations of the logs. Chosen: wide, but of the radius, which heights tell
-TRUST = 0.002           # relative error of the model against which that prior is weighed. Chosen
+TRUST = 0.002           # relative error of the model. Chosen
+UNSOLVED = 0.2          # relative error of presses whose simulation does not converge. Chosen
 LEAST_LOGS = np.log([0.02, 1e-3, 0.05, 2e-3])   # bounds of the logs; such gas counts as a pressure that is held
 MOST_LOGS = np.log([1.0, 500.0, 3.0, 0.2])
 
@@ -70,7 +68,7 @@ class _Place:
     weights: np.ndarray
 
 
-def identify(presses: Presses, points: np.ndarray, eyes: np.ndarray, cap: Cap, plane_z: float, marker: float,
+def identify_dome(presses: Presses, points: np.ndarray, eyes: np.ndarray, cap: Cap, plane_z: float, marker: float,
              start: DomeNumbers) -> DomeNumbers:
     """The numbers that explain straight presses best; points, eyes: (K, 3) m, of the markers, NaN unknown; plane_z: m, of the viewing
     plane; marker: m, radius of the markers.
@@ -79,60 +77,25 @@ def identify(presses: Presses, points: np.ndarray, eyes: np.ndarray, cap: Cap, p
     """
     places = _places(presses)
     explain = partial(_explained, places, points=points, eyes=eyes, cap=cap, plane_z=plane_z, marker=marker)
-    known = sum(np.isfinite(place.shifts).sum() for place in places)
-    kinds = [start.logs + [0, np.log(gas), 0, 0] for gas in GASES]  # each kind of gas is as likely
-    tried = [[logs + [np.log(tension) - logs[0], 0, 0, 0] for tension in TENSIONS] for logs in kinds]
-    left = [explain(starts) for starts in tried]
-    if max(np.isfinite(one).sum(axis=1).max() for one in left) < 0.5 * known:
+    priors = [Prior(start.logs + [0, np.log(gas), 0, 0], SIGMA, LEAST_LOGS, MOST_LOGS) for gas in GASES]  # each kind of gas is as likely
+    tried = [[np.array([np.log(tension), *prior.mean[1:]]) for tension in TENSIONS] for prior in priors]
+    left = [np.sum(np.square(explain(starts)), axis=1) for starts in tried]
+    least = np.min(left)
+    if least >= 0.5 * (UNSOLVED / TRUST)**2:
         raise BadCalibration(f'presses simulated with {DomeNumbers.from_logs(tried[0][0])} do not converge; check dome and depths')
-    firsts = [min(_cost(one, logs, likely) for one, logs in zip(*kind)) for *kind, likely in zip(left, tried, kinds)]
-    found = [_refined(explain, starts, one, likely) for starts, one, likely, first in zip(tried, left, kinds, firsts)
-             if first < HOPELESS * min(firsts)]
+    found = [identify(explain, [starts[int(np.argmin(squares))]], prior, EVALUATIONS)
+             for prior, starts, squares in zip(priors, tried, left) if squares.min() < HOPELESS * least]
     return DomeNumbers.from_logs(min(found, key=lambda solution: solution[1])[0])
 
 
-def _refined(explain, starts: list[np.ndarray], left: np.ndarray, likely: np.ndarray) -> tuple[np.ndarray, float]:
-    """The logs from the best start, with other frictions there, and their cost; left: (T, N) of the starts."""
-    best = int(np.argmin([_cost(one, logs, likely) for one, logs in zip(left, starts)]))
-    starts = [starts[best], *(starts[best] + [0, 0, np.log(rougher), 0] for rougher in ROUGHER)]
-    left = [left[best], *explain(starts[1:])]
-    costs = [_cost(one, logs, likely) for one, logs in zip(left, starts)]
-    logs, left, cost = (part[int(np.argmin(costs))] for part in (starts, left, costs))
-    for _ in range(ITERATIONS):
-        step = _step(explain, logs, left, likely)
-        tried = [np.clip(logs + share * step, LEAST_LOGS, MOST_LOGS) for share in STEP_SHARES]
-        after = explain(tried)
-        costs = [_cost(one, there, likely) for one, there in zip(after, tried)]
-        best = int(np.argmin(costs))
-        gained, smaller = cost - costs[best], costs[best] < cost
-        if smaller:
-            logs, left, cost = tried[best], after[best], costs[best]
-        if gained < GAINED * cost:
-            break
-    return logs, cost
-
-
-def _explained(places: list[_Place], tried: list[np.ndarray], **known) -> np.ndarray:
-    """(T, N) weighted residuals of the places for each of the logs tried; NaN where unknown or not converged."""
-    told = in_parallel(partial(_residuals, **known), [(place, logs) for logs in tried for place in places],
-                       'presses simulated for the identification')
-    return np.array([np.concatenate(told[k * len(places):(k + 1) * len(places)]) for k in range(len(tried))])
-
-
-def _cost(left: np.ndarray, logs: np.ndarray, likely: np.ndarray) -> float:
-    """Mean square of the residuals with the prior's; the fewer presses converge, the larger."""
-    known = np.isfinite(left)
-    return float(np.mean(left[known]**2) / known.mean() + np.sum((TRUST * (logs - likely) / SIGMA)**2)) if known.any() else np.inf
-
-
-def _step(explain, logs: np.ndarray, left: np.ndarray, likely: np.ndarray) -> np.ndarray:
-    """(4,) step of Gauss and Newton's method, within LIMIT."""
-    way = np.where(logs + STEPS > MOST_LOGS, -STEPS, STEPS)
-    slope = ((explain([logs + one for one in np.diag(way)]) - left).T / way)
-    known = np.isfinite(left) & np.isfinite(slope).all(axis=1)
-    prior = (TRUST / SIGMA)**2 * known.sum()
-    step = np.linalg.solve(slope[known].T @ slope[known] + np.diag(prior), prior * (likely - logs) - slope[known].T @ left[known])
-    return step * min(1.0, (LIMIT / np.maximum(np.abs(step), 1e-12)).min())
+def _explained(places: list[_Place], tried: list[np.ndarray], **known) -> list[np.ndarray]:
+    """Residuals (N,) of the places for each of the logs tried, over their standard deviation: errors of the model are alike at all markers,
+    so that all of them tell as much as one does."""
+    solved = in_parallel(partial(_residuals, **known), [(place, logs) for logs in tried for place in places],
+                         'presses simulated for the identification')
+    told = [np.concatenate(solved[k * len(places):(k + 1) * len(places)]) for k in range(len(tried))]
+    seen = np.concatenate([np.isfinite(place.shifts).ravel() for place in places])
+    return [np.nan_to_num(one[seen], nan=UNSOLVED) / (TRUST * np.sqrt(seen.sum())) for one in told]
 
 
 def _places(presses: Presses) -> list[_Place]:
@@ -288,22 +251,20 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
 def _simulated(presses: Presses, rest: np.ndarray, eyes: np.ndarray, sensor: MarkerSensor, deepest: float,
                reached: float) -> tuple[DomeLibrary, DomeMaterial]:
     """Library and material of the dome."""
-    marker, cap = _marker_radius(presses, rest_points(rest, eyes, sensor), eyes, sensor), dome_cap(sensor)
+    marker, cap = _marker_radius(presses.fields[0], rest_points(rest, eyes, sensor), eyes, sensor), dome_cap(sensor)
     points = centres_of(rest, eyes, marker, sensor)
     start = DomeNumbers(LIKELY, _tip_radius(presses, sensor))
-    found = identify(presses, points, np.nan_to_num(eyes), cap, sensor.plane_z, marker, start)
+    found = identify_dome(presses, points, np.nan_to_num(eyes), cap, sensor.plane_z, marker, start)
     reach = min(reached + FARTHER * max(sensor.pitch), 0.9 * sensor.rim_radius)
     eye = float(np.nanmedian(eyes[:, 2]))
     plan = DomePlan(sensor.rim_radius, sensor.height, found.radius, found.material.friction, DEEPER * deepest, reach, marker, eye)
     return build_library(plan, found.material), found.material
 
 
-def _marker_radius(presses: Presses, points: np.ndarray, eyes: np.ndarray, sensor: MarkerSensor) -> float:
+def _marker_radius(field: MarkerField, points: np.ndarray, eyes: np.ndarray, sensor: MarkerSensor) -> float:
     """m: median radius of the untouched markers round the top, where they face the camera; points, eyes: (K, 3) m."""
-    field = presses.fields[0]
-    scale = np.nanmedian(np.hypot(*np.diff(field.rest, axis=0).T) / np.hypot(*np.diff(field.uv - field.duv, axis=0).T))
     nearer = (points[:, 2] - eyes[:, 2]) / (sensor.plane_z - eyes[:, 2])  # on the dome than in the viewing plane
-    radius = np.sqrt(field.area / np.pi) * scale * nearer
+    radius = marker_radii(field) * nearer
     known = radius[np.isfinite(radius) & (np.hypot(*points[:, :2].T) < TOP * sensor.rim_radius)]
     return float(np.median(known)) if len(known) else LIKELY_MARKER * max(sensor.pitch)
 

@@ -1,18 +1,17 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fit of one or two presses to a frame of a dome (kernel fit_dome), from the best match in a table of starts."""
+"""Fit of one or two presses to a frame of a dome (src/press/dome_fit.cpp), from the best match in a table of starts."""
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ... import _core
 from ..field import MarkerField
 from .mechanics import seen_at
 from .library import RADIUS_SPREAD, ROUGHER, DomeLibrary
 
-X, Y, DEPTH, RADIUS, FRICTION, DRAG = 0, 1, 2, 3, 4, slice(5, 7)  # numbers of a press: see _core.press_dome
+X, Y, DEPTH, RADIUS, FRICTION, DRAG = 0, 1, 2, 3, 4, slice(5, 7)  # numbers of a press: see _core.DomeLibrary
 PRESS = 7
 ALIKE = 4.5              # model errors of neighbouring markers are alike: standard deviation that they count, over their own. Chosen
 FAINTEST = 1e-5          # m, least depth. Chosen: far below what markers show
@@ -92,7 +91,7 @@ class DomeInverse:
 
     def moved(self, presses: np.ndarray) -> np.ndarray:
         """(K, 3) m, displacement of the markers under presses (n, 7)."""
-        return self.library.moved(self.points, self._eyes, presses)
+        return self.library.moved(self.points, presses)
 
     def match(self, field: MarkerField) -> np.ndarray:
         """(S,) m^2, products of the field with the starts' fields."""
@@ -143,13 +142,12 @@ class DomeInverse:
         variance, model = self._variances(field)
         weight = np.where(seen, 1 / (variance + ALIKE**2 * model), 0.0)
         shared = self._shared(field, weight, prior.together) if prior.together else np.zeros((0, len(weight)))
-        presses, covariance, left, _ = _core.fit_dome(
-            **self.library.arrays, points=self.points, eyes=self._eyes, plane_z=self._plane_z,
-            shift=np.where(seen[:, None], field.shift, 0.0), weight=weight, shared=shared, starts=starts,
-            prior=self._prior(prior))
-        misfit = float(np.sum(left**2 / (variance + model)[:, None])) / max(2 * int(seen.sum()), 1)
+        found = self.library.kernel.fit(
+            points=self.points, eyes=self._eyes, plane_z=self._plane_z, shift=np.where(seen[:, None], field.shift, 0.0), weight=weight,
+            shared=shared, starts=starts, prior=self._prior(prior))
+        misfit = float(np.sum(found.left**2 / (variance + model)[:, None])) / max(2 * int(seen.sum()), 1)
         amiss = max(misfit, LEAST_MISFIT) if len(starts) == 1 else 1.0  # what a sum of two fields lacks is in the covariance
-        return DomeFound(presses, covariance * amiss + self._unknown(covariance, prior), misfit)
+        return DomeFound(found.presses, found.covariance * amiss + self._unknown(found.covariance, prior), misfit)
 
     def _unknown(self, covariance: np.ndarray, prior: PressPrior) -> np.ndarray:
         """What a covariance (7 n, 7 n) lacks as friction and radius differ from their means by more than the fit was told: the fit holds

@@ -15,7 +15,6 @@ from ... import _core
 from ...common.progress import in_parallel
 from ...common.geometry import Cap, spline_fit
 from ...errors import BadCalibration
-from ..sheet.library import pack, unpack
 from .mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, PressedDome, appear_at, disc_scale, evaluate, outlines, press_dome,
                         shift_of)
 
@@ -28,6 +27,7 @@ TRUE = 1.5e-6                  # m: modes below this RMS are left out. Chosen: b
 UNSOLVED = 0.2                 # largest share of presses that do not converge, as deep ones of a large tip near the rim. Chosen
 UNIFORM = MeshPlan(even=1, rings=1, width=1.0, harmonics=0)  # of what is the same all over the dome
 _EDGE = 0.5 / STRETCH**2        # weight of the outline in the mean of a disc, for which that is exact to cubic terms
+ARRAYS = 'even_table', 'odd_table', 'even_modes', 'odd_modes'
 DRAGGED = 0.5                  # way of a drag over its depth, for which what markers show of it is exact. Chosen
 
 
@@ -89,17 +89,17 @@ class DomeLibrary:
                    RADIUS_SPREAD]
         (self.even_table, self.even_modes), (self.odd_table, self.odd_modes) = ([part.astype(np.float32) for part in kind]
                                                                                 for kind in (even, odd))
-        self.arrays = {'numbers': np.array(numbers, float), 'edges': mesh.edges, 'even_table': self.even_table, 'odd_table': self.odd_table,
-                       'even_modes': self.even_modes, 'odd_modes': self.odd_modes}
+        self.kernel = _core.DomeLibrary(numbers=np.array(numbers, float), edges=mesh.edges,
+                                        **{name: getattr(self, name) for name in ARRAYS})
 
-    def moved(self, points: np.ndarray, eyes: np.ndarray, presses: np.ndarray) -> np.ndarray:
-        """(K, 3) displacement, m, of markers at points (K, 3), m, under presses (n, 7): see _core.press_dome."""
-        return _core.press_dome(**self.arrays, points=points, eyes=eyes, presses=np.asarray(presses, float))
+    def moved(self, points: np.ndarray, presses: np.ndarray) -> np.ndarray:
+        """(K, 3) displacement, m, of markers at points (K, 3), m, under presses (n, 7): see _core.DomeLibrary.moved."""
+        return self.kernel.moved(points=points, presses=np.asarray(presses, float))
 
     def push(self, press: np.ndarray) -> np.ndarray:
         """(3,) m, force of the tip on the dome over the shear modulus and thickness, of a press (7,); NaN where it is not known."""
         top = np.array([[0.0, 0.0, self.plan.height]])
-        return np.full(3, np.nan) if self.pushes is None else self.pushes.moved(top, np.zeros((1, 3)), press[None])[0]
+        return np.full(3, np.nan) if self.pushes is None else self.pushes.moved(top, press[None])[0]
 
 
 def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshPlan()) -> DomeLibrary:
@@ -233,26 +233,13 @@ def _reduced(kinds: list[np.ndarray], plan: DomePlan) -> tuple[np.ndarray, np.nd
 
 
 def library_numbers(library: DomeLibrary) -> dict:
-    """The library as numbers and arrays: see library_from_numbers."""
-    parts = {f'{name}_parts': pack(np.moveaxis(getattr(library, f'{name}_table'), -1, 0)) for name in ('even', 'odd')}
-    modes = {f'{name}_modes': pack(getattr(library, f'{name}_modes')) for name in ('even', 'odd')}
+    """The library as numbers and arrays."""
     pushes = {} if library.pushes is None else {'pushes': library_numbers(library.pushes)}
-    return {'plan': asdict(library.plan), 'mesh': asdict(library.mesh), **parts, **modes, **pushes}
+    return {'plan': asdict(library.plan), 'mesh': asdict(library.mesh)} | {name: getattr(library, name) for name in ARRAYS} | pushes
 
 
 def library_from_numbers(numbers: Mapping) -> DomeLibrary:
-    """Inverse of library_numbers. Raises BadCalibration for an invalid mapping."""
-    try:
-        plan, mesh = DomePlan(**numbers['plan']), MeshPlan(**numbers['mesh'])
-        levels, sides = plan.levels + 3, (2 * plan.order, RADII)
-        shapes = {'even': (levels, len(FRICTIONS) + 2, *sides), 'odd': (levels, 2, *sides)}
-        found = []
-        for name, shape in shapes.items():
-            table = np.moveaxis(unpack(numbers[f'{name}_parts'], shape), 0, -1)
-            modes = unpack(numbers[f'{name}_modes'], (mesh.rings + 1, 3, mesh.harmonics + 1))
-            if table.shape[-1] != len(modes):
-                raise ValueError('modes and their parts do not fit together')
-            found.append((np.ascontiguousarray(table), modes))
-        return DomeLibrary(plan, mesh, *found, library_from_numbers(numbers['pushes']) if 'pushes' in numbers else None)
-    except (KeyError, TypeError, ValueError) as error:
-        raise BadCalibration(f'the library in the calibration file cannot be read ({error}); run calibrate again') from None
+    """Inverse of library_numbers. Raises KeyError, TypeError or ValueError for an invalid mapping."""
+    pushes = library_from_numbers(numbers['pushes']) if 'pushes' in numbers else None
+    even, odd = ((numbers[f'{kind}_table'], numbers[f'{kind}_modes']) for kind in ('even', 'odd'))
+    return DomeLibrary(DomePlan(**numbers['plan']), MeshPlan(**numbers['mesh']), even, odd, pushes)

@@ -10,7 +10,7 @@ import numpy as np
 
 from .calibration import DomeCalibration, calibrate_dome
 from .library import RADIUS_SPREAD
-from .fit import DEPTH, DRAG, DRAGGED, OF_TWO, PRESS, RADIUS, X, Y, DomeFound, DomeInverse
+from .fit import DEPTH, DRAG, DRAGGED, OF_TWO, PRESS, RADIUS, STRAIGHT, X, Y, DomeFound, DomeInverse
 from ...common.geometry import cross
 from ...errors import BadArgument
 from .. import choice
@@ -56,17 +56,14 @@ class DomeModelMethod:
     def _reset(self) -> None:
         """What comes next is another touch."""
         self._last: DomeFound | None = None
+        self._choice = choice.Choice()
 
     @classmethod
-    def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
-        """Parameters for the calibration file. Raises BadCalibration where the presses do not determine the model."""
-        return calibrate_dome(presses, sensor).numbers()
-
-    @classmethod
-    def fit_quickly(cls, presses: Presses, sensor: MarkerSensor, fitted: Mapping) -> dict:
-        """As fit, with the simulated library of more presses of the same dome, which four numbers determine; its noise is that of these
-        presses."""
-        return calibrate_dome(presses, sensor, DomeCalibration.from_numbers(fitted)).numbers()
+    def fit(cls, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> dict:
+        """Parameters for the calibration file; fitted: those of more presses of the same dome, whose simulated library is kept, as a few
+        numbers determine it. Raises BadCalibration where the presses do not determine the model."""
+        known = DomeCalibration.from_numbers(fitted) if fitted else None
+        return calibrate_dome(presses, sensor, known).numbers()
 
     @classmethod
     def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> DomeModelMethod:
@@ -94,7 +91,7 @@ class DomeModelMethod:
         if not score > self._threshold:
             self._reset()
             return None
-        self._last = self._explained(field, match, self._last)
+        self._last = self._explained(field, match)
         return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, match, self._last)
 
     def _spread(self, field: MarkerField) -> bool:
@@ -121,33 +118,22 @@ class DomeModelMethod:
         found = self.find(field)
         return None if found is None else self.solver.moved(found.presses)[:, 2]
 
-    def _explained(self, field: MarkerField, match: np.ndarray, last: DomeFound | None) -> DomeFound:
-        """The hypothesis of most evidence: one straight press, one that is dragged, or two. Drags and pairs start from the last frame's,
-        too."""
-        evidence = choice.Evidence(2 * int(field.seen.sum()), ORDINARY)
-        known = [] if last is None else [last.presses]
-        found = self.solver.solve(field, self.solver.start(match))
-        most = evidence.of(choice.STRAIGHT, found.misfit)
-        if evidence.may_win(choice.DRAGGED, most):
-            start = min([found.presses, *(one for one in known if len(one) == 1)], key=lambda one: self.solver.squares(field, one))
-            dragged = self.solver.solve(field, start, DRAGGED)
-            if evidence.of(choice.DRAGGED, dragged.misfit) > most:
-                found, most = dragged, evidence.of(choice.DRAGGED, dragged.misfit)
-        if evidence.may_win(choice.TWO, most):
-            two = self._two(field, match, found, [one for one in known if len(one) == 2])
-            if evidence.of(choice.TWO, two.misfit) > most and self._are_distinct(two):
-                return two
-        return found
+    def _explained(self, field: MarkerField, match: np.ndarray) -> DomeFound:
+        """The hypothesis of most evidence."""
+        def two(one: DomeFound) -> DomeFound:
+            """From the best pair of starts, or from one press and the best start for what it leaves: straight, and dragged from there.
+            Drags from the start might end far off, at small depths with long ways."""
+            if self._last is not None and len(self._last.presses) == 2:
+                return self.solver.solve(field, self._last.presses, OF_TWO)
+            left = replace(field, shift=field.shift - self.solver.appear(one.presses))
+            starts = self.solver.start_of_two(match), np.concatenate([one.presses, self.solver.start(self.solver.match(left))])
+            straight = min((self.solver.solve(field, start) for start in starts), key=lambda both: both.misfit)
+            return self.solver.solve(field, straight.presses, OF_TWO)
 
-    def _two(self, field: MarkerField, match: np.ndarray, one: DomeFound, known: list[np.ndarray]) -> DomeFound:
-        """Two presses: the last frame's, or from the best pair of starts, or from one press and the best start for what it leaves:
-        straight, and dragged from there. Drags from the start might end far off, at small depths with long ways."""
-        if known:
-            return self.solver.solve(field, known[0], OF_TWO)
-        left = replace(field, shift=field.shift - self.solver.appear(one.presses))
-        starts = self.solver.start_of_two(match), np.concatenate([one.presses, self.solver.start(self.solver.match(left))])
-        straight = min((self.solver.solve(field, start) for start in starts), key=lambda both: both.misfit)
-        return self.solver.solve(field, straight.presses, OF_TWO)
+        return self._choice.explain(
+            choice.Evidence(2 * int(field.seen.sum()), ORDINARY),
+            lambda start, what: self.solver.solve(field, start, DRAGGED if what is choice.DRAGGED else STRAIGHT),
+            self.solver.start(match), two, self._are_distinct)
 
     def _are_distinct(self, two: DomeFound) -> bool:
         depth = np.exp(two.presses[:, DEPTH])
@@ -196,7 +182,7 @@ class DomeModelMethod:
         skin = np.column_stack([skin, cap.heights(skin)])
         tip = np.append(press[[X, Y]] + np.exp(press[DEPTH]) * press[DRAG],
                         first_touch_height(press[[X, Y]], radius, self.sensor)[0] - np.exp(press[DEPTH]) + radius)
-        from_tip = skin + library.moved(skin, np.zeros_like(skin), press[None]) - tip
+        from_tip = skin + library.moved(skin, press[None]) - tip
         gap = np.linalg.norm(from_tip, axis=1)
         touching = np.clip(2 - 2 * (gap - gap.min()) / (NEAR * radius), 0, 1) * cap.curvature_radius / (skin[:, 2] - cap.centre_z)
         centre = touching @ from_tip
@@ -236,7 +222,7 @@ class DomeModelMethod:
         at = found.presses[number, :2] * cap.curvature_radius / (cap.curvature_radius + radius)
         at = at + BESIDE * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
         touch = np.column_stack([at, cap.heights(at)])
-        up = self.solver.library.moved(touch, np.zeros_like(touch), others)[:, 2]
+        up = self.solver.library.moved(touch, others)[:, 2]
         return -float(up[0]), (up[1::2] - up[2::2]) / (2 * BESIDE)
 
 

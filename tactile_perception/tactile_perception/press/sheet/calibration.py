@@ -13,7 +13,8 @@ import numpy as np
 
 from ...common.progress import in_parallel
 from ...errors import BadCalibration
-from ..field import MarkerField
+from ..field import MarkerField, marker_radii
+from ..identification import Prior, identify
 from ..presses import SAME_PLACE, Presses
 from ..sensor import MarkerSensor
 from .fit import FieldNoise, Seen, SheetInverse
@@ -53,20 +54,16 @@ class EyeShifts:
 
 
 MOST_PLACES = 3        # used for the fit. Chosen: its time is in proportion
-ITERATIONS = 12            # at most, on a coarse mesh; then a last one on the plan's
-COARSE = {'n': 7, 'levels': 7, 'substeps': 2}
-SETTLED = 0.03         # relative decrease of the cost: a smaller one ends the iteration. Chosen
+COARSE = {'n': 7, 'levels': 7, 'substeps': 2}  # mesh and steps of the identification, but for its end
 UNSOLVED = 3.0         # normalised residual of presses whose simulation does not converge. Chosen
 SHIFT, GROWTH = 1e-5, 4e-3  # m and 1: model error of a marker's position and log area, beside its noise. Chosen
 SHARE = 2e-3           # model error over depth (of growth: per mm). Chosen
-PRIOR = {'radius': (7.5e-3, 0.7), 'stretch': (0.03, 0.7), 'friction': (0.5, 0.5), 'bending': (2.5e-7, 0.7)}  # median; sigma of log
-MOVE = 0.1             # finite difference of a log parameter, and its unit. Chosen
-LARGEST = 0.7          # limit of one step of a log parameter. Chosen
-SHORTEST = 0.05        # of it: a step that fails is halved down to this. Chosen
-STARTS = ((1.0, 1.0, 1.0, 1.0), (1.0, 3.0, 1.0, 5.0), (1.0, 10.0, 0.7, 20.0))  # times PRIOR's medians: a thin sheet to a thick one. Chosen
+#: Logs of radius, m, prestretch over 1, friction and bending, m^2: mean and standard deviation, of a rubber sheet and a fingertip
+LIKELY = np.log([7.5e-3, 0.03, 0.5, 2.5e-7]), np.array([0.7, 0.7, 0.5, 0.7])
+STARTS = ((1.0, 1.0, 1.0, 1.0), (1.0, 3.0, 1.0, 5.0), (1.0, 10.0, 0.7, 20.0))  # times the likely ones: a thin sheet to a thick one. Chosen
 FARTHEST = 5.0         # standard deviations of the prior within which every value stays. Chosen
-EYE_SIGMA, EYE_MOVE = 3e-4, 1e-5  # m: prior standard deviation of eye shifts; finite difference, and their unit. Chosen
-PRINT_SIGMA, PRINT_MOVE = 3e-4, 1e-5  # m: the same of the printed markers' place. Chosen
+PLACED = 3e-4          # m: prior standard deviation of the shifts of eyes and print. Chosen
+LAST = 2               # evaluations on the plan's mesh
 
 _log = logging.getLogger(__name__)
 
@@ -80,12 +77,6 @@ class SheetNumbers:
     marker_radius: float
     eyes: EyeShifts
 
-    def values(self) -> np.ndarray:
-        """Logs of radius, prestretch - 1, friction and bending, then the shifts of the eyes and of the print."""
-        material = self.material
-        logs = np.log([self.radius, material.prestretch - 1, material.friction, material.bending])
-        return np.concatenate([logs, self.eyes.shifts.ravel(), self.eyes.printed])
-
     def summary(self) -> str:
         """For the log."""
         return (f'tip {self.radius * 1e3:.2f} mm, prestretch {self.material.prestretch:.3f}, friction {self.material.friction:.2f}, '
@@ -93,23 +84,22 @@ class SheetNumbers:
 
 
 def fit_numbers(presses: Presses, plan: LibraryPlan) -> SheetNumbers:
-    """Maximum a posteriori parameters for the presses, with a weak prior for a rubber sheet and a fingertip.
+    """Maximum a posteriori parameters for the presses, with a weak prior for a rubber sheet and a fingertip: on a coarse mesh, and from
+    there on the plan's.
 
-    Gauss-Newton from the best of STARTS, with a Jacobian by finite differences at the start and at convergence and Broyden updates in
-    between; on a coarse mesh but for the last step.
     Raises BadCalibration where there are no presses within plan.reach, or the simulation does not converge.
     """
-    groups, marker, eyes = chosen_places(presses, plan), marker_radius(presses), EyeShifts.of(presses.fields[0])
-    coarse = {name: min(value, getattr(plan, name)) for name, value in COARSE.items()}
-    fit = _NumbersFit(groups, marker, replace(plan, **coarse), eyes)
-    descent = _GaussNewton(fit)
-    for turn in range(ITERATIONS):
-        _log.info('sheet identification, iteration %d of at most %d: %s, misfit %.3g', turn + 1, ITERATIONS,
-                  fit.numbers(descent.values).summary(), descent.misfit)
-        if descent.step() < SETTLED and not descent.renew():
-            break
+    groups, first = chosen_places(presses, plan), presses.fields[0]
+    eyes, radii = EyeShifts.of(first), marker_radii(first)[np.isfinite(marker_radii(first))]
+    marker = float(np.median(radii)) if len(radii) else 0.0
+    mean, sigma = (np.append(known, np.full(eyes.shifts.size + 2, unknown)) for known, unknown in zip(LIKELY, (0.0, PLACED)))
+    prior = Prior(mean, sigma, mean - FARTHEST * sigma, mean + FARTHEST * sigma)
+    starts = [mean + np.append(np.log(times), np.zeros(len(mean) - 4)) for times in STARTS]
+    coarse = _NumbersFit(groups, marker, replace(plan, **{name: min(value, getattr(plan, name)) for name, value in COARSE.items()}), eyes)
+    found, cost = identify(coarse.residuals, starts, prior)
+    _log.info('sheet identification: %s, cost %.3g', coarse.numbers(found).summary(), cost)
     fine = _NumbersFit(groups, marker, plan, eyes)
-    return fine.numbers(descent.last(fine))
+    return fine.numbers(identify(fine.residuals, [found], prior, LAST)[0])
 
 
 def chosen_places(presses: Presses, plan: LibraryPlan) -> list[Presses]:
@@ -139,70 +129,35 @@ def _by_depth(group: Presses) -> Presses:
                    **{name: getattr(group, name)[order] for name in ('position', 'depth', 'segment', 'wrench', 'radius')})
 
 
-def marker_radius(presses: Presses) -> float:
-    """Radius, m, of the printed markers, from their area in the image and the affine map from image to sheet."""
-    field = presses.fields[0]
-    eyes, share = np.unique(field.eye[field.seen], axis=0, return_counts=True)
-    seen = field.seen & (field.eye == eyes[np.argmax(share)]).all(1)
-    flat = np.column_stack([field.uv[seen] - field.duv[seen], np.ones(seen.sum())])
-    scale = np.linalg.lstsq(flat, field.rest[seen], rcond=None)[0][:2]
-    area = np.nanmedian(field.area[seen] * np.exp(-field.growth[seen])) * abs(np.linalg.det(scale))
-    return float(np.sqrt(area / np.pi)) if np.isfinite(area) else 0.0
-
-
-def observed(field: MarkerField) -> np.ndarray:
-    """(K, 3) shift and growth."""
-    return np.column_stack([field.shift, field.growth])
-
-
 class _NumbersFit:
-    """Residuals of presses at a few places; values are the logs of radius, prestretch over 1, friction and bending, then shifts of eyes and
-    of the print."""
+    """Residuals of presses at a few places; values are the logs of radius, prestretch over 1, friction and bending, then the shifts of the
+    eyes and of the print."""
 
     def __init__(self, groups: list[Presses], marker: float, plan: LibraryPlan, eyes: EyeShifts):
         self.eyes, self._groups, self._marker, self._plan = eyes, groups, marker, plan
-        self._solved: dict[tuple, list] = {}  # fields of the groups by the logs of radius, prestretch - 1, friction and bending
+        self._solved: dict[tuple, list] = {}  # fields of the groups by the first four values: shifts need no simulation
 
     def numbers(self, values: np.ndarray) -> SheetNumbers:
-        """What values mean: logarithms of radius, stretch, friction and bending, then the shifts of the eyes and of the print."""
+        """What values mean."""
         radius, stretch, friction, bending = (float(value) for value in np.exp(values[:4]))
         eyes = replace(self.eyes, shifts=values[4:-2].reshape(-1, 2), printed=values[-2:])
         return SheetNumbers(radius, SheetMaterial(1 + stretch, bending, friction), self._marker, eyes)
 
     def residuals(self, several: list[np.ndarray]) -> list[np.ndarray]:
-        """The residual at each of several values."""
-        self._solve(several)  # together: all cores are busy
-        return [self.residual(values) for values in several]
-
-    def slopes(self, values: np.ndarray, residual: np.ndarray) -> np.ndarray:
-        """Derivatives (N, V) of the residual (N,) at values (V,), by small steps."""
-        moved = values + np.diag(self.unit)
-        self._solve([values, *moved[:4]])  # together: all cores are busy
-        return np.stack([(self.residual(one) - residual) / step for one, step in zip(moved, self.unit)], axis=1)
-
-    def _solve(self, wanted: list[np.ndarray]) -> None:
-        """Simulate the presses at values (V,) each, those not known yet, and forget all others."""
-        keys = [tuple(values[:4]) for values in wanted]
-        known = {key: self._solved[key] for key in keys if key in self._solved}
-        new = [(self.numbers(values), group) for key, values in zip(keys, wanted) if key not in known for group in self._groups]
-        solved = in_parallel(partial(_solve, self._plan), new, 'places simulated for the identification')
+        """The normalised residual (N,) at each of several values. Raises BadCalibration where no simulation converges."""
+        wanted = {tuple(values[:4]): self.numbers(values) for values in several}
+        new = {key: numbers for key, numbers in wanted.items() if key not in self._solved}
+        solved = in_parallel(partial(_solve, self._plan), [(numbers, group) for numbers in new.values() for group in self._groups],
+                             'places simulated for the identification')
         count = len(self._groups)
-        fresh = [key for key in keys if key not in known]
-        self._solved = known | {key: solved[count * k:count * (k + 1)] for k, key in enumerate(fresh)}
+        self._solved = {key: self._solved[key] for key in wanted if key in self._solved} | {
+            key: solved[count * k:count * (k + 1)] for k, key in enumerate(new)}
+        return [self._residual(self.numbers(values), self._solved[tuple(values[:4])]) for values in several]
 
-    @property
-    def unit(self) -> np.ndarray:
-        """(V,) finite difference of each value."""
-        return np.array([MOVE] * 4 + [EYE_MOVE] * self.eyes.shifts.size + [PRINT_MOVE] * 2)
-
-    def residual(self, values: np.ndarray) -> np.ndarray:
-        """Normalised residual (N,) at values (V,). Raises BadCalibration where no simulation converges."""
-        numbers = self.numbers(values)
-        if tuple(values[:4]) not in self._solved:
-            self._solve([values])
+    def _residual(self, numbers: SheetNumbers, solved: list[np.ndarray]) -> np.ndarray:
         parts = [self._part(numbers.eyes.shifted(field), depth, pressed, group.position[0, :2])
-                 for group, solved in zip(self._groups, self._solved[tuple(values[:4])])
-                 for field, depth, pressed in zip(group.fields, group.depth, solved)]
+                 for group, fields in zip(self._groups, solved)
+                 for field, depth, pressed in zip(group.fields, group.depth, fields)]
         residual = np.concatenate(parts, axis=None)
         if np.isinf(residual).all():
             raise BadCalibration(f'the simulation of these presses with {numbers} does not converge; check size, depths and markers')
@@ -213,7 +168,7 @@ class _NumbersFit:
         seen, radius = field.seen, self._marker
         rest = field.rest[seen]
         shown = field_appearance(pressed, self._plan, place, rest, field.eye[seen], radius)
-        difference = np.where(np.isfinite(pressed).all(), np.nan_to_num(shown - observed(field)[seen]), np.inf)
+        difference = np.where(np.isfinite(pressed).all(), np.nan_to_num(shown - np.column_stack([field.shift, field.growth])[seen]), np.inf)
         shift = np.sqrt(SHIFT**2 + np.nan_to_num(field.sigma[seen])**2 + (SHARE * depth)**2)
         growth = np.full_like(shift, np.hypot(GROWTH, SHARE * depth * 1e3))
         return difference / np.stack([shift, shift, growth], axis=1)
@@ -226,60 +181,6 @@ def _solve(plan: LibraryPlan, what: tuple[SheetNumbers, Presses]) -> np.ndarray:
     mesh = SheetMesh(group.position[0, :2], plan.half, plan.scale, plan.n)
     solved = press_sheet(mesh, way, numbers.radius, numbers.material)[0][np.searchsorted(way, group.depth)]
     return uniform(solved.reshape(-1, mesh.side, mesh.side, 3)).reshape(len(solved), -1, 3)
-
-
-class _GaussNewton:
-    """Gauss-Newton iteration."""
-
-    def __init__(self, fit: _NumbersFit):
-        middle, sigma = (np.array([value[k] for value in PRIOR.values()]) for k in (0, 1))
-        eyes = np.full(fit.eyes.shifts.size, EYE_SIGMA)
-        self.middle = np.concatenate([np.log(middle), np.zeros(len(eyes) + 2)])
-        self.prior = 1 / np.concatenate([sigma, eyes, [PRINT_SIGMA] * 2])
-        self._fit, self._longest = fit, LARGEST
-        starts = [np.concatenate([np.log(np.multiply(middle, times)), self.middle[4:]]) for times in STARTS]
-        residuals = fit.residuals(starts)
-        best = int(np.argmin([self._cost(values, residual) for values, residual in zip(starts, residuals)]))
-        self.values, self._residual = starts[best], residuals[best]
-        self._slopes, self._fresh = fit.slopes(self.values, self._residual), True
-
-    @property
-    def misfit(self) -> float:
-        """Mean square of the normalised residuals."""
-        return float(np.mean(self._residual**2))
-
-    def step(self) -> float:
-        """Try one step, update the Jacobian from it, accept it if the cost falls, and return the relative decrease of the cost."""
-        values = self._next(self._residual)
-        residual, way = self._fit.residual(values), values - self.values
-        scaled = way / self._fit.unit
-        gain = 1 - self._cost(values, residual) / self._cost(self.values, self._residual)
-        if scaled.any():
-            self._slopes += np.outer(residual - self._residual - self._slopes @ way, scaled / self._fit.unit) / (scaled @ scaled)
-        if gain > 0:
-            self.values, self._residual, self._fresh = values, residual, False
-        self._longest = LARGEST if gain > 0 else self._longest / 2
-        return gain
-
-    def renew(self) -> bool:
-        """Renew the Jacobian by finite differences; False where it is up to date and no shorter step is left to try."""
-        if self._fresh:
-            return SHORTEST * LARGEST < self._longest < LARGEST
-        self._slopes, self._fresh = self._fit.slopes(self.values, self._residual), True
-        return True
-
-    def last(self, fine: _NumbersFit) -> np.ndarray:
-        """The values after one more step, with the residual of a finer mesh."""
-        return self._next(fine.residual(self.values))
-
-    def _next(self, residual: np.ndarray) -> np.ndarray:
-        rows = np.concatenate([residual, (self.values - self.middle) * self.prior])
-        step = np.linalg.lstsq(np.vstack([self._slopes, np.diag(self.prior)]), -rows, rcond=None)[0]
-        reach = FARTHEST / self.prior
-        return np.clip(self.values + np.clip(step, -self._longest, self._longest), self.middle - reach, self.middle + reach)
-
-    def _cost(self, values: np.ndarray, residual: np.ndarray) -> float:
-        return float(residual @ residual + np.sum(((values - self.middle) * self.prior)**2))
 
 
 DEEPER = 1.15         # simulated depth over the deepest calibrated press. Chosen

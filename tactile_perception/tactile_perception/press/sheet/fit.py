@@ -7,7 +7,6 @@ from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
-from ... import _core
 from ..field import MarkerField
 from .library import Press, SheetLibrary
 
@@ -76,11 +75,11 @@ class SheetInverse:
 
     def solve(self, seen: Seen, start: list[Press], drags: bool = False) -> Inverse:
         """Fit one press or two from start; drags: whether their drags are unknown, else 0."""
-        state, covariance, misfit, wrenches = _core.fit_presses(
-            self._library.table, seen.rest, seen.eye, seen.value, seen.sigma, seen.motion, np.array([press.vector for press in start]),
-            noise=self._noise, tip=ANY_TIP, drags=drags, **self._marker)
-        presses = [Press.of(state[SIZE * k:SIZE * (k + 1)]) for k in range(len(start))]
-        return Inverse(presses, covariance, misfit, wrenches, float(state[SIZE * len(start):].sum()))
+        vectors = np.array([press.vector for press in start])
+        found = self._library.table.fit(seen.rest, seen.eye, seen.value, seen.sigma, seen.motion, vectors, noise=self._noise, tip=ANY_TIP,
+                                        drags=drags, **self._marker)
+        presses = [Press.of(found.state[SIZE * k:SIZE * (k + 1)]) for k in range(len(start))]
+        return Inverse(presses, found.covariance, found.misfit, found.wrenches, float(found.state[SIZE * len(start):].sum()))
 
     def predict(self, presses: list[Press], seen: Seen, mixed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Predicted shift and growth (N, 3), and the displacement with its derivatives by x and y (N, 3, 3)."""
@@ -92,8 +91,7 @@ def show(library: SheetLibrary, presses: list[Press], rest: np.ndarray, eye: np.
     """Shift, m, and growth (N, 3) of markers at rest (N, 2), m, seen from eye (N, 3), m, under one press or two with an interaction factor
     mixed; and the displacement of the sheet there with its derivatives by x and y (N, 3, 3). Markers of marker_radius, m, nearer than near,
     m, to a press are discs, else points."""
-    return _core.show_presses(library.table, rest, eye, np.array([press.vector for press in presses]), mixed=mixed,
-                              marker_radius=marker_radius, near=near)
+    return library.table.show(rest, eye, np.array([press.vector for press in presses]), mixed=mixed, marker_radius=marker_radius, near=near)
 
 
 GRID = (13, 11)          # template places along x and y. Chosen

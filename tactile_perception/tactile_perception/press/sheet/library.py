@@ -5,7 +5,7 @@ calibration file."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 
 import numpy as np
@@ -94,7 +94,7 @@ class ModeClass:
 class SheetLibrary:
     """Displacement fields and wrenches for any place, depth, radius and drag of a round tip within plan, in single precision (1 nm).
 
-    table: for the kernels that look presses up, see src/press/sheet_library.hpp.
+    table: looks presses up. Raises ValueError for classes that do not fit the plan.
     """
 
     def __init__(self, plan: LibraryPlan, classes: list[ModeClass], material: SheetMaterial):
@@ -104,7 +104,8 @@ class SheetLibrary:
         sizes = np.array([plan.n, plan.order, plan.levels, *(len(part.modes) for part in classes)])
         coefficients = [part.coefficients.transpose(3, 2, 0, 1, 4).ravel() for part in classes]
         shapes = [uniform(part.modes, near_only=True).ravel() for part in classes]
-        self.table = numbers, sizes, np.concatenate(coefficients).astype(np.float32), np.concatenate(shapes).astype(np.float32)
+        self.table = _core.SheetTable(numbers=numbers, sizes=sizes, coefficients=np.concatenate(coefficients).astype(np.float32),
+                                      shapes=np.concatenate(shapes).astype(np.float32))
 
 
 def build_library(plan: LibraryPlan, material: SheetMaterial) -> SheetLibrary:
@@ -212,58 +213,17 @@ def _class(solved: np.ndarray, wrench: np.ndarray, odd: tuple[int, int], plan: L
     return ModeClass(odd, coefficients, modes[:count].reshape(count, quarter, quarter, 3))
 
 
-_LEVELS = 32000  # quantisation steps to either side of zero
-_PLAN = ('radius', 'depth', 'scale', 'n', 'order', 'levels', 'substeps')
-
-
-def pack(values: np.ndarray) -> dict[str, np.ndarray]:
-    """Values (n, ...), each rounded to 1/32000 of its largest: {'scale': (n,), 'digits': (n, ...) uint16}."""
-    scale = np.abs(values).max(axis=tuple(range(1, values.ndim)))
-    scale[scale == 0] = 1.0
-    return {'scale': scale, 'digits': (np.round(values / _along(scale, values) * _LEVELS) + _LEVELS).astype(np.uint16)}
-
-
-def unpack(packed: Mapping, shape: tuple[int, ...]) -> np.ndarray:
-    """Inverse of pack; shape: of each of the values. Raises ValueError where the numbers are invalid, KeyError where some are missing."""
-    scale, digits = np.asarray(packed['scale'], float), np.asarray(packed['digits'])
-    if digits.shape != (len(scale), *shape) or not np.isfinite(scale).all():
-        raise ValueError(f'shape {digits.shape} instead of {(len(scale), *shape)}, or a scale that is not finite')
-    return (digits.astype(float) - _LEVELS) * (_along(scale, digits) / _LEVELS)
-
-
-def _along(scale: np.ndarray, values: np.ndarray) -> np.ndarray:
-    return scale.reshape(-1, *[1] * (values.ndim - 1))
-
-
 def library_numbers(library: SheetLibrary) -> dict:
     """The library as numbers and arrays."""
-    classes = [{'odd': list(part.odd), 'shapes': pack(part.modes), 'coefficients': pack(np.moveaxis(part.coefficients, -1, 0))}
-               for part in library.classes]
-    plan = library.plan
-    return {'half': list(plan.half), 'places': plan.places.tolist(), **{name: getattr(plan, name) for name in _PLAN}, 'classes': classes}
+    return {'plan': asdict(library.plan), 'classes': [{name: getattr(part, name).astype(np.float32) for name in ('coefficients', 'modes')}
+                                                      for part in library.classes]}
 
 
 def library_from_numbers(numbers: Mapping, material: SheetMaterial) -> SheetLibrary:
-    """Inverse of library_numbers, of a sheet of that material. Raises BadCalibration for an invalid mapping."""
-    try:
-        plan = LibraryPlan(tuple(numbers['half']), **{name: numbers[name] for name in _PLAN})
-        if not np.allclose(numbers['places'], plan.places, rtol=1e-4):
-            raise BadCalibration('the library in the calibration file was simulated at other places; run calibrate again')
-        classes = [_mode_class(part, plan) for part in numbers['classes']]
-        if [part.odd for part in classes] != CLASSES:
-            raise ValueError('not four classes of modes')
-    except (KeyError, TypeError, ValueError) as error:
-        raise BadCalibration(f'the library in the calibration file cannot be read ({error}); run calibrate again') from None
-    return SheetLibrary(plan, classes, material)
-
-
-def _mode_class(part: Mapping, plan: LibraryPlan) -> ModeClass:
-    odd = tuple(part['odd'])
-    modes = unpack(part['shapes'], (plan.n + 1, plan.n + 1, 3))
-    coefficients = np.moveaxis(unpack(part['coefficients'], (plan.order, plan.order, TERMS, plan.levels + 3)), 0, -1)
-    if coefficients.shape[-1] != len(modes) + len(WRENCH_NUMBERS[CLASSES.index(odd)]):
-        raise ValueError('modes and coefficients do not fit together')
-    return ModeClass(odd, coefficients, modes)
+    """Inverse of library_numbers, of a sheet of that material. Raises KeyError, TypeError or ValueError for an invalid mapping."""
+    plan = LibraryPlan(**{**numbers['plan'], 'half': tuple(numbers['plan']['half'])})
+    return SheetLibrary(plan, [ModeClass(odd, part['coefficients'], part['modes']) for odd, part in zip(CLASSES, numbers['classes'])],
+                        material)
 
 
 @dataclass(frozen=True)

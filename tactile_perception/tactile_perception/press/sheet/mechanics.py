@@ -25,26 +25,6 @@ def may_be_pressed(places: np.ndarray, half: np.ndarray, scale: float) -> np.nda
     return (half - np.abs(places)).min(axis=1) >= least_length(scale) * (1 - 1e-9)  # tolerance for rounding
 
 
-def locate(place: np.ndarray, pressed: np.ndarray, half: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """xi (2, N) of places (2, N), m, one row an axis, on a sheet of half (2,), m, pressed at (2,) m; and length - scale (2, N), m, there.
-
-    Raises BadArgument where pressed is outside, or too near to the clamp.
-    """
-    if not may_be_pressed(np.asarray(pressed)[None], half, scale).all():
-        raise BadArgument(f'press at {pressed} m is nearer than {least_length(scale)} m to the clamp at {half} m; keep away from the clamp')
-    pressed, half = np.asarray(pressed, float)[:, None], np.asarray(half, float)[:, None]
-    cubics = half + pressed * [-1.0, 1.0] - scale  # (2, 2): on the far side, on the near side
-    widths = np.sqrt(scale / (3 * np.maximum(np.abs(cubics), 1e-6 * scale)))
-    offset = np.minimum(np.maximum(place, -half), half) - pressed
-    side = (offset < 0).astype(int) + [[0], [2]]
-    cubic, width = cubics.take(side), widths.take(side)
-    third = np.abs(offset) * (1.5 / scale) / width  # the root of a cubic without square term, by thirds of angles
-    t = np.sinh(np.arcsinh(third) / 3)
-    if (cubics <= 0).any():
-        t = np.where(cubic > 0, t, np.sin(np.arcsin(np.minimum(third, 1.0)) / 3))
-    return np.copysign(np.minimum(t * (2 * width), 1.0), offset), cubic
-
-
 def spread(xi: np.ndarray, pressed: float, half: float, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places (N,), m, of xi (N,), and the first and second derivative by xi."""
     t, sign = np.abs(xi), np.where(xi >= 0, 1.0, -1.0)

@@ -12,7 +12,7 @@ from .calibration import SheetCalibration, calibrate_sheet
 from .fit import SURE, Inverse, Seen, SheetInverse, SheetStart, show
 from .library import Press, SheetLibrary
 from ...common.geometry import cross
-from ..choice import DRAGGED, STRAIGHT, TWO, Evidence
+from ..choice import DRAGGED, Choice, Evidence
 from ..presses import Presses
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..field import MarkerField
@@ -20,7 +20,6 @@ from ..sensor import MarkerSensor
 
 # All chosen.
 ORDINARY = 0.5      # residual chi-square of presses under their own hypothesis: 0.2 to 1 on simulated sheets
-TRACTION = 4.0      # residual chi-square of two straight presses over that of two with traction, at most
 APART = 2.2         # least distance of two tips, marker pitches
 SLIGHT = 0.12       # least depth of the shallower of two presses over the deeper
 FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
@@ -39,45 +38,6 @@ class Tip:
     depth: float
     covariance: np.ndarray
     log_radius: float
-
-
-class SheetPresses:
-    """Selects the hypothesis for each frame. pitch: m, of the markers; dragged: the press of the last frame if it is a drag, else None."""
-
-    def __init__(self, library: SheetLibrary, inverse: SheetInverse, start: SheetStart, pitch: float):
-        self._library, self._inverse, self._start, self._pitch = library, inverse, start, pitch
-        self.reset()
-
-    def reset(self) -> None:
-        """The next press comes straight down first."""
-        self.dragged = None
-
-    def explain(self, field: MarkerField, begin: Press, motion: np.ndarray | None = None) -> Inverse:
-        """The presses that explain a field; begin: coarse place of one press; motion: as of Seen. A drag lasts until the touch ends:
-        friction holds the sheet while the tip is lifted."""
-        seen = Seen(field, motion)
-        evidence = Evidence(seen.value.size, ORDINARY)
-        if self.dragged is None:
-            single = self._inverse.solve(seen, [begin])
-            most = evidence.of(STRAIGHT, single.misfit)
-        if self.dragged is not None or evidence.may_win(DRAGGED, most):
-            # With much friction the straight press may be far from a drag that goes on.
-            dragged = self._inverse.solve(seen, single.presses if self.dragged is None else [self.dragged], drags=True)
-            if self.dragged is not None or evidence.of(DRAGGED, dragged.misfit) > most:
-                single, most = dragged, evidence.of(DRAGGED, dragged.misfit)
-        if evidence.may_win(TWO, most):
-            two = self._inverse.solve(seen, self._start.best_pair(field))
-            if evidence.of(TWO, two.misfit / TRACTION) > most:  # each draws the sheet along under the other
-                two = self._inverse.solve(seen, two.presses, drags=True)
-            if evidence.of(TWO, two.misfit) > most and self._are_distinct(two):
-                return two
-        self.dragged = single.presses[0] if any(single.presses[0].drag) else None
-        return single
-
-    def _are_distinct(self, two: Inverse) -> bool:
-        (one, other), depths = tips_of(self._library, two), sorted(press.depth for press in two.presses)
-        apart = np.hypot(*(one.place - other.place)[:2])
-        return bool(apart > APART * self._pitch and depths[0] > SLIGHT * depths[1])
 
 
 def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
@@ -132,21 +92,17 @@ class SheetModelMethod:
         library, noise = calibration.library, calibration.noise
         inverse = SheetInverse(library, noise, calibration.marker_radius, max(sensor.pitch))
         self._start = SheetStart(library, noise.shift, noise.growth)
-        self._presses = SheetPresses(library, inverse, self._start, max(sensor.pitch))
+        self._inverse, self._pitch, self._choice = inverse, max(sensor.pitch), Choice()
         self._margin = np.array(sensor.pitch)
         self._before: np.ndarray | None = None
         self._lasts = False
 
     @classmethod
-    def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
-        """Parameters for the calibration file. Raises BadCalibration where the presses do not determine the model."""
-        return calibrate_sheet(presses, sensor).numbers()
-
-    @classmethod
-    def fit_quickly(cls, presses: Presses, sensor: MarkerSensor, fitted: Mapping) -> dict:
-        """As fit, with the simulated library of more presses of the same sheet, which a few numbers determine; its noise and its remaining
-        errors are those of these presses."""
-        return calibrate_sheet(presses, sensor, SheetCalibration.from_numbers(fitted)).numbers()
+    def fit(cls, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> dict:
+        """Parameters for the calibration file; fitted: those of more presses of the same sheet, whose simulated library is kept, as a few
+        numbers determine it. Raises BadCalibration where the presses do not determine the model."""
+        known = SheetCalibration.from_numbers(fitted) if fitted else None
+        return calibrate_sheet(presses, sensor, known).numbers()
 
     @classmethod
     def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> SheetModelMethod:
@@ -160,16 +116,17 @@ class SheetModelMethod:
         motion = self._motion(field)
         begins, self._lasts = not self._lasts, False
         if field.seen.sum() < FEWEST:
-            self._presses.reset()
+            self._choice = Choice()
             return []
         field = self._calibration.eyes.shifted(field)
-        start, score = self._start.best(field)
+        best, score = self._start.best(field)
+        start = [best]
         if score < STANDS_OUT:
-            start = self._presses.dragged  # it goes on where the field is like no straight press
+            start = self._choice.dragged  # it goes on where the field is like no straight press
         if start is None:
             return []
         self._lasts = True
-        found = self._presses.explain(field, start, motion)
+        found = self._explained(field, start, motion)
         if begins and motion is not None and found.misfit > STRANGE:
             return []
         touches = [self._touch(tip, found.misfit) for k, tip in enumerate(tips_of(self._calibration.library, found)) if found.is_sure(k)]
@@ -177,10 +134,27 @@ class SheetModelMethod:
         if score < STANDS_OUT:  # what is left of a touch that has ended may be fitted by the shallowest press that there is
             touches = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma]
             if not touches:
-                self._presses.reset()
+                self._choice = Choice()
         if len(found.presses) == len(touches) == 1:
             touches = [replace(touches[0], wrench=_wrench_of(found, touches[0].position))]
         return touches
+
+    def _explained(self, field: MarkerField, start: list[Press], motion: np.ndarray | None) -> Inverse:
+        """The presses that explain a field; start: of one."""
+        seen = Seen(field, motion)
+
+        def two(_single: Inverse) -> Inverse:
+            straight = self._inverse.solve(seen, self._start.best_pair(field))
+            return self._inverse.solve(seen, straight.presses, drags=True)  # each draws the sheet along under the other
+
+        return self._choice.explain(
+            Evidence(seen.value.size, ORDINARY), lambda start, what: self._inverse.solve(seen, start, what is DRAGGED), start, two,
+            self._are_distinct)
+
+    def _are_distinct(self, two: Inverse) -> bool:
+        (one, other), depths = tips_of(self._calibration.library, two), sorted(press.depth for press in two.presses)
+        apart = np.hypot(*(one.place - other.place)[:2])
+        return bool(apart > APART * self._pitch and depths[0] > SLIGHT * depths[1])
 
     def _is_seen(self, touch: TouchEstimate, field: MarkerField) -> bool:
         """Whether markers around a touch are seen: of a touch that begins between two exposures, one camera may show none."""

@@ -6,7 +6,7 @@ from dome_library import EYES, MATERIAL, POINTS, library_field, press, small_lib
 from dome_scenes import DOME, EYE, FEW, PX, dome_presses, markers
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.dome import calibration, mechanics
-from tactile_perception.press.dome.calibration import DomeCalibration, DomeNumbers, calibrate_dome, identify
+from tactile_perception.press.dome.calibration import DomeCalibration, DomeNumbers, calibrate_dome, identify_dome
 from tactile_perception.press.dome.fit import DomeFound, FieldNoise
 from tactile_perception.press.dome.library import RADIUS_SPREAD
 from tactile_perception.press.dome.mechanics import DomeMaterial
@@ -91,10 +91,10 @@ def test_the_tips_radius_shows_in_the_heights_of_first_contact():
 def test_the_radius_of_a_marker_is_that_on_the_dome():
     presses, points = dome_presses(FEW, (0.012,)), markers()
     eyes = np.tile(EYE, (len(points), 1))
-    assert calibration._marker_radius(presses, points, eyes, DOME) == pytest.approx(0.3 * max(DOME.pitch))
+    assert calibration._marker_radius(presses.fields[0], points, eyes, DOME) == pytest.approx(0.3 * max(DOME.pitch))
     larger = (DOME.plane_z - EYE[2]) / (points[:, 2] - EYE[2])  # in the viewing plane than on the dome
     presses.fields[0].area[:] = np.pi * (4.6e-3 * PX * larger)**2
-    assert calibration._marker_radius(presses, points, eyes, DOME) == pytest.approx(4.6e-3, rel=1e-3)
+    assert calibration._marker_radius(presses.fields[0], points, eyes, DOME) == pytest.approx(4.6e-3, rel=1e-3)
 
 
 CAP, START = dome_cap(DOME), DomeNumbers(DomeMaterial(0.7, 70.0, 0.5), 0.025)
@@ -113,7 +113,7 @@ def test_tension_gas_and_friction_are_told_from_simulated_presses(monkeypatch):
         for depth, shift in zip(place.depths, place.shifts + left):
             presses.fields[np.flatnonzero(np.isclose(presses.depth, depth, atol=1e-6)
                                           & np.isclose(np.hypot(*presses.position[:, :2].T), place.across))[0]].shift[:] = shift
-    found = identify(presses, start=START, **known).logs
+    found = identify_dome(presses, start=START, **known).logs
     assert np.exp(found[1]) < 0.1
     assert found[0] == pytest.approx(true[0], abs=0.2) and found[2] == pytest.approx(true[2], abs=0.2)
 
@@ -122,4 +122,4 @@ def test_presses_that_cannot_be_simulated_are_refused(monkeypatch):
     monkeypatch.setattr(mechanics, 'STEPS', 1)
     monkeypatch.setattr(calibration, 'LOAD_STEPS', 1)
     with pytest.raises(BadCalibration, match='do not converge'):
-        identify(dome_presses([(0.0, 0.0)], (0.012,), still=0), POINTS, np.nan_to_num(EYES), CAP, DOME.plane_z, 0.004, START)
+        identify_dome(dome_presses([(0.0, 0.0)], (0.012,), still=0), POINTS, np.nan_to_num(EYES), CAP, DOME.plane_z, 0.004, START)

@@ -44,22 +44,6 @@ def test_a_faint_press_may_be_elsewhere_and_the_spread_says_so(depth, near_is_en
     assert (alone < 1 if near_is_enough else alone > 2) and 0.2 < spread < 2
 
 
-@pytest.mark.parametrize('depth, share', [(2e-4, 0.4), (4e-4, 0.1), (8e-4, 0.0)])
-def test_faint_presses_are_not_found_where_the_dome_gives_way_least(depth, share):
-    """Where fits start that are deeper than any faint press."""
-    off = []
-    for place in ((0.02, 0.0), (0.03, 0.03), (-0.01, -0.055), (-0.065, 0.02)):
-        for seed in range(5):
-            field = library_field(press(*place, depth), seed=seed)
-            found = inverse().solve(field, inverse().start(inverse().match(field)))
-            off.append(np.hypot(*(found.presses[0, :2] - place)))
-    assert np.mean(np.array(off) > 0.01) <= share
-
-
-def test_a_deep_press_is_nowhere_else():
-    assert np.abs(inverse().elsewhere(library_field(PRESS), PRESS)).max() < 1e-9
-
-
 def test_two_presses_are_found_from_the_best_pair_of_starts():
     two = press(0.045, 0.02, 0.02), press(-0.04, -0.01, 0.018)
     found = inverse().solve(library_field(*two), inverse().start_of_two(inverse().match(library_field(*two))))

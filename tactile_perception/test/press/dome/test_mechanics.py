@@ -9,7 +9,7 @@ import pytest
 from dome_scenes import DOME, EYE, markers
 from tactile_perception.common.geometry import Cap
 from tactile_perception.errors import BadArgument
-from tactile_perception.press.dome.mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, appear_at, centres_of, evaluate,
+from tactile_perception.press.dome.mechanics import (DomeMaterial, DomeMesh, MeshPlan, appear_at, centres_of, evaluate,
                                                      outlines, press_dome, shift_of)
 from tactile_perception.press.sensor import dome_cap
 
@@ -48,22 +48,6 @@ def test_a_drag_pulls_the_skin_along_and_is_alike_in_all_directions_on_top():
     assert np.allclose(along[[0, 1, 2]][:, [0, 1]], across[[0, 2, 1]][:, [1, 0]], rtol=1e-3, atol=1e-6)
 
 
-def test_a_tip_that_rubs_carries_the_skin_by_traction_in_proportion_to_its_pressure():
-    """As far in the mean as one that sticks, its middle farther; far away they hardly differ."""
-    points = np.array([[0.0, 0.0, CAP.height], [0.1, 0.0, np.nan]])
-    points[1:, 2] = CAP.heights(points[1:, :2])
-    shown = []
-    for friction in (0.5, 0.0):
-        mesh, found = pressed(0.0, np.linspace(0.002, 0.02, 10), DomeMaterial(0.8, 60.0, friction))
-        along, across = (evaluate(field[-1], mesh, at, odd) for field, at, odd in
-                         ((found.along, points, False), (found.across, points[:, [1, 0, 2]], True)))
-        assert np.allclose(along[:, 0], across[:, 1], rtol=1e-2)
-        shown.append(along[:, 0] / 0.02)
-    stuck, rubs = shown
-    assert stuck[0] == pytest.approx(1.0, rel=0.01) and 1.03 < rubs[0] < 1.2
-    assert rubs[1] == pytest.approx(stuck[1], rel=0.1)
-
-
 def test_friction_holds_the_skin_on_the_slope():
     slid = [pressed(0.05, np.linspace(0.001, 0.02, 12), DomeMaterial(0.8, 60.0, friction))[1].push[-1] for friction in (0.1, 0.4, 0.8)]
     lean = [one[0] / -one[2] for one in slid]  # the tip is pushed uphill by less than friction and slope allow
@@ -76,19 +60,6 @@ def test_skin_sticks_where_the_tip_meets_it_whatever_the_load_steps():
     points = mesh.rest.reshape(-1, 3)
     moved = [evaluate(found.straight[-1], mesh, points) for found in (few, many)]
     assert np.abs(moved[1]).max() > 0.015 and np.abs(moved[0] - moved[1]).max() < 0.1e-3
-
-
-@pytest.mark.full
-def test_rings_of_half_the_width_move_the_markers_by_less_than_they_show():
-    points = np.array([[x, y, CAP.centre_z + np.sqrt(CAP.curvature_radius**2 - x * x - y * y)]
-                       for x in np.linspace(-0.1, 0.1, 9) for y in np.linspace(-0.05, 0.05, 5)])
-    moved = []
-    for plan in (MeshPlan(), MeshPlan(even=24, rings=56, width=0.00625)):
-        mesh = DomeMesh(shift_of(0.03, 0.03, CAP), CAP, plan)
-        found = press_dome(mesh, 0.036 * (np.arange(1, 37) / 36)**1.3, 0.03, DomeMaterial(0.0, 73.0, 0.35), drags=0)
-        moved.append(evaluate(found.straight[-1], mesh, points))
-    assert np.linalg.norm(moved[1], axis=1).max() > 0.03
-    assert np.linalg.norm(moved[0] - moved[1], axis=1).max() < 0.25e-3
 
 
 def test_numbers_out_of_range_are_refused():
@@ -112,33 +83,6 @@ def test_markers_move_as_in_an_independent_simulation_of_the_same_dome():
         assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < 0.15e-3
 
 
-PLAN = MeshPlan(even=6, rings=12, width=0.02, harmonics=3, around=8)
-
-
-@pytest.mark.parametrize('across', [0.0, 0.05])
-def test_points_lie_on_the_dome_around_the_touch_and_slopes_are_their_derivatives(across):
-    mesh = DomeMesh(shift_of(across, 0.02, CAP), CAP, PLAN)
-    from_centre = mesh.rest - [0, 0, CAP.centre_z]
-    assert np.allclose(np.linalg.norm(from_centre, axis=-1), CAP.curvature_radius) and mesh.rest[..., 2].min() > 0
-    touch = np.array([across, 0, np.sqrt((CAP.curvature_radius + 0.02)**2 - across**2)]) / (CAP.curvature_radius + 0.02)
-    assert np.allclose(from_centre[0].mean(0) / CAP.curvature_radius, touch, atol=0.02)
-    for slope in (mesh.along, mesh.across):  # angles are preserved: both have the length of the scale, and are perpendicular
-        assert np.allclose(np.linalg.norm(slope, axis=-1), mesh.scale)
-        assert np.abs(np.sum(slope * from_centre, axis=-1)).max() < 1e-9
-    assert np.abs(np.sum(mesh.along * mesh.across, axis=-1)).max() < 1e-9
-    area = 2 * np.sum(mesh.weight * mesh.scale**2)
-    assert area == pytest.approx(2 * np.pi * CAP.curvature_radius * CAP.height, rel=2e-3)
-
-
-@pytest.mark.parametrize('odd', [False, True])
-def test_the_basis_at_the_points_is_the_field_there(odd):
-    mesh = DomeMesh(0.2, CAP, PLAN)
-    field = np.where(mesh.free(odd), np.random.default_rng(0).normal(0, 1e-3, PLAN.size), 0.0)
-    value, _ = mesh.basis(odd)
-    by_basis = np.matmul(value, field[mesh.of][..., None]).reshape(-1, 3)
-    assert np.allclose(by_basis, evaluate(field, mesh, mesh.rest.reshape(-1, 3), odd), atol=1e-9)
-
-
 DOME_CAP, MARKER = dome_cap(DOME), 4.6e-3
 POINTS = markers()[np.isfinite(markers()).all(1)]
 
@@ -159,14 +103,6 @@ def pixels_mean(point, radius, steps=400):
     return grid[arc < radius].mean(0)
 
 
-def test_an_outline_lies_around_its_point_on_the_dome():
-    found = outlines(POINTS, MARKER, DOME_CAP)
-    from_centre = found - [0, 0, DOME_CAP.centre_z]
-    assert np.allclose(np.linalg.norm(from_centre, axis=-1), DOME_CAP.curvature_radius) and np.allclose(found[:, 0], POINTS)
-    angle = np.arccos(np.sum(from_centre[:, :1] * from_centre[:, 1:], axis=-1) / DOME_CAP.curvature_radius**2)
-    assert np.allclose(angle * DOME_CAP.curvature_radius, STRETCH * MARKER) and np.allclose(found[:, 1:].mean(1), POINTS, atol=1e-4)
-
-
 def test_a_marker_appears_in_the_middle_of_the_pixels_that_look_at_it():
     slanted = POINTS[np.argsort(POINTS[:, 2])[[0, 40, 80]]]
     found = appear_at(outlines(slanted, MARKER, DOME_CAP), EYE)
@@ -174,13 +110,6 @@ def test_a_marker_appears_in_the_middle_of_the_pixels_that_look_at_it():
     off_centre = np.linalg.norm(seen(slanted) - true, axis=1)
     # at the plane through the top: some 0.165 m away
     assert off_centre.max() * 0.165 > 1e-4 and np.linalg.norm(found - true, axis=1).max() * 0.165 < 4e-6
-
-
-def test_a_folded_outline_appears_within_itself():
-    rng = np.random.default_rng(0)
-    folded = outlines(POINTS[:50], MARKER, DOME_CAP) + rng.normal(0, 4e-3, (50, 13, 3))
-    found, edge = appear_at(folded, EYE), seen(folded)
-    assert (found >= edge.min(1)).all() and (found <= edge.max(1)).all()
 
 
 def test_centres_of_untouched_markers_are_told_from_where_they_appear():

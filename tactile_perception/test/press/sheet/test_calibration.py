@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from sheet_scenes import field_of, pressed
 from tactile_perception.errors import BadCalibration
-from tactile_perception.press.sheet.calibration import (
-    SETTLED, EyeShifts, _GaussNewton, chosen_places, fit_numbers, marker_radius)
+from tactile_perception.press.sheet.calibration import EyeShifts, chosen_places, fit_numbers
 from tactile_perception.press.sheet.mechanics import SheetMaterial
 from tactile_perception.press.sheet.library import LibraryPlan
 from tactile_perception.press.presses import Presses
@@ -81,52 +80,6 @@ def test_places_are_far_apart_on_the_folded_sheet_and_depths_rise():
     assert all((np.diff(group.depth) > 0).all() for group in groups)
 
 
-@pytest.mark.full
-def test_the_markers_size_is_measured():
-    assert marker_radius(presses()) == pytest.approx(1.2e-3, rel=1e-3)
-
-
 def test_presses_at_the_clamp_alone_are_refused():
     with pytest.raises(BadCalibration, match='farther from the clamp'):
         chosen_places(presses(places=[(0.022, 0.0)]).select(np.array([True, False])), LibraryPlan((0.026, 0.0225), 7.5e-3, 7e-3))
-
-
-class Slippery:
-    """Stands for a fit whose presses ask for ever more friction."""
-
-    eyes, unit = EyeShifts(np.array([[0.0, 0.0, -0.05]]), np.zeros((1, 2))), np.full(8, 0.1)
-
-    def residual(self, values):
-        return np.array([100 * (values[2] - 20.0)])
-
-    def residuals(self, several):
-        return [self.residual(values) for values in several]
-
-    def slopes(self, values, residual):
-        return 100.0 * np.eye(1, len(values), 2)
-
-
-def test_presses_that_ask_for_endless_friction_end_at_a_possible_one():
-    descent = _GaussNewton(Slippery())
-    for _ in range(12):
-        descent.step()
-    _, stretch, friction, bending = np.exp(descent.values[:4])
-    assert SheetMaterial(1 + stretch, bending, friction).friction > 3
-
-
-class Overshooting(Slippery):
-    """Stands for a fit whose bending is in a bent valley: the whole first step from any start ends higher than it began."""
-
-    def residual(self, values):
-        return 100 * np.array([np.tanh(4 * (values[3] - np.log(1e-6)))])
-
-    def slopes(self, values, residual):
-        return (self.residual(values + 1e-6 * np.eye(8)[3]) - residual)[:, None] / 1e-6 * np.eye(1, 8, 3)
-
-
-def test_a_failed_first_step_is_shortened():
-    descent = _GaussNewton(Overshooting())
-    for _ in range(30):
-        if descent.step() < SETTLED and not descent.renew():
-            break
-    assert np.exp(descent.values[3]) == pytest.approx(1e-6, rel=0.02)

@@ -6,45 +6,32 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sheet_reference import read_field
+from scipy.interpolate import griddata
 from tactile_perception.errors import BadArgument
 from tactile_perception.press.sheet.library import LibraryPlan
-from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, locate, may_be_pressed, press_sheet, uniform
+from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, may_be_pressed, press_sheet
 
 PLAN = LibraryPlan((0.030, 0.0225), 7e-3, 12e-3)
 
 
-def fields(place, depths, radius, material):
+def moved(place, depths, radius, material):
+    """Points (P, 2), m, of the untouched sheet, and their displacements (D, P, 3), m."""
     mesh = SheetMesh(place, PLAN.half, PLAN.scale, PLAN.n)
     solved, _ = press_sheet(mesh, depths, radius, material)
-    return uniform(solved.reshape(-1, mesh.side, mesh.side, 3)).reshape(len(depths), -1, 3)
+    return mesh.rest.reshape(-1, 2), np.einsum('egi,deik->degk', mesh.value, solved[:, mesh.nodes]).reshape(len(depths), -1, 3)
 
 
 def test_a_taut_sheet_under_a_shallow_tip_is_a_drum_skin():
-    """Far from the tip a taut membrane hangs as a logarithm: heights at two distances have the ratio of Laplace's equation."""
-    field = fields((0.0, 0.0), np.array([1e-4]), 7e-3, SheetMaterial(1.5, 1e-9, 0.5))[0]
-    heights = read_field(field, PLAN, (0.0, 0.0), np.array([[0.004, 0.0], [0.008, 0.0], [0.0, 0.008], [0.012, 0.0]]))[:, 0, 2]
+    """Far from the tip a taut membrane hangs as a logarithm: heights have the ratios of Laplace's equation."""
+    points, (shift,) = moved((0.0, 0.0), np.array([1e-4]), 7e-3, SheetMaterial(1.5, 1e-9, 0.5))
+    ring = np.flatnonzero((np.hypot(*points.T) > 4e-3) & (np.hypot(*points.T) < 13e-3))[::40]
 
     def drum(x, y, a=0.060, b=0.045):  # Green's function of the rectangle, series along x
         m = np.arange(1, 400)
         inside = np.sinh(m * np.pi * (b / 2 - abs(y)) / a) / np.cosh(m * np.pi * b / 2 / a)
         return np.sum(np.sin(m * np.pi / 2) * np.sin(m * np.pi * (x + a / 2) / a) * inside / m)
-    exact = np.array([drum(0.004, 1e-9), drum(0.008, 1e-9), drum(0.0, 0.008), drum(0.012, 1e-9)])
-    assert heights / heights[1] == pytest.approx(exact / exact[1], rel=0.02)
-
-
-def test_the_tip_stands_where_it_is_told():
-    material = SheetMaterial(1.03, 2e-7, 0.6)
-    for k, (field, depth) in enumerate(zip(fields((0.012, 0.008), np.array([2e-3, 5e-3, 9e-3]), 7e-3, material), (2e-3, 5e-3, 9e-3))):
-        moved = read_field(field, PLAN, (0.012, 0.008), np.array([[0.012, 0.008]]))[0, 0]
-        assert moved[2] == pytest.approx(-depth, abs=3e-5) and np.abs(moved[:2]).max() < 1.2e-3
-
-
-def test_friction_drags_less_when_there_is_none():
-    rest = np.array([[0.012, 0.008]])
-    pressed = {f: fields((0.012, 0.008), np.linspace(1e-3, 8e-3, 8), 7e-3, SheetMaterial(1.03, 2e-7, f))[-1] for f in (0.0, 0.8)}
-    slid = {f: read_field(field, PLAN, (0.012, 0.008), rest) for f, field in pressed.items()}
-    assert np.linalg.norm(slid[0.8][0, 0, :2]) < np.linalg.norm(slid[0.0][0, 0, :2])
+    exact = np.array([drum(*points[k]) for k in ring])
+    assert len(ring) > 4 and shift[ring, 2] / shift[ring[0], 2] == pytest.approx(exact / exact[0], rel=0.02)
 
 
 def test_a_recorded_press_is_reproduced():
@@ -54,11 +41,11 @@ def test_a_recorded_press_is_reproduced():
     truth = np.load(path)
     rest, press = truth['dot_rest_xyz'].astype(float), np.flatnonzero(truth['segment'] == 1)
     way = PLAN.load_steps(truth['depth'][press].astype(float))
-    solved = fields(truth['obj_p'][press[0], :2].astype(float), way, 7e-3, SheetMaterial(1.03, 2e-7, 0.6))
+    points, shifts = moved(truth['obj_p'][press[0], :2].astype(float), way, 7e-3, SheetMaterial(1.03, 2e-7, 0.6))
     for k, depth in zip(press, truth['depth'][press]):
-        field = solved[np.argmin(np.abs(way - depth))]
-        off = rest + read_field(field, PLAN, truth['obj_p'][k, :2].astype(float), rest[:, :2])[:, 0] - truth['dot_xyz'][k]
-        assert np.sqrt(np.mean(off**2)) < 3e-5 and np.abs(off).max() < 1.5e-4
+        off = rest + griddata(points, shifts[np.argmin(np.abs(way - depth))], rest[:, :2], 'cubic') - truth['dot_xyz'][k]
+        off = off[np.isfinite(off).all(1)]  # between points
+        assert len(off) > 0.6 * len(rest) and np.sqrt(np.mean(off**2)) < 3e-5 and np.abs(off).max() < 1.5e-4
 
 
 def test_what_is_no_sheet_is_refused():
@@ -66,19 +53,10 @@ def test_what_is_no_sheet_is_refused():
         SheetMaterial(0.9)
 
 
-HALF, SCALE = np.array([0.030, 0.0225]), 8e-3
-
-
-def test_too_near_to_the_clamp_is_refused():
-    with pytest.raises(BadArgument, match='clamp'):
-        locate(np.zeros((2, 1)), (0.026, 0.0), HALF, SCALE)
-
-
 def test_presses_just_far_enough_from_the_clamp_count():
     """0.0225 - 0.0165 is a little less than 0.006 in floating point."""
     places = np.array([(0.024, 0.0165), (0.0, -0.0166), (-0.0241, 0.0), (np.nan, np.nan)])
     assert may_be_pressed(places, np.array([0.030, 0.0225]), 0.008).tolist() == [True, False, False, False]
-    locate(np.zeros((2, 1)), places[0], np.array([0.030, 0.0225]), 0.008)
 
 
 PLACE, RADIUS, DEPTHS = np.array([0.008, 0.004]), 7e-3, np.linspace(1e-3, 5e-3, 5)
