@@ -21,6 +21,7 @@ from tf2_msgs.msg import TFMessage
 
 SIZE = 100_000
 
+
 def put(bag, number):
     """Whether message number was taken."""
     try:
