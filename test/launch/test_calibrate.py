@@ -24,8 +24,8 @@ def test_a_probe_that_tf_does_not_know_is_told_with_the_frames_that_it_knows(ros
 
 
 def test_an_array_is_led_through_its_weights_and_a_dome_asks_for_the_radius_of_the_tip(ros2):
-    launched = ros2('launch', 'tactile_bringup', 'calibrate.launch.py', 'type:=taxel_array', 'namespace:=/mat', 'weights:=5 10 0', 'rate:=20',
-                    'scene:=rest')
+    launched = ros2('launch', 'tactile_bringup', 'calibrate.launch.py', 'type:=taxel_array', 'namespace:=/mat', 'weights:=5 10 0',
+                    'rate:=20', 'scene:=rest')
     launched.wait_for_line('weight 1 of 3: lay 5 N on', 120)
     assert launched.interrupt() == 0, launched.log
     refused = ros2('launch', 'tactile_bringup', 'calibrate.launch.py', 'type:=air_cushion', 'probe:=tip')
