@@ -10,8 +10,6 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from random_messages import hostile, random_message
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from rcl_interfaces.srv import SetParameters
-from rclpy.parameter import Parameter as RosParameter
 from sensor_nodes import made, planned
 from std_srvs.srv import Trigger
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
@@ -64,14 +62,3 @@ def test_every_node_answers_set_reference_at_any_time(nodes):
     services = {service.srv_name.split('/')[-1]: service for node in nodes for service in node.services}
     answer = services['set_reference'].callback(Trigger.Request(), Trigger.Response())
     assert not answer.success and 'is being processed' in answer.message
-
-
-def test_a_dump_of_all_parameters_can_be_loaded_again_and_what_is_fixed_stays(nodes):
-    for node in nodes:
-        service, = (service for service in node.services if service.srv_type is SetParameters)
-        dump = list(node.get_parameters_by_prefix('').values())
-        answer = service.callback(SetParameters.Request(parameters=[each.to_parameter_msg() for each in dump]), SetParameters.Response())
-        assert [result.reason for result in answer.results] == [''] * len(dump)
-        fixed = RosParameter('start_type_description_service', value=False)
-        refused, = service.callback(SetParameters.Request(parameters=[fixed.to_parameter_msg()]), SetParameters.Response()).results
-        assert not refused.successful and 'read-only' in refused.reason

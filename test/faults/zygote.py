@@ -13,7 +13,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
@@ -53,19 +52,13 @@ class Process:
 
 
 class Zygote:
-    """The process that forks; folder: for their logs; within: the command that becomes the process;
-    reach: how far its children look for others."""
+    """The process that forks; folder: for their logs."""
 
-    def __init__(self, folder: Path, modules: Sequence[str] = MODULES, within: Sequence[str] = (), reach: str = 'LOCALHOST'):
+    def __init__(self, folder: Path):
         self._folder, self._count = folder, 0
-        environment = {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': reach, 'OMP_NUM_THREADS': '1'}
-        self._process = subprocess.Popen([*within, sys.executable, __file__, *modules], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                         text=True, env=environment, cwd=folder, start_new_session=True)
-
-    @property
-    def pid(self) -> int:
-        """Of the process that forks."""
-        return self._process.pid
+        environment = {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'OMP_NUM_THREADS': '1'}
+        self._process = subprocess.Popen([sys.executable, __file__, *MODULES], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                                         env=environment, cwd=folder, start_new_session=True)
 
     def ask(self, **what):
         """The zygote's answer."""
@@ -114,8 +107,6 @@ def main() -> None:
         asked = json.loads(line)
         if 'poll' in asked:
             answer = _polled(asked['poll'])
-        elif 'ready' in asked:
-            answer = True
         else:
             answer = os.fork()
             if not answer:

@@ -18,8 +18,7 @@ from tactile_driver.command import tells_errors
 from .description import Hand, HandSensor, read_hand
 from ..installed import share
 
-_FIELD_OF_VIEW = np.pi / 4  # rad, vertical: Ogre's default, which RViz does not change
-_FILLED = 0.9  # share of the picture
+_AROUND, _AWAY = 0.1, 2.0  # m of each sensor, and times the hand's size to the eye: RViz's field of view is 45 degrees high. Chosen
 
 
 def aggregator_configuration(hand: Hand) -> str:
@@ -39,48 +38,22 @@ def moved_file(sensor_type: str, namespace: str, frame: str) -> str:
 def rviz_configuration(hand: Hand) -> str:
     """Text of the RViz file: hand.rviz with the markers and the annotated image of each sensor, and all of them in view."""
     page = yaml.safe_load(Path(share('rviz', 'hand.rviz')).read_text())
-    manager, geometry, points = page['Visualization Manager'], page['Window Geometry'], []
-    for number, sensor in enumerate(hand.sensors, 1):
+    manager = page['Visualization Manager']
+    for sensor in hand.sensors:
         own = yaml.safe_load(moved_file(sensor.type, sensor.name, sensor.frame))['Visualization Manager']
         touch, picture = ({**each, 'Name': title} for title, each in zip(
             (sensor.name, f'{sensor.name}: annotated'), (_display(own, 'Touch'), _display(own, 'Annotated image'))))
         manager['Displays'] += [touch, picture]
-        # Qt places a dock by its name; images beyond those that the file has room for float.
-        geometry['QMainWindow State'] = geometry['QMainWindow State'].replace(_dock(f'image {number}'), _dock(picture['Name']))
-        geometry[picture['Name']] = {'collapsed': False}
-        view = own['Views']['Current']
-        middle = np.array([view['Focal Point'][axis] for axis in 'XYZ'])
-        points.append(_place(hand, sensor)(middle + 0.3 * view['Distance'] * np.vstack([np.eye(3), -np.eye(3)])))
     manager['Global Options']['Fixed Frame'] = hand.frame
     view = manager['Views']['Current']
-    view['Distance'], focal = closest_view(np.vstack(points), (696, 860), view['Yaw'], view['Pitch'])
-    view['Focal Point'] = dict(zip('XYZ', focal))
+    places = np.vstack([_place(hand, sensor)(np.zeros((1, 3))) for sensor in hand.sensors])
+    view['Distance'] = float(_AWAY * (np.linalg.norm(np.ptp(places, axis=0)) + _AROUND))
+    view['Focal Point'] = dict(zip('XYZ', (0.5 * (places.max(axis=0) + places.min(axis=0))).tolist()))
     return yaml.safe_dump(page, sort_keys=False, width=140)
-
-
-def closest_view(points: np.ndarray, size: tuple[int, int], yaw: float, pitch: float) -> tuple[float, list[float]]:
-    """Distance and focal point (3,), m, of RViz's Orbit view at yaw and pitch, rad, that shows points (N, 3), m, in a picture of size
-    (width, height), px, and fills _FILLED of it at the most."""
-    towards = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)])
-    right = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
-    axes = np.stack([right, np.cross(towards, right), towards])
-    seen = points @ axes.T
-    focal = 0.5 * (seen.max(axis=0) + seen.min(axis=0))
-    across, up, back = (seen - focal).T
-    slopes = _FILLED * np.tan(0.5 * _FIELD_OF_VIEW) * np.array([size[0] / size[1], 1.0])
-    # A point is visible where |side| <= slope * (distance - depth).
-    distance = max((np.abs(side) / slope + back).max() for side, slope in zip((across, up), slopes))
-    return float(distance), (focal @ axes).tolist()
 
 
 def _display(manager: dict, name: str) -> dict:
     return next(display for display in manager['Displays'] if display['Name'] == name)
-
-
-def _dock(name: str) -> str:
-    """A dock's name as Qt writes it in the state of a window."""
-    text = name.encode('utf-16-be')
-    return (len(text).to_bytes(4, 'big') + text).hex()
 
 
 def _place(hand: Hand, sensor: HandSensor) -> Callable[[np.ndarray], np.ndarray]:

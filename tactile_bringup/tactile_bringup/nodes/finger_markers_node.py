@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections import deque
 from collections.abc import Mapping
 
 import cv2
@@ -19,23 +18,12 @@ from tactile_msgs.msg import Contacts
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ..parameters.table import FINGER_MARKERS_PARAMETERS
-from ..visualization import markers as mesh, pictures as colours
+from ..visualization import pictures as colours
 from ..visualization.markers import MarkerSet, points_of, touch_words
 from ..visualization.pictures import Annotation, annotate
 from .drawing_node import DrawingNode
 
-_RINGS, _AROUND = 8, 32  # mesh of the hemisphere: steps from pole to rim, and around; chosen
 _GLASS = np.array([0.80, 0.86, 0.92])  # colour of the hemisphere, chosen
-
-
-def hemisphere(radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Triangle corners (3 T, 3), m, of the hemisphere z >= 0, and the brightness (3 T,) at each."""
-    theta, phi = np.meshgrid(np.linspace(0, math.pi / 2, _RINGS + 1), np.linspace(0, 2 * math.pi, _AROUND + 1), indexing='ij')
-    grid = radius * np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
-    a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
-    corners = np.stack([a, b, c, a, c, d], axis=2).reshape(-1, 3)
-    places, of_corner = np.unique(corners.round(9), axis=0, return_inverse=True)
-    return corners, mesh.light(places, of_corner.reshape(-1, 3))[of_corner.ravel()]
 
 
 def finger_picture(message: Contacts) -> np.ndarray:
@@ -51,50 +39,24 @@ def finger_picture(message: Contacts) -> np.ndarray:
 
 
 class FingerMarkers(MarkerSet):
-    """Markers of a finger; sizes: radius, point_size, normal_length (m) and trail (s)."""
+    """Markers of a finger; sizes: radius, point_size and normal_length (m)."""
 
     def __init__(self, sizes: Mapping):
         super().__init__({'dot_size': 0.5 * sizes['point_size'], 'normal_length': sizes['normal_length']})
         self._finger = sizes
-        corners, light = hemisphere(sizes['radius'])
-        self._body = points_of(corners), [ColorRGBA(r=r, g=g, b=b, a=0.5) for r, g, b in (light[:, None] * _GLASS).tolist()]
-        self._way: deque[tuple[float, int, np.ndarray]] = deque()  # time (s), contact id, position (m)
-
-    def note(self, message: Contacts) -> None:
-        """Add the contacts of one stamp to the trails; a stamp that goes back by more than 1 s clears them."""
-        now = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-        if self._way and now < self._way[-1][0] - 1.0:
-            self._way.clear()
-        for contact in message.contacts:
-            place = np.array([contact.position.x, contact.position.y, contact.position.z])
-            if np.isfinite(place).all():
-                self._way.append((now, contact.id, place))
-        while self._way and now - self._way[0][0] > self._finger['trail']:
-            self._way.popleft()
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
         """Markers for {'contacts': message} under its header."""
         self._header, self._made = header, []
-        # With colours of its own at the corners RViz does not light it, which it would from the eye, and the far side dark.
-        points, shades = self._body
-        self._add('finger', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0), points).colors = shades
+        wide, size = 2 * self._finger['radius'], self._finger['point_size']
+        red, green, blue = _GLASS.tolist()
+        self._add('finger', Marker.SPHERE, (wide, wide, wide), ColorRGBA(r=red, g=green, b=blue, a=0.4), [])
         self._contacts(found['contacts'])
-        size = self._finger['point_size']
         places = [np.array([c.position.x, c.position.y, c.position.z]) for c in found['contacts'].contacts]
         places = [place for place in places if np.isfinite(place).all()]
         if places:
             self._add('points', Marker.SPHERE_LIST, (size, size, size), ColorRGBA(r=1.0, g=0.35, b=0.1, a=1.0), points_of(np.array(places)))
-        self._trails()
         return self._array(found, np.full(2, self._finger['radius']))
-
-    def _trails(self) -> None:
-        """Draw a line strip for each contact seen within the trail time."""
-        for number in sorted({contact for _, contact, _ in self._way}):
-            places = np.array([place for _, contact, place in self._way if contact == number])
-            if len(places) > 1:
-                red, green, blue = colours.ARROW
-                self._add('trail', Marker.LINE_STRIP, (0.3 * self._finger['point_size'], 0.0, 0.0),
-                          ColorRGBA(r=red, g=green, b=blue, a=0.9), points_of(1.002 * places), number)
 
 
 # Queue of contacts: depth chosen.
@@ -123,7 +85,6 @@ class FingerMarkersNode(DrawingNode):
         self.try_message('contacts', message, lambda: self._draw(message))
 
     def _draw(self, message: Contacts) -> None:
-        self.markers.note(message)
         now = time.monotonic()
         if now < self._due_s:
             return

@@ -3,13 +3,11 @@
 """taxel_markers_node: RViz markers and image_annotated of a taxel array, and the frame of its taxels on /tf_static."""
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Mapping
 
-import cv2
 import numpy as np
-from geometry_msgs.msg import Point, Vector3, Wrench
+from geometry_msgs.msg import Vector3, Wrench
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from rclpy.timer import Timer
 from sensor_msgs.msg import Image
@@ -33,7 +31,6 @@ from .drawing_node import DrawingNode, StampSync
 _MOST_ARROWS = 200  # chosen
 _TONES = 64  # steps of the cells' colours, chosen: finer than the eye resolves
 _FAINT = 0.025  # of the full value, chosen: a fainter cell is drawn as untouched
-_MOST_CELLS = 400  # chosen: 4 ms a message
 _UNDER = 1e-4  # m, chosen: from the outlines down to the cells, and from these to the plate of the untouched ones
 _SHARED = ('normal_length', 'force_length', 'full_force', 'full_torque')
 
@@ -58,7 +55,6 @@ class TaxelMarkers(MarkerSet):
         self._array_sizes = sizes
         self._tones = [_colour(rgb) for rgb in colours.of_depth(np.linspace(0.0, 1.0, _TONES)).tolist()]
         self._shape: tuple[int, ...] = ()  # of the array
-        self._squares: dict[tuple, list[list[Point]]] = {}  # by shape of the array and number of parts
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
         """Markers for messages by topic (image_raw, contact_region, contacts, slip, wrench; any may be missing) under their header."""
@@ -78,34 +74,19 @@ class TaxelMarkers(MarkerSet):
         return self._array(found, 0.5 * self._array_sizes['pitch'] * np.array(self._shape[::-1] or (0, 0)))
 
     def _cells(self, image: Image) -> None:
-        """Draw the array as a plate and each pressed taxel as a square on it, just under the surface, where the outlines lie.
-
-        Triangles, because RViz darkens the upper side of cubes; and few, because rclpy converts each point: of many pressed taxels, blocks.
-        """
+        """Draw the array as a plate and each pressed taxel as a square on it, just under the surface, where the outlines lie."""
         values = grey_to_array(image, 'taxel image').astype(np.float32)
-        self._shape, full = values.shape, self._array_sizes['full_value']
-        side = math.ceil(math.sqrt(np.count_nonzero(values > _FAINT * full) / _MOST_CELLS))
-        if side > 1:
-            values = cv2.resize(values, tuple(max(1, count // side) for count in self._shape[::-1]), interpolation=cv2.INTER_AREA)
-        tone = np.clip(np.round((_TONES - 1) * values.ravel() / full), 0, _TONES - 1).astype(int)
-        squares = self._squares_of(values.shape)
-        cells = [(squares[k], tone[k]) for k in np.flatnonzero(values.ravel() > _FAINT * full).tolist()]
-        for ns, shown in (('plate', [(self._squares_of((1, 1), -2 * _UNDER)[0], 0)]), ('cells', cells)):
-            if shown:
-                corners = [point for square, _ in shown for point in square]
-                marker = self._add(ns, Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.TEXT), corners)
-                marker.colors = [self._tones[k] for _, k in shown for _ in range(2)]  # one a triangle, which RViz does not light
-
-    def _squares_of(self, parts: tuple[int, int], height: float = -_UNDER) -> list[list[Point]]:
-        """Corners of two triangles for each of parts (rows, columns) of the array, at a height, m; made once."""
-        key = self._shape, parts
-        if key not in self._squares:
-            size = self._array_sizes['pitch'] * np.array(self._shape[::-1]) / parts[::-1]
-            row, column = (index.ravel() for index in np.indices(parts))
-            centres = np.column_stack([column, row]) - 0.5 * (np.array(parts[::-1]) - 1)
-            corners = size * (centres[:, None] + 0.5 * np.array([(-1, -1), (1, -1), (1, 1), (-1, -1), (1, 1), (-1, 1)]))
-            self._squares[key] = [points_of(square) for square in np.dstack([corners, np.full(corners.shape[:2], height)])]
-        return self._squares[key]
+        self._shape, full, pitch = values.shape, self._array_sizes['full_value'], self._array_sizes['pitch']
+        rows, columns = self._shape
+        plate = self._add('plate', Marker.CUBE, (columns * pitch, rows * pitch, 0.5 * _UNDER), self._tones[0], [])
+        plate.pose.position.z = -2 * _UNDER
+        row, column = np.nonzero(values > _FAINT * full)
+        if len(row):
+            places = np.column_stack([column - 0.5 * (columns - 1), row - 0.5 * (rows - 1)]) * pitch
+            tone = np.clip(np.round((_TONES - 1) * values[row, column] / full), 0, _TONES - 1).astype(int)
+            cells = self._add('cells', Marker.POINTS, (pitch, pitch, 0.0), _colour(colours.TEXT),
+                              points_of(np.column_stack([places, np.full(len(places), -_UNDER)])))
+            cells.colors = [self._tones[k] for k in tone.tolist()]
 
     def _lines(self, region: ContactRegion) -> None:
         """Draw outlines, holes and principal axes of the region."""

@@ -44,7 +44,6 @@ FINGER_MARKERS_PARAMETERS = (
     Parameter('point_size', float, 0.0015, 'm', 'diameter of a contact among the markers; lines and arrows are in proportion', 1e-5, 1.0,
               read_only=True),
     Parameter('normal_length', float, 0.008, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
-    Parameter('trail', float, 2.0, 's', 'how long the way of a contact is shown', 0.0, 3600.0, read_only=True),
     Parameter('rate', float, 30.0, 'Hz', 'how often markers are drawn', 0.1, 1000.0, read_only=True),
 )
 

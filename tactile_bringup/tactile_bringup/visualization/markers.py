@@ -17,19 +17,6 @@ from visualization_msgs.msg import Marker, MarkerArray
 from . import pictures as colours
 from .pictures import states_of
 
-_AMBIENT = 0.35  # share of ambient light, chosen
-_LIGHT = np.array([0.35, 0.25, 0.9]) / np.linalg.norm([0.35, 0.25, 0.9])  # direction to the light, chosen: oblique from above
-
-
-def light(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Brightness (N,), 0 to 1, of a matt surface at its vertices (N, 3), m: ambient light and Lambert's cosine law."""
-    a, b, c = places[triangles].transpose(1, 0, 2)
-    faces = np.cross(b - a, c - a)
-    faces *= np.where(faces[:, 2:] < 0, -1.0, 1.0)  # pointing outwards
-    normals = np.zeros((len(places), 3))
-    np.add.at(normals, triangles.ravel(), np.repeat(faces, 3, axis=0))
-    cosine = normals @ _LIGHT / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)
-    return _AMBIENT + (1 - _AMBIENT) * np.clip(cosine, 0.0, 1.0)
 
 
 SLIP_NAMES = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS: 'gross slip'}

@@ -28,7 +28,6 @@ from tactile_perception.tools.calibrate.command import main as calibrate  # noqa
 
 pytestmark = [pytest.mark.ros, pytest.mark.full, pytest.mark.slow, pytest.mark.timeout(1200)]
 SHARE = get_package_share_directory('tactile_bringup')
-_AHEAD = 20  # raw messages
 TIPS = {'touchpad': 0.008, 'air_cushion': 0.030}
 
 
@@ -58,6 +57,7 @@ class Lab:
         for node in self._nodes:
             self._executor.add_node(node)
         self._raw = SENSOR_TYPES[sensor_type].raw['topic']
+        self._ahead = 20 if sensor_type == 'psd_finger' else 5  # raw messages
         self._publishers = {}
 
     def until(self, condition, most=1000):
@@ -79,7 +79,7 @@ class Lab:
         for _, topic, message in messages:
             handled += topic == self._raw
             self._publish(topic, message)
-            self.until(lambda: self.session.handled > handled - _AHEAD or self.session.complete)  # noqa: B023
+            self.until(lambda: self.session.handled > handled - self._ahead or self.session.complete)  # noqa: B023
             if self.session.complete:
                 return
             yield len(self.session.bags)

@@ -7,7 +7,7 @@ import pytest
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
-from tactile_bringup.nodes.finger_markers_node import FingerMarkers, finger_picture, hemisphere
+from tactile_bringup.nodes.finger_markers_node import FingerMarkers, finger_picture
 from tactile_bringup.nodes.taxel_markers_node import TaxelMarkers
 from tactile_bringup.visualization import pictures as colours
 from tactile_bringup.visualization.markers import MarkerSet
@@ -121,7 +121,7 @@ def test_a_warning_is_shown_with_and_without_data_until_it_is_over():
     assert 'warning' not in by_name(it.frame(HEADER, touch()))
 
 
-SIZES_FINGER = {'radius': 0.016, 'point_size': 1.5e-3, 'normal_length': 8e-3, 'trail': 1.0}
+SIZES_FINGER = {'radius': 0.016, 'point_size': 1.5e-3, 'normal_length': 8e-3}
 
 
 def told(stamp, *contacts):
@@ -133,39 +133,16 @@ def told(stamp, *contacts):
 
 
 def drawn(markers, message):
-    markers.note(message)
     return {(m.ns, m.id): m for m in markers.frame(message.header, {'contacts': message}).markers if m.action == Marker.ADD}
 
 
-def test_the_hemisphere_is_closed_and_round():
-    corners, light = hemisphere(0.016)
-    assert np.linalg.norm(corners, axis=1) == pytest.approx(0.016) and corners[:, 2].min() == pytest.approx(0, abs=1e-9)
-    area = 0.5 * np.linalg.norm(np.cross(corners[1::3] - corners[::3], corners[2::3] - corners[::3]), axis=1).sum()
-    assert area == pytest.approx(2 * np.pi * 0.016**2, rel=0.02)
-    assert light.shape == (len(corners),) and 0.3 < light.min() < light.max() <= 1
-    assert np.ptp(light[corners[:, 2] > 0.0159]) < 0.1, 'one brightness at the pole, whichever triangle a corner belongs to'
-
-
-def test_a_touch_its_normal_its_uncertainty_and_its_way():
-    markers = FingerMarkers(SIZES_FINGER)
-    for k in range(10):
-        found = drawn(markers, told(5 + 0.05 * k, (3, 0.1 * k)))
-    assert set(found) == {('finger', 0), ('points', 0), ('normals', 3), ('covariances', 3), ('trail', 3), ('text', 0)}
-    assert len(found['trail', 3].points) == 10 and found['points', 0].points[0].x == pytest.approx(0.016 * np.sin(0.9))
-    assert len(found['finger', 0].colors) == len(found['finger', 0].points), 'else RViz lights it from the eye'
+def test_a_touch_its_normal_and_its_uncertainty():
+    found = drawn(FingerMarkers(SIZES_FINGER), told(5.0, (3, 0.9)))
+    assert set(found) == {('finger', 0), ('points', 0), ('normals', 3), ('covariances', 3), ('text', 0)}
+    assert found['points', 0].points[0].x == pytest.approx(0.016 * np.sin(0.9)) and found['finger', 0].scale.z == 0.032
     ends = found['normals', 3].points
     assert ends[1].z - ends[0].z == pytest.approx(8e-3 * np.cos(0.9))
     assert {m.header.frame_id for m in found.values()} == {'finger'}
-
-
-def test_the_trail_fades_and_begins_anew_with_the_stamps():
-    markers = FingerMarkers(SIZES_FINGER)
-    for k in range(60):
-        found = drawn(markers, told(5 + 0.05 * k, (3, 0.01 * k)))
-    assert 19 <= len(found['trail', 3].points) <= 22
-    assert set(drawn(markers, told(20.0))) == {('finger', 0), ('text', 0)}
-    drawn(markers, told(2.0, (4, 0.1)))
-    assert ('trail', 4) in drawn(markers, told(2.1, (4, 0.2)))
 
 
 def test_the_picture_shows_where_the_finger_is_touched():
@@ -196,11 +173,9 @@ def test_pressed_taxels_are_squares_in_full_colour_on_a_plate():
     values = np.zeros((3, 4), np.uint8)
     values[1, 2], values[2, 3] = 100, 1
     found = drawn_taxel(TaxelMarkers(SIZES_TAXEL), image_raw=image_to_message(Frame(values, 0, 'mono8'), '', HEADER))
-    plate, cells = (np.array([(p.x, p.y, p.z) for p in found[ns].points]) for ns in ('plate', 'cells'))
-    assert np.ptp(plate, axis=0) == pytest.approx((4e-3, 3e-3, 0)) and np.ptp(cells, axis=0) == pytest.approx((1e-3, 1e-3, 0))
-    assert len(plate) == len(cells) == 6 and cells[:, :2].mean(axis=0) == pytest.approx((0.5e-3, 0.0)), 'of row 1, column 2'
-    assert plate[:, 2].max() < cells[:, 2].min() < 0, 'under the outlines, at z = 0'
-    for ns, share in (('plate', 0.0), ('cells', 1.0)):
-        assert found[ns].type == Marker.TRIANGLE_LIST and len(found[ns].colors) == 2, 'one a triangle: RViz does not light it'
-        full = colours.of_depth(np.array([share]))[0]
-        assert [(c.r, c.g, c.b) for c in found[ns].colors] == [pytest.approx(full)] * 2
+    plate, cells = found['plate'], found['cells']
+    assert (plate.scale.x, plate.scale.y, cells.scale.x) == pytest.approx((4e-3, 3e-3, 1e-3)) and cells.type == Marker.POINTS
+    place, = xyz(cells.points)
+    assert place[:2] == pytest.approx((0.5e-3, 0.0)), 'of row 1, column 2'
+    assert plate.pose.position.z + 0.5 * plate.scale.z < place[2] < 0, 'under the outlines, at z = 0'
+    assert [(c.r, c.g, c.b) for c in cells.colors] == [pytest.approx(colours.of_depth(np.ones(1))[0])]

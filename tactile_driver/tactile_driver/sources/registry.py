@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from importlib import import_module
 
+from ..camera.controls import CONTROLS
 from ..errors import BadArgument
 from .source import Clock, Source
 
@@ -20,43 +22,20 @@ def _simulated(values: Mapping) -> tuple:
     return tuple(values[name] for name in ('scene', 'rate', 'seed'))
 
 
-def _camera_device(values: Mapping, clock: Clock) -> Source:
-    from ..camera.device import DeviceSettings, DeviceSource
-    from ..camera.controls import CONTROLS
-    names = ('width', 'height', 'rate', 'pixel_format')
+def _of(module: str, make: Callable[[object, Mapping, Clock], Source]) -> Callable[[Mapping, Clock], Source]:
+    """What makes a source by make(module, values, clock); the module, of tactile_driver, is imported then."""
+    return lambda values, clock: make(import_module(f'tactile_driver.{module}'), values, clock)
+
+
+def _camera_device(module, values: Mapping, clock: Clock) -> Source:
     controls = {name: values[name] for name in CONTROLS}
-    return DeviceSource(values['device'], DeviceSettings(*(values[name] for name in names), controls), clock)
+    settings = module.DeviceSettings(*(values[name] for name in ('width', 'height', 'rate', 'pixel_format')), controls)
+    return module.DeviceSource(values['device'], settings, clock)
 
 
-def _camera_file(values: Mapping, clock: Clock) -> Source:
-    from ..camera.file import FileSource
-    return FileSource(values['path'], values['rate'], values['loop'], clock)
-
-
-def _camera_bag(values: Mapping, clock: Clock) -> Source:
-    from .bag import BagSource
-    return BagSource(*_played(values))
-
-
-def _camera_simulated(values: Mapping, clock: Clock) -> Source:
-    from ..camera.simulated import SimulatedSource
-    return SimulatedSource(*_simulated(values), (values['width'], values['height']), clock)
-
-
-def _psd_device(values: Mapping, clock: Clock) -> Source:
-    from ..serial.psd import PsdSerialSource, SerialSettings
+def _psd_device(module, values: Mapping, clock: Clock) -> Source:
     names = ('format', 'baud', 'adc.full_scale', 'adc.bits', 'batch_period', 'modulation', 'saturation')
-    return PsdSerialSource(values['device'], SerialSettings(*(values[name] for name in names)), clock)
-
-
-def _psd_bag(values: Mapping, clock: Clock) -> Source:
-    from .bag import PsdBagSource
-    return PsdBagSource(*_played(values))
-
-
-def _psd_simulated(values: Mapping, clock: Clock) -> Source:
-    from ..serial.psd import PsdSimulatedSource
-    return PsdSimulatedSource(*_simulated(values), values['batch_period'], clock)
+    return module.PsdSerialSource(values['device'], module.SerialSettings(*(values[name] for name in names)), clock)
 
 
 def _shape(values: Mapping) -> tuple[int, int]:
@@ -65,29 +44,20 @@ def _shape(values: Mapping) -> tuple[int, int]:
     return shape[::-1] if values['transposed'] else shape
 
 
-def _taxel_device(values: Mapping, clock: Clock) -> Source:
-    from ..serial.taxel import TaxelSerialSource
-    return TaxelSerialSource(values['device'], values['baud'], _shape(values), clock)
-
-
-def _taxel_file(values: Mapping, clock: Clock) -> Source:
-    from ..serial.taxel import TaxelFileSource
-    return TaxelFileSource(*_played(values), _shape(values), clock)
-
-
-def _taxel_bag(values: Mapping, clock: Clock) -> Source:
-    from .bag import TaxelBagSource
-    return TaxelBagSource(*_played(values), _shape(values))
-
-
-def _taxel_simulated(values: Mapping, clock: Clock) -> Source:
-    from ..serial.taxel import TaxelSimulatedSource
-    return TaxelSimulatedSource(*_simulated(values), clock)
-
-
-CAMERA_SOURCES: Sources = {'sim': _camera_simulated, 'device': _camera_device, 'file': _camera_file, 'bag': _camera_bag}
-PSD_SOURCES: Sources = {'sim': _psd_simulated, 'device': _psd_device, 'bag': _psd_bag}
-TAXEL_SOURCES: Sources = {'sim': _taxel_simulated, 'device': _taxel_device, 'file': _taxel_file, 'bag': _taxel_bag}
+CAMERA_SOURCES: Sources = {
+    'sim': _of('camera.simulated', lambda module, v, clock: module.SimulatedSource(*_simulated(v), (v['width'], v['height']), clock)),
+    'device': _of('camera.device', _camera_device),
+    'file': _of('camera.file', lambda module, v, clock: module.FileSource(v['path'], v['rate'], v['loop'], clock)),
+    'bag': _of('sources.bag', lambda module, v, _: module.BagSource(*_played(v)))}
+PSD_SOURCES: Sources = {
+    'sim': _of('serial.psd', lambda module, v, clock: module.PsdSimulatedSource(*_simulated(v), v['batch_period'], clock)),
+    'device': _of('serial.psd', _psd_device),
+    'bag': _of('sources.bag', lambda module, v, _: module.PsdBagSource(*_played(v)))}
+TAXEL_SOURCES: Sources = {
+    'sim': _of('serial.taxel', lambda module, v, clock: module.TaxelSimulatedSource(*_simulated(v), clock)),
+    'device': _of('serial.taxel', lambda module, v, clock: module.TaxelSerialSource(v['device'], v['baud'], _shape(v), clock)),
+    'file': _of('serial.taxel', lambda module, v, clock: module.TaxelFileSource(*_played(v), _shape(v), clock)),
+    'bag': _of('sources.bag', lambda module, v, _: module.TaxelBagSource(*_played(v), _shape(v)))}
 #: sources of nodes with one or two cameras; topics are subscribed to by the nodes themselves
 CAMERA_CHOICES = ('sim', 'device', 'file', 'bag', 'topics')
 

@@ -80,22 +80,6 @@ def test_the_first_pair_waits_until_the_period_is_known():
     assert (pair.left.stamp_ns, pair.right.stamp_ns, pairer.unpaired) == (10 * MS, 14 * MS, 1)
 
 
-def test_a_stated_period_is_used_at_once():
-    pairer = Pairer(8 * MS, 10 * MS)
-    pairer.add(RIGHT, frame(4 * MS))
-    pairer.add(LEFT, frame(10 * MS))
-    assert pairer.take() is None and pairer.unpaired == 1
-    pairer.add(RIGHT, frame(14 * MS))
-    assert pairer.take().right.stamp_ns == 14 * MS
-
-
-def test_the_last_pair_of_a_recording_needs_no_period():
-    pairer = Pairer(8 * MS)
-    pairer.add(LEFT, frame(0))
-    pairer.add(RIGHT, frame(5 * MS))
-    assert pairer.take() is None and pairer.take(last=True).right.stamp_ns == 5 * MS
-
-
 def test_a_skew_over_the_limit_is_no_pair():
     pairer = Pairer(8 * MS)
     assert fed(pairer, cameras(100 * MS, 9 * MS)) == [] and pairer.unpaired >= 100

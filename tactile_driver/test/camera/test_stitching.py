@@ -83,13 +83,6 @@ def test_a_file_without_a_stitching_is_named(tmp_path, text):
             load_stitching(str(tmp_path / name))
 
 
-def test_a_missing_side_is_named():
-    numbers = stitching().to_dict()
-    del numbers['right']
-    with pytest.raises(BadArgument, match='file: no right'):
-        stitching_from_dict(numbers, 'file')
-
-
 def waves(x, y):
     return 100 + 60 * np.sin(x / 4e-3) + 30 * np.cos(y / 5e-3)
 
@@ -107,14 +100,6 @@ def test_the_plane_appears_at_its_scale_without_a_step_at_the_seam():
     error = picture.astype(float) - wanted(found)
     assert picture.shape == (61, 121) and picture.dtype == np.uint8
     assert np.abs(error[inner, inner]).max() < 2.5 and abs(error[inner, 59:63].mean(0)).max() < 1
-
-
-def test_colour_stays_colour():
-    found = stitching()
-    views = [np.dstack([view(side, waves), view(side, waves) // 2, view(side, waves) // 3]) for side in (found.left, found.right)]
-    picture = make_stitcher('plane', found).stitch(*views)
-    grey = make_stitcher('plane', found).stitch(*(v[:, :, 0].copy() for v in views))
-    assert picture.shape == (61, 121, 3) and (picture[:, :, 0] == grey).all()
 
 
 @pytest.mark.parametrize('method', ['plane', 'middle'])

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """camera_node: its stream and its life."""
 
-import signal
 import time
 from functools import partial
 
@@ -17,9 +16,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from sensor_msgs.srv import SetCameraInfo
 from std_msgs.msg import String
-from tactile_driver.errors import BadArgument, DeviceLost
+from tactile_driver.errors import BadArgument
 from tactile_driver.frame import CameraCalibration, Frame, load_calibration
-from tactile_driver.nodes import camera_node, driver_node
+from tactile_driver.nodes import camera_node
 from tactile_driver.nodes.camera_node import ImagePublishers, ImageStream
 from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.nodes.runtime.host import Host
@@ -27,9 +26,7 @@ from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.nodes.topic_source import topic_source
 from tactile_driver.parameters.drivers import CAMERA_PARAMETERS
 from tactile_driver.parameters.table import defaults
-from tactile_driver.sources.capture import Backoff
 from tactile_driver.sources.source import Source
-from tactile_msgs.msg import ContactRegion
 from watching import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, ERROR, SHUTDOWN_ACTIVE, Streamed, Watcher, ended, stamps
 
 
@@ -158,19 +155,6 @@ def test_as_fast_as_consumed_every_frame_arrives(watcher, camera, video):
     assert np.all(np.diff(stamps(images)) == 20_000_000)
 
 
-def test_the_simulated_pad_comes_with_its_truth(watcher, camera):
-    images, infos = watcher.collect(Image, 'image_raw'), watcher.collect(CameraInfo, 'camera_info')
-    truths = watcher.collect(ContactRegion, 'ground_truth/contact_region')
-    process = camera(scene='rest', rate=20, width=320, height=240)
-    watcher.until(lambda: len(images) >= 20 and len(truths) >= 20)
-    assert (images[0].width, images[0].encoding) == (320, 'bgr8')
-    assert len(set(stamps(images)) & set(stamps(truths))) >= 15
-    assert infos[-1].k[0] > 100 and infos[-1].distortion_model == 'plumb_bob'
-    assert len(truths[-1].dot_id) > 400 and not any(truths[-1].dot_state)
-    code, log = ended(process, signal.SIGTERM)
-    assert (code, log) == (0, '')
-
-
 def test_every_transition_there_and_back(watcher, camera, video):
     images = watcher.collect(Image, 'image_raw')
     camera(source='file', path=video, loop='true', autostart='false')
@@ -202,53 +186,6 @@ def test_a_missing_device_is_told_and_does_not_end_the_node(watcher, camera, vid
     assert watcher.state() == 'active'
     code, log = ended(process)
     assert code == 0 and log.count('no-such-serial') == 1
-
-
-class LateCamera(Source):
-    """A camera that is plugged in after two tries and pulled out again after its twentieth frame, for one try."""
-
-    live = True
-
-    def __init__(self):
-        self.opened, self.frames, self.pulls = 0, 0, [20]
-
-    def open(self):
-        self.opened += 1
-        if self.opened in (1, 2, 4):
-            raise DeviceLost('no camera there')
-
-    def read(self, wanted=True):
-        time.sleep(0.01)
-        self.frames += 1
-        if self.frames in self.pulls:
-            raise DeviceLost('pulled out')
-        return Frame(np.zeros((4, 6), np.uint8), time.time_ns(), 'mono8') if wanted else None
-
-    def describe(self):
-        return {'source': 'device', 'serial': 'A111', 'rate': 100.0}
-
-
-def test_a_camera_that_comes_late_and_is_pulled_out_is_found_again(watcher, monkeypatch):
-    late = LateCamera()
-    monkeypatch.setattr(camera_node, 'make_source', lambda *_: late)
-    monkeypatch.setattr(driver_node, 'Backoff', lambda: Backoff(0.1, 0.2))
-    images = watcher.collect(Image, 'image_raw')
-    # Under a name of its own: rclpy lets the services of a lifecycle node live on after it, and they would take the next tests' requests.
-    rclpy.init(args=['--ros-args', '-r', '__node:=late_camera'])
-    node, executor = camera_node.CameraNode(), SingleThreadedExecutor()
-    executor.add_node(node)
-    try:
-        end = time.monotonic() + 20
-        while (late.opened < 5 or late.frames < 60 or len(images) < 20) and time.monotonic() < end:
-            executor.spin_once(timeout_sec=0.02)
-            watcher.spin(0.01)
-        health = node._examine()
-    finally:
-        executor.shutdown()
-        node.destroy_node()
-        rclpy.try_shutdown()
-    assert late.opened == 5 and len(images) >= 20
-    assert health.values['state'] == 'running' and health.values['last error'] == 'no camera there'
 
 
 def test_nonsense_is_named_once_and_ends_it(camera):

@@ -144,19 +144,3 @@ def test_what_cannot_be_opened_is_told(node, error, result):
     assert driver.trigger_configure() == getattr(TransitionCallbackReturn, result)
     health = driver._examine()
     assert health.level == ERROR and str(error) in health.message
-
-
-def refuse(values):
-    raise BadArgument('bad exposure')
-
-
-def test_what_it_was_given_and_cannot_use_is_raised_at_the_start_only(node):
-    driver, _ = node(BadArgument('bad path'), autostart=True)
-    with pytest.raises(BadArgument, match='bad path'):
-        driver._supervise()
-    driver, stream = node(DeviceLost('no camera'), autostart=True)
-    driver._supervise()
-    driver.open_stream = refuse
-    driver._next_try = 0.0
-    driver._supervise()
-    assert driver._examine().level == ERROR and 'bad exposure' in driver._examine().message

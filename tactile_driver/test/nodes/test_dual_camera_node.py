@@ -27,7 +27,6 @@ from tactile_driver.parameters.table import defaults
 from tactile_driver.recordings.writer import write_messages
 from tactile_driver.sources.source import NothingYet
 from tactile_driver.stitching.methods import make_stitcher
-from tactile_msgs.msg import Contacts
 from watching import Streamed, Watcher, ended, stamps
 
 
@@ -275,18 +274,6 @@ def test_two_image_topics_are_stitched_and_not_published_again(watcher, cameras,
     k = int((stamps(paired)[0] - 10**9) // 50_000_000)
     assert (picture_of(paired[0]) == make_stitcher('plane', stitching()).stitch(*views(k))).all()
     assert all(not picture_of(m)[:, :61].any() and picture_of(m)[:, 70:].any() for m in alone)
-
-
-def test_the_simulated_sheet_comes_with_its_truth(watcher, cameras):
-    left, right, whole, _ = collected(watcher)
-    truths, infos = watcher.collect(Contacts, 'ground_truth/contacts', 100), watcher.collect(CameraInfo, 'right/camera_info', 100)
-    process = cameras(scene='areal_dual_rest', rate=5)
-    watcher.until(lambda: min(map(len, (left, right, whole, truths, infos))) >= 3, 60.0)
-    delays = {stamp: min(stamps(right) - stamp, key=abs) for stamp in stamps(left)[1:-1]}
-    assert all(3e6 <= delay <= 4e6 for delay in delays.values())
-    assert len(set(stamps(whole)) & set(stamps(left))) >= 2 and set(stamps(truths)) & set(stamps(whole))
-    assert infos[0].k[0] > 100 and infos[0].distortion_model == 'plumb_bob'
-    assert ended(process)[0] == 0
 
 
 def test_a_scene_of_one_camera_is_named_and_ends_it(cameras):

@@ -3,6 +3,7 @@
 """Presses with ground truth, to which methods are fitted, and their errors at held-out presses."""
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 
@@ -178,8 +179,13 @@ def held_out(method: type, presses: Presses, sensor: MarkerSensor, fitted: Mappi
     found, held_all = [], []
     number_of = {id(field): k for k, field in enumerate(presses.fields)}
     for fitting, held in presses.held_out():
-        fitted_to = method.from_fitted(method.fit(fitting, sensor, fitted), sensor)
-        found += [fitted_to.estimate(field) for field in held.fields]
+        fresh, last = method.from_fitted(method.fit(fitting, sensor, fitted), sensor), None
+        for field in held.fields:
+            number = number_of[id(field)]
+            if last is None or number != last + 1:  # of another press: what went before it is no motion
+                fitted_to = copy.deepcopy(fresh)
+            found.append(fitted_to.estimate(field))
+            last = number
         held_all.append(held)
     if not held_all:
         raise BadCalibration('all presses are at one place: none can be held out; add presses elsewhere')

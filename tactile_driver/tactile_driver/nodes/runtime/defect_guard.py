@@ -10,8 +10,6 @@ from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.node import Node
 
-from .parameter_server import accepting_unchanged
-
 
 class DefectGuard:
     """Catches what a callback raises and no input check foresaw: a defect of this software. caught: number of defects met."""
@@ -38,12 +36,10 @@ class DefectGuard:
 
 def guard_services(node: Node) -> None:
     """Answer requests that fail instead of ending the node: rclpy raises for a parameter of an unknown type and for a transition that the
-    state does not allow. Read-only parameters may be set to what they are, as `ros2 param load` of a dump does. Call this once all
-    services exist.
+    state does not allow. Call this once all services exist.
     """
     for service in node.services:
-        callback = accepting_unchanged(node, service.callback) if service.srv_type is SetParameters else service.callback
-        service.callback = _answered(node, service.srv_name, callback)
+        service.callback = _answered(node, service.srv_name, service.callback)
 
 
 def _answered(node: Node, name: str, callback: Callable) -> Callable:

@@ -6,10 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
-from rcl_interfaces.srv import SetParameters
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.node import Node
-from rclpy.parameter import Parameter as RosParameter
 
 from ...errors import TactileError
 from ...parameters.table import Parameter
@@ -84,28 +82,3 @@ class NodeParameters:
             self.problems.pop(name, None)
         if self._apply is not None and changes:
             self._apply(changes)
-
-
-def accepting_unchanged(node: Node, callback: Callable) -> Callable:
-    """The callback of a node's service set_parameters that accepts unchanged values of all parameters; rclpy refuses those of read-only
-    ones."""
-    def called(request: SetParameters.Request, response: SetParameters.Response) -> SetParameters.Response:
-        """Set what differs."""
-        same = [_is_unchanged(node, RosParameter.from_parameter_msg(each)) for each in request.parameters]
-        others = SetParameters.Request(parameters=[each for each, is_same in zip(request.parameters, same) if not is_same])
-        results = iter(callback(others, SetParameters.Response()).results if others.parameters else ())
-        response.results = [SetParametersResult(successful=True) if is_same else next(results) for is_same in same]
-        return response
-    return called
-
-
-def _is_unchanged(node: Node, given: RosParameter) -> bool:
-    if not node.has_parameter(given.name):
-        return False
-    known = node.get_parameter(given.name)
-    return known.type_ == given.type_ and _text(known.value) == _text(given.value)
-
-
-def _text(value: object) -> str:
-    """repr, which is the same for NaN and NaN, of plain values and lists."""
-    return repr(value if isinstance(value, (str, bytes)) or not hasattr(value, '__iter__') else list(value))
