@@ -51,9 +51,9 @@ class Choice:
     def __init__(self):
         self.dragged = None
 
-    def explain(self, evidence: Evidence, solve: Callable, begin, two: Callable, are_distinct: Callable):
+    def explain(self, evidence: Evidence, solve: Callable, begin, two: Callable):
         """The fit to a frame: solve(start, hypothesis) fits one press, from begin, to it; two(single) two at once, beside the fit of one; a
-        fit has presses and a misfit, the residual chi-square per value. are_distinct(fit): whether two presses are."""
+        fit has presses and a misfit, the residual chi-square per value."""
         dragged, begin = self.dragged is not None, self.dragged if self.dragged is not None else begin
         single = solve(begin, DRAGGED if dragged else STRAIGHT)
         most = evidence.of(DRAGGED if dragged else STRAIGHT, single.misfit)
@@ -63,7 +63,7 @@ class Choice:
                 single, most, dragged = drag, evidence.of(DRAGGED, drag.misfit), True
         if evidence.may_win(TWO, most):
             both = two(single)
-            if evidence.of(TWO, both.misfit) > most and are_distinct(both):
+            if evidence.of(TWO, both.misfit) > most:
                 return both
         self.dragged = single.presses if dragged else None
         return single

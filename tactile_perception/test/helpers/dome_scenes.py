@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fields of an inflated dome, dented by a ball as an idealised balloon would be: a cap of the ball, from its rim a logarithmic slope that
 fades towards the rim of the dome, the skin drawn a little towards the tip. Nothing of it is the estimator's."""
-import functools
 
 import numpy as np
 from tactile_perception.press.presses import Presses
@@ -76,11 +75,3 @@ def dome_presses(places, depths=(0.012, 0.025, 0.038), ball=BALL, still=3, seed=
     count = len(fields)
     return Presses(tuple(fields), position, np.array([0.0] * still + [depth for _, depth in pressed]), np.arange(count),
                    np.full((count, 6), np.nan), np.full(count, np.nan))
-
-
-@functools.cache
-def calibration():
-    """Presses of the calibrated ball at twelve places."""
-    angle = np.arange(11) * 2.4
-    way = 0.062 * np.sqrt((np.arange(11) + 1) / 11)
-    return dome_presses([(0.0, 0.0), *np.column_stack([way * np.cos(angle), way * np.sin(angle)])])

@@ -17,15 +17,15 @@ from ..identification import Prior, identify
 from ..presses import Presses
 from ..published import common_rest
 from ..sensor import MarkerSensor, dome_cap, first_touch_height, rest_points
-from .library import RADIUS_SPREAD, DomeLibrary, DomePlan, build_library, library_from_numbers, library_numbers
+from .library import DomeLibrary, DomePlan, build_library, library_from_numbers, library_numbers
 from .mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, centres_of, evaluate, outlines, press_dome, shift_of
-from .fit import DEPTH, RADIUS, STRAIGHT, X, Y, DomeFound, DomeInverse, FieldNoise
+from .fit import DEPTH, STRAIGHT, DomeFound, DomeInverse, FieldNoise
 
-LOAD_STEPS = 36         # of a press to the deepest. Chosen: friction depends on the path
+LOAD_STEPS = 18         # of a press to the deepest. Chosen: friction depends on the path
 DEPTH_POWER = 1.3       # grading of the load steps. Chosen
-PLACES = 4              # simulated at most, evenly over their distances from the axis. Chosen
+PLACES = 3              # simulated at most, evenly over their distances from the axis. Chosen
 DEPTHS = 4              # of a place at most. Chosen
-TENSIONS = 1.0, 0.5, 0.25, 0.12  # over shear modulus and thickness: starts. Chosen
+TENSIONS = 1.0, 0.4, 0.15  # over shear modulus and thickness: starts. Chosen
 GASES = 1.0, 0.03, 1e-4  # over the likely one: starts of sealed gas, of gas with a reservoir, and of a pressure that is held. Chosen
 HOPELESS = 10.0         # times the least cost of a start: kinds of gas whose starts are worse are not followed. Chosen
 EVALUATIONS = 6         # of the presses, at most, beside their slopes. Chosen
@@ -152,8 +152,7 @@ LIKELY_MARKER = 0.3   # of the pitch: radius of a marker whose area is unknown. 
 TOP = 0.35            # of the rim's radius: markers nearer to the axis tell their radius. Chosen
 STILL = 2e-5          # m, noise without untouched frames. Chosen
 SHARES = 0.003, 0.002  # least model error over a marker's displacement, and over the greatest. Chosen
-NUMBERS = ('place_error', 'depth_share', 'depth_error', 'wider', 'rounder', 'rounder_shallow', 'deeper', 'deeper_far', 'deeper_shallow',
-           'deepest', 'farthest', 'quiet')
+NUMBERS = ('place_error', 'depth_share', 'depth_error', 'wider', 'deeper', 'deeper_far', 'deeper_shallow', 'deepest', 'farthest', 'quiet')
 MOST_PRESSES = 60             # presses that tell the noise, at most. Chosen
 SAME = replace(STRAIGHT, rougher=0.0, wider=0.0)  # of presses by the tip and with the friction that are identified
 REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
@@ -163,9 +162,9 @@ REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
 class DomeCalibration:
     """library; material; rest: (K, 2) m, and eyes (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of fields,
     with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth;
-    depth_error: m, that of depth where presses are shallow;
-    wider: fitted distance from the axis over the true one; rounder, rounder_shallow: see radius_scale; deeper, deeper_far, deeper_shallow:
-    see depth_scale; deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an untouched frame.
+    depth_error: m, that of depth where presses are shallow; wider: fitted distance from the axis over the true one; deeper, deeper_far,
+    deeper_shallow: see depth_scale; deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an
+    untouched frame.
     """
 
     library: DomeLibrary
@@ -177,8 +176,6 @@ class DomeCalibration:
     depth_share: float
     depth_error: float
     wider: float
-    rounder: float
-    rounder_shallow: float
     deeper: float
     deeper_far: float
     deeper_shallow: float
@@ -189,15 +186,6 @@ class DomeCalibration:
     def points(self, sensor: MarkerSensor) -> np.ndarray:
         """(K, 3) m, places of the untouched markers; NaN unknown."""
         return centres_of(self.rest, self.eyes, self.library.plan.marker, sensor)
-
-    def radius_scale(self, depth: float) -> float:
-        """Fitted tip radius over the true one at a fitted depth, m."""
-        return float(np.exp(self.rounder + self.rounder_shallow * _shallowness(depth, self.deepest)))
-
-    def place_of(self, press: np.ndarray) -> np.ndarray:
-        """(2,) m, where the tip of a fitted press (7,) is, but for `wider`: what markers tell is where it touches the dome first."""
-        fitted, curvature = self.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS]), self.library.plan.cap.curvature_radius
-        return press[[X, Y]] * (curvature + fitted / self.radius_scale(np.exp(press[DEPTH]))) / (curvature + fitted)
 
     def depth_scale(self, place: np.ndarray, depth: float) -> float:
         """Fitted depth over the true one at a place (2,), m, and a fitted depth, m."""
@@ -238,7 +226,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     library, material = (known.library, known.material) if known else _simulated(straight, rest, eyes, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
     noise = FieldNoise(_still(still), *SHARES)
-    first = DomeCalibration(library, material, rest, eyes, noise, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, deepest,
+    first = DomeCalibration(library, material, rest, eyes, noise, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest,
                             reached + max(sensor.pitch), 0.0)
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST_PRESSES).astype(int)))
     inverse = _inverse(first, noise, sensor)
@@ -311,23 +299,20 @@ def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], press
     """The calibration with scales that most presses show, and with the standard deviations of place and of depth over depth that the
     estimates show beyond their covariances and scales.
 
-    Tip radius, depth and distance from the axis are told together: a tip that is taken for a larger one is taken for one that is farther
-    out and less deep. Errors of the model show there, most where a press is shallow. One exact press at the farthest is added: presses
-    near the axis hardly tell what is there.
+    Tip radius, depth and distance from the axis are told together: errors of the model show there, most where a press is shallow. One exact
+    press at the farthest is added: presses near the axis hardly tell what is there.
     """
     deep = presses.depth > SHALLOW * presses.depth.max()
     told, true = np.array([one.presses[0] for one in found])[deep], presses.position[deep, :2]
     away, depth = np.maximum(np.hypot(*true.T), 1e-9), np.exp(told[:, DEPTH])
     shallow = _shallowness(depth, known.deepest)
-    rounder, rounder_shallow = _least_absolute(np.column_stack([np.ones(len(true)), shallow]), RADIUS_SPREAD * told[:, RADIUS])
-    scaled = replace(known, rounder=float(rounder), rounder_shallow=float(rounder_shallow))
-    places = np.array([scaled.place_of(press) for press in told])
+    places = told[:, :2]
     out, far, shallow = (np.append(part, end) for part, end in ((np.sum(places * true, axis=1) / away, known.farthest),
                                                                  (away, known.farthest), (shallow, SHALLOW)))
     wider, = _least_absolute(far[:, None], out)
     deeper, change, deeper_shallow = _least_absolute(np.column_stack([np.ones(len(far)), (far / known.farthest)**2, shallow]),
                                                      np.append(depth / presses.depth[deep], 1.0))
-    scaled = replace(scaled, wider=float(wider), deeper=float(deeper), deeper_far=float(deeper + change),
+    scaled = replace(known, wider=float(wider), deeper=float(deeper), deeper_far=float(deeper + change),
                      deeper_shallow=float(deeper_shallow))
     variance = np.array([np.diag(one.covariance)[:3] for one in found])[deep]
     scale = np.array([scaled.depth_scale(place, fitted) for place, fitted in zip(true, depth)])

@@ -124,18 +124,6 @@ class DomeInverse:
         left = (field.shift - self.appear(presses))[field.seen]
         return float(np.sum(left**2 / sum(self._variances(field))[field.seen, None]))
 
-    def elsewhere(self, field: MarkerField, press: np.ndarray) -> np.ndarray:
-        """(3, 3) spread of place, m, and log depth over the starts, each scaled to fit best and weighted by its likelihood over that of the
-        press (7,): what the covariance of a faint press, which is that of its neighbourhood, lacks."""
-        per = np.repeat(np.where(field.seen, 1 / sum(self._variances(field)), 0.0), 2)
-        shift = np.where(field.seen[:, None], field.shift, 0.0).ravel()
-        match, size = np.maximum(self._shown @ (per * shift), 1e-30), self._shown**2 @ per
-        gain = match**2 / size + self.squares(field, press[None]) - per @ shift**2
-        likely = np.exp(np.minimum(gain, 0.0) / 2)
-        off = self.starts[:, :3] - press[:3]
-        off[:, DEPTH] += np.log(match / size)
-        return (likely[:, None] * off).T @ off / (1 + likely.sum())
-
     def solve(self, field: MarkerField, starts: np.ndarray, prior: PressPrior = STRAIGHT) -> DomeFound:
         """Fit presses to a field, from starts (n, 7)."""
         seen = field.seen & np.isfinite(self.points).all(1)

@@ -46,9 +46,9 @@ class DomePlan:
     reach: float
     marker: float
     eye: float
-    order: int = 6
-    levels: int = 14
-    substeps: int = 3
+    order: int = 5
+    levels: int = 10
+    substeps: int = 2
 
     @property
     def cap(self) -> Cap:

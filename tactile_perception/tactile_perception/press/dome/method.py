@@ -24,12 +24,7 @@ SEEN = 12            # markers needed
 STANDS_OUT = 12.0    # detection threshold of the match, standard deviations of noise
 QUIETER = 1.5        # detection threshold over the greatest match of untouched calibration frames
 SURE = 2.5           # least depth over its standard deviation, and tip radius over that of the place: fainter touches are not told
-FAINT = 8.0          # times the detection threshold, up to which other places may explain a frame as well
-PLACE_AND_DEPTH = 3  # numbers that a faint press tells
 ORDINARY = 1.0       # residual chi-square of presses under their own hypothesis: 0.4 to 2 on simulated domes
-WRONG = 1.5          # misfit from which a faint touch may be anywhere
-APART = 2.0          # least distance of two tips, of the smaller radius
-SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
 NOT_LINEAR = 0.07, 0.1  # error of place, and of depth, over the way of a drag, which is linearised
 ADDED = 0.12         # error of the depth of each of two presses, whose fields are added. Chosen on simulated pairs
 LEANS = 0.5          # share of the slope that one of two presses gives the skin, that moves the other's contact. Chosen likewise
@@ -92,26 +87,12 @@ class DomeModelMethod:
             self._reset()
             return None
         self._last = self._explained(field, match)
-        return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, match, self._last)
+        return self._last
 
     def _spread(self, field: MarkerField) -> bool:
         """Whether the seen markers are now in a plane, not on a line or at one place."""
         now = (field.rest + field.shift)[field.seen]
         return bool(np.linalg.eigvalsh(np.cov(now.T))[0] > max(self.sensor.pitch)**2)
-
-    def _faint(self, field: MarkerField, match: np.ndarray, found: DomeFound) -> DomeFound:
-        """The press with the places in its covariance that explain the frame as well, and those of two presses that explain it better:
-        by more than two units of squared residual (Akaike 1974) for place and depth of the second; its other numbers are held. Where
-        noise leaves less, as of skin that friction holds while a tip goes back, the place is not known."""
-        covariance = found.covariance.copy()
-        covariance[:3, :3] += self.solver.elsewhere(field, found.presses[0])
-        if found.misfit > WRONG:
-            covariance[:3, :3] += np.diag([self.sensor.rim_radius**2] * 2 + [1.0])
-        two = self.solver.solve(field, self.solver.start_of_two(match))
-        if 2 * field.seen.sum() * (found.misfit / two.misfit - 1) > 2 * PLACE_AND_DEPTH and self._are_distinct(two):
-            off = two.presses[:, :3] - found.presses[0, :3]
-            covariance[:3, :3] += off.T @ off / 2
-        return replace(found, covariance=covariance)
 
     def raised(self, field: MarkerField) -> np.ndarray | None:
         """Upward displacement (K,), m, of the markers; None without contact."""
@@ -133,20 +114,14 @@ class DomeModelMethod:
         return self._choice.explain(
             choice.Evidence(2 * int(field.seen.sum()), ORDINARY),
             lambda start, what: self.solver.solve(field, start, DRAGGED if what is choice.DRAGGED else STRAIGHT),
-            self.solver.start(match), two, self._are_distinct)
-
-    def _are_distinct(self, two: DomeFound) -> bool:
-        depth = np.exp(two.presses[:, DEPTH])
-        radius = self.calibration.library.plan.radius * np.exp(RADIUS_SPREAD * two.presses[:, RADIUS]).min()
-        apart = np.hypot(*(two.presses[0, :2] - two.presses[1, :2]))
-        return bool(apart > APART * radius and depth.min() > SLIGHT * depth.max())
+            self.solver.start(match), two)
 
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
         press, calibration = found.presses[number], self.calibration
         part = slice(PRESS * number, PRESS * (number + 1))
-        fitted, pressed = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS])), float(np.exp(press[DEPTH]))
-        radius, first = fitted / calibration.radius_scale(pressed), calibration.place_of(press) / calibration.wider
-        (sunk, slopes), scale = self._by_others(found, number, fitted), calibration.depth_scale(first, pressed)
+        radius, pressed = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS])), float(np.exp(press[DEPTH]))
+        first = press[[X, Y]] / calibration.wider
+        (sunk, slopes), scale = self._by_others(found, number, radius), calibration.depth_scale(first, pressed)
         low = first_touch_height(self._inside(first), radius, self.sensor)[0] - pressed / scale - sunk
         place = self._inside(first + pressed * press[DRAG])  # where the drag has carried it
         depth = float(first_touch_height(place, radius, self.sensor)[0] - low)
@@ -165,7 +140,7 @@ class DomeModelMethod:
         flags |= AMBIGUOUS * (found.misfit > UNEXPLAINED)
         lowest = np.append(place, low)
         if len(found.presses) > 1:
-            position, wrench = lowest + self._centre(press, fitted, slopes) * radius / fitted, np.full(6, np.nan)
+            position, wrench = lowest + self._centre(press, radius, slopes), np.full(6, np.nan)
         else:
             position, wrench = lowest, self._wrench(press, lowest, radius)
         sigma = float(np.sqrt(covariance[2, 2]))

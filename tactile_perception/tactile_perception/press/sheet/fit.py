@@ -106,7 +106,6 @@ class SheetStart:
     def __init__(self, library: SheetLibrary, shift: float, growth: float):
         self._library, self._sigma = library, np.array([shift, shift, growth])
         x, y = (np.linspace(-0.95, 0.95, count) * reach for count, reach in zip(GRID, library.plan.reach))
-        self._step = np.array([x[1] - x[0], y[1] - y[0]])
         places = np.stack(np.meshgrid(x, y, indexing='ij'), axis=-1).reshape(-1, 2)
         self._presses = [Press(place, depth * library.plan.depth) for place in places for depth in DEPTHS]
         self._rest = self._eye = np.zeros((0, 2))
@@ -124,7 +123,7 @@ class SheetStart:
         press, best = self._presses[k], float(score[k])
         depth = min(max(press.depth * best / float(length[k]), 1e-5), self._library.plan.depth)
         left = (float(value @ value) - best**2) / max(np.count_nonzero(known), 1)
-        return Press(self._between(score, k), depth), best / np.sqrt(max(left, 1.0))
+        return Press(press.place, depth), best / np.sqrt(max(left, 1.0))
 
     def best_pair(self, field: MarkerField) -> list[Press]:
         """The two presses whose fields, each scaled, add up to the field best; of the templates of PAIR_DEPTH, as best for the rest."""
@@ -151,18 +150,6 @@ class SheetStart:
         if not np.array_equal(known, self._last[0]):
             self._last = known, np.sqrt(np.maximum(self._fields**2 @ known.astype(np.float32), 1e-9))
         return self._last[1]
-
-    def _between(self, score: np.ndarray, k: int) -> np.ndarray:
-        """(2,) m: peak of the parabolas along x and y through the scores of press k and its neighbours."""
-        place = self._presses[k].place.copy()
-        grid = score.reshape(*GRID, len(DEPTHS))[..., k % len(DEPTHS)]
-        at = np.divmod(k // len(DEPTHS), GRID[1])
-        for axis, line in enumerate((grid[:, at[1]], grid[at[0]])):
-            n = at[axis]
-            if 0 < n < len(line) - 1:
-                before, middle, after = line[n - 1:n + 2]
-                place[axis] += self._step[axis] * 0.5 * (after - before) / max(2 * middle - before - after, 1e-9)
-        return place
 
     def _renew(self, field: MarkerField) -> None:
         """Renew the templates where markers or eyes changed; a marker that is not seen keeps its last position."""

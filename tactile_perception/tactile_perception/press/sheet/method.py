@@ -20,11 +20,8 @@ from ..sensor import MarkerSensor
 
 # All chosen.
 ORDINARY = 0.5      # residual chi-square of presses under their own hypothesis: 0.2 to 1 on simulated sheets
-APART = 2.2         # least distance of two tips, marker pitches
-SLIGHT = 0.12       # least depth of the shallower of two presses over the deeper
 FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
 DRAG_PLACE, DRAG_DEPTH = 0.1, 0.06  # standard deviations of place and depth over the tip radius, of a drag of 1
-RADIUS, DRAG_RADIUS = 0.1, 0.2  # standard deviations of a log radius, of a press and of a drag: other friction passes for another radius
 UNSURE_PLACE, UNSURE_DEPTH = 0.2, 0.15  # relative errors of the corrections for other tips: place, and depth
 AMISS_PLACE, AMISS_DEPTH = 0.1, 0.04  # standard deviations over the tip radius, of two presses at a misfit of 2
 
@@ -49,10 +46,7 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
         covariance = covariance + np.diag(np.square([*[max(FLOOR_PLACE, DRAG_PLACE * np.hypot(*press.drag))] * 2,
                                                      DRAG_DEPTH * np.hypot(*press.drag)]) * library.plan.radius**2)
         place = np.array([x, y, -depth])
-        if len(found.presses) == 1:
-            shift = _by_radius(found)
-            covariance = covariance + np.outer(shift, shift)
-        else:
+        if len(found.presses) > 1:
             eye = np.array([[*press.place, -1.0]])
             whole, alone = (show(library, presses, press.place[None], eye, found.mixed)[1][0] for presses in (found.presses, [press]))
             slope, aside, sunk = (whole - alone)[1:, 2], (whole - alone)[0, :2], -(whole - alone)[0, 2]
@@ -66,12 +60,6 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
             covariance = covariance + np.diag(unsure**2 + amiss**2 * max(found.misfit - 1.0, 0.0))
         tips.append(Tip(place, depth, covariance, press.log_radius))
     return tips
-
-
-def _by_radius(found: Inverse) -> np.ndarray:
-    """(3,) m: change of x, y and depth of one press where its radius is another by one standard deviation of what the model lacks."""
-    sigma = DRAG_RADIUS if any(found.presses[0].drag) else RADIUS
-    return sigma * found.covariance[:3, 3] / found.covariance[3, 3]
 
 
 # All chosen.
@@ -92,7 +80,7 @@ class SheetModelMethod:
         library, noise = calibration.library, calibration.noise
         inverse = SheetInverse(library, noise, calibration.marker_radius, max(sensor.pitch))
         self._start = SheetStart(library, noise.shift, noise.growth)
-        self._inverse, self._pitch, self._choice = inverse, max(sensor.pitch), Choice()
+        self._inverse, self._choice = inverse, Choice()
         self._margin = np.array(sensor.pitch)
         self._before: np.ndarray | None = None
         self._lasts = False
@@ -148,13 +136,7 @@ class SheetModelMethod:
             return self._inverse.solve(seen, straight.presses, drags=True)  # each draws the sheet along under the other
 
         return self._choice.explain(
-            Evidence(seen.value.size, ORDINARY), lambda start, what: self._inverse.solve(seen, start, what is DRAGGED), start, two,
-            self._are_distinct)
-
-    def _are_distinct(self, two: Inverse) -> bool:
-        (one, other), depths = tips_of(self._calibration.library, two), sorted(press.depth for press in two.presses)
-        apart = np.hypot(*(one.place - other.place)[:2])
-        return bool(apart > APART * self._pitch and depths[0] > SLIGHT * depths[1])
+            Evidence(seen.value.size, ORDINARY), lambda start, what: self._inverse.solve(seen, start, what is DRAGGED), start, two)
 
     def _is_seen(self, touch: TouchEstimate, field: MarkerField) -> bool:
         """Whether markers around a touch are seen: of a touch that begins between two exposures, one camera may show none."""

@@ -8,7 +8,6 @@ from tactile_perception.errors import BadCalibration
 from tactile_perception.press.dome import calibration, mechanics
 from tactile_perception.press.dome.calibration import DomeCalibration, DomeNumbers, calibrate_dome, identify_dome
 from tactile_perception.press.dome.fit import DomeFound, FieldNoise
-from tactile_perception.press.dome.library import RADIUS_SPREAD
 from tactile_perception.press.dome.mechanics import DomeMaterial
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.sensor import MARKER_SENSORS, dome_cap
@@ -34,47 +33,42 @@ def test_noise_and_errors_are_those_of_the_presses(monkeypatch):
         DomeCalibration.from_numbers({name: part for name, part in numbers.items() if name != 'depth_error'})
 
 
-@pytest.mark.full  # simulates a small library
-def test_scales_of_tip_place_and_depth_are_those_of_the_presses_and_none_where_they_were_not():
-    rng, deepest, farthest = np.random.default_rng(1), 0.04, 0.08
-    known = DomeCalibration(small_library(), MATERIAL, np.zeros((0, 2)), np.zeros((0, 3)), FieldNoise(1e-5, 0.0, 0.0), 0.0, 0.0, 0.0, 1.0,
-                            0.0, 0.0, 1.0, 1.0, 0.0, deepest, farthest, 0.0)
-    curvature, tip = small_library().plan.cap.curvature_radius, small_library().plan.radius
+def known():
+    """A calibration without remaining errors."""
+    return DomeCalibration(small_library(), MATERIAL, np.zeros((0, 2)), np.zeros((0, 3)), FieldNoise(1e-5, 0.0, 0.0), 0.0, 0.0, 0.0, 1.0,
+                           1.0, 1.0, 0.0, 0.04, 0.08, 0.0)
 
-    def scaled(places, wider, rounder, deeper):
-        """With presses told so much farther out, and with tips and depths that are functions of depth, m, and of place (2,), m."""
+
+@pytest.mark.full  # simulates a small library
+def test_scales_of_place_and_depth_are_those_of_the_presses_and_none_where_they_were_not():
+    rng, deepest, farthest = np.random.default_rng(1), 0.04, 0.08
+
+    def scaled(places, wider, deeper):
+        """With presses told so much farther out, and with depths that are functions of depth, m, and of place (2,), m."""
         depths = rng.uniform(0.01, deepest, len(places))
-        fitted = [depth * deeper(place, depth) for place, depth in zip(places, depths)]
-        told = [np.array([*place * wider * (curvature + tip * rounder(depth)) / (curvature + tip), np.log(depth),
-                          np.log(rounder(depth)) / RADIUS_SPREAD, 0, 0, 0]) for place, depth in zip(places, fitted)]
+        told = [np.array([*place * wider, np.log(depth * deeper(place, depth)), 0, 0, 0, 0]) for place, depth in zip(places, depths)]
         found = [DomeFound(one[None], 1e-12 * np.eye(7), 0.5) for one in told]
         count = len(places)
         presses = Presses((None,) * count, np.column_stack([places, np.zeros(count)]), depths, np.arange(count), np.zeros((count, 6)),
-                          np.full(count, tip))
-        return calibration._with_remaining_errors(known, found, presses), told, places, depths
+                          np.full(count, 0.025))
+        return calibration._with_remaining_errors(known(), found, presses), told, depths
 
     places = rng.uniform(-0.05, 0.05, (200, 2))
-    shallow = lambda depth: 0.2 * deepest / depth  # noqa: E731
-    found, told, _, depths = scaled(places, 0.95, lambda depth: 1.02 * np.exp(0.2 * shallow(depth)),
-                                    lambda place, depth: 1.1 - 0.2 * place @ place / farthest**2 - 0.1 * shallow(depth))
-    assert (found.wider, found.rounder, found.rounder_shallow) == pytest.approx((0.95, np.log(1.02), 0.2), abs=0.01)
+    found, told, depths = scaled(places, 0.95, lambda place, depth: 1.1 - 0.2 * place @ place / farthest**2 - 0.02 * deepest / depth)
+    assert found.wider == pytest.approx(0.95, abs=0.01)
     for one, place, depth in zip(told, places, depths):
-        assert found.place_of(one) / found.wider == pytest.approx(place, abs=5e-4)
         assert np.exp(one[2]) / found.depth_scale(place, np.exp(one[2])) == pytest.approx(depth, rel=0.02)
-    near, *_ = scaled(places[:6] * 1e-3, 0.5, lambda depth: 1.0, lambda place, depth: 1.0)
+    near, *_ = scaled(places[:6] * 1e-3, 0.5, lambda place, depth: 1.0)
     assert near.wider == pytest.approx(1.0, abs=0.02) and near.depth_scale(np.zeros(2), 0.02) == pytest.approx(1.0, abs=0.01)
-    assert near.radius_scale(0.02) == pytest.approx(1.0, abs=0.01)
 
 
 @pytest.mark.full  # simulates a small library
 @pytest.mark.parametrize('count, error', [(20, 3e-4), (5, 0.0)])
 def test_the_error_of_shallow_depths_is_that_of_shallow_presses_and_none_of_too_few(count, error):
-    known = DomeCalibration(small_library(), MATERIAL, np.zeros((0, 2)), np.zeros((0, 3)), FieldNoise(1e-5, 0.0, 0.0), 0.0, 0.0, 0.0, 1.0,
-                            0.0, 0.0, 1.0, 1.0, 0.0, 0.04, 0.08, 0.0)
     depths, places = np.linspace(1e-3, 7e-3, count), np.zeros((count, 3))
     found = [DomeFound(press(0, 0, depth - 3e-4)[None], 1e-12 * np.eye(7), 0.5) for depth in depths]
     presses = Presses((None,) * count, places, depths, np.arange(count), np.zeros((count, 6)), np.full(count, 0.025))
-    assert calibration._shallow_error(known, found, presses) == pytest.approx(error, abs=1e-6)
+    assert calibration._shallow_error(known(), found, presses) == pytest.approx(error, abs=1e-6)
 
 
 def test_a_sheet_and_too_few_presses_are_refused():
@@ -107,13 +101,13 @@ def test_tension_gas_and_friction_are_told_from_simulated_presses(monkeypatch):
     monkeypatch.setattr(calibration, 'LOAD_STEPS', 10)
     monkeypatch.setattr(calibration, 'GASES', (1.0, 1e-4))
     presses, true = dome_presses([(0.0, 0.0), (across, 0.0)], (0.012, 0.025), still=0), np.log([tension, max(gas, 1e-3), friction, 0.025])
-    known = dict(points=POINTS, eyes=np.nan_to_num(EYES), cap=CAP, plane_z=DOME.plane_z, marker=0.004)
+    given = dict(points=POINTS, eyes=np.nan_to_num(EYES), cap=CAP, plane_z=DOME.plane_z, marker=0.004)
     for place in calibration._places(presses):  # what the true dome would have shown
-        left = calibration._residuals((place, true), **known).reshape(place.shifts.shape) / place.weights[:, None, None]
+        left = calibration._residuals((place, true), **given).reshape(place.shifts.shape) / place.weights[:, None, None]
         for depth, shift in zip(place.depths, place.shifts + left):
             presses.fields[np.flatnonzero(np.isclose(presses.depth, depth, atol=1e-6)
                                           & np.isclose(np.hypot(*presses.position[:, :2].T), place.across))[0]].shift[:] = shift
-    found = identify_dome(presses, start=START, **known).logs
+    found = identify_dome(presses, start=START, **given).logs
     assert np.exp(found[1]) < 0.1
     assert found[0] == pytest.approx(true[0], abs=0.2) and found[2] == pytest.approx(true[2], abs=0.2)
 

@@ -32,18 +32,6 @@ def test_a_straight_press_may_have_any_friction_and_the_covariance_says_so(told,
     assert least < np.mean(squares) < most
 
 
-@pytest.mark.parametrize('depth, near_is_enough', [(2e-4, False), (8e-4, True)])
-def test_a_faint_press_may_be_elsewhere_and_the_spread_says_so(depth, near_is_enough):
-    faint, squares = press(0.022, -0.031, depth), []
-    for seed in range(20):
-        field = library_field(faint, seed=seed)
-        found = inverse().solve(field, inverse().start(inverse().match(field)))
-        off, near, far = found.presses[0, :2] - faint[:2], found.covariance[:2, :2], inverse().elsewhere(field, found.presses[0])
-        squares.append([off @ np.linalg.solve(covariance, off) / 2 for covariance in (near, near + far[:2, :2])])
-    alone, spread = np.mean(squares, axis=0)
-    assert (alone < 1 if near_is_enough else alone > 2) and 0.2 < spread < 2
-
-
 def test_two_presses_are_found_from_the_best_pair_of_starts():
     two = press(0.045, 0.02, 0.02), press(-0.04, -0.01, 0.018)
     found = inverse().solve(library_field(*two), inverse().start_of_two(inverse().match(library_field(*two))))

@@ -7,7 +7,7 @@ import pytest
 from dome_library import MATERIAL, MESH, PLAN, POINTS, press, small_library
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.dome.library import RADIUS_SPREAD, AsSeen, library_from_numbers, library_numbers
-from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, evaluate, outlines, press_dome, shift_of
+from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, appear_at, evaluate, outlines, press_dome, shift_of
 
 pytestmark = pytest.mark.full  # simulates a small library
 KNOWN = np.isfinite(POINTS).all(1)
@@ -19,9 +19,9 @@ def moved(*numbers):
 
 
 def test_presses_between_the_simulated_ones_are_interpolated():
-    step, across, turn, radius = PLAN.load_steps[9], 0.037, 0.6, 0.3
+    step, across, turn, radius = PLAN.load_steps[7], 0.037, 0.6, 0.3
     mesh = DomeMesh(shift_of(across, PLAN.radius * np.exp(RADIUS_SPREAD * radius), PLAN.cap), PLAN.cap, MESH)
-    direct = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius * np.exp(RADIUS_SPREAD * radius), MATERIAL, drags=0).straight[-1]
+    direct = press_dome(mesh, PLAN.load_steps[:8], PLAN.radius * np.exp(RADIUS_SPREAD * radius), MATERIAL, drags=0).straight[-1]
     turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
     shown = AsSeen(mesh, PLAN.marker, PLAN.eye).fields(*(direct[None] for _ in range(3)))[0][0]
     expected = evaluate(shown, mesh, POINTS[KNOWN] @ turned.T) @ turned
@@ -30,10 +30,10 @@ def test_presses_between_the_simulated_ones_are_interpolated():
 
 
 def test_the_force_of_a_tip_that_sticks_or_rubs_is_that_of_the_simulated_presses():
-    step, across, turn = PLAN.load_steps[9], 0.037, 0.6
+    step, across, turn = PLAN.load_steps[7], 0.037, 0.6
     mesh = DomeMesh(shift_of(across, PLAN.radius, PLAN.cap), PLAN.cap, MESH)
-    stuck = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius, MATERIAL)
-    rubs = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius, DomeMaterial(MATERIAL.squeeze, MATERIAL.gas, 0.0))
+    stuck = press_dome(mesh, PLAN.load_steps[:8], PLAN.radius, MATERIAL)
+    rubs = press_dome(mesh, PLAN.load_steps[:8], PLAN.radius, DomeMaterial(MATERIAL.squeeze, MATERIAL.gas, 0.0))
     turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
     place, library = (across * np.cos(turn), across * np.sin(turn)), small_library()
     for drag, (direct, friction) in product(((0.0, 0.0), (0.3, 0.0), (0.0, 0.3)), ((stuck, 0.0), (rubs, -1.0))):
@@ -52,8 +52,8 @@ def test_the_library_has_the_domes_symmetry():
 
 def test_a_field_becomes_that_which_moves_the_outlines_of_markers():
     """Also dragged along and across: what a marker shows at its place moves it as its outline's centroid moves."""
-    mesh, marker, eye = DomeMesh(shift_of(0.04, 0.025, PLAN.cap), PLAN.cap, MeshPlan()), 5e-3, np.array([0.0, 0.0, -0.045])
-    found = press_dome(mesh, np.linspace(0.002, 0.03, 12), 0.025, MATERIAL)
+    mesh, marker, eye = DomeMesh(shift_of(0.04, 0.025, PLAN.cap), PLAN.cap, MESH), 5e-3, np.array([0.0, 0.0, -0.045])
+    found = press_dome(mesh, np.linspace(0.002, 0.03, 12), 0.025, MATERIAL, drags=12)
     parts = found.straight[-1:], found.along[-1:], found.across[-1:]
     shown = AsSeen(mesh, marker, eye[2]).fields(*parts)
     points = POINTS[KNOWN]

@@ -67,9 +67,3 @@ def test_noise_louder_than_was_calibrated_does_not_stand_out():
     start, still = SheetStart(library(), STILL, GROWTH), np.zeros((len(GRID), 3))
     scores = [start.best(field_of(still, 3e-5, 2e-2, seed))[1] for seed in range(300)]
     assert max(scores) < 6 < 30 < start.best(field_of(pressed(0.006, -0.004, 3e-3), 3e-5, 2e-2))[1]
-
-
-@pytest.mark.parametrize('place', [(0.0011, -0.0007), (0.0093, 0.0052)])
-def test_between_the_places_of_the_list_the_match_is_nearer_than_to_either(place):
-    press, _ = SheetStart(library(), STILL, GROWTH).best(field_of(pressed(*place, 3e-3), STILL, GROWTH))
-    assert np.hypot(*(press.place - place)) < 1e-3
