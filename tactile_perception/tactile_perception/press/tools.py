@@ -243,11 +243,13 @@ def fit_wrench(presses: Presses, reader: PressReader, methods: dict) -> tuple[fl
         return None
 
 
-def read_plate(bag: Path, params: Path, namespace: str, stitching) -> Presses:
-    """The presses of a plate; stitching: of two views, None for one. Raises TactileError as PressReader does."""
+def read_plate(bag: Path, params: Path, namespace: str, of_tips: PressReader) -> Presses:
+    """The presses of a plate, in the views of the reader of_tips, whose left_out gets what is left out of them. Raises TactileError as
+    PressReader does."""
     reader = PressReader(params, namespace)
-    reader.stitching = stitching
+    reader.stitching = of_tips.stitching
     reader.read(bag)
+    of_tips.left_out += reader.left_out
     return reader.presses()
 
 
@@ -268,7 +270,7 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
     presses = reader.presses()
     require_coverage(presses)
     if plate is not None:
-        presses = replace(presses, plate=read_plate(plate, params, namespace, reader.stitching))
+        presses = replace(presses, plate=read_plate(plate, params, namespace, reader))
     methods, held = fit_methods(presses, reader, only)
     scores = {name: found.score() for name, found in held.items()}
     best = best_method({name: score.numbers() for name, score in scores.items()}, methods)
