@@ -52,8 +52,8 @@ class Choice:
         self.dragged = None
 
     def explain(self, evidence: Evidence, solve: Callable, begin, two: Callable):
-        """The fit to a frame: solve(start, hypothesis) fits one press, from begin, to it; two(single) two at once, beside the fit of one; a
-        fit has presses and a misfit, the residual chi-square per value."""
+        """The fit to a frame: solve(start, hypothesis) fits one press, from begin, to it; two() fits two at once; a fit has presses and a
+        misfit, the residual chi-square per value."""
         dragged, begin = self.dragged is not None, self.dragged if self.dragged is not None else begin
         single = solve(begin, DRAGGED if dragged else STRAIGHT)
         most = evidence.of(DRAGGED if dragged else STRAIGHT, single.misfit)
@@ -62,7 +62,7 @@ class Choice:
             if evidence.of(DRAGGED, drag.misfit) > most:
                 single, most, dragged = drag, evidence.of(DRAGGED, drag.misfit), True
         if evidence.may_win(TWO, most):
-            both = two(single)
+            both = two()
             if evidence.of(TWO, both.misfit) > most:
                 return both
         self.dragged = single.presses if dragged else None

@@ -35,7 +35,7 @@ class Fits:
         return SimpleNamespace(misfit=self.left[what], presses=presses, what=what)
 
     def explained_by(self, choice):
-        return choice.explain(EVIDENCE, lambda start, what: self.of(what, start), ['begin'], lambda one: self.of(TWO, one.presses * 2)).what
+        return choice.explain(EVIDENCE, lambda start, what: self.of(what, start), ['begin'], lambda: self.of(TWO, ['one', 'other'])).what
 
 
 def test_a_drag_lasts_until_the_touch_ends():

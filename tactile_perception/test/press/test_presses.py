@@ -3,7 +3,7 @@
 """Presses that cannot determine a sheet's touches are refused with what to add; errors of those held out have their place and time."""
 import numpy as np
 import pytest
-from tactile_perception.errors import BadArgument, BadCalibration
+from tactile_perception.errors import BadCalibration
 from tactile_perception.press.estimate import TouchEstimate
 from tactile_perception.press.presses import HeldOut, Presses, held_out, marker_residuals, require_coverage, rms_errors, score
 
@@ -31,20 +31,6 @@ def test_a_drag_is_no_press_straight_down():
     position = np.stack([x, 0 * x, -depth], axis=1)
     tried = Presses((None,) * count, position, depth, np.arange(count), np.full((count, 6), np.nan), np.full(count, np.nan))
     assert tried.straight().tolist() == [False, True, True, False, False, True, False, True, True, True, True]
-
-
-def test_a_tip_that_retreats_does_not_load():
-    depth = np.array([0, 1, 2, 2.01, 2, 1, 1, 2, 0, 1]) * 1e-3
-    segment = np.array([0, 1, 1, 1, 1, 1, 1, 1, 2, 3])
-    position, wrench = np.zeros((10, 3)), np.full((10, 6), np.nan)
-    tried = Presses((None,) * 10, position, depth, segment, wrench, wrench[:, 0])
-    assert tried.loading().tolist() == [False, True, True, True, True, False, False, True, False, True]
-
-
-def test_lengths_must_agree():
-    whole = three_places()
-    with pytest.raises(BadArgument, match='depth'):
-        Presses(whole.fields, whole.position, whole.depth[1:], whole.segment, whole.wrench, whole.radius)
 
 
 def presses(places, depths):

@@ -21,33 +21,51 @@ ON_SHEET = SheetCalibration(library(), MATERIAL, 1.2e-3, EyeShifts(EYE[:1], np.z
                             0.01, COVERED, 6e-3)
 
 
-def on_sheet(scene, noise):
-    """Places (n, 2), m, and the touches told, of a random scene: a press, a drag, or two presses."""
-    rng = np.random.default_rng(scene)
-    places = rng.uniform(-1, 1, (1, 2)) * [0.015, 0.009] if scene % 3 else np.array([[-0.009, 0.002], [0.009, -0.003]])
-    drag = rng.uniform(-0.4, 0.4, 2) if scene % 3 == 1 else (0.0, 0.0)
-    shown = show(library(), [Press(place, rng.uniform(2e-3, 5e-3), 0.0, tuple(drag)) for place in places], GRID, EYE, 0.1)[0]
-    return places, sheet.SheetModelMethod(ON_SHEET, SENSOR).estimate(field_of(shown, 5e-6 * noise, 5e-3 * noise, scene))
+class OnSheet:
+    """A sheet under random scenes: a press, a drag, or two presses."""
+
+    def __init__(self):
+        self.method = sheet.SheetModelMethod(ON_SHEET, SENSOR)
+
+    def scene(self, number, noise):
+        """Places (n, 2), m, of the tips, and the field."""
+        rng = np.random.default_rng(number)
+        places = rng.uniform(-1, 1, (1, 2)) * [0.015, 0.009] if number % 3 else np.array([[-0.009, 0.002], [0.009, -0.003]])
+        drag = rng.uniform(-0.4, 0.4, 2) if number % 3 == 1 else (0.0, 0.0)
+        shown = show(library(), [Press(place, rng.uniform(2e-3, 5e-3), 0.0, tuple(drag)) for place in places], GRID, EYE, 0.1)[0]
+        return places, field_of(shown, 5e-6 * noise, 5e-3 * noise, number)
+
+    def untouched(self, noise):
+        return field_of(np.zeros((len(GRID), 3)), 5e-6 * noise, 5e-3 * noise)
 
 
-def on_dome(scene, noise):
-    """The same on a dome."""
-    rng = np.random.default_rng(scene)
-    places = rng.uniform(-0.035, 0.035, (1, 2)) if scene % 3 else np.array([[0.045, 0.02], [-0.04, -0.015]])
-    drag = rng.uniform(-0.4, 0.4, 2) if scene % 3 == 1 else np.zeros(2)
-    depth = rng.uniform(0.012, 0.03)
-    calibration = DomeCalibration(small_library(), RUBBER, seen(markers()), EYES, DomeNoise(NOISE, 0.003, 0.002), 1e-4, 0.01, 0.0, 1.0,
-                                  1.0, 1.0, 0.0, 0.035, 0.08, 1.0)
-    field = library_field(*(press(*place, depth, drag=drag) for place in places), noise=NOISE * noise, seed=scene)
-    return places + depth * drag, dome.DomeModelMethod(calibration, DOME).estimate(field)
+class OnDome:
+    """The same of a dome."""
+
+    def __init__(self):
+        calibration = DomeCalibration(small_library(), RUBBER, seen(markers()), EYES, DomeNoise(NOISE, 0.003, 0.002), 1e-4, 0.01, 0.0, 1.0,
+                                      1.0, 1.0, 0.0, 0.035, 0.08, 1.0)
+        self.method = dome.DomeModelMethod(calibration, DOME)
+
+    def scene(self, number, noise):
+        rng = np.random.default_rng(number)
+        places = rng.uniform(-0.035, 0.035, (1, 2)) if number % 3 else np.array([[0.045, 0.02], [-0.04, -0.015]])
+        drag = rng.uniform(-0.4, 0.4, 2) if number % 3 == 1 else np.zeros(2)
+        depth = rng.uniform(0.012, 0.03)
+        presses = [press(*place, depth, drag=drag) for place in places]
+        return places + depth * drag, library_field(*presses, noise=NOISE * noise, seed=number)
+
+    def untouched(self, noise):
+        return library_field(noise=NOISE * noise)
 
 
 def right(surface, noise=1.0):
     """Share of random scenes in which all touches are told, and where they are, to three standard deviations."""
-    told = []
-    for scene in range(18):
-        places, touches = surface(scene, noise)
-        touches = sorted(touches, key=lambda touch: touch.position[0])
+    on, told = surface(), []
+    for number in range(12):
+        assert on.method.estimate(on.untouched(noise)) == [], 'nothing touches between the scenes'
+        places, field = on.scene(number, noise)
+        touches = sorted(on.method.estimate(field), key=lambda touch: touch.position[0])
         off = [(touch.position[:2] - place, touch.covariance[:2, :2]) for touch, place in zip(touches, sorted(places.tolist()))]
         told.append(len(touches) == len(places) and all(one @ np.linalg.solve(spread, one) < 18 for one, spread in off))
     return np.mean(told)
@@ -63,12 +81,12 @@ CONSTANTS = [(choice, 'ALIKE'), *((sheet, name) for name in ('ORDINARY', 'STANDS
 def test_half_and_double_of_a_constant_that_decides_change_little(monkeypatch, module, name, times):
     value = getattr(module, name)
     monkeypatch.setattr(module, name, tuple(times * part for part in value) if isinstance(value, tuple) else times * value)
-    for surface in (on_sheet, on_dome) if module is choice else (on_sheet,) if module is sheet else (on_dome,):
+    for surface in (OnSheet, OnDome) if module is choice else (OnSheet,) if module is sheet else (OnDome,):
         assert right(surface) > 0.9
 
 
 @pytest.mark.full  # simulates a small dome
-@pytest.mark.parametrize('surface', [on_sheet, on_dome])
+@pytest.mark.parametrize('surface', [OnSheet, OnDome])
 @pytest.mark.parametrize('prior', ['STRAIGHT', 'TWO'])
 def test_half_and_double_of_a_prior_change_little(monkeypatch, surface, prior):
     known = getattr(choice, prior)
@@ -78,7 +96,7 @@ def test_half_and_double_of_a_prior_change_little(monkeypatch, surface, prior):
 
 
 @pytest.mark.full  # simulates a small dome
-@pytest.mark.parametrize('surface', [on_sheet, on_dome])
+@pytest.mark.parametrize('surface', [OnSheet, OnDome])
 def test_three_times_the_noise_is_told_in_the_errors(surface):
     assert right(surface, 3.0) > 0.8
 

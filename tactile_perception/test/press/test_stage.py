@@ -8,7 +8,7 @@ from tactile_perception.calibration.files.format import CalibrationFile
 from tactile_perception.press.calibration import TouchCalibration
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.surface_points import UNKNOWN
-from tactile_perception.errors import BadCalibration, BadFrame
+from tactile_perception.errors import BadFrame
 from tactile_perception.press.methods import SHEET_METHODS
 from tactile_perception.press.estimate import AT_EDGE, TouchEstimate
 from tactile_perception.press.field import StitchedView
@@ -67,12 +67,6 @@ def test_of_two_touches_neither_force_is_known(make_stage):
     stage = make_stage(50.0)
     contacts = stage.process(tracks(0, 3), 1.0).contacts
     assert len({contact.id for contact in contacts}) == 2 and np.isnan([contact.force for contact in contacts]).all()
-
-
-def test_a_method_by_name_or_the_best(make_stage):
-    assert make_stage(touch='tells').process(tracks(1), 1.0).contacts
-    with pytest.raises(BadCalibration, match='no method paper; it has tells'):
-        make_stage(touch='paper')
 
 
 def test_markers_of_another_grid_and_time_that_goes_back_are_refused(make_stage):

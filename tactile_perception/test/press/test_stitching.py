@@ -83,25 +83,10 @@ def test_the_seam_runs_midway_between_two_columns_that_both_see(pair):
     assert {int(column), int(column) + 1} <= set(found.shared)
 
 
-def test_the_brighter_view_is_darkened_to_the_other(pair):
-    found = fit_stitching(pair, (KNOWN, KNOWN), SENSOR)
-    assert found.stitching.left.gain == 1.0 and found.stitching.right.gain == pytest.approx(162 / 202, abs=0.02)
-
-
 def test_without_intrinsics_the_markers_stand_right_and_the_eyes_are_unknown(pair):
     found = fit_stitching(pair, (None, None), SENSOR)
     off = errors(found, pair, printed(), SENSOR)
     assert off.mean() < 0.04e-3 and np.isnan(found.stitching.eyes).all() and 'not known' in found.lines()[2]
-
-
-def test_a_damaged_marker_moves_nothing(pair):
-    damaged = pair[0].copy()
-    rotation, eye = pose('left')
-    uv = cv2.projectPoints(np.append(SENSOR.grid()[9], 0.0), rotation, -rotation @ eye, MATRIX, DISTORTION)[0].ravel()
-    cv2.circle(damaged, (round(uv[0]) + 6, round(uv[1])), 9, (12, 12, 12), -1)
-    found = fit_stitching((damaged, pair[1]), (KNOWN, KNOWN), SENSOR)
-    xy = found.stitching.left.place(uv[None])
-    assert np.linalg.norm(xy - SENSOR.grid()[9]) < 0.04e-3
 
 
 def test_what_cannot_tell_is_refused(pair):

@@ -112,9 +112,3 @@ def test_pairs_that_show_nothing_are_named(tmp_path, params, capsys):
         find_stitching([bag], params, SENSOR, '')
     assert calibrate.main([str(bag), '--params', str(params), '--output', str(tmp_path / 'out.yaml')]) == 1
     assert len(capsys.readouterr().err.strip().splitlines()) <= 2
-
-
-def test_a_bag_without_two_views_has_none(tmp_path, params, recording_folder):
-    from tactile_perception.tools.convert import command as convert_recording
-    assert convert_recording.main([str(recording_folder), str(tmp_path / 'bag')]) == 0
-    assert find_stitching([tmp_path / 'bag'], params, SENSOR, '') is None

@@ -119,11 +119,6 @@ class DomeInverse:
         starts[:, DEPTH] += np.log(fainter[best])
         return starts
 
-    def squares(self, field: MarkerField, presses: np.ndarray) -> float:
-        """Sum of the squared residuals of presses (n, 7), over their variance."""
-        left = (field.shift - self.appear(presses))[field.seen]
-        return float(np.sum(left**2 / sum(self._variances(field))[field.seen, None]))
-
     def solve(self, field: MarkerField, starts: np.ndarray, prior: PressPrior = STRAIGHT) -> DomeFound:
         """Fit presses to a field, from starts (n, 7)."""
         seen = field.seen & np.isfinite(self.points).all(1)

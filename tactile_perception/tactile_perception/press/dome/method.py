@@ -101,15 +101,12 @@ class DomeModelMethod:
 
     def _explained(self, field: MarkerField, match: np.ndarray) -> DomeFound:
         """The hypothesis of most evidence."""
-        def two(one: DomeFound) -> DomeFound:
-            """From the best pair of starts, or from one press and the best start for what it leaves: straight, and dragged from there.
-            Drags from the start might end far off, at small depths with long ways."""
+        def two() -> DomeFound:
+            """Straight from the best pair of starts, and dragged from there: from the start, drags might end far off, at small depths with
+            long ways."""
             if self._last is not None and len(self._last.presses) == 2:
                 return self.solver.solve(field, self._last.presses, OF_TWO)
-            left = replace(field, shift=field.shift - self.solver.appear(one.presses))
-            starts = self.solver.start_of_two(match), np.concatenate([one.presses, self.solver.start(self.solver.match(left))])
-            straight = min((self.solver.solve(field, start) for start in starts), key=lambda both: both.misfit)
-            return self.solver.solve(field, straight.presses, OF_TWO)
+            return self.solver.solve(field, self.solver.solve(field, self.solver.start_of_two(match)).presses, OF_TWO)
 
         return self._choice.explain(
             choice.Evidence(2 * int(field.seen.sum()), ORDINARY),

@@ -22,7 +22,6 @@ from ..sensor import MarkerSensor
 ORDINARY = 0.5      # residual chi-square of presses under their own hypothesis: 0.2 to 1 on simulated sheets
 FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
 DRAG_PLACE, DRAG_DEPTH = 0.1, 0.06  # standard deviations of place and depth over the tip radius, of a drag of 1
-UNSURE_PLACE, UNSURE_DEPTH = 0.2, 0.15  # relative errors of the corrections for other tips: place, and depth
 AMISS_PLACE, AMISS_DEPTH = 0.1, 0.04  # standard deviations over the tip radius, of two presses at a misfit of 2
 
 
@@ -55,9 +54,8 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
             depth += sunk + 0.5 * radius * slope @ slope
             height = centre[2] - depth + slope @ (0.5 * above * slope + centre[:2])
             place = np.append(press.place + aside + centre[:2] - centre[2] * slope, height)
-            unsure = np.array([UNSURE_PLACE * radius * np.hypot(*slope)] * 2 + [UNSURE_DEPTH * sunk])
             amiss = np.array([AMISS_PLACE] * 2 + [AMISS_DEPTH]) * library.plan.radius
-            covariance = covariance + np.diag(unsure**2 + amiss**2 * max(found.misfit - 1.0, 0.0))
+            covariance = covariance + np.diag(amiss**2 * max(found.misfit - 1.0, 0.0))
         tips.append(Tip(place, depth, covariance, press.log_radius))
     return tips
 
@@ -131,7 +129,7 @@ class SheetModelMethod:
         """The presses that explain a field; start: of one."""
         seen = Seen(field, motion)
 
-        def two(_single: Inverse) -> Inverse:
+        def two() -> Inverse:
             straight = self._inverse.solve(seen, self._start.best_pair(field))
             return self._inverse.solve(seen, straight.presses, drags=True)  # each draws the sheet along under the other
 

@@ -77,11 +77,6 @@ def test_a_sheet_and_too_few_presses_are_refused():
             calibrate_dome(presses, sensor)
 
 
-def test_the_tips_radius_shows_in_the_heights_of_first_contact():
-    presses = dome_presses(FEW, (0.012, 0.025), ball=0.018)
-    assert calibration._tip_radius(presses.select(presses.touching), DOME) == pytest.approx(0.018, abs=1e-3)
-
-
 def test_the_radius_of_a_marker_is_that_on_the_dome():
     presses, points = dome_presses(FEW, (0.012,)), markers()
     eyes = np.tile(EYE, (len(points), 1))

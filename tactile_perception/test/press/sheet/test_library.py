@@ -53,11 +53,6 @@ def test_mirrored_presses_are_mirrored():
     assert right == pytest.approx(left * [-1, 1, 1], abs=2e-9)
 
 
-def test_the_way_goes_through_its_stops():
-    way = PLAN.load_steps(np.array([1.1e-3, 5e-3]))
-    assert {1.1e-3, 5e-3} <= set(way) and (np.diff(way) > 0).all() and np.diff(way).max() < 1e-3 and way[-1] == 5e-3
-
-
 def test_a_sheet_that_cannot_be_solved_is_refused(monkeypatch):
     monkeypatch.setattr(module, 'press_sheet', lambda mesh, way, *more: (
         np.full((len(way), mesh.side**2, 3), np.nan), np.full((len(way), 9), np.nan)))
