@@ -29,7 +29,7 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.recordings.writer import write_messages
 from tactile_msgs.msg import Contact, Contacts
-from tactile_perception.common.geometry import FrameTree, Pose, quaternion, rotation_matrix
+from tactile_perception.common.geometry import FrameTree, Pose, quaternion, rotation_matrix, wrench_at
 from tactile_perception.errors import BadFrame
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
@@ -180,7 +180,7 @@ class CalibrateNode(Node):
             return _UNKNOWN, stamp, image
         if placed is None:
             return _UNKNOWN, found[2], image
-        return found[1], found[2], image, partial(_moved, placed)
+        return found[1], found[2], image, partial(wrench_at, rotation=placed[0], place=placed[1])
 
     def _judge(self, sample: Sample) -> None:
         press, told = self._session.add(sample)
@@ -257,12 +257,6 @@ class CalibrateNode(Node):
 
     def _tell(self, text: str) -> None:
         self.get_logger().info(text)
-
-
-def _moved(placed: Pose, wrench: np.ndarray) -> np.ndarray:
-    """A wrench (6,) in a frame that is placed there, as seen at the origin."""
-    force = placed[0] @ wrench[:3]
-    return np.r_[force, placed[0] @ wrench[3:] + np.cross(placed[1], force)]
 
 
 def main(args: list[str] | None = None) -> None:
