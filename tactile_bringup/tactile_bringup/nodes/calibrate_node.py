@@ -33,7 +33,7 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.recordings.writer import write_messages
 from tactile_msgs.msg import Contact, Contacts, PsdVoltages
-from tactile_perception.common.geometry import FrameTree, Pose, quaternion, rotation_matrix
+from tactile_perception.common.geometry import FrameTree, Pose, quaternion, rotation_matrix, wrench_at
 from tactile_perception.errors import BadFrame
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.sensors import SENSOR_TYPES
@@ -222,7 +222,9 @@ class CalibrateNode(Node):
         except UnknownFrame as error:
             self._log.error('wrench', f'the wrench is not used: {error}')
             return unknown
-        return unknown if placed is None else {'wrench': found[1], 'changed_s': found[2], 'to_sensor': partial(_moved, placed)}
+        if placed is None:
+            return unknown
+        return {'wrench': found[1], 'changed_s': found[2], 'to_sensor': partial(wrench_at, rotation=placed[0], place=placed[1])}
 
     def _judge(self, sample: Sample) -> None:
         press, told = self._session.add(sample)
@@ -315,12 +317,6 @@ class CalibrateNode(Node):
 
     def _tell(self, text: str) -> None:
         self.get_logger().info(text)
-
-
-def _moved(placed: Pose, wrench: np.ndarray) -> np.ndarray:
-    """A wrench (6,) in a frame that is placed there, as seen at the origin."""
-    force = placed[0] @ wrench[:3]
-    return np.r_[force, placed[0] @ wrench[3:] + np.cross(placed[1], force)]
 
 
 def main(args: list[str] | None = None) -> None:

@@ -17,8 +17,6 @@ DOT_STATES = ('untouched', 'sticking', 'slipping')
 SLIP_STATES = ('none', 'incipient', 'gross')
 _WEAK = 0.05  # chosen, of the largest force and moment: relative errors of smaller ones mean little
 FLAGS = {'OUT_OF_RANGE': OUT_OF_RANGE, 'AT_EDGE': AT_EDGE, 'AMBIGUOUS': AMBIGUOUS, 'SATURATED': SATURATED}
-_BINS = 12  # chosen: intervals of time in the statistics over time
-_CELLS = 5  # chosen: cells along the longer side of the touched surface
 
 
 @dataclass
@@ -105,27 +103,6 @@ def spread(values: np.ndarray, quantity: Quantity) -> dict[str, float]:
         if quantity.signed:
             found['bias'] = float(quantity.factor * np.median(values))
     return found
-
-
-def over_time(table: np.ndarray, quantity: Quantity) -> list[dict[str, float]]:
-    """Statistics (spread) of each of _BINS intervals that has errors, with its begin and end, s. table: (N, 4)."""
-    if not len(table):
-        return []
-    edges = np.linspace(table[:, 0].min(), table[:, 0].max(), _BINS + 1)
-    which = np.clip(np.searchsorted(edges, table[:, 0], side='right') - 1, 0, _BINS - 1)
-    return [{'from_s': float(edges[k]), 'to_s': float(edges[k + 1]), **spread(table[which == k, 3], quantity)} for k in np.unique(which)]
-
-
-def over_surface(table: np.ndarray, quantity: Quantity) -> list[dict[str, float]]:
-    """Statistics (spread) of each square cell that has errors, with its centre, mm. table: (N, 4)."""
-    known = table[np.isfinite(table[:, 1:3]).all(axis=1)]
-    if not len(known):
-        return []
-    low = known[:, 1:3].min(axis=0)
-    side = max(float(np.ptp(known[:, 1:3], axis=0).max()) / _CELLS, 1e-6)
-    cell = np.minimum(((known[:, 1:3] - low) / side).astype(int), _CELLS - 1)
-    return [{'x_mm': 1e3 * float(low[0] + (x + 0.5) * side), 'y_mm': 1e3 * float(low[1] + (y + 0.5) * side),
-             **spread(known[(cell == (x, y)).all(axis=1), 3], quantity)} for x, y in np.unique(cell, axis=0).tolist()]
 
 
 def pairs(estimated: list[ContactEstimate], true: list[ContactEstimate]) -> list[tuple[ContactEstimate, ContactEstimate]]:
@@ -318,8 +295,6 @@ class Evaluation:
             'covariance': self.touches.consistency(),
             'dot_states': _confused(self.dots, DOT_STATES, 'not seen') if self.dots.any() else None,
             'slip_states': {**_confused(self.slip, SLIP_STATES), 'macro_f1': macro_f1(self.slip)} if self.slip.any() else None,
-            'over_time': {name: over_time(t, q) for name, (q, t, _) in errors.items()},
-            'over_surface': {name: over_surface(t, q) for name, (q, t, _) in errors.items()},
         }
 
 

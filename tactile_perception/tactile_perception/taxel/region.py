@@ -27,8 +27,8 @@ _SMOOTH = 0.5  # thicknesses, of the Gaussian that averages noise, differences o
 _AROUND = 2  # taxels around a region that share its force: a pad of 2 mm on taxels of 1 mm (paper)
 _MOST = 64  # regions; an image with more is broken: more than fingers can make
 _LEAST = 0.25  # taxels, area of a piece: half of what a single taxel of full score has; noise at a border makes smaller ones
-_LASTING = 3  # frames before a contact that merges is remembered: a beginning contact may consist of several regions
-_SMALL = 4  # taxels: smaller regions neither merge nor split, since noise at a border makes such regions
+_LASTING = 3  # frames, from which a contact merges: a beginning one may consist of several regions
+_SMALL = 4  # taxels: smaller regions do not split off, since noise at a border makes such regions
 
 
 class ContactScore:
@@ -137,32 +137,18 @@ def _region(label: int, pieces: list, labels: np.ndarray, load: tuple[np.ndarray
 
 @dataclass(frozen=True)
 class TrackedContact:
-    """number: id of the contact, never reused; merged: whether several contacts have merged into this region; reported: whether it is to
-    be reported."""
+    """number: id of the contact, never reused; age: frames; merged: whether several contacts have merged into this region; reported:
+    whether it is to be reported."""
 
     number: int
-    merged: bool
-    reported: bool = True
-
-
-@dataclass
-class _Track:
-    """merged_ids: id -> last centroid (2,) m of contacts that merged into this one; age: frames; size: largest so far, taxels; own:
-    centroid (2,) m before the merge."""
-
-    merged_ids: dict
     age: int
-    size: int
-    centroid: np.ndarray
-    own: np.ndarray
+    merged: bool
+    reported: bool
 
 
 class ContactTracker:
-    """A region continues the contact of the last frame with which it shares most taxels; a region that shares none is a new contact.
-
-    Where contacts merge, the one with the largest overlap keeps its id and remembers the others. Where they split, each part gets the id
-    of the contact that was nearest to it before the merge.
-    """
+    """A region continues the contact of the last frame with which it shares most taxels, one to one; a region that continues none is a new
+    contact. One that shares taxels with a contact that nothing continues has merged with it, until a part splits off."""
 
     def __init__(self):
         self._next = 1
@@ -170,8 +156,7 @@ class ContactTracker:
 
     def reset(self) -> None:
         """All regions are new contacts; ids are not reused."""
-        self._tracks: dict[int, _Track] = {}
-        self._ids: dict[int, int] = {}  # label in the last frame -> id
+        self._last: dict[int, TrackedContact] = {}  # by label in the last frame
         self._labels: np.ndarray | None = None
 
     def assign(self, regions: Regions, least: float = 0.0) -> list[TrackedContact]:
@@ -180,73 +165,29 @@ class ContactTracker:
         A lighter one is reported if it is the largest, or was there in the last frame too: a face that begins or ceases to touch shows as
         pieces for a frame.
         """
-        shared = self._shared(regions)
-        chosen = self._split_by_position(_greedy_matches(shared), shared, regions)
-        tracks: dict[int, _Track] = {}
-        for k, number in chosen.items():
-            tracks[number] = self._continue(number, regions.all[k], {other: n for (at, other), n in shared.items() if at == k}, chosen)
+        shared = sorted(self._shared(regions), key=lambda one: -one[0])
+        chosen: dict[int, TrackedContact] = {}
+        for _, k, before in shared:
+            if k not in chosen and before not in chosen.values():
+                chosen[k] = before
+        found = []
         for k, region in enumerate(regions.all):
-            if k not in chosen:
-                chosen[k] = self._start(k, region, shared, tracks)
-                tracks[chosen[k]] = _Track({}, 1, region.count, region.moments.centroid[:2], region.moments.centroid[:2])
-        self._tracks, self._labels = tracks, regions.labels
-        self._ids = {region.label: chosen[k] for k, region in enumerate(regions.all)}
-        return [TrackedContact(chosen[k], bool(tracks[chosen[k]].merged_ids), k == 0 or tracks[chosen[k]].age > 1 or region.peak >= least)
-                for k, region in enumerate(regions.all)]
+            before = chosen.get(k)
+            if before is None:
+                self._next += 1
+            number, age = (self._next - 1, 1) if before is None else (before.number, before.age + 1)
+            splits = any(other is before and at != k and regions.all[at].count >= _SMALL for _, at, other in shared)
+            joined = any(at == k and other not in chosen.values() and other.age >= _LASTING for _, at, other in shared)
+            merged = before is not None and (joined or before.merged and not splits)
+            found.append(TrackedContact(number, age, merged, k == 0 or age > 1 or region.peak >= least))
+        self._last, self._labels = {region.label: one for region, one in zip(regions.all, found)}, regions.labels
+        return found
 
-    def _shared(self, regions: Regions) -> dict[tuple[int, int], int]:
-        """(index of a region, id of a contact of the last frame) -> number of taxels in common."""
-        shared = {}
-        for k, region in enumerate(regions.all if self._ids else ()):
+    def _shared(self, regions: Regions) -> list[tuple[int, int, TrackedContact]]:
+        """(number of taxels in common, index of a region, contact of the last frame)."""
+        shared = []
+        for k, region in enumerate(regions.all if self._last else ()):
             before = self._labels[region.box][regions.labels[region.box] == region.label]
-            for label, count in enumerate(np.bincount(before).tolist()):
-                if count and label in self._ids:
-                    shared[k, self._ids[label]] = count
+            shared += [(count, k, self._last[label]) for label, count in enumerate(np.bincount(before).tolist())
+                       if count and label in self._last]
         return shared
-
-    def _split_by_position(self, chosen: dict[int, int], shared: dict, regions: Regions) -> dict[int, int]:
-        """chosen (index -> id), with the id of a splitting contact moved to the part nearest to where it was before the merge."""
-        given = dict(chosen)
-        for k, number in chosen.items():
-            track = self._tracks[number]
-            parts = [at for at, n in shared if n == number and chosen.get(at, number) == number and regions.all[at].count >= _SMALL]
-            if track.merged_ids and len(parts) > 1:
-                del given[k]
-                given[min(parts, key=lambda at: _distance_gain(regions.all[at].moments.centroid[:2], track))] = number
-        return given
-
-    def _continue(self, number: int, region: TaxelRegion, sharing: dict[int, int], chosen: dict[int, int]) -> _Track:
-        before = self._tracks[number]
-        merged_ids = dict(before.merged_ids)
-        for other in sharing:
-            ended = self._tracks[other]
-            if other not in chosen.values() and ended.age >= _LASTING and ended.size >= _SMALL:
-                merged_ids |= {other: ended.centroid} | ended.merged_ids
-        centroid = region.moments.centroid[:2]
-        return _Track(merged_ids, before.age + 1, max(before.size, region.count), centroid, before.own if merged_ids else centroid)
-
-    def _start(self, k: int, region: TaxelRegion, shared: dict, tracks: dict[int, _Track]) -> int:
-        """Id of a region that continues no contact: a merged one of the contact that it split from, else a new one."""
-        centroid = region.moments.centroid[:2]
-        for at, number in shared:
-            merged_ids = tracks[number].merged_ids if at == k and number in tracks else {}
-            if merged_ids and region.count >= _SMALL:
-                back = min(merged_ids, key=lambda n: math.dist(merged_ids[n], centroid))
-                del merged_ids[back]
-                return back
-        self._next += 1
-        return self._next - 1
-
-
-def _greedy_matches(shared: dict[tuple[int, int], int]) -> dict[int, int]:
-    """Index of a region -> id: one-to-one, by largest overlap first."""
-    chosen: dict[int, int] = {}
-    for (k, number), _ in sorted(shared.items(), key=lambda item: (-item[1], item[0][1])):
-        if k not in chosen and number not in chosen.values():
-            chosen[k] = number
-    return chosen
-
-
-def _distance_gain(centroid: np.ndarray, track: _Track) -> float:
-    """m: distance of a centroid (2,) from the track's own minus that from the nearest merged one."""
-    return math.dist(centroid, track.own) - min(math.dist(centroid, other) for other in track.merged_ids.values())

@@ -13,14 +13,13 @@ from std_msgs.msg import Header
 from tactile_driver.nodes.messages.images import grey_to_array
 from tf2_msgs.msg import TFMessage
 
-from ..common.geometry import FrameTree
+from ..common.geometry import FrameTree, wrench_at
 from ..errors import BadFrame
 from ..nodes.messages import conversions as convert
 from ..nodes.messages.conversions import stamp_seconds
 from ..nodes.messages.point_cloud import POINTS
 from ..stage import Input, Stage
 from .parameters import TAXEL_PARAMETERS, contact_depth, frames_of, grasped_object, taxel_estimator
-from .wrench import at_frame
 
 _JOINTS = Input('/joint_states', JointState, depth=100)
 _CURRENT_S = 1.0  # between stamps of an image and of the joint's position; chosen: ten periods of a slow gripper
@@ -110,7 +109,7 @@ class TaxelStage(Stage):
         """A wrench (6,) under the header, at the frame of parameter wrench_frame; NaN where tf does not lead there."""
         frame = self.values['wrench_frame']
         pose = self._tree.pose(header.frame_id.lstrip('/'), frame)
-        moved = np.full(6, np.nan) if pose is None else at_frame(wrench, *pose)
+        moved = np.full(6, np.nan) if pose is None else wrench_at(wrench, *pose)
         return convert.wrench_to_message(moved, Header(stamp=header.stamp, frame_id=frame))
 
     def check_change(self, values: Mapping) -> None:

@@ -18,7 +18,6 @@ from ..common.surface_points import SLIPPING, STICKING, UNKNOWN, SurfacePoints
 
 _REACH = 2.5  # thicknesses around a face, in which pressure counts: beyond the wider spread of what traction causes
 _LITTLE = 0.02  # friction over load, below which it moves no pressure to speak of
-_ROUNDING = 1e-12  # of the elements of a rotation
 _UNSEEN = 0.5  # of a tension, up to which the pressure there shows that there is one
 
 
@@ -94,18 +93,6 @@ def wrench_of(normal: float, pressure_centre: np.ndarray, contact: np.ndarray, g
     arm = (grasped.centre_of_mass if np.isfinite(grasped.centre_of_mass).all() else contact)[:2]
     wrench[5] = arm[0] * half[1] - arm[1] * half[0]
     return wrench
-
-
-def at_frame(wrench: np.ndarray, rotation: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """(6,) wrench at the origin of another frame {S} (eqs 8, 9), of a wrench (6,) at the origin of the sensor frame.
-
-    rotation: (3, 3) T_C^S; place: (3,) m, p_C^S: of the sensor frame in {S}. A component that needs an unknown one is NaN.
-    """
-    moves = np.zeros((6, 6))
-    moves[:3, :3] = moves[3:, 3:] = rotation
-    moves[3:, :3] = np.cross(place, rotation.T).T
-    needed = np.abs(moves) > _ROUNDING
-    return np.where(needed, moves * np.where(needed, wrench, 0), 0).sum(axis=1)
 
 
 def taxel_points(array: TaxelArray, pad: SoftPad, surface: np.ndarray, known: bool, forces: np.ndarray, state: np.ndarray) -> SurfacePoints:
