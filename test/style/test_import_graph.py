@@ -17,7 +17,7 @@ ROOMS = {
         'finger', 'taxel',
         'parameters', 'press', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage', 'finger.stage', 'taxel.stage',
         'press.stage', 'touchpad.stage', 'dots.stage', 'shedding', 'work_log', 'node', 'bags', 'finger.tools', 'press.tools',
-        'touchpad.tools', 'taxel.tools', 'tools.convert', 'tools.calibrate', 'tools'),
+        'touchpad.tools', 'taxel.tools', 'gel.tools', 'tools.convert', 'tools.calibrate', 'tools'),
     'tactile_bringup': ('installed', 'parameters', 'visualization',
          'guide', 'hand', 'launch', 'simulate', 'papers', 'nodes', 'demo'),
 }

@@ -113,7 +113,8 @@ class MarkersNode(DrawingNode):
 
     def picture(self, found: dict) -> np.ndarray:
         """See DrawingNode."""
-        return annotate(image_to_array(found['image_raw']), annotation_of(found, self._camera))
+        image = image_to_array(found['image_raw'])
+        return annotate(image, annotation_of(found, self._camera, image))
 
 
 def _stitching_in(calibration: str) -> Stitching | None:

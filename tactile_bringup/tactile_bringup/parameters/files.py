@@ -35,10 +35,10 @@ _DOTS_ALONE = {
                      {'rows': 0, 'columns': 0, 'polarity': 'any', 'detection': 'auto', 'numbering': 'auto'}),
     'marker_gel': ('# A gel with a grid of dark markers over a camera, as GelSight Mini: dots, numbers, displacement field.\n'
                    '# Copy it and set rows and columns to what the image shows in full.\n', {}),
-    'pin_dome': ('# A dome of pins over a camera, as TacTip with 127 or 331 of them: bright, hexagonal, any number.\n'
-                 '# Each pin keeps the number that it has in the first image.\n',
-                 {'rows': 0, 'columns': 0, 'polarity': 'bright', 'detection': 'blobs', 'numbering': 'register'}),
 }
+_PIN_DOME = ('# A dome of pins over a camera, as TacTip with 127 or 331 of them, in any pattern: dots, contact region;\n'
+             '# after calibrate with known presses place and depth of a contact. Pins keep the numbers of the first image.\n'
+             '# Distances are not public: put in yours as gel.pitch. Until then no area is told.\n')
 _GELSIGHT_MINI = ('# GelSight Mini with its gel with dots: contact region, contacts, wrench.\n'
                   "# The pitch is from the maker's software, 0.0634 mm a pixel of 320 x 240, in which the dots are 31 px apart.\n"
                   '# Thickness and modulus are not public: put in yours (docs/gel.md). Until then no force is told,\n'
@@ -153,12 +153,15 @@ def parameter_files() -> dict[str, str]:
     whole, simulated = ({name: about.format(name) for name in SENSOR_TYPES} for about in (_WHOLE, _SIMULATED))
     video = {'rows': 7, 'columns': 10, 'surface': 'none'}
     not_gel = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact', 'paper.')
+    not_pins = ('cap.', 'camera.', 'membrane.', 'contact', 'paper.', 'gel.thickness', 'gel.dot_depth', 'gel.young', 'gel.poisson')
     no_surface = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact_region_node', 'markers_node')
     return {
         'touchpad.yaml': _touchpad(_TOUCHPAD, {}, ('gel.',)),
         'touchpad_sim.yaml': _touchpad(simulated['touchpad'], simulated_specimen(), whole=False),
         'gelsight_mini.yaml': _touchpad(_GELSIGHT_MINI, {'rows': 7, 'columns': 10, 'surface': 'gel',
                                                          'gel.pitch': 0.00197}, not_gel),
+        'pin_dome.yaml': _touchpad(_PIN_DOME, {'sensor_type': 'pin_dome', 'rows': 0, 'columns': 0, 'surface': 'pins', 'polarity': 'any',
+                                               'detection': 'auto', 'numbering': 'register'}, not_pins),
         'gel_sim.yaml': _touchpad(_GEL_SIM, {'surface': 'gel', **simulated_gel()}, whole=False),
         **{f'{name}.yaml': _touchpad(about, {**video, 'sensor_type': name, **changed}, no_surface)
            for name, (about, changed) in _DOTS_ALONE.items()},

@@ -26,8 +26,7 @@ from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.scene import COVER_RADIUS, PSD_SCENES, open_psd_scene
 from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.shutters import Shutters
-from tactile_driver.simulation.sensors.gel import GEL_SCENES
-from tactile_driver.simulation.sensors.scenes import SCENES, open_dual_scene, open_scene
+from tactile_driver.simulation.sensors.scenes import LAYER_SCENES, SCENES, open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
 from tactile_perception.nodes.messages.conversions import description_messages
 from tactile_perception.sensors import MARKER_SENSOR_TYPES
@@ -152,7 +151,7 @@ def taxel_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str
 
 CAMERA = 'camera'
 #: Kind of sensor -> function that writes a scene to a bag, default rate (Hz), names of the scenes.
-WRITERS = {CAMERA: (write_scene, 30.0, SCENES | GEL_SCENES), PSD_FINGER: (write_psd_scene, 1000.0, PSD_SCENES),
+WRITERS = {CAMERA: (write_scene, 30.0, SCENES | LAYER_SCENES), PSD_FINGER: (write_psd_scene, 1000.0, PSD_SCENES),
            TAXEL_ARRAY: (write_taxel_scene, 100.0, TAXEL_SCENES)}
 
 

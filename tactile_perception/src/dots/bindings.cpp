@@ -86,16 +86,17 @@ std::shared_ptr<const DiscModel> as_model(const py::object& given) {
     return std::make_shared<DiscModel>(std::move(model));
 }
 
-// The numbers of tactile_perception.dots.fit.Look.
+// The numbers of tactile_perception.dots.look.Look.
 DotLook as_look(const py::object& given) {
     return {number(given, "typical", 0.5, LARGEST_DISC), number(given, "contrast", -LARGEST_LEVEL, LARGEST_LEVEL),
             static_cast<int>(std::nearbyint(number(given, "ground", 0, 255))), number(given, "noise", 0, LARGEST_LEVEL),
             static_cast<int>(number(given, "step", 1, 1e3))};
 }
 
-FoundDots found_dots(DotFinder& finder, const py::object& image) {
+FoundDots found_dots(DotFinder& finder, const py::object& image, const py::object& candidates) {
     const Input<std::uint8_t> pixels(image, "image", {ANY, ANY});
-    return change(finder, [&](DotFinder& next) { return next.find(as_image(pixels)); });
+    const Places places(candidates, "candidates", LARGEST_PLACE);
+    return change(finder, [&](DotFinder& next) { return next.find(as_image(pixels), places.uv); });
 }
 
 template <class Result>
@@ -142,12 +143,6 @@ Lattice lattice(const py::object& places, double angle_hint) {
     return without_gil([&] { return find_lattice(given.data(), given.length(), angle_hint); });
 }
 
-py::array_t<std::int64_t> rows_and_columns(const Lattice& lattice) {
-    std::vector<std::int64_t> rc;
-    for (std::size_t i = 0; i < lattice.row.size(); ++i) rc.insert(rc.end(), {lattice.row[i], lattice.column[i]});
-    return rows_of(rc, 2);
-}
-
 GridNumbering make_numbering(std::int64_t rows, std::int64_t columns) {
     if (rows < 2 || columns < 2 || static_cast<double>(std::max(rows, columns)) > LONGEST_GRID) {
         refuse("BadArgument", "a grid has at least 2 rows and 2 columns, not " + std::to_string(rows) + " x " + std::to_string(columns) +
@@ -162,11 +157,9 @@ struct Numbers {
     double pitch;
 };
 
-Numbers numbered(GridNumbering& numbering, const py::object& uv, double width, double height) {
+Numbers numbered(GridNumbering& numbering, const py::object& uv, double, double) {
     const Places places(uv, "uv", LARGEST_PLACE);
-    within(width, "width", 0, LARGEST_PLACE), within(height, "height", 0, LARGEST_PLACE);
-    GridNumbers found =
-        change(numbering, [&](GridNumbering& next) { return next.number(places.uv.data(), places.count(), width, height); });
+    GridNumbers found = change(numbering, [&](GridNumbering& next) { return next.number(places.uv.data(), places.count()); });
     return {places.numbers(found.id), std::move(found.reason), found.pitch};
 }
 
@@ -200,23 +193,6 @@ py::array_t<std::int64_t> links(const py::object& places, const py::object& dots
     for (const auto& [place, dot] : without_gil([&] { return link_places(from.data(), from.length(), to.data(), to.length(), gate); }))
         found.insert(found.end(), {place, dot});
     return rows_of(found, 2);
-}
-
-struct Nearest {
-    py::array_t<std::int64_t> index;
-    py::array_t<double> distance;
-};
-
-Nearest nearest(const py::object& places, int count) {
-    const Input<double> given(places, "places", {ANY, 2});
-    check_places(given, "places"), within(count, "count", 1, MOST_NEIGHBOURS);
-    Nearest found{py::array_t<std::int64_t>({given.length(), py::ssize_t{count}}),
-                  py::array_t<double>({given.length(), py::ssize_t{count}})};
-    std::int64_t* index = found.index.mutable_data();
-    double* distance = found.distance.mutable_data();
-    py::gil_scoped_release others_run;
-    for (const Neighbour& near : nearest_others(given.data(), given.length(), count)) *index++ = near.index, *distance++ = near.distance;
-    return found;
 }
 
 Reference make_reference(double time_constant_s, std::int64_t frames) {
@@ -266,11 +242,12 @@ void bind_detection(py::module_& module) {
         .def_readonly("outgrown", &FoundDots::outgrown, "whether larger ones than the model's were left out");
     py::class_<DotFinder> finder(
         module, "DotFinder",
-        "Finds dots by peaks of a reduced image, a maximum-likelihood fit of each, and its judgement. model: dots.fit.DiscModel; look:\n"
-        "dots.fit.Look. The first image tells how much dots differ from discs. It can be copied.");
+        "Finds dots by a maximum-likelihood fit of each candidate, and its judgement. model: dots.fit.DiscModel; look:\n"
+        "dots.look.Look. The first image tells how much dots differ from discs. It can be copied.");
     finder.def(py::init([](const py::object& model, const py::object& look) { return DotFinder(as_model(model), as_look(look)); }),
                py::arg("model"), py::arg("look"));
-    finder.def("find", &found_dots, py::arg("image"), "Dots of an image (H, W) uint8, reduced as the look says, in px of the whole image.");
+    finder.def("find", &found_dots, py::arg("image"), py::arg("candidates"),
+               "Dots near candidates (N, 2) float64, px, of an image (H, W) uint8, reduced as the look says, in px of the whole image.");
     copyable(finder);
     py::class_<Blobs>(module, "Blobs", "Large bright markers.")
         .def_property_readonly(
@@ -297,7 +274,8 @@ void bind_detection(py::module_& module) {
 void bind_numbers(py::module_& module) {
     py::class_<Lattice>(module, "Lattice", "Relative indices of dots on a printed grid.")
         .def_readonly("found", &Lattice::found, "whether the dots form a grid that does not contradict itself")
-        .def_property_readonly("rc", &rows_and_columns, "(N, 2) int64, row and column, valid for members")
+        .def_property_readonly(
+            "rc", [](const Lattice& one) { return rows_of(one.rc, 2); }, "(N, 2) int64, row and column, valid for members")
         .def_property_readonly(
             "member", [](const Lattice& one) { return mask(one.member); }, "(N,) bool")
         .def_readonly("angle", &Lattice::angle, "rad, of the rows from u")
@@ -326,14 +304,15 @@ void bind_numbers(py::module_& module) {
         "a grid smaller than 2 x 2.");
     numbering.def(py::init(&make_numbering), py::arg("rows"), py::arg("columns"));
     numbering.def("number", &numbered, py::arg("uv"), py::arg("width") = 0.0, py::arg("height") = 0.0,
-                  "GridNumbers of dots at uv (N, 2) float64, px, in any order; width, height: of the image, px, 0 if unknown: an outer\n"
-                  "row may have left it. Rows that are no positions get -1.");
+                  "GridNumbers of dots at uv (N, 2) float64, px, in any order; rows that are no positions get -1. The published method\n"
+                  "needs width and height of the image; this one does not.");
     numbering.def("remember", &remembered, py::arg("uv"), py::arg("id"),
                   "Take dots at uv (N, 2) float64, px, with indices id (N,) int64, -1 for none, as the last certain frame.");
     copyable(numbering);
     py::class_<Linker> linker(
         module, "Linker",
-        "Tracks of dots from frame to frame by linear assignment with a constant velocity prediction; ids are never used again. It can be\n"
+        "Tracks of dots from frame to frame by mutual nearest neighbours with a constant velocity prediction; ids are never used again. It "
+        "can be\n"
         "copied. gate: search range, median spacings from the predicted position; confirm: frames in a row before a dot that appears "
         "later\n"
         "is reported; keep_s: s that a lost track is kept. Raises BadArgument for values out of range.");
@@ -346,13 +325,8 @@ void bind_numbers(py::module_& module) {
     copyable(linker);
     module.def(
         "link_places", &links, py::arg("places"), py::arg("dots"), py::kw_only(), py::arg("gate"),
-        "One-to-one links (K, 2) int64, place and dot, between places (M, 2) and dots (N, 2) float64, px, closer than gate, px, with\n"
-        "the least sum of squares; an unlinked place costs the gate squared.");
-    py::class_<Nearest>(module, "Nearest", "The nearest other places, the nearest first.")
-        .def_readonly("index", &Nearest::index, "(N, count) int64, -1 where there are fewer")
-        .def_readonly("distance", &Nearest::distance, "(N, count) px, infinite where there are fewer");
-    module.def("nearest_others", &nearest, py::arg("places"), py::kw_only(), py::arg("count"),
-               "Nearest other places of each of places (N, 2) float64, px.");
+        "Links (K, 2) int64, place and dot, between places (M, 2) and dots (N, 2) float64, px, that are each other's nearest and closer\n"
+        "than gate, px.");
 }
 
 void bind_reference(py::module_& module) {

@@ -10,7 +10,6 @@
 
 #include "common/median.hpp"
 #include "dots/links.hpp"
-#include "dots/peaks.hpp"
 
 namespace tactile {
 namespace {
@@ -18,19 +17,10 @@ namespace {
 // Fits of all dots of an image. Each is fitted alone first; those with neighbours in their patches again, after the neighbours' images are
 // subtracted.
 
-constexpr double SMALLEST_HALVED = 5.0;  // px: smaller typical diameters are searched at full resolution
-constexpr double WEAKEST = 0.14;         // smallest peak as a share of the dots' contrast: admits a small dot in a third of the light
-constexpr double NOISE_PEAK = 2.0;       // smallest peak in standard deviations of a pixel of the reduced image
-
 constexpr int FIRST_STEPS = 2;       // from a candidate. Chosen: a node further is refined at the end
-constexpr double OFF_CENTRE = 0.9;   // px from the middle pixel beyond which a dot gets a new patch. Chosen; the nodes end at 1 px
-constexpr double UNLIKE = 1.6;       // residual over contrast of an off-centre fit; no neighbour causes more, so more means no dot. Chosen
-constexpr double CROWDED = 2.0;      // px over the diameter: dots nearer than this keep their patch, as fits may have moved to a neighbour
 constexpr double SAME = 0.4;         // of the typical diameter: nearer candidates belong to one dot. Chosen
 constexpr double MET = 0.15;         // of the typical diameter: fits that converge to within this distance belong to one dot. Chosen
-constexpr double GAP = 1.5;          // px, gap between edges below which dots are fitted in turns from the start. Chosen
 constexpr double RUN_OFF = 1.5;      // px from the patch's centre: a fit further away has diverged. Chosen
-constexpr int ROUNDS = 5;            // of fits in turns. Chosen
 constexpr double BELIEVABLE = 0.15;  // of the typical contrast: the images of fainter dots are not subtracted. Chosen
 
 // A candidate and its fit.
@@ -61,9 +51,7 @@ class Fits {
             if (std::isfinite(places[2 * i]) && std::isfinite(places[2 * i + 1])) begin(places[2 * i], places[2 * i + 1]);
         }
         find_neighbours();
-        recentre();
         take_doubles();
-        take_turns();
         subtract_neighbours();
         for (DotFit& dot : dots_) {
             if (!(nearest_node(dot.disc, model_) == dot.node)) fit(dot, 1);
@@ -91,10 +79,6 @@ class Fits {
         move(dot, u, v);
         dot.disc = {u - static_cast<double>(dot.column), v - static_cast<double>(dot.row), look_.typical, 0, 0};
         fit(dot, FIRST_STEPS);
-        if (dot.away() > OFF_CENTRE) {
-            const double most = UNLIKE * std::max(contrast(dot), 0.0);
-            if (residual_variance(dot.patch, dot.node, model_) > most * most) return;
-        }
         dots_.push_back(dot);
     }
 
@@ -124,21 +108,6 @@ class Fits {
         for (std::int32_t k = first_[i]; k < first_[i + 1]; ++k) call(static_cast<std::size_t>(neighbours_[k]));
     }
 
-    // Fits off-centre dots again in patches around their fitted positions.
-    void recentre() {
-        for (std::size_t i = 0; i < dots_.size(); ++i) {
-            DotFit& dot = dots_[i];
-            if (!(dot.away() > OFF_CENTRE) || !(contrast(dot) > 0)) continue;
-            bool crowded = false;
-            for_neighbours(i, [&](std::size_t j) { crowded |= began_apart(dot, dots_[j]) < look_.typical + CROWDED; });
-            if (crowded) continue;
-            const double u = dot.u(), v = dot.v();
-            move(dot, u, v);
-            dot.disc.u = u - static_cast<double>(dot.column), dot.disc.v = v - static_cast<double>(dot.row);
-            fit(dot, FIRST_STEPS);
-        }
-    }
-
     // Of two fits of one dot, the first alone is single.
     void take_doubles() {
         for (std::size_t i = 0; i < dots_.size(); ++i) {
@@ -152,74 +121,38 @@ class Fits {
         }
     }
 
-    bool is_solid(const DotFit& dot) const { return dot.single && contrast(dot) > BELIEVABLE * std::abs(look_.contrast); }
-
-    // Fits overlapping dots in alternation from their candidates, each without the others' images.
-    void take_turns() {
-        overlaps_.assign(dots_.size(), 0);
-        std::vector<std::pair<std::size_t, std::size_t>> pairs;
-        for (std::size_t i = 0; i < dots_.size(); ++i) {
-            if (!is_solid(dots_[i])) continue;
-            for_neighbours(i, [&](std::size_t j) {
-                if (!is_solid(dots_[j]) || began_apart(dots_[i], dots_[j]) >= look_.typical + GAP) return;
-                pairs.emplace_back(i, j);
-                overlaps_[i] = 1;
-            });
-        }
-        for (std::size_t i = 0; i < dots_.size(); ++i) {
-            DotFit& dot = dots_[i];
-            if (!overlaps_[i]) continue;
-            dot.disc.u = dot.start_u - static_cast<double>(dot.column), dot.disc.v = dot.start_v - static_cast<double>(dot.row);
-            dot.disc.diameter = look_.typical;
-        }
-        for (int round = 0; round < ROUNDS; ++round) fit_without(pairs);
-    }
-
-    // Fits the first dots of pairs, sorted, one step further without the images of the second as they are now.
-    void fit_without(const std::vector<std::pair<std::size_t, std::size_t>>& pairs) {
-        std::vector<DotFit> fitted;
-        for (std::size_t k = 0; k < pairs.size();) {
-            DotFit dot = dots_[pairs[k].first];
-            cut(dot);
-            for (const std::size_t i = pairs[k].first; k < pairs.size() && pairs[k].first == i; ++k) subtract(dot, dots_[pairs[k].second]);
-            patch_.compress(dot.patch);
-            fit(dot, 1);
-            fitted.push_back(dot);
-        }
-        std::size_t next = 0;
-        for (std::size_t k = 0; k < pairs.size(); ++k) {
-            if (k == 0 || pairs[k].first != pairs[k - 1].first) dots_[pairs[k].first] = fitted[next++];
-        }
-    }
-
     void subtract(const DotFit& dot, const DotFit& other) {
         const double u = other.u() - static_cast<double>(dot.column), v = other.v() - static_cast<double>(dot.row);
         if (std::isfinite(u + v + other.disc.diameter + other.disc.amplitude))
             patch_.subtract(u, v, other.disc.diameter, other.disc.amplitude);
     }
 
-    // Whether the fit models the image; one that diverged without an overlapping neighbour, as under glare, does not.
-    bool is_settled(std::size_t j) const {
-        const DotFit& dot = dots_[j];
-        return is_solid(dot) && (overlaps_[j] || (dot.away() < RUN_OFF && dot.disc.diameter < model_.largest));
+    // Whether the fit models the image; one that diverged, as under glare, does not.
+    bool is_settled(const DotFit& dot) const {
+        return dot.single && contrast(dot) > BELIEVABLE * std::abs(look_.contrast) && dot.away() < RUN_OFF &&
+               dot.disc.diameter < model_.largest;
     }
 
     // Fits each dot that has neighbours in its patch one step further without their images.
     void subtract_neighbours() {
-        std::vector<std::uint8_t> settled(dots_.size());
-        for (std::size_t j = 0; j < dots_.size(); ++j) settled[j] = is_settled(j);
-        std::vector<std::pair<std::size_t, std::size_t>> pairs;
-        for (std::size_t i = 0; i < dots_.size(); ++i) {
-            const DotFit& dot = dots_[i];
-            if (!dot.single) continue;
+        const std::vector<DotFit> alone = dots_;
+        for (std::size_t i = 0; i < alone.size(); ++i) {
+            if (!alone[i].single) continue;
+            bool any = false;
             for_neighbours(i, [&](std::size_t j) {
-                const double reach = static_cast<double>(model_.half) + dots_[j].disc.diameter / 2 + model_.blur;
-                const bool seen = std::abs(static_cast<double>(dot.column) - dots_[j].u()) < reach &&
-                                  std::abs(static_cast<double>(dot.row) - dots_[j].v()) < reach;
-                if (settled[j] && seen) pairs.emplace_back(i, j);
+                const double reach = static_cast<double>(model_.half) + alone[j].disc.diameter / 2 + model_.blur;
+                if (!is_settled(alone[j]) || !(std::abs(static_cast<double>(alone[i].column) - alone[j].u()) < reach) ||
+                    !(std::abs(static_cast<double>(alone[i].row) - alone[j].v()) < reach)) {
+                    return;
+                }
+                if (!any) cut(dots_[i]);
+                any = true;
+                subtract(alone[i], alone[j]);
             });
+            if (!any) continue;
+            patch_.compress(dots_[i].patch);
+            fit(dots_[i], 1);
         }
-        fit_without(pairs);
     }
 
     const Image image_;
@@ -228,7 +161,6 @@ class Fits {
     DiscPatch patch_;
     std::vector<DotFit> dots_;
     std::vector<std::int32_t> first_, neighbours_;
-    std::vector<std::uint8_t> overlaps_;
 };
 
 // Slopes of the ground from the fitted grounds of neighbouring dots: a slope fitted within each dot's own small patch would cost up to half
@@ -381,22 +313,13 @@ class Judge {
     std::vector<std::uint8_t> good_;
 };
 
-// Small dots are searched at full resolution, others in an image of half the size.
-PeakSearch search_of(const DotLook& look) {
-    const int step = look.typical >= SMALLEST_HALVED ? 2 : 1;
-    const double lowest = std::max({WEAKEST * std::abs(look.contrast), NOISE_PEAK * look.noise / step, 2.0});
-    return {step, 2 * static_cast<int>(std::clamp(look.typical / step / 2.5, 1.0, 5.0)) + 1,
-            2 * static_cast<int>(1.1 * look.typical / step) + 3, look.contrast > 0 ? 1 : -1, static_cast<float>(lowest)};
-}
-
 }  // namespace
 
 DotFinder::DotFinder(std::shared_ptr<const DiscModel> model, const DotLook& look)
     : model_(std::move(model)), look_(look), usual_(std::numeric_limits<double>::quiet_NaN()) {}
 
-FoundDots DotFinder::find(const Image& image) {
+FoundDots DotFinder::find(const Image& image, const std::vector<double>& candidates) {
     if (image.rows == 0 || image.columns == 0) return {{}, false};
-    const std::vector<double> candidates = find_peaks(image, search_of(look_));
     const std::vector<DotFit> fits = Fits(image, *model_, look_).run(candidates.data(), static_cast<std::ptrdiff_t>(candidates.size() / 2));
     JudgedDots judged = Judge(image, fits, *model_, look_, usual_).run();
     usual_ = judged.usual;

@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Dots of an image: candidates, a maximum-likelihood fit of each, and rejection of fits that are not dots.
+// Dots of an image: a maximum-likelihood fit of each candidate, and rejection of fits that are not dots.
 #pragma once
 
 #include <memory>
@@ -26,7 +26,8 @@ struct FoundDots {
 class DotFinder {
  public:
     DotFinder(std::shared_ptr<const DiscModel> model, const DotLook& look);
-    FoundDots find(const Image& image);
+    // candidates: rough positions, px, as u, v, u, v, ...; those that are not finite are left out.
+    FoundDots find(const Image& image, const std::vector<double>& candidates);
 
  private:
     std::shared_ptr<const DiscModel> model_;

@@ -7,6 +7,8 @@
 #include <complex>
 #include <iterator>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include "common/lanes.hpp"
 #include "common/wide.hpp"
@@ -20,11 +22,15 @@ namespace {
 
 using Links = std::vector<std::int32_t>;
 
-constexpr int WAYS = 4;                // right, below, left, above
-constexpr std::ptrdiff_t BRIDGES = 2;  // links that connect two parts of a grid without a closed cell between them. Chosen: one may err
-constexpr std::ptrdiff_t NEVER = std::numeric_limits<std::ptrdiff_t>::min();  // number of links of a part whose links disagree
-constexpr int OUTWARDS = 3;  // steps from closed cells along links. Chosen: round a dot that is lost beside another
+constexpr int WAYS = 4;  // right, below, left, above
 constexpr std::int64_t ROW_STEP[WAYS] = {0, 1, 0, -1}, COLUMN_STEP[WAYS] = {1, 0, -1, 0};
+
+// member: dots that links reach; contradictions: number of links that disagree with the indices, and of dots with the indices of another.
+struct Indices {
+    std::vector<std::int64_t> row, column;
+    std::vector<std::uint8_t> member;
+    std::ptrdiff_t contradictions = 0;
+};
 
 struct Neighbours {
     Links to[WAYS];
@@ -57,30 +63,25 @@ struct Neighbours {
     }
 };
 
-struct Place {
-    std::int64_t row, column;
-    bool operator==(const Place& other) const { return row == other.row && column == other.column; }
-};
-
 std::uint64_t key(const Indices& found, std::size_t i) {
     return (static_cast<std::uint64_t>(found.row[i]) << 32) ^ (static_cast<std::uint64_t>(found.column[i]) & 0xffffffffu);
 }
 
-// The largest connected component of the links becomes members; indices are relative to each component's first dot, whose number (count) is
-// returned for each dot.
-std::vector<std::int32_t> spread(const Neighbours& links, Indices& found) {
+// The largest connected component of the links becomes members; indices are relative to its first dot.
+void spread(const Neighbours& links, Indices& found) {
     const std::size_t count = found.row.size();
-    std::vector<std::int32_t> group(count, -1), members, largest;
+    std::vector<std::uint8_t> reached(count, 0);
+    std::vector<std::int32_t> members, largest;
     for (std::size_t start = 0; start < count; ++start) {
-        if (group[start] >= 0) continue;
+        if (reached[start]) continue;
         members.assign(1, static_cast<std::int32_t>(start));
-        group[start] = static_cast<std::int32_t>(start);
+        reached[start] = 1;
         for (std::size_t next = 0; next < members.size(); ++next) {
             const std::int32_t i = members[next];
             for (int way = 0; way < WAYS; ++way) {
                 const std::int32_t j = links.to[way][i];
-                if (j < 0 || group[j] >= 0) continue;
-                group[j] = static_cast<std::int32_t>(start);
+                if (j < 0 || reached[j]) continue;
+                reached[j] = 1;
                 found.row[j] = found.row[i] + ROW_STEP[way];
                 found.column[j] = found.column[i] + COLUMN_STEP[way];
                 members.push_back(j);
@@ -89,7 +90,6 @@ std::vector<std::int32_t> spread(const Neighbours& links, Indices& found) {
         if (members.size() > largest.size()) largest.swap(members);
     }
     for (const std::int32_t i : largest) found.member[i] = 1;
-    return group;
 }
 
 // Number of members whose row and column another member has too.
@@ -115,48 +115,17 @@ std::ptrdiff_t contradictions(const Neighbours& links, const Indices& found) {
     return wrong;
 }
 
-// Adds components (groups, of spread) that no closed cell connects to the members, but BRIDGES links that all imply the same shift of their
-// indices do.
-void merge(const Neighbours& links, const std::vector<std::int32_t>& group, Indices& found) {
-    std::vector<Place> shift(group.size(), Place{0, 0});
-    std::vector<std::ptrdiff_t> bridges(group.size(), 0);  // of each group, NEVER where two of them disagree
-    for (std::size_t i = 0; i < group.size(); ++i) {
-        if (found.member[i]) continue;
-        for (int way = 0; way < WAYS; ++way) {
-            const std::int32_t j = links.to[way][i], of = group[i];
-            if (j < 0 || !found.member[j]) continue;
-            const Place here{found.row[j] - ROW_STEP[way] - found.row[i], found.column[j] - COLUMN_STEP[way] - found.column[i]};
-            if (bridges[of] == 0) shift[of] = here;
-            bridges[of] = here == shift[of] ? bridges[of] + 1 : NEVER;
-        }
+// Indices propagated along links; right, below (count): the neighbour in that direction, -1 for none.
+Indices propagate_indices(const std::vector<std::int32_t>& right, const std::vector<std::int32_t>& below) {
+    const std::size_t count = right.size();
+    Indices found{std::vector<std::int64_t>(count, 0), std::vector<std::int64_t>(count, 0), std::vector<std::uint8_t>(count, 0), 0};
+    const Neighbours sound = Neighbours(right, below).sound();
+    spread(sound, found);
+    found.contradictions = contradictions(sound, found);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!found.member[i]) found.row[i] = found.column[i] = 0;
     }
-    for (std::size_t i = 0; i < group.size(); ++i) {
-        if (found.member[i] || bridges[group[i]] < BRIDGES) continue;
-        found.row[i] += shift[group[i]].row, found.column[i] += shift[group[i]].column;
-        found.member[i] = 1;
-    }
-}
-
-// Adds dots outside closed cells whose links to members all imply the same row and column.
-void join(const Neighbours& links, Indices& found) {
-    const Indices before = found;
-    for (std::size_t i = 0; i < found.row.size(); ++i) {
-        if (before.member[i]) continue;
-        bool heard = false, agree = true;
-        Place said{0, 0};
-        for (int way = 0; way < WAYS; ++way) {
-            const std::int32_t j = links.to[way][i];
-            if (j < 0 || !before.member[j]) continue;
-            const Place place{before.row[j] - ROW_STEP[way], before.column[j] - COLUMN_STEP[way]};
-            agree = agree && (!heard || place == said);
-            said = place;
-            heard = true;
-        }
-        if (!heard || !agree) continue;
-        found.row[i] = said.row;
-        found.column[i] = said.column;
-        found.member[i] = 1;
-    }
+    return found;
 }
 
 // Neighbours of dots on a printed grid, from one image alone. Near pairs of dots give a field of row directions. Two dots are linked as
@@ -178,12 +147,6 @@ constexpr double WHOLE_WEIGHT = 1e-3;         // of the mean of all cells agains
 // Product of finite numbers: the operator's also handles infinite ones, at twice the time.
 Complex times(Complex a, Complex b) {
     return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
-}
-
-// The unit number with half of a number's argument.
-Complex root(Complex a) {
-    const double size = std::sqrt(std::norm(a)), share = size > 0 ? a.real() / size : 1.0;
-    return {std::sqrt(std::max(0.5 + 0.5 * share, 0.0)), std::copysign(std::sqrt(std::max(0.5 - 0.5 * share, 0.0)), a.imag())};
 }
 
 struct Pair {
@@ -312,9 +275,9 @@ class Search {
     Lattice run(double hint) {
         Lattice lattice;
         if (count_ < 4 || !find_pairs()) return lattice;
+        if (!find_direction(hint, lattice.angle)) return lattice;
+        turn_upright(lattice.angle);
         CellMeans cells(places_, count_, CELL * pitch_);
-        if (!find_directions(cells, hint, lattice.angle)) return lattice;
-        turn_upright();
         std::vector<Complex> steps[2];
         for (int axis = 0; axis < 2; ++axis) {
             if (!typical_steps(axes_[axis], cells, steps[axis])) return lattice;
@@ -322,7 +285,9 @@ class Search {
         for (const double tolerance : TOLERANCES) {
             const Indices found = propagate_indices(links(axes_[0], steps[0], tolerance), links(axes_[1], steps[1], tolerance));
             if (found.contradictions) continue;
-            return {true, found.row, found.column, found.member, lattice.angle, pitch_};
+            lattice.found = true, lattice.pitch = pitch_, lattice.member = found.member;
+            for (std::ptrdiff_t i = 0; i < count_; ++i) lattice.rc.insert(lattice.rc.end(), {found.row[i], found.column[i]});
+            return lattice;
         }
         return lattice;
     }
@@ -351,46 +316,31 @@ class Search {
         return !pairs_.empty();
     }
 
-    // Estimates the angle of the whole grid, within 45 degrees of the hint, and for each dot the rotation that aligns the local row with u;
-    // false if the directions are not coherent.
-    bool find_directions(CellMeans& cells, double hint, double& angle) {
-        std::vector<std::int32_t> local(pairs_.size());  // pairs along rows and columns; listed without a branch that would be mispredicted
-        std::size_t count = 0;
-        for (std::size_t k = 0; k < pairs_.size(); ++k) {
-            local[count] = static_cast<std::int32_t>(k);
-            count += std::norm(pairs_[k].step) < LOCAL * LOCAL * pitch_ * pitch_;
-        }
-        std::vector<Complex> fourfold(count);  // fourth powers of the directions: rows and columns add up
-        Complex total = 0;
+    // Estimates the angle of the grid, within 45 degrees of the hint; false if the directions of its pairs are not coherent.
+    bool find_direction(double hint, double& angle) const {
+        Complex total = 0;  // of fourth powers of the directions: rows and columns add up
         double weight = 0;
-        for (std::size_t k = 0; k < count; ++k) {
-            const Complex step = pairs_[local[k]].step, twice = times(step, step);
-            const double square = std::norm(step), near = std::exp(-square / (pitch_ * pitch_));
-            fourfold[k] = times(twice, twice) * (near / std::max(square * square, 1e-24));
-            total += fourfold[k];
+        for (const Pair& pair : pairs_) {
+            const double square = std::norm(pair.step);
+            if (!(square < LOCAL * LOCAL * pitch_ * pitch_)) continue;
+            const double near = std::exp(-square / (pitch_ * pitch_));
+            const Complex twice = times(pair.step, pair.step);
+            total += times(twice, twice) * (near / std::max(square * square, 1e-24));
             weight += near;
         }
         if (std::abs(total) < COHERENCE * weight) return false;
         angle = hint + std::arg(total * std::polar(1.0, -4 * hint)) / 4;
-        const Complex back = std::polar(1.0, -4 * angle);
-        for (std::size_t k = 0; k < count; ++k) {
-            const Complex turn = times(fourfold[k], back);
-            cells.add(pairs_[local[k]].from, turn);
-            cells.add(pairs_[local[k]].to, turn);
-        }
-        turns_ = cells.means();
-        const Complex upright = std::polar(1.0, -angle);
-        for (Complex& turn : turns_) turn = times(upright, std::conj(root(root(turn))));
         return true;
     }
 
-    // Splits pairs into rows, left dot first, and columns, upper dot first; rotates steps by the local row direction, and steps of columns
-    // by another -90 degrees.
-    void turn_upright() {
+    // Splits pairs into rows, left dot first, and columns, upper dot first; rotates steps by the grid's angle, and steps of columns by
+    // another -90 degrees.
+    void turn_upright(double angle) {
+        const Complex upright = std::polar(1.0, -angle);
         std::ptrdiff_t counts[2] = {0, 0};
         for (std::vector<Pair>& axis : axes_) axis.resize(pairs_.size());
         for (const Pair& pair : pairs_) {  // without branches, which would be mispredicted
-            const Complex step = times(pair.step, turns_[pair.from]);
+            const Complex step = times(pair.step, upright);
             const int column = std::abs(step.real()) <= std::abs(step.imag());
             const double along = column ? step.imag() : step.real(), across = column ? -step.real() : step.imag();
             const bool ahead = along > 0;
@@ -431,37 +381,162 @@ class Search {
     const std::ptrdiff_t count_;
     double pitch_ = 0;
     std::vector<Pair> pairs_, axes_[2];  // along rows, along columns
-    std::vector<Complex> turns_;
+};
+
+// Row and column are locally nearly linear in image position. A linear fit to the nearest indexed dots predicts the index of a dot without
+// one. A prediction far from a whole number, or with a high leverage, is rejected. This repeats until no dot is added.
+
+constexpr std::size_t NEAREST = 8;    // indexed dots in a fit. Chosen
+constexpr std::size_t FEWEST = 4;     // of them: one more than a plane has unknowns
+constexpr double GROWTH_REACH = 2.9;  // pitches, dots further away are excluded. Chosen
+constexpr double LEVERAGES[] = {1.0,
+                                3.0};  // largest variance of a prediction per variance of a dot: the second only if the first adds none
+constexpr double BENT = 0.15;          // rows, largest RMS residual of a fit. Chosen
+constexpr double OFF = 0.25;           // rows, largest distance of a prediction from a whole number. Chosen
+constexpr double LAST_OFF = 0.3;       // rows, the same for an indexed dot in the final check. Chosen
+constexpr double RIDGE = 1e-6;         // of the normal equations: keeps collinear dots solvable
+
+using Node = std::pair<std::int64_t, std::int64_t>;
+
+struct Prediction {
+    bool sure = false;
+    double row = 0, column = 0;
+};
+
+class Growth {
+ public:
+    Growth(const double* places, Lattice& lattice)
+        : places_(places),
+          count_(static_cast<std::ptrdiff_t>(lattice.member.size())),
+          pitch_(lattice.pitch),
+          rc_(lattice.rc),
+          member_(lattice.member) {}
+
+    void run() {
+        while (std::any_of(std::begin(LEVERAGES), std::end(LEVERAGES), [this](double leverage) { return wave(leverage); })) {
+        }
+        confirm();
+    }
+
+ private:
+    // Adds dots that fits of at most this leverage predict; returns whether any were added.
+    bool wave(double leverage) {
+        if (members() <= NEAREST) return false;
+        std::map<Node, int> claims;  // of each node; a dot that has it counts for two
+        std::vector<std::pair<std::ptrdiff_t, Node>> said;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            if (member_[i]) claims[{rc_[2 * i], rc_[2 * i + 1]}] += 2;
+        }
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            if (member_[i]) continue;
+            const Prediction found = predict(i, leverage);
+            if (!found.sure || !(off(found, std::rint(found.row), std::rint(found.column)) < OFF)) continue;
+            said.push_back({i, {std::llrint(found.row), std::llrint(found.column)}});
+            ++claims[said.back().second];
+        }
+        bool any = false;
+        for (const auto& [i, place] : said) {
+            if (claims[place] > 1) continue;
+            rc_[2 * i] = place.first;
+            rc_[2 * i + 1] = place.second;
+            member_[i] = 1;
+            any = true;
+        }
+        return any;
+    }
+
+    // Keeps members whose indices match the prediction from their neighbours.
+    void confirm() {
+        if (members() <= NEAREST + 1) return;
+        std::vector<std::uint8_t> kept(member_);
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            if (!member_[i]) continue;
+            const Prediction found = predict(i, LEVERAGES[1]);
+            kept[i] = found.sure && off(found, static_cast<double>(rc_[2 * i]), static_cast<double>(rc_[2 * i + 1])) < LAST_OFF;
+        }
+        member_ = kept;
+    }
+
+    std::size_t members() const { return static_cast<std::size_t>(std::count(member_.begin(), member_.end(), 1)); }
+
+    static double off(const Prediction& found, double row, double column) {
+        return std::max(std::abs(found.row - row), std::abs(found.column - column));
+    }
+
+    // The nearest members within reach of dot i, itself excepted, nearest first.
+    void find_near(std::ptrdiff_t i) {
+        near_.clear();
+        const double u = places_[2 * i], v = places_[2 * i + 1], reach = GROWTH_REACH * pitch_;
+        for (std::ptrdiff_t j = 0; j < count_; ++j) {
+            const double across = places_[2 * j] - u, down = places_[2 * j + 1] - v;
+            if (std::abs(across) >= reach || std::abs(down) >= reach || !member_[j] || j == i) continue;
+            const double square = across * across + down * down;
+            if (square < reach * reach) near_.push_back({square, j});
+        }
+        const std::size_t kept = std::min(near_.size(), NEAREST);
+        std::partial_sort(near_.begin(), near_.begin() + static_cast<std::ptrdiff_t>(kept), near_.end());
+        near_.resize(kept);
+    }
+
+    // Row and column at dot i by a plane through its neighbours' indices, relative to the nearest one's, which the ridge hardly biases.
+    Prediction predict(std::ptrdiff_t i, double leverage) {
+        find_near(i);
+        if (near_.size() < FEWEST) return {};
+        const std::int64_t* origin = &rc_[2 * near_[0].second];
+        double n = RIDGE, x = 0, y = 0, xx = RIDGE, xy = 0, yy = RIDGE, sums[2][3] = {};
+        for (const auto& [square, j] : near_) {
+            const double across = (places_[2 * j] - places_[2 * i]) / pitch_, down = (places_[2 * j + 1] - places_[2 * i + 1]) / pitch_;
+            n += 1, x += across, y += down, xx += across * across, xy += across * down, yy += down * down;
+            for (int axis = 0; axis < 2; ++axis) {
+                const auto value = static_cast<double>(rc_[2 * j + axis] - origin[axis]);
+                sums[axis][0] += value, sums[axis][1] += value * across, sums[axis][2] += value * down;
+            }
+        }
+        // the inverse of the symmetric matrix [n x y; x xx xy; y xy yy] by its cofactors
+        const double a = xx * yy - xy * xy, b = xy * y - x * yy, c = x * xy - xx * y, inverse = 1 / (n * a + x * b + y * c);
+        const double d = n * yy - y * y, e = x * y - n * xy, f = n * xx - x * x;
+        double fit[2][3];
+        for (int axis = 0; axis < 2; ++axis) {
+            const double* sum = sums[axis];
+            fit[axis][0] = (a * sum[0] + b * sum[1] + c * sum[2]) * inverse;
+            fit[axis][1] = (b * sum[0] + d * sum[1] + e * sum[2]) * inverse;
+            fit[axis][2] = (c * sum[0] + e * sum[1] + f * sum[2]) * inverse;
+        }
+        const bool sure = a * inverse < leverage && residual(i, fit) < 2 * BENT * BENT;
+        return {sure, fit[0][0] + static_cast<double>(origin[0]), fit[1][0] + static_cast<double>(origin[1])};
+    }
+
+    // Squared residuals of both planes over the degrees of freedom.
+    double residual(std::ptrdiff_t i, const double (&fit)[2][3]) const {
+        double squares = 0;
+        for (const auto& [square, j] : near_) {
+            const double across = (places_[2 * j] - places_[2 * i]) / pitch_, down = (places_[2 * j + 1] - places_[2 * i + 1]) / pitch_;
+            for (int axis = 0; axis < 2; ++axis) {
+                const auto value = static_cast<double>(rc_[2 * j + axis] - rc_[2 * near_[0].second + axis]);
+                const double rest = fit[axis][0] + fit[axis][1] * across + fit[axis][2] * down - value;
+                squares += rest * rest;
+            }
+        }
+        return squares / std::max(static_cast<double>(near_.size()) - 3, 1.0);
+    }
+
+    const double* places_;
+    const std::ptrdiff_t count_;
+    const double pitch_;
+    std::vector<std::int64_t>& rc_;
+    std::vector<std::uint8_t>& member_;
+    std::vector<std::pair<double, std::ptrdiff_t>> near_;  // squared distance and index
 };
 
 }  // namespace
 
-Indices propagate_indices(const std::vector<std::int32_t>& right, const std::vector<std::int32_t>& below) {
-    const std::size_t count = right.size();
-    Indices found{std::vector<std::int64_t>(count, 0), std::vector<std::int64_t>(count, 0), std::vector<std::uint8_t>(count, 0), 0};
-    const Neighbours links(right, below), sound = links.sound();
-    const std::vector<std::int32_t> group = spread(sound, found);
-    found.contradictions = contradictions(sound, found);
-    if (!found.contradictions) {
-        const Indices meshes = found;
-        for (int step = 0; step < OUTWARDS; ++step) {
-            join(links, found);
-            merge(links, group, found);
-        }
-        if (contradictions(sound, found)) found = meshes;
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-        if (!found.member[i]) found.row[i] = found.column[i] = 0;
-    }
-    return found;
-}
-
 Lattice find_lattice(const double* places, std::ptrdiff_t count, double hint) {
     Lattice lattice = Search(places, count).run(hint);
     if (!lattice.found) {
-        lattice.row.assign(count, 0);
-        lattice.column.assign(count, 0);
+        lattice.rc.assign(2 * count, 0);
         lattice.member.assign(count, 0);
+    } else if (std::count(lattice.member.begin(), lattice.member.end(), 0)) {
+        Growth(places, lattice).run();
     }
     return lattice;
 }

@@ -11,23 +11,14 @@ namespace tactile {
 // Relative row and column indices of dots on a printed grid.
 struct Lattice {
     bool found = false;
-    std::vector<std::int64_t> row, column;  // of each dot; 0 if it is not a member
+    std::vector<std::int64_t> rc;  // row and column of each dot; 0 if it is not a member
     std::vector<std::uint8_t> member;
     double angle = 0;  // of the rows from u, rad
     double pitch = 0;  // px
 };
 
-// Finds neighbours and indices of dots at places (count, 2), px, all finite. hint: rad, expected direction of the rows; of the four
-// possible directions, the one within 45 degrees of it is returned.
+// Finds neighbours and indices of dots at places (count, 2), px, all finite, by links and, over gaps, by extrapolation. hint: rad, expected
+// direction of the rows; of the four possible directions, the one within 45 degrees of it is returned.
 Lattice find_lattice(const double* places, std::ptrdiff_t count, double hint);
-
-// Indices propagated along links. right, below (count): the neighbour in that direction, -1 for none. member: dots that links reach;
-// contradictions: number of links that disagree with the indices, and of dots with the indices of another.
-struct Indices {
-    std::vector<std::int64_t> row, column;
-    std::vector<std::uint8_t> member;
-    std::ptrdiff_t contradictions = 0;
-};
-Indices propagate_indices(const std::vector<std::int32_t>& right, const std::vector<std::int32_t>& below);
 
 }  // namespace tactile

@@ -59,9 +59,6 @@ class Cells {
     std::vector<std::int32_t> next_, first_;
 };
 
-// Linear assignment by shortest augmenting paths (Jonker and Volgenant, A shortest augmenting path algorithm for dense and sparse linear
-// assignment problems, 1987). Places and dots that are near each other form groups, each assigned by itself.
-
 constexpr std::ptrdiff_t NONE = -1;
 
 // Pairs (place, dot) closer than gate, sorted by place.
@@ -81,45 +78,18 @@ std::vector<Link> near_links(const double* places, std::ptrdiff_t place_count, c
     return found;
 }
 
-// Group of each place, then of each dot: those that near pairs connect, directly or by others, have the same number.
-std::vector<std::ptrdiff_t> groups(const std::vector<Link>& near, std::ptrdiff_t place_count, std::ptrdiff_t dot_count) {
-    std::vector<std::ptrdiff_t> parent(place_count + dot_count);
-    std::iota(parent.begin(), parent.end(), std::ptrdiff_t{0});
-    const auto root = [&](std::ptrdiff_t at) {
-        while (parent[at] != at) at = parent[at] = parent[parent[at]];
-        return at;
-    };
-    for (const auto& [place, dot] : near) parent[root(place)] = root(place_count + dot);
-    for (std::ptrdiff_t at = 0; at < place_count + dot_count; ++at) parent[at] = root(at);
-    return parent;
-}
-
-// Appends the links of one group of near pairs to found.
-void link_group(const std::vector<Link>& near, const double* places, const double* dots, double gate, std::vector<Link>& found) {
-    if (near.size() == 1) return found.push_back(near[0]);
-    std::vector<std::ptrdiff_t> rows, columns;
-    for (const auto& [place, dot] : near) rows.push_back(place), columns.push_back(dot);
-    for (std::vector<std::ptrdiff_t>* side : {&rows, &columns}) {
-        std::sort(side->begin(), side->end());
-        side->erase(std::unique(side->begin(), side->end()), side->end());
+// Median distance to the nearest other one of places (u, v, u, v, ...), 0 for fewer than two.
+double spacing(const std::vector<double>& places) {
+    std::vector<double> nearest;
+    for (std::size_t i = 0; i < places.size(); i += 2) {
+        double least = std::numeric_limits<double>::infinity();
+        for (std::size_t j = 0; j < places.size(); j += 2) {
+            const double across = places[i] - places[j], down = places[i + 1] - places[j + 1];
+            if (j != i) least = std::min(least, across * across + down * down);
+        }
+        nearest.push_back(least);
     }
-    const auto index = [](const std::vector<std::ptrdiff_t>& side, std::ptrdiff_t value) {
-        return std::lower_bound(side.begin(), side.end(), value) - side.begin();
-    };
-    const bool turned = rows.size() > columns.size();
-    const auto height = static_cast<std::ptrdiff_t>(std::min(rows.size(), columns.size()));
-    const auto width = static_cast<std::ptrdiff_t>(std::max(rows.size(), columns.size()));
-    std::vector<double> cost(height * width, gate * gate);
-    for (const auto& [place, dot] : near) {
-        const std::ptrdiff_t r = index(rows, place), c = index(columns, dot);
-        const double across = places[2 * place] - dots[2 * dot], down = places[2 * place + 1] - dots[2 * dot + 1];
-        cost[turned ? c * width + r : r * width + c] = across * across + down * down;
-    }
-    const std::vector<std::ptrdiff_t> column = assign_least(cost, height, width);
-    for (std::ptrdiff_t k = 0; k < height; ++k) {
-        if (!(cost[k * width + column[k]] < gate * gate)) continue;
-        found.emplace_back(rows[turned ? column[k] : k], columns[turned ? k : column[k]]);
-    }
+    return places.size() > 2 ? std::sqrt(median(std::move(nearest))) : 0;
 }
 
 }  // namespace
@@ -142,37 +112,7 @@ std::vector<std::pair<std::int32_t, std::int32_t>> near_pairs(const double* plac
     return found;
 }
 
-// In the order of u, places farther to the left or right than the farthest of the nearest so far need no look.
-std::vector<Neighbour> nearest_others(const double* places, std::ptrdiff_t count, std::ptrdiff_t wanted) {
-    const double never = std::numeric_limits<double>::infinity();
-    std::vector<Neighbour> found(count * wanted, Neighbour{-1, never});
-    std::vector<std::ptrdiff_t> order(count);
-    std::iota(order.begin(), order.end(), std::ptrdiff_t{0});
-    std::sort(order.begin(), order.end(), [&](std::ptrdiff_t a, std::ptrdiff_t b) { return places[2 * a] < places[2 * b]; });
-    for (std::ptrdiff_t k = 0; k < count; ++k) {
-        const double u = places[2 * order[k]], v = places[2 * order[k] + 1];
-        Neighbour* nearest = found.data() + order[k] * wanted;
-        const auto compare = [&](std::ptrdiff_t other) {  // false where all beyond are farther
-            const double across = places[2 * order[other]] - u;
-            if (!(std::abs(across) < nearest[wanted - 1].distance)) return false;
-            const double distance = std::hypot(across, places[2 * order[other] + 1] - v);
-            std::ptrdiff_t at = wanted;
-            while (at > 0 && distance < nearest[at - 1].distance) --at;
-            if (at < wanted) {
-                std::copy_backward(nearest + at, nearest + wanted - 1, nearest + wanted);
-                nearest[at] = {order[other], distance};
-            }
-            return true;
-        };
-        bool left = true, right = true;
-        for (std::ptrdiff_t step = 1; left || right; ++step) {
-            left = left && k - step >= 0 && compare(k - step);
-            right = right && k + step < count && compare(k + step);
-        }
-    }
-    return found;
-}
-
+// Jonker and Volgenant, A shortest augmenting path algorithm for dense and sparse linear assignment problems, 1987.
 std::vector<std::ptrdiff_t> assign_least(const std::vector<double>& cost, std::ptrdiff_t rows, std::ptrdiff_t columns) {
     const double never = std::numeric_limits<double>::infinity();
     std::vector<double> row_price(rows, 0.0), column_price(columns, 0.0), least(columns);
@@ -216,17 +156,19 @@ std::vector<std::ptrdiff_t> assign_least(const std::vector<double>& cost, std::p
 }
 
 std::vector<Link> link_places(const double* places, std::ptrdiff_t place_count, const double* dots, std::ptrdiff_t dot_count, double gate) {
-    std::vector<Link> near = near_links(places, place_count, dots, dot_count, gate), found;
-    const std::vector<std::ptrdiff_t> group = groups(near, place_count, dot_count);
-    std::stable_sort(near.begin(), near.end(), [&](const Link& a, const Link& b) { return group[a.first] < group[b.first]; });
-    for (std::size_t k = 0; k < near.size();) {
-        std::size_t end = k;
-        while (end < near.size() && group[near[end].first] == group[near[k].first]) ++end;
-        link_group({near.begin() + static_cast<std::ptrdiff_t>(k), near.begin() + static_cast<std::ptrdiff_t>(end)}, places, dots, gate,
-                   found);
-        k = end;
+    const double never = std::numeric_limits<double>::infinity();
+    std::vector<double> of_place(place_count, never), of_dot(dot_count, never);
+    std::vector<std::ptrdiff_t> dot_of(place_count, NONE), place_of(dot_count, NONE);
+    for (const auto& [place, dot] : near_links(places, place_count, dots, dot_count, gate)) {
+        const double across = places[2 * place] - dots[2 * dot], down = places[2 * place + 1] - dots[2 * dot + 1];
+        const double square = across * across + down * down;
+        if (square < of_place[place]) of_place[place] = square, dot_of[place] = dot;
+        if (square < of_dot[dot]) of_dot[dot] = square, place_of[dot] = place;
     }
-    std::sort(found.begin(), found.end());
+    std::vector<Link> found;
+    for (std::ptrdiff_t place = 0; place < place_count; ++place) {
+        if (dot_of[place] != NONE && place_of[dot_of[place]] == place) found.emplace_back(place, dot_of[place]);
+    }
     return found;
 }
 
@@ -265,14 +207,13 @@ std::vector<std::int64_t> Linker::update(const double* places, std::ptrdiff_t co
 // frames.
 std::vector<Link> Linker::best_links(const double* places, std::ptrdiff_t count, double stamp_s) const {
     const auto known = static_cast<std::ptrdiff_t>(tracks_.size());
-    std::vector<double> expected[3], nearest;
+    std::vector<double> expected[3];
     for (const Track& track : tracks_) {
         const double ahead = track.state == State::LOST ? 0 : std::min(stamp_s - track.seen_s, keep_s_);
         const Eigen::Vector2d moved = track.uv + track.velocity * ahead, *uv[] = {&moved, &track.uv, &track.first};
         for (int k = 0; k < 3; ++k) expected[k].insert(expected[k].end(), {uv[k]->x(), uv[k]->y()});
     }
-    for (const Neighbour& near : nearest_others(expected[1].data(), known, 1)) nearest.push_back(near.distance);
-    const double gate = known > 1 ? gate_ * median(nearest) : 0;
+    const double gate = gate_ * spacing(expected[1]);
     std::vector<Link> best;
     double least = std::numeric_limits<double>::infinity();
     for (const std::vector<double>& from : expected) {

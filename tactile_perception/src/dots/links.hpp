@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Places that are near each other, and one-to-one links between two sets of them.
+// Places that are near each other, and links between two sets of them.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,19 +16,10 @@ constexpr std::size_t MOST_NEIGHBOURS = 32;  // of a position. Derived: distinct
 // Pairs of places (count, 2), px, that are within reach, px, of each other along both axes; at most MOST_NEIGHBOURS * count.
 std::vector<std::pair<std::int32_t, std::int32_t>> near_pairs(const double* places, std::ptrdiff_t count, double reach);
 
-struct Neighbour {
-    std::ptrdiff_t index;  // -1 for none
-    double distance;       // px, infinite for none
-};
-
-// The `wanted` nearest other places of each of places (count, 2), px: (count, wanted), the nearest first.
-std::vector<Neighbour> nearest_others(const double* places, std::ptrdiff_t count, std::ptrdiff_t wanted);
-
 // The column of each row, one to one, with the least sum of costs (rows, columns); rows <= columns, costs finite.
 std::vector<std::ptrdiff_t> assign_least(const std::vector<double>& cost, std::ptrdiff_t rows, std::ptrdiff_t columns);
 
-// One-to-one links (place, dot) between places and dots (count, 2), px, closer than gate, with the least sum of squares; an unlinked place
-// costs the gate squared. Links are sorted by place.
+// Links (place, dot) between places and dots (count, 2), px, that are each other's nearest and closer than gate, sorted by place.
 using Link = std::pair<std::ptrdiff_t, std::ptrdiff_t>;
 std::vector<Link> link_places(const double* places, std::ptrdiff_t place_count, const double* dots, std::ptrdiff_t dot_count, double gate);
 

@@ -1,7 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Row and column of dots on a printed grid: relative ones by links and, over gaps, by extrapolation; then their origin on the print; then
-// rejection of outliers.
+// Row and column of dots on a printed grid: relative ones by links and, over gaps, by extrapolation; then their origin on the print.
 #pragma once
 
 #include <cstddef>
@@ -21,15 +20,15 @@ struct GridNumbers {
 class GridNumbering {
  public:
     GridNumbering(std::int64_t rows, std::int64_t columns);
-    // Dots at places (count, 2), px, finite; width, height: of the image, px, 0 where unknown: tells where an outer row may have left it.
-    GridNumbers number(const double* places, std::ptrdiff_t count, double width, double height);
+    // Dots at places (count, 2), px, finite.
+    GridNumbers number(const double* places, std::ptrdiff_t count);
     // Takes dots with these numbers, row * columns + column or -1, as the last certain frame.
     void remember(const double* places, const std::int64_t* id, std::ptrdiff_t count);
 
     std::int64_t count() const { return printed_[0] * printed_[1]; }  // of printed dots
 
  private:
-    GridNumbers numbered(const double* places, std::ptrdiff_t count, double width, double height) const;
+    GridNumbers numbered(const double* places, std::ptrdiff_t count) const;
 
     std::int64_t printed_[2];  // rows, columns
     std::vector<double> before_places_;

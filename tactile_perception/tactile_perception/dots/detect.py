@@ -8,13 +8,15 @@ from functools import partial
 
 import cv2
 import numpy as np
+import scipy
 
 from .. import _core
 from ..common.dots import Dots
 from ..common.statistics import upper_median
 from ..errors import BadArgument, BadFrame
 from .auto import AutoDetector
-from .fit import DiscModel, Look, measure_look, select_channel, shrink
+from .fit import DiscModel
+from .look import Look, measure_look, select_channel, shrink
 from .published import PaperArealDetector, PaperCushionDetector, PaperDetector
 
 POLARITIES = {'dark': -1, 'bright': 1, 'any': 0}
@@ -24,6 +26,8 @@ _LEAST_RANGE = 4  # grey levels; less is a constant frame: above the noise of a 
 # The likelihood detector
 _FEWEST = 4  # dots; with fewer, the appearance is measured again
 _MOST_GROWTH = 2.2  # times the typical diameter: the largest diameter searched
+_HALVED = 5.0  # px: dots from this diameter on are searched in an image of half the size
+_WEAKEST, _ABOVE_NOISE = 0.14, 2.0  # lowest peak: of the contrast, which admits a small dot in a third of the light; of the noise
 
 # The detector of large markers
 _ALIKE = 0.6  # ratio of channel contrasts from which channels are averaged, since their noise is independent
@@ -123,11 +127,30 @@ class LikelihoodDetector:
     def detect_all(self, image: np.ndarray) -> Dots:
         """Dots of the look that is known. Detect, and repeat with a larger range of diameters if some dots exceed it."""
         grey = shrink(select_channel(image, self._look.channel), self._look.step)
-        found = self._finder.find(grey)
+        found = self._finder.find(grey, _candidates(grey, self._look))
         if found.outgrown and self._look.largest < _MOST_GROWTH * self._look.typical:
             self._take(replace(self._look, largest=1.15 * self._look.largest))
-            found = self._finder.find(grey)
+            found = self._finder.find(grey, _candidates(grey, self._look))
         return Dots(found.uv, found.area, found.sigma)
+
+
+def _candidates(grey: np.ndarray, look: Look) -> np.ndarray:
+    """(N, 2) px: peaks of an image (H, W) uint8, smoothed, above the mean of a square around. The fit rejects false ones."""
+    step = 2 if look.typical >= _HALVED else 1
+    small, across = shrink(grey, step).astype(np.float32), look.typical / step
+    side, box = 2 * int(np.clip(across / 2.5, 1, 5)) + 1, 2 * int(1.1 * across) + 3
+    relief = cv2.GaussianBlur(small, (side, side), 0, borderType=cv2.BORDER_REPLICATE)
+    relief -= cv2.blur(small, (box, box), borderType=cv2.BORDER_REPLICATE)
+    if look.contrast < 0:
+        relief = -relief
+    lowest = max(_WEAKEST * abs(look.contrast), _ABOVE_NOISE * look.noise / step, 2.0)
+    peak = (relief >= cv2.dilate(relief, _SQUARE)) & (relief > lowest)
+    v, u = np.nonzero(peak[1:-1, 1:-1])
+    v, u = v + 1, u + 1
+    middle, places = relief[v, u], np.empty((len(u), 2))
+    for axis, (before, after) in enumerate(((relief[v, u - 1], relief[v, u + 1]), (relief[v - 1, u], relief[v + 1, u]))):
+        places[:, axis] = (u, v)[axis] + np.clip((after - before) / (2 * np.maximum(2 * middle - before - after, 1)), -1, 1)
+    return (places + 0.5) * step - 0.5
 
 
 @dataclass
@@ -212,7 +235,7 @@ def _measure_appearance(image, sign) -> _Appearance:
         regions = _find_regions(cv2.threshold(smooth, max(threshold, _LEAST_CONTRAST), 255, cv2.THRESH_BINARY)[1])
         if len(regions.box) < 2:
             raise BadFrame('fewer than two markers found in the frame: check light, focus and the parameter polarity')
-        pitch = float(np.median(_core.dots.nearest_others(regions.centre, count=1).distance))
+        pitch = float(np.median(scipy.spatial.cKDTree(regions.centre).query(regions.centre, 2)[0][:, 1]))
         box = _odd(_PER_PITCH * pitch)
     step = 2 if np.sqrt(4 / np.pi * np.median(regions.area)) >= _SMALLEST_SEGMENTED else 1
     contrast = float(above[above > threshold].mean())

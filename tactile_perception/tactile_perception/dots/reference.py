@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from .. import _core
 
@@ -56,13 +57,13 @@ class CalibratedRest:
             return RestJudgement()
         rest = self.uv[id[both]]
         off = uv[both] - rest
-        near = _core.dots.nearest_others(rest, count=_NEIGHBOURS)
+        distance, index = (near[:, 1:] for near in scipy.spatial.cKDTree(rest).query(rest, _NEIGHBOURS + 1))
         left = _robust_residual(np.column_stack([np.ones(len(rest)), rest - rest.mean(axis=0)]), off, _KEPT)
-        together, square = np.mean(left * np.mean(left[near.index], axis=1)), np.mean(left**2)
+        together, square = np.mean(left * np.mean(left[index], axis=1)), np.mean(left**2)
         shared = float(np.sqrt(2 * max(together, 0.0)))
         if together <= _SHARED_PART * square or shared <= _SHARED_SIZE:
             return RestJudgement(stayed=bool(np.median(np.hypot(*off.T)) <= _STAYED))
-        known = np.percentile(np.hypot(*off.T), _STILLEST) <= _STILL * np.median(near.distance[:, 0])
+        known = np.percentile(np.hypot(*off.T), _STILLEST) <= _STILL * np.median(distance[:, 0])
         seen = f'the first dots are off their calibrated untouched positions ({shared:.2f} px shared by neighbours)'
         if known:
             return RestJudgement(True, True, f'{seen}: the sensor was touched when the reference was taken. The calibrated positions are '

@@ -179,7 +179,7 @@ class DotEstimator:
 
     def __init__(self, sensor: PrintedGrid, values: Mapping, places: Places | None = None, pattern: np.ndarray | None = None,
                  rest: np.ndarray | None = None, seam: float | None = None):
-        image_only = places is None and values['surface'] in ('none', 'gel')
+        image_only = places is None and values['surface'] in ('none', 'gel', 'pins')
         self._tracker, self._places, self._seam = make_tracker(sensor, values, pattern, rest, image_only), places, seam
 
     @property

@@ -21,8 +21,8 @@ SENSOR_PARAMETERS = (
     _fixed('rows', int, 23, '', 'rows of the printed grid; rows and columns 0: the pattern is not a grid', 0, 250),
     _fixed('columns', int, 23, '', 'columns of the printed grid', 0, 250),
     _fixed('surface', str, 'cap', '',
-           'untouched shape, for places in 3D: cap of a touchpad, flat sheet, inflated dome; gel: elastic layer, in the image; none: '
-           'image places only', choices=('cap', 'sheet', 'dome', 'gel', 'none')),
+           'untouched shape, for places in 3D: cap of a touchpad, flat sheet, inflated dome; gel: elastic layer, pins: dome of pins, in '
+           'the image; none: image places only', choices=('cap', 'sheet', 'dome', 'gel', 'pins', 'none')),
     _fixed('cap.curvature_radius', float, 0.020, 'm', 'cap: radius of the sphere', 1e-4, 10.0),
     _fixed('cap.height', float, 0.013, 'm', 'cap: height above the rim', 1e-4, 10.0),
     _fixed('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0),

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from border_checks import check_any_array, check_memory, check_wrong_type
 from tactile_perception._core import dots
-from tactile_perception.dots.fit import DiscModel, Look
+from tactile_perception.dots.fit import DiscModel
+from tactile_perception.dots.look import Look
 from tactile_perception.errors import BadArgument
 
 ID, SIGMA = np.arange(42), np.full(42, 0.02)
@@ -33,16 +34,16 @@ def arrays_of(found, *names):
     return [getattr(found, name) for name in names]
 
 
-def call_finder(image=IMAGE, **tables):
+def call_finder(image=IMAGE, candidates=UV, **tables):
     """Dots, with the tables given in place of the good ones."""
-    return arrays_of(dots.DotFinder(Given(MODEL, tables), LOOK).find(image), 'uv', 'area', 'sigma')
+    return arrays_of(dots.DotFinder(Given(MODEL, tables), LOOK).find(image, candidates), 'uv', 'area', 'sigma')
 
 
 def call_numbering(uv=UV, before=UV, id=ID):
     """Numbers after a frame that is remembered."""
     numbering = dots.GridNumbering(6, 7)
     numbering.remember(before, id)
-    return [numbering.number(uv, 200, 200).id]
+    return [numbering.number(uv).id]
 
 
 def call_linker(uv=UV):
@@ -61,13 +62,12 @@ def call_reference(begin_id=ID, begin_uv=UV, frames=ID, **seen):
 
 #: What is called, how it is called here, and an example of each of its arrays.
 CALLS = {
-    'DotFinder': (call_finder, {'image': IMAGE, **TABLES}),
+    'DotFinder': (call_finder, {'image': IMAGE, 'candidates': UV, **TABLES}),
     'fit_blobs': (lambda **arrays: arrays_of(dots.fit_blobs(**REGIONS | arrays, step=2), 'uv', 'area', 'sigma', 'solidity'), REGIONS),
     'find_lattice': (lambda places=UV: arrays_of(dots.find_lattice(places), 'rc', 'member'), {'places': UV}),
     'GridNumbering': (call_numbering, {'uv': UV, 'id': ID}),
     'Linker': (call_linker, {'uv': UV}),
     'link_places': (lambda places=UV, dots_=UV + 3: [dots.link_places(places, dots_, gate=9.0)], {'places': UV}),
-    'nearest_others': (lambda places=UV: arrays_of(dots.nearest_others(places, count=4), 'index', 'distance'), {'places': UV}),
     'Reference': (call_reference, {'frames': ID, **SEEN}),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]

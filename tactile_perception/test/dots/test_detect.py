@@ -83,15 +83,6 @@ def test_dots_under_glare_are_left_out_rather_than_misplaced(draw_dots, lattice)
     assert distance[19] > 3
 
 
-def test_touching_dots_are_separated(draw_dots, lattice):
-    uv, diameter = lattice
-    for first, second in ((9, 10), (20, 28)):
-        step = uv[second] - uv[first]
-        uv[second] = uv[first] + step / np.hypot(*step) * (diameter[first] + diameter[second]) / 2
-    dots = DotDetector('dark').detect(noisy(draw_dots(uv, diameter), 2.0))
-    assert len(dots) == len(uv) and nearest(dots, uv)[1].max() < 0.1
-
-
 def test_sloping_light_moves_no_dot(draw_dots, lattice):
     uv, diameter = lattice
     dots = DotDetector('dark').detect(noisy(draw_dots(uv, diameter) * np.linspace(0.6, 1.4, 160), 0.5))

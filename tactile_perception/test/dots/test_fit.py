@@ -6,7 +6,8 @@ import pytest
 from scipy.special import erf
 from scipy.stats import norm
 
-from tactile_perception.dots.fit import DiscModel, blurred_disc, disc_modes, measure_look, select_channel
+from tactile_perception.dots.fit import DiscModel, blurred_disc, disc_modes
+from tactile_perception.dots.look import measure_look
 from tactile_perception.errors import BadFrame
 
 
@@ -26,32 +27,10 @@ def test_blur_size_and_contrast_are_measured(draw_dots, lattice, blur):
     assert look.smallest < diameter.min() and look.largest > diameter.max()
 
 
-def test_the_channel_with_the_dots_is_taken(draw_dots, lattice):
-    image = np.random.default_rng(0).normal(100, 2, (120, 160, 3))
-    image[:, :, 1] = draw_dots(*lattice, ground=30.0, contrast=150.0)
-    look = measure_look(noisy(image), 1)
-    assert look.channel == 'green'
-    assert select_channel(noisy(image), 'green').ndim == 2
-
-
-def test_large_dots_are_looked_at_in_a_smaller_image(draw_dots):
-    uv = np.array([[30.0 + 50 * k, 30.0 + 50 * r] for k in range(3) for r in range(3)])
-    look = measure_look(noisy(draw_dots(uv, np.full(9, 24.0), shape=(170, 170))), -1)
-    assert look.step == 2
-    assert look.typical == pytest.approx(12.0, rel=0.05)
-
-
 @pytest.mark.parametrize('sign', [1, -1])
 def test_noise_alone_has_no_dots(sign):
     with pytest.raises(BadFrame, match='polarity'):
         measure_look(noisy(np.full((240, 320), 120.0), 5.0), sign)
-
-
-@pytest.mark.parametrize('diameter, blur', [(5.0, 0.6), (9.0, 0.9), (24.0, 1.5)])
-def test_a_blurred_disc_keeps_its_area(diameter, blur):
-    reach = np.arange(-30, 31)
-    x, y = np.meshgrid(reach, reach)
-    assert blurred_disc(np.hypot(x - 0.3, y + 0.2), diameter, blur).sum() == pytest.approx(np.pi / 4 * diameter**2, rel=1e-3)
 
 
 @pytest.mark.parametrize('diameter', [1.5, 4.0, 14.0, 30.0])

@@ -21,6 +21,8 @@ from ...press.tools import calibrate_markers
 from ...press.sensor import MARKER_SENSORS
 from ...parameters.file import read_parameters
 from ...finger.tools import calibrate_psd
+from ...gel.pins import SENSOR as PIN_DOME
+from ...gel.tools import calibrate_pins
 from ...taxel.tools import calibrate_taxels
 from ...touchpad.tools import calibrate_touchpad
 
@@ -40,7 +42,7 @@ def calibrator(sensor_type: str, sphere_radius: float | None = None, plate: Path
         raise BadArgument(f'--sphere-radius is for touchpads; the parameter file is of a {sensor_type}')
     if sensor_type in MARKER_SENSORS:
         return partial(calibrate_markers, plate=plate)
-    others = {PSD_FINGER: calibrate_psd, TAXEL_ARRAY: calibrate_taxels}
+    others = {PSD_FINGER: calibrate_psd, TAXEL_ARRAY: calibrate_taxels, PIN_DOME: calibrate_pins}
     if sensor_type in others:
         return others[sensor_type]
     raise BadArgument(f'sensor_type {sensor_type} cannot be calibrated; these can: {", ".join(["touchpad", *MARKER_SENSORS, *others])}')
