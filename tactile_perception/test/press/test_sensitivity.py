@@ -66,7 +66,8 @@ def right(surface, noise=1.0):
         assert on.method.estimate(on.untouched(noise)) == [], 'nothing touches between the scenes'
         places, field = on.scene(number, noise)
         touches = sorted(on.method.estimate(field), key=lambda touch: touch.position[0])
-        off = [(touch.position[:2] - place, touch.covariance[:2, :2]) for touch, place in zip(touches, sorted(places.tolist()))]
+        tips = [touch.position if touch.lowest is None else touch.lowest for touch in touches]
+        off = [(tip[:2] - place, touch.covariance[:2, :2]) for tip, touch, place in zip(tips, touches, sorted(places.tolist()))]
         told.append(len(touches) == len(places) and all(one @ np.linalg.solve(spread, one) < 18 for one, spread in off))
     return np.mean(told)
 

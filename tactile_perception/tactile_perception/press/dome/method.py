@@ -24,6 +24,8 @@ SEEN = 12            # markers needed
 STANDS_OUT = 12.0    # detection threshold of the match, standard deviations of noise
 QUIETER = 1.5        # detection threshold over the greatest match of untouched calibration frames
 SURE = 2.5           # least depth over its standard deviation, and tip radius over that of the place: fainter touches are not told
+FAINT = 8.0          # times the detection threshold, up to which two presses pass for one
+PLACE_AND_DEPTH = 3  # numbers that a faint press tells
 ORDINARY = 1.0       # residual chi-square of presses under their own hypothesis: 0.4 to 2 on simulated domes
 NOT_LINEAR = 0.07, 0.1  # error of place, and of depth, over the way of a drag, which is linearised
 ADDED = 0.12         # error of the depth of each of two presses, whose fields are added. Chosen on simulated pairs
@@ -87,12 +89,23 @@ class DomeModelMethod:
             self._reset()
             return None
         self._last = self._explained(field, match)
-        return self._last
+        faint = len(self._last.presses) == 1 and score < FAINT * self._threshold
+        return self._unsure(field, match, self._last) if faint else self._last
 
     def _spread(self, field: MarkerField) -> bool:
         """Whether the seen markers are now in a plane, not on a line or at one place."""
         now = (field.rest + field.shift)[field.seen]
         return bool(np.linalg.eigvalsh(np.cov(now.T))[0] > max(self.sensor.pitch)**2)
+
+    def _unsure(self, field: MarkerField, match: np.ndarray, found: DomeFound) -> DomeFound:
+        """A faint press, whose place is as uncertain as two presses are apart that explain it better by more than two units of squared
+        residual (Akaike 1974) for each number that a second one tells."""
+        two = self.solver.solve(field, self.solver.start_of_two(match))
+        if 2 * field.seen.sum() * (found.misfit / two.misfit - 1) < 2 * PLACE_AND_DEPTH:
+            return found
+        covariance, off = found.covariance.copy(), two.presses[:, :3] - found.presses[0, :3]
+        covariance[:3, :3] += off.T @ off / 2
+        return replace(found, covariance=covariance)
 
     def raised(self, field: MarkerField) -> np.ndarray | None:
         """Upward displacement (K,), m, of the markers; None without contact."""

@@ -22,6 +22,7 @@ from ..sensor import MarkerSensor
 ORDINARY = 0.5      # residual chi-square of presses under their own hypothesis: 0.2 to 1 on simulated sheets
 FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
 DRAG_PLACE, DRAG_DEPTH = 0.1, 0.06  # standard deviations of place and depth over the tip radius, of a drag of 1
+RADIUS, DRAG_RADIUS = 0.1, 0.2  # standard deviations of a log radius, of a press and of a drag: other friction passes for another radius
 AMISS_PLACE, AMISS_DEPTH = 0.1, 0.04  # standard deviations over the tip radius, of two presses at a misfit of 2
 
 
@@ -45,7 +46,11 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
         covariance = covariance + np.diag(np.square([*[max(FLOOR_PLACE, DRAG_PLACE * np.hypot(*press.drag))] * 2,
                                                      DRAG_DEPTH * np.hypot(*press.drag)]) * library.plan.radius**2)
         place = np.array([x, y, -depth])
-        if len(found.presses) > 1:
+        if len(found.presses) == 1:  # what x, y and depth change where the radius is another by what the model lacks
+            sigma = DRAG_RADIUS if any(press.drag) else RADIUS
+            shift = sigma * found.covariance[:3, 3] / found.covariance[3, 3]
+            covariance = covariance + np.outer(shift, shift)
+        else:
             eye = np.array([[*press.place, -1.0]])
             whole, alone = (show(library, presses, press.place[None], eye, found.mixed)[1][0] for presses in (found.presses, [press]))
             slope, aside, sunk = (whole - alone)[1:, 2], (whole - alone)[0, :2], -(whole - alone)[0, 2]
@@ -71,7 +76,7 @@ EDGE = 0.999   # of the library's reach, from which a touch is at the edge
 
 
 class SheetModelMethod:
-    """The 'model' method for sheets: inversion of membrane mechanics (membrane_fem, reduced_model, solver)."""
+    """The 'model' method for sheets: inversion of membrane mechanics (mechanics.py, library.py, fit.py)."""
 
     def __init__(self, calibration: SheetCalibration, sensor: MarkerSensor):
         self._calibration = calibration

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from dome_library import EYES, MATERIAL, POINTS, library_field, press, small_library
+from dome_library import EYES, MATERIAL, MESH, POINTS, library_field, press, small_library
 from dome_scenes import DOME, EYE, FEW, PX, dome_presses, markers
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.dome import calibration, mechanics
@@ -93,8 +93,8 @@ CAP, START = dome_cap(DOME), DomeNumbers(DomeMaterial(0.7, 70.0, 0.5), 0.025)
 def test_tension_gas_and_friction_are_told_from_simulated_presses(monkeypatch):
     """Where the pressure is held, though sealed gas is likelier."""
     tension, gas, friction, across = 0.6, 0.0, 0.4, 0.05
-    monkeypatch.setattr(calibration, 'LOAD_STEPS', 10)
-    monkeypatch.setattr(calibration, 'GASES', (1.0, 1e-4))
+    for name, value in {'LOAD_STEPS': 8, 'GASES': (1.0, 1e-4), 'TENSIONS': (1.0, 0.4), 'EVALUATIONS': 4, 'MeshPlan': lambda: MESH}.items():
+        monkeypatch.setattr(calibration, name, value)  # coarse and few
     presses, true = dome_presses([(0.0, 0.0), (across, 0.0)], (0.012, 0.025), still=0), np.log([tension, max(gas, 1e-3), friction, 0.025])
     given = dict(points=POINTS, eyes=np.nan_to_num(EYES), cap=CAP, plane_z=DOME.plane_z, marker=0.004)
     for place in calibration._places(presses):  # what the true dome would have shown

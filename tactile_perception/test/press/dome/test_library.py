@@ -7,7 +7,7 @@ import pytest
 from dome_library import MATERIAL, MESH, PLAN, POINTS, press, small_library
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.dome.library import RADIUS_SPREAD, AsSeen, library_from_numbers, library_numbers
-from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, appear_at, evaluate, outlines, press_dome, shift_of
+from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, evaluate, outlines, press_dome, shift_of
 
 pytestmark = pytest.mark.full  # simulates a small library
 KNOWN = np.isfinite(POINTS).all(1)
@@ -52,7 +52,7 @@ def test_the_library_has_the_domes_symmetry():
 
 def test_a_field_becomes_that_which_moves_the_outlines_of_markers():
     """Also dragged along and across: what a marker shows at its place moves it as its outline's centroid moves."""
-    mesh, marker, eye = DomeMesh(shift_of(0.04, 0.025, PLAN.cap), PLAN.cap, MESH), 5e-3, np.array([0.0, 0.0, -0.045])
+    mesh, marker, eye = DomeMesh(shift_of(0.04, 0.025, PLAN.cap), PLAN.cap, MeshPlan()), 5e-3, np.array([0.0, 0.0, -0.045])
     found = press_dome(mesh, np.linspace(0.002, 0.03, 12), 0.025, MATERIAL, drags=12)
     parts = found.straight[-1:], found.along[-1:], found.across[-1:]
     shown = AsSeen(mesh, marker, eye[2]).fields(*parts)
