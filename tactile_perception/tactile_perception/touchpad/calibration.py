@@ -51,15 +51,13 @@ class Press:
     """A static frame of the touchpad with the pose of the sphere that the stage reports.
 
     image: (H, W, 3) uint8 BGR; tracks: its dots; tip: (3,) m, contact point of the sphere in the sensor frame, NaN without contact; depth:
-    m, 0 without contact; normal: (3,) unit vector from the tip to the sphere's centre (the stage's axis, not the membrane's normal); name:
-    for messages.
+    m, 0 without contact; name: for messages. The tip is the sphere's deepest point, straight below its centre.
     """
 
     image: np.ndarray
     tracks: DotTracks
     tip: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
     depth: float = 0.0
-    normal: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     name: str = ''
 
     @property
@@ -97,7 +95,7 @@ def dots_on_sphere(press: Press, radius: float, model: WaterModel, camera: Camer
 
     The result may hold no dot. Raises BadFrame for an image without colour.
     """
-    centre = np.asarray(press.tip) + radius * np.asarray(press.normal)
+    centre = np.asarray(press.tip) + [0, 0, radius]
     angle = np.arange(RING) * (2 * np.pi / RING)
     ring = model.ring * np.column_stack([np.cos(angle), np.sin(angle)])
     rays = camera.rays((press.tracks.uv[:, None] + ring).reshape(-1, 2))
@@ -118,7 +116,6 @@ MINIMUM_SPREAD = 2e-3  # m, chosen: between the positions pressed
 MINIMUM_DOTS = 20     # on the sphere, over all presses; chosen
 LARGEST_SCALE_SIGMA = 0.03  # chosen: largest relative standard deviation of the depth scale
 SCALE_FLOOR = 0.005   # chosen: relative error of the depth scale that the light path model itself leaves
-UPRIGHT = 0.9998      # chosen: z of a normal within about a degree of the stage's axis
 OUTLIER = 4.0         # robust standard deviations, chosen: a dot farther from the sphere after the first fit does not lie on it
 
 
@@ -149,36 +146,25 @@ def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float
                  prior: OpticsPrior = OpticsPrior()) -> TouchpadCalibration:
     """Fit the absorption and light path to untouched frames and presses of a sphere of sphere_radius (m) at known positions and depths.
 
-    Needs at least one untouched frame, three presses, positions that span at least 2 mm, depths that span at least 1 mm. Tilted normals
-    may be those of the membrane instead of the stage: both readings are fitted and the better one is kept, which left_out reports. Raises
+    Needs at least one untouched frame, three presses, positions that span at least 2 mm, depths that span at least 1 mm. Raises
     BadCalibration, naming what to add, for data that do not determine the model.
     """
     if not (np.isfinite(sphere_radius) and sphere_radius > 0):
         raise BadCalibration(f'touchpad calibration: sphere radius must be a positive number of metres, got {sphere_radius}')
-    if all(press.normal[2] > UPRIGHT for press in presses if press.touching):
-        return _fit_presses(presses, camera, sphere_radius, cap, prior)
-    upright = _fit_presses([replace(press, normal=np.array([0.0, 0.0, 1.0])) for press in presses], camera, sphere_radius, cap, prior)
-    try:
-        given = _fit_presses(presses, camera, sphere_radius, cap, prior)
-    except (BadCalibration, BadArgument):
-        given = upright
-    if given is not upright and given.residual_rms <= upright.residual_rms:
-        return given
-    upright.left_out.append('normals of the contacts: with the sphere straight above its tip the dots fit better')
-    return upright
+    model, ground, groups, left_out = _solve(presses, camera, sphere_radius, cap, prior)
+    errors = np.concatenate([range_errors(model, group) for group in groups])
+    held_out = _held_out(ground, groups, model, camera, prior)
+    tips = np.array([group.tip for group in groups])
+    depths = [group.depth for group in groups]
+    return TouchpadCalibration(model, sphere_radius, len(groups), len(errors), _rms(errors), float(errors.mean()),
+                               _rms(np.concatenate(held_out)), (min(depths), max(depths)),
+                               np.array([tips[:, :2].min(0), tips[:, :2].max(0)]), left_out, _residuals(groups, held_out))
 
 
 def sphere_misfit(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap = Cap()) -> float:
-    """RMS range error, m, of a fit with a sphere of this radius (m) and vertical normals; raises as fit_touchpad does."""
-    upright = [replace(press, normal=np.array([0.0, 0.0, 1.0])) for press in presses]
-    model, _, groups, _ = _solve(upright, camera, sphere_radius, cap, OpticsPrior())
+    """RMS range error, m, of a fit with a sphere of this radius (m); raises as fit_touchpad does."""
+    model, _, groups, _ = _solve(presses, camera, sphere_radius, cap, OpticsPrior())
     return _rms(np.concatenate([range_errors(model, group) for group in groups]))
-
-
-def _fit_presses(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap, prior: OpticsPrior) -> TouchpadCalibration:
-    """Fit with the normals as given."""
-    model, ground, groups, left_out = _solve(presses, camera, sphere_radius, cap, prior)
-    return _report(model, ground, groups, camera, sphere_radius, prior, left_out)
 
 
 def _solve(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap, prior: OpticsPrior) -> tuple:
@@ -298,16 +284,6 @@ def _residuals(groups: list[OnSphere], errors: list[np.ndarray]) -> list[Residua
 
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
-
-
-def _report(model, ground, groups, camera, radius, prior, left_out) -> TouchpadCalibration:
-    errors = np.concatenate([range_errors(model, group) for group in groups])
-    held_out = _held_out(ground, groups, model, camera, prior)
-    tips = np.array([group.tip for group in groups])
-    depths = [group.depth for group in groups]
-    return TouchpadCalibration(model, radius, len(groups), len(errors), _rms(errors), float(errors.mean()), _rms(np.concatenate(held_out)),
-                               (min(depths), max(depths)), np.array([tips[:, :2].min(0), tips[:, :2].max(0)]), left_out,
-                               _residuals(groups, held_out))
 
 
 SENSOR = 'touchpad'

@@ -62,11 +62,8 @@ def _press(name: str, image: np.ndarray, tracks, contacts: list) -> Press:
         raise BadFrame(f'{len(contacts)} contacts; one sphere at a time is needed')
     if not contacts:
         return Press(image, tracks, name=name)
-    position, normal = contacts[0].position, contacts[0].normal
-    tip, axis = np.array([position.x, position.y, position.z]), np.array([normal.x, normal.y, normal.z])
-    if not np.isfinite(axis).all() or not np.isclose(np.linalg.norm(axis), 1, atol=1e-3):
-        axis = np.array([0.0, 0.0, 1.0])
-    return Press(image, tracks, tip, contacts[0].depth, axis, name)
+    tip = contacts[0].position
+    return Press(image, tracks, np.array([tip.x, tip.y, tip.z]), contacts[0].depth, name)
 
 
 def chosen(presses: list[Press], most: int = _MOST_PRESSES) -> list[Press]:
