@@ -23,7 +23,7 @@ from tactile_driver.simulation.optics.water_light import Lighting
 from tactile_driver.simulation.scene.scene import Scene
 from tactile_driver.simulation.scene.specimen import act, one_after_the_other
 from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS, touchpad
-from tactile_driver.simulation.skin.tools import Motion, Tool, block, disc, edge, ring, sphere
+from tactile_driver.simulation.skin.tools import Motion, Tool, block, disc, ring, sphere
 from tactile_perception.common.progress import Progress
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.dots.tracker import make_tracker
@@ -43,6 +43,17 @@ LIGHTEST, HEAVIEST, STEEPEST, SPREADS = -1.0, 4.0, 0.5, (0.02, 0.06)  # limits o
 HEIGHT_SCALE, SPREAD_SCALE = 4.0, 20.0  # as in the kernel
 EFFECTS, SHARES = 8, (0.7, 0.5, 0.25)  # after how many scenes of each kind the effects come again; weights of the first in the fit
 KINDS = 'block', 'disc', 'ring', 'ball', 'edge', 'balls', 'light', 'tilted'
+
+
+def edge(p: np.ndarray, half_length: float = 0.0110, half_angle: float = 0.85, rounding: float = 0.0010) -> np.ndarray:
+    """Edge of a prism along x. half_length: m; half_angle: rad, between flank and z; rounding: radius of the ridge, m."""
+    # The axis of the rounded ridge is at z = rounding; the flank starts where it is tangent to the ridge.
+    across, up = np.abs(p[..., 1]), p[..., 2] - rounding
+    along_flank = across * np.sin(half_angle) + up * np.cos(half_angle)
+    off_flank = across * np.cos(half_angle) - up * np.sin(half_angle)
+    wedge = np.where(along_flank > 0, off_flank, np.hypot(across, up)) - rounding
+    ends = np.abs(p[..., 0]) - half_length
+    return np.minimum(np.maximum(wedge, ends), 0) + np.hypot(np.maximum(wedge, 0), np.maximum(ends, 0))
 
 
 def random_tool(kind: str, rng: np.random.Generator) -> Tool:
@@ -88,8 +99,8 @@ def share(number: int) -> float:
     return SHARES[effect(number)] if effect(number) < len(SHARES) else 1.0
 
 
-def random_scene(number: int, seed: int) -> Scene:
-    """A tool, turned at random, is pressed in, moved and lifted."""
+def random_scene(number: int, seed: int, rate: float = RATE) -> Scene:
+    """A tool, turned at random, is pressed in, moved and lifted, seen at rate Hz."""
     rng, kind = np.random.default_rng([seed, number]), KINDS[number % len(KINDS)]
     u = rng.uniform
     specimen = touchpad(seed + number, 640, *random_imaging(number, rng))
@@ -102,7 +113,7 @@ def random_scene(number: int, seed: int) -> Scene:
                                                         {'t': 1.9, 'press': 0.0}, x=x, y=y)], untouched=UNTOUCHED)
     keys = [replace(key, yaw=yaw) for key in keys[:3]] + keys[3:]
     motion = Motion(random_tool(kind, rng), keys, specimen.skin)
-    return Scene(specimen, [motion], motion.times[-1] + 0.15, RATE, u(0.2, 0.6))
+    return Scene(specimen, [motion], motion.times[-1] + 0.15, rate, u(0.2, 0.6))
 
 
 def is_inside(loops: list[np.ndarray], points: np.ndarray) -> np.ndarray:
