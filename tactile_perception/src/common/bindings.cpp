@@ -7,7 +7,6 @@
 #include "common/camera_view.hpp"
 #include "common/outlines.hpp"
 #include "common/region_moments.hpp"
-#include "common/rigid_motion.hpp"
 
 namespace tactile::border {
 namespace {
@@ -96,21 +95,6 @@ py::array_t<double> back_projected(const py::object& uv, const py::object& matri
     return rows_of(seen);
 }
 
-constexpr double LARGEST_OF_POINTS = 1e60;  // m, m^-2. Chosen: the product of a weight and four such numbers does not overflow
-
-py::tuple motion(const py::object& before, const py::object& after, const py::object& weights, int steps) {
-    const Input<double> from(before, "before", {ANY, 3}), to(after, "after", {from.length(), 3}), base(weights, "weights", {from.length()});
-    for (py::ssize_t k = 0; k < 3 * from.length(); ++k) {
-        within(from.data()[k], "before", -LARGEST_OF_POINTS, LARGEST_OF_POINTS);
-        within(to.data()[k], "after", -LARGEST_OF_POINTS, LARGEST_OF_POINTS);
-    }
-    for (py::ssize_t k = 0; k < from.length(); ++k) within(base.data()[k], "weights", 0, LARGEST_OF_POINTS);
-    within(steps, "steps", 0, 1000);
-    const RigidMotion found = without_gil([&] { return rigid_motion(from.data(), to.data(), base.data(), from.length(), steps); });
-    return py::make_tuple(output(found.rotation, {3, 3}), output(found.translation, {3}), rows_of(found.residuals), row_of(found.weights),
-                          static_cast<int>(found.open));
-}
-
 }  // namespace
 
 void bind_common(py::module_& module) {
@@ -145,15 +129,6 @@ void bind_common(py::module_& module) {
         py::arg("centre"), py::arg("farthest"), py::arg("plane_z"),
         "(N, 3): x, y, m, where pixels uv (N, 2) lie in the plane at plane_z, m, and the area of a pixel there, m^2; NaN: nowhere.\n\n"
         "centre: (3,) m; the other arguments: as for camera_rays.");
-    module.def(
-        "rigid_motion", &motion, py::arg("before"), py::arg("after"), py::arg("weights"), py::kw_only(), py::arg("steps"),
-        "Rotation (3, 3) and translation (3,), m, of points before to after (N, 3), m, by least squares with weights (N,); residuals\n"
-        "(N, 3), m; the weights used (N,); and why the points leave the motion open: 0 they do not, 1 less than three have a weight, "
-        "those\n"
-        "before (2) or after (3) are at one place, or on a line (4, 5), 6 after is a mirror image of before.\n\n"
-        "steps: 0, or most rounds of reweighting (Tukey's biweight) for the motion that most points share; weights are then 1 / variance "
-        "of\n"
-        "a coordinate of after - before, m^-2, and those used are 0 for points that do not share the motion.");
 }
 
 }  // namespace tactile::border

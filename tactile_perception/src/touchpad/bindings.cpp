@@ -97,7 +97,7 @@ py::tuple ranges(const py::object& path, const py::object& lengths, const py::ob
 
 // ---- The membrane.
 
-constexpr int LARGEST_GRID = 4096;       // dots. Chosen for memory: the response to the ranges is a dense matrix
+constexpr int LARGEST_GRID = 4096;       // dots
 constexpr double LARGEST_SIZE = 1e200;   // m, m^2. Chosen: any units
 constexpr py::ssize_t MOST = 64 * 1024;  // nodes of a surface
 
@@ -133,15 +133,7 @@ py::array_t<double> slopes_at(const Membrane& membrane, const py::object& xyz, c
     return output(find_slopes(membrane.skin(), places.data(), along.data(), pressure, balance), {size, 9});
 }
 
-void set_response(Membrane& membrane, const py::object& response) {
-    const Grid grid = membrane.skin().grid;
-    const py::ssize_t inner = (grid.rows - 2) * (grid.columns - 2);
-    const Input<float> given(response, "response", {inner, inner});
-    membrane.set_response({given.data(), given.data() + inner * inner});
-}
-
 MembraneState solve(Membrane& membrane, const py::object& rays, const py::object& ranges, const py::object& sigma, const py::object& id) {
-    if (!membrane.responds()) throw py::value_error("membrane: set_response comes first");
     const Input<std::int64_t> numbers = numbers_of(id, membrane.skin().grid);
     const py::ssize_t count = numbers.length();
     const Input<double> along(rays, "rays", {count, 3}), measured(ranges, "ranges", {count}), spread(sigma, "sigma", {count});
@@ -276,18 +268,15 @@ void bind_membrane(py::module_& module) {
              py::arg("rest"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("stiffness"), py::arg("area_share"),
              py::arg("pressure"), py::arg("origin"))
         .def("take_rest", [](Membrane& membrane, const Membrane& other) { membrane.set_rest(other.skin()); }, py::arg("other"),
-             "Take another membrane's rest positions, of the same grid; the last frame and the response stay.")
+             "Take another membrane's rest positions, of the same grid; the last frame stays.")
         .def_property_readonly("rest", [](const Membrane& membrane) { return rows_of(membrane.skin().rest); }, "(K, 3) m")
         .def_property_readonly("residual", [](const Membrane& membrane) { return rows_of(membrane.skin().residual); },
                                "(K, 3) m^2: the mesh's discretisation error at rest over the pressure")
         .def_property_readonly("scale", &Membrane::scale, "factor on displacements along the rays, as learnt so far")
         .def_property_readonly("state", [](const Membrane& membrane) { return membrane.state(); }, "MembraneState of the last frame")
         .def_property_readonly("started", [](const Membrane& membrane) { return !membrane.state().xyz.empty(); }, "whether there is one")
-        .def_property_readonly("responds", &Membrane::responds, "whether set_response was called")
         .def("reset", &Membrane::reset, py::arg("scale_sigma"),
              "Drop the last frame. scale_sigma: standard deviation of the relative error that all displacements share; 0: there is none.")
-        .def("set_response", &set_response, py::arg("response"),
-             "Set the information (I, I) float32 about each inner dot's load (columns) from the range of one (rows) at unit weight.")
         .def("forces", &forces_at, py::arg("xyz"), "Elastic force (K, 3), N, on each dot at xyz (K, 3), m, and its share (K, 3), m^2, of the area vectors.")
         .def("slopes", &slopes_at, py::arg("xyz"), py::arg("rays"), py::arg("pressure"),
              "Derivatives (K, 9), 1/m, of each dot's normal load over the pressure, Pa, at xyz (K, 3), m, by movements of the 3 x 3 dots\n"
@@ -296,7 +285,7 @@ void bind_membrane(py::module_& module) {
              "MembraneState of the next frame, from ranges (N,), m, of dots id (N,) int64 along unit rays (N, 3) from the origin, of standard\n"
              "deviations sigma (N,), m, NaN: unknown.")
         .def("loads", &loads_of, py::arg("id"), py::arg("xyz"),
-             "DotLoads of the seen dots id (N,) int64 at xyz (N, 3), m. Near a load, unseen dots are placed by one step towards the balance.");
+             "DotLoads of the seen dots id (N,) int64 at xyz (N, 3), m.");
 }
 
 void bind_classifier(py::module_& module) {
@@ -308,6 +297,20 @@ void bind_classifier(py::module_& module) {
                  return row_of(border_scores(network, grid_of(loads, rows, columns), loads, within(pitch, "pitch", 1e-9, 1e9)));
              }, py::arg("loads"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pitch"),
              "Scores (K,): half a dot's distance from the border, pitches, plus 1/2, 0 to 1; pitch: m.");
+    py::class_<StickSlipModel>(module, "StickSlipModel", "What decides about stick or slip, SI units: docs/stick_slip.md.")
+        .def(py::init())
+        .def_readwrite("depth_noise", &StickSlipModel::depth_noise)
+        .def_readwrite("strain", &StickSlipModel::strain)
+        .def_readwrite("creep", &StickSlipModel::creep)
+        .def_readwrite("slip", &StickSlipModel::slip)
+        .def_readwrite("drift", &StickSlipModel::drift)
+        .def_readwrite("acceleration", &StickSlipModel::acceleration)
+        .def_readwrite("friction", &StickSlipModel::friction)
+        .def_readwrite("friction_spread", &StickSlipModel::friction_spread)
+        .def_readwrite("friction_noise", &StickSlipModel::friction_noise)
+        .def_readwrite("aim", &StickSlipModel::aim)
+        .def_readwrite("rate", &StickSlipModel::rate)
+        .def_readwrite("share", &StickSlipModel::share);
     py::class_<TouchingObject>(module, "TouchingObject", "An object that touches. Modes: held, slipping in part, sliding, at rest.")
         .def_readonly("count", &TouchingObject::count, "dots judged, 0 of a new one")
         .def_readonly("odds", &TouchingObject::odds, "(4,), probabilities of the modes")
@@ -321,8 +324,8 @@ void bind_classifier(py::module_& module) {
              }), py::arg("rows"), py::arg("columns"), py::arg("origin"))
         .def("update", &update, py::arg("loads"), py::arg("score"), py::arg("seconds"),
              "States (K,) uint8: 0 free, 1 sticking, 2 slipping, so many seconds after the last frame; score (K,): above 0.5 in contact.")
-        .def("slides", [](const StickSlip& one) { return rows_of(one.slides(), 2); },
-             "(K, 2) m: way in the last frame over each dot of an object in gross slip; NaN: unknown.")
+        .def("ways", [](const StickSlip& one) { return rows_of(one.ways(), 2); },
+             "(K, 2) m: way of the object over each dot in the last frame, along x and y; NaN: unknown.")
         .def_property_readonly("slipping", [](const StickSlip& one) { return row_of(one.slipping()); },
                                "(K,), probabilities that the dots slip, given that they touch; NaN: unknown")
         .def_property_readonly("objects", &StickSlip::objects, "list of TouchingObject, largest first")
@@ -334,16 +337,20 @@ void bind_classifier(py::module_& module) {
         .def_property_readonly("state", [](const DotFrame& one) { return row_of(one.state); }, "(K,) uint8: 0 free, 1 sticking, 2 slipping")
         .def_property_readonly("force", [](const DotFrame& one) { return rows_of(one.carried.force); }, "(K, 3) N, that the dots carry")
         .def_property_readonly("wrench", [](const DotFrame& one) { return output(one.carried.wrench, {6}); }, "(6,) N, N m: their sum")
-        .def_property_readonly("slides", [](const DotFrame& one) { return rows_of(one.slides, 2); }, "(K, 2) m, see StickSlip.slides")
+        .def_property_readonly("ways", [](const DotFrame& one) { return rows_of(one.ways, 2); }, "(K, 2) m, see StickSlip.ways")
+        .def_property_readonly("rotation", [](const DotFrame& one) { return Eigen::Matrix3d(one.motion.linear()); },
+                               "(3, 3), of the largest object that holds dots, since the last frame; NaN: unknown")
+        .def_property_readonly("translation", [](const DotFrame& one) { return Eigen::Vector3d(one.motion.translation()); }, "(3,) m")
         .def_property_readonly("slipping", [](const DotFrame& one) { return row_of(one.slipping); }, "(K,), see StickSlip.slipping")
         .def_readonly("objects", &DotFrame::objects, "list of TouchingObject");
     copyable(py::class_<DotClassifier>(
         module, "DotClassifier",
                               "The dots of a touchpad, frame by frame: which are in contact, which of these stick or slip, what they carry.\n"
                               "membrane: Membrane, of which a copy is taken; origin: (3,) m, camera centre; network: BorderNetwork."))
-        .def(py::init([](const Membrane& membrane, const py::object& origin, std::shared_ptr<BorderNetwork> network) {
-                 return DotClassifier(membrane.skin(), vector_of(origin, "origin"), std::move(network));
-             }), py::arg("membrane"), py::arg("origin"), py::arg("network"))
+        .def(py::init([](const Membrane& membrane, const py::object& origin, std::shared_ptr<BorderNetwork> network,
+                         const StickSlipModel& model) {
+                 return DotClassifier(membrane.skin(), vector_of(origin, "origin"), std::move(network), model);
+             }), py::arg("membrane"), py::arg("origin"), py::arg("network"), py::arg("model") = StickSlipModel())
         .def("take_rest", [](DotClassifier& classifier, const Membrane& other) { classifier.set_rest(other.skin()); }, py::arg("other"),
              "Take a membrane's rest positions, of the same grid.")
         .def("classify", &classify, py::arg("id"), py::arg("xyz"), py::arg("seconds"),

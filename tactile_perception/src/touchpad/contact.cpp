@@ -212,9 +212,9 @@ RegionContact region_contact(const RegionDots& dots, const RegionShape& region, 
             dots.force ? normal_force(dots, region.normal) : NAN};
 }
 
-DotClassifier::DotClassifier(Skin skin, Vec3 origin, std::shared_ptr<const BorderNetwork> network)
+DotClassifier::DotClassifier(Skin skin, Vec3 origin, std::shared_ptr<const BorderNetwork> network, const StickSlipModel& model)
     : membrane_(std::move(skin), origin),
-      stick_slip_(membrane_.skin().grid, {origin.x, origin.y, origin.z}),
+      stick_slip_(membrane_.skin().grid, {origin.x, origin.y, origin.z}, model),
       network_(std::move(network)),
       pitch_(pitch_of(membrane_.skin())) {}
 
@@ -225,15 +225,22 @@ void DotClassifier::set_rest(Skin skin) {
 
 DotFrame DotClassifier::classify(const std::int64_t* id, const double* places, std::ptrdiff_t count, double seconds) {
     const Grid grid = membrane_.skin().grid;
-    DotFrame found{
-        membrane_.loads(id, places, count), std::vector<double>(grid.size()), {}, {std::vector<double>(3 * grid.size()), {}}, {}, {}, {}};
+    DotFrame found{membrane_.loads(id, places, count),
+                   std::vector<double>(grid.size()),
+                   {},
+                   {std::vector<double>(3 * grid.size()), {}},
+                   {},
+                   {},
+                   {},
+                   {}};
     const bool loaded =
         std::any_of(found.loads.load.begin(), found.loads.load.end(), [](double load) { return std::abs(load) >= UNLOADED; });
     if (loaded) found.score = border_scores(*network_, grid, found.loads, pitch_);
     found.state = stick_slip_.update(found.loads, found.score, seconds);
     if (std::find_if(found.state.begin(), found.state.end(), [](std::uint8_t one) { return one != FREE; }) != found.state.end())
         found.carried = carried_loads(grid, found.loads);
-    found.slides = stick_slip_.slides(), found.slipping = stick_slip_.slipping(), found.objects = stick_slip_.objects();
+    found.ways = stick_slip_.ways(), found.motion = stick_slip_.motion();
+    found.slipping = stick_slip_.slipping(), found.objects = stick_slip_.objects();
     return found;
 }
 

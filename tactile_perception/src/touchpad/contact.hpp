@@ -58,22 +58,22 @@ struct RegionContact {
 RegionContact region_contact(const RegionDots& dots, const RegionShape& region, const Nodes& wide, const RestCap& rest, double sigma);
 
 // What one frame tells about all K dots: loads; score and state (K); the forces that they carry; probabilities (K) that they slip and the
-// objects, see StickSlip; way (K, 2), m, of objects over them in gross slip, see StickSlip::slides. Without a significant load all dots are
-// free.
+// objects, their ways (K, 2), m, and the motion of one, see StickSlip. Without a significant load all dots are free.
 struct DotFrame {
     DotLoads loads;
     std::vector<double> score;
     std::vector<std::uint8_t> state;
     CarriedLoads carried;
-    std::vector<double> slides, slipping;
+    std::vector<double> ways, slipping;
     std::vector<TouchingObject> objects;
+    Eigen::Isometry3d motion;
 };
 
 // The dots of a touchpad, frame by frame: which are in contact, which of these stick or slip, and what they carry.
 class DotClassifier {
  public:
     // origin: the camera's centre.
-    DotClassifier(Skin skin, Vec3 origin, std::shared_ptr<const BorderNetwork> network);
+    DotClassifier(Skin skin, Vec3 origin, std::shared_ptr<const BorderNetwork> network, const StickSlipModel& model);
 
     void set_rest(Skin skin);
     const Membrane& membrane() const { return membrane_; }

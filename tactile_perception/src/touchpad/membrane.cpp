@@ -11,7 +11,6 @@
 #include <iterator>
 #include <utility>
 
-#include "common/grid.hpp"
 #include "common/median.hpp"
 #include "common/wide.hpp"
 #include "touchpad/band.hpp"
@@ -35,7 +34,7 @@ void fill_holes(Grid grid, double* values, const std::vector<std::uint8_t>& know
     for (const std::ptrdiff_t k : holes) std::fill_n(values + k * count, count, 0.0);
     if (size == 0 || size == grid.size()) return;
     // Neighbours are at most columns + 1 dots apart, so the matrix is a band.
-    Band<double> matrix(size, std::min(size - 1, grid.columns + 1));
+    Band matrix(size, std::min(size - 1, grid.columns + 1));
     std::vector<double> right(size * count);  // one row for each of the values
     for (std::ptrdiff_t h = 0; h < size; ++h) {
         beside(grid, holes[h], [&](std::ptrdiff_t near) {
@@ -44,64 +43,11 @@ void fill_holes(Grid grid, double* values, const std::vector<std::uint8_t>& know
             for (std::ptrdiff_t i = 0; known[near] && i < count; ++i) right[i * size + h] += values[near * count + i];
         });
     }
-    factorise(matrix);  // positive definite: each hole is linked to a known dot
+    matrix.factorise();  // positive definite: each hole is linked to a known dot
     for (std::ptrdiff_t i = 0; i < count; ++i) {
-        solve(matrix, right.data() + i * size);
+        matrix.solve(right.data() + i * size);
         for (std::ptrdiff_t h = 0; h < size; ++h) values[holes[h] * count + i] = right[i * size + h];
     }
-}
-
-// Standard deviation of an interpolated position and largest step, m; chosen.
-constexpr double UNSEEN_SIGMA = 1e-3, UNSEEN_STEP = 4e-4;
-// Load expected of a free and of a touched dot, and their standard deviations; chosen: 1 under a face, 2 to 3 under a ball or an edge.
-constexpr double EXPECTED[2] = {0.0, 1.3}, SPREAD[2] = {0.4, 0.8}, LOADED = 0.5;
-
-// places (K, 3) with unseen dots moved along their rays from origin by one Gauss-Newton step towards the balance around them; load (K): of
-// the dots over the fluid's pressure, Pa.
-std::vector<double> settle_holes(const Skin& skin, const std::vector<double>& places, const std::vector<double>& load,
-                                 const std::vector<std::uint8_t>& seen, Vec3 origin) {
-    const Grid grid = skin.grid;
-    std::vector<double> settled = places, rays(places.size());
-    std::vector<std::ptrdiff_t> holes, number(grid.size());
-    std::vector<std::uint8_t> beside(grid.size());  // inner dots with an unseen one among the 3 x 3 dots around them
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        const Vec3 away = vec3_at(places.data(), k) - origin;
-        store(rays.data(), k, 1 / length(away) * away);
-        if (seen[k]) continue;
-        number[k] = static_cast<std::ptrdiff_t>(holes.size());
-        holes.push_back(k);
-        around(grid, k, [&](std::ptrdiff_t j) {
-            if (grid.inner(j / grid.columns, j % grid.columns)) beside[j] = 1;
-        });
-    }
-    if (holes.empty()) return settled;
-    const Balance balance = find_balance(skin, places.data(), skin.pressure);
-    const std::vector<double> slopes = find_slopes(skin, places.data(), rays.data(), skin.pressure, balance);
-    const auto size = static_cast<std::ptrdiff_t>(holes.size());
-    Band<double> normal(size, std::min(size - 1, 2 * grid.columns + 2));  // dots beside the same one are at most so far apart
-    std::vector<double> right(size);
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        if (!beside[k]) continue;
-        const bool held = load[k] > LOADED;
-        const double weight = 1 / (SPREAD[held] * SPREAD[held]), off = load[k] - EXPECTED[held];
-        for (int i = 0; i < 9; ++i) {
-            const std::ptrdiff_t one = k + (i / 3 - 1) * grid.columns + i % 3 - 1;
-            if (seen[one]) continue;
-            right[number[one]] -= weight * slopes[9 * k + i] * off;
-            for (int j = 0; j <= i; ++j) {
-                const std::ptrdiff_t other = k + (j / 3 - 1) * grid.columns + j % 3 - 1;
-                if (!seen[other])
-                    normal.column(number[other])[number[one] - number[other]] += weight * slopes[9 * k + i] * slopes[9 * k + j];
-            }
-        }
-    }
-    for (std::ptrdiff_t h = 0; h < size; ++h) normal.column(h)[0] += 1 / (UNSEEN_SIGMA * UNSEEN_SIGMA);
-    if (!factorise(normal)) return settled;
-    solve(normal, right.data());
-    for (std::ptrdiff_t h = 0; h < size; ++h) {
-        if (!std::isnan(right[h])) add_to(settled.data(), holes[h], std::clamp(right[h], -UNSEEN_STEP, UNSEEN_STEP) * vec3_at(rays.data(), holes[h]));
-    }
-    return settled;
 }
 
 // ---- Loads.
@@ -109,14 +55,10 @@ std::vector<double> settle_holes(const Skin& skin, const std::vector<double>& pl
 // A touched dot's load is most likely 1.1; its standard deviation below and above that: 1 under a face, hardly less anywhere, but 2 to 4
 // under a ball or an edge. Chosen on simulated faces, rings, balls and edges.
 constexpr double TOUCHED = 1.1, LIGHTER = 0.4, HEAVIER = 1.0;
-constexpr double COUPLING = 4.0;  // log odds of a dot among touched neighbours (minus that: among free ones). Chosen
-constexpr double SURE = 30.0;     // largest log odds. Chosen
-// Log likelihood ratio that a patch must exceed (e^-18: noise in about one of 10^7 dots), and the most that one dot contributes: three
-// dots are needed.
-constexpr double EVIDENCE = 18.0, LARGEST_GAIN = 7.5;
+constexpr double COUPLING = 4.0;                        // log odds of a dot among touched neighbours (minus that: among free ones). Chosen
+constexpr double SURE = 30.0;                           // largest log odds. Chosen
 constexpr double PRESSURE_ROUNDS[] = {0.3, 0.1, 0.06};  // scale of a free dot's load in each round; chosen, to the discretisation error
 constexpr double LEAST_PRESSURE = 0.1;                  // of the rest pressure; chosen
-constexpr double FILL_LOAD = 0.25;  // unseen dots are placed by the balance where they or neighbours carry more than this; chosen
 
 double touched_spread(double load) {
     return load < TOUCHED ? LIGHTER : HEAVIER;
@@ -168,18 +110,6 @@ void update_probabilities(Grid grid, const double* gain, double* touched) {
     }
 }
 
-// Sets touched (K) to 0 in connected patches whose summed log likelihood ratios gain (K) are not significant.
-void drop_weak_patches(Grid grid, const double* gain, double* touched) {
-    std::vector<std::uint8_t> held(grid.size());
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) held[k] = touched[k] > 0.5;
-    std::vector<std::int32_t> patch;
-    std::vector<double> evidence(1 + components(held.data(), grid.rows, grid.columns, true, patch).size());
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) evidence[patch[k]] += std::min(gain[k], LARGEST_GAIN);
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        if (evidence.size() == 1 || (patch[k] > 0 && !(evidence[patch[k]] > EVIDENCE))) touched[k] = 0;
-    }
-}
-
 // Sets normals, forces and loads at the places. The fluid's pressure is that at which most inner dots are free, at least a tenth of that at
 // rest. Outermost dots have no balance: their forces and loads are 0.
 void find_loads(const Skin& skin, DotLoads& found) {
@@ -212,15 +142,6 @@ void find_loads(const Skin& skin, DotLoads& found) {
     }
 }
 
-// Whether an unseen dot or a neighbour of one is loaded.
-bool unseen_are_loaded(Grid grid, const std::vector<std::uint8_t>& seen, const std::vector<double>& load) {
-    bool any = false;
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        if (!seen[k]) around(grid, k, [&](std::ptrdiff_t j) { any |= std::abs(load[j]) > FILL_LOAD; });
-    }
-    return any;
-}
-
 // ---- A frame.
 
 constexpr double FAR_ENOUGH = 0.5e-3, FAR_SHARE = 0.02;  // m; chosen: update only while more of the dots than this are displaced by more
@@ -230,7 +151,7 @@ constexpr double TRIAL = 0.01;                           // relative step of the
 constexpr double RESIDUAL = 0.2, CORRELATED = 50;
 constexpr double FINEST_SCALE = 0.008;  // smallest standard deviation of the scale; chosen for the mesh's discretisation error
 constexpr double LARGEST_SCALE = 0.2;   // largest error of the scale, and step; chosen
-constexpr double CALM = 0.3;  // sum of the probabilities of a load over 3 x 3 dots below which a dot counts as free. Chosen
+constexpr double CALM = 0.3;            // sum of the probabilities of a load over 3 x 3 dots below which a dot counts as free. Chosen
 
 // What a frame tells about all dots. rays (K, 3): unit; measured (K), m, with weight (K), 1/m^2, 0 where unknown; displaced (K), m: what is
 // measured less the range at rest, 0 where unknown; last (K), m: ranges in the last frame; seen (K).
@@ -326,16 +247,12 @@ Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double
 // Standard deviation of a free dot's load in each step from nothing and from the last frame. Chosen: from loose to the mesh's
 // discretisation error.
 constexpr double COLD[] = {1.0, 0.7, 0.4, 0.25, 0.15, 0.2}, WARM[] = {0.4, 0.2};
-// From the last frame, as many steps more at most, while dots become touched or free: the border of a contact moves by a dot a step.
-// Chosen.
-constexpr int MORE = 2;
 constexpr double LARGEST_STEP = 4e-4, LARGEST_PRESSURE_STEP = 400.0;  // m and Pa a step; chosen, about 0.3 pitches, 0.2 rest pressures
-constexpr double HOLD = 1e6;  // 1/m^2, weight of the prior at the start, for dots without other constraints; chosen, of 1 mm
-constexpr double TAIL = 4.0;  // standard deviations of a range beyond which it loses weight; chosen
-// A range is an outlier if it is this many standard deviations and this share of its change off its neighbours; chosen.
-constexpr double OUTLIER_SIGMA = 5.0, OUTLIER_SHARE = 0.7;
+constexpr double HOLD = 1e6;       // 1/m^2, weight of the prior at the start, for dots without other constraints; chosen, of 1 mm
+constexpr double TAIL = 4.0;       // standard deviations of a range beyond which it loses weight; chosen
 constexpr std::ptrdiff_t FEW = 3;  // changes of more than two steps above which a frame starts from the measured ranges; chosen
-constexpr double LEAST_INFORMATION = 1e-3, LEAST_STIFFNESS = 1e-12;  // about a load, and of the pressure; chosen against division by 0
+constexpr double SMOOTHED = 18;    // by how much the balance around a dot makes the variance smaller that range errors give its load
+constexpr double LEAST_STIFFNESS = 1e-12;  // of the pressure; chosen against division by 0
 
 // ranges (K), m; touched (K): probability that a dot carries a load; weight (K): without the ranges that were left out; pressure, Pa; moved
 // (K), m, and lifted, Pa: first-order change of ranges and pressure for the frame's displacements.
@@ -348,23 +265,20 @@ struct Solution {
 
 class Steps {
  public:
-    // touched (K) and pressure: of the last frame, touched is empty where there is none; response: as of Membrane::set_response.
-    Steps(const Skin& skin, Vec3 origin, const WholeFrame& frame, const std::vector<double>& touched, double pressure,
-          const std::vector<float>& response)
+    // touched (K) and pressure: of the last frame, touched is empty where there is none.
+    Steps(const Skin& skin, Vec3 origin, const WholeFrame& frame, const std::vector<double>& touched, double pressure)
         : skin_(skin), grid_(skin.grid), origin_(origin), frame_(frame), size_(grid_.size()), factor_(0, 0) {
         found_.weight = frame.weight;
         found_.pressure = pressure;
         start(touched);
-        load_variance(response);
     }
 
     Solution run() {
         const double *misfits = cold_ ? std::begin(COLD) : std::begin(WARM), *end = cold_ ? std::end(COLD) : std::end(WARM);
         for (const double* misfit = misfits; misfit < end; ++misfit) {
-            const bool first = misfit == misfits, last = misfit + 1 == end;
-            step(*misfit, !first || !cold_, !first || last, last);
+            const bool first = misfit == misfits;
+            step(*misfit, !first || !cold_, !first);
         }
-        for (int more = cold_ ? 0 : MORE; more > 0 && turned_; --more) step(end[-1], true, true, true);
         respond();
         return std::move(found_);
     }
@@ -374,7 +288,6 @@ class Steps {
     void start(const std::vector<double>& touched) {
         std::vector<double> gone(size_);
         for (std::ptrdiff_t k = 0; k < size_; ++k) gone[k] = found_.weight[k] > 0 ? frame_.measured[k] - frame_.last[k] : 0.0;
-        leave_out_outliers(gone);
         std::ptrdiff_t far = 0;
         for (std::ptrdiff_t k = 0; k < size_; ++k) far += found_.weight[k] > 0 && std::abs(gone[k]) > 2 * LARGEST_STEP;
         cold_ = touched.empty() || far > FEW;
@@ -391,80 +304,44 @@ class Steps {
         anchor_ = found_.ranges;
     }
 
-    // Takes the weight off ranges of inner dots whose change gone (K), m, at most one neighbour shares: glare spoils one or two dots, an
-    // edge moves more.
-    void leave_out_outliers(const std::vector<double>& gone) {
-        std::vector<std::ptrdiff_t> alone;
-        each_dot(grid_, [&](std::ptrdiff_t k, bool inner) {
-            if (!(found_.weight[k] > 0) || !inner) return;
-            std::pair<double, double> beside[9];  // distance to a dot's change, and that change
-            const double scale = std::sqrt(found_.weight[k]);
-            int off = 0;
-            for (int a = 0; a < 9; ++a) {
-                const double change = gone[neighbour(k, a)];
-                beside[a] = {std::abs(gone[k] - change), change};
-                off += beside[a].first * scale > OUTLIER_SIGMA;
-            }
-            if (off < 7) return;
-            std::nth_element(beside, beside + 2, beside + 9);  // the nearest is the dot itself
-            if (beside[2].first > OUTLIER_SHARE * std::abs(beside[2].second)) alone.push_back(k);
-        });
-        for (const std::ptrdiff_t k : alone) found_.weight[k] = 0;
-    }
-
-    // Variance of each dot's load from the range errors, all other loads known.
-    TACTILE_WIDE void load_variance(const std::vector<float>& response) {
-        std::vector<std::ptrdiff_t> inner;
-        each_dot(grid_, [&](std::ptrdiff_t k, bool is_inner) {
-            if (is_inner) inner.push_back(k);
-        });
-        const auto count = static_cast<std::ptrdiff_t>(inner.size());
-        std::vector<float> information(count);
-        for (std::ptrdiff_t j = 0; j < count; j += 4) {  // four rows in one pass over the sums
-            float weight[4];
-            const float* row[4];
-            for (std::ptrdiff_t part = 0; part < 4; ++part) {
-                const std::ptrdiff_t at = std::min(j + part, count - 1);
-                weight[part] = at == j + part ? static_cast<float>(found_.weight[inner[at]]) : 0.0f;
-                row[part] = response.data() + at * count;
-            }
-            for (std::ptrdiff_t k = 0; k < count; ++k)
-                information[k] += (weight[0] * row[0][k] + weight[1] * row[1][k]) + (weight[2] * row[2][k] + weight[3] * row[3][k]);
-        }
-        variance_.assign(size_, 1 / LEAST_INFORMATION);
-        for (std::ptrdiff_t k = 0; k < count; ++k) variance_[inner[k]] = 1 / std::max<double>(information[k], LEAST_INFORMATION);
-    }
-
     // One step. misfit: standard deviation of a free dot's load; classify: update the contact probabilities first; robust: ranges lose
-    // weight by their residuals; last: drop insignificant patches.
-    void step(double misfit, bool classify, bool robust, bool last) {
+    // weight by their residuals.
+    void step(double misfit, bool classify, bool robust) {
         std::vector<double> places(3 * size_);
         for (std::ptrdiff_t k = 0; k < size_; ++k) store(places.data(), k, origin_ + found_.ranges[k] * vec3_at(frame_.rays.data(), k));
         balance_ = find_balance(skin_, places.data(), found_.pressure);
         // two steps from the last frame share their slopes: both are near the solution
-        if (slopes_.empty() || cold_) slopes_ = find_slopes(skin_, places.data(), frame_.rays.data(), found_.pressure, balance_);
-        if (classify) update_touched(misfit, last);
+        if (slopes_.empty() || cold_) {
+            slopes_ = find_slopes(skin_, places.data(), frame_.rays.data(), found_.pressure, balance_);
+            find_variance();
+        }
+        if (classify) update_touched(misfit);
         misfit_ = misfit;
         solve_for(robust);
     }
 
+    // Variance of each inner dot's load by the errors of the ranges around it.
+    void find_variance() {
+        variance_.assign(size_, 0.0);
+        each_dot(grid_, [&](std::ptrdiff_t k, bool inner) {
+            for (int a = 0; a < 9 && inner; ++a)
+                variance_[k] += slopes_[9 * k + a] * slopes_[9 * k + a] / (found_.weight[neighbour(k, a)] + HOLD) / SMOOTHED;
+        });
+    }
+
     // Contact probabilities from the measurements alone: in the loads, the pull of the dot's own prior in the last step is undone.
-    void update_touched(double misfit, bool last) {
+    void update_touched(double misfit) {
         std::vector<double> gain(size_);
-        const std::vector<double> before = found_.touched;
         for (std::ptrdiff_t k = 0; k < size_; ++k) {
             const double pull = expectation(balance_.load[k], found_.touched[k], misfit_).pull;
             gain[k] = log_likelihood_ratio(balance_.load[k] + variance_[k] * pull, misfit, variance_[k]);
         }
         update_probabilities(grid_, gain.data(), found_.touched.data());
-        if (last) drop_weak_patches(grid_, gain.data(), found_.touched.data());
-        turned_ = false;
-        for (std::ptrdiff_t k = 0; k < size_; ++k) turned_ |= (before[k] > 0.5) != (found_.touched[k] > 0.5);
     }
 
     // Builds the normal equations at the balance and moves ranges and pressure by their solution.
     void solve_for(bool robust) {
-        Band<float> matrix(size_, 2 * grid_.columns + 2);
+        Band matrix(size_, 2 * grid_.columns + 2);
         std::vector<double> gradient(size_), border(size_);
         std::ptrdiff_t beside[9];  // from a dot to those of the 3 x 3 around it
         for (int a = 0; a < 9; ++a) beside[a] = neighbour(0, a);
@@ -494,9 +371,10 @@ class Steps {
             stiffness += load.weight * by_pressure * by_pressure;
             slope += load.pull * by_pressure;
         });
-        if (!factorise(matrix)) return;
+        if (!matrix.factorise()) return;
         std::vector<double> by_border = border;
-        solve(matrix, by_border.data(), gradient.data());
+        matrix.solve(by_border.data());
+        matrix.solve(gradient.data());
         stiffness = std::max(stiffness - product(border, by_border), LEAST_STIFFNESS);
         const double change = std::clamp((product(border, gradient) - slope) / stiffness, -LARGEST_PRESSURE_STEP, LARGEST_PRESSURE_STEP);
         for (std::ptrdiff_t k = 0; k < size_; ++k) {
@@ -509,9 +387,9 @@ class Steps {
     // First-order response to the frame's change of the measured ranges, by the equations of the last step.
     void respond() {
         found_.moved.assign(size_, 0.0);
-        if (factor_.size == 0) return;
+        if (factor_.size() == 0) return;
         for (std::ptrdiff_t k = 0; k < size_; ++k) found_.moved[k] = trust_[k] * frame_.displaced[k];
-        solve(factor_, found_.moved.data());
+        factor_.solve(found_.moved.data());
         const double change = product(border_, found_.moved) / stiffness_;
         for (std::ptrdiff_t k = 0; k < size_; ++k) found_.moved[k] += change * by_border_[k];
         found_.lifted = -change;
@@ -534,12 +412,12 @@ class Steps {
     const WholeFrame& frame_;
     const std::ptrdiff_t size_;
     Solution found_;
-    bool cold_ = true, turned_ = false;  // turned_: dots became touched or free in the last step
+    bool cold_ = true;
     std::vector<double> anchor_, variance_, trust_;
     double misfit_ = 1.0;
     Balance balance_;
     std::vector<double> slopes_;
-    Band<float> factor_;  // of the last step's equations, with the pressure's column, the solution for it, and its Schur complement
+    Band factor_;  // of the last step's equations, with the pressure's column, the solution for it, and its Schur complement
     std::vector<double> border_, by_border_;
     double stiffness_ = 1.0;
 };
@@ -549,9 +427,11 @@ class Steps {
 const MembraneState& Membrane::solve(const SeenRanges& seen) {
     const double factor = scale();
     const bool fresh = state_.xyz.empty();
-    const WholeFrame frame = whole_frame(skin_.grid, origin_, skin_.rest.data(), fresh ? skin_.rest.data() : state_.xyz.data(), seen, factor);
-    Solution found = Steps(skin_, origin_, frame, state_.touched, fresh ? skin_.pressure : state_.pressure, *response_).run();
-    MembraneState state{std::vector<double>(frame.rays.size()), std::move(found.ranges), std::move(found.touched), found.pressure, frame.seen};
+    const WholeFrame frame =
+        whole_frame(skin_.grid, origin_, skin_.rest.data(), fresh ? skin_.rest.data() : state_.xyz.data(), seen, factor);
+    Solution found = Steps(skin_, origin_, frame, state_.touched, fresh ? skin_.pressure : state_.pressure).run();
+    MembraneState state{std::vector<double>(frame.rays.size()), std::move(found.ranges), std::move(found.touched), found.pressure,
+                        frame.seen};
     for (std::ptrdiff_t k = 0; k < skin_.grid.size(); ++k)
         store(state.xyz.data(), k, origin_ + state.ranges[k] * vec3_at(frame.rays.data(), k));
     learn_scale(frame.displaced, [&] { return scale_leaning(skin_, state, frame.rays.data(), found.moved.data(), found.lifted, factor); });
@@ -584,10 +464,6 @@ DotLoads Membrane::loads(const std::int64_t* id, const double* places, std::ptrd
     fill_holes(skin_.grid, found.xyz.data(), found.seen, 3);
     for (std::ptrdiff_t k = 0; k < size; ++k) store(found.xyz.data(), k, vec3_at(skin_.rest.data(), k) + vec3_at(found.xyz.data(), k));
     find_loads(skin_, found);
-    if (unseen_are_loaded(skin_.grid, found.seen, found.load)) {
-        found.xyz = settle_holes(skin_, found.xyz, found.load, found.seen, origin_);
-        find_loads(skin_, found);
-    }
     return found;
 }
 

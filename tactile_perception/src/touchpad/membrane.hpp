@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -15,7 +14,8 @@
 
 namespace tactile {
 
-// Dots seen in a frame: id (N), on the grid; unit rays (N, 3); ranges (N), m, and their standard deviations sigma (N), m, NaN where unknown.
+// Dots seen in a frame: id (N), on the grid; unit rays (N, 3); ranges (N), m, and their standard deviations sigma (N), m, NaN where
+// unknown.
 struct SeenRanges {
     const std::int64_t* id;
     const double *rays, *ranges, *sigma;
@@ -46,13 +46,9 @@ class Membrane {
     const Skin& skin() const { return skin_; }
     const MembraneState& state() const { return state_; }
     double scale() const { return 1 + scale_error_; }
-    bool responds() const { return response_ != nullptr; }
 
-    // Another rest, as of a drifting reference. The last frame and the response are kept.
+    // Another rest, as of a drifting reference. The last frame is kept.
     void set_rest(Skin skin) { skin_ = std::move(skin); }
-
-    // Information (I, I) about the load on each inner dot (columns) from the range of one (rows) at unit weight; solve needs it.
-    void set_response(std::vector<float> response) { response_ = std::make_shared<const std::vector<float>>(std::move(response)); }
 
     // Drops the last frame. scale_sigma: standard deviation of the relative error that all displacements share; 0: there is none.
     void reset(double scale_sigma) {
@@ -63,8 +59,7 @@ class Membrane {
     // The state of the next frame.
     const MembraneState& solve(const SeenRanges& seen);
 
-    // Loads at places (count, 3), m, of the seen dots id (count). Where an unseen dot or one of its neighbours has a load, unseen dots are
-    // placed by one step towards the balance, along their rays.
+    // Loads at places (count, 3), m, of the seen dots id (count).
     DotLoads loads(const std::int64_t* id, const double* places, std::ptrdiff_t count) const;
 
  private:
@@ -73,7 +68,6 @@ class Membrane {
 
     Skin skin_;
     Vec3 origin_;
-    std::shared_ptr<const std::vector<float>> response_;
     MembraneState state_;
     double scale_error_ = 0, scale_precision_ = std::numeric_limits<double>::infinity();
 };

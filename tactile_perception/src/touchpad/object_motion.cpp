@@ -187,15 +187,14 @@ double ObjectMotion::own_part(double variance) const {
 }
 
 // The dots, all of them or a part, move with the object, whose twist is near mean.
-ObjectMotion::Explanation ObjectMotion::stick(const Twist& start, const Twist& mean, bool in_part,
-                                              const std::vector<double>& begin_with) const {
+ObjectMotion::Explanation ObjectMotion::stick(const Twist& start, const Twist& mean, bool in_part) const {
     const double change = model_.acceleration * seconds_ * seconds_;
     const Prior<6> prior{mean, Twist::Constant(change)};
     Explanation found{start, 0, std::vector<double>(dots_.size())};
     double share = 0.5;
     for (int round = 0;; ++round) {
         const double variance = stick_variance(found.twist), way = found.twist.norm();
-        const double wide = variance * (start == mean ? 1 : std::pow(WIDER, 2 * std::max(0, WIDE_ROUNDS - round)));
+        const double wide = variance * std::pow(WIDER, 2 * std::max(0, WIDE_ROUNDS - round));
         const double own = own_part(variance);
         Sums<6> sums;
         double density = 0, stuck = 0;
@@ -212,7 +211,7 @@ ObjectMotion::Explanation ObjectMotion::stick(const Twist& start, const Twist& m
             }
             density += own * (here + least_) + ratio / SUMMED - (TAILS + 1) / 2 * std::log1p(off / TAILS) / model_.share;
             stuck += sticks, found.slips[i] = 1 - sticks;
-            const double weight = sticks * weight_of(square, wide) * (round < WIDE_ROUNDS && !begin_with.empty() ? begin_with[i] : 1);
+            const double weight = sticks * weight_of(square, wide);
             sums.add(dot.rows.row(0), dot.moved[0], weight * own);
             sums.add(dot.rows.row(1), dot.moved[1], weight * own);
             sums.add(dot.rows.row(2), dot.moved[2], (TAILS + 1) / (TAILS + off) / std::pow(model_.depth_noise, 2) / model_.share);
@@ -288,19 +287,13 @@ ObjectMotion::Explanation ObjectMotion::rest() const {
 }
 
 std::vector<double> ObjectMotion::explain(TouchingObject& object, const std::array<double, MODES>& odds) const {
-    const auto better = [](Explanation a, Explanation b) { return a.evidence < b.evidence ? b : a; };
     const auto likeliest = [&](std::initializer_list<Mode> modes) {
         return before_[*std::max_element(modes.begin(), modes.end(), [&](Mode a, Mode b) { return object.odds[a] < object.odds[b]; })];
     };
     const Twist last = likeliest({HELD, IN_PART, SLIDING, AT_REST}), whole = carried_along();
-    std::vector<std::size_t> order(dots_.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return dots_[a].ratio < dots_[b].ratio; });
-    std::vector<double> least_loaded(dots_.size());  // of two dots one: those that are the last to slip
-    for (std::size_t i = 0; i < std::max<std::size_t>(2, order.size() / 2) && i < order.size(); ++i) least_loaded[order[i]] = 1;
     std::array<Explanation, MODES> found;
-    found[HELD] = better(stick(last, last, false, {}), stick(whole, last, false, {}));
-    found[IN_PART] = better(better(stick(last, last, true, {}), stick(whole, last, true, {})), stick(whole, last, true, least_loaded));
+    found[HELD] = stick(whole, last, false);
+    found[IN_PART] = stick(whole, last, true);
     found[SLIDING] = slide(likeliest({HELD, IN_PART, SLIDING}));
     found[AT_REST] = rest();
     double largest = -INFINITY, sum = 0;

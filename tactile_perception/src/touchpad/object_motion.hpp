@@ -45,7 +45,7 @@ class ObjectMotion {
         double evidence;
         std::vector<double> slips;
     };
-    Explanation stick(const Twist& start, const Twist& mean, bool in_part, const std::vector<double>& begin_with) const;
+    Explanation stick(const Twist& start, const Twist& mean, bool in_part) const;
     Explanation slide(const Twist& mean) const;
     Explanation rest() const;
     double slip_density(const Eigen::Vector2d& left, const Dot& dot, double way) const;

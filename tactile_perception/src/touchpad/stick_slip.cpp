@@ -21,9 +21,11 @@ constexpr double FIRST_NOISE = 2e-6;                    // m, across the ray, be
 constexpr double CALMEST = 0.2, CALMEST_SIGMA = 0.668;  // quantile of the motions taken for noise, and its place in deviations (Rayleigh)
 constexpr double SMOOTHING = 0.2;                       // weight of a new value in the running mean of the noise
 constexpr double HALF = 0.5;                            // score of the border of a contact
-// Of an object that slides: s, for which it is taken to move on as before; and parts of its speed: largest motion of its dots as it turns,
-// largest along the sensor's axis as it is not lifted, and smallest over dots that it does not take along.
-constexpr double LONGEST = 1.0, TURNS = 0.1, STEEP = 0.3, UNTAKEN = 0.3;
+// An object that slides is taken to move on as before, for so many seconds, and where it neither turns nor comes down by more than these
+// parts of its speed.
+constexpr double LONGEST = 1.0, TURNS = 0.1, STEEP = 0.3;
+constexpr double LIFTED = 1e-3;  // m/s, above which an object that rises is lifted: its dots spring back, and do not show how it moves
+constexpr double FEWEST = 6;     // dots that show a motion: twice the three that determine it
 
 using Dots = std::vector<std::ptrdiff_t>;
 
@@ -75,6 +77,13 @@ StickSlip::StickSlip(Grid grid, Vector3d origin, StickSlipModel model)
       slipping_(grid.size(), NAN),
       last_seen_(grid.size()) {}
 
+Twist TouchingObject::held_twist() const {
+    Mode mode = HELD;
+    for (const Mode other : {IN_PART, AT_REST}) mode = odds[other] > odds[mode] ? other : mode;
+    if (count * (1 - slipping[mode]) < FEWEST) return Twist::Constant(NAN);
+    return twist[mode];
+}
+
 double StickSlip::friction() const {
     return std::exp(friction_);
 }
@@ -107,7 +116,7 @@ std::vector<std::uint8_t> StickSlip::update(const DotLoads& loads, const std::ve
     }
     if (objects.empty() && objects_.empty()) measure_noise(loads);
     for (std::size_t k = 0; k < moved_.size(); ++k) moved_[k] = loads.xyz[k] - last_xyz_[k];
-    objects_ = std::move(objects), held_ = std::move(held);
+    objects_ = std::move(objects), held_ = std::move(held), seconds_ = seconds;
     last_xyz_ = loads.xyz, last_seen_ = loads.seen;
     return states;
 }
@@ -139,28 +148,35 @@ void StickSlip::measure_noise(const DotLoads& loads) {
     if (here > 0) noise_ += (here < noise_ ? SMOOTHING : SMOOTHING / 4) * (here - noise_);
 }
 
-std::vector<double> StickSlip::slides() const {
+std::vector<double> StickSlip::ways() const {
     std::vector<double> found(2 * grid_.size(), NAN);
-    for (std::size_t number = 1; number <= objects_.size(); ++number) {
-        const TouchingObject& object = objects_[number - 1];
-        if (!object.slides() || object.adrift > LONGEST) continue;
-        Dots dots;
-        Eigen::Vector2d middle = Eigen::Vector2d::Zero(), taken = Eigen::Vector2d::Zero();
-        for (std::ptrdiff_t k = 0; k < grid_.size(); ++k) {
-            if (held_[k] != static_cast<int>(number)) continue;
-            dots.push_back(k);
-            middle += vector_at(last_xyz_, k).head<2>(), taken += vector_at(moved_, k).head<2>();
-        }
-        const auto count = static_cast<double>(dots.size());
-        middle /= count, taken /= count;
-        double spread = 0;
-        for (const std::ptrdiff_t k : dots) spread += (vector_at(last_xyz_, k).head<2>() - middle).squaredNorm() / count;
-        const Twist& twist = object.twist[SLIDING];
-        const Eigen::Vector2d speed = twist.head<2>(), way = speed - taken;
-        const bool turns = std::abs(twist[5]) * std::sqrt(spread) > TURNS * speed.norm();
-        const bool lifted = std::abs(twist[2]) > STEEP * speed.norm();
-        if (turns || lifted || !(way.norm() > UNTAKEN * speed.norm())) continue;
-        for (const std::ptrdiff_t k : dots) found[2 * k] = way.x(), found[2 * k + 1] = way.y();
+    for (std::ptrdiff_t k = 0; k < grid_.size(); ++k) {
+        if (!held_[k]) continue;
+        const TouchingObject& object = objects_[held_[k] - 1];
+        const Twist twist = object.slides() ? object.twist[SLIDING] : object.held_twist();
+        const Vector3d middle = vector_at(last_xyz_, k) - vector_at(moved_, k) / 2, turned = twist.tail<3>().cross(middle - object.centre);
+        const double speed = twist.head<2>().norm();
+        const bool even = object.adrift <= LONGEST && std::abs(twist[2]) <= STEEP * speed && turned.head<2>().norm() <= TURNS * speed;
+        if (!(twist[2] < LIFTED * seconds_) || (object.slides() && !even)) continue;
+        const Vector3d way = twist.head<3>() + turned - vector_at(moved_, k);
+        found[2 * k] = way.x(), found[2 * k + 1] = way.y();
+    }
+    return found;
+}
+
+Eigen::Isometry3d StickSlip::motion() const {
+    Eigen::Isometry3d found;
+    found.matrix().setConstant(NAN);
+    for (const TouchingObject& object : objects_) {
+        const Twist twist = object.held_twist();
+        if (object.slides() || !twist.allFinite()) continue;
+        Eigen::Matrix3d half;  // Cayley's form: after - before = v + w x ((after + before) / 2 - centre)
+        half << 0, -twist[5], twist[4], twist[5], 0, -twist[3], -twist[4], twist[3], 0;
+        half /= 2;
+        const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity(), back = (unit - half).inverse();
+        found.linear() = back * (unit + half);
+        found.translation() = back * (twist.head<3>() - 2 * half * object.centre);
+        return found;
     }
     return found;
 }

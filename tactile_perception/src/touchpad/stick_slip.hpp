@@ -3,7 +3,7 @@
 // State of each dot (free, sticking, slipping) from loads and motions, by one model of its object: docs/stick_slip.md derives it.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -47,6 +47,8 @@ struct TouchingObject {
     double friction = 0, friction_variance = 0, adrift = 0;
     std::ptrdiff_t count = 0;
     bool slides() const { return odds[SLIDING] > 0.5; }
+    // The twist of the likeliest mode in which it holds dots; NaN if these are too few.
+    Twist held_twist() const;
 };
 
 // The dots of a grid, frame by frame.
@@ -64,9 +66,13 @@ class StickSlip {
     // The objects that touch, largest first.
     const std::vector<TouchingObject>& objects() const { return objects_; }
 
-    // (K, 2) m: way in the last frame over each dot of an object in gross slip that neither turns nor is lifted, as it last moved with its
-    // dots, a second before at most; NaN: unknown. Standard deviation: a third, since it may have changed its speed.
-    std::vector<double> slides() const;
+    // (K, 2) m: way of the objects over their dots in the last frame, along x and y. In gross slip it is that by which the object last held
+    // dots, a second before at most: standard deviation a third, since it may have changed its speed. NaN where no object is, and where too
+    // few dots show how it moves, as while it is lifted: then they spring back.
+    std::vector<double> ways() const;
+
+    // How the largest object that holds enough dots has moved in the last frame; NaN without one.
+    Eigen::Isometry3d motion() const;
 
     std::ptrdiff_t size() const { return grid_.size(); }
     double friction() const;                 // coefficient of the object last seen
@@ -79,7 +85,7 @@ class StickSlip {
     Grid grid_;
     Eigen::Vector3d origin_;
     StickSlipModel model_;
-    double noise_, friction_, friction_variance_;
+    double noise_, friction_, friction_variance_, seconds_ = 0;
     std::vector<TouchingObject> objects_;
     std::vector<int> held_;  // number of the object that holds a dot, from 1, 0: none
     std::vector<double> last_xyz_, moved_, slipping_;

@@ -14,7 +14,7 @@ from scipy.special import ndtr
 
 from .. import _core
 from ..common.geometry import lie_on_a_line
-from ..common.rigid_motion import RigidFit
+from ..common.rigid_motion import RigidMotion
 from ..common.surface import label_score, to_grid
 from ..errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
@@ -48,24 +48,22 @@ class AllDots(NamedTuple):
 class DotClassification:
     """Classification of the N seen dots of one frame.
 
-    state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None if the
-    method estimates no forces; wrench: (6,) N and N m at the sensor's origin, NaN if unknown; all_dots: None if the method does not
-    interpolate unseen dots; slides: (N, 2) m, way over each dot since the last frame of an object in gross slip, as it moved when it last
-    held dots, NaN: unknown, None if the method does not follow objects; motion: of the object over interval, s, by the method itself,
-    None where unknown; interval: None of a method that estimates no motion; confidence: (N,) probability of each state, NaN: unknown, empty
-    if the method states none; objects: those that touch, with the probabilities of what they do.
+    state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; wrench: (6,) N and N m at the sensor's origin,
+    NaN if unknown; ways: (N, 2) m, of the object over each dot since the last frame, along x and y, NaN: unknown; all_dots: None if the
+    method does not interpolate unseen dots and estimates no forces; confidence: (N,) probability of each state, NaN: unknown, empty if the
+    method states none; objects: those that touch, with the probabilities of what they do; motion: of the object over interval, s, None and
+    NaN where unknown.
     """
 
     state: np.ndarray
     score: np.ndarray
-    force: np.ndarray | None
     wrench: np.ndarray
+    ways: np.ndarray
     all_dots: AllDots | None = None
-    slides: np.ndarray | None = None
     confidence: np.ndarray = field(default_factory=lambda: np.zeros(0))
     objects: Sequence[_core.TouchingObject] = ()
-    motion: RigidFit | None = None
-    interval: float | None = None
+    motion: RigidMotion | None = None
+    interval: float = np.nan
 
 
 def state_confidence(score: np.ndarray, state: np.ndarray, slipping: np.ndarray) -> np.ndarray:
@@ -107,10 +105,11 @@ class MembraneMethod:
         seconds = stamp_s - self._stamp_s if stamp_s > self._stamp_s else 0.0
         found = self.core.classify(self._membrane.checked(ids), xyz, seconds)
         self._stamp_s = stamp_s
-        loads, every = found.loads, AllDots(found.loads.xyz, found.score, found.state, found.force)
+        every = AllDots(found.loads.xyz, found.score, found.state, found.force)
         confidence = state_confidence(every.score[ids], every.state[ids], found.slipping[ids])
-        return DotClassification(every.state[ids], every.score[ids], loads.force[ids], found.wrench, every, found.slides[ids], confidence,
-                                 found.objects)
+        motion = None if np.isnan(found.translation[0]) else RigidMotion(found.rotation, found.translation)
+        return DotClassification(every.state[ids], every.score[ids], found.wrench, found.ways[ids], every, confidence, found.objects,
+                                 motion, seconds)
 
 
 class PaperMethod:
@@ -129,7 +128,8 @@ class PaperMethod:
         """Classify dots ids (N,) at xyz (N, 3), m, at stamp_s."""
         found = self._region.process(ids, xyz, self._rest[ids], stamp_s)
         score = label_score(to_grid(ids, (found.state > 0).astype(float), *self._shape)).ravel()[ids]
-        return DotClassification(found.state, score, None, np.full(6, np.nan), motion=found.motion, interval=found.interval)
+        return DotClassification(found.state, score, np.full(6, np.nan), np.full((len(ids), 2), np.nan), motion=found.motion,
+                                 interval=found.interval)
 
 
 CONTACT_METHODS = {

@@ -17,7 +17,6 @@ from ..common.estimates import AMBIGUOUS, ContactEstimate, ContactRegionEstimate
 from ..common.geometry import quaternion
 from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
-from ..common.statistics import all_within
 from ..dots.reference import rest_warning
 from ..errors import BadArgument, BadFrame
 from .contact import DotClassification, make_method
@@ -25,7 +24,7 @@ from .places import RestPlaces
 from .pose import ObjectPose
 from .region import ContactDots, ContactTracker, describe, find_regions
 from .sensor import Touchpad
-from .slip import ObjectMotion, SlipEstimator, slip_confidence
+from .slip import SlipEstimator, slip_confidence
 
 _FARTHEST = 10.0  # radii of curvature of the cap: farther positions are invalid. Chosen
 _DRIFT = 0.1  # px: a reference that has drifted further is checked again. Chosen
@@ -58,7 +57,7 @@ class ContactEstimator:
         self._sensor = sensor
         self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
         self._method = make_method(sensor.rows, sensor.columns, sensor.material, camera.centre, values)
-        self._motion, self._pose = ObjectMotion(sensor.rows, sensor.columns), ObjectPose()
+        self._pose = ObjectPose()
         self._contacts = ContactTracker(sensor.cap, *_calibrated_reach(calibration))
         self._origin, self._range_sigma = camera.centre, _calibrated_sigma(calibration)
         self._slip = SlipEstimator()
@@ -74,9 +73,10 @@ class ContactEstimator:
         if self._rest.update(tracks):
             self._method.set_rest(self._rest.xyz)
             self._check_rest()
-        ids, xyz, rest_xyz = self._usable(tracks)
+        ids, xyz = self._usable(tracks)
         found = self._method.classify(ids, xyz, stamp_s)
-        dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, rest_xyz, found.score, found.state, found.force, all_dots=found.all_dots)
+        force = None if found.all_dots is None else found.all_dots.force
+        dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, found.score, found.state, force, all_dots=found.all_dots)
         return self._describe(dots, found, stamp_s)
 
     def _check_rest(self) -> None:
@@ -86,31 +86,26 @@ class ContactEstimator:
         if self._suspected or not (np.abs(uv[known] - self._checked[known]) < _DRIFT).all():
             self._suspected, self._checked = bool(rest_warning(known, uv[known], self._sensor.columns)), uv.copy()
 
-    def _usable(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Ids (N,), positions (N, 3) m and rest positions (N, 3) m of the dots that have both positions."""
-        rest_xyz = self._rest.xyz.take(tracks.id, axis=0)
+    def _usable(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
+        """Ids (N,) and positions (N, 3) m of the dots that have a rest position, too."""
         reach = _FARTHEST * self._sensor.cap.curvature_radius
-        if all_within(tracks.xyz, most=reach) and all_within(rest_xyz):
-            return tracks.id, tracks.xyz, rest_xyz
-        usable = ((np.abs(tracks.xyz) <= reach) & np.isfinite(rest_xyz)).all(axis=1)
-        if not usable.any():
+        usable = (np.abs(tracks.xyz) <= reach).all(axis=1) & np.isfinite(self._rest.xyz[tracks.id, 0])
+        if len(usable) and not usable.any():
             raise BadFrame('no dot has a 3D position: images must be in colour, not grey; or take a new reference')
-        return tracks.id[usable], tracks.xyz[usable], rest_xyz[usable]
+        return tracks.id[usable], tracks.xyz[usable]
 
     def _describe(self, dots: ContactDots, found: DotClassification, stamp_s: float) -> ContactResult:
         regions = find_regions(dots)
-        motion = self._motion.process(dots, stamp_s, [region.members for region in regions])
         contacts = self._contacts.process(dots, regions)
-        slip = self._slip.process(dots, contacts, motion, stamp_s, found.slides)
+        slip = self._slip.process(dots, contacts, found.ways, stamp_s)
         slip.confidence = slip_confidence(slip.state, found.objects)
-        region = describe(dots, regions, motion.motion, motion.interval)
+        region = describe(dots, regions, found.motion, found.interval)
         region.dot_confidence = found.confidence
-        told = motion if found.interval is None else found
-        pose = self._pose.process(bool(regions), told.motion, told.interval, stamp_s)
+        pose = self._pose.process(bool(regions), found.motion, found.interval, stamp_s)
         if pose is not None:
             region.pose_rotation, region.pose_translation = quaternion(pose[0]), pose[1]
         contacts = [self._with_range_error(contact) for contact in contacts]
-        wrench, force = found.wrench, found.all_dots and found.all_dots.force
+        wrench, force = found.wrench, dots.force
         if self._suspected:
             contacts, wrench, force = [_without_reference(contact) for contact in contacts], np.full(6, np.nan), None
         return ContactResult(region, contacts, slip, wrench, partial(_points, dots, found, self._rest.xyz.copy(), force))

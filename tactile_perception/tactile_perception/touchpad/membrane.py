@@ -23,7 +23,7 @@ import numpy as np
 from .. import _core
 from ..errors import BadArgument
 
-_MOST = 4096  # dots, 64 x 64; chosen for memory: the response is a dense matrix of the inner dots (64 MB)
+_MOST = 4096  # dots, 64 x 64; chosen: no printed pad has more
 
 
 @dataclass(frozen=True)
@@ -90,8 +90,6 @@ class Membrane:
         sigma: (N,) m, independent error of each range, without the errors that neighbours share; a NaN range is interpolated. Raises
         BadArgument for ids outside the grid.
         """
-        if not self.core.responds:
-            self.core.set_response(self._squared_response())
         return self.core.solve(np.asarray(rays, float), np.asarray(ranges, float), np.asarray(sigma, float), self.checked(ids))
 
     def checked(self, ids: np.ndarray) -> np.ndarray:
@@ -101,24 +99,6 @@ class Membrane:
             raise BadArgument(f'membrane: dot numbers {ids.min()} to {ids.max()} are outside the grid of {size} dots; '
                               'check parameters rows and columns')
         return ids
-
-    def _squared_response(self) -> np.ndarray:
-        """(I, I) m^2: information about one inner dot's load (columns), in fluid pressures, from each one's range (rows) at unit weight.
-
-        It is the squared displacement along the rays under that load alone, reduced by what the outermost dots, which have no balance, can
-        compensate.
-        """
-        size, columns = self.rows * self.columns, self.columns
-        inner = np.arange(size).reshape(self.rows, columns)[1:-1, 1:-1].ravel()
-        away = self.core.rest - self.origin
-        rays = away / np.linalg.norm(away, axis=1, keepdims=True)
-        stencil = inner[:, None] + [i * columns + j for i in (-1, 0, 1) for j in (-1, 0, 1)]
-        rows = np.zeros((len(inner), size))
-        rows[np.arange(len(inner))[:, None], stencil] = self.core.slopes(self.core.rest, rays, self.material.rest_pressure)[inner]
-        squared = np.linalg.inv(rows[:, inner])**2
-        stiff = 1e-6 / squared.sum(axis=0).min()  # variance of each load with all others nearly fixed, without its own balance
-        alone = 1 / np.diag(np.linalg.inv(rows @ rows.T + stiff * np.eye(len(inner)))) - stiff
-        return (squared / (alone * squared.sum(axis=0))).astype(np.float32)
 
 
 def fill_rest(rest: np.ndarray, known: np.ndarray, columns: int) -> np.ndarray:

@@ -5,7 +5,6 @@ regularised by the membrane's force balance."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -57,7 +56,6 @@ class DotPlaces:
         self._membrane: Membrane | None = None
         self._unknown = np.ones(len(self._rest.xyz), bool)  # dots without a rest position
         self._light: RestLight | None = None
-        self._bled: np.ndarray | None = None
         self._glare: GlaringPad | None = None
         self._initialised = False
 
@@ -81,7 +79,7 @@ class DotPlaces:
         if not self._initialised:
             self._initialise(image, tracks)
         if moved or self._light is None:
-            self._light = replace(self._water.at_rest(self._rest.xyz), bled=self._bled)
+            self._light = self._water.at_rest(self._rest.xyz)
             if self._glare is not None:
                 self._glare.set_rest(self._rest.xyz, self._light.normals)
         rays, colours = self._camera.rays(tracks.uv), log_ratios(image, tracks.uv, self._water.ring)
@@ -124,11 +122,6 @@ class DotPlaces:
         if glare is not None:
             self._glare = GlaringPad(glare, self._water.path, self._water.absorptions, self._sensor.rows, self._sensor.columns)
             self._glare.set_rest(self._rest.xyz, self._water.at_rest(self._rest.xyz).normals)
-        colours, rays = log_ratios(image, tracks.uv, self._water.ring), self._camera.rays(tracks.uv)
-        bled, self._bled = self._water.bled(image, tracks, self._camera, self._glaring(colours, rays, tracks)), None
-        if bled is not None:
-            self._bled = np.zeros(len(self._rest.xyz))
-            self._bled[tracks.id] = bled
 
 
 def _are_at_one_place(uv: np.ndarray) -> bool:

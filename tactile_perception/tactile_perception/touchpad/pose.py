@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..common.rigid_motion import RigidFit
+from ..common.rigid_motion import RigidMotion
 
 _SAME_S = 1e-6  # s, up to which two stamps are one
 _KEPT_S = 4.5   # s, that poses are kept: motions reach back over 4 s at most (PaperRegion's horizon_s)
@@ -20,7 +20,7 @@ class ObjectPose:
     def __init__(self):
         self._known: list[tuple[float, Pose]] = []
 
-    def process(self, touches: bool, motion: RigidFit | None, interval: float, stamp_s: float) -> Pose | None:
+    def process(self, touches: bool, motion: RigidMotion | None, interval: float, stamp_s: float) -> Pose | None:
         """Rotation (3, 3) and translation (3,) m that bring a point of the object from where it was at first touch to where it is at
         stamp_s; None where unknown. motion: over the last interval, s, None where unknown."""
         if not touches:
@@ -31,7 +31,7 @@ class ObjectPose:
             self._known = [one for one in self._known if one[0] > stamp_s - _KEPT_S] + [(stamp_s, pose)]
         return pose
 
-    def _moved(self, motion: RigidFit | None, since: float) -> Pose | None:
+    def _moved(self, motion: RigidMotion | None, since: float) -> Pose | None:
         if motion is None:
             return None
         first, pose = self._known[0]

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..common.surface import grid_normals, to_grid
-from ..common.rigid_motion import RigidFit, fit_rigid
+from ..common.rigid_motion import RigidMotion, fit_rigid
 from ..errors import BadArgument, BadFrame, DegenerateFit
 
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
-_BLOCK = 16  # frames compared at a time; affects speed only
 _AROUND = 9  # dots around the reference dot that are assumed to stick (section 3.2: "at least a set of nine dots")
 
 
@@ -24,7 +23,7 @@ class PaperStates:
 
     state: np.ndarray
     reference_id: int
-    motion: RigidFit | None
+    motion: RigidMotion | None
     interval: float
 
 
@@ -87,13 +86,9 @@ class PaperRegion:
 
     def _previous(self, now: np.ndarray) -> tuple[np.ndarray | None, float]:
         """Positions at t_p, and t_p: the newest frame from which some dot has moved by more than d_max (eq 10)."""
-        past = list(self._past)
-        for end in range(len(past), 0, -_BLOCK):
-            block = past[max(end - _BLOCK, 0):end]
-            step = now - np.array([places for _, places in block])
-            far = np.flatnonzero((np.einsum('tki,tki->tk', step, step) > self.d_max**2).any(axis=1))
-            if len(far):
-                stamp, places = block[far[-1]]
+        for stamp, places in reversed(self._past):
+            step = now - places
+            if (np.einsum('ki,ki->k', step, step) > self.d_max**2).any():
                 return places, stamp
         return None, np.nan
 
@@ -102,7 +97,7 @@ class PaperRegion:
         """Number of the dot farthest from its untouched position (eq 2); -1 if no dot can be compared."""
         return int(np.nanargmax(moved)) if np.isfinite(moved).any() else -1
 
-    def _object_motion(self, reference: int, before, now, both) -> RigidFit:
+    def _object_motion(self, reference: int, before, now, both) -> RigidMotion:
         """The object's motion from the seen dots nearest to the reference dot on the grid, assumed to stick (eq 3)."""
         seen = np.flatnonzero(both)
         row, column = np.divmod(seen, self.columns)
@@ -110,7 +105,7 @@ class PaperRegion:
         around = seen[np.argsort(distance, kind='stable')[:_AROUND]]
         return fit_rigid(before[around], now[around])
 
-    def _decide(self, reference: int, motion: RigidFit, before, now, both) -> None:
+    def _decide(self, reference: int, motion: RigidMotion, before, now, both) -> None:
         """Eq 12 for dots that were free, eqs 12 and 14 for dots that were in contact."""
         displacement = now - before
         # Right side of eq 7; R(-w) is the transpose of the object's rotation.

@@ -13,7 +13,7 @@ import numpy as np
 from .. import _core
 from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, to_grid
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
-from ..common.rigid_motion import RigidFit
+from ..common.rigid_motion import RigidMotion
 from ..common.geometry import Cap, deepest_notch, quaternion
 from ..common.statistics import all_within
 from ..errors import BadArgument
@@ -25,18 +25,16 @@ _MASK_SCALE = 8  # pixels a pitch, of the mask that assigns dots to regions; cho
 class ContactDots:
     """The dots of one frame; entry k of each array belongs to the same dot.
 
-    rows, columns: of the grid; ids: (N,) row * columns + column; xyz, rest_xyz: (N, 3) m, now and untouched, sensor frame; score: (N,),
-    above 0.5 in contact; state: (N,) uint8, 0 none, 1 sticking, 2 slipping; force: (N, 3) N, object on sensor, or None; sigma: standard
-    deviation of a coordinate of xyz, m; all_dots: positions (K, 3), m, scores (K,), states and, with force, the forces (K, 3), N, that
-    they carry, of all dots of the grid, unseen ones interpolated, or None. Raises BadArgument for shapes that differ or numbers that are
-    not finite.
+    rows, columns: of the grid; ids: (N,) row * columns + column; xyz: (N, 3) m, sensor frame; score: (N,), above 0.5 in contact; state:
+    (N,) uint8, 0 none, 1 sticking, 2 slipping; force: (K, 3) N, object on sensor, that all dots of the grid carry, or None; sigma: standard
+    deviation of a coordinate of xyz, m; all_dots: positions (K, 3), m, and scores (K,) of all dots of the grid, unseen ones interpolated,
+    or None. Raises BadArgument for shapes that differ or numbers that are not finite.
     """
 
     rows: int
     columns: int
     ids: np.ndarray
     xyz: np.ndarray
-    rest_xyz: np.ndarray
     score: np.ndarray
     state: np.ndarray
     force: np.ndarray | None = None
@@ -45,7 +43,7 @@ class ContactDots:
 
     def __post_init__(self):
         count = len(self.ids)
-        shapes = {'xyz': (count, 3), 'rest_xyz': (count, 3), 'score': (count,), 'force': (count, 3)}
+        shapes = {'xyz': (count, 3), 'score': (count,), 'force': (self.rows * self.columns, 3)}
         for name, shape in shapes.items():
             values = getattr(self, name)
             if values is None:
@@ -101,7 +99,8 @@ def _within(outline: Outline, dots: ContactDots) -> np.ndarray:
     return (mask[place[0], place[1]] > 0) & (dots.score > 0.5)
 
 
-def describe(dots: ContactDots, regions: list[Region], motion: RigidFit | None = None, interval: float = np.nan) -> ContactRegionEstimate:
+def describe(dots: ContactDots, regions: list[Region], motion: RigidMotion | None = None,
+             interval: float = np.nan) -> ContactRegionEstimate:
     """The ContactRegion of one frame; motion: of the object over interval, s, None when unknown."""
     estimate = ContactRegionEstimate(np.asarray(dots.ids), np.asarray(dots.state))
     if motion is not None and np.isfinite(interval):
@@ -132,26 +131,12 @@ def find_contact(dots: ContactDots, region: Region, cap: Cap) -> _core.RegionCon
     """
     moments = region.moments
     return _core.region_contact(
-        dots.ids, dots.xyz, region.members, dots.score > 0.5, _carried(dots),
+        dots.ids, dots.xyz, region.members, dots.score > 0.5, _NO_FORCE if dots.force is None else dots.force,
         *joined(region.outline.loops), region.surface.wide, moments.centroid, moments.normal, rows=dots.rows, columns=dots.columns,
         area=moments.area, pitch=region.pitch, sigma=dots.sigma, centre_z=cap.centre_z, radius=cap.curvature_radius)
 
 
-def _carried(dots: ContactDots) -> np.ndarray:
-    """(K, 3) N: force that all dots of the grid carry (_core.DotFrame.force); that on the seen dots where no more is known; (0, 3) without
-    forces."""
-    if dots.force is None:
-        return _NO_FORCE
-    if dots.all_dots is not None:
-        return dots.all_dots[3]
-    force = np.zeros((dots.rows * dots.columns, 3))
-    force[dots.ids] = dots.force
-    return force
-
-
 _NOTCH = 1.3  # pitches, convexity defect of an outline from which it may be two merged touches; chosen
-_MERGED_FRAMES = 15  # for which a merged region is AMBIGUOUS; chosen
-_LASTING = 5  # frames after which a region is a touch of its own, not a part of one that is just beginning; chosen
 
 
 class ContactTracker:
@@ -159,8 +144,7 @@ class ContactTracker:
 
     A region continues the contact of the last frame with which it shares most dots; without common dots, the nearest one within a pitch
     and a half from border to border. A contact that is lost for a frame keeps its id. Of merging regions, the one with most common dots
-    gives its id; if both had lasted, the contact is AMBIGUOUS for the next frames, and longer only while its outline has a notch. Of the
-    parts of a region that splits, the one with most common dots keeps the id.
+    gives its id; of the parts of a region that splits, the one with most common dots keeps it. An outline with a notch is AMBIGUOUS.
     calibrated_depth, calibrated_radius: m, largest calibrated depth and distance from the z axis; None: unknown.
     """
 
@@ -185,34 +169,19 @@ class ContactTracker:
             number = chosen.get(k)
             if number is None:
                 number, self._next = self._next, self._next + 1
-            merged = self._merged_for(number, k, held, chosen)
-            age = self._last[number].age + 1 if number in self._last else 1
-            tracks[number] = _Track(held[k], region.moments.centroid, region.moments.area, merged, age)
-            contacts.append(self._contact(number, dots, region, merged > 0))
+            tracks[number] = _Track(held[k], region.moments.centroid, region.moments.area)
+            found = find_contact(dots, region, self._cap)
+            contacts.append(ContactEstimate(number, found.position, found.normal, found.depth, found.force, found.covariance,
+                                            self._flags(dots, region, found), region.members))
         lost = {number: replace(track, lost=True) for number, track in self._last.items() if number not in tracks and not track.lost}
         self._last = tracks | lost
         return contacts
 
-    def _merged_for(self, number: int, k: int, held: list[set], chosen: dict[int, int]) -> int:
-        """Frames for which region k still counts as merged: it absorbs a contact that ends now, or did before and has not split since."""
-        ended = [track for other, track in self._last.items()
-                 if other not in chosen.values() and not track.lost and track.age >= _LASTING]
-        if any(len(track.held & held[k]) > len(track.held) / 2 for track in ended):
-            return _MERGED_FRAMES
-        before = self._last.get(number)
-        whole = before is not None and sum(bool(some & before.held) for some in held) == 1
-        return max(before.merged - 1, 0) if whole else 0
-
-    def _contact(self, number: int, dots: ContactDots, region: Region, merged: bool) -> ContactEstimate:
-        found = find_contact(dots, region, self._cap)
-        flags = self._flags(dots, region, found, merged)
-        return ContactEstimate(number, found.position, found.normal, found.depth, found.force, found.covariance, flags, region.members)
-
-    def _flags(self, dots: ContactDots, region: Region, found: _core.RegionContact, merged: bool) -> int:
+    def _flags(self, dots: ContactDots, region: Region, found: _core.RegionContact) -> int:
         place = region.outline.grid_points
         row, column = place.max(axis=0).tolist()
         flags = AT_EDGE if place.min() < 0.5 or row > dots.rows - 1.5 or column > dots.columns - 1.5 else 0
-        if merged or deepest_notch(place) > _NOTCH:
+        if deepest_notch(place) > _NOTCH:
             flags |= AMBIGUOUS
         beyond = self._depth is not None and found.depth > self._depth
         outside = self._radius is not None and math.hypot(found.position[0], found.position[1]) > self._radius
@@ -224,8 +193,6 @@ class _Track:
     held: set
     centroid: np.ndarray
     area: float
-    merged: int
-    age: int
     lost: bool = False
 
 

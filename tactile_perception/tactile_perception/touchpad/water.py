@@ -303,21 +303,16 @@ def _gain(over: np.ndarray) -> float:
     return float(known[start:start + some + 1].mean())
 
 
-IN_PLACE = 0.7  # px; chosen: a dot that has moved by more lies differently in the blocks of pixels that share a stored colour
-LARGEST_BLED = 3e-4  # m; chosen: larger errors are not colour bleeding
-
-
 @dataclass(frozen=True)
 class RestLight:
-    """Untouched dots: ranges (N,), m; normals (N, 3); bled: (N,) m, range error by colour bleeding, None without."""
+    """Untouched dots: ranges (N,), m; normals (N, 3)."""
 
     ranges: np.ndarray
     normals: np.ndarray
-    bled: np.ndarray | None = None
 
     def take(self, ids: np.ndarray) -> RestLight:
         """The same of dots ids (M,)."""
-        return RestLight(self.ranges[ids], self.normals[ids], None if self.bled is None else self.bled[ids])
+        return RestLight(self.ranges[ids], self.normals[ids])
 
 
 @dataclass(frozen=True)
@@ -370,23 +365,7 @@ class WaterModel:
         ranges, slope = water_ranges(
             self.path.numbers, length, rays=rays, id=tracks.id, rest_ranges=rest.ranges, rest_normals=rest.normals, rows=tracks.rows,
             columns=tracks.columns, ring_share=self.ring_share)
-        ranges -= self.ring_offset
-        if rest.bled is not None:
-            ranges -= rest.bled * np.exp(-np.square(tracks.duv).sum(1) / (2 * IN_PLACE**2))
-        return ranges, sigma / slope
-
-    def bled(self, image: np.ndarray, tracks: DotTracks, camera: CameraModel,
-             glare: SeenGlare | None = None) -> np.ndarray | None:
-        """Range error (N,), m, of the tracks by colour bleeding and by what glare remains, from an untouched image (H, W, 3).
-
-        It depends on a dot's place among lamps and blocks of pixels that share a colour, and is constant while the dot stays there. None
-        for colour at full resolution without glare, as for path_lengths.
-        """
-        if self.ring_share <= RING and glare is None:
-            return None
-        rest = self.at_rest(self.cap.meet(camera.centre, camera.rays(tracks.uv)))
-        error = self.solve(log_ratios(image, tracks.uv, self.ring), camera.rays(tracks.uv), rest, tracks, glare)[0] - rest.ranges
-        return np.where(np.abs(error) < LARGEST_BLED, error, 0.0)
+        return ranges - self.ring_offset, sigma / slope
 
     def path_lengths(self, colours: RingColours, glare: SeenGlare | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Path lengths (N,), m, by weighted least squares from both log ratios, and their standard deviations, m.

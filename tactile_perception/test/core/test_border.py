@@ -80,13 +80,10 @@ PLACED, START, _, POINTS, *_ = _core.find_outlines(**SCORE, level=0.5, ceiling=1
 AXES = {'sums': np.array([1.0, 0.1, 0.2, 3.0, 0.1, 2.0]), 'points': POINTS, 'start': START}
 PATCH = {'id': NUMBERS, 'places': DOTS, 'inside': NUMBERS % 7 < 4, 'touched': NUMBERS % 7 < 5, 'force': UP, 'border': POINTS,
          'start': START, 'wide': WIDE, 'centroid': DOTS[:20].mean(axis=0), 'normal': UP[0]}
-MOVED = {'before': DOTS, 'after': DOTS + 1e-3, 'weights': np.full(42, 1e9)}
 
 
-def membrane(rest=DOTS, origin=np.zeros(3), response=np.full((20, 20), 1e-9, np.float32)):
-    made = _core.Membrane(rest, **GRID, stiffness=90.0, area_share=0.8, pressure=2000.0, origin=origin)
-    made.set_response(response)
-    return made
+def membrane(rest=DOTS, origin=np.zeros(3)):
+    return _core.Membrane(rest, **GRID, stiffness=90.0, area_share=0.8, pressure=2000.0, origin=origin)
 
 
 def fields(found):
@@ -99,7 +96,7 @@ def call_stick_slip(score=np.where(NUMBERS % 7 < 4, 1.0, 0.0), **arrays):
     """States of dots in the second of two frames."""
     states = _core.StickSlip(6, 7, np.zeros(3))
     states.update(_core.DotLoads(**LOADS), score, 0.03)
-    return [states.update(_core.DotLoads(**LOADS | arrays), score, 0.03), states.slides()]
+    return [states.update(_core.DotLoads(**LOADS | arrays), score, 0.03), states.ways()]
 
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
@@ -122,7 +119,6 @@ CALLS = {
     'camera_rays': (lambda **a: _core.camera_rays(**CAMERA | a, farthest=1.5), CAMERA),
     'back_project': (lambda **a: _core.back_project(**PLACED_CAMERA | a, farthest=1.5, plane_z=0.0), PLACED_CAMERA),
     'Membrane': (lambda **a: fields(membrane(**a)), {'rest': DOTS, 'origin': np.zeros(3)}),
-    'set_response': (lambda **a: [membrane(**a).rest], {'response': np.full((20, 20), 1e-9, np.float32)}),
     'forces': (lambda xyz=DOTS: membrane().forces(xyz), {'xyz': DOTS}),
     'slopes': (lambda xyz=DOTS, rays=UP: [membrane().slopes(xyz, rays, 2000.0)], {'xyz': DOTS, 'rays': UP}),
     'solve': (lambda **a: fields(membrane().solve(**FRAME | a)), FRAME),
@@ -137,7 +133,6 @@ CALLS = {
     'region_axes': (lambda **a: [_core.region_axes(**AXES | a, pitch=1e-3)], AXES),
     'region_contact': (lambda **a: fields(_core.region_contact(**PATCH | a, **GRID, area=1e-5, pitch=1.3e-3, sigma=3e-5, centre_z=-0.01,
                                                                radius=0.02)), PATCH),
-    'rigid_motion': (lambda **a: _core.rigid_motion(**MOVED | a, steps=9), MOVED),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 

@@ -32,7 +32,7 @@ class Pad:
         xyz += np.random.default_rng(seed).normal(0, noise, xyz.shape)
         score = np.clip(0.5 - distance / self.pitch, 0, 1)
         states = np.where(score > 0.5, state, 0).astype(np.uint8)
-        return ContactDots(ROWS, COLUMNS, self.ids, xyz, self.rest, score, states, force, max(noise, 5e-6))
+        return ContactDots(ROWS, COLUMNS, self.ids, xyz, score, states, force, max(noise, 5e-6))
 
     def disc(self, centre=(0.0, 0.0), radius=5e-3, height=11e-3, **more):
         """A flat disc that rests at a height."""

@@ -1,16 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Ranges from colour: on pads whose walls are known, and on recordings with truth."""
-import os
 from dataclasses import replace
-from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
-from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.touchpad.water import log_ratios
 from tactile_perception.touchpad.identification import fit_rest
 
 
@@ -76,36 +71,3 @@ def test_bad_input_is_named(pad, model):
         replace(model, absorptions=np.array([0.0, 1.0]))
     with pytest.raises(BadArgument, match='finite'):
         replace(model, constants=np.array([np.nan, 1.0]))
-
-
-def test_colour_that_bleeds_leaves_the_ranges_of_dots_in_their_place_alone(pad, stored_420):
-    model = fit_rest(stored_420(pad.image()), pad.rest_uv, pad.camera)
-    bled = model.bled(stored_420(pad.image()), pad.tracks(), pad.camera)
-    light = model.at_rest(model.cap.meet(pad.camera.centre, pad.camera.rays(pad.rest_uv)))
-    colours, rays = log_ratios(stored_420(pad.image()), pad.rest_uv, model.ring), pad.camera.rays(pad.rest_uv)
-    there, _ = model.solve(colours, rays, light, pad.tracks())
-    assert np.nanmedian(np.abs(there - light.ranges)) > 3e-5
-    ranges, _ = model.solve(colours, rays, replace(light, bled=bled), pad.tracks())
-    assert np.nanmedian(np.abs(ranges - light.ranges)) < 0.7 * np.nanmedian(np.abs(there - light.ranges))
-    gone = replace(pad.tracks(), duv=np.full((len(rays), 2), 5.0))
-    assert model.solve(colours, rays, replace(light, bled=bled), gone)[0] == pytest.approx(there, abs=1e-8, nan_ok=True)
-
-
-def test_nothing_bleeds_where_each_pixel_has_its_own_colour(pad, model):
-    assert model.bled(pad.image(), pad.tracks(), pad.camera) is None
-
-
-@pytest.mark.parametrize('scene', ['tp_calib', 'tp_rect_drag', 'tp_ring_press', 'tp_disc_twist'])
-def test_recordings_from_rest_alone(touchpad, scene):
-    recording = touchpad(scene)
-    root = Path(os.environ['TACTILE_RECORDINGS']) / 'simulated'
-    frames = sorted((root / scene / 'frames').glob('*.webp'))
-    rest_uv = recording.camera.project(recording.rest)
-    model = fit_rest(cv2.imread(str(root / 'tp_calib' / 'frames' / '000.webp')), rest_uv, recording.camera)
-    errors = []
-    for k in range(3, len(frames), 4):
-        uv, count = recording.truth['uv'][k].astype(float), len(rest_uv)
-        tracks = DotTracks(23, 23, np.arange(count), uv, np.full(count, 100.0), np.full(count, 0.02), uv - rest_uv)
-        ranges, _ = model.depths(cv2.imread(str(frames[k])), tracks, recording.camera)
-        errors.append(ranges - np.linalg.norm(recording.truth['dot_xyz'][k] - recording.camera.centre, axis=1))
-    assert rms(np.concatenate(errors)) < 8e-5

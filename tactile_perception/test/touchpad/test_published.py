@@ -14,7 +14,7 @@ def press(region, pad, frames, radius=6e-3):
     for k in range(frames):
         height = pad.cap.height - 0.3e-3 * k
         dots = pad.disc(radius=min(radius, np.sqrt(max(0.02**2 - (height - pad.cap.centre_z)**2, 1e-12))), height=height)
-        states = region.process(dots.ids, dots.xyz, dots.rest_xyz, k / 30)
+        states = region.process(dots.ids, dots.xyz, pad.rest, k / 30)
     return dots, states
 
 
@@ -41,7 +41,7 @@ def test_states_stay_while_held_and_go_when_released(pad):
     region = PaperRegion(23, 23, horizon_s=0.5)
     dots, last = press(region, pad, 12)
     for k in range(12, 40):
-        held = region.process(dots.ids, dots.xyz, dots.rest_xyz, k / 30)
+        held = region.process(dots.ids, dots.xyz, pad.rest, k / 30)
     assert (held.state > 0).sum() >= 0.9 * (last.state > 0).sum()
     assert not region.process(pad.ids, pad.rest, pad.rest, 2.0).state.any()
 
@@ -50,11 +50,11 @@ def test_equation_7_holds_for_a_turning_object(pad):
     region = PaperRegion(23, 23)
     dots = pad.disc(height=10.5e-3)
     region.process(pad.ids, pad.rest, pad.rest, 0.0)
-    region.process(dots.ids, dots.xyz, dots.rest_xyz, 0.1)
+    region.process(dots.ids, dots.xyz, pad.rest, 0.1)
     touched = dots.score > 0.5
     moved = dots.xyz.copy()
     moved[touched] = moved[touched] @ rotation_matrix([0, 0, 0.3]).T + [0, 0, -0.6e-3]
-    states = region.process(dots.ids, moved, dots.rest_xyz, 0.2)
+    states = region.process(dots.ids, moved, pad.rest, 0.2)
     assert (states.state[touched] == 1).all()
     np.testing.assert_allclose(states.motion.rotation_vector, [0, 0, 0.3], atol=1e-9)
 
@@ -68,8 +68,8 @@ def test_dots_that_slide_along_the_surface_are_told_apart(pad):
     slow = touched & (dots.xyz[:, 0] < -2e-3)
     moved[slow] -= [0.6e-3, 0, 0]
     region._past.clear()
-    region.process(dots.ids, dots.xyz, dots.rest_xyz, 0.5)
-    states = region.process(dots.ids, moved, dots.rest_xyz, 0.6).state
+    region.process(dots.ids, dots.xyz, pad.rest, 0.5)
+    states = region.process(dots.ids, moved, pad.rest, 0.6).state
     assert np.mean(states[slow] == 2) > 0.7
     assert np.mean(states[touched & ~slow] == 1) > 0.7
 
@@ -79,7 +79,7 @@ def test_missing_dots_keep_their_state(pad):
     dots, last = press(region, pad, 10)
     half = np.arange(0, 529, 2)
     lower = dots.xyz - [0, 0, 0.3e-3] * (dots.score > 0.5)[:, None]
-    partly = region.process(half, lower[half], dots.rest_xyz[half], 10 / 30)
+    partly = region.process(half, lower[half], pad.rest[half], 10 / 30)
     assert len(partly.state) == len(half)
     assert np.mean(partly.state == last.state[half]) > 0.9
     assert not len(region.process(np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3)), 11 / 30).state)

@@ -26,8 +26,7 @@ def test_nothing_touches(pad):
 
 
 def test_no_dots_at_all(pad):
-    empty = np.zeros((0, 3))
-    assert find_regions(ContactDots(23, 23, np.zeros(0, int), empty, empty, np.zeros(0), np.zeros(0, np.uint8))) == []
+    assert find_regions(ContactDots(23, 23, np.zeros(0, int), np.zeros((0, 3)), np.zeros(0), np.zeros(0, np.uint8))) == []
 
 
 def test_one_dot_is_a_region(pad):
@@ -80,7 +79,7 @@ def test_motion_is_carried(pad):
 def test_missing_dots_change_little(pad):
     dots = pad.disc(noise=20e-6)
     keep = np.random.default_rng(1).random(529) > 0.1
-    fewer = ContactDots(23, 23, dots.ids[keep], dots.xyz[keep], dots.rest_xyz[keep], dots.score[keep], dots.state[keep])
+    fewer = ContactDots(23, 23, dots.ids[keep], dots.xyz[keep], dots.score[keep], dots.state[keep])
     whole, part = (describe(some, find_regions(some)) for some in (dots, fewer))
     assert part.area == pytest.approx(whole.area, rel=0.05)
     assert np.linalg.norm(part.centroid - whole.centroid) < 0.1e-3
@@ -88,13 +87,13 @@ def test_missing_dots_change_little(pad):
 
 def test_refuses_what_is_not_finite(pad):
     dots = pad.disc()
-    for name in ('xyz', 'rest_xyz', 'score'):
-        values = {key: getattr(dots, key).copy() for key in ('xyz', 'rest_xyz', 'score')}
+    for name in ('xyz', 'score'):
+        values = {key: getattr(dots, key).copy() for key in ('xyz', 'score')}
         values[name][7] = np.nan
         with pytest.raises(BadArgument, match=name):
-            ContactDots(23, 23, dots.ids, values['xyz'], values['rest_xyz'], values['score'], dots.state)
+            ContactDots(23, 23, dots.ids, values['xyz'], values['score'], dots.state)
     with pytest.raises(BadArgument):
-        find_regions(ContactDots(5, 5, dots.ids, dots.xyz, dots.rest_xyz, dots.score, dots.state))
+        find_regions(ContactDots(5, 5, dots.ids, dots.xyz, dots.score, dots.state))
 
 
 def test_two_dots_that_nearly_touch_are_no_region_between_them(pad):

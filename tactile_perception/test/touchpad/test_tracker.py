@@ -53,31 +53,6 @@ def test_one_of_two_touches_that_is_lost_for_a_frame_keeps_its_number(pad):
     assert {contact.id for contact in track(tracker, both)} != numbers
 
 
-def test_merged_touches_are_ambiguous_and_those_that_part_are_not(pad):
-    tracker = ContactTracker(pad.cap)
-    for _ in range(5):
-        track(tracker, discs(pad, (-4e-3, 0), (4e-3, 0)))
-    merged = [track(tracker, pad.disc(radius=6e-3))[0] for _ in range(3)]
-    assert all(contact.flags & AMBIGUOUS for contact in merged)
-    parted = track(tracker, discs(pad, (-4e-3, 0), (4e-3, 0)))
-    assert len(parted) == 2 and merged[-1].id in {contact.id for contact in parted}
-    assert not any(contact.flags & AMBIGUOUS for contact in parted)
-
-
-def test_merged_touches_are_trusted_in_time(pad):
-    tracker = ContactTracker(pad.cap)
-    for _ in range(5):
-        track(tracker, discs(pad, (-4e-3, 0), (4e-3, 0)))
-    flags = [track(tracker, pad.disc(radius=6e-3))[0].flags for _ in range(20)]
-    assert flags == [AMBIGUOUS] * 15 + [0] * 5
-
-
-def test_parts_of_a_beginning_touch_are_not_ambiguous(pad):
-    tracker = ContactTracker(pad.cap)
-    track(tracker, discs(pad, (-4e-3, 0), (4e-3, 0)))
-    assert not track(tracker, pad.disc(radius=6e-3))[0].flags
-
-
 def test_two_joined_discs_are_ambiguous_and_one_or_a_ring_is_not(pad):
     assert track(ContactTracker(pad.cap), discs(pad, (-3.6e-3, 0), (3.6e-3, 0), radius=3.7e-3))[0].flags == AMBIGUOUS
     assert track(ContactTracker(pad.cap), pad.disc())[0].flags == 0
@@ -104,7 +79,7 @@ def test_one_number_through_a_recording(recording, name, pad):
         if truth['dot_contact'][k].sum() < 4:
             continue
         dots = pad.disc()
-        dots.xyz, dots.rest_xyz = truth['dot_xyz'][k].astype(float), truth['dot_rest_xyz'].astype(float)
+        dots.xyz = truth['dot_xyz'][k].astype(float)
         dots.score, dots.state = truth['dot_contact'][k].astype(float), truth['dot_state'][k]
         contact, = track(tracker, dots)
         assert contact.id == 1
