@@ -16,7 +16,8 @@ TACTILE_WIDE bool Band::factorise() {
         float* __restrict now = column(j);
         std::ptrdiff_t k = std::max<std::ptrdiff_t>(j - width_, 0);
         for (; k + TOGETHER <= j; k += TOGETHER) {
-            const float *a = column(k) + j - k, *b = column(k + 1) + j - k - 1, *c = column(k + 2) + j - k - 2, *d = column(k + 3) + j - k - 3;
+            const float *a = column(k) + j - k, *b = column(k + 1) + j - k - 1, *c = column(k + 2) + j - k - 2,
+                        *d = column(k + 3) + j - k - 3;
             const float fa = a[0], fb = b[0], fc = c[0], fd = d[0];
             for (std::ptrdiff_t i = 0; i < width_ + TOGETHER - (j - k); ++i) now[i] -= fa * a[i] + fb * b[i] + (fc * c[i] + fd * d[i]);
         }
@@ -40,7 +41,8 @@ void Band::solve(double* right) const {
         x.segment(j + 1, width_) -= x[j] * Numbers(column(j) + 1, width_);
     }
     x.tail(width_).setZero();
-    for (std::ptrdiff_t j = size_ - 1; j >= 0; --j) x[j] = (x[j] - Numbers(column(j) + 1, width_).dot(x.segment(j + 1, width_))) / column(j)[0];
+    for (std::ptrdiff_t j = size_ - 1; j >= 0; --j)
+        x[j] = (x[j] - Numbers(column(j) + 1, width_).dot(x.segment(j + 1, width_))) / column(j)[0];
     Eigen::Map<Eigen::VectorXd>(right, size_) = x.head(size_).cast<double>();
 }
 

@@ -225,8 +225,14 @@ void DotClassifier::set_rest(Skin skin) {
 
 DotFrame DotClassifier::classify(const std::int64_t* id, const double* places, std::ptrdiff_t count, double seconds) {
     const Grid grid = membrane_.skin().grid;
-    DotFrame found{
-        membrane_.loads(id, places, count), std::vector<double>(grid.size()), {}, {std::vector<double>(3 * grid.size()), {}}, {}, {}, {}, {}};
+    DotFrame found{membrane_.loads(id, places, count),
+                   std::vector<double>(grid.size()),
+                   {},
+                   {std::vector<double>(3 * grid.size()), {}},
+                   {},
+                   {},
+                   {},
+                   {}};
     const bool loaded =
         std::any_of(found.loads.load.begin(), found.loads.load.end(), [](double load) { return std::abs(load) >= UNLOADED; });
     if (loaded) found.score = border_scores(*network_, grid, found.loads, pitch_);

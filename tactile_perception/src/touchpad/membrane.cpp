@@ -55,8 +55,8 @@ void fill_holes(Grid grid, double* values, const std::vector<std::uint8_t>& know
 // A touched dot's load is most likely 1.1; its standard deviation below and above that: 1 under a face, hardly less anywhere, but 2 to 4
 // under a ball or an edge. Chosen on simulated faces, rings, balls and edges.
 constexpr double TOUCHED = 1.1, LIGHTER = 0.4, HEAVIER = 1.0;
-constexpr double COUPLING = 4.0;  // log odds of a dot among touched neighbours (minus that: among free ones). Chosen
-constexpr double SURE = 30.0;     // largest log odds. Chosen
+constexpr double COUPLING = 4.0;                        // log odds of a dot among touched neighbours (minus that: among free ones). Chosen
+constexpr double SURE = 30.0;                           // largest log odds. Chosen
 constexpr double PRESSURE_ROUNDS[] = {0.3, 0.1, 0.06};  // scale of a free dot's load in each round; chosen, to the discretisation error
 constexpr double LEAST_PRESSURE = 0.1;                  // of the rest pressure; chosen
 
@@ -151,7 +151,7 @@ constexpr double TRIAL = 0.01;                           // relative step of the
 constexpr double RESIDUAL = 0.2, CORRELATED = 50;
 constexpr double FINEST_SCALE = 0.008;  // smallest standard deviation of the scale; chosen for the mesh's discretisation error
 constexpr double LARGEST_SCALE = 0.2;   // largest error of the scale, and step; chosen
-constexpr double CALM = 0.3;  // sum of the probabilities of a load over 3 x 3 dots below which a dot counts as free. Chosen
+constexpr double CALM = 0.3;            // sum of the probabilities of a load over 3 x 3 dots below which a dot counts as free. Chosen
 
 // What a frame tells about all dots. rays (K, 3): unit; measured (K), m, with weight (K), 1/m^2, 0 where unknown; displaced (K), m: what is
 // measured less the range at rest, 0 where unknown; last (K), m: ranges in the last frame; seen (K).
@@ -248,10 +248,10 @@ Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double
 // discretisation error.
 constexpr double COLD[] = {1.0, 0.7, 0.4, 0.25, 0.15, 0.2}, WARM[] = {0.4, 0.2};
 constexpr double LARGEST_STEP = 4e-4, LARGEST_PRESSURE_STEP = 400.0;  // m and Pa a step; chosen, about 0.3 pitches, 0.2 rest pressures
-constexpr double HOLD = 1e6;  // 1/m^2, weight of the prior at the start, for dots without other constraints; chosen, of 1 mm
-constexpr double TAIL = 4.0;  // standard deviations of a range beyond which it loses weight; chosen
+constexpr double HOLD = 1e6;       // 1/m^2, weight of the prior at the start, for dots without other constraints; chosen, of 1 mm
+constexpr double TAIL = 4.0;       // standard deviations of a range beyond which it loses weight; chosen
 constexpr std::ptrdiff_t FEW = 3;  // changes of more than two steps above which a frame starts from the measured ranges; chosen
-constexpr double SMOOTHED = 18;  // by how much the balance around a dot makes the variance smaller that range errors give its load
+constexpr double SMOOTHED = 18;    // by how much the balance around a dot makes the variance smaller that range errors give its load
 constexpr double LEAST_STIFFNESS = 1e-12;  // of the pressure; chosen against division by 0
 
 // ranges (K), m; touched (K): probability that a dot carries a load; weight (K): without the ranges that were left out; pressure, Pa; moved
@@ -427,9 +427,11 @@ class Steps {
 const MembraneState& Membrane::solve(const SeenRanges& seen) {
     const double factor = scale();
     const bool fresh = state_.xyz.empty();
-    const WholeFrame frame = whole_frame(skin_.grid, origin_, skin_.rest.data(), fresh ? skin_.rest.data() : state_.xyz.data(), seen, factor);
+    const WholeFrame frame =
+        whole_frame(skin_.grid, origin_, skin_.rest.data(), fresh ? skin_.rest.data() : state_.xyz.data(), seen, factor);
     Solution found = Steps(skin_, origin_, frame, state_.touched, fresh ? skin_.pressure : state_.pressure).run();
-    MembraneState state{std::vector<double>(frame.rays.size()), std::move(found.ranges), std::move(found.touched), found.pressure, frame.seen};
+    MembraneState state{std::vector<double>(frame.rays.size()), std::move(found.ranges), std::move(found.touched), found.pressure,
+                        frame.seen};
     for (std::ptrdiff_t k = 0; k < skin_.grid.size(); ++k)
         store(state.xyz.data(), k, origin_ + state.ranges[k] * vec3_at(frame.rays.data(), k));
     learn_scale(frame.displaced, [&] { return scale_leaning(skin_, state, frame.rays.data(), found.moved.data(), found.lifted, factor); });

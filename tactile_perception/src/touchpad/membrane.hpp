@@ -14,7 +14,8 @@
 
 namespace tactile {
 
-// Dots seen in a frame: id (N), on the grid; unit rays (N, 3); ranges (N), m, and their standard deviations sigma (N), m, NaN where unknown.
+// Dots seen in a frame: id (N), on the grid; unit rays (N, 3); ranges (N), m, and their standard deviations sigma (N), m, NaN where
+// unknown.
 struct SeenRanges {
     const std::int64_t* id;
     const double *rays, *ranges, *sigma;
