@@ -72,7 +72,7 @@ def make_chain(params: Path, calibration: Path | None = None) -> Chain:
     """The stages that a parameter file describes, without those whose parameters are not enough for them; calibration: replaces the file
     that params names. Raises TactileError."""
     name = read_parameters(params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
-    if name not in SENSOR_TYPES and read_parameters(params, 'dot_tracker_node', _SURFACE)['surface'] == 'none':
+    if name not in SENSOR_TYPES and read_parameters(params, 'dot_tracker_node', _SURFACE)['surface'] in ('none', 'pins'):
         name = 'touchpad'  # a camera over dots of another sensor, as touchpad.launch.py plays it
     if name not in SENSOR_TYPES:
         raise BadArgument(f'{params}: sensor_type {name!r} is unknown; choose one of {", ".join(SENSOR_TYPES)}')

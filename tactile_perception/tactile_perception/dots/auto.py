@@ -1,8 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Dots of a sensor that nobody described: look.py measures in the first image what they are. Where the likelihood fit finds as many, it
-places the dots. Else each disc is fitted by Gauss-Newton steps with Tukey's biweight, which rejects missing ink and dirt: worn, speckled
-or textured markers are placed as whole discs.
+places the dots. Else they are worn, speckled or textured, and placed at their centroids.
 """
 from __future__ import annotations
 
@@ -15,7 +14,7 @@ import scipy
 
 from ..common.dots import Dots
 from ..errors import BadFrame
-from .look import FEWEST, LOWER, RING, Kind, describe_dots, find_kind, find_peaks, select_channel
+from .look import FEWEST, LOWER, Kind, describe_dots, find_kind, find_peaks, select_channel
 
 _ALIKE = 0.4, 2.2  # of the neighbours' contrast: light varies by less from dot to dot, lamps have more
 _NEIGHBOURS = 8
@@ -23,19 +22,9 @@ _SIZES = 0.45, 1.8  # of the typical diameter: dots of several sizes
 _SMALLER, _SMALLEST = 0.6, 3.0  # diameters at which smaller dots are searched, too; px, none smaller
 _AS_MANY = 0.9  # of the dots, from which the likelihood fit takes over
 _LOST_SHARE = 0.6  # of the dots at the last measurement; with fewer, everything is measured anew
-_SIZE = 11.0  # px, diameter of a disc in the image in which it is fitted: averages speckles
-
-_STEPS = 4  # of the fit
-_EDGE = 0.9  # px, half width of the soft edge: slightly over that of an averaged sharp edge
-_TUKEY = 3.0  # standard deviations beyond which a pixel has no weight: wear is common
-_SPREAD = 0.1  # relative standard deviation of diameters, prior: print and pressing
-_TEXTURE = 15.0  # correlated pixels of texture, by which the prior's weight and the variance of a position are multiplied
-_FARTHEST = 0.45  # radii, bound of the shift from the detection
-_RADII = 0.6, 1.5  # bounds of the radius over the typical one
-_LONGEST, _LONGEST_SIZE = 1.0, 0.15  # px and typical radii, longest step
-_RIDGE = 1e-3  # grey levels squared per unit squared: keeps flat patches solvable
-_MODEL = 0.03  # px, error of the edge model
-
+_ROUNDS = 3  # of centroids, each in a window about the last
+_INSIDE, _GROUND = 0.65, (0.6, 0.9)  # diameters from a dot's middle: radius of that window, and of the ring of ground around it
+_UNSURE = 0.01  # of the diameter, standard deviation of a centroid: worn dots have 0.003 from frame to frame, and jumps of 0.03
 
 
 class AutoDetector:
@@ -108,7 +97,7 @@ def _discs(grey, kind) -> Dots:
         found = find_peaks(grey, (kind.sign,), diameter)[kind.sign]
         disc = found.correlation > kind.lowest
         if disc.any():
-            parts.append(fit_discs(grey, kind.sign, found.uv[disc], diameter))
+            parts.append(place_dots(grey, kind.sign, found.uv[disc], diameter))
             scores.append(found.correlation[disc] * (1.1 if diameter == kind.diameter else 1.0))
     if not parts:
         return Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
@@ -152,63 +141,22 @@ def _without_doubles(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndar
     return kept
 
 
-def fit_discs(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: float) -> Dots:
-    """Dots of an image (H, W) uint8, fitted from positions uv (N, 2) px of discs of about that diameter, px; sign: 1 for bright, -1 for
-    dark. Unknown of each: ground, its two slopes, amplitude; position and radius."""
-    small, scale = _shrunk(grey, sign, min(1.0, _SIZE / diameter))
-    size = float(scale.mean())
-    unit, at = diameter * size / 2, (uv + 0.5) * scale - 0.5
-    half = int(np.ceil(RING * unit + 2))
-    middle = np.clip(np.floor(at + 0.5), 0, np.array(small.shape[::-1]) - 1).astype(int)
-    y, x = np.mgrid[-half:half + 1, -half:half + 1].reshape(2, -1).astype(np.float32)
-    y, x = (side[np.hypot(x, y) <= half] for side in (y, x))
-    padded = cv2.copyMakeBorder(small, half, half, half, half, cv2.BORDER_REPLICATE)
-    pixels = padded[middle[:, 1, None] + (y + half).astype(int), middle[:, 0, None] + (x + half).astype(int)]
-    start, radius = at - middle, np.full(len(uv), unit)
-    place = start.copy()
-    for _ in range(_STEPS):
-        change, variance = _step(pixels, x - place[:, :1].astype(np.float32), y - place[:, 1:].astype(np.float32), radius, unit)
-        place = start + np.clip(place + np.clip(change[:, :2], -_LONGEST, _LONGEST) - start, -_FARTHEST * unit, _FARTHEST * unit)
-        radius = np.clip(radius + np.clip(change[:, 2], -_LONGEST_SIZE * unit, _LONGEST_SIZE * unit), *(unit * np.array(_RADII)))
-    sigma = np.sqrt(_TEXTURE * variance + _MODEL**2)
-    return Dots((middle + place + 0.5) / scale - 0.5, np.pi * (radius / size)**2, sigma / size)
-
-
-def _shrunk(grey, sign, factor) -> tuple[np.ndarray, np.ndarray]:
-    """Image (H, W) uint8 reduced by a factor up to 1 to (h, w) float32 with bright discs, and the exact factors (2,) along u and v after
-    rounding of the size."""
-    size = max(round(grey.shape[1] * factor), 1), max(round(grey.shape[0] * factor), 1)
-    small = cv2.resize(grey, size, interpolation=cv2.INTER_AREA) if factor < 1 else grey
-    return small.astype(np.float32) * sign, np.array([small.shape[1] / grey.shape[1], small.shape[0] / grey.shape[0]])
-
-
-def _step(pixels, x, y, radius, unit) -> tuple[np.ndarray, np.ndarray]:
-    """Changes (N, 3) of position and radius, px, and variances (N,) of a position by independent pixels, from pixels (N, P) at offsets x, y
-    (N, P) from discs of radii (N,)."""
-    typical = float(np.median(radius))
-    away = np.hypot(x, y) + np.float32(1e-3)
-    up = np.clip((radius[:, None].astype(np.float32) - away) / (2 * _EDGE) + 0.5, 0, 1)
-    edge = 6 * up * (1 - up) / (2 * _EDGE)
-    window = np.clip(RING * typical + 0.5 - away, 0, 1)
-    levels = np.stack([np.ones_like(x), x / unit, y / unit, up * up * (3 - 2 * up)], axis=1)
-    level = _solved(levels, window, pixels)[0]
-    rest = pixels - (level[:, None].astype(np.float32) @ levels)[:, 0]
-    noise = np.maximum((window * rest**2).sum(axis=1) / np.maximum(window.sum(axis=1) - 7, 1), 1e-6)
-    weight = window * np.clip(1 - rest**2 / (_TUKEY**2 * noise)[:, None], 0, 1)**2
-    amplitude = np.maximum(np.abs(level[:, 3]), 1e-3).astype(np.float32)[:, None]
-    shifts = np.stack([edge * x / away * amplitude, edge * y / away * amplitude, edge * amplitude], axis=1)
-    prior = _TEXTURE * noise / (_SPREAD * unit)**2
-    change, inverse = _solved(np.concatenate([levels, shifts], axis=1), weight, rest, prior, prior * (typical - radius))
-    return change[:, 4:], noise * (inverse[:, 4, 4] + inverse[:, 5, 5]) / 2
-
-
-def _solved(columns, weight, values, prior=0.0, pull=0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Weighted least squares of values (N, P) by columns (N, K, P), with a prior of the last unknown: solutions (N, K), and inverses
-    (N, K, K) of the normal equations."""
-    weighted = columns * weight[:, None]
-    matrix = (weighted @ columns.transpose(0, 2, 1)).astype(float) + _RIDGE * np.eye(columns.shape[1])
-    right = (weighted @ values[:, :, None])[:, :, 0].astype(float)
-    matrix[:, -1, -1] += prior
-    right[:, -1] += pull
-    inverse = np.linalg.inv(matrix)
-    return (inverse @ right[:, :, None])[:, :, 0], inverse
+def place_dots(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: float) -> Dots:
+    """Dots of an image (H, W) uint8 near positions uv (N, 2) px of discs of about that diameter, px, as centroids of what is brighter than
+    the ground around them, darker for sign -1."""
+    half, most = int(np.ceil(_GROUND[1] * diameter)), np.array(grey.shape[::-1]) - 1
+    y, x = np.mgrid[-half:half + 1, -half:half + 1].reshape(2, -1)
+    padded = cv2.copyMakeBorder(grey, half, half, half, half, cv2.BORDER_REPLICATE).astype(np.float32) * sign
+    place, ground = np.array(uv, float), None
+    for _ in range(_ROUNDS):
+        middle = np.clip(np.rint(place).astype(int), 0, most)
+        pixels = padded[middle[:, 1, None] + half + y, middle[:, 0, None] + half + x]
+        away = np.hypot(x - (place - middle)[:, :1], y - (place - middle)[:, 1:])
+        if ground is None:
+            ring = (away > _GROUND[0] * diameter) & (away < _GROUND[1] * diameter)
+            ground = np.nanmedian(np.where(ring, pixels, np.nan), axis=1)[:, None]
+        weight = np.maximum(pixels - ground, 0) * np.clip(_INSIDE * diameter - away + 0.5, 0, 1)
+        total = np.maximum(weight.sum(axis=1), 1e-3)
+        place = middle + np.stack([(weight * x).sum(axis=1), (weight * y).sum(axis=1)], axis=1) / total[:, None]
+    level = np.maximum((weight**2).sum(axis=1) / total, 1.0)[:, None]
+    return Dots(place, np.maximum(np.minimum(weight / level, 1).sum(axis=1), 1.0), np.full(len(place), _UNSURE * diameter))

@@ -48,12 +48,6 @@ def test_places_areas_and_sigma_in_uneven_light(draw_dots, markers, polarity, gr
     check(DotDetector(polarity, 'blobs').detect(noisy(image, 2.0)), uv, np.pi / 4 * diameter**2, 0.05, 0.025)
 
 
-def test_small_markers_in_noise(draw_dots, markers):
-    uv, diameter = markers[0] / 2, markers[1] / 2
-    image = 15 + 100 * draw_dots(uv, diameter, (100, 130), 0.9, 0.0, 1.0)
-    check(DotDetector('bright', 'blobs').detect(noisy(image, 4.0)), uv, np.pi / 4 * diameter**2, 0.09, 0.06)
-
-
 def test_the_channel_with_the_contrast_is_taken(draw_dots, markers):
     uv, diameter = markers
     inside = draw_dots(uv, diameter, SHAPE, 1.0, 0.0, 1.0)
@@ -108,15 +102,6 @@ def test_glare_on_a_marker_moves_it_little(draw_dots, markers):
     error, nearest = errors(DotDetector('bright', 'blobs').detect(noisy(image, 2.0)), uv)
     assert len(error) >= 29
     assert np.hypot(*error.T).max() < 0.4
-
-
-def test_it_looks_anew_when_markers_look_otherwise(draw_dots, markers):
-    uv, diameter = markers
-    detector = DotDetector('bright', 'blobs')
-    detector.detect(noisy(15 + 180 * draw_dots(uv, diameter, SHAPE, 1.0, 0.0, 1.0), 2.0))
-    small = detector.detect(noisy(15 + 60 * draw_dots(uv / 2, diameter / 2, SHAPE, 1.0, 0.0, 1.0), 2.0))
-    assert len(small) == 30
-    assert np.hypot(*errors(small, uv / 2)[0].T).max() < 0.15
 
 
 def test_frames_without_markers():
