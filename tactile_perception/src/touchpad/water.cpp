@@ -385,6 +385,41 @@ double laplacian(const Grid& grid, std::ptrdiff_t row, std::ptrdiff_t column) {
     return std::isfinite(sum) ? sum : 0;
 }
 
+// The surface through the dots.
+class Surface {
+ public:
+    // ranges: N, m, a first estimate. Only their changes since rest are smoothed, since derivatives amplify noise.
+    Surface(const LightPath& path, const SeenDots& dots, const std::vector<double>& ranges)
+        : dots_(dots), flat_(dots.rows < 3 || dots.columns < 3), change_(flat_ ? 0 : dots.rows, flat_ ? 0 : dots.columns), places_{} {
+        if (flat_) return;
+        for (std::ptrdiff_t k = 0; k < dots.count; ++k) change_.values[dots.id[k]] = ranges[k] - dots.rest_ranges[k];
+        change_ = smooth(change_);
+        places_.assign(3 * change_.values.size(), NONE);
+        for (std::ptrdiff_t k = 0; k < dots.count; ++k) {
+            const double change = change_.values[dots.id[k]], range = dots.rest_ranges[k] + (std::isfinite(change) ? change : 0);
+            store(places_.data(), dots.id[k], path.centre + range * vec3_at(dots.rays, k));
+        }
+    }
+
+    // Laplacian of the change of the ranges since rest at dot k, m per pitch squared.
+    double curvature(std::ptrdiff_t k) const {
+        return flat_ ? 0 : laplacian(change_, dots_.id[k] / dots_.columns, dots_.id[k] % dots_.columns);
+    }
+
+    // Unit normal, z up, at dot k; that at rest at the border and where a neighbour is missing.
+    Vec3 normal(std::ptrdiff_t k) const {
+        const Vec3 rest = vec3_at(dots_.rest_normals, k);
+        if (flat_ || !change_.inner(dots_.id[k] / dots_.columns, dots_.id[k] % dots_.columns)) return rest;
+        return grid_normal(places_.data() + 3 * dots_.id[k], dots_.columns, rest);
+    }
+
+ private:
+    const SeenDots& dots_;
+    bool flat_;
+    Grid change_;
+    std::vector<double> places_;
+};
+
 // One Newton step along a ray from range start to the range at which the path has that length.
 Length march(const LightPath& path, double length, Vec3 ray, double start, Vec3 normal) {
     const Vec3 place = path.centre + start * ray;
@@ -395,21 +430,17 @@ Length march(const LightPath& path, double length, Vec3 ray, double start, Vec3 
 }  // namespace
 
 WaterRanges water_ranges(const LightPath& path, const SeenDots& dots, const double* lengths, double ring_share) {
-    WaterRanges found{std::vector<double>(dots.count), std::vector<double>(dots.count)};
-    const bool is_grid = dots.rows > 2 && dots.columns > 2;
-    Grid change(is_grid ? dots.rows : 0, is_grid ? dots.columns : 0);  // of the ranges since rest
-    for (std::ptrdiff_t k = 0; k < dots.count; ++k) {
-        const Vec3 ray = vec3_at(dots.rays, k), normal = vec3_at(dots.rest_normals, k);
-        const Length first = march(path, lengths[k], ray, dots.rest_ranges[k], normal);
-        const Length second = march(path, lengths[k], ray, first.metres, normal);
-        found.ranges[k] = second.metres, found.slopes[k] = second.slope;
-        if (is_grid) change.values[dots.id[k]] = second.metres - dots.rest_ranges[k];
-    }
-    if (!is_grid) return found;
-    change = smooth(change);  // derivatives amplify noise
-    // The mean over a ring of radius r differs from the value at its centre by r^2 / 4 times the Laplacian, to second order.
+    std::vector<double> first(dots.count);
     for (std::ptrdiff_t k = 0; k < dots.count; ++k)
-        found.ranges[k] -= laplacian(change, dots.id[k] / dots.columns, dots.id[k] % dots.columns) * ring_share * ring_share / 4;
+        first[k] = march(path, lengths[k], vec3_at(dots.rays, k), dots.rest_ranges[k], vec3_at(dots.rest_normals, k)).metres;
+    const Surface surface(path, dots, first);
+    WaterRanges found{std::vector<double>(dots.count), std::vector<double>(dots.count)};
+    for (std::ptrdiff_t k = 0; k < dots.count; ++k) {
+        const Length second = march(path, lengths[k], vec3_at(dots.rays, k), first[k], surface.normal(k));
+        // The mean over a ring of radius r differs from the value at its centre by r^2 / 4 times the Laplacian, to second order.
+        found.ranges[k] = second.metres - surface.curvature(k) * ring_share * ring_share / 4;
+        found.slopes[k] = second.slope;
+    }
     return found;
 }
 

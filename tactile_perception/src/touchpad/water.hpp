@@ -83,7 +83,7 @@ struct WaterLengths {
 
 WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const DotColours& seen);
 
-// N dots of a printed grid of rows x columns; rows or columns below 3: no grid.
+// N dots of a printed grid of rows x columns; without a grid (rows or columns below 3) the surface keeps its normals at rest.
 struct SeenDots {
     const std::int64_t* id;      // N: row * columns + column, within the grid
     const double* rays;          // N x 3, unit, from the camera's centre
