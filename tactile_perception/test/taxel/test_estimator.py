@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
-from tactile_driver.simulation.taxel.scene import Key, TaxelScene, TaxelScript
+from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, Key, TaxelScene, TaxelScript
 from tactile_perception.common.estimates import AMBIGUOUS, NONE, SATURATED
 from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.evaluation.scores import macro_f1
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.response import Response
@@ -179,6 +180,20 @@ def test_the_area_of_a_face_that_saturates_taxels(face):
         found = estimator.process(values, 1 + k / scene.rate)
     assert (values == 255).sum() > 50 and found.contacts[0].flags & SATURATED
     assert found.region.area == pytest.approx(truth.area, rel=0.1)
+
+
+@pytest.mark.parametrize('rate, noise', [(50.0, 3), (200.0, 1)])
+def test_slip_at_other_rates_and_under_noise(rate, noise):
+    specimen = PadSpecimen()
+    scene = TaxelScene(TAXEL_SCENES['drag'], rate, 7, specimen, InkSpecimen(uneven=0.0, loop=0.0, memory=0.0, noise=0.6 * noise))
+    pad = SoftPad(specimen.thickness, specimen.press * specimen.thickness, specimen.pull * specimen.thickness, specimen.grip)
+    estimator, confusion = TaxelEstimator(ARRAY, pad, KNOWN), np.zeros((3, 3), int)
+    for k in range(scene.frames):
+        values, truth = scene.render(k / rate)
+        found = estimator.process(values, 1 + k / rate).slip
+        if truth.area > 0:
+            confusion[truth.slip_state, found.state] += 1
+    assert macro_f1(confusion) > 0.8
 
 
 def test_a_copy_goes_on_by_itself_as_the_original():
