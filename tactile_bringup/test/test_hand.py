@@ -47,7 +47,7 @@ def test_settings_are_text_and_paths_beside_the_file(tmp_path):
     assert sensor.settings == {'device': '4711', 'rate': '60', 'calibration': str(tmp_path / 'cal/thumb.yaml'), 'params': '/abs.yaml'}
 
 
-@pytest.mark.parametrize(('sensors', 'told'), [
+@pytest.mark.parametrize(('sensors', 'reported'), [
     ([{**THUMB, 'type': 'camera'}], "sensor thumb: type 'camera' is unknown; choose one of touchpad, "),
     ([THUMB, THUMB], 'sensor thumb: its name is taken'), ([{**THUMB, 'name': 'hand'}], 'sensor hand: its name is taken'),
     ([{**THUMB, 'name': 'left/pad'}, {**THUMB, 'name': 'left_pad'}], 'sensor left_pad: its name is taken'),
@@ -64,8 +64,8 @@ def test_settings_are_text_and_paths_beside_the_file(tmp_path):
     ([{**THUMB, 'parent': 'thumb'}], 'hangs on the sensor itself'),
     ([{**THUMB, 'parent': 'index'}, {**THUMB, 'name': 'index', 'parent': 'thumb'}], 'sensor thumb: parent index hangs on'),
     (['thumb'], 'number 1: a sensor must have the form key: value'), ([], 'sensors must be a list of one sensor or more')])
-def test_what_is_wrong_is_told_in_one_line_with_its_place(tmp_path, sensors, told):
-    with pytest.raises(BadArgument, match=told) as raised:
+def test_what_is_wrong_is_reported_in_one_line_with_its_place(tmp_path, sensors, reported):
+    with pytest.raises(BadArgument, match=reported) as raised:
         hand_of(tmp_path, *sensors)
     assert str(raised.value).startswith(f'hand {tmp_path}/hand.yaml: ') and '\n' not in str(raised.value)
 
@@ -89,6 +89,6 @@ def test_both_files_are_written_and_named(tmp_path, capsys):
     assert len(yaml.safe_load(written[1].read_text())['analyzers']['ros__parameters']) == 6
 
 
-def test_a_file_that_is_no_hand_is_told(tmp_path, capsys):
+def test_a_file_that_is_no_hand_is_reported(tmp_path, capsys):
     assert main([str(tmp_path / 'none.yaml'), str(tmp_path)]) == 1
     assert 'none.yaml: cannot be read' in capsys.readouterr().err

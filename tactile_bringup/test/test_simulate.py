@@ -83,7 +83,9 @@ def test_one_camera_with_truth(tmp_path):
     found, scene = messages_of(tmp_path / 'bag'), open_scene('areal_single_press', 1.0, seed=4)
     about, tree = yaml.safe_load(found.pop('/sheet/description')[0].data), found.pop('/tf_static')[0].transforms
     assert about['sensor_type'] == 'areal_single' and about['source'] == 'sim' and (about['width'], about['height']) == (640, 480)
-    assert [(told.header.frame_id, told.child_frame_id, stamp_ns(told)) for told in tree] == [('sheet', 'sheet_camera_optical', 10**9)]
+    assert [(reported.header.frame_id, reported.child_frame_id, stamp_ns(reported)) for reported in tree] == [('sheet',
+                                                                                                               'sheet_camera_optical',
+                                                                                                               10**9)]
     moved = tree[0].transform.translation
     np.testing.assert_allclose([moved.x, moved.y, moved.z], scene.camera.centre, atol=1e-12)
     assert set(found) == {f'/sheet/{name}' for name in ('image_raw', 'camera_info', *(f'ground_truth/{truth}' for truth in TRUTH))}
@@ -105,7 +107,7 @@ def test_two_cameras_the_second_a_little_late(tmp_path):
     assert len(lefts) == len(rights) == 2 and all(3e6 <= right - left <= 4e6 for left, right in zip(lefts, rights))
     assert [stamp_ns(message) for message in found['/areal_dual/ground_truth/contacts']] == lefts
     frames = ['areal_dual_left_camera_optical', 'areal_dual_right_camera_optical']
-    assert [told.child_frame_id for told in found['/tf_static'][0].transforms] == frames
+    assert [reported.child_frame_id for reported in found['/tf_static'][0].transforms] == frames
     assert [found[f'/areal_dual/{side}/image_raw'][0].header.frame_id for side in ('left', 'right')] == frames
     assert len(found['/areal_dual/left/camera_info']) == len(found['/areal_dual/right/camera_info']) == 2
 

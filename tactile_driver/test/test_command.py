@@ -27,8 +27,8 @@ def test_the_exit_code_is_the_commands_own():
 @pytest.mark.parametrize('error, more', [(BadArgument('too much'), ()), (OSError('too much'), (OSError,))])
 def test_what_is_wrong_is_one_line_and_exit_code_1(error, more, capsys):
     assert run_with(error, *more)() == 1
-    told = capsys.readouterr()
-    assert told.err == 'tool: too much\n' and told.out == ''
+    reported = capsys.readouterr()
+    assert reported.err == 'tool: too much\n' and reported.out == ''
 
 
 @pytest.mark.parametrize('package', ['tactile_driver', 'tactile_perception', 'tactile_bringup'])

@@ -108,8 +108,9 @@ def test_a_fault_costs_a_frame_or_two_and_gives_no_false_sample(bench, fault):
     rig.check(blocks + after)
     assert sum(len(b.volts) for b in after) > 200
     about = rig.source.describe()
-    told = {'drop': 'missing frames', 'swap': 'crc errors', 'garbage': 'garbage bytes', 'wrong_baud': 'missing frames', 'reset': 'resets'}
-    assert about[told[fault]] > 0
+    reported = {'drop': 'missing frames', 'swap': 'crc errors', 'garbage': 'garbage bytes', 'wrong_baud': 'missing frames',
+                'reset': 'resets'}
+    assert about[reported[fault]] > 0
     if fault not in ('reset', 'wrong_baud'):
         assert about['missing frames'] <= 10 + about['missing samples'] // 4
 

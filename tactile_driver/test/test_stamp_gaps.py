@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""How many messages are missing, told by the stamps of the others."""
+"""How many messages are missing, reported by the stamps of the others."""
 import numpy as np
 import pytest
 

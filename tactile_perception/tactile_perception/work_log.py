@@ -83,10 +83,10 @@ class WorkLog:
         shown = {**common_values('idle' if idle else 'running', self.rate, self.age, self.shed), 'frames': self.done,
                  'lost frames': self._gaps.lost, 'refused frames': self.refused,
                  **{name: 1e3 * _middle(kept) for name, kept in middle.items()},
-                 'stamps': self._told_of_stamps(), 'last error': self.last_error, **(values or {})}
+                 'stamps': self._reported_of_stamps(), 'last error': self.last_error, **(values or {})}
         return Health(*self._judged(idle, remark), shown)
 
-    def _told_of_stamps(self) -> str:
+    def _reported_of_stamps(self) -> str:
         if not self._latencies:
             return ''
         if math.isnan(self._latencies[-1]):

@@ -174,7 +174,7 @@ def examples(scene: Scene, whole: float) -> tuple[np.ndarray, np.ndarray, np.nda
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
     tracker, places = make_tracker(sensor, values), DotPlaces(sensor, camera)
     rest, membrane = RestPlaces(sensor.cap, camera, ROWS, COLUMNS), None
-    fed, told, weight = [np.zeros((0, FED), np.float32)], [np.zeros(0, np.float32)], [np.zeros(0, np.float32)]
+    fed, reported, weight = [np.zeros((0, FED), np.float32)], [np.zeros(0, np.float32)], [np.zeros(0, np.float32)]
     for number in range(scene.frames):
         frame = scene.render(number / RATE)
         tracks = tracker.process(frame.image, 1 + number / RATE)
@@ -192,14 +192,14 @@ def examples(scene: Scene, whole: float) -> tuple[np.ndarray, np.ndarray, np.nda
             rise = heights(loads.xyz.reshape(ROWS, COLUMNS, 3), loads.normal.reshape(ROWS, COLUMNS, 3), pitch)
             fed.append(surroundings(loads.load.reshape(ROWS, COLUMNS), rise)[near].astype(np.float32))
             distance = signed_distance(loops, frame.truth.dot_xyz[near, :2]) / pitch if loops else np.full(len(near), -1.0)
-            told.append(np.clip(distance, -1, 1).astype(np.float32))
+            reported.append(np.clip(distance, -1, 1).astype(np.float32))
             weight.append(np.full(len(near), whole / len(near), np.float32))
-    return np.concatenate(fed), np.concatenate(told), np.concatenate(weight)
+    return np.concatenate(fed), np.concatenate(reported), np.concatenate(weight)
 
 
-def fit(fed: np.ndarray, told: np.ndarray, weight: np.ndarray, rng: np.random.Generator) -> list[np.ndarray]:
+def fit(fed: np.ndarray, reported: np.ndarray, weight: np.ndarray, rng: np.random.Generator) -> list[np.ndarray]:
     """Weights (in, out) of each layer and after them its biases (out,): Adam, with a rate that falls as a cosine. Each batch has all
-    symmetries. fed: (N, FED); told: (N,) pitches; weight: (N,)."""
+    symmetries. fed: (N, FED); reported: (N,) pitches; weight: (N,)."""
     weight = weight / weight.mean()
     sizes, orders = [fed.shape[1], *HIDDEN, 1], symmetries()
     weights = [rng.normal(0, np.sqrt(2 / a), (a, b)).astype(np.float32) for a, b in zip(sizes, sizes[1:])]
@@ -208,12 +208,12 @@ def fit(fed: np.ndarray, told: np.ndarray, weight: np.ndarray, rng: np.random.Ge
     step = 0
     for epoch in range(EPOCHS):
         rate = FASTEST * 0.5 * (1 + np.cos(np.pi * epoch / EPOCHS)) + 1e-5
-        order = rng.permutation(len(told))
-        for start in range(0, len(told), BATCH):
+        order = rng.permutation(len(reported))
+        for start in range(0, len(reported), BATCH):
             some = order[start:start + BATCH]
             step += 1
             turned = np.concatenate([fed[part][:, turn] for part, turn in zip(np.array_split(some, len(orders)), orders)])
-            for j, slope in enumerate(_slopes(known, turned, told[some], weight[some])):
+            for j, slope in enumerate(_slopes(known, turned, reported[some], weight[some])):
                 mean[j] += 0.1 * (slope - mean[j])
                 square[j] += 0.001 * (slope**2 - square[j])
                 change = mean[j] / (1 - 0.9**step) / (np.sqrt(square[j] / (1 - 0.999**step)) + 1e-8)
@@ -222,14 +222,14 @@ def fit(fed: np.ndarray, told: np.ndarray, weight: np.ndarray, rng: np.random.Ge
     return [part for pair in zip(known[:len(weights)], known[len(weights):]) for part in pair]
 
 
-def _slopes(known: list[np.ndarray], fed: np.ndarray, told: np.ndarray, weight: np.ndarray) -> list[np.ndarray]:
+def _slopes(known: list[np.ndarray], fed: np.ndarray, reported: np.ndarray, weight: np.ndarray) -> list[np.ndarray]:
     """Derivatives of the weighted mean Huber loss by weights and biases (back-propagation)."""
     layers = len(known) // 2
     outputs = [fed]
     for k in range(layers):
         output = outputs[-1] @ known[k] + known[layers + k]
         outputs.append(np.maximum(output, 0) if k + 1 < layers else output)
-    back = (weight * np.clip(outputs[-1][:, 0] - told, -HUBER, HUBER))[:, None] * 2 / len(told)
+    back = (weight * np.clip(outputs[-1][:, 0] - reported, -HUBER, HUBER))[:, None] * 2 / len(reported)
     weights, biases = [], []
     for k in reversed(range(layers)):
         weights.insert(0, outputs[k].T @ back + DECAY * known[k])
@@ -255,10 +255,10 @@ def main() -> None:
     given = parser.parse_args()
     cv2.setNumThreads(1)
     found = [examples(random_scene(number, given.seed), share(number)) for number in Progress(range(given.scenes), 'scenes', given.scenes)]
-    fed, told, weight = (np.concatenate(part) for part in zip(*found))
-    print(f'{len(told)} dots in {given.scenes} scenes')
+    fed, reported, weight = (np.concatenate(part) for part in zip(*found))
+    print(f'{len(reported)} dots in {given.scenes} scenes')
     given.out.parent.mkdir(parents=True, exist_ok=True)
-    write(fit(fed, told, weight, np.random.default_rng(given.seed)), given.out)
+    write(fit(fed, reported, weight, np.random.default_rng(given.seed)), given.out)
 
 
 if __name__ == '__main__':

@@ -50,8 +50,9 @@ def main():
     for name, what in ROWS.items():
         found = np.abs([row for seed in range(count) for row in trial(seed, *what)])
         known = found[:, np.isfinite(found).any(axis=0)]
-        told = ''.join(f'{np.nanmedian(k):10.2f}{np.nanmax(k):8.2f}' if np.isfinite(k).any() else f'{"-":>10}{"-":>8}' for k in found.T[:4])
-        print(f'{name:22}{told}{np.median(known[:, -1]):6.0f}')
+        reported = ''.join(f'{np.nanmedian(k):10.2f}{np.nanmax(k):8.2f}' if np.isfinite(k).any() else f'{"-":>10}{"-":>8}'
+                           for k in found.T[:4])
+        print(f'{name:22}{reported}{np.median(known[:, -1]):6.0f}')
 
 
 if __name__ == '__main__':

@@ -145,7 +145,7 @@ def _worse(name: str, unit: str, before: list[float], after: list[float]) -> str
     if not np.isfinite(a).all():
         return ''
     if not np.isfinite(b).all():
-        return f'{name} is not told any more'
+        return f'{name} is not reported any more'
     change, middle = median(after) - median(before), median(before)
     allowed = _ERROR * middle + _LEAST[unit] + 0.5 * (np.ptp(a) + np.ptp(b))
     return f'{name} {middle:.3g} to {median(after):.3g} {unit}' if change > allowed else ''
@@ -183,13 +183,13 @@ def draw(entries: list[Entry], path: Path, said: str) -> None:
 
 def _panel(panel, shown: Shown, entries: list[Entry]) -> None:
     from matplotlib.ticker import LogLocator, NullLocator
-    told = [(e, median(e.ms), median(e.errors[shown.error])) for e in entries]
-    told = [(e, time, off) for e, time, off in told if math.isfinite(off)]
+    estimated = [(e, median(e.ms), median(e.errors[shown.error])) for e in entries]
+    estimated = [(e, time, off) for e, time, off in estimated if math.isfinite(off)]
     methods, kinds = list(dict.fromkeys(e.method for e in entries)), sorted({e.size for e in entries})
     for kind in kinds:
-        these = [(time, off) for e, time, off in told if e.size == kind]
+        these = [(time, off) for e, time, off in estimated if e.size == kind]
         panel.plot(*zip(*front(these)), '-', color='lightgrey', linewidth=1.5, zorder=1) if these else None
-    for e, time, off in told:
+    for e, time, off in estimated:
         panel.errorbar(time, off, _reach(off, e.errors[shown.error]), _reach(time, e.ms), _MARKS[kinds.index(e.size) % len(_MARKS)],
                        color=f'C{methods.index(e.method) % 10}', markersize=7, zorder=2)
     for k, method in enumerate(methods):

@@ -215,7 +215,7 @@ def main() -> None:
     parser.add_argument('--seed', type=int, default=0, help='of the scenes, and the first specimen')
     parser.add_argument('--rows', nargs='+', default=None)
     wanted = parser.parse_args()
-    print('| specimen, row | place, mm, mean / 95 % | depth | squared | force, % | moment, % | told, % | beside |\n' + '|---' * 8 + '|')
+    print('| specimen, row | place, mm, mean / 95 % | depth | squared | force, % | moment, % | reported, % | beside |\n' + '|---' * 8 + '|')
     rows = tuple(wanted.rows or ROWS[wanted.sensor])
     for number, row, judged in run(wanted.sensor, range(wanted.seed, wanted.seed + wanted.specimens), rows, wanted.seed):
         print(line(f'{number}, {row}', judged), flush=True)

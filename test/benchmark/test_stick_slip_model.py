@@ -47,7 +47,7 @@ def _seen(scene, rng, noise):
 
 def classified(scenes, rate, every=1, changed=None, factor=1.0):
     """Counts (3, 3) of true by found states, and of each dot that touches: stated probability, and whether the state is right."""
-    counts, told = np.zeros((3, 3)), []
+    counts, reported = np.zeros((3, 3)), []
     for origin, membrane, frames in scenes:
         model = _core.StickSlipModel()
         if changed:
@@ -57,8 +57,8 @@ def classified(scenes, rate, every=1, changed=None, factor=1.0):
             found = classifier.classify(np.arange(len(true)), xyz, every / rate)
             np.add.at(counts, (true[judged], found.state[judged]), 1)
             near = judged & ((found.state > 0) | (true > 0))
-            told.append(np.column_stack([state_confidence(found.score, found.state, found.slipping), found.state == true])[near])
-    return counts, np.concatenate(told)
+            reported.append(np.column_stack([state_confidence(found.score, found.state, found.slipping), found.state == true])[near])
+    return counts, np.concatenate(reported)
 
 
 def f1(counts):
@@ -81,7 +81,7 @@ def test_it_degrades_with_rate_and_noise_and_does_not_break():
     assert f1(classified(seen(RATE, 3.0), RATE)[0]) > usual - 0.1
 
 
-def test_of_states_told_with_nine_tenths_nine_in_ten_are_right():
-    _, told = classified(seen(RATE), RATE)
-    about = (told[:, 0] > 0.85) & (told[:, 0] < 0.95)
-    assert about.sum() > 500 and told[about, 1].mean() == pytest.approx(0.9, abs=0.06)
+def test_of_states_reported_with_nine_tenths_nine_in_ten_are_right():
+    _, reported = classified(seen(RATE), RATE)
+    about = (reported[:, 0] > 0.85) & (reported[:, 0] < 0.95)
+    assert about.sum() > 500 and reported[about, 1].mean() == pytest.approx(0.9, abs=0.06)

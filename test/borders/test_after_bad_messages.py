@@ -92,7 +92,7 @@ def usable(topic, message):
     return True
 
 
-def told(node, found):
+def reported(node, found):
     """What each good message makes a node publish, as bytes."""
     return [[(topic, encode(result)) for topic, result in node.feed(*one)] for one in found]
 
@@ -100,7 +100,7 @@ def told(node, found):
 @pytest.mark.parametrize('name, sensor', NODES)
 def test_bad_messages_between_good_ones_change_nothing(name, sensor):
     node, other, found = fed(name, sensor), fed(name, sensor), sent(sensor)[:120]
-    undisturbed, rng, refused = told(node, found), random.Random(1), 0
+    undisturbed, rng, refused = reported(node, found), random.Random(1), 0
     assert sum(map(len, undisturbed)) > 5
     for number, (topic, message) in enumerate(found):
         bad = list(spoiled(name, topic, message, rng)) if number >= _BEGIN else []
@@ -108,6 +108,6 @@ def test_bad_messages_between_good_ones_change_nothing(name, sensor):
             before = other.node.log.refused
             assert not other.feed(topic, one), (what, topic)
             refused += other.node.log.refused - before
-        assert told(other, [(topic, message)])[0] == undisturbed[number], (number, topic)
+        assert reported(other, [(topic, message)])[0] == undisturbed[number], (number, topic)
     assert refused > 20 and other.node.guard.caught == 0
     node.close(), other.close()

@@ -70,6 +70,6 @@ def test_an_array_that_sends_datagrams_is_published(tmp_path, images):
 def test_a_method_of_ones_own_finds_the_dots(tmp_path):
     path = tmp_path / 'blob_tracker.py'
     path.write_text(files(PAGE)['blob_tracker.py'])
-    told = subprocess.run([sys.executable, '-c', FIND, str(path)], capture_output=True, text=True, timeout=60, check=True, cwd=tmp_path)
-    count, error = told.stdout.split()
+    reported = subprocess.run([sys.executable, '-c', FIND, str(path)], capture_output=True, text=True, timeout=60, check=True, cwd=tmp_path)
+    count, error = reported.stdout.split()
     assert int(count) > 500 and float(error) < 0.3

@@ -98,14 +98,14 @@ def test_sigterm_ends_it_and_its_processes(launch_file):
     check_clean_end(process)
 
 
-@pytest.mark.parametrize('words, told', [
+@pytest.mark.parametrize('words, reported', [
     (('no_such_package', 'x.launch.py'), 'no_such_package'),
     (('tactile_bringup', 'no_such_file.launch.py'), 'no_such_file.launch.py'),
 ])
-def test_what_is_not_there_is_named(words, told):
+def test_what_is_not_there_is_named(words, reported):
     done = launch(*words)
     assert done.returncode != 0
-    assert told in done.stderr + done.stdout
+    assert reported in done.stderr + done.stdout
 
 
 def test_a_word_that_is_no_argument_is_refused(launch_file):

@@ -103,15 +103,15 @@ STEP = """set -euo pipefail
     """
 
 
-@pytest.mark.parametrize('said, told', [
+@pytest.mark.parametrize('said, reported', [
     ('error: Failed to fetch: https://pypi.org/simple/six/', 'PyPI cannot be reached'),
     ('ERROR: No matching distribution found for uv==0.13.9', 'PyPI cannot be reached'),
     ('error: Failed to download `scipy`: No space left on device (os error 28)', 'the disk is full'),
 ])
-def test_known_causes_are_told_in_one_line(tmp_path, said, told):
+def test_known_causes_are_reported_in_one_line(tmp_path, said, reported):
     done = shell(STEP + 'broken() { echo "$SAID"; false; }; step broken 1 "a step" broken', SCRATCH=str(tmp_path), SAID=said)
     assert done.returncode == 1
-    assert len(done.stderr.splitlines()) == 2 and told in done.stderr
+    assert len(done.stderr.splitlines()) == 2 and reported in done.stderr
 
 
 def test_a_step_ends_at_its_first_command_that_fails(tmp_path):

@@ -22,7 +22,7 @@ def bench(tmp_path_factory):
         yield made
     made.close()
     if made.rows:
-        lines = [f'| {fault} | {told} | {seconds:.2f} |' for fault, told, seconds in made.rows]
+        lines = [f'| {fault} | {reported} | {seconds:.2f} |' for fault, reported, seconds in made.rows]
         out = HERE.parents[1] / 'out'
         out.mkdir(exist_ok=True)
         (out / 'faults.md').write_text('\n'.join(['| fault | what is reported | recovery (s) |', '|---|---|---|', *lines]) + '\n')

@@ -121,7 +121,7 @@ class Bench:
             time.sleep(0.005)
         return time.monotonic()
 
-    def told(self, node: str, level: int, part: str, since: float = 0.0, seconds: float = 15.0) -> Health:
+    def reported(self, node: str, level: int, part: str, since: float = 0.0, seconds: float = 15.0) -> Health:
         """The first status of a node since a time that has the level and the part of text."""
         found = []
         self.until(lambda: found.extend(h for h in list(self.ear.health[node]) if h.at > since and h.level == level and part in h.text)
@@ -140,9 +140,9 @@ class Bench:
         self.until(lambda: found.extend(text for at, _, text in list(self.ear.said) if at > since and part in text) or found)
         return found[0]
 
-    def report(self, fault: str, told: str, seconds: float, most: float = SOON) -> None:
+    def report(self, fault: str, reported: str, seconds: float, most: float = SOON) -> None:
         """Note what a fault led to; seconds: from its end until all was well, which must be less than most."""
-        self.rows.append((fault, told, seconds))
+        self.rows.append((fault, reported, seconds))
         assert seconds < most
 
 
@@ -165,8 +165,8 @@ class Beside:
         self._bench.until(lambda: len(self._heard) > seen + 1, SOON)
         numbers = samples([h.message for h in self._heard[self._done:]])
         gaps = np.flatnonzero(np.diff(numbers[:, 0]) != 1)
-        told = self._bench.ear.health['/beside/psd_node'][-1:]
-        assert not len(gaps) and set(numbers[:, 1]) == {77}, ([numbers[k:k + 2, 0] for k in gaps], told)
+        reported = self._bench.ear.health['/beside/psd_node'][-1:]
+        assert not len(gaps) and set(numbers[:, 1]) == {77}, ([numbers[k:k + 2, 0] for k in gaps], reported)
         self._done = len(self._heard) - 1  # keeps the last one, to check that the next one follows it
         assert self._driver.poll() is None and self._recorder.poll() is None
 

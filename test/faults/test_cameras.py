@@ -47,27 +47,28 @@ def test_plugged_in_again_as_another_video_device(bench, beside, cameras, pad):
     camera, node, heard = pad
     pulled = time.monotonic()
     cameras.pull(0)
-    told = bench.told(node, ERROR, 'device:', pulled)
+    reported = bench.reported(node, ERROR, 'device:', pulled)
     time.sleep(1.0)
     plugged = time.monotonic()
     cameras.plug('B2', 0, FakeCamera(mark=200))
     cameras.plug('A1', 4, camera)
     bench.until(lambda: first_after(heard, plugged))
-    back = bench.told(node, OK, 'Hz', plugged)
+    back = bench.reported(node, OK, 'Hz', plugged)
     assert back.values['device'] == '/dev/video4' and back.values['serial'] == 'A1'
     assert {int(np.median(h.message.data)) for h in heard} == {101}, 'never the other camera'
-    bench.report('camera plugged in again as another /dev/videoN', told.text, first_after(heard, plugged) - plugged)
+    bench.report('camera plugged in again as another /dev/videoN', reported.text, first_after(heard, plugged) - plugged)
 
 
 @pytest.mark.parametrize(('does', 'part'), [('repeats', 'has repeated one picture'), ('black', 'pictures are black')])
-def test_pictures_of_a_camera_that_does_not_work_are_told(bench, beside, pad, does, part):
+def test_pictures_of_a_camera_that_does_not_work_are_reported(bench, beside, pad, does, part):
     camera, node, _ = pad
     camera.does, begin = does, time.monotonic()
-    told = bench.told(node, WARN, part, begin)
-    assert told.at - begin < 4.0 and told.values['what to do'] == told.text.split('; ')[1]
+    reported = bench.reported(node, WARN, part, begin)
+    assert reported.at - begin < 4.0 and reported.values['what to do'] == reported.text.split('; ')[1]
     camera.does, right = '', time.monotonic()
-    well = bench.told(node, OK, 'Hz', right)
-    bench.report({'repeats': 'a camera repeats one picture', 'black': 'a camera sends black pictures'}[does], told.text, well.at - right)
+    well = bench.reported(node, OK, 'Hz', right)
+    bench.report({'repeats': 'a camera repeats one picture', 'black': 'a camera sends black pictures'}[does], reported.text,
+                 well.at - right)
 
 
 def test_pictures_of_another_size_for_a_moment_are_skipped(bench, beside, pad):
@@ -77,7 +78,7 @@ def test_pictures_of_another_size_for_a_moment_are_skipped(bench, beside, pad):
     camera.does, right = '', time.monotonic()
     bench.until(lambda: first_after(heard, right))
     assert {(h.message.width, h.message.height) for h in heard} == {(64, 48)}
-    well = bench.told(node, OK, 'Hz', right)
+    well = bench.reported(node, OK, 'Hz', right)
     assert int(well.values['corrupt']) >= 1
     bench.report('a camera changes its size for a moment', text, first_after(heard, right) - right)
 
@@ -95,5 +96,6 @@ def test_a_camera_of_another_size_for_good_goes_on_with_it(bench, beside, pad):
     camera, node, heard = pad
     camera.does, begin = 'small', time.monotonic()
     bench.until(lambda: first_after(heard, begin, lambda message: message.width == 32))
-    told = bench.told(node, WARN, 'the camera gives 32 x 24 px instead of 64 x 48 px', begin)
-    bench.report('a camera changes its size for good', told.text, first_after(heard, begin, lambda message: message.width == 32) - begin)
+    reported = bench.reported(node, WARN, 'the camera gives 32 x 24 px instead of 64 x 48 px', begin)
+    bench.report('a camera changes its size for good', reported.text,
+                 first_after(heard, begin, lambda message: message.width == 32) - begin)

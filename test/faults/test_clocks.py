@@ -43,7 +43,7 @@ def test_the_wall_clock_is_set(bench, beside, bus, nodes, monkeypatch, step):
     numbers, steps = samples([h.message for h in volts])[:, 0], np.diff(stamps(volts))
     assert (np.diff(numbers) == 1).all(), 'no sample is lost'
     assert (steps <= 0).sum() == (step < -10**8), 'stamps go back with the clock, by a small step not at all'
-    assert bench.told(f'{space}/psd_node', OK, 'Hz', begin).at - begin < 3.0
+    assert bench.reported(f'{space}/psd_node', OK, 'Hz', begin).at - begin < 3.0
     back = max(next(h.at for h in heard if h.at > begin) for heard in (volts, contacts))
     bench.report(f'the wall clock is set by {step / 1e9:g} s', 'nothing: stamps follow the clock', back - begin)
 
@@ -54,14 +54,14 @@ def test_simulated_time_stands_still_runs_and_is_set(bench, beside, bus, nodes):
     clock = bench.ear.node.create_publisher(Clock, '/clock', 10)
     bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
     nodes(PsdNode, space, source='device', device='A1', batch_period=0.02, use_sim_time=True)
-    bench.told(f'{space}/psd_node', OK, 'Hz')
+    bench.reported(f'{space}/psd_node', OK, 'Hz')
     assert (stamps(volts) < 5 * 10**7).all(), 'before its first message simulated time is 0; the device clock smooths over a batch or two'
     for second in (1000, 5000, 10):
         message = Clock()
         message.clock.sec = second
         begin = time.monotonic()
         bench.until(lambda: clock.publish(message) or abs(stamps(volts)[-1] - second * 10**9) < 2 * 10**9)
-        bench.told(f'{space}/psd_node', OK, 'Hz', begin)
+        bench.reported(f'{space}/psd_node', OK, 'Hz', begin)
         bench.report(f'simulated time is set to {second} s', 'nothing: stamps follow the clock', time.monotonic() - begin)
     assert (np.diff(samples([h.message for h in volts])[:, 0]) == 1).all(), 'no sample is lost'
 

@@ -76,11 +76,11 @@ def test_the_disk_is_full_for_a_while(bench, beside, finger, disk):
     recorder = bench.zygote.start(RECORDER, space, bag=disk / 'bag', patience=0.0)
     bench.until(lambda: bench.recorded(space) > 50, STARTED)
     others, begin = fill(disk), time.monotonic()
-    told = bench.told(f'{space}/record_node', ERROR, 'No space left on device', begin)
-    assert 'make room on the disk' in told.values['what to do'] and len(heard) > 50
+    reported = bench.reported(f'{space}/record_node', ERROR, 'No space left on device', begin)
+    assert 'make room on the disk' in reported.values['what to do'] and len(heard) > 50
     others.unlink()
     free = time.monotonic()
-    bench.told(f'{space}/record_node', OK, 'messages recorded', free)
+    bench.reported(f'{space}/record_node', OK, 'messages recorded', free)
     line = bench.logged('recording goes on', free)
     sure = time.monotonic()
     bench.until(lambda: heard[-1].at > sure + 1.0)
@@ -96,7 +96,7 @@ def test_the_disk_is_full_for_a_while(bench, beside, finger, disk):
     first = next(number for number in kept if number > samples([h.message for h in heard if h.at < free])[-1, 0])
     back = next(h.at for h in heard if samples([h.message])[-1, 0] >= first)
     assert lost > 0
-    bench.report('disk full', told.text, back - free)
+    bench.report('disk full', reported.text, back - free)
 
 
 @pytest.mark.slow
@@ -105,7 +105,7 @@ def test_the_disk_stays_full_and_the_index_finds_its_room_all_the_same(bench, be
     recorder = bench.zygote.start(RECORDER, space, bag=disk / 'bag', patience=0.0)
     bench.until(lambda: bench.recorded(space) > 20, STARTED)
     fill(disk)
-    bench.told(f'{space}/record_node', ERROR, 'No space left on device')
+    bench.reported(f'{space}/record_node', ERROR, 'No space left on device')
     recorder.send(signal.SIGTERM)
     assert recorder.wait() == 0 and 'lost' in recorder.log
     assert count_of(disk / 'bag') > 20

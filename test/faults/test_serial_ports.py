@@ -59,18 +59,18 @@ def test_unplugged_and_plugged_in_under_another_name(bench, beside, bus, finger,
     bench.until(lambda: len(heard) > 5)
     pulled = time.monotonic()
     bus.pull('A1')
-    told = bench.told(node, ERROR, 'device:', pulled)
-    assert 'cable' in told.text and told.values['state'] == 'lost'
+    reported = bench.reported(node, ERROR, 'device:', pulled)
+    assert 'cable' in reported.text and reported.values['state'] == 'lost'
     time.sleep(1.0)
     bus.plug('B2', CountingFinger, 'ttyUSB0', mark=2)  # another sensor on its former port
     plugged = time.monotonic()
     bus.plug('A1', CountingFinger, 'ttyUSB1', mark=1)
     bench.until(lambda: messages(heard, plugged))
     back = next(h.at for h in heard if h.at > plugged)
-    bench.told(node, OK, 'Hz', plugged)
+    bench.reported(node, OK, 'Hz', plugged)
     assert set(samples(messages(heard))[:, 1]) == {1}, 'never the other sensor'
     assert bench.logged('device is back', pulled) and (np.diff(stamps(heard)) > 0).all()
-    bench.report(f'unplugged, plugged in under another name (device: {device})', told.text, back - plugged)
+    bench.report(f'unplugged, plugged in under another name (device: {device})', reported.text, back - plugged)
 
 
 def test_two_fingers_swapped_are_found_by_their_serial_numbers(bench, beside, bus, finger):
@@ -81,18 +81,18 @@ def test_two_fingers_swapped_are_found_by_their_serial_numbers(bench, beside, bu
     pulled = time.monotonic()
     bus.pull('A1')
     bus.pull('B2')
-    told = bench.told(nodes[0], ERROR, 'device:', pulled)
-    bench.told(nodes[1], ERROR, 'device:', pulled)
+    reported = bench.reported(nodes[0], ERROR, 'device:', pulled)
+    bench.reported(nodes[1], ERROR, 'device:', pulled)
     plugged = time.monotonic()
     bus.plug('B2', CountingFinger, 'ttyUSB0', mark=2)
     bus.plug('A1', CountingFinger, 'ttyUSB1', mark=1)
     bench.until(lambda: all(messages(h, plugged + 0.1) for h in heard))
     assert [set(samples(messages(h))[:, 1]) for h in heard] == [{1}, {2}]
     back = max(next(h.at for h in each if h.at > plugged) for each in heard)
-    bench.report('two fingers swapped between ports, named by serial number', told.text, back - plugged)
+    bench.report('two fingers swapped between ports, named by serial number', reported.text, back - plugged)
 
 
-def test_sensors_swapped_between_ports_named_by_path_are_told_and_give_no_numbers(bench, beside, bus, finger, array):
+def test_sensors_swapped_between_ports_named_by_path_are_reported_and_give_no_numbers(bench, beside, bus, finger, array):
     bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
     bus.plug('B2', CountingArray, 'ttyUSB1', mark=2)
     (finger_node, volts), (array_node, images) = finger(bus.folder / 'ttyUSB0'), array(bus.folder / 'ttyUSB1')
@@ -102,11 +102,11 @@ def test_sensors_swapped_between_ports_named_by_path_are_told_and_give_no_number
     swapped = time.monotonic()
     bus.plug('B2', CountingArray, 'ttyUSB0', mark=2)
     bus.plug('A1', CountingFinger, 'ttyUSB1', mark=1)
-    told = bench.told(finger_node, ERROR, 'another sensor sends', swapped)
-    assert '4 x 4' in told.text and 'serial number' in told.values['what to do']
-    told_array = bench.told(array_node, ERROR, 'another sensor sends', swapped)
-    assert '5 x 4' in told_array.text
-    later = max(told.at, told_array.at)  # data in transit when the cables were pulled have arrived by then
+    reported = bench.reported(finger_node, ERROR, 'another sensor sends', swapped)
+    assert '4 x 4' in reported.text and 'serial number' in reported.values['what to do']
+    reported_array = bench.reported(array_node, ERROR, 'another sensor sends', swapped)
+    assert '5 x 4' in reported_array.text
+    later = max(reported.at, reported_array.at)  # data in transit when the cables were pulled have arrived by then
     assert messages(volts, later) == [] and messages(images, later) == []
     assert set(samples(messages(volts))[:, 1]) == {1} and set(frames(messages(images))[:, 1]) == {2}
     bus.pull('A1')
@@ -116,24 +116,24 @@ def test_sensors_swapped_between_ports_named_by_path_are_told_and_give_no_number
     bus.plug('B2', CountingArray, 'ttyUSB1', mark=2)
     bench.until(lambda: messages(volts, right) and messages(images, right))
     back = max(next(h.at for h in each if h.at > right) for each in (volts, images))
-    bench.told(finger_node, OK, 'Hz', right)
+    bench.reported(finger_node, OK, 'Hz', right)
     assert set(samples(messages(volts))[:, 1]) == {1} and set(frames(messages(images))[:, 1]) == {2}
-    bench.report('finger and array swapped between ports, named by path', told.text, back - right)
+    bench.report('finger and array swapped between ports, named by path', reported.text, back - right)
 
 
 @pytest.mark.parametrize('kind', ['finger', 'array'])
-def test_a_wrong_baud_rate_is_told_and_gives_no_numbers(bench, beside, bus, finger, array, kind):
+def test_a_wrong_baud_rate_is_reported_and_gives_no_numbers(bench, beside, bus, finger, array, kind):
     emulator = bus.plug('A1', *{'finger': (CountingFinger, 'ttyUSB0'), 'array': (CountingArray, 'ttyUSB0')}[kind], mark=1, rate=400.0)
     emulator.spoil = lambda data: CORRUPTIONS['wrong_baud'](data, RNG) * 40  # the byte rate of a fast sensor
     node, heard = {'finger': finger, 'array': array}[kind](bus.folder / 'ttyUSB0')
-    told = bench.told(node, WARN, 'but no frames')
-    assert 'baud' in told.text and not heard
+    reported = bench.reported(node, WARN, 'but no frames')
+    assert 'baud' in reported.text and not heard
     emulator.spoil = None
     right = time.monotonic()
     bench.until(lambda: heard, SOON)
-    bench.told(node, OK, 'Hz', right)
+    bench.reported(node, OK, 'Hz', right)
     assert set({'finger': samples, 'array': frames}[kind](messages(heard))[:, 1]) == {1}
-    bench.report(f'wrong baud rate ({kind})', told.text, heard[0].at - right)
+    bench.report(f'wrong baud rate ({kind})', reported.text, heard[0].at - right)
 
 
 def test_half_written_frames_cost_themselves_alone(bench, beside, bus, finger):
@@ -157,7 +157,7 @@ def test_half_written_frames_cost_themselves_alone(bench, beside, bus, finger):
     lost = sorted({number - k for number in cut for k in range(1, 6)})
     assert sorted(set(range(numbers[0], numbers[-1] + 1)) - set(numbers)) == lost
     bench.until(lambda: bench.ear.health[node][-1].values['dropped'] == str(len(lost)))
-    whole = bench.told(node, OK, 'Hz', right)
+    whole = bench.reported(node, OK, 'Hz', right)
     assert int(whole.values['crc errors']) >= len(cut) - 1
     back = next(h.at for h in heard if samples([h.message])[-1, 0] > last)
     bench.report('half-written frames', f"dropped: {len(lost)} samples of {len(cut)} frames, crc errors: {whole.values['crc errors']}",

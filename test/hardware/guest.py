@@ -61,7 +61,7 @@ class Bench:
             time.sleep(0.01)
         return found
 
-    def told(self, node: str, level: int, part: str, since: float = 0.0):
+    def reported(self, node: str, level: int, part: str, since: float = 0.0):
         """The first status of a node since a time with the level and the part of text; it is noted."""
         health = self.until(lambda: next((h for h in list(self.ear.health[node]) if h.at > since and h.level == level and part in h.text),
                                          None), f'{("OK", "WARN", "ERROR")[level]} {part!r}')
@@ -100,7 +100,7 @@ class Bench:
         """Messages come again, and the driver is content; noted with the time that took."""
         came = self.until(lambda: next((h.at for h in list(heard) if h.at > since), None), 'messages after the fault')
         self.note(f'back after {came - since:.2f} s')
-        self.told(node, OK, 'Hz', since)
+        self.reported(node, OK, 'Hz', since)
 
 
 def control(path: str, name: str, value: int) -> None:
@@ -132,7 +132,7 @@ def formats(bench: Bench) -> None:
     for code in ('YUYV', 'UYVY', 'NV12', 'RGB3', 'BGR3', 'GREY', 'MJPG'):
         if code in offered:
             with bench.camera(pixel_format=code) as (node, heard):
-                bench.told(node, OK, 'Hz')
+                bench.reported(node, OK, 'Hz')
                 shown[code] = bars(heard)
                 bench.note(f'{code}: {heard[-1].message.encoding}, {heard[-1].message.width} x {heard[-1].message.height} px')
     for code in set(shown) - {'GREY'}:
@@ -142,25 +142,25 @@ def formats(bench: Bench) -> None:
 def not_offered(bench: Bench) -> None:
     """A size, a rate, a format and a control that vivid has not."""
     with bench.camera(width=300, height=150) as (node, _):
-        bench.told(node, WARN, 'px instead of 300 x 150 px')
+        bench.reported(node, WARN, 'px instead of 300 x 150 px')
     with bench.camera(rate=900.0) as (node, _):
-        bench.told(node, WARN, 'Hz instead of 900 Hz')
+        bench.reported(node, WARN, 'Hz instead of 900 Hz')
     with bench.camera(pixel_format='H264') as (node, _):
-        bench.told(node, WARN, 'instead of H264')
+        bench.reported(node, WARN, 'instead of H264')
     with bench.camera(exposure=0.01) as (node, _):
-        bench.told(node, WARN, 'exposure 0.01 is not set')
+        bench.reported(node, WARN, 'exposure 0.01 is not set')
 
 
 def controls(bench: Bench) -> None:
     """The gain is set, by hand and by the camera, before and while it runs; one that is too large is reported."""
     with bench.camera(gain=60.0) as (node, heard):
-        bench.told(node, OK, 'Hz')
+        bench.reported(node, OK, 'Hz')
         assert (of_control('Gain'), of_control('Gain, Automatic')) == (60, 0)
         for gain, done in ((80.0, lambda: of_control('Gain') == 80), (0.0, lambda: of_control('Gain, Automatic') == 1)):
             bench.nodes[node].set_parameters([Parameter('gain', value=gain)])
             bench.until(done, f'gain {gain}')
         bench.nodes[node].set_parameters([Parameter('gain', value=1e5)])
-        bench.told(node, WARN, 'gain 100000 is not taken')
+        bench.reported(node, WARN, 'gain 100000 is not taken')
 
 
 def lost_buffers(bench: Bench) -> None:
@@ -168,7 +168,7 @@ def lost_buffers(bench: Bench) -> None:
     with bench.camera() as (node, heard):
         control('/dev/video0', 'Percentage of Dropped Buffers', 60)
         begin = time.monotonic()
-        bench.told(node, WARN, 'Hz instead of', begin)
+        bench.reported(node, WARN, 'Hz instead of', begin)
         control('/dev/video0', 'Percentage of Dropped Buffers', 0)
         bench.goes_on(node, heard, time.monotonic())
 
@@ -202,7 +202,7 @@ def _fault(bench: Bench, name: str) -> None:
     with bench.camera() as (node, heard):
         begin = time.monotonic()
         control('/dev/video0', name, 1)
-        bench.told(node, ERROR, 'check the cable', begin)
+        bench.reported(node, ERROR, 'check the cable', begin)
         bench.goes_on(node, heard, begin)
 
 
@@ -221,7 +221,7 @@ def unbound(bench: Bench) -> None:
     with bench.camera() as (node, heard):
         begin = time.monotonic()
         Path('/sys/bus/platform/drivers/vivid/unbind').write_text('vivid.0')
-        bench.told(node, ERROR, 'no video device', begin)
+        bench.reported(node, ERROR, 'no video device', begin)
         Path('/sys/bus/platform/drivers/vivid/bind').write_text('vivid.0')
         bench.goes_on(node, heard, time.monotonic())
 
@@ -230,7 +230,7 @@ def two_cameras(bench: Bench) -> None:
     """Two cameras are paired and put side by side."""
     small = {'width': 320, 'height': 180, 'rate': 10.0}
     with bench.running(DualCameraNode, Image, 'image_raw', device='0', right_device='1', **small) as (node, heard):
-        bench.told(node, WARN, 'not metric')
+        bench.reported(node, WARN, 'not metric')
         image = heard[-1].message
         bench.note(f'{image.width} x {image.height} px, unpaired: {bench.ear.health[node][-1].values.get("unpaired")}')
         assert (image.width, image.height) == (640, 180)
@@ -250,7 +250,7 @@ def _pulled(bench: Bench, name: str) -> None:
     *_, numbers, mark = _SERIAL[name]
     with bench.serial(name) as (node, heard):
         begin = bench.ask(name, 'pull')
-        bench.told(node, ERROR, 'device:', begin)
+        bench.reported(node, ERROR, 'device:', begin)
         back = bench.ask(name, 'plug')
         bench.goes_on(node, heard, back)
         assert set(numbers([h.message for h in heard])[:, 1]) == {mark}
@@ -272,18 +272,18 @@ def names_of_ports(bench: Bench) -> None:
     bench.note(f'{by_id.name} -> {by_id.resolve()}')
     for name in (by_id.name, str(by_id), str(by_id.resolve())):
         with bench.running(PsdNode, PsdVoltages, 'voltages', device=name) as (node, _heard):
-            bench.told(node, OK, 'Hz')
+            bench.reported(node, OK, 'Hz')
 
 
 def wrong_baud_rate(bench: Bench) -> None:
     """The driver has another one than the sensor."""
     runner = Runner(PsdNode(host('/wrong', source='device', device='FINGER1', baud=9600)))
     try:
-        bench.told('/wrong/psd_node', WARN, 'baud')
+        bench.reported('/wrong/psd_node', WARN, 'baud')
     finally:
         runner.end()
     with bench.serial('finger') as (node, _):
-        bench.told(node, OK, 'Hz')
+        bench.reported(node, OK, 'Hz')
 
 
 def _bytes(bench: Bench, name: str, what: str, part: str) -> None:

@@ -19,7 +19,7 @@ _LONGEST_S = 1500.0  # for all cases; chosen: on two idle cores they take a thir
 
 
 @pytest.fixture(scope='module')
-def told(tmp_path_factory):
+def reported(tmp_path_factory):
     """case -> its line; all of them are in out/hardware.jsonl."""
     if missing():
         pytest.skip(f'needs: {missing()}')
@@ -39,6 +39,6 @@ def told(tmp_path_factory):
 
 
 @pytest.mark.parametrize('case', CASES)
-def test_on_a_real_kernel(told, case):
-    assert case in told, f'not run; the last case that ended: {list(told)[-1]}'
-    assert not told[case]['failure'], told[case]
+def test_on_a_real_kernel(reported, case):
+    assert case in reported, f'not run; the last case that ended: {list(reported)[-1]}'
+    assert not reported[case]['failure'], reported[case]

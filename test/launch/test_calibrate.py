@@ -17,7 +17,7 @@ def test_a_session_on_the_simulated_stage_begins_and_keeps_what_it_has_when_inte
     assert 'start it again with the same output to go on' in launched.log and 'does not join' not in launched.log
 
 
-def test_a_probe_that_tf_does_not_know_is_told_with_the_frames_that_it_knows(ros2):
+def test_a_probe_that_tf_does_not_know_is_reported_with_the_frames_that_it_knows(ros2):
     launched = ros2(*SESSION, 'probe:=nowhere')
     launched.wait_for_line("/tf does not join 'nowhere' and 'palm'; its frames are", 120)
     assert launched.interrupt() == 0, launched.log

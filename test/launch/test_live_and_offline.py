@@ -135,5 +135,5 @@ def test_estimates_are_those_of_the_live_nodes(sensor):
             bench.close()
     assert done == count and sum(expected.values()) > count / 2
     for topic in kinds:
-        told = [data for frame in offline for _, data in frame.get(topic, [])]
-        assert [encode(message)[1] for message in bench.heard[topic]] == told, topic
+        reported = [data for frame in offline for _, data in frame.get(topic, [])]
+        assert [encode(message)[1] for message in bench.heard[topic]] == reported, topic

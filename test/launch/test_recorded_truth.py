@@ -103,7 +103,7 @@ def test_where_a_recording_has_none_none_is_offered(play, tmp_path):
         for raw in bag.messages({'/pad/image_raw', '/pad/camera_info'}):
             plain.write(raw.topic, raw.type_name, raw.stamp_ns, raw.data)
     played = play(CameraNode, path=str(tmp_path / 'plain'), topic='image_raw')
-    told = []
-    played.listener.create_subscription(String, '/finger/tip/description', told.append, LATCHED_QOS)
-    assert played.until(lambda: told)
+    reported = []
+    played.listener.create_subscription(String, '/finger/tip/description', reported.append, LATCHED_QOS)
+    assert played.until(lambda: reported)
     assert played.offered() == set()

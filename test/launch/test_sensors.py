@@ -89,13 +89,13 @@ def test_a_simulated_sensor_as_a_user_starts_it(ros2, listen, sensor):
     contacts, last = (ear.heard[f'/{SPACE}/{name}'] for name in ('contacts', 'image_annotated'))
     # The scene begins with the first subscriber to the raw data; this must be perception, which needs the untouched state.
     assert ear.wait_for(lambda: contacts or ear.heard.get(f'/{SPACE}/dots'), 60), launched.log
-    eye = listen(topics({**raw, 'ground_truth/contacts': Contacts}))
-    truth = eye.heard[f'/{SPACE}/ground_truth/contacts']
+    camera_centre = listen(topics({**raw, 'ground_truth/contacts': Contacts}))
+    truth = camera_centre.heard[f'/{SPACE}/ground_truth/contacts']
     untouched_reference(ear, truth)
     contacts.clear()
     least = 150 if sensor == 'psd_finger' else 25
     assert ear.wait_for(lambda: sum(bool(message.contacts) for message in list(contacts)) > least and len(last) > 10, 60), launched.log
-    heard = {**ear.heard, **eye.heard}
+    heard = {**ear.heard, **camera_centre.heard}
     graph = {name: types[0] for name, types in ear.node.get_topic_names_and_types()}
     assert launched.interrupt() == 0, launched.log
     assert launched.complaints == []

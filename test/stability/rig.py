@@ -68,9 +68,9 @@ def stitcher():
 
 def specimen(scene):
     """Parameters of a simulated touchpad."""
-    skin, eye = scene.membrane, scene.camera
+    skin, camera = scene.membrane, scene.camera
     return {'membrane.shear_stiffness': float(skin.tension), 'membrane.rest_pressure': float(skin.pressure),
-            'camera.rotation': cv2.Rodrigues(eye.rotation)[0].ravel().tolist(), 'camera.translation': eye.translation.tolist()}
+            'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(), 'camera.translation': camera.translation.tolist()}
 
 
 def _finger():

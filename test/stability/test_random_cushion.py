@@ -47,9 +47,9 @@ def test_circles_have_the_numbers_of_the_calibration_in_another_recording(folder
         dots = frame['dots']
         place = np.column_stack([dots.u, dots.v]) - np.column_stack([dots.du, dots.dv])
         assert len(dots.id) > 0.97 * len(known.pattern) and np.abs(place - known.pattern[np.array(dots.id)]).max() < 1.0
-    told = [(frame['ground_truth/contacts'].contacts, frame['contacts'].contacts) for frame in frames]
-    assert not any(found for truth, found in told if not truth)
-    deep = [(truth[0], found) for truth, found in told if truth and truth[0].depth > 0.008]
+    reported = [(frame['ground_truth/contacts'].contacts, frame['contacts'].contacts) for frame in frames]
+    assert not any(found for truth, found in reported if not truth)
+    deep = [(truth[0], found) for truth, found in reported if truth and truth[0].depth > 0.008]
     assert deep and all(found for _, found in deep)
     off = [np.hypot(truth.position.x - found[0].position.x, truth.position.y - found[0].position.y) for truth, found in deep]
     assert np.median(off) < 8e-3

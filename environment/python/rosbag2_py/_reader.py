@@ -108,7 +108,7 @@ class _Mcap:
                        for number, channel in found.channels.items()]
 
     def messages(self, topics: list[str]) -> Iterator[Stored]:
-        """Messages up to the first damage, which is told on stderr."""
+        """Messages up to the first damage, which is reported on stderr."""
         try:
             if self._ordered:
                 with open(self._path, 'rb') as file:

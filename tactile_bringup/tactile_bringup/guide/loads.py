@@ -19,7 +19,7 @@ _STUCK_S = 1.0
 class Loads:
     """Judges samples in their order, as Session does: an untouched second, loads, and an untouched time after them are one press.
 
-    weights: N, laid on one after the other, each told by next_weight; none: a force sensor tells. done: one entry a press; tip: none.
+    weights: N, laid on one after the other, each reported by next_weight; none: a force sensor tells. done: one entry a press; tip: none.
     """
 
     tip = np.full(3, np.nan)
@@ -59,20 +59,20 @@ class Loads:
         self.drop('')
 
     def next_weight(self) -> str:
-        """The next weight lies on; what is to be told."""
+        """The next weight lies on; what is to be reported."""
         if self.weights and self._rested and self._since is None and not self.done:
             self._since = self._press.rest[-1].stamp_s if not self._forces else self._forces[-1][0]
             return f'hold still: {self.weights[self._number]:g} N'
         return self.advice
 
     def add(self, sample: Sample) -> tuple[Press | None, str]:
-        """(a press that counts, or None; what is to be told, or '')."""
+        """(a press that counts, or None; what is to be reported, or '')."""
         if self.weights:
             return self._weighed(replace(sample, wrench=np.zeros(6)))
         return self._felt(sample) if np.isfinite(sample.wrench).all() else (None, '')
 
     def drop(self, why: str) -> str:
-        """Begin anew; what is to be told."""
+        """Begin anew; what is to be reported."""
         self._press, self._loaded_s, self._number, self._since = Press([]), None, 0, None
         return why
 

@@ -73,39 +73,39 @@ class Session:
         self.done.append((np.mean(press.holds, axis=0)[:2], [self.surface.depth(tip) for tip in press.holds]))
 
     def add(self, sample: Sample) -> tuple[Press | None, str]:
-        """(a press that counts, or None; what is to be told, or '')."""
+        """(a press that counts, or None; what is to be reported, or '')."""
         before, self.tip = self._recent[-1] if self._recent else None, sample.tip
         depth = self.surface.depth(sample.tip)
-        told = self._jumped(before, sample) if before is not None and depth > self.rules.touching else ''
+        reported = self._jumped(before, sample) if before is not None and depth > self.rules.touching else ''
         self._recent.append(sample)
         while len(self._recent) > 2 and sample.stamp_s - self._recent[1].stamp_s >= self.rules.still:
             self._recent.popleft()
         if depth > self.rules.touching:
-            return None, told or self._touched(sample)
+            return None, reported or self._touched(sample)
         press, self._press = self._press, None
         if not depth > -self.rules.touching:
             self._rest.append(sample)
         if press is None:
-            return None, told
+            return None, reported
         problem = press.problem or ('' if press.holds else f'the probe never stood still for {self.rules.still:g} s')
         return (None, f'dropped: {problem}') if problem else (press, f'taken: {len(press.holds)} depths')
 
     def drop(self, why: str) -> str:
-        """Spoil the present press, if there is one, and the untouched time before the next; what is to be told."""
+        """Spoil the present press, if there is one, and the untouched time before the next; what is to be reported."""
         self._rest, self._recent = [], deque()
         if self._press is not None and not self._press.problem:
             self._press.problem = why
         return why
 
     def _jumped(self, before: Sample, sample: Sample) -> str:
-        """Spoil the press if the probe cannot have moved so far while it touched; what is to be told."""
+        """Spoil the press if the probe cannot have moved so far while it touched; what is to be reported."""
         way = np.linalg.norm(sample.tip - before.tip)
         if self._press is None or way <= self.rules.fastest * (sample.stamp_s - before.stamp_s):
             return ''
         return self.drop(f'the probe jumped by {1e3 * way:.1f} mm; see whether /tf tells its place without gaps')
 
     def _touched(self, sample: Sample) -> str:
-        """Go on with a press, or begin one; what is to be told."""
+        """Go on with a press, or begin one; what is to be reported."""
         press = self._press
         if press is None:
             press = self._press = Press(self._untouched(sample.stamp_s))

@@ -18,7 +18,7 @@ from tactile_driver.command import tells_errors
 from .description import Hand, HandSensor, read_hand
 from ..installed import share
 
-_AROUND, _AWAY = 0.1, 2.0  # m of each sensor, and times the hand's size to the eye: RViz's field of view is 45 degrees high. Chosen
+_AROUND, _AWAY = 0.1, 2.0  # m of each sensor, and times the hand's size to the viewpoint: RViz's field of view is 45 degrees high. Chosen
 
 
 def aggregator_configuration(hand: Hand) -> str:

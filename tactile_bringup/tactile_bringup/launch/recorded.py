@@ -68,6 +68,6 @@ def _described(path: str) -> tuple[dict[str, str], set[str]]:
     """'/ns/' -> sensor type, of those known here, as their descriptions in a bag say; which of all were simulated."""
     prefixes = [topic.removesuffix('description') for topic in topics_of(path) if topic.endswith('/description')]
     about = {prefix: next(descriptions(path, prefix.strip('/')), {}) for prefix in prefixes}
-    kinds = {prefix: told.get('sensor_type') for prefix, told in about.items()}
+    kinds = {prefix: reported.get('sensor_type') for prefix, reported in about.items()}
     return ({prefix: kind for prefix, kind in kinds.items() if kind in SENSOR_TYPES},
-            {prefix for prefix, told in about.items() if told.get('source') == 'sim'})
+            {prefix for prefix, reported in about.items() if reported.get('source') == 'sim'})

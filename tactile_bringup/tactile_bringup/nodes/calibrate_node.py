@@ -65,8 +65,8 @@ class CalibrateNode(Node):
         super().__init__('calibrate_node')
         values = NodeParameters(self, CALIBRATE_PARAMETERS)
         kind = sensor_type(Path(values['params'])) if values['params'] else ''
-        told_by = {'probe': 'probe'} if kind != _ARRAY else {} if values['weights'] else {'wrench': 'wrench (or weights)'}
-        missing = [text for name, text in ({'output': 'output', 'params': 'params'} | told_by).items() if not values[name]]
+        reported_by = {'probe': 'probe'} if kind != _ARRAY else {} if values['weights'] else {'wrench': 'wrench (or weights)'}
+        missing = [text for name, text in ({'output': 'output', 'params': 'params'} | reported_by).items() if not values[name]]
         if values.problems or missing:
             raise BadArgument('calibrate_node: ' + ('; '.join(values.problems.values()) or f'parameter {missing[0]} is empty'))
         if kind not in SENSOR_TYPES:
@@ -227,15 +227,15 @@ class CalibrateNode(Node):
         return {'wrench': found[1], 'changed_s': found[2], 'to_sensor': partial(wrench_at, rotation=placed[0], place=placed[1])}
 
     def _judge(self, sample: Sample) -> None:
-        press, told = self._session.add(sample)
+        press, reported = self._session.add(sample)
         if press is not None and not self._infos.keys() >= set(self._info_topics):
-            press, told = None, 'dropped: no camera_info has come; calibrate the camera first'
+            press, reported = None, 'dropped: no camera_info has come; calibrate the camera first'
         if press is not None:
             self._keep(press)
         if press is not None and self._values['wrench'] and not np.isfinite(press.touched[0].wrench).all():
-            told += f'; no wrench on {self._values["wrench"]}, so it gives no forces'
-        if told:
-            self._tell(f'{told}. {self._session.advice}' if press is not None or told.startswith('dropped') else told)
+            reported += f'; no wrench on {self._values["wrench"]}, so it gives no forces'
+        if reported:
+            self._tell(f'{reported}. {self._session.advice}' if press is not None or reported.startswith('dropped') else reported)
         if press is not None and not self._session.open_places:
             self._end()
 

@@ -92,7 +92,7 @@ class DrawingNode(Node):
         self._drawn_s: float | None = None  # time of the last published markers that are still shown
         self._stale_timer = steady_timer(self, _LOOK_S, self._clear_stale)  # while markers are shown: each call wakes the executor
         self._stale_timer.cancel()
-        self._told: dict[str, tuple[str, float]] = {}  # node -> its warning, '' for none, and when it came
+        self._reported: dict[str, tuple[str, float]] = {}  # node -> its warning, '' for none, and when it came
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, 10)
         self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self._examine)
         guard_services(self)
@@ -148,8 +148,8 @@ class DrawingNode(Node):
         for status in message.status:
             space, _, node = status.name.split(':')[0].rpartition('/')
             if space == own and node != self.get_name():
-                self._told[status.name] = '' if status.level == OK else status.message, now
-        warnings = [text for text, told_s in self._told.values() if text and now - told_s < _TOLD_S]
+                self._reported[status.name] = '' if status.level == OK else status.message, now
+        warnings = [text for text, reported_s in self._reported.values() if text and now - reported_s < _TOLD_S]
         self.markers.warning = warnings[0] if warnings else ''
         if warnings and self._drawn_s is None:
             self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))

@@ -48,9 +48,9 @@ class SimulatedStage(Node):
             self._tip = np.array([p.x, p.y, p.z]) - outwards * depth * self._along_normal
             self._out = outwards * (depth + _ABOVE)
             if self._along_normal:  # such a sensor tells no wrench
-                told = WrenchStamped(header=message.header)
-                told.wrench.force = vector(-message.contacts[0].force * outwards)
-                self._press(told)
+                reported = WrenchStamped(header=message.header)
+                reported.wrench.force = vector(-message.contacts[0].force * outwards)
+                self._press(reported)
         else:  # it goes back as it came
             self._tip, self._out = self._tip + self._out, np.zeros(3)
         if message.header.frame_id != self._sensor:
@@ -69,9 +69,9 @@ class SimulatedStage(Node):
         force, torque = self._turn.apply([f.x, f.y, f.z]), self._turn.apply([t.x, t.y, t.z])
         arm = self._turn.apply(self._tip) + _FORCE_ABOVE
         felt = -np.r_[force, torque - np.cross(arm, force)] + _BIAS + self._rng.normal(size=6) * _NOISE
-        told = WrenchStamped(header=Header(stamp=message.header.stamp, frame_id=FORCE))
-        told.wrench.force, told.wrench.torque = vector(felt[:3]), vector(felt[3:])
-        self._forces.publish(told)
+        reported = WrenchStamped(header=Header(stamp=message.header.stamp, frame_id=FORCE))
+        reported.wrench.force, reported.wrench.torque = vector(felt[:3]), vector(felt[3:])
+        self._forces.publish(reported)
 
 
 def _moved(stamp, parent: str, child: str, place: np.ndarray) -> TransformStamped:

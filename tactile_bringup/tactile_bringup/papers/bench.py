@@ -48,10 +48,10 @@ class Table:
 
     def lines(self) -> list[str]:
         """In Markdown."""
-        told = [f'### {self.title}', '', '| | unit | the paper reports | its method, as built here | ours |', '|---|---|---|---|---|']
-        told += [f'| {row.quantity} | {row.unit} | {row.reported or "-"} | {_said(row.published)} | {_said(row.ours)} |'
+        estimated = [f'### {self.title}', '', '| | unit | the paper reports | its method, as built here | ours |', '|---|---|---|---|---|']
+        estimated += [f'| {row.quantity} | {row.unit} | {row.reported or "-"} | {_said(row.published)} | {_said(row.ours)} |'
                  for row in self.rows]
-        return [*told, '', *([self.note, ''] if self.note else [])]
+        return [*estimated, '', *([self.note, ''] if self.note else [])]
 
 
 def _said(value: float) -> str:

@@ -39,41 +39,41 @@ def finger(bench: Bench) -> Iterator[Table]:
     bag = bench.bag('psd_finger', 'grid', _SAMPLES)
     papers, ours = (_places(bench, bag, *how) for how in methods)
     within = f'within {WITHIN:g} degrees, worst'
-    names = 'error angle, worst', f'error angle {within}', f'mean deviation {within}', 'places told'
+    names = 'error angle, worst', f'error angle {within}', f'mean deviation {within}', 'places reported'
     yield Table('25 places: figs 8 and 10', [Row(name, unit, reported, *pair) for name, unit, reported, *pair in zip(
         names, ('degrees',) * 3 + ('',), ('6', '', '1.5', '25'), papers, ours)],
         'Eqs 11 to 14: the mean of all estimates of a touch, but for its first and last quarter, and their mean distance from it.')
     for scene, reported in (('slow_taps', '0.25 s at 0.88 Hz'), ('taps', '0.078 s at 3.2 Hz')):
         papers, ours = (_taps(bench, bench.bag('psd_finger', scene, _SAMPLES), *how) for how in methods)
-        names = 'contacts told', 'told after the onset, median', 'told after the onset, worst', 'made up'
+        names = 'contacts reported', 'reported after the onset, median', 'reported after the onset, worst', 'made up'
         yield Table(f'Contacts of {reported}: fig 11', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
             names, ('%', 'ms', 'ms', ''), papers, ours)], 'The paper reports "without significant delay", and a plot.')
 
 
 def _places(bench: Bench, bag: Path, params: Path, calibration: Path) -> list[float]:
-    """Worst error, the same within 45 degrees, worst deviation within 45 degrees, degrees; places told."""
+    """Worst error, the same within 45 degrees, worst deviation within 45 degrees, degrees; places reported."""
     touches: dict[int, list] = {}
     for _, estimated, true in bench.instants(bag, params, calibration):
         if len(true.contacts or []) == 1 and len(estimated.contacts or []) == 1:
             touches.setdefault(true.contacts[0].id, []).append((estimated.contacts[0].normal, true.contacts[0].normal))
     rows = []
     for pairs in touches.values():
-        told, true = np.moveaxis(np.array(pairs[len(pairs) // 4:len(pairs) - len(pairs) // 4]), 1, 0)
-        middle = told.mean(0) / np.linalg.norm(told.mean(0))
-        rows.append((_angle(middle, true[0]), _angle(told, middle).mean(), np.degrees(np.arccos(min(true[0][2], 1.0)))))
+        stated, true = np.moveaxis(np.array(pairs[len(pairs) // 4:len(pairs) - len(pairs) // 4]), 1, 0)
+        middle = stated.mean(0) / np.linalg.norm(stated.mean(0))
+        rows.append((_angle(middle, true[0]), _angle(stated, middle).mean(), np.degrees(np.arccos(min(true[0][2], 1.0)))))
     error, deviation, polar = np.array(rows).reshape(-1, 3).T
     near = polar < WITHIN + 1
     return [float(part.max()) if len(part) else np.nan for part in (error, error[near], deviation[near])] + [float(len(rows))]
 
 
 def _taps(bench: Bench, bag: Path, params: Path, calibration: Path) -> list[float]:
-    """Contacts told, %; their delay, ms, median and worst; contacts made up."""
+    """Contacts reported, %; their delay, ms, median and worst; contacts made up."""
     evaluation = Evaluation()
     for stamp, estimated, true in bench.instants(bag, params, calibration):
         evaluation.add(stamp, estimated, true)
     found = evaluation.summary()['touches']
-    late = found['told_after_ms']
-    return [100.0 * (1 - found['never_told'] / max(found['there'], 1)), late['median'], late['worst'], float(found['made_up'])]
+    late = found['stated_after_ms']
+    return [100.0 * (1 - found['never_stated'] / max(found['there'], 1)), late['median'], late['worst'], float(found['made_up'])]
 
 
 _PAPERS_TOUCHPAD = {'contact': 'paper', 'detection': 'paper', 'numbering': 'paper'}
@@ -106,11 +106,11 @@ def _dots(bench: Bench, bag: Path, params: Path) -> tuple[list[float], np.ndarra
     counts, off = [], []
     for _, estimated, true in bench.instants(bag, params, None):
         if true.contacts and estimated.region is not None:
-            told, real = (_moved(one.region, true.region.centroid) for one in (estimated, true))
-            off.append(1e3 * float(np.linalg.norm(told - real)))
+            stated, real = (_moved(one.region, true.region.centroid) for one in (estimated, true))
+            off.append(1e3 * float(np.linalg.norm(stated - real)))
             touching = set(np.asarray(true.region.dot_id)[np.asarray(true.region.dot_state) > 0].tolist())
-            told = set(np.asarray(estimated.region.dot_id)[np.asarray(estimated.region.dot_state) > 0].tolist())
-            counts.append((len(touching), len(touching & told), len(told - touching), len(touching - told)))
+            stated = set(np.asarray(estimated.region.dot_id)[np.asarray(estimated.region.dot_state) > 0].tolist())
+            counts.append((len(touching), len(touching & stated), len(stated - touching), len(touching - stated)))
     if not counts:
         return [np.nan] * 8, np.zeros((0, 3))
     table = np.array(counts, float)
@@ -124,7 +124,7 @@ def taxels(bench: Bench) -> Iterator[Table]:
         curves = tuple(Curves(name, 'time, s', {TRUTH: (ours[:, 0], ours[:, k + 3]), PUBLISHED: (papers[:, 0], papers[:, k]),
                                                 OURS: (ours[:, 0], ours[:, k])}) for k, name in enumerate(('x, mm', 'angle, degrees'), 1))
         yield Table(f'A bar is {what}: fig 3', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
-            ('position, mean error', 'angle, mean error', 'frames told'), ('mm', 'degrees', '%'), _off(papers), _off(ours))],
+            ('position, mean error', 'angle, mean error', 'frames reported'), ('mm', 'degrees', '%'), _off(papers), _off(ours))],
             'The paper shows a plot.', curves)
     for scene, what in (('grip', 'the grip changes'), ('rock', 'the object tilts')):
         names = 'force along the normal, mean error', 'moments along the pad, mean error', 'largest force', 'largest moment'
@@ -141,10 +141,10 @@ def taxels(bench: Bench) -> Iterator[Table]:
 
 def _with_gripper(bag: Path) -> Path:
     """The bag with the position of the gripper that holds the object, on /joint_states before each image: the true depth tells it."""
-    told = bag.with_name(f'{bag.name}_gripper')
-    if told.exists():
-        return told
-    with BagReader(bag) as reader, BagWriter(told) as writer:
+    stated = bag.with_name(f'{bag.name}_gripper')
+    if stated.exists():
+        return stated
+    with BagReader(bag) as reader, BagWriter(stated) as writer:
         for raw in reader.messages():
             if raw.topic.endswith('ground_truth/contacts'):
                 message = decode(raw.data, raw.type_name)
@@ -153,7 +153,7 @@ def _with_gripper(bag: Path) -> Path:
                 kind, data = encode(joint)
                 writer.write('/joint_states', kind, raw.stamp_ns - 1, data)
             writer.write(*raw[:4])
-    return told
+    return stated
 
 
 def _trace(bench: Bench, bag: Path, method: str) -> np.ndarray:
@@ -162,17 +162,17 @@ def _trace(bench: Bench, bag: Path, method: str) -> np.ndarray:
     rows = []
     for stamp, estimated, true in bench.instants(bag, bench.params('taxel_array', {'method': method}), shipped('taxel_array')):
         if true.contacts and estimated.region is not None:
-            told, real = 1e3 * estimated.region.centroid[:2], 1e3 * true.region.centroid[:2]
+            stated, real = 1e3 * estimated.region.centroid[:2], 1e3 * true.region.centroid[:2]
             side = _long_side(true.region.outlines)
             turn = (np.degrees(estimated.region.orientation) - side + 90) % 180 - 90
-            rows.append((stamp, told[0], side + turn, np.hypot(*(told - real)), real[0], side))
+            rows.append((stamp, stated[0], side + turn, np.hypot(*(stated - real)), real[0], side))
     return np.array(rows).reshape(-1, 6)
 
 
 def _off(trace: np.ndarray) -> list[float]:
-    """Mean errors of position, mm, and angle, degrees, of a trace (N, 6); frames told, %."""
-    told = 100.0 * float(np.isfinite(trace[:, 3]).mean()) if len(trace) else np.nan
-    return [mean(trace[:, 3]), mean(np.abs(trace[:, 2] - trace[:, 5])), told]
+    """Mean errors of position, mm, and angle, degrees, of a trace (N, 6); frames reported, %."""
+    stated = 100.0 * float(np.isfinite(trace[:, 3]).mean()) if len(trace) else np.nan
+    return [mean(trace[:, 3]), mean(np.abs(trace[:, 2] - trace[:, 5])), stated]
 
 
 def _long_side(outlines: list[np.ndarray]) -> float:
@@ -197,7 +197,7 @@ def _wrench(found: np.ndarray) -> list[float]:
     """Mean errors of the normal force, N, and of the moments along the pad, mN m; their largest true values."""
     if not len(found):
         return [np.nan] * 4
-    told, true = found[:, 1:7], found[:, 7:]
+    stated, true = found[:, 1:7], found[:, 7:]
     parts = (1.0, slice(2, 3)), (1e3, slice(3, 5))
-    return [factor * mean(np.linalg.norm((told - true)[:, part], axis=1)) for factor, part in parts] + [
+    return [factor * mean(np.linalg.norm((stated - true)[:, part], axis=1)) for factor, part in parts] + [
         factor * float(np.linalg.norm(true[:, part], axis=1).max()) for factor, part in parts]

@@ -24,20 +24,20 @@ Press = tuple[np.ndarray, float, np.ndarray, float]
 
 
 def presses(bench: Bench, bag: Path, params: Path, calibration: Path) -> list[Press]:
-    """(true place (3,) m, true depth m, estimated place, estimated depth) of each press; NaN where none was told."""
+    """(true place (3,) m, true depth m, estimated place, estimated depth) of each press; NaN where none was reported."""
     found = []
     for _, estimated, true in bench.instants(bag, params, calibration):
         if true.contacts:
-            tip, told = true.contacts[0], (estimated.contacts or [None])[0]
-            found.append((tip.position, tip.depth, *((np.full(3, np.nan), np.nan) if told is None else (told.position, told.depth))))
+            tip, stated = true.contacts[0], (estimated.contacts or [None])[0]
+            found.append((tip.position, tip.depth, *((np.full(3, np.nan), np.nan) if stated is None else (stated.position, stated.depth))))
     return found
 
 
 def _place_and_depth(found: list[Press]) -> tuple[float, float, float]:
-    """Mean errors of place and depth, mm, and the share of presses that are told, %."""
-    place = [1e3 * np.hypot(*(told - true)[:2]) for true, _, told, _ in found]
-    told = 100.0 * float(np.isfinite(place).mean()) if place else np.nan
-    return mean(place), mean([1e3 * abs(told - true) for _, true, _, told in found]), told
+    """Mean errors of place and depth, mm, and the share of presses that are reported, %."""
+    place = [1e3 * np.hypot(*(stated - true)[:2]) for true, _, stated, _ in found]
+    stated = 100.0 * float(np.isfinite(place).mean()) if place else np.nan
+    return mean(place), mean([1e3 * abs(stated - true) for _, true, _, stated in found]), stated
 
 
 def _calibrated(bench: Bench, sensor: str, scenes: list[str], changes: dict, plate: str = '') -> tuple[Path, Path]:
@@ -68,7 +68,7 @@ def one_camera(bench: Bench) -> Iterator[Table]:
 
 
 def _rows(reported: tuple[str, str], papers: tuple, ours: tuple) -> list[Row]:
-    names, units = ('place, mean error', 'depth, mean error', 'presses told'), ('mm', 'mm', '%')
+    names, units = ('place, mean error', 'depth, mean error', 'presses reported'), ('mm', 'mm', '%')
     return [Row(name, unit, *row) for name, unit, *row in zip(names, units, (*reported, ''), papers, ours)]
 
 
@@ -83,7 +83,7 @@ def two_cameras(bench: Bench) -> Iterator[Table]:
                 f'Nine places at 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.')
     bag = bench.bag(sensor, 'areal_dual_table_4', RATE)
     papers, ours = (_ways(presses(bench, bag, *how)) for how in methods)
-    yield Table('Two cameras: table 4', [Row('way told over true way, mean', '', '1.03', papers[0], ours[0]),
+    yield Table('Two cameras: table 4', [Row('way reported over true way, mean', '', '1.03', papers[0], ours[0]),
                 Row('its standard deviation', '', '0.053', papers[1], ours[1])],
                 f'Four paths, by x and y. The paper reports 10.28 px a mm, standard deviation 0.53, at {PX_PER_MM:g} px a mm.')
 
@@ -108,14 +108,14 @@ def zones(bench: Bench) -> Iterator[Table]:
         if not pattern:  # the calibration file that ships is of the regular print
             ours = _pixels(presses(bench, bag, bench.params(sensor, _OURS), shipped(sensor)), camera)
         reported = ('4.84', '4.04', '0.08') if print_ == 'regular' else ('', '', '')
-        names, units = ('x, mean error', 'y, mean error', 'depth, mean error', 'presses told'), ('px', 'px', 'mm', '%')
+        names, units = ('x, mean error', 'y, mean error', 'depth, mean error', 'presses reported'), ('px', 'px', 'mm', '%')
         rows = [Row(name, unit, *row) for name, unit, *row in zip(names, units, (*reported, ''), papers, ours)]
         yield Table(f'Dome: table I, {print_} print', rows,
                     'Ten zones at 12, 20 and 28 mm; calibrated there at 8, 16, 24 and 32 mm, by the same tip.')
 
 
 def _pixels(found: list[Press], camera) -> list[float]:
-    """Mean errors of x and y in the image, px, and of depth, mm; presses told, %."""
-    true, told = (camera.project(np.array([press[k] for press in found]).reshape(-1, 3)) for k in (0, 2))
-    x, y = np.abs(told - true).T
+    """Mean errors of x and y in the image, px, and of depth, mm; presses reported, %."""
+    true, stated = (camera.project(np.array([press[k] for press in found]).reshape(-1, 3)) for k in (0, 2))
+    x, y = np.abs(stated - true).T
     return [mean(x), mean(y), *_place_and_depth(found)[1:]]

@@ -31,22 +31,22 @@ _SIMULATED = "# The simulated {0} (source:=sim): the parameters that differ from
 #: Cameras over dots or pins without a model of the surface: name -> comment at the top, what differs from a touchpad.
 _DOTS_ALONE = {
     'marker_video': ('# Any camera or video of dots, dark or bright, of any size, in a grid or not: dots, numbers or tracks.\n'
-                     '# What the dots are is measured in the first image, of the untouched sensor, and told on /diagnostics.\n',
+                     '# What the dots are is measured in the first image, of the untouched sensor, and reported on /diagnostics.\n',
                      {'rows': 0, 'columns': 0, 'polarity': 'any', 'detection': 'auto', 'numbering': 'auto'}),
     'marker_gel': ('# A gel with a grid of dark markers over a camera, as GelSight Mini: dots, numbers, displacement field.\n'
                    '# Copy it and set rows and columns to what the image shows in full.\n', {}),
 }
 _PIN_DOME = ('# A dome of pins over a camera, as TacTip with 127 or 331 of them, in any pattern: dots, contact region;\n'
              '# after calibrate with known presses place and depth of a contact. Pins keep the numbers of the first image.\n'
-             '# Distances are not public: put in yours as gel.pitch. Until then no area is told.\n')
+             '# Distances are not public: put in yours as gel.pitch. Until then no area is reported.\n')
 _GELSIGHT_MINI = ('# GelSight Mini with its gel with dots: contact region, contacts, wrench.\n'
                   "# The pitch is from the maker's software, 0.0634 mm a pixel of 320 x 240, in which the dots are 31 px apart.\n"
-                  '# Thickness and modulus are not public: put in yours (docs/gel.md). Until then no force is told,\n'
+                  '# Thickness and modulus are not public: put in yours (docs/gel.md). Until then no force is reported,\n'
                   '# and the thickness is a guess.\n')
 _GEL_SIM = ("# A simulated gel with dots (source:=sim params:=.../gel_sim.yaml): the parameters that differ from the nodes' defaults;\n"
             '# gelsight_mini.yaml explains all.\n')
 _PRESSURE = ('# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).\n'
-             '# What the pad is made of is not known: put in yours, or calibrate; until then no force is told.\n')
+             '# What the pad is made of is not known: put in yours, or calibrate; until then no force is reported.\n')
 _PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'reference.start': 'zero', 'full_value': 2000.0}
 _CAMERAS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS}
 # Parameters that the launch files set for each sensor are left out.

@@ -161,7 +161,7 @@ def main(args: list[str] | None = None) -> int:
     scenes = '\n'.join(f'{kind}: {", ".join(sorted(names))}' for kind, (_, _, names) in WRITERS.items())
     parser = argparse.ArgumentParser('simulate', description=__doc__, epilog='scenes\n' + scenes,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('sensor', choices=list(WRITERS), help=f'kind of sensor; {CAMERA}: touchpad, sheets and dome, told by the scene')
+    parser.add_argument('sensor', choices=list(WRITERS), help=f'kind of sensor; {CAMERA}: touchpad, sheets and dome, reported by the scene')
     parser.add_argument('scene')
     parser.add_argument('bag', type=Path, help='rosbag2 to write (MCAP); it must not exist')
     parser.add_argument('--rate', type=float, help='frames or samples a second; default ' +

@@ -43,11 +43,11 @@ def calibrate_specimen(sensor_type: str, output: Path) -> str:
     with TemporaryDirectory() as folder:
         bag = Path(folder) / sensor_type
         write(bag, scene, rate)
-        told = calibrate([bag], Path(share('params', f'{sensor_type}_sim.yaml')), output)
+        reported = calibrate([bag], Path(share('params', f'{sensor_type}_sim.yaml')), output)
     if sensor_type in MARKER_SENSORS:
         keep_best(output, sensor_type)
     output.write_text(LICENCE + output.read_text())  # for a file that ships
-    return told
+    return reported
 
 
 def keep_best(path: Path, sensor_type: str) -> None:

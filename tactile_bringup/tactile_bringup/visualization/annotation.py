@@ -56,8 +56,8 @@ def stitched_places(stitching: Stitching, xyz: np.ndarray) -> np.ndarray:
 
     The view that shows the mean of the points places all of them.
     """
-    left, right = (stitching.origin + stitching.scale * (eye[:2] + (xyz[:, :2] - eye[:2]) * (eye[2] / (eye[2] - xyz[:, 2:])))
-                   for eye in stitching.eyes)
+    left, right = (stitching.origin + stitching.scale * (centre[:2] + (xyz[:, :2] - centre[:2]) * (centre[2] / (centre[2] - xyz[:, 2:])))
+                   for centre in stitching.camera_centres)
     return right if stitching.side_of(left.mean(axis=0))[0] else left
 
 

@@ -149,8 +149,8 @@ def test_a_session_is_interrupted_goes_on_and_ends_with_a_calibration(tmp_path, 
         pass
     assert lab.session.complete and len(lab.session.bags) == 12
     tips, depths, forces = touches(lab.session.bags[0])
-    told = capfd.readouterr().err
-    assert 'without 1 s untouched' in told and 'never stood still' in told, 'the scene has such presses'
+    reported = capfd.readouterr().err
+    assert 'without 1 s untouched' in reported and 'never stood still' in reported, 'the scene has such presses'
     nearest = np.array([min(truth, key=lambda true: np.linalg.norm(np.subtract(true[:3], tip))) for tip in tips])  # noqa: B023
     assert np.abs(tips - nearest[:, :3]).max() < 1e-6 and depths == pytest.approx(-tips[:, 2]), 'm; the mounting is known'
     assert np.abs(forces - nearest[:, 3]).max() < 0.1, 'N; noise, and the weight of the tool, are taken off'

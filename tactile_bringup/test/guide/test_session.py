@@ -17,7 +17,7 @@ class Hand:
     def __init__(self):
         self.session, self.now, self.stuck, self.changed = Session(MarkedSurface(MARKER_SENSORS['areal_single'], 0.0)), 0.0, False, 0.0
         self.tip = np.array([0.0, 0.0, ABOVE])
-        self.taken, self.told = [], []
+        self.taken, self.reported = [], []
 
     def go(self, tip, seconds):
         """To a tip (3,) m, evenly, within so many s."""
@@ -25,11 +25,11 @@ class Hand:
         for k in range(1, count + 1):
             self.tip, self.now = begin + (np.asarray(tip, float) - begin) * k / count, self.now + 1 / RATE
             self.changed = self.changed if self.stuck else self.now
-            press, told = self.session.add(Sample(self.now, self.tip, np.zeros(6), self.changed, k))
+            press, reported = self.session.add(Sample(self.now, self.tip, np.zeros(6), self.changed, k))
             if press is not None:
                 self.session.keep(press)
                 self.taken.append(press)
-            self.told += [told] if told else []
+            self.reported += [reported] if reported else []
 
     def press(self, x=0.0, y=0.0, depths=(0.002, 0.004), pause=1.5, hold=0.8, slide=0.0):
         self.go((x, y, ABOVE), 0.2)
@@ -56,10 +56,10 @@ def test_a_press_that_counts_has_its_place_its_depths_and_untouched_images_befor
 @pytest.mark.parametrize(('how', 'why'), [
     ({'pause': 0.0}, 'without 1 s untouched'), ({'hold': 0.2}, 'never stood still'), ({'slide': 0.003}, 'slid'),
     ({'x': 0.031}, 'outside the surface')])
-def test_a_press_that_does_not_count_is_dropped_and_told(how, why):
+def test_a_press_that_does_not_count_is_dropped_and_reported(how, why):
     hand = Hand()
     hand.press(**how)
-    assert hand.taken == [] and any(why in told for told in hand.told) and hand.told[-1].startswith('dropped')
+    assert hand.taken == [] and any(why in reported for reported in hand.reported) and hand.reported[-1].startswith('dropped')
     hand.press()
     assert len(hand.taken) == 1, 'the next one counts'
 
@@ -68,7 +68,7 @@ def test_a_wrench_that_stands_still_spoils_the_press():
     hand = Hand()
     hand.stuck = True
     hand.press()
-    assert hand.taken == [] and any('saturated or has stopped' in told for told in hand.told)
+    assert hand.taken == [] and any('saturated or has stopped' in reported for reported in hand.reported)
 
 
 def test_a_probe_that_jumps_or_whose_place_is_lost_spoils_the_press():
@@ -78,13 +78,13 @@ def test_a_probe_that_jumps_or_whose_place_is_lost_spoils_the_press():
     hand.tip = np.array([0.025, 0.02, -0.003])
     hand.go((0.025, 0.02, -0.003), 1.0)
     hand.go((0.025, 0.02, ABOVE), 0.5)
-    assert hand.taken == [] and any('jumped by 32.0 mm' in told for told in hand.told)
+    assert hand.taken == [] and any('jumped by 32.0 mm' in reported for reported in hand.reported)
     hand.go((0, 0, ABOVE), 1.5)
     hand.go((0, 0, -0.003), 0.5)
     hand.session.drop('/tf has stopped')
     hand.go((0, 0, -0.003), 1.0)
     hand.go((0, 0, ABOVE), 0.5)
-    assert hand.taken == [] and hand.told[-1] == 'dropped: /tf has stopped'
+    assert hand.taken == [] and hand.reported[-1] == 'dropped: /tf has stopped'
 
 
 def test_the_twelve_places_are_led_through():
@@ -110,7 +110,7 @@ def test_a_dome_is_pressed_along_z_and_a_finger_along_its_normal():
 
 
 @pytest.mark.parametrize('weights', [(), (10.0, 20.0, 10.0, 0.0)])
-def test_loads_are_told_by_a_force_sensor_or_are_known_weights(weights):
+def test_loads_are_reported_by_a_force_sensor_or_are_known_weights(weights):
     loads, rng, found, forces = Loads(weights), np.random.default_rng(0), [], [0.0, 10.0, 20.0, 10.0, 0.0]
     for number, force in enumerate(forces):
         if weights and number:
@@ -124,5 +124,5 @@ def test_loads_are_told_by_a_force_sensor_or_are_known_weights(weights):
                 found.append(press)
     press, = found
     tare = np.mean([sample.wrench for sample in press.rest], axis=0)
-    told = np.array([(sample.wrench - tare)[2] for sample in press.touched])
-    assert {0, -10, -20} == set(np.round(told)) and (told[-40:] == 0).all(), 'the noise of nothing is no load'
+    reported = np.array([(sample.wrench - tare)[2] for sample in press.touched])
+    assert {0, -10, -20} == set(np.round(reported)) and (reported[-40:] == 0).all(), 'the noise of nothing is no load'

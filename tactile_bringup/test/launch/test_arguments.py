@@ -95,7 +95,7 @@ def test_a_contact_region_needs_a_surface(files):
 
 @pytest.mark.parametrize('text', ['a: [', 'just words', ''])
 @pytest.mark.parametrize('sensor_type', ['touchpad', 'areal_single'])
-def test_a_broken_parameter_file_is_told_in_one_line(tmp_path, files, sensor_type, text):
+def test_a_broken_parameter_file_is_reported_in_one_line(tmp_path, files, sensor_type, text):
     path = tmp_path / 'broken.yaml'
     path.write_text(text)
     with pytest.raises(LaunchError, match='broken.yaml') as raised:
@@ -103,7 +103,7 @@ def test_a_broken_parameter_file_is_told_in_one_line(tmp_path, files, sensor_typ
     assert '\n' not in str(raised.value)
 
 
-@pytest.mark.parametrize('wrong, told', [
+@pytest.mark.parametrize('wrong, reported', [
     ({'source': 'file'}, 'path:='), ({'source': 'bag', 'path': 'nowhere.avi'}, 'nowhere.avi does not exist'),
     ({'params': 'no.yaml'}, 'no.yaml'), ({'source': 'foo'}, 'source:=foo is none of sim, device, file, bag'),
     ({'rviz': 'maybe'}, 'rviz:=maybe is none of true, false'), ({'loop': 'twice'}, 'loop:=twice is none of true, false'),
@@ -111,8 +111,8 @@ def test_a_broken_parameter_file_is_told_in_one_line(tmp_path, files, sensor_typ
     ({'autostart': 'maybe'}, 'autostart:=maybe is none of true, false'),
     ({'composed': 'sensor'}, 'composed:=sensor is none of true, false'),
     ({'calibration': 'no.yaml'}, 'calibration:=no.yaml'), ({'record': __file__}, 'exists already')])
-def test_a_wrong_value_is_told_in_one_line(wrong, told):
-    with pytest.raises(LaunchError, match=told) as raised:
+def test_a_wrong_value_is_reported_in_one_line(wrong, reported):
+    with pytest.raises(LaunchError, match=reported) as raised:
         check(values(**wrong), SOURCES)
     assert '\n' not in str(raised.value)
 
@@ -210,7 +210,7 @@ def test_sensors_are_started_again_and_recorders_are_not(plan):
 
 
 @pytest.mark.parametrize(('given', 'ends'), [({'source': 'sim'}, False), ({}, True), ({'loop': 'true'}, False), ({'stay': 'true'}, False)])
-def test_a_launch_ends_with_its_recording_unless_told_otherwise(files, given, ends):
+def test_a_launch_ends_with_its_recording_unless_reported_otherwise(files, given, ends):
     plan = sensor_plan(values(**{**files[0], **given}), 'touchpad')
     assert plan.ends == ends and plan.nodes['camera_node'].get('stay', True) != ends
 
@@ -304,7 +304,7 @@ def test_a_recording_of_another_type_is_refused_by_name(tmp_path, wanted):
         recorded_topics(bag, wanted, wanted, {})
 
 
-def test_what_is_not_there_is_told(tmp_path):
+def test_what_is_not_there_is_reported(tmp_path):
     whole = write(tmp_path / 'whole', thumb=('touchpad', 'sim'))
     with pytest.raises(BadArgument, match='/palm.*/thumb/description'):
         bag_of(whole, 'palm')

@@ -63,14 +63,14 @@ def test_a_recorded_sensor_plays_its_own_topics_with_the_parameters_of_what_was_
     assert tip.nodes['psd_node']['topic'] == '/tip/voltages' and tip.params.endswith('psd_finger.yaml')
 
 
-@pytest.mark.parametrize(('given', 'told'), [
+@pytest.mark.parametrize(('given', 'reported'), [
     ({'composed': 'maybe'}, 'composed:=maybe is none of true, false'),
     ({'source': 'file'}, 'source:=file is none of sim, device, bag'),
     ({'hand': 'nowhere.yaml'}, 'hand nowhere.yaml: cannot be read'), ({'record': '.'}, 'exists already'),
     ({'source': 'bag'}, 'needs the recording'),
     ({'autostart': 'perhaps'}, 'sensor thumb: autostart:=perhaps is none of')])
-def test_a_wrong_argument_is_told(given, told):
-    with pytest.raises(LaunchError, match=told) as raised:
+def test_a_wrong_argument_is_reported(given, reported):
+    with pytest.raises(LaunchError, match=reported) as raised:
         actions(**given)
     assert '\n' not in str(raised.value)
 

@@ -26,10 +26,10 @@ def test_the_table_names_what_there_is():
         assert isinstance(load(name), type), name
 
 
-@pytest.mark.parametrize(('names', 'told'), [(['camera_node', 'x'], "'x'.*camera_node"),
+@pytest.mark.parametrize(('names', 'reported'), [(['camera_node', 'x'], "'x'.*camera_node"),
                                              ([], 'node')])
-def test_a_list_that_is_none(names, told):
-    with pytest.raises(BadArgument, match=told):
+def test_a_list_that_is_none(names, reported):
+    with pytest.raises(BadArgument, match=reported):
         next(made(names))
 
 

@@ -151,7 +151,7 @@ def test_a_parameter_that_cannot_be_used_is_named():
         rclpy.try_shutdown()
 
 
-def test_messages_that_cannot_be_drawn_are_counted_and_told_and_so_are_defects(monkeypatch):
+def test_messages_that_cannot_be_drawn_are_counted_and_reported_and_so_are_defects(monkeypatch):
     rclpy.init()
     node, done = Lookers(), []
     try:

@@ -25,7 +25,7 @@ def test_a_line_for_each_node_with_its_numbers():
     assert status.nodes == {'/left/thumb/camera_node', '/left/thumb/dot_tracker_node', '/hand_frames_node'} and status.faulty(10.5) == 0
 
 
-def test_a_fault_is_told_and_remembered_when_it_is_over():
+def test_a_fault_is_reported_and_remembered_when_it_is_over():
     status = HandStatus()
     status.add('/thumb/camera_node: camera', ERROR, 'no frame; check the cable', GOOD, 10.0)
     assert status.faulty(10.0) == 1 and 'thumb/camera_node: no frame; check the cable' in status.text(10.0)

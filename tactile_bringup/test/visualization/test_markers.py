@@ -108,7 +108,7 @@ def test_name_numbers_and_state_stand_in_front_of_the_sensor():
     text = by_name(it.frame(HEADER, found))['text']
     assert text.text == 'pad\n1.3 mm deep\n2.1 N\ngross slip'
     assert (text.color.r, text.color.g, text.color.b) == pytest.approx(colours.STATE_COLOURS[2])
-    assert text.pose.position.x > 0.001 and text.pose.position.y > 0, 'towards the eye of the configurations'
+    assert text.pose.position.x > 0.001 and text.pose.position.y > 0, 'towards the camera centre of the configurations'
     assert by_name(it.frame(HEADER, {'dots': found['dots']}))['text'].text == 'pad'
 
 
@@ -124,7 +124,7 @@ def test_a_warning_is_shown_with_and_without_data_until_it_is_over():
 SIZES_FINGER = {'radius': 0.016, 'point_size': 1.5e-3, 'normal_length': 8e-3}
 
 
-def told(stamp, *contacts):
+def reported(stamp, *contacts):
     message = Contacts(header=Header(frame_id='finger'), contacts=[
         Contact(id=number, position=Point(x=0.016 * np.sin(a), z=0.016 * np.cos(a)), normal=Vector3(x=np.sin(a), z=np.cos(a)),
                 position_covariance=(1e-8 * np.eye(3)).ravel()) for number, a in contacts])
@@ -137,7 +137,7 @@ def drawn(markers, message):
 
 
 def test_a_touch_its_normal_and_its_uncertainty():
-    found = drawn(FingerMarkers(SIZES_FINGER), told(5.0, (3, 0.9)))
+    found = drawn(FingerMarkers(SIZES_FINGER), reported(5.0, (3, 0.9)))
     assert set(found) == {('finger', 0), ('points', 0), ('normals', 3), ('covariances', 3), ('text', 0)}
     assert found['points', 0].points[0].x == pytest.approx(0.016 * np.sin(0.9)) and found['finger', 0].scale.z == 0.032
     ends = found['normals', 3].points
@@ -146,7 +146,7 @@ def test_a_touch_its_normal_and_its_uncertainty():
 
 
 def test_the_picture_shows_where_the_finger_is_touched():
-    message = told(5.0, (1, np.pi / 6))
+    message = reported(5.0, (1, np.pi / 6))
     message.contacts.append(Contact(normal=Vector3(x=float('nan'), y=float('nan'), z=float('nan'))))
     made, empty = finger_picture(message), finger_picture(Contacts())
     assert made.shape == empty.shape

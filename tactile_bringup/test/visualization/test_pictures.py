@@ -93,8 +93,8 @@ def camera_at(x):
 
 
 def test_places_in_a_stitched_picture_by_hand():
-    """Two cameras 5 cm under the sheet and 4 cm apart, 10 px/mm: what lies 1 cm under it is seen a quarter further from the eye; what
-    lies across the seam is drawn in one piece."""
+    """Two cameras 5 cm under the sheet and 4 cm apart, 10 px/mm: what lies 1 cm under it is seen a quarter further from the camera centre;
+    what lies across the seam is drawn in one piece."""
     stitching = Stitching(camera_at(-0.02), camera_at(0.02), (1200, 900), 1e4, np.array([600.0, 450.0]), 600.0, (500.0, 100.0))
     info = CameraInfo(width=1200, height=900)
     drawn = Projection(info, camera_matrices(info), [0.0] * 3, [0.0] * 3, stitching)

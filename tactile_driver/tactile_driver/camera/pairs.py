@@ -314,8 +314,8 @@ class PairedSource(DualSource):
     @property
     def remark(self) -> str:
         """Warnings about missing cameras and faulty images, '' without any."""
-        told = (self._told(*camera) for camera in zip(NAMES, self._captures, self._sources))
-        return '; '.join(text for text in (*told, self.shutters.remark) if text)
+        reported = (self._reported(*camera) for camera in zip(NAMES, self._captures, self._sources))
+        return '; '.join(text for text in (*reported, self.shutters.remark) if text)
 
     @property
     def shutters(self) -> ShutterOffset:
@@ -327,7 +327,7 @@ class PairedSource(DualSource):
         """See Source; that of the left frames."""
         return self._sources[LEFT].truths
 
-    def _told(self, name: str, capture: Capture, source: Source) -> str:
+    def _reported(self, name: str, capture: Capture, source: Source) -> str:
         """Warning about one camera, '' without one."""
         state = capture.status
         if self._absent(state):

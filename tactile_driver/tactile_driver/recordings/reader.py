@@ -49,9 +49,9 @@ class LeftOut:
 
     def lines(self) -> list[str]:
         """One line per reason: count, place, reason and first time; most frequent first."""
-        told = sorted(self._found.items(), key=lambda item: -item[1][0])
+        reported = sorted(self._found.items(), key=lambda item: -item[1][0])
         return [f'{count} of {where}: {reason}' + ('' if stamp is None else f' (first at {stamp / 1e9:.3f} s)')
-                for (where, _), (count, reason, stamp) in told]
+                for (where, _), (count, reason, stamp) in reported]
 
 
 _FILES = ('.mcap', '.db3')
@@ -202,7 +202,7 @@ def recorded_description(reader: BagReader, raw_topic: str) -> dict:
     """
     namespace = posixpath.dirname(raw_topic)
     for folder in (namespace, posixpath.dirname(namespace)):
-        for about in _told(reader, {posixpath.join(folder, 'description')}):
+        for about in _reported(reader, {posixpath.join(folder, 'description')}):
             if about:
                 return about
     return {}
@@ -215,14 +215,14 @@ def descriptions(bag: str | Path, namespace: str = '') -> Iterator[dict]:
     """
     end = '/description'
     with BagReader(bag) as reader:
-        yield from _told(reader, {topic for topic in reader.topics
+        yield from _reported(reader, {topic for topic in reader.topics
                                   if (topic == f'/{namespace}{end}' if namespace else topic.endswith(end))})
 
 
 def recorded_frame(reader: BagReader, prefix: str) -> str:
     """The sensor frame of the sensor with topics under prefix, '/ns/': as its description says, else as its namespace is named."""
-    told = (about.get('frame_id') for about in _told(reader, {prefix + 'description'}))
-    return next((frame for frame in told if frame and isinstance(frame, str)), sensor_frame(prefix))
+    reported = (about.get('frame_id') for about in _reported(reader, {prefix + 'description'}))
+    return next((frame for frame in reported if frame and isinstance(frame, str)), sensor_frame(prefix))
 
 
 def original(about: dict) -> dict:
@@ -231,7 +231,7 @@ def original(about: dict) -> dict:
     return recorded if isinstance(recorded, dict) else about
 
 
-def _told(reader: BagReader, topics: set[str]) -> Iterator[dict]:
+def _reported(reader: BagReader, topics: set[str]) -> Iterator[dict]:
     for raw in reader.messages({topic for topic in topics if reader.topics.get(topic) == _STRING}):
         try:
             about = yaml.safe_load(decode(raw.data, _STRING).data)

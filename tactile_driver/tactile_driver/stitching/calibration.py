@@ -22,23 +22,23 @@ class SideView:
     """One camera and its view of the plane z = 0 of the sensor frame.
 
     size: (width, height) px of its images; matrix: (3, 3) K, px; distortion: (5,) k1 k2 p1 p2 k3; homography: (3, 3) from the plane, m,
-    to the undistorted normalised image; eye: (3,) m, centre of projection in the sensor frame, NaN if only the homography is known; gain:
-    factor that matches its grey levels to those of the other camera.
+    to the undistorted normalised image; camera_centre: (3,) m, centre of projection in the sensor frame, NaN if only the homography is
+    known; gain: factor that matches its grey levels to those of the other camera.
     """
 
     size: tuple[int, int]
     matrix: np.ndarray
     distortion: np.ndarray
     homography: np.ndarray
-    eye: np.ndarray
+    camera_centre: np.ndarray
     gain: float = 1.0
 
     def pose(self) -> tuple[np.ndarray, np.ndarray]:
-        """Rotation vector (3,) and translation (3,), m, from the sensor frame to the camera's. The eye must be known."""
+        """Rotation vector (3,) and translation (3,), m, from the sensor frame to the camera's. The camera centre must be known."""
         x, y = self.homography[:, 0], self.homography[:, 1]
         u, _, v = np.linalg.svd(np.column_stack([x, y, np.cross(x, y) / np.sqrt(np.linalg.norm(x) * np.linalg.norm(y))]))
         rotation = u @ v
-        return cv2.Rodrigues(rotation)[0].ravel(), -rotation @ self.eye
+        return cv2.Rodrigues(rotation)[0].ravel(), -rotation @ self.camera_centre
 
     def project(self, xy: np.ndarray) -> np.ndarray:
         """Pixels (N, 2) of points xy (N, 2), m, in the plane."""
@@ -73,16 +73,16 @@ class Stitching:
     cut: tuple[float, float]
 
     @property
-    def eyes(self) -> np.ndarray:
+    def camera_centres(self) -> np.ndarray:
         """(2, 3) m: centres of projection of the left and the right camera in the sensor frame."""
-        return np.stack([self.left.eye, self.right.eye])
+        return np.stack([self.left.camera_centre, self.right.camera_centre])
 
     def poses(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Rotation vector (3,) and translation (3,), m, from the sensor frame to the frames of the left and the right camera, and, as '',
         of the stitched picture: between both, upright; empty where the cameras' places are not known."""
-        if not np.isfinite(self.eyes).all():
+        if not np.isfinite(self.camera_centres).all():
             return {}
-        return {'left': self.left.pose(), 'right': self.right.pose(), '': (np.zeros(3), -self.eyes.mean(axis=0))}
+        return {'left': self.left.pose(), 'right': self.right.pose(), '': (np.zeros(3), -self.camera_centres.mean(axis=0))}
 
     def side_of(self, uv: np.ndarray) -> np.ndarray:
         """(N,) 0 or 1: whether pixels uv (N, 2) of the stitched image come from the left or the right camera."""
@@ -93,7 +93,7 @@ class Stitching:
         return (np.asarray(uv, float).reshape(-1, 2) - self.origin) / self.scale
 
     def to_dict(self) -> dict:
-        """The stitching as plain numbers and lists, for a file; an unknown eye is omitted."""
+        """The stitching as plain numbers and lists, for a file; an unknown camera centre is omitted."""
         return {'size': list(self.size), 'scale': float(self.scale), 'origin': np.asarray(self.origin, float).tolist(),
                 'seam': float(self.seam), 'cut': [float(c) for c in self.cut],
                 'left': _side_to_dict(self.left), 'right': _side_to_dict(self.right)}
@@ -101,8 +101,8 @@ class Stitching:
 
 def _side_to_dict(side: SideView) -> dict:
     numbers = {name: np.asarray(getattr(side, name), float).tolist() for name in ('matrix', 'distortion', 'homography')}
-    eye = {'eye': np.asarray(side.eye, float).tolist()} if np.isfinite(side.eye).all() else {}
-    return {'size': [int(n) for n in side.size], **numbers, **eye, 'gain': float(side.gain)}
+    camera_centre = {'camera_centre': np.asarray(side.camera_centre, float).tolist()} if np.isfinite(side.camera_centre).all() else {}
+    return {'size': [int(n) for n in side.size], **numbers, **camera_centre, 'gain': float(side.gain)}
 
 
 def stitching_from_dict(numbers: Mapping, place: str) -> Stitching:
@@ -118,10 +118,10 @@ def stitching_from_dict(numbers: Mapping, place: str) -> Stitching:
 def _side_from_dict(numbers: Mapping, place: str) -> SideView:
     matrix, distortion = _array(numbers, 'matrix', (3, 3), place), _array(numbers, 'distortion', (5,), place)
     homography, gain = _array(numbers, 'homography', (3, 3), place), float(_array(numbers, 'gain', (), place))
-    eye = _array(numbers, 'eye', (3,), place) if 'eye' in numbers else np.full(3, np.nan)
+    camera_centre = _array(numbers, 'camera_centre', (3,), place) if 'camera_centre' in numbers else np.full(3, np.nan)
     if min(matrix[0, 0], matrix[1, 1], gain) <= 0 or abs(np.linalg.det(homography)) < 1e-12:
         raise BadArgument(f'{place}: focal lengths and gain must be above 0 and the homography regular; run calibrate again')
-    return SideView(_size(numbers, place), matrix, distortion, homography, eye, gain)
+    return SideView(_size(numbers, place), matrix, distortion, homography, camera_centre, gain)
 
 
 def _part(numbers: Mapping, name: str, place: str):

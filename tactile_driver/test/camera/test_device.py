@@ -167,17 +167,17 @@ def test_pictures_with_noise_are_in_order(watched):
     assert {watched(picture(), 0.03 * k) for k in range(100)} == {''}
 
 
-def test_the_same_picture_again_and_again_is_told_until_another_comes(watched):
+def test_the_same_picture_again_and_again_is_reported_until_another_comes(watched):
     same = picture()
-    told = [watched(same, 0.1 * k) for k in range(30)]
-    assert told[:10] == [''] * 10 and told[-1].startswith('the camera has repeated one picture for 2.9 s')
+    reported = [watched(same, 0.1 * k) for k in range(30)]
+    assert reported[:10] == [''] * 10 and reported[-1].startswith('the camera has repeated one picture for 2.9 s')
     assert watched(picture(), 3.0) == ''
 
 
-def test_black_pictures_are_told_but_not_the_first_ones_of_a_camera_that_begins(watched):
+def test_black_pictures_are_reported_but_not_the_first_ones_of_a_camera_that_begins(watched):
     dark = [RNG.integers(0, 4, (48, 64), np.uint8) for _ in range(8)]
-    told = [watched(image, 0.1 * k) for k, image in enumerate(dark)]
-    assert told[:3] == [''] * 3 and 'black' in told[-1]
+    reported = [watched(image, 0.1 * k) for k, image in enumerate(dark)]
+    assert reported[:3] == [''] * 3 and 'black' in reported[-1]
     assert watched(picture()[:, :, 0], 0.9) == ''
 
 

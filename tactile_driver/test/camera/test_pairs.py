@@ -23,7 +23,7 @@ def measured(offsets_ms):
     return shutters.milliseconds
 
 
-def test_the_offset_of_the_latest_pairs_is_told_once_there_are_enough():
+def test_the_offset_of_the_latest_pairs_is_reported_once_there_are_enough():
     assert measured(5.0 + np.random.default_rng(1).normal(0, 0.3, 300)) == pytest.approx(5.0, abs=0.1)
     assert np.isnan(measured([5.0] * 9))
     assert measured([16.0] * 50 + [-17.0] * 10) == -17.0, 'frames that pair in another way are measured anew'

@@ -19,16 +19,16 @@ def test_a_place_is_seen_where_the_pinhole_model_has_it():
     xy = np.random.default_rng(0).uniform(-0.012, 0.012, (50, 2))
     rotation = cv2.Rodrigues(np.array([0.0, 0.0, 0.03]))[0]
     points = np.column_stack([xy, np.zeros(50)])
-    wanted = cv2.projectPoints(points, rotation, -rotation @ side.eye, side.matrix, side.distortion)[0].reshape(-1, 2)
+    wanted = cv2.projectPoints(points, rotation, -rotation @ side.camera_centre, side.matrix, side.distortion)[0].reshape(-1, 2)
     np.testing.assert_allclose(side.project(xy), wanted, atol=1e-9)
     np.testing.assert_allclose(side.place(wanted), xy, atol=1e-8)
 
 
-def test_the_seam_parts_the_picture_between_the_eyes():
+def test_the_seam_parts_the_picture_between_the_camera_centres():
     found = stitching()
     uv = np.array([[0.0, 5.0], [60.0, 30.0], [61.0, 30.0], [120.0, 60.0]])
     assert found.side_of(uv).tolist() == [0, 0, 1, 1]
-    np.testing.assert_allclose(found.eyes[found.side_of(uv), 0], [-0.01, -0.01, 0.01, 0.01])
+    np.testing.assert_allclose(found.camera_centres[found.side_of(uv), 0], [-0.01, -0.01, 0.01, 0.01])
     np.testing.assert_allclose(found.place(uv[:2]), [[-0.02, -25e-3 / 3], [0, 0]])
 
 
@@ -49,15 +49,15 @@ def test_the_cameras_are_where_they_see_the_plane_from():
         seen = cv2.projectPoints(np.column_stack([xy, np.zeros(20)]), rotation, translation, side.matrix, side.distortion)[0].reshape(-1, 2)
         np.testing.assert_allclose(seen, side.project(xy), atol=1e-9)
     rotation, translation = found.poses()['']
-    assert not rotation.any() and np.allclose(-translation, found.eyes.mean(axis=0))
+    assert not rotation.any() and np.allclose(-translation, found.camera_centres.mean(axis=0))
 
 
-def test_an_eye_that_is_not_known_stays_unknown():
+def test_a_camera_centre_that_is_not_known_stays_unknown():
     numbers = stitching().to_dict()
-    del numbers['left']['eye']
+    del numbers['left']['camera_centre']
     found = stitching_from_dict(numbers, 'file')
-    assert np.isnan(found.left.eye).all() and np.isfinite(found.right.eye).all()
-    assert 'eye' not in found.to_dict()['left'] and found.poses() == {}
+    assert np.isnan(found.left.camera_centre).all() and np.isfinite(found.right.camera_centre).all()
+    assert 'camera_centre' not in found.to_dict()['left'] and found.poses() == {}
 
 
 @pytest.mark.parametrize(('path', 'value', 'words'), [

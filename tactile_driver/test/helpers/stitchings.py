@@ -11,10 +11,10 @@ SIZE = (96, 80)
 
 def camera(x, turn, gain=1.0, distortion=(-0.05, 0.01, 0, 0, 0)):
     """A camera at (x, 0, -30 mm), turned by turn rad about its axis, that looks along z."""
-    rotation, eye = cv2.Rodrigues(np.array([0.0, 0.0, turn]))[0], np.array([x, 0.0, -0.03])
+    rotation, camera_centre = cv2.Rodrigues(np.array([0.0, 0.0, turn]))[0], np.array([x, 0.0, -0.03])
     matrix = np.array([[100.0, 0, 47.5], [0, 101, 39.5], [0, 0, 1]])
-    homography = np.column_stack([rotation[:, :2], -rotation @ eye])
-    return SideView(SIZE, matrix, np.array(distortion, float), homography, eye, gain)
+    homography = np.column_stack([rotation[:, :2], -rotation @ camera_centre])
+    return SideView(SIZE, matrix, np.array(distortion, float), homography, camera_centre, gain)
 
 
 def stitching(gains=(1.0, 1.0)):

@@ -175,7 +175,7 @@ def test_every_transition_there_and_back(watcher, camera, video):
     assert watcher.state() == 'finalized'
 
 
-def test_a_missing_device_is_told_and_does_not_end_the_node(watcher, camera, video):
+def test_a_missing_device_is_reported_and_does_not_end_the_node(watcher, camera, video):
     reports = watcher.collect(DiagnosticArray, '/diagnostics', 10)
     process = camera(source='device', device='no-such-serial')
     watcher.until(lambda: any(s.level == ERROR and 'no-such-serial' in s.message for m in reports for s in m.status))

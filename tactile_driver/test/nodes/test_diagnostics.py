@@ -119,8 +119,8 @@ def test_a_defect_is_counted_each_time_and_logged_once_with_its_traceback(monkey
     monkeypatch.setattr(DefectGuard, 'strict', False)
     log = Log()
     net = DefectGuard(log)
-    told = [failed(log, net, IndexError('index 7')) for _ in range(3)]
-    assert net.caught == 3 and 'dots' in told[0] and "IndexError('index 7')" in told[0]
+    reported = [failed(log, net, IndexError('index 7')) for _ in range(3)]
+    assert net.caught == 3 and 'dots' in reported[0] and "IndexError('index 7')" in reported[0]
     assert len(log.lines) == 1 and 'Traceback' in log.lines[0] and 'please report it' in log.lines[0]
     with pytest.raises(ZeroDivisionError) as other:
         1 / 0
@@ -196,7 +196,7 @@ def test_defaults_and_values_at_the_start(make):
     assert parameters.problems == {}
 
 
-def test_wrong_values_at_the_start_are_told_and_leave_the_defaults(make):
+def test_wrong_values_at_the_start_are_reported_and_leave_the_defaults(make):
     node, parameters = make(rate=math.nan, width=0, device=True)
     assert parameters.values()['rate'] == 30.0 and parameters['width'] == 640
     assert set(parameters.problems) == {'rate', 'width', 'device'}

@@ -47,7 +47,7 @@ def ages():
     rclpy.try_shutdown()
 
 
-def test_of_a_live_source_takers_are_told_how_long_each_has_waited(ages):
+def test_of_a_live_source_takers_are_reported_how_long_each_has_waited(ages):
     found = ages()
     assert found[10] > BLOCKED_S - 0.1 and found[20] > BLOCKED_S - 0.2 and len(found) >= 60
 
@@ -139,7 +139,7 @@ def test_only_live_parameters_change_while_it_runs(node):
 
 @pytest.mark.parametrize(('error', 'result'), [(DeviceLost('no camera'), 'FAILURE'), (BadArgument('bad path'), 'FAILURE'),
                                                (RuntimeError('odd'), 'ERROR')])
-def test_what_cannot_be_opened_is_told(node, error, result):
+def test_what_cannot_be_opened_is_reported(node, error, result):
     driver, _ = node(error)
     assert driver.trigger_configure() == getattr(TransitionCallbackReturn, result)
     health = driver._examine()

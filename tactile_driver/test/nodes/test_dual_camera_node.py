@@ -81,7 +81,7 @@ def test_each_view_has_its_stamp_and_the_picture_the_left_ones(node):
     assert two.stream.remark == ''
 
 
-def test_the_right_exposure_of_each_picture_is_told(node):
+def test_the_right_exposure_of_each_picture_is_reported(node):
     found, image = streamed(node, TwoCameras(), frame_id='pad').received(('right/time_reference', TimeReference), ('image_raw', Image))
     assert stamp(found) % 10**7 == 0 and found.header.frame_id == image.header.frame_id == 'pad_camera_optical'
     assert found.source == 'right camera'

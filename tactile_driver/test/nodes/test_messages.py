@@ -209,9 +209,9 @@ def turned(quaternion, point):
 def test_what_the_camera_sees_is_brought_back_to_where_it_is_in_the_sensor_frame(rotation):
     translation, point = np.array([0.01, -0.02, 0.05]), np.array([0.003, 0.004, -0.001])
     seen = cv2.Rodrigues(np.array(rotation))[0] @ point + translation
-    told, = camera_transforms('pad', {'left': (rotation, translation)})
-    at, turn = told.transform.translation, told.transform.rotation
+    reported, = camera_transforms('pad', {'left': (rotation, translation)})
+    at, turn = reported.transform.translation, reported.transform.rotation
     quaternion = turn.x, turn.y, turn.z, turn.w
-    assert (told.header.frame_id, told.child_frame_id) == ('pad', 'pad_left_camera_optical')
+    assert (reported.header.frame_id, reported.child_frame_id) == ('pad', 'pad_left_camera_optical')
     np.testing.assert_allclose(turned(quaternion, seen) + [at.x, at.y, at.z], point, atol=1e-15)
     assert np.linalg.norm(quaternion) == pytest.approx(1.0)

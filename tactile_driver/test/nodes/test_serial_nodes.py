@@ -35,6 +35,6 @@ def test_a_file_in_another_order(watch, start, tmp_path):
     assert images[0].encoding == 'mono16' and values.tolist() == [[2000, 5000], [1000, 4000], [0, 3000]]
 
 
-def test_truth_is_told_at_the_first_sample_and_where_it_changes():
+def test_truth_is_reported_at_the_first_sample_and_where_it_changes():
     assert instants(np.array([0, 0, 1, 1, 2, 0])) == [0, 2, 4, 5]
     assert instants(np.array([1])) == [0]

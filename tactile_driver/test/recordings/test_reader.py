@@ -69,7 +69,7 @@ def test_a_file_that_cannot_be_read_costs_no_other(tmp_path):
         assert any('bag_1.mcap' in line and 'cannot be read' in line for line in reader.left_out.lines())
 
 
-def test_a_file_that_is_cut_off_after_it_was_closed_is_read_and_what_is_missing_told(tmp_path):
+def test_a_file_that_is_cut_off_after_it_was_closed_is_read_and_what_is_missing_reported(tmp_path):
     file = write_bag(tmp_path / 'bag', 20)
     file.write_bytes(file.read_bytes()[:3_000_000])
     with BagReader(tmp_path / 'bag') as reader:
@@ -79,7 +79,7 @@ def test_a_file_that_is_cut_off_after_it_was_closed_is_read_and_what_is_missing_
     assert line.startswith(f'{20 - len(found)} of bag') and 'mcap recover' in line and 'ros2 bag reindex' in line
 
 
-def test_damage_amid_a_file_ends_it_and_is_told(tmp_path):
+def test_damage_amid_a_file_ends_it_and_is_reported(tmp_path):
     file = write_bag(tmp_path / 'bag', 20, preset='zstd_fast')
     data = bytearray(file.read_bytes())
     at = data.index(b'\x28\xb5\x2f\xfd', len(data) // 2)  # where a compressed chunk begins
@@ -91,7 +91,7 @@ def test_damage_amid_a_file_ends_it_and_is_told(tmp_path):
         assert reader.left_out.total == 20 - len(found)
 
 
-def test_a_file_of_the_metadata_that_is_gone_is_told(tmp_path):
+def test_a_file_of_the_metadata_that_is_gone_is_reported(tmp_path):
     write_bag(tmp_path / 'bag', 3, size=1000)
     metadata = tmp_path / 'bag' / 'metadata.yaml'
     page = yaml.safe_load(metadata.read_text())
@@ -111,9 +111,10 @@ def cut(file):
                                     lambda file: (file.parent / 'metadata.yaml').write_text('a: [')])
 def test_what_is_worse_ends_with_one_line_that_says_what_to_do(tmp_path, damage):
     damage(write_bag(tmp_path / 'bag', 3, size=1000))
-    with pytest.raises(BadRecording, match='cannot be read: .*ros2 bag reindex .*bag.*mcap recover') as told, BagReader(tmp_path / 'bag'):
+    with pytest.raises(BadRecording,
+                       match='cannot be read: .*ros2 bag reindex .*bag.*mcap recover') as reported, BagReader(tmp_path / 'bag'):
         pass
-    assert '\n' not in str(told.value)
+    assert '\n' not in str(reported.value)
 
 
 def test_a_missing_and_an_empty_bag_are_named(tmp_path):
@@ -159,7 +160,7 @@ def test_reasons_that_differ_in_their_numbers_count_as_one():
                              '2 of image_raw: image is 64 x 48 px (first at 1.500 s)']
 
 
-def test_so_many_reasons_are_told_apart_and_no_more():
+def test_so_many_reasons_are_reported_apart_and_no_more():
     found = LeftOut()
     for k in range(26):
         for other in 'abcd':
@@ -217,7 +218,7 @@ def test_of_one_sensor(bag):
     assert list(descriptions(bag, 'hand/palm')) == []
 
 
-def test_a_recording_that_is_none_is_told(tmp_path):
+def test_a_recording_that_is_none_is_reported(tmp_path):
     with pytest.raises(BadRecording):
         list(descriptions(tmp_path / 'nowhere'))
 
@@ -237,6 +238,6 @@ def test_each_raw_message_comes_with_the_truth_recorded_after_it():
     names = {'t': '/pad/ground_truth/contacts', 'u': '/pad/ground_truth/wrench', 'i': '/pad/image_raw', 'o': '/pad/other'}
     messages = [SimpleNamespace(topic=names[word[0]], data=word) for word in order]
     found = with_truth(messages, '/pad/image_raw', {names['t']: 'contacts', names['u']: 'wrench'})
-    told = [(raw.data, truth and [(name, data) for name, data in truth.messages]) for raw, truth in found]
+    reported = [(raw.data, truth and [(name, data) for name, data in truth.messages]) for raw, truth in found]
     first = [('contacts', 't0'), ('contacts', 't1'), ('wrench', 'u1')]
-    assert told == [('i1', first), ('i2', None), ('i3', [('contacts', 't3')]), ('i4', None)]
+    assert reported == [('i1', first), ('i2', None), ('i3', [('contacts', 't3')]), ('i4', None)]

@@ -89,16 +89,16 @@ def test_metadata_is_of_jazzy_and_tells_the_qos_as_a_list_of_names(bag):
     metadata = yaml.safe_load((bag / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
     assert (metadata['version'], metadata['ros_distro'], metadata['storage_identifier']) == (9, 'jazzy', 'mcap')
     about = {topic['topic_metadata']['name']: topic['topic_metadata'] for topic in metadata['topics_with_message_count']}
-    told = {topic: one['offered_qos_profiles'] for topic, one in about.items()}
-    assert {topic: policies(profiles) for topic, profiles in told.items()} == WANTED
-    assert told['/tf_static'] == [{'history': 'keep_last', 'depth': 10, 'reliability': 'reliable', 'durability': 'transient_local',
+    reported = {topic: one['offered_qos_profiles'] for topic, one in about.items()}
+    assert {topic: policies(profiles) for topic, profiles in reported.items()} == WANTED
+    assert reported['/tf_static'] == [{'history': 'keep_last', 'depth': 10, 'reliability': 'reliable', 'durability': 'transient_local',
                                    'deadline': FOR_EVER, 'lifespan': FOR_EVER, 'liveliness': 'automatic',
                                    'liveliness_lease_duration': FOR_EVER, 'avoid_ros_namespace_conventions': False}]
     assert about['/tf_static']['type_description_hash'] == type_hash(TYPE)
     assert sorted(file.name for file in bag.iterdir()) == ['bag_0.mcap', 'metadata.yaml']
 
 
-def test_a_publishers_qos_is_told_as_it_is():
+def test_a_publishers_qos_is_reported_as_it_is():
     ever = Duration(nanoseconds=2**63 - 1)
     profile = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL, liveliness=LivelinessPolicy.AUTOMATIC, deadline=ever,
                          lifespan=ever, liveliness_lease_duration=ever)

@@ -31,7 +31,7 @@ def test_a_port_is_found_by_its_serial_number(monkeypatch, tmp_path):
         find_port('A90')
 
 
-def test_what_has_come_is_read_and_a_port_that_is_gone_is_told():
+def test_what_has_come_is_read_and_a_port_that_is_gone_is_reported():
     master, slave = os.openpty()
     tty.setraw(slave)
     port = SerialPort(os.ttyname(slave), 115200)
@@ -105,7 +105,7 @@ def test_bytes_without_a_frame_are_remarked_until_one_comes_or_the_port_is_opene
 SETTINGS = SerialSettings('binary', 921600, 5.0, 12, 0.005)
 
 
-def test_a_missing_port_is_told_with_those_that_exist():
+def test_a_missing_port_is_reported_with_those_that_exist():
     for device in ('/dev/nothing', 'no-such-serial-number'):
         with pytest.raises(DeviceLost, match='there are'):
             PsdSerialSource(device, SETTINGS, lambda: 0).open()

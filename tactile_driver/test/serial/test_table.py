@@ -39,7 +39,7 @@ def test_tables_of_all_kinds(tmp_path, separator, head, time, lines):
     ('1,2,3,4\n1,2,3\n', 'line 2 has 3 numbers, those before it 4'),
     ('1,2,3,4\n' * 4, '4 lines of 4 numbers'), ('1,1,2,3,4\n' * 6, 'do not increase at frame 1'),
     ('1,2,x,4\n1,2,3,4\n1,2,y,4\n', 'line 3')])
-def test_what_was_seen_and_what_is_expected_are_told(tmp_path, text, said):
+def test_what_was_seen_and_what_is_expected_are_reported(tmp_path, text, said):
     (tmp_path / 'a.csv').write_text(text)
     with pytest.raises(BadRecording, match=said):
         read_table(tmp_path / 'a.csv', (3, 4))

@@ -191,7 +191,7 @@ def test_gas_is_compressed_and_carries_the_indenter(cushion, deepest_air):
 
 
 @pytest.mark.parametrize('name, opened', [('areal_single_plate', open_scene), ('areal_dual_plate', open_dual_scene)])
-def test_a_plate_holds_all_markers_at_its_depth_and_is_told_without_force(name, opened):
+def test_a_plate_holds_all_markers_at_its_depth_and_is_reported_without_force(name, opened):
     scene = opened(name, rate=2.0)
     truth = scene.observe(7).truth
     assert truth.contacts[0].depth == pytest.approx(3e-3) and np.isnan(truth.contacts[0].force) and np.isnan(truth.wrench).all()

@@ -169,7 +169,7 @@ def test_a_frame_of_another_size_is_skipped(captured):
     assert '8 x 8' in it.capture.status.error
 
 
-def test_the_newest_frame_s_failure_is_told_until_a_good_one_comes(captured):
+def test_the_newest_frame_s_failure_is_reported_until_a_good_one_comes(captured):
     source = ScriptedSource([1, BadFrame('torn')], live=True)
     source.read = paused_after(source.read, 2)
     it = captured(source)

@@ -87,8 +87,8 @@ std::array<double, 3> region_axes(const double* sums, const double* points, cons
         const double off = along * along - across * across;
         squares += side * off * off;
     });
-    const bool told = !(2 * half < DIRECTION * border_sigma(squares, pitch) / area);
-    return {major, minor, !told ? NAN : angle > -0.5 * M_PI ? angle : 0.5 * M_PI};
+    const bool reported = !(2 * half < DIRECTION * border_sigma(squares, pitch) / area);
+    return {major, minor, !reported ? NAN : angle > -0.5 * M_PI ? angle : 0.5 * M_PI};
 }
 
 }  // namespace tactile

@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Whether something touches a PSD finger, sample by sample, from its total light; steps of ambient light are told from objects.
+// Whether something touches a PSD finger, sample by sample, from its total light; steps of ambient light are distinguished from objects.
 #pragma once
 
 #include <cstddef>

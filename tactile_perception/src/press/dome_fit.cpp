@@ -13,7 +13,7 @@ namespace {
 constexpr int ITERATIONS = 14;    // at most, trials included. Chosen
 constexpr double SETTLED = 3e-3;  // of the longest step: a smaller one is the last. Chosen
 constexpr double GAINED = 1e-3;   // of the cost: a step that gains less is the last. Chosen
-constexpr double NEAREST = 0.1;   // least height of a point over the eye, of its untouched height. Chosen
+constexpr double NEAREST = 0.1;   // least height of a point over the camera centre, of its untouched height. Chosen
 constexpr double DAMPED = 1e-3;   // first damping, over the normal equations' diagonal. Chosen
 constexpr double ASIDE = 2e-5;    // m, least distance of a place from the axis, on which the meridian is undefined. Chosen
 
@@ -92,10 +92,10 @@ class Problem {
  private:
     // What marker k shows, as of (3) moved with slopes by (K, 3 n PRESS).
     void appear(Eigen::Index k, const Eigen::RowVector3d& moved, const Eigen::MatrixXd& by, Guess& found) const {
-        const double away = frame_.plane_z - frame_.eyes(k, 2), before = frame_.points(k, 2) - frame_.eyes(k, 2);
+        const double away = frame_.plane_z - frame_.camera_centres(k, 2), before = frame_.points(k, 2) - frame_.camera_centres(k, 2);
         const double height = std::max(before + moved[2], NEAREST * before);
         for (int axis = 0; axis < 2; ++axis) {
-            const double still = frame_.points(k, axis) - frame_.eyes(k, axis), offset = (still + moved[axis]) / height;
+            const double still = frame_.points(k, axis) - frame_.camera_centres(k, axis), offset = (still + moved[axis]) / height;
             const double left = frame_.shift(k, axis) - (offset - still / before) * away;
             if (!std::isfinite(left)) continue;
             found.left(k, axis) = left;

@@ -8,11 +8,11 @@
 
 namespace tactile {
 
-// The markers of a frame: places on the untouched dome (K, 3), NaN unknown, and their eyes (K, 3); height of the viewing plane; apparent
+// The markers of a frame: places on the untouched dome (K, 3), NaN unknown, and their camera_centres (K, 3); height of the viewing plane; apparent
 // displacements there (K, 2) and their weights (K), 0 where not seen; and, of an error that markers share, rows (shared, K) whose products
 // are taken off the weight matrix of each axis.
 struct DomeFrame {
-    Points points, eyes;
+    Points points, camera_centres;
     double plane_z;
     Eigen::MatrixXd shift, shared;
     Eigen::VectorXd weight;

@@ -137,7 +137,7 @@ class Scene {
     // squared displacements by each press, and how the sheet is deformed there (3, 3).
     void show(std::ptrdiff_t n, double* shown, double (*slopes)[3], double* moved_squares, double (*deformed)[3]) const {
         const int numbers = slopes ? pressed_[0].variants - 1 : 0;
-        const double *rest = seen_.rest + 2 * n, *eye = seen_.eye + 3 * n;
+        const double *rest = seen_.rest + 2 * n, *camera_centre = seen_.camera_centre + 3 * n;
         Deformed alone[MOST_PRESSES];
         for (int press = 0; press < count_; ++press) {
             read(press, 1 + numbers, rest, alone[press]);
@@ -147,7 +147,7 @@ class Scene {
         Whole whole;
         double by[3][3][3];
         add_up(alone, count_, mixed_, widening_, numbers, whole);
-        appear(whole.value, rest, eye, shown, slopes ? by : nullptr);
+        appear(whole.value, rest, camera_centre, shown, slopes ? by : nullptr);
         for (int o = 0; o < 3; ++o) std::copy(whole.value[o], whole.value[o] + 3, deformed[o]);
         const int states = count_ * PRESS_SIZE + (count_ > 1);
         for (int k = 0; k < states && slopes; ++k) {
@@ -159,7 +159,7 @@ class Scene {
                 slopes[k][q] = sum;
             }
         }
-        if (is_near(rest)) add_disc(rest, eye, whole.value, shown);
+        if (is_near(rest)) add_disc(rest, camera_centre, whole.value, shown);
     }
 
  private:
@@ -178,7 +178,7 @@ class Scene {
     }
 
     // Adds the difference of a disc and its centre point.
-    void add_disc(const double* rest, const double* eye, const double centre[3][3], double* shown) const {
+    void add_disc(const double* rest, const double* camera_centre, const double centre[3][3], double* shown) const {
         double points[DISC_POINTS][2], deformed[DISC_POINTS][3][3], disc[3], point[3];
         disc_points(rest, seen_.radius, points);
         for (int p = 0; p < DISC_POINTS; ++p) {
@@ -188,8 +188,8 @@ class Scene {
             add_up(alone, count_, mixed_, widening_, 0, whole);
             for (int o = 0; o < 3; ++o) std::copy(whole.value[o], whole.value[o] + 3, deformed[p][o]);
         }
-        disc_appear(deformed, rest, eye, seen_.radius, disc);
-        appear(centre, rest, eye, point, nullptr);
+        disc_appear(deformed, rest, camera_centre, seen_.radius, disc);
+        appear(centre, rest, camera_centre, point, nullptr);
         for (int q = 0; q < 3; ++q) shown[q] += disc[q] - point[q];
     }
 
@@ -368,7 +368,7 @@ void show_field(const SheetTable& table, const SeenMarkers& seen, const double* 
             read_point(table, place, field, 1, 1, points[p], point);
             for (int o = 0; o < 3; ++o) std::copy(point.value[o], point.value[o] + 3, deformed[p][o]);
         }
-        disc_appear(deformed, seen.rest + 2 * n, seen.eye + 3 * n, seen.radius, shown + 3 * n);
+        disc_appear(deformed, seen.rest + 2 * n, seen.camera_centre + 3 * n, seen.radius, shown + 3 * n);
     }
 }
 

@@ -9,12 +9,12 @@
 
 namespace tactile {
 
-void appear(const double deformed[3][3], const double* rest, const double* eye, double* seen, double (*slopes)[3][3]) {
+void appear(const double deformed[3][3], const double* rest, const double* camera_centre, double* seen, double (*slopes)[3][3]) {
     const double *moved = deformed[0], *by_x = deformed[1], *by_y = deformed[2];
-    const double nearer = 1 / (eye[2] - moved[2]), scale = eye[2] * nearer;
+    const double nearer = 1 / (camera_centre[2] - moved[2]), scale = camera_centre[2] * nearer;
     double offset[2], drawn[2], along_x[2], along_y[2];
     for (int k = 0; k < 2; ++k) {
-        offset[k] = rest[k] + moved[k] - eye[k];
+        offset[k] = rest[k] + moved[k] - camera_centre[k];
         drawn[k] = offset[k] * nearer;
         seen[k] = moved[k] + offset[k] * (scale - 1);
         along_x[k] = (k == 0) + by_x[k] + drawn[k] * by_x[2];
@@ -45,11 +45,11 @@ void disc_points(const double* rest, double radius, double points[DISC_POINTS][2
         for (int k = 0; k < 2; ++k) points[p][k] = rest[k] + way[p][k];
 }
 
-void disc_appear(const double (*deformed)[3][3], const double* rest, const double* eye, double radius, double* seen) {
+void disc_appear(const double (*deformed)[3][3], const double* rest, const double* camera_centre, double radius, double* seen) {
     double points[DISC_POINTS][2], one[3], shift[2] = {0, 0}, whole = 0;
     disc_points(rest, radius, points);
     for (int p = 0; p < DISC_POINTS; ++p) {
-        appear(deformed[p], points[p], eye, one, nullptr);
+        appear(deformed[p], points[p], camera_centre, one, nullptr);
         const double area = std::exp(one[2]);
         whole += area;
         for (int k = 0; k < 2; ++k) shift[k] += area * (one[k] + points[p][k] - rest[k]);

@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 
 // Forms of the densities: degrees of freedom of Student's t, by which a dot may be off; probability of a lag that is off its drag for other
-// reasons; ratio of loads below which none is told; ranges of ten that the scatter of dots below a sliding object may have; rounds of a
+// reasons; ratio of loads below which none is reported; ranges of ten that the scatter of dots below a sliding object may have; rounds of a
 // fit, of which the first ones see the dots' deviations as WIDER to the power of those left, and any twist.
 constexpr double TAILS = 4, ASTRAY = 0.02, LEAST_RATIO = 0.02, SCALES = 5, WIDER = 8, LEAST_LOG = -6;
 constexpr double SUMMED = 4;                                  // dots whose loads a ratio sums up

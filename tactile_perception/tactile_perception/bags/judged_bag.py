@@ -60,7 +60,7 @@ def _spread(seconds: list[float]) -> dict[str, float]:
 
 @dataclass
 class _Waiting:
-    told: Instant = field(default_factory=Instant)
+    reported: Instant = field(default_factory=Instant)
     true: Instant = field(default_factory=Instant)
     topics: set[str] = field(default_factory=set)
 
@@ -69,8 +69,8 @@ class JudgedBag:
     """A recording with ground_truth/*.
 
     params: parameter file of the sensor; with it, estimates are computed from raw data, with calibration or the file that params names.
-    told, true: topics of estimates and of ground truth; times: filled by instants(); unmatched: counts of stamps with only one of the two.
-    Raises BadRecording for a bag without ground truth, without estimates, or with several sensors and no namespace; TactileError as
+    reported, true: topics of estimates and of ground truth; times: filled by instants(); unmatched: counts of stamps with only one of the
+    two. Raises BadRecording for a bag without ground truth, without estimates, or with several sensors and no namespace; TactileError as
     process_bag does.
     """
 
@@ -85,10 +85,10 @@ class JudgedBag:
         mine = {topic.removeprefix(self.prefix) for topic in topics if topic.startswith(self.prefix)}
         self._live = bool(mine & set(_RAW))
         self.true = [name for name in _FIELDS if TRUE + name in mine]
-        self.told = [name for name in _FIELDS if name in mine]
+        self.reported = [name for name in _FIELDS if name in mine]
         if not self.true:
             raise BadRecording(f'{bag}: no {self.prefix}{TRUE}*: nothing says what is true')
-        if self._chain is None and not self.told:
+        if self._chain is None and not self.reported:
             raise BadRecording(f'{bag}: no estimates in it ({", ".join(_FIELDS)}): make them by process_bag, or name --params FILE '
                                '(and --calibration FILE), and they are computed here')
 
@@ -101,7 +101,7 @@ class JudgedBag:
             stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
             at, (part, read) = waiting[stamp], _FIELDS[name.removeprefix(TRUE)]
             try:
-                setattr(at.true if name.startswith(TRUE) else at.told, part, read(message))
+                setattr(at.true if name.startswith(TRUE) else at.reported, part, read(message))
             except BadFrame as error:
                 self.times.refused[str(error)] += 1
             at.topics.add(name)
@@ -118,19 +118,19 @@ class JudgedBag:
     def _judged(self, stamp: int, at: _Waiting, truth: SampledTruth, alone: set[int]) -> Iterator[tuple[float, Instant, Instant]]:
         """See instants; alone: takes the stamps of truth without an estimate."""
         true = any(name.startswith(TRUE) for name in at.topics)
-        told = any(not name.startswith(TRUE) for name in at.topics)
-        if true and told:
-            yield 1e-9 * stamp, at.told, at.true
+        reported = any(not name.startswith(TRUE) for name in at.topics)
+        if true and reported:
+            yield 1e-9 * stamp, at.reported, at.true
         elif true:
             alone.add(stamp)
         elif (between := truth.at(stamp)) is not None:
-            yield 1e-9 * stamp, at.told, Instant(contacts=between)
+            yield 1e-9 * stamp, at.reported, Instant(contacts=between)
         else:
             self.unmatched['without truth'] += 1
 
     def _recorded(self) -> Iterator[tuple[str, object]]:
         """Yield (topic, message) of the recorded estimates and truth."""
-        topics = {self.prefix + name for name in (*self.told, *(TRUE + name for name in self.true))}
+        topics = {self.prefix + name for name in (*self.reported, *(TRUE + name for name in self.true))}
         with BagReader(self._bag) as reader:
             for raw in Progress(reader.messages(topics), 'messages'):
                 name, message = raw.topic.removeprefix(self.prefix), self._decoded(raw)

@@ -68,7 +68,7 @@ class ProgressLine:
 
 
 @contextmanager
-def log_told() -> Iterator[None]:
+def log_reported() -> Iterator[None]:
     """Context in which the package's log goes to stderr, at most one line per second."""
     log, handler = logging.getLogger(__package__.partition('.')[0]), _RateLimited(sys.stderr)
     level = log.level

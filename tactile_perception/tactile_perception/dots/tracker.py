@@ -24,8 +24,8 @@ class DotTracker:
     detect.METHODS; numbering: a name in number.METHODS or WITHOUT_GRID (without a grid, a grid method's name selects 'tracks'), or AUTO:
     rows and columns that are 0 are those of the first frame's dots where these form a grid; detector: an object with detect(image) -> Dots
     that replaces the named one; reference: Reference() by default; pattern: (K, 2) px, positions of a pattern to register, the first
-    frame's dots by default; as_tracks: a Reference of dots that are told as tracks while their places on the grid are not certain, None to
-    refuse such frames; mask: what of the image shows the sensor, None for all. Raises BadArgument for unknown names and bad sizes.
+    frame's dots by default; as_tracks: a Reference of dots that are reported as tracks while their places on the grid are not certain, None
+    to refuse such frames; mask: what of the image shows the sensor, None for all. Raises BadArgument for unknown names and bad sizes.
 
     unnumbered: why the dots of the last frame have no numbers, ''.
     """

@@ -186,10 +186,10 @@ class TouchCounts:
         late = [e.first_estimated - e.begin for e in episodes if e.estimated]
         names = ('judged', 'touched', 'missed', 'too_few', 'too_many', 'untouched', 'false')
         return {'frames': {name: self.frames[name] for name in names},
-                'touches': {'there': len(episodes), 'never_told': sum(not e.estimated for e in episodes),
+                'touches': {'there': len(episodes), 'never_reported': sum(not e.estimated for e in episodes),
                             'made_up': len(self._estimated - self._matched),
                             'renumbered': sum(max(len(e.numbers) - 1, 0) for e in episodes),
-                            'told_after_ms': {'median': 1e3 * float(np.median(late)) if late else np.nan,
+                            'reported_after_ms': {'median': 1e3 * float(np.median(late)) if late else np.nan,
                                               'worst': 1e3 * float(np.max(late)) if late else np.nan}},
                 'flagged': {name: self.flagged[name] for name in FLAGS}}
 
@@ -290,7 +290,7 @@ class Evaluation:
         errors = {name: (QUANTITIES[name], e.table(), e.untold) for name, e in self.all_errors().items()}
         return {
             **self.touches.summary(),
-            'errors': {name: {'text': q.text, 'unit': q.unit, **spread(t[:, 3], q), 'not_told': untold}
+            'errors': {name: {'text': q.text, 'unit': q.unit, **spread(t[:, 3], q), 'not_reported': untold}
                        for name, (q, t, untold) in errors.items()},
             'covariance': self.touches.consistency(),
             'dot_states': _confused(self.dots, DOT_STATES, 'not seen') if self.dots.any() else None,
@@ -311,5 +311,5 @@ def _velocity(slip: SlipEstimate, at: np.ndarray) -> np.ndarray:
 
 
 def _confused(confusion: np.ndarray, names: tuple[str, ...], *more: str) -> dict:
-    return {'true': list(names), 'told': [*names, *more], 'counts': confusion.tolist(),
+    return {'true': list(names), 'reported': [*names, *more], 'counts': confusion.tolist(),
             'f1': dict(zip(names, label_f1(confusion).tolist()))}

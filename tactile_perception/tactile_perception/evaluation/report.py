@@ -19,12 +19,12 @@ def text(report: dict) -> str:
 
 def _counted(report: dict) -> str:
     frames, touches, instants = report['frames'], report['touches'], report['instants']
-    after = touches['told_after_ms']
+    after = touches['reported_after_ms']
     lines = [f'{instants["judged"]} instants compared; {instants["without an estimate"]} without an estimate, '
              f'{instants["without truth"]} without ground truth']
     if frames['judged']:
         lines += [
-            f'touches:  {touches["there"]} true, {touches["never_told"]} missed, {touches["made_up"]} false, '
+            f'touches:  {touches["there"]} true, {touches["never_reported"]} missed, {touches["made_up"]} false, '
             f'{touches["renumbered"]} changes of id; detection delay {_format(after["median"])} ms in the median, '
             f'{_format(after["worst"])} at most',
             f'frames:   {frames["touched"]} with contact: {frames["missed"]} missed, {frames["too_few"]} with too few touches, '
@@ -38,7 +38,7 @@ def _errors(errors: dict) -> str:
     lines = [_TITLE.format('error of', 'unit', 'median', '95 % within', 'worst', 'number', 'unknown')]
     for found in errors.values():
         numbers = [_format(found[name]) for name in ('median', 'within_95', 'worst')]
-        lines.append(_TITLE.format(found['text'], found['unit'], *numbers, str(found['count']), str(found['not_told'])))
+        lines.append(_TITLE.format(found['text'], found['unit'], *numbers, str(found['count']), str(found['not_reported'])))
     biased = [f'{found["text"]} {found["bias"]:+.3g} {found["unit"]}' for found in errors.values() if 'bias' in found]
     return '\n'.join(lines + ([f'bias (median of the signed error): {"; ".join(biased)}'] if biased else [])) if errors else ''
 
@@ -46,7 +46,7 @@ def _errors(errors: dict) -> str:
 def _states(title: str, states: dict | None) -> str:
     if states is None:
         return ''
-    lines = [f'{title}\n{"":<22s}' + ''.join(f'{name:>12s}' for name in [*states['told'], 'F1'])]
+    lines = [f'{title}\n{"":<22s}' + ''.join(f'{name:>12s}' for name in [*states['reported'], 'F1'])]
     lines += [f'  {name:<20s}' + ''.join(f'{count:>12d}' for count in row) + f'{_format(states["f1"][name]):>12s}'
               for name, row in zip(states['true'], states['counts'])]
     return '\n'.join(lines)

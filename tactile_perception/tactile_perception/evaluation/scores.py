@@ -69,10 +69,10 @@ def _raster(loops: list[np.ndarray], origin: np.ndarray, pixel: float, shape: tu
 _FLAT = 1e-9  # chosen, of the largest variance: a direction with less is fixed by the sensor's geometry, not estimated
 
 
-def relative_errors(told: np.ndarray, true: np.ndarray) -> np.ndarray:
-    """Relative errors (N,): norm of the error over the true norm, both of the known components; inf without one. told, true: (N, 3)."""
-    known = np.isfinite(told)
-    off, size = (np.linalg.norm(np.where(known, values, 0.0), axis=1) for values in (told - true, true))
+def relative_errors(reported: np.ndarray, true: np.ndarray) -> np.ndarray:
+    """Relative errors (N,): norm of the error over the true norm, both of the known components; inf without one. reported, true: (N, 3)."""
+    known = np.isfinite(reported)
+    off, size = (np.linalg.norm(np.where(known, values, 0.0), axis=1) for values in (reported - true, true))
     return np.where(known.any(axis=1), off / np.maximum(size, 1e-12), np.inf)
 
 

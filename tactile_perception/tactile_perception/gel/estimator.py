@@ -29,7 +29,7 @@ _COARSEST, _FINEST = 4.0, 0.02  # thicknesses from place to place: beyond, loads
 _KEPT = 4  # times the dots of a frame that are known at most; then those that are not seen are forgotten
 _LEAST_SIGMA = 0.05  # px: what light that shifts as the skin tilts does to a dot; no detector is better on a moving gel
 _UNSEEN_SIGMA = 0.1  # px: of a detector of dots, before two frames have shown it
-_NARROW = 4.0  # places across a region, below which the depth of its middle is not told: loads are too blurred
+_NARROW = 4.0  # places across a region, below which the depth of its middle is not reported: loads are too blurred
 _DEPTH_ERROR = 0.1, 0.5  # of the depth, and of that of a narrow region; measured on simulated gels
 _UP = np.array([0.0, 0.0, 1.0])
 

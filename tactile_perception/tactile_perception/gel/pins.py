@@ -118,13 +118,13 @@ def fit_pins(rest: np.ndarray, moved: np.ndarray, position: np.ndarray, depth: n
         raise BadCalibration(f'{len(place)} places pressed; pins need {_FEWEST_PRESSES} and more, not on a line')
     goal = np.column_stack([depth[:, None] * position[:, :2], depth])
     groups = press % min(len(place), 10)  # ten parts, each of whole places
-    told, left = np.empty((len(_RIDGES), *goal.shape)), np.empty(len(goal))
+    reported, left = np.empty((len(_RIDGES), *goal.shape)), np.empty(len(goal))
     for group in np.unique(groups):
         out = groups == group
         directions, *weights = _ridges(moved[~out], goal[~out], _RIDGES)
         along = moved[out] @ directions.T
-        told[:, out], left[out] = along @ np.array(weights), np.sqrt(np.mean((moved[out] - along @ directions)**2, axis=1))
-    fits = [_judged(one, position, depth) for one in told]
+        reported[:, out], left[out] = along @ np.array(weights), np.sqrt(np.mean((moved[out] - along @ directions)**2, axis=1))
+    fits = [_judged(one, position, depth) for one in reported]
     best = int(np.argmin([np.linalg.norm(error, axis=1).mean() for _, error in fits]))
     curve, error = fits[best]
     directions, weights = _ridges(moved, goal, _RIDGES[best:best + 1])
@@ -135,10 +135,10 @@ def fit_pins(rest: np.ndarray, moved: np.ndarray, position: np.ndarray, depth: n
     return model, error
 
 
-def _judged(told: np.ndarray, position: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _judged(reported: np.ndarray, position: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The curve that brings depth x, depth y and depth (N, 3) nearest to the true depths, and errors (N, 3) m of x, y and depth with it."""
-    curve = np.linalg.lstsq(told[:, 2:] ** [1, 2, 3], depth, rcond=None)[0]
-    at, deep = _place_and_depth(told, curve)
+    curve = np.linalg.lstsq(reported[:, 2:] ** [1, 2, 3], depth, rcond=None)[0]
+    at, deep = _place_and_depth(reported, curve)
     return curve, np.column_stack([at - position[:, :2], deep - depth])
 
 

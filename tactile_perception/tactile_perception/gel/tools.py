@@ -54,8 +54,8 @@ def calibrate_pins(bags: list[Path], params: Path, output: Path, namespace: str 
         SENSOR, {'lengths': 'm', 'rest': 'px', 'residuals': 'm'}, model.to_dict(), {name: float(value) for name, value in numbers.items()},
         {name: [float(value.min()), float(value.max())] for name, value in span.items()}, left_out, serial=serial,
         parameters=Specimen(serial, values).parameters(SENSOR), outliers=standing_out))
-    told = report_residuals(residuals, standing_out, output, SENSOR)
+    reported = report_residuals(residuals, standing_out, output, SENSOR)
     return '\n'.join([
         f'{len(rows)} frames of presses', f'errors at left-out places: position {1e3 * off.mean():.2f} mm mean, '
         f'{1e3 * np.percentile(off, 95):.2f} mm at 95 %, depth {1e3 * numbers["depth_rms"]:.3f} mm RMS',
-        *(f'left out: {line}' for line in left_out), f'written: {output}', *told])
+        *(f'left out: {line}' for line in left_out), f'written: {output}', *reported])

@@ -113,8 +113,8 @@ def _typical(numbers: dict) -> np.ndarray:
     """
     errors = np.array([numbers.get(name, np.nan) for name in (_PLACE, _DEPTH)], float)
     presses = numbers.get('presses', 0)
-    told = presses - numbers.get('missed', 0) - numbers.get('split', 0)
-    return errors * (presses / told)**2 if told > 0 else np.full(2, np.nan)
+    reported = presses - numbers.get('missed', 0) - numbers.get('split', 0)
+    return errors * (presses / reported)**2 if reported > 0 else np.full(2, np.nan)
 
 
 FEWEST = 6     # presses needed for a fit. Chosen

@@ -59,14 +59,14 @@ def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSe
     appears under a tip is sticking; slip is not estimated.
     """
     seen = np.flatnonzero(field.seen)
-    now, eye, under = (field.rest + field.shift)[seen], field.eye[seen], np.zeros(len(seen), np.uint8)
+    now, camera_centre, under = (field.rest + field.shift)[seen], field.camera_centre[seen], np.zeros(len(seen), np.uint8)
     estimate = ContactRegionEstimate(seen, under)
     if not touches:
         return estimate
     discs = [_disc(touch, touch.radius if np.isfinite(touch.radius) else tip_radius, sensor) for touch in touches]
     for centre, _, radius in discs:
-        share = (sensor.plane_z - eye[:, 2:]) / (centre[2] - eye[:, 2:])  # as the eye sees it in the viewing plane
-        under |= np.hypot(*(now - eye[:, :2] - share * (centre[:2] - eye[:, :2])).T) <= radius
+        share = (sensor.plane_z - camera_centre[:, 2:]) / (centre[2] - camera_centre[:, 2:])  # as the camera sees it in the viewing plane
+        under |= np.hypot(*(now - camera_centre[:, :2] - share * (centre[:2] - camera_centre[:, :2])).T) <= radius
     centres, normals, radii = (np.array(part) for part in zip(*discs))
     areas = np.pi * radii**2
     estimate.outlines = [_circle(*disc) for disc in discs]

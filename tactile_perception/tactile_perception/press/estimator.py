@@ -183,7 +183,7 @@ class TouchEstimator:
         count, shape = len(field), (self._sensor.rows, self._sensor.columns)
         xyz = np.full((count, 3), np.nan) if tracks.xyz is None else scatter(tracks.xyz, tracks.id, count)
         state = scatter(region.dot_state, region.dot_id, count, UNKNOWN)
-        rest = rest_points(field.rest, field.eye, self._sensor)
+        rest = rest_points(field.rest, field.camera_centre, self._sensor)
         return dot_points(shape if shape[0] * shape[1] == count else (1, count), xyz, rest, state, None)
 
     def _wrench_of(self, estimates: list[TouchEstimate]) -> np.ndarray:

@@ -24,8 +24,10 @@ from .sensor import MarkerSensor
 class MarkerField:
     """The markers of one frame; K markers in the pattern, entry k belongs to marker k, NaN where it is not seen.
 
-    rest, shift: (K, 2) m, untouched position and displacement, both apparent: projected from the eye onto the viewing plane; growth: (K,)
-    log of apparent area over untouched apparent area; eye: (K, 3) m, sensor frame, centre of the camera that sees the marker; sigma: (K,)
+    rest, shift: (K, 2) m, untouched position and displacement, both apparent: projected from the camera centre onto the viewing plane;
+    growth: (K,)
+    log of apparent area over untouched apparent area; camera_centre: (K, 3) m, sensor frame, centre of the camera that sees the marker;
+    sigma: (K,)
     m, standard deviation of shift per axis, NaN where unknown; uv, duv: (K, 2) px, area: (K,) px^2: position, displacement and area in
     the image.
     """
@@ -33,7 +35,7 @@ class MarkerField:
     rest: np.ndarray
     shift: np.ndarray
     growth: np.ndarray
-    eye: np.ndarray
+    camera_centre: np.ndarray
     sigma: np.ndarray
     uv: np.ndarray
     duv: np.ndarray
@@ -65,8 +67,8 @@ class MarkerView(Protocol):
     metres_per_px: float
 
     def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(N, 3): apparent x and y, m, of uv (N, 2), px, and the area of a pixel there, m^2, NaN where uv is; the eyes (N, 3), m, that
-        see them, or the one that sees all (1, 3)."""
+        """(N, 3): apparent x and y, m, of uv (N, 2), px, and the area of a pixel there, m^2, NaN where uv is; the camera_centres (N, 3), m,
+        that see them, or the one that sees all (1, 3)."""
 
 
 class CameraView:
@@ -87,19 +89,20 @@ class CameraView:
 class StitchedView:
     """An image of the viewing plane, stitched from two cameras at column seam, px.
 
-    metres_per_px: its scale; origin: (2,) px, image of the sensor frame's origin; eyes: (2, 3) m, centres of the left and right camera.
+    metres_per_px: its scale; origin: (2,) px, image of the sensor frame's origin; camera_centres: (2, 3) m, centres of the left and right
+    camera.
     """
 
     metres_per_px: float
     origin: np.ndarray
     seam: float
-    eyes: np.ndarray
+    camera_centres: np.ndarray
 
     def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """See MarkerView."""
         uv = np.asarray(uv, float).reshape(-1, 2)
-        eye = np.asarray(self.eyes, float)[(uv[:, 0] > self.seam).astype(int)]
-        return np.column_stack([(uv - self.origin) * self.metres_per_px, np.full(len(uv), self.metres_per_px**2)]), eye
+        camera_centre = np.asarray(self.camera_centres, float)[(uv[:, 0] > self.seam).astype(int)]
+        return np.column_stack([(uv - self.origin) * self.metres_per_px, np.full(len(uv), self.metres_per_px**2)]), camera_centre
 
 
 def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray, sensor: MarkerSensor) -> CameraView:
@@ -134,12 +137,12 @@ def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> 
         out[tracks.id] = values
         return out
 
-    places, eyes = view.back_project(np.concatenate([tracks.uv, tracks.rest_uv]))
+    places, camera_centres = view.back_project(np.concatenate([tracks.uv, tracks.rest_uv]))
     now, rest = places[:len(tracks)], places[len(tracks):]
     with np.errstate(invalid='ignore', divide='ignore'):
         growth = np.log(tracks.area / rest_area[tracks.id] * (now[:, 2] / rest[:, 2]))
     growth[~np.isfinite(growth)] = np.nan
-    return MarkerField(*map(by_marker, (rest[:, :2], now[:, :2] - rest[:, :2], growth, eyes[:len(tracks)],
+    return MarkerField(*map(by_marker, (rest[:, :2], now[:, :2] - rest[:, :2], growth, camera_centres[:len(tracks)],
                                         tracks.sigma * view.metres_per_px, tracks.uv, tracks.duv, tracks.area)))
 
 
@@ -170,9 +173,9 @@ class RestMarkers:
         """The field of one frame, whose ids are below K. Raises BadFrame where there is no view, BadArgument for other ids."""
         _check_ids(tracks, len(self.area))
         rest = tracks.rest_uv
-        told = np.isfinite(rest).all(1)
-        id, now = tracks.id[told], rest[told]
-        uv, area, frames = self._followed(id, now, np.abs(tracks.duv[told]).max(1, initial=0) <= _STILL, tracks.area[told])
+        reported = np.isfinite(rest).all(1)
+        id, now = tracks.id[reported], rest[reported]
+        uv, area, frames = self._followed(id, now, np.abs(tracks.duv[reported]).max(1, initial=0) <= _STILL, tracks.area[reported])
         view, view_uv = self._view, self._view_uv
         if view is None or not (np.abs(now - view_uv[id]) <= _MOVED).all():
             view, view_uv = self._make_view(uv), uv
@@ -219,4 +222,4 @@ def _sheet_view(matrices: tuple[np.ndarray, np.ndarray], sensor: MarkerSensor, r
 
 def stitched_view(stitching: Stitching) -> StitchedView:
     """The view of an image with that stitching."""
-    return StitchedView(1 / stitching.scale, np.asarray(stitching.origin, float), stitching.seam, stitching.eyes)
+    return StitchedView(1 / stitching.scale, np.asarray(stitching.origin, float), stitching.seam, stitching.camera_centres)

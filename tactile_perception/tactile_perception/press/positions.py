@@ -35,10 +35,10 @@ class SheetSurface:
 
     def raised(self, field: MarkerField) -> np.ndarray:
         """(K,) m, of the markers over the untouched plane; one that is not seen is interpolated from its neighbours."""
-        place, shift, eye, seen = field.rest + field.shift, field.shift, field.eye, field.seen
+        place, shift, camera_centre, seen = field.rest + field.shift, field.shift, field.camera_centre, field.seen
         if not seen.any():
             return np.full(len(shift), np.nan)
-        slope = np.where(seen[:, None], place - eye[:, :2], 0.0) / np.where(seen, -eye[:, 2], 1.0)[:, None]
+        slope = np.where(seen[:, None], place - camera_centre[:, :2], 0.0) / np.where(seen, -camera_centre[:, 2], 1.0)[:, None]
         slope, shift = (self._fill(values, seen) for values in (slope, np.where(seen[:, None], shift, 0.0)))
         # A depth w moves a marker by slope w in the image; the rest of its displacement is strain in the plane. With the strain's energy S
         # and the bending's B: (B + sum over axes of slope S slope) w = sum over axes of slope S shift.
@@ -85,7 +85,7 @@ class DomeMethod(Protocol):
 
 def dome_raised(method: DomeMethod | None, field: MarkerField) -> np.ndarray:
     """(K,) m, upward displacement of a dome's markers; method: None where it is not calibrated: that of displaced markers is NaN. One
-    camera cannot observe the scale about the eye; the method knows it from the mechanics."""
+    camera cannot observe the scale about the camera centre; the method knows it from the mechanics."""
     raised = None if method is None else method.raised(field)
     if raised is not None:
         return raised
@@ -93,11 +93,11 @@ def dome_raised(method: DomeMethod | None, field: MarkerField) -> np.ndarray:
 
 
 def on_rays(field: MarkerField, raised: np.ndarray, sensor: MarkerSensor) -> np.ndarray:
-    """(K, 3) m, sensor frame: the markers, each on the ray from the eye, raised by (K,), m; NaN for one that is not seen."""
-    rest = rest_points(field.rest, field.eye, sensor)
+    """(K, 3) m, sensor frame: the markers, each on the ray from the camera centre, raised by (K,), m; NaN for one that is not seen."""
+    rest = rest_points(field.rest, field.camera_centre, sensor)
     seen = np.column_stack([field.rest + field.shift, np.full(len(field), sensor.plane_z)])
-    share = (rest[:, 2] + raised - field.eye[:, 2]) / (sensor.plane_z - field.eye[:, 2])
-    places = field.eye + share[:, None] * (seen - field.eye)
+    share = (rest[:, 2] + raised - field.camera_centre[:, 2]) / (sensor.plane_z - field.camera_centre[:, 2])
+    places = field.camera_centre + share[:, None] * (seen - field.camera_centre)
     return np.where(field.seen[:, None], places, np.nan)
 
 

@@ -206,12 +206,12 @@ def _errors(touch: TouchEstimate, position: np.ndarray, depth: float) -> tuple[f
 
 def rms_errors(method: TouchMethod, presses: Presses) -> tuple[float, float]:
     """RMS errors, m, of a method's place (per axis) and depth at the presses that it detects; NaN where it detects none."""
-    told = [(touch, position, depth) for field, position, depth in zip(presses.fields, presses.position, presses.depth)
+    reported = [(touch, position, depth) for field, position, depth in zip(presses.fields, presses.position, presses.depth)
             if depth > 0 for touch in method.estimate(field)[:1]]
-    if not told:
+    if not reported:
         return float('nan'), float('nan')
-    place = np.mean([(touch.position - position)[:2]**2 for touch, position, _ in told])
-    return float(np.sqrt(place)), float(np.sqrt(np.mean([(touch.depth - depth)**2 for touch, _, depth in told])))
+    place = np.mean([(touch.position - position)[:2]**2 for touch, position, _ in reported])
+    return float(np.sqrt(place)), float(np.sqrt(np.mean([(touch.depth - depth)**2 for touch, _, depth in reported])))
 
 
 _FEWEST_PLACES = 3  # chosen: cross-validation holds out one of three positions

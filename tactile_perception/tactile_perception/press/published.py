@@ -150,17 +150,17 @@ _STEPS = 3  # depths of a plate that, with the untouched sheet, determine a cubi
 
 
 def check_plate(plate: Presses, sensor: MarkerSensor) -> None:
-    """Raise BadCalibration for a plate that stops at too few depths, or that is tilted: by how the markers move away from the eye's foot
-    point, it is deeper at a corner of the sheet than in the middle by more than half a step."""
+    """Raise BadCalibration for a plate that stops at too few depths, or that is tilted: by how the markers move away from the camera
+    centre's foot point, it is deeper at a corner of the sheet than in the middle by more than half a step."""
     depths = np.unique(np.round(plate.depth[plate.touching], 5))
     if len(depths) < _STEPS:
         raise BadCalibration(f'plate: {len(depths)} depths; at least {_STEPS} are needed, in steps of a millimetre over the whole range')
     slopes = []
     for field, true in zip((field for field, on in zip(plate.fields, plate.touching) if on), plate.depth[plate.touching]):
-        arm = field.rest - field.eye[:, :2]
+        arm = field.rest - field.camera_centre[:, :2]
         away = np.hypot(*arm.T)
-        zoom = (field.shift * arm).sum(1) / np.maximum(away, 1e-9)**2  # depth over what is left of the distance to the eye
-        too_deep = np.abs(field.eye[:, 2]) * zoom / (1 + zoom) - true
+        zoom = (field.shift * arm).sum(1) / np.maximum(away, 1e-9)**2  # depth over what is left of the distance to the camera centre
+        too_deep = np.abs(field.camera_centre[:, 2]) * zoom / (1 + zoom) - true
         seen = np.isfinite(too_deep)
         plane = np.column_stack([field.rest, np.ones(len(away))])[seen] * away[seen, None]
         slopes.append(np.linalg.lstsq(plane, too_deep[seen] * away[seen], rcond=None)[0][:2])
@@ -172,9 +172,9 @@ def check_plate(plate: Presses, sensor: MarkerSensor) -> None:
 
 
 def common_rest(fields) -> tuple[np.ndarray, np.ndarray]:
-    """Untouched positions (K, 2) m and eyes (K, 3) m, as of middle_of_seen."""
-    rest, eye = np.stack([f.rest for f in fields]), np.stack([f.eye for f in fields])
-    return middle_of_seen(rest), middle_of_seen(eye)
+    """Untouched positions (K, 2) m and camera_centres (K, 3) m, as of middle_of_seen."""
+    rest, camera_centre = np.stack([f.rest for f in fields]), np.stack([f.camera_centre for f in fields])
+    return middle_of_seen(rest), middle_of_seen(camera_centre)
 
 
 def middle_of_seen(values: np.ndarray) -> np.ndarray:
@@ -213,7 +213,7 @@ def grid_point(depth: np.ndarray, places: np.ndarray) -> GridPoint | None:
 
     None where no marker has a positive depth. The paper does not say what it does where the logarithm of a depth does not exist, nor at the
     border: fits take the positive depths among the five, at least three; the height is the mean of both fits; where an axis has no Gaussian
-    the deepest marker itself is told.
+    the deepest marker itself is reported.
     """
     depth = np.where(np.isfinite(places).all(-1) & np.isfinite(depth), depth, np.nan)
     if not np.nanmax(depth, initial=0.0) > 0:
@@ -351,22 +351,23 @@ class PaperCushion:
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor, _fitted: Mapping | None = None) -> dict:
         """Parameters for the calibration file. Raises BadCalibration where the presses determine no rising cubic."""
-        rest, eye = common_rest(presses.fields)
-        near, places = neighbours(rest), rest_points(rest, eye, sensor)[:, :2]
+        rest, camera_centre = common_rest(presses.fields)
+        near, places = neighbours(rest), rest_points(rest, camera_centre, sensor)[:, :2]
         found = [four_largest(distance_changes(field, near), places, RANGE * max(sensor.pitch)) for field in presses.fields]
         change = np.array([0.0 if f is None else f[1] for f in found])
         cubic = Cubics.fit(change[presses.touching, None], presses.depth[presses.touching])
         if np.isnan(cubic.low).any():
             raise BadCalibration('the distances between markers do not change with depth; check the presses\' depths')
         quiet = max(QUIET * change[~presses.touching].max(initial=0.0), LEAST)
-        numbers = {'rest': rest, 'eye': eye, 'cubic': cubic.numbers(), 'quiet': float(quiet), 'place_sigma': np.nan, 'depth_sigma': np.nan}
+        numbers = {'rest': rest, 'camera_centre': camera_centre, 'cubic': cubic.numbers(), 'quiet': float(quiet), 'place_sigma': np.nan,
+                   'depth_sigma': np.nan}
         return numbers | dict(zip(('place_sigma', 'depth_sigma'), rms_errors(cls.from_fitted(numbers, sensor), presses)))
 
     @classmethod
     def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> PaperCushion:
         """From the calibration file. Raises BadCalibration where something is missing."""
         try:
-            rest, eye = np.array(fitted['rest'], float), np.array(fitted['eye'], float)
-            return cls(rest, rest_points(rest, eye, sensor), Cubics.from_numbers(fitted['cubic']), sensor, fitted)
+            rest, camera_centre = np.array(fitted['rest'], float), np.array(fitted['camera_centre'], float)
+            return cls(rest, rest_points(rest, camera_centre, sensor), Cubics.from_numbers(fitted['cubic']), sensor, fitted)
         except (KeyError, TypeError, ValueError) as wrong:
             raise BadCalibration(f'the air cushion\'s method in the calibration file cannot be read ({wrong!r}); calibrate anew') from wrong

@@ -61,14 +61,14 @@ def dome_cap(sensor: MarkerSensor) -> Cap:
     return Cap((sensor.rim_radius**2 + sensor.height**2) / (2 * sensor.height), sensor.height)
 
 
-def rest_points(rest: np.ndarray, eye: np.ndarray, sensor: MarkerSensor) -> np.ndarray:
-    """Positions (K, 3) m of untouched markers that eyes (K, 3) m see at rest (K, 2) m in the viewing plane; NaN where unknown."""
+def rest_points(rest: np.ndarray, camera_centre: np.ndarray, sensor: MarkerSensor) -> np.ndarray:
+    """Positions (K, 3) m of untouched markers that camera_centres (K, 3) m see at rest (K, 2) m in the viewing plane; NaN where unknown."""
     appear = np.column_stack([rest, np.full(len(rest), sensor.plane_z)])
     if sensor.is_sheet:
         return appear
-    rays = appear - eye
+    rays = appear - camera_centre
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    return dome_cap(sensor).meet(eye, rays)
+    return dome_cap(sensor).meet(camera_centre, rays)
 
 
 def first_touch_height(xy: np.ndarray, tip_radius: float, sensor: MarkerSensor) -> np.ndarray:

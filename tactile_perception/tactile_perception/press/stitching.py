@@ -157,13 +157,13 @@ class StitchingFit:
         """Report of the fit, with residuals in px and mm."""
         found, scale = self.stitching, self.stitching.scale
         shared = f'{self.shared[0]} to {self.shared[-1]}' if self.shared else 'none'
-        eyes = [f'{name} ({", ".join(f"{1e3 * x:.2f}" for x in eye)}) mm' if np.isfinite(eye).all() else f'{name} not known'
-                for name, eye in zip(SIDES, found.eyes)]
+        cameras = [f'{name} ({", ".join(f"{1e3 * x:.2f}" for x in centre)}) mm' if np.isfinite(centre).all() else f'{name} not known'
+                   for name, centre in zip(SIDES, found.camera_centres)]
         both = f'; the two views of one differ by {self.overlap * scale:.3f} px, {self.overlap * 1e3:.4f} mm RMS' if self.shared else ''
         return [f'stitched picture {found.size[0]} x {found.size[1]} px at {scale / 1e3:.3f} px/mm, {self.markers} markers; columns that '
                 f'both cameras see: {shared}',
                 f'markers off the nominal grid: {self.residual * scale:.3f} px, {self.residual * 1e3:.4f} mm RMS{both}',
-                f'cameras at {", ".join(eyes)}; grey levels times {found.left.gain:.3f} left, {found.right.gain:.3f} right']
+                f'cameras at {", ".join(cameras)}; grey levels times {found.left.gain:.3f} left, {found.right.gain:.3f} right']
 
 
 def fit_stitching(images: tuple[np.ndarray, np.ndarray], cameras: tuple[Intrinsics | None, Intrinsics | None], sensor: MarkerSensor,
@@ -251,7 +251,7 @@ def _matched(images: tuple, stitching: Stitching) -> Stitching:
     """The stitching with gains that match the exposures in the overlap: the brighter view is darkened, so that nothing saturates."""
     ratio = _brightness_ratio(images, stitching)
     gains = (1.0, ratio) if ratio < 1 else (1 / ratio, 1.0)
-    sides = [SideView(s.size, s.matrix, s.distortion, s.homography, s.eye, float(gain))
+    sides = [SideView(s.size, s.matrix, s.distortion, s.homography, s.camera_centre, float(gain))
              for s, gain in zip((stitching.left, stitching.right), gains)]
     return Stitching(*sides, stitching.size, stitching.scale, stitching.origin, stitching.seam, stitching.cut)
 

@@ -23,7 +23,7 @@ from ..bags.stamped import TRUE_WRENCH, TRUTH, find_prefix, pairs_of
 from ..bags.stitched_bag import VIEWS, bag_opener, stitching_in
 from ..calibration.files.format import CalibrationFile, Specimen, write_calibration
 from ..calibration.residuals import outliers, report_residuals
-from ..common.progress import in_parallel, log_told
+from ..common.progress import in_parallel, log_reported
 from ..dots.tracker import DotTracker, find_pattern, make_tracker
 from ..errors import BadCalibration, BadFrame, BadRecording
 from ..nodes.messages import conversions as convert
@@ -218,7 +218,7 @@ def _fit_and_judge(presses: Presses, sensor: MarkerSensor, name: str) -> tuple[d
     """The method's fitted numbers, and its touches at held-out presses; or why it cannot be fitted."""
     method = methods_for(sensor)[name]
     try:
-        with log_told():
+        with log_reported():
             fitted = method.fit(presses, sensor)
             return fitted, held_out(method, presses, sensor, fitted)
     except BadCalibration as error:
@@ -284,9 +284,9 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
     residuals = marker_residuals(held[best], reader.names)
     standing_out = outliers(residuals)
     write_touch(output, reader.sensor.type, fitted, scores, errors, span, reader.left_out, Specimen(serial, reader.values), standing_out)
-    told = report(presses, scores, methods, errors, reader.left_out, output)
+    reported = report(presses, scores, methods, errors, reader.left_out, output)
     drawn = report_residuals(residuals, standing_out, output, f'{reader.sensor.type}, {best}')
-    return '\n'.join([*(stitched.lines() if stitched else []), told, *drawn])
+    return '\n'.join([*(stitched.lines() if stitched else []), reported, *drawn])
 
 
 def _span(values: np.ndarray) -> list[float]:

@@ -95,9 +95,9 @@ class TaxelStage(Stage):
 
     def _open_gripper(self, stamp_s: float) -> None:
         """Take the depth from the gripper's opening at the time of an image."""
-        told_s, position = self._joint
+        reported_s, position = self._joint
         self._unknown = ''
-        if abs(stamp_s - told_s) > _CURRENT_S:
+        if abs(stamp_s - reported_s) > _CURRENT_S:
             position, name = np.nan, self.values['gripper.joint']
             self._unknown = f'{_JOINTS.topic} does not tell joint {name!r} at the time of the images: depth is NaN; publish its position'
         elif not self.values['object.width'] > 0:

@@ -24,8 +24,8 @@ from ..evaluation.report import plain, text
 def evaluate(bag: JudgedBag) -> tuple[Evaluation, dict]:
     """Evaluate a recording; the report is a dictionary. Raises TactileError, BadArgument when no instant can be compared."""
     evaluation, judged = Evaluation(), 0
-    for stamp, told, true in bag.instants():
-        evaluation.add(stamp, told, true)
+    for stamp, reported, true in bag.instants():
+        evaluation.add(stamp, reported, true)
         judged += 1
     if not judged:
         raise BadArgument('no instant has both an estimate and ground truth; check the stamps of ground_truth/*')

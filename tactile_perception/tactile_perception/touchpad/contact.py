@@ -69,9 +69,9 @@ class DotClassification:
 def state_confidence(score: np.ndarray, state: np.ndarray, slipping: np.ndarray) -> np.ndarray:
     """(N,) probability of each state. score (N,): half the dot's distance from the border, pitches, plus 1/2; slipping (N,): probability
     that it slips if it touches, NaN: unknown."""
-    told = ndtr(np.abs(2 * score - 1) / _BORDER_NOISE)
+    reported = ndtr(np.abs(2 * score - 1) / _BORDER_NOISE)
     slipping = _WRONG + (1 - 2 * _WRONG) * slipping
-    return np.where(state == 0, told, told * np.where(state == 2, slipping, 1 - slipping))
+    return np.where(state == 0, reported, reported * np.where(state == 2, slipping, 1 - slipping))
 
 
 class MembraneMethod:

@@ -111,5 +111,5 @@ def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: 
     found = fit_touchpad(presses, reader.camera, sphere_radius, cap)
     height, width = presses[0].image.shape[:2]
     write_touchpad(output, found, (width, height), Specimen(serial, values))
-    told = report_residuals(found.held_out, outliers(found.held_out), output, 'touchpad')
-    return '\n'.join([report(found, reader.left_out, output), *told])
+    reported = report_residuals(found.held_out, outliers(found.held_out), output, 'touchpad')
+    return '\n'.join([report(found, reader.left_out, output), *reported])

@@ -45,7 +45,7 @@ def live(path):
 
 def test_each_instant_has_both(tmp_path):
     bag = JudgedBag(live(tmp_path / 'live'))
-    found = [(stamp, told.contacts[0].depth - 1, true.contacts[0].depth) for stamp, told, true in bag.instants()]
+    found = [(stamp, reported.contacts[0].depth - 1, true.contacts[0].depth) for stamp, reported, true in bag.instants()]
     assert found == [(pytest.approx(k * 0.033), k, 1.0) for k in (1, 2, 4, 5)]
     assert bag.unmatched == {'without an estimate': 1, 'without truth': 1}
     assert bag.times.summary()['latency_ms']['contacts']['median'] == pytest.approx(24)
@@ -63,7 +63,7 @@ def test_latencies_are_only_those_of_a_live_recording(tmp_path):
 def test_a_message_that_cannot_be_meant_is_counted(tmp_path):
     rows = [(k, k, '/pad/slip', Slip(state=4 * (k == 1))) for k in range(3)] + [(k, k, '/pad/ground_truth/slip', Slip()) for k in range(3)]
     bag = JudgedBag(write(tmp_path / 'bag', rows))
-    assert [told.slip is None for _, told, _ in bag.instants()] == [False, True, False]
+    assert [reported.slip is None for _, reported, _ in bag.instants()] == [False, True, False]
     assert bag.times.summary()['refused'] == {'slip: state 4 is none of 0 to 2': 1}
 
 
@@ -84,7 +84,7 @@ def test_a_damaged_message_is_counted_and_the_rest_judged(tmp_path):
 def test_computed_anew_each_stage_is_timed(pressed_bag):
     bag = JudgedBag(pressed_bag, params=pressed_bag.with_name('disc.yaml'))
     found = list(bag.instants())
-    assert len(found) == 14 and not bag.unmatched and all(told.contacts is not None for _, told, _ in found)
+    assert len(found) == 14 and not bag.unmatched and all(reported.contacts is not None for _, reported, _ in found)
     times = bag.times.summary()
     assert set(times['stages_ms']) == {'decoding', 'dots', 'contact', 'all'} and times['latency_ms'] == {}
     stages = {name: stage['median'] for name, stage in times['stages_ms'].items()}

@@ -61,7 +61,7 @@ def test_views_without_a_pair_are_counted(bag, stitching):
         assert reader.left_out.lines() == ["2 of /pad/left and right/image_raw: one camera's view without the other's"]
 
 
-def test_views_that_are_too_far_apart_are_told(bag, stitching):
+def test_views_that_are_too_far_apart_are_reported(bag, stitching):
     with StitchedBag(bag, stitching, 'plane', 0.003) as reader:
         assert not list(reader.messages({'/pad/image_raw'}))
         line, = reader.left_out.lines()
@@ -87,7 +87,8 @@ def test_the_calibration_file_says_whether_and_how(tmp_path, bag, stitching):
     path = tmp_path / 'a.yaml'
     write_calibration(path, CalibrationFile('areal_dual', {}, {'stitching': stitching.to_dict()}, {}, {}))
     found = stitching_in(path, 'areal_dual')
-    assert found.right.eye == pytest.approx(stitching.right.eye, abs=1e-8) and found.origin == pytest.approx(stitching.origin, abs=1e-4)
+    assert found.right.camera_centre == pytest.approx(stitching.right.camera_centre,
+                                                      abs=1e-8) and found.origin == pytest.approx(stitching.origin, abs=1e-4)
     assert stitching_in('', 'areal_dual') is None
     assert bag_opener(params, None) is BagReader
     with bag_opener(params, found)(bag) as reader:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Presses whose error stands out are named by their time; even ones are not.
 The picture of the errors is made, whatever is known of them.
-Outliers and the picture are told; that it cannot be written loses no calibration."""
+Outliers and the picture are reported; that it cannot be written loses no calibration."""
 import cv2
 import numpy as np
 import pytest
@@ -52,6 +52,6 @@ def test_lines_and_the_picture(tmp_path):
     assert (tmp_path / 'pad_residuals.png').stat().st_size > 1000
 
 
-def test_no_picture_is_told(tmp_path):
+def test_no_picture_is_reported(tmp_path):
     lines = report_residuals(FOUND, [], tmp_path / 'none' / 'pad.yaml', 'touchpad')
     assert len(lines) == 1 and lines[0].startswith('no plot of the errors: ')

@@ -26,17 +26,17 @@ def test_a_long_run_counts_once_in_a_while(capsys, monkeypatch):
     assert [int(line.split()[0]) for line in lines] == sorted(int(line.split()[0]) for line in lines)
 
 
-def test_what_is_logged_of_long_work_is_told_once_in_a_while(capsys, monkeypatch):
+def test_what_is_logged_of_long_work_is_reported_once_in_a_while(capsys, monkeypatch):
     now = iter(5 + 0.4 * k for k in range(100))
     monkeypatch.setattr(progress, 'time', SimpleNamespace(monotonic=lambda: next(now)))  # threads of other tests ask for the time too
     log = logging.getLogger('tactile_perception.touch.any')
     # launch, which other tests import, makes loggers that keep to themselves
     monkeypatch.setattr(log, 'parent', logging.getLogger('tactile_perception'))
     monkeypatch.setattr(log, 'propagate', True)
-    with progress.log_told():
+    with progress.log_reported():
         for k in range(7):
             log.info('%d of 7', k)
-    log.info('not told')
+    log.info('not reported')
     assert capsys.readouterr().err.splitlines() == ['0 of 7', '3 of 7', '6 of 7']
 
 
@@ -49,7 +49,7 @@ def squares_of(numbers):
 
 
 @pytest.mark.parametrize('cores', [1, 3])
-def test_results_are_in_order_and_told(cores, monkeypatch, caplog):
+def test_results_are_in_order_and_reported(cores, monkeypatch, caplog):
     monkeypatch.setattr(os, 'sched_getaffinity', lambda pid: range(cores))
     # launch, which other tests import, makes loggers that keep to themselves
     log = logging.getLogger(progress.__name__)

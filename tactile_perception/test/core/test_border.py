@@ -17,12 +17,12 @@ PLACES = np.random.default_rng(1).uniform(5, 55, (40, 2))
 MESH = {name: getattr(SheetMesh(np.zeros(2), np.array([0.03, 0.03]), 8e-3, 2), name)
         for name in ('value', 'slope', 'laplacian', 'weight', 'rest')} | {'depths': np.array([5e-4, 1e-3])}
 PRESS = {'place': (0.0, 0.0), 'radius': 7e-3, 'prestretch': 1.05, 'bending': 2e-7, 'friction': 0.5, 'slides': False, 'drag': (0.0, 0.0)}
-PRESSED = {'rest': 1e-3 * (PLACES - 30), 'eye': np.tile([0.0, 0.0, -0.06], (40, 1)),
+PRESSED = {'rest': 1e-3 * (PLACES - 30), 'camera_centre': np.tile([0.0, 0.0, -0.06], (40, 1)),
            'presses': np.array([[1e-3, 2e-3, 2e-3, 0.0, 0.0, 0.0], [8e-3, 2e-3, 1e-3, 0.0, 0.0, 0.0]])}
 VALUES = {'value': np.random.default_rng(3).normal(0, 1e-4, (40, 3)), 'sigma': np.full(40, 1e-5),
           'motion': np.random.default_rng(5).normal(0, 1e-5, (40, 3))}
 FIT = {'noise': (1e-5, 1e-2, 1e-2, 1.0, 0.0, 0.0), 'tip': (0.0, 0.15), 'marker_radius': 1e-3, 'drags': True, 'near': 0.01}
-FIELD = {'field': np.zeros((16, 3), np.float32), 'rest': PRESSED['rest'], 'eye': PRESSED['eye']}
+FIELD = {'field': np.zeros((16, 3), np.float32), 'rest': PRESSED['rest'], 'camera_centre': PRESSED['camera_centre']}
 
 
 TABLE = {'numbers': np.array([0.03, 0.03, 0.02, 0.02, 8e-3, 8e-3, 0.3, 1.5, 0.2]), 'sizes': np.array([1, 2, 3, 2, 1, 0, 1]),
@@ -39,7 +39,7 @@ DOME = {'numbers': np.array([0.15, -0.04, 0.9, 0.3, 0.04, 1.5, 0.02, 0.8]), 'edg
         'even_table': np.full((6, 6, 2, 2, 2), 1e-3, np.float32), 'odd_table': np.full((6, 2, 2, 2, 2), 1e-3, np.float32),
         'even_modes': np.full((2, 4, 3, 3), 1e-3, np.float32), 'odd_modes': np.full((2, 4, 3, 3), 1e-3, np.float32)}
 DOME_PRESS = {'points': np.full((5, 3), 0.01), 'presses': np.zeros((1, 7))}
-DOME_SEEN = {'points': np.full((5, 3), 0.01), 'eyes': np.zeros((5, 3)), 'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5),
+DOME_SEEN = {'points': np.full((5, 3), 0.01), 'camera_centres': np.zeros((5, 3)), 'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5),
              'shared': np.full((2, 5), 0.1), 'starts': np.zeros((1, 7)),
              'prior': np.array([np.zeros(7), np.ones(7), np.full(7, -3.0), np.full(7, 3.0), np.full(7, 0.1)])}
 

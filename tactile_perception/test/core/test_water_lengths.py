@@ -43,7 +43,7 @@ def test_ratios_that_disagree_and_patches_widen_the_deviation():
     assert lengths_of(agree, np.nan, patchiness=1e-2)[1] > 3 * usual
 
 
-def test_where_glare_and_shape_cannot_be_told_apart_the_deviation_says_so():
+def test_where_glare_and_shape_cannot_be_reported_apart_the_deviation_says_so():
     ratios = mirrored(0.033, 0.04)
     usual, doubtful = lengths_of(ratios, np.nan)[1], lengths_of(ratios, np.log1p(0.04))
     assert doubtful[1] > 2.5 * usual and abs(doubtful[0] - 0.033) < 2 * doubtful[1]

@@ -31,7 +31,7 @@ def test_dots_are_found_without_a_parameter(name):
     assert ('bright' if sheet.sign > 0 else 'dark') in detector.found
 
 
-def test_what_was_taken_for_dots_is_told_and_a_grid_is_found():
+def test_what_was_taken_for_dots_is_reported_and_a_grid_is_found():
     tracker = DotTracker(0, 0, 'any', 'auto', 'auto')
     tracks = tracker.process(Film(SHEETS['rim']).frame(0)[0], 0.0)
     assert (tracks.rows, tracks.columns) == (7, 5) and sorted(tracks.id) == list(range(35))

@@ -60,7 +60,7 @@ def test_the_channel_with_the_contrast_is_taken(draw_dots, markers):
     assert error[0] < 0.8 * error[1]  # the channels' noise is their own
 
 
-def test_markers_that_touch_are_told_apart(draw_dots, markers):
+def test_markers_that_touch_are_reported_apart(draw_dots, markers):
     uv, diameter = markers[0].copy(), np.full(30, 20.0)
     uv[8] = uv[7] + [20.5, 0]
     uv[21] = uv[15] + [6, 19.5]

@@ -89,7 +89,7 @@ def test_scattered_gaps_leave_most_dots_their_numbers(scene, gone, numbered):
     assert totals[1] <= (1 - numbered) * totals[2]
 
 
-def test_why_half_of_the_dots_get_no_number_is_told():
+def test_why_half_of_the_dots_get_no_number_is_reported():
     rng = np.random.default_rng(6)
     uv, _ = make_grid(rng)
     numbers = number_grid(uv[rng.uniform(size=len(uv)) < 0.5], 23, 23)
@@ -150,7 +150,7 @@ def test_half_a_grid_is_certain_only_by_its_own_unevenness(dome):
     np.testing.assert_array_equal(number_grid(uv[left] + 2.0, 8, 10, Numbered(uv, id)).id, id[left])
 
 
-def test_on_an_even_grid_a_hidden_row_cannot_be_told_from_a_move():
+def test_on_an_even_grid_a_hidden_row_cannot_be_reported_from_a_move():
     row, column = np.divmod(np.arange(80), 10)
     uv, seen = 30.0 * np.stack([column + 1.0, row + 0.5], axis=1), row < 7
     assert '7 of 8 rows' in number_grid(uv[seen], 8, 10, Numbered(uv, np.arange(80))).reason

@@ -109,7 +109,7 @@ def test_wrong_parameters():
         Reference(time_constant_s=0.0)
 
 
-def test_a_touch_at_the_start_is_told_by_the_calibrated_places():
+def test_a_touch_at_the_start_is_reported_by_the_calibrated_places():
     reference = Reference(known=CalibratedRest(UV))
     duv = run(reference, 20, move=2 * DENT)
     assert reference.touched and 'was touched' in reference.warning
@@ -119,7 +119,7 @@ def test_a_touch_at_the_start_is_told_by_the_calibrated_places():
     assert np.abs(reference.uv - UV - 0.7).max() < 0.05
 
 
-def test_a_touch_at_the_start_beside_a_camera_that_has_moved_is_told_until_it_ends():
+def test_a_touch_at_the_start_beside_a_camera_that_has_moved_is_reported_until_it_ends():
     reference = Reference(known=CalibratedRest(UV))
     run(reference, 5, move=2 * DENT + [6.0, 0.0])
     assert 'calibrate again' in reference.warning

@@ -13,15 +13,15 @@ WRENCH = np.array([0.0, 0.0, -2.0, 0.01, 0.0, 0.0])
 
 def summed(*frames):
     evaluation = Evaluation()
-    for k, (told, true) in enumerate(frames):
-        evaluation.add(float(k), told, true)
+    for k, (reported, true) in enumerate(frames):
+        evaluation.add(float(k), reported, true)
     return evaluation.summary()
 
 
 def test_each_error_in_its_unit():
-    told = Instant([contact(1e-3, 0, 1.2e-3)], region(11e-3, [1, 1, 2, 0], (1e-3, 0)), slip(1, 0.4, 3e-3), 1.1 * WRENCH)
+    reported = Instant([contact(1e-3, 0, 1.2e-3)], region(11e-3, [1, 1, 2, 0], (1e-3, 0)), slip(1, 0.4, 3e-3), 1.1 * WRENCH)
     true = Instant([contact(0, 0, 1e-3)], region(10e-3, [1, 1, 2, 2]), slip(1, 0.5, 1e-3), WRENCH)
-    errors = summed((told, true))['errors']
+    errors = summed((reported, true))['errors']
     middle = {name: found['median'] for name, found in errors.items()}
     assert middle.pop('region_overlap') == pytest.approx(95 / (121 + 100 - 95), abs=0.02), 'of 9.5 mm by 10 mm'
     assert middle == pytest.approx({'place': 1, 'depth': 0.2, 'normal': 0, 'touch_force': 0, 'region_area': 21, 'region_centroid': 1,
@@ -31,9 +31,9 @@ def test_each_error_in_its_unit():
 
 
 def test_dots_that_are_not_seen_have_a_column_of_their_own():
-    told = region(5e-3, [0, 1, 2])
-    found = summed((Instant(region=told), Instant(region=region(5e-3, [0, 2, 2, 1]))))['dot_states']
-    assert found['counts'] == [[1, 0, 0, 0], [0, 0, 0, 1], [0, 1, 1, 0]] and found['told'][-1] == 'not seen'
+    reported = region(5e-3, [0, 1, 2])
+    found = summed((Instant(region=reported), Instant(region=region(5e-3, [0, 2, 2, 1]))))['dot_states']
+    assert found['counts'] == [[1, 0, 0, 0], [0, 0, 0, 1], [0, 1, 1, 0]] and found['reported'][-1] == 'not seen'
     assert found['f1']['slipping'] == pytest.approx(2 / 3)
 
 
@@ -51,19 +51,19 @@ def test_weak_wrenches_have_no_relative_error_and_unknown_ones_are_counted():
     frames = [(Instant(wrench=factor * 1.2 * WRENCH), Instant(wrench=factor * WRENCH)) for factor in (1.0, 0.5, 0.01)]
     errors = summed(*frames, (Instant(wrench=np.full(6, np.nan)), Instant(wrench=WRENCH)))['errors']
     assert errors['force']['count'] == 3 and errors['force_relative']['count'] == 2
-    assert errors['force']['not_told'] == errors['moment_relative']['not_told'] == 1
+    assert errors['force']['not_reported'] == errors['moment_relative']['not_reported'] == 1
     assert errors['force_relative']['worst'] == pytest.approx(20)
 
 
-def test_of_a_wrench_the_axes_that_are_told_are_judged():
-    told = np.where(np.arange(6) == 4, np.nan, 1.2 * WRENCH)
-    errors = summed((Instant(wrench=told), Instant(wrench=WRENCH)))['errors']
+def test_of_a_wrench_the_axes_that_are_reported_are_judged():
+    reported = np.where(np.arange(6) == 4, np.nan, 1.2 * WRENCH)
+    errors = summed((Instant(wrench=reported), Instant(wrench=WRENCH)))['errors']
     assert errors['moment']['median'] == pytest.approx(2) and errors['moment_relative']['median'] == pytest.approx(20)
 
 
 def test_a_region_that_was_missed_overlaps_by_nothing():
     found = summed((Instant(region=region(0, [])), Instant(region=region(5e-3, []))))
-    assert found['errors']['region_overlap']['median'] == 0 and found['errors']['region_centroid']['not_told'] == 1
+    assert found['errors']['region_overlap']['median'] == 0 and found['errors']['region_centroid']['not_reported'] == 1
 
 
 def test_what_was_never_said_is_not_judged():

@@ -18,8 +18,9 @@ def evaluation():
     for k in range(60):
         x, y = rng.normal(0, 5e-3, 2)
         true = Instant([contact(x, y)] if k > 10 else [], region(5e-3 * (k > 10), [1, 2, 0], (x, y)), slip(2, 1.0, 1e-3), np.ones(6))
-        told = Instant([contact(x + 1e-4, y)] if k > 10 else [], region(5e-3 * (k > 10), [1, 1, 0], (x, y)), slip(1, 0.7, 0.0), np.ones(6))
-        found.add(0.1 * k, told, true)
+        reported = Instant([contact(x + 1e-4, y)] if k > 10 else [], region(5e-3 * (k > 10), [1, 1, 0], (x, y)), slip(1, 0.7, 0.0),
+                           np.ones(6))
+        found.add(0.1 * k, reported, true)
     return found
 
 

@@ -15,14 +15,14 @@ TIMES = {'latency_ms': {'contacts': {'median': 12.34, 'within_95': 20.0, 'worst'
 
 def report(*frames, times=TIMES):
     evaluation = Evaluation()
-    for k, (told, true) in enumerate(frames):
-        evaluation.add(float(k), told, true)
+    for k, (reported, true) in enumerate(frames):
+        evaluation.add(float(k), reported, true)
     return {'instants': {'judged': len(frames), 'without an estimate': 3, 'without truth': 0}, **evaluation.summary(), 'times': times}
 
 
 def test_the_text_says_it_all():
-    told = Instant([contact(1e-3, 0, 1.25e-3, flags=1)], region(10e-3, [1, 0]), slip(1, 0.5, 1e-3), np.arange(6.0))
-    page = text(report((told, Instant([contact(0, 0)], region(10e-3, [1, 2]), slip(2, 1.0, 1e-3), np.arange(6.0)))))
+    reported = Instant([contact(1e-3, 0, 1.25e-3, flags=1)], region(10e-3, [1, 0]), slip(1, 0.5, 1e-3), np.arange(6.0))
+    page = text(report((reported, Instant([contact(0, 0)], region(10e-3, [1, 2]), slip(2, 1.0, 1e-3), np.arange(6.0)))))
     rows = {line[:50].strip(): line[50:].split() for line in page.splitlines()}
     assert rows['depth of the touch'] == ['mm', '0.25', '0.25', '0.25', '1', '0']
     assert '1 instants compared; 3 without an estimate' in page and 'touches:  1 true, 0 missed, 0 false' in page
@@ -41,5 +41,5 @@ def test_of_little_little_is_said():
 
 def test_json_has_none_for_what_is_not_known():
     found = plain(report((Instant([]), Instant([]))))
-    assert found['touches']['told_after_ms']['median'] is None
+    assert found['touches']['reported_after_ms']['median'] is None
     assert json.loads(json.dumps(found, allow_nan=False)) == found

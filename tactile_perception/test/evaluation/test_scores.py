@@ -41,10 +41,10 @@ def test_neither_place_nor_size_matters(side, centre):
 NAN = np.nan
 
 
-def test_relative_errors_are_of_the_axes_that_are_told():
-    told = np.array([[1.1, 0, 0], [NAN, 3.0, 4.0], [NAN, NAN, NAN]])
+def test_relative_errors_are_of_the_axes_that_are_reported():
+    reported = np.array([[1.1, 0, 0], [NAN, 3.0, 4.0], [NAN, NAN, NAN]])
     true = np.array([[1.0, 0, 0], [9.0, 3.0, 3.0], [1.0, 1.0, 1.0]])
-    assert relative_errors(told, true) == pytest.approx([0.1, 1 / np.hypot(3, 3), np.inf])
+    assert relative_errors(reported, true) == pytest.approx([0.1, 1 / np.hypot(3, 3), np.inf])
 
 
 def test_a_drawn_error_has_a_normalised_square_of_its_directions():

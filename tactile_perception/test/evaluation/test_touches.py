@@ -11,15 +11,16 @@ from made import contact
 
 def counted(frames):
     counts = TouchCounts()
-    for k, (told, true) in enumerate(frames):
-        counts.add(0.1 * k, told, true, pairs(told, true))
+    for k, (reported, true) in enumerate(frames):
+        counts.add(0.1 * k, reported, true, pairs(reported, true))
     return counts
 
 
 def test_pairs_lie_nearest_in_all():
-    told, true = [contact(0, 0, id=5), contact(9e-3, 0, id=6)], [contact(10e-3, 0, id=1), contact(1e-3, 0, id=2), contact(0.05, 0, id=3)]
-    assert sorted((t.id, r.id) for t, r in pairs(told, true)) == [(5, 2), (6, 1)]
-    assert pairs([], true) == [] and len(pairs(told, [contact(np.nan, 0)])) == 1
+    reported, true = [contact(0, 0, id=5), contact(9e-3, 0, id=6)], [contact(10e-3, 0, id=1), contact(1e-3, 0, id=2),
+                                                                     contact(0.05, 0, id=3)]
+    assert sorted((t.id, r.id) for t, r in pairs(reported, true)) == [(5, 2), (6, 1)]
+    assert pairs([], true) == [] and len(pairs(reported, [contact(np.nan, 0)])) == 1
 
 
 def test_errors_of_one_touch():
@@ -28,15 +29,15 @@ def test_errors_of_one_touch():
     assert found == pytest.approx({'place': 5e-4, 'depth': 1e-4, 'normal': 0.1, 'touch_force': -0.5})
 
 
-def test_what_is_not_true_is_not_judged_and_what_is_not_told_is_nan():
+def test_what_is_not_true_is_not_judged_and_what_is_not_reported_is_nan():
     found = touch_errors(contact(0, 0, force=np.nan), contact(0, 0, np.nan, normal=[np.nan] * 3))
     assert set(found) == {'place', 'touch_force'} and np.isnan(found['touch_force'])
 
 
 def test_without_a_depth_the_place_is_one_in_space():
-    told = contact(3e-4, 0, np.nan)
-    told.position[2] = -1e-3 + 4e-4
-    assert touch_errors(told, contact(0, 0))['place'] == pytest.approx(5e-4)
+    reported = contact(3e-4, 0, np.nan)
+    reported.position[2] = -1e-3 + 4e-4
+    assert touch_errors(reported, contact(0, 0))['place'] == pytest.approx(5e-4)
 
 
 def test_frames_and_touches_are_counted():
@@ -44,9 +45,9 @@ def test_frames_and_touches_are_counted():
     found = counted([([here], []), ([here], []), ([], []), ([], [here]), ([here], [here]), ([contact(0, 0, id=7)], [here]),
                      ([here], [here, other]), ([here, contact(0.02, 0, id=9)], [here]), ([contact(0, 0, id=8)], [])]).summary()
     assert found['frames'] == {'judged': 9, 'touched': 5, 'missed': 1, 'too_few': 1, 'too_many': 1, 'untouched': 4, 'false': 3}
-    assert {name: found['touches'][name] for name in ('there', 'never_told', 'made_up', 'renumbered')} == {
-        'there': 2, 'never_told': 1, 'made_up': 2, 'renumbered': 2}
-    assert found['touches']['told_after_ms']['median'] == pytest.approx(100)
+    assert {name: found['touches'][name] for name in ('there', 'never_reported', 'made_up', 'renumbered')} == {
+        'there': 2, 'never_reported': 1, 'made_up': 2, 'renumbered': 2}
+    assert found['touches']['reported_after_ms']['median'] == pytest.approx(100)
 
 
 @pytest.mark.parametrize('factor, mean', [(1.0, 1.0), (2.0, 0.25), (0.5, 4.0)])
@@ -54,9 +55,9 @@ def test_covariances_that_are_too_large_or_small_are_seen(factor, mean):
     rng = np.random.default_rng(1)
     frames = []
     for _ in range(1500):
-        told = contact(0, 0, sigma=1e-4 * factor)
-        told.position[:] += 1e-4 * rng.normal(size=3)
-        frames.append(([told], [contact(0, 0)]))
+        reported = contact(0, 0, sigma=1e-4 * factor)
+        reported.position[:] += 1e-4 * rng.normal(size=3)
+        frames.append(([reported], [contact(0, 0)]))
     found = counted(frames).consistency()
     assert found['mean'] == pytest.approx(mean, rel=0.08) and found['honest_range_95'] == pytest.approx([0.072, 3.116], abs=1e-3)
     assert (found['within_honest_range'] > 0.93) == (factor == 1.0)

@@ -148,7 +148,7 @@ def test_samples_that_are_no_numbers_are_passed_over(model, bad):
     assert not finger.detect(np.full((7, 4), bad), PERIOD).known.any()
 
 
-def test_a_dead_output_is_told_and_no_place_is_made_up(model):
+def test_a_dead_output_is_estimated_and_no_place_is_made_up(model):
     finger = PsdFinger(model)
     volts, _ = played.scene('grid')
     volts[:, 1] = 0.0

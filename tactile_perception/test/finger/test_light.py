@@ -135,7 +135,7 @@ def test_room_light_that_stays_after_the_object_ends_the_contact():
 
 
 @pytest.mark.parametrize('creep', [0.0, 0.03])
-def test_a_lamp_at_the_contacts_own_place_is_told_from_it_when_the_object_goes(creep):
+def test_a_lamp_at_the_contacts_own_place_is_reported_from_it_when_the_object_goes(creep):
     beside = position((ROOM @ MIX)[None])[0]
     grows = 1 - creep * np.exp(-np.maximum(np.arange(1000) - 250, 0) / 80)
     sums, shift = pressed(spot(*beside, 2.5) * (grows * (np.arange(1000) < 700))[:, None] + lamp(1000, 300, 10, 0.6))

@@ -61,7 +61,7 @@ def test_the_papers_alone(tmp_path):
                                    lambda f: f.update(force=[1.0]), lambda f: f.update(shot='much'), lambda f: f.update(creep=[1.0, 0.03]),
                                    lambda f: f.update(creep=[0.05, 0.0]),
                                    lambda f: f.update(light_shift={'typical': [1.0] * 5, 'slopes': [[1.0, 2.0]]})])
-def test_what_is_missing_or_wrong_is_told(tmp_path, spoil):
+def test_what_is_missing_or_wrong_is_reported(tmp_path, spoil):
     smooth, _ = fit_smooth_map(PLACE, 1.6 * PLACE, np.full(30, 1e-3))
     written(tmp_path / 'a.yaml', smooth=smooth)
     page = yaml.safe_load((tmp_path / 'a.yaml').read_text())

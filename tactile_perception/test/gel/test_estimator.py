@@ -76,7 +76,7 @@ def test_the_region_is_the_contact():
     assert np.linalg.norm(outline[:, :2] - gel.states[0].middle, axis=1) == pytest.approx(radius, rel=0.35)
 
 
-def test_without_a_modulus_no_force_is_told_but_the_rest():
+def test_without_a_modulus_no_force_is_reported_but_the_rest():
     rng = np.random.default_rng(9)
     gel = pressed_gel(rng)
     result = estimator_of(gel, rng, **{'gel.young_modulus': 0.0}).process(gel.tracks(gel.states[0], rng), 1.0)

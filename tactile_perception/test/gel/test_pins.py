@@ -65,7 +65,7 @@ def test_place_and_depth_of_presses_that_were_not_calibrated(calibrated):
     assert np.mean(np.square(normal)) < 4
 
 
-def test_beyond_what_was_calibrated_nothing_is_told(calibrated):
+def test_beyond_what_was_calibrated_nothing_is_reported(calibrated):
     ball, estimator = Pressed(3), PinEstimator(VALUES, calibrated[0])
     for place, depth in (((0.0, 0.0), 2.2e-3), ((6e-3, 0.0), 8e-4)):
         contact, = estimator.process(ball.tracks(place, depth), 0.0).contacts

@@ -12,7 +12,7 @@ RATE, PRESSED_AT = 10.0, 2.8
 
 
 class Ball:
-    """rest: untouched images; untouched: their truth; pressed, truth: the ball's; sensor, camera, values: what perception is told."""
+    """rest: untouched images; untouched: their truth; pressed, truth: the ball's; sensor, camera, values: what perception is reported."""
 
     def __init__(self):
         scene = open_scene('sphere_press', rate=RATE, seed=2)

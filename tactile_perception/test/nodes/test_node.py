@@ -108,7 +108,8 @@ def test_from_image_to_region_with_faults_in_between(bench):
     header = bench.show(1.0)
     assert bench.until(lambda: bench.seen['contact_region'], 30.0)
     found = [bench.seen[topic][0].header for topic in ('dots', 'contact_region')]
-    assert all((told.stamp, told.frame_id) == (header.stamp, 'touchpad') for told in found), 'the sensor frame, not that of the image'
+    assert all((reported.stamp, reported.frame_id) == (header.stamp,
+                                                       'touchpad') for reported in found), 'the sensor frame, not that of the image'
     assert len(bench.seen['dots'][0].id) > 520 and bench.seen['contact_region'][0].area == 0
 
     def cut(image):

@@ -26,9 +26,9 @@ def test_the_pose_is_found_from_the_markers_seen():
     rest[::5] = np.nan
     view = camera_view(MATRIX, DISTORTION, rest, SENSOR)
     assert view.camera.centre == pytest.approx(CAMERA.centre, abs=1e-7)
-    seen, eye = view.back_project(rest)
+    seen, camera_centre = view.back_project(rest)
     assert np.nanmax(np.abs(seen[:, :2] - SENSOR.grid())) < 1e-7 and np.isnan(seen[0]).all()
-    assert eye[0] == pytest.approx(CAMERA.centre, abs=1e-7)
+    assert camera_centre[0] == pytest.approx(CAMERA.centre, abs=1e-7)
 
 
 def test_the_field_is_what_rays_to_the_plane_tell():
@@ -84,7 +84,7 @@ def test_a_marker_never_seen_untouched_has_no_growth_and_one_not_seen_no_place()
     field = markers.field(tracks_markers((5.0, 0.0), 150.0, id=(0, 2)))
     assert np.isnan(field.growth).all()
     assert field.seen.tolist() == [True, False, True, False]
-    assert field.eye[2] == pytest.approx([-0.02, 0.0, -0.05])
+    assert field.camera_centre[2] == pytest.approx([-0.02, 0.0, -0.05])
 
 
 def test_the_view_is_made_anew_only_for_a_reference_that_moved_or_new_markers():
@@ -115,20 +115,20 @@ def test_a_sheet_s_camera_stands_where_its_untouched_markers_say():
     sensor, camera = MARKER_SENSORS['areal_single'], CameraModel(PLAIN, NO_DISTORTION, translation=np.array([0.001, -0.002, 0.06]))
     rest = camera.project(np.column_stack([sensor.grid(), np.zeros(117)]))
     view = view_maker(sensor, (PLAIN, NO_DISTORTION), None)(rest)
-    seen, eyes = view.back_project(rest)
-    assert seen[:, :2] == pytest.approx(sensor.grid(), abs=1e-6) and eyes[0] == pytest.approx([-0.001, 0.002, -0.06], abs=1e-6)
+    seen, camera_centres = view.back_project(rest)
+    assert seen[:, :2] == pytest.approx(sensor.grid(), abs=1e-6) and camera_centres[0] == pytest.approx([-0.001, 0.002, -0.06], abs=1e-6)
 
 
 def test_a_dome_s_camera_stands_where_the_parameters_say():
     pose = np.eye(3), np.array([0.0, 0.0, 0.045])
     view = view_maker(MARKER_SENSORS['air_cushion'], (PLAIN, NO_DISTORTION), None, pose)(None)
-    seen, eyes = view.back_project(np.array([(320.0, 240.0), (420.0, 240.0)]))
-    assert eyes[0] == pytest.approx([0, 0, -0.045])
+    seen, camera_centres = view.back_project(np.array([(320.0, 240.0), (420.0, 240.0)]))
+    assert camera_centres[0] == pytest.approx([0, 0, -0.045])
     assert seen[:, :2] == pytest.approx(np.array([(0, 0), (0.2 * 0.165, 0)]))
 
 
-def test_a_stitched_picture_is_a_plane_with_two_eyes():
+def test_a_stitched_picture_is_a_plane_with_two_camera_centres():
     view = view_maker(MARKER_SENSORS['areal_dual'], None, STITCHING.to_dict())(None)
-    seen, eyes = view.back_project(np.array([(300.0, 250.0), (500.0, 350.0), (np.nan, np.nan)]))
+    seen, camera_centres = view.back_project(np.array([(300.0, 250.0), (500.0, 350.0), (np.nan, np.nan)]))
     assert seen[:2] == pytest.approx(np.array([(-0.01, 0, 1e-8), (0.01, 0.01, 1e-8)]), abs=1e-12) and np.isnan(seen[2, :2]).all()
-    assert eyes[:2] == pytest.approx(np.array([(-0.02, 0, -0.05), (0.02, 0, -0.05)]))
+    assert camera_centres[:2] == pytest.approx(np.array([(-0.02, 0, -0.05), (0.02, 0, -0.05)]))

@@ -34,11 +34,11 @@ def pressed(tip, depth, width=0.009, inwards=0.0):
     return np.column_stack([REST - inwards * bell[:, None] * away / width, -bell])
 
 
-def found(surface, xyz, noise=5e-6, eyes=None):
-    eyes = np.tile(EYE, (len(REST), 1)) if eyes is None else eyes
+def found(surface, xyz, noise=5e-6, camera_centres=None):
+    camera_centres = np.tile(EYE, (len(REST), 1)) if camera_centres is None else camera_centres
     place = appears(xyz) + noise * np.random.default_rng(0).standard_normal(REST.shape)
     plain = np.full(len(REST), np.nan)
-    field = MarkerField(REST, place - REST, plain, eyes, plain, REST, REST, plain)
+    field = MarkerField(REST, place - REST, plain, camera_centres, plain, REST, REST, plain)
     return on_rays(field, surface.raised(field), SENSOR)
 
 
@@ -49,7 +49,7 @@ def test_depths_of_a_bell_to_a_twentieth(surface, tip, depth):
     assert np.sqrt(np.mean((found(surface, xyz) - xyz)[:, 2]**2)) < 0.05 * depth + 5e-5
 
 
-def test_what_goes_sideways_is_told_from_what_goes_down(surface):
+def test_what_goes_sideways_is_reported_from_what_goes_down(surface):
     xyz = pressed(np.array([0.006, 0.004]), 6e-3, inwards=0.1)
     off = found(surface, xyz) - xyz
     assert np.sqrt(np.mean(off[:, 2]**2)) < 0.8e-3

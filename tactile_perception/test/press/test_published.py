@@ -18,9 +18,9 @@ def field(depth):
     """All markers seen as deep as depth (K,) or a number, m."""
     depth = np.broadcast_to(np.asarray(depth, float), len(GRID))
     shift = GRID * (depth / (HEIGHT - depth))[:, None]
-    eye = np.tile([0.0, 0.0, -HEIGHT], (len(GRID), 1))
+    camera_centre = np.tile([0.0, 0.0, -HEIGHT], (len(GRID), 1))
     plain = np.full(len(GRID), 1e-6)
-    return MarkerField(GRID, shift, 2 * np.log(HEIGHT / (HEIGHT - depth)), eye, plain, GRID, shift, plain)
+    return MarkerField(GRID, shift, 2 * np.log(HEIGHT / (HEIGHT - depth)), camera_centre, plain, GRID, shift, plain)
 
 
 def plate(depths=(1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 8e-3), slope=0.0):
@@ -50,7 +50,7 @@ def test_a_cubic_is_found_again_clamped_and_flagged_beyond_its_range():
     assert cubics(np.array([5.0, 0, 0]))[0][0] == pytest.approx(truth[-1]) and cubics(np.array([5.0, 0, 0]))[1][0]
 
 
-def test_depths_of_a_plate_are_told_for_all_markers():
+def test_depths_of_a_plate_are_reported_for_all_markers():
     fitted = MarkerDepths.fit(presses([0, 30, 62], [2e-3, 4e-3]), PITCH)
     depth, outside = fitted.depths(field(5e-3))
     assert np.abs(depth - 5e-3).max() < 5e-5 and not outside.any()
@@ -118,7 +118,7 @@ def fitted(bell_presses):
     return PaperTouch.fit(bell_presses(), SHEET)
 
 
-def test_a_gaussian_bell_is_told_to_half_a_pitch(fitted, bell_field):
+def test_a_gaussian_bell_is_reported_to_half_a_pitch(fitted, bell_field):
     method = PaperTouch.from_fitted(fitted, SHEET)
     touch, = method.estimate(bell_field((9e-3, -4.5e-3), 4e-3))
     assert np.hypot(*(touch.position[:2] - [9e-3, -4.5e-3])) < 2e-3 and touch.depth == pytest.approx(4e-3, abs=3e-4)
@@ -167,7 +167,7 @@ def test_four_largest_are_weighted_by_their_changes():
     assert four_largest(np.zeros(6), RING, 1.0) is None
 
 
-def test_a_press_is_told_to_a_pitch_and_nothing_at_rest(bell_field, bell_presses):
+def test_a_press_is_reported_to_a_pitch_and_nothing_at_rest(bell_field, bell_presses):
     method = PaperCushion.from_fitted(PaperCushion.fit(bell_presses(), SHEET), SHEET)
     touch, = method.estimate(bell_field((9e-3, 9e-3), 5e-3))
     assert np.hypot(*(touch.position[:2] - 9e-3)) < 9e-3 and touch.depth == pytest.approx(5e-3, abs=2.5e-3)

@@ -12,12 +12,12 @@ from tactile_perception.press.dome.calibration import DomeCalibration
 from tactile_perception.press.dome.fit import FieldNoise as DomeNoise
 from tactile_perception.press.estimate import TouchEstimate
 from tactile_perception.press.sheet import method as sheet
-from tactile_perception.press.sheet.calibration import EyeShifts, SheetCalibration
+from tactile_perception.press.sheet.calibration import CameraShifts, SheetCalibration
 from tactile_perception.press.sheet.fit import FieldNoise, show
 from tactile_perception.press.sheet.library import Press
 
 COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
-ON_SHEET = SheetCalibration(library(), MATERIAL, 1.2e-3, EyeShifts(EYE[:1], np.zeros((1, 2))), FieldNoise(5e-6, 5e-3, 3e-3, 1.5), 3e-5,
+ON_SHEET = SheetCalibration(library(), MATERIAL, 1.2e-3, CameraShifts(EYE[:1], np.zeros((1, 2))), FieldNoise(5e-6, 5e-3, 3e-3, 1.5), 3e-5,
                             0.01, COVERED, 6e-3)
 
 
@@ -60,16 +60,16 @@ class OnDome:
 
 
 def right(surface, noise=1.0):
-    """Share of random scenes in which all touches are told, and where they are, to three standard deviations."""
-    on, told = surface(), []
+    """Share of random scenes in which all touches are reported, and where they are, to three standard deviations."""
+    on, reported = surface(), []
     for number in range(12):
         assert on.method.estimate(on.untouched(noise)) == [], 'nothing touches between the scenes'
         places, field = on.scene(number, noise)
         touches = sorted(on.method.estimate(field), key=lambda touch: touch.position[0])
         tips = [touch.position if touch.lowest is None else touch.lowest for touch in touches]
         off = [(tip[:2] - place, touch.covariance[:2, :2]) for tip, touch, place in zip(tips, touches, sorted(places.tolist()))]
-        told.append(len(touches) == len(places) and all(one @ np.linalg.solve(spread, one) < 18 for one, spread in off))
-    return np.mean(told)
+        reported.append(len(touches) == len(places) and all(one @ np.linalg.solve(spread, one) < 18 for one, spread in off))
+    return np.mean(reported)
 
 
 CONSTANTS = [(choice, 'ALIKE'), *((sheet, name) for name in ('ORDINARY', 'STANDS_OUT', 'FLOOR_PLACE', 'DRAG_PLACE')),
@@ -98,7 +98,7 @@ def test_half_and_double_of_a_prior_change_little(monkeypatch, surface, prior):
 
 @pytest.mark.full  # simulates a small dome
 @pytest.mark.parametrize('surface', [OnSheet, OnDome])
-def test_three_times_the_noise_is_told_in_the_errors(surface):
+def test_three_times_the_noise_is_reported_in_the_errors(surface):
     assert right(surface, 3.0) > 0.8
 
 

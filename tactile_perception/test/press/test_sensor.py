@@ -24,11 +24,11 @@ DOME, SHEET = MARKER_SENSORS['air_cushion'], MARKER_SENSORS['areal_single']
 
 
 def test_markers_of_a_dome_stand_on_its_sphere():
-    eye = np.array([[0.0, 0.0, -0.045]])
+    camera_centre = np.array([[0.0, 0.0, -0.045]])
     points = np.array([[0.0, 0.0, 0.12], [0.05, -0.02, 0.0]])
     points[1, 2] = dome_cap(DOME).heights(points[1:, :2])[0]
-    seen = eye + (points - eye) * ((0.12 + 0.045) / (points[:, 2:] + 0.045))
-    assert rest_points(seen[:, :2], np.repeat(eye, 2, 0), DOME) == pytest.approx(points, abs=1e-12)
+    seen = camera_centre + (points - camera_centre) * ((0.12 + 0.045) / (points[:, 2:] + 0.045))
+    assert rest_points(seen[:, :2], np.repeat(camera_centre, 2, 0), DOME) == pytest.approx(points, abs=1e-12)
     assert dome_cap(DOME).rim_radius == pytest.approx(0.15)
 
 

@@ -22,10 +22,10 @@ COLUMN = np.arange(len(GRID)) % SENSOR.columns
 
 def seen(side, places, known=True, noise=0.0, seed=0):
     """What a camera sees of five columns, its own side's."""
-    rotation, eye = pose(side)
+    rotation, camera_centre = pose(side)
     id = np.flatnonzero(COLUMN < 5 if side == 'left' else COLUMN > 2)
     points = np.column_stack([places[id], np.zeros(len(id))])
-    uv = cv2.projectPoints(points, rotation, -rotation @ eye, MATRIX, DISTORTION)[0].reshape(-1, 2)
+    uv = cv2.projectPoints(points, rotation, -rotation @ camera_centre, MATRIX, DISTORTION)[0].reshape(-1, 2)
     return SideMarkers(SIZE, id, uv + np.random.default_rng(seed).normal(0, noise, uv.shape), (MATRIX, DISTORTION) if known else None)
 
 
@@ -69,8 +69,8 @@ def test_markers_stand_where_they_are_printed(pair):
     found = fit_stitching(pair, (KNOWN, KNOWN), SENSOR)
     off = errors(found, pair, printed(), SENSOR)
     assert off.mean() < 0.03e-3 and off.max() < 0.06e-3
-    for side, eye in zip(('left', 'right'), found.stitching.eyes):
-        np.testing.assert_allclose(eye, pose(side)[1], atol=3e-4)
+    for side, camera_centre in zip(('left', 'right'), found.stitching.camera_centres):
+        np.testing.assert_allclose(camera_centre, pose(side)[1], atol=3e-4)
     assert found.overlap < 0.015e-3 and found.markers == 40 and len(found.shared) >= 2
     assert found.residual == pytest.approx(6e-5 * np.sqrt(2), rel=0.3)
 
@@ -83,10 +83,10 @@ def test_the_seam_runs_midway_between_two_columns_that_both_see(pair):
     assert {int(column), int(column) + 1} <= set(found.shared)
 
 
-def test_without_intrinsics_the_markers_stand_right_and_the_eyes_are_unknown(pair):
+def test_without_intrinsics_the_markers_stand_right_and_the_camera_centres_are_unknown(pair):
     found = fit_stitching(pair, (None, None), SENSOR)
     off = errors(found, pair, printed(), SENSOR)
-    assert off.mean() < 0.04e-3 and np.isnan(found.stitching.eyes).all() and 'not known' in found.lines()[2]
+    assert off.mean() < 0.04e-3 and np.isnan(found.stitching.camera_centres).all() and 'not known' in found.lines()[2]
 
 
 def test_what_cannot_tell_is_refused(pair):

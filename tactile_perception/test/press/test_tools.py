@@ -71,12 +71,12 @@ def test_one_untouched_pair_is_enough_for_the_drivers_file(tmp_path, params, cap
     said = capsys.readouterr().out
     assert 'markers off the nominal grid: 0.4' in said and ' mm RMS' in said and 'the stitching alone' in said
     found = load_stitching(str(output))
-    assert found.eyes[0] == pytest.approx([-0.0165, 0.0, -0.046], abs=3e-4) and found.right.gain == pytest.approx(0.8, abs=0.02)
+    assert found.camera_centres[0] == pytest.approx([-0.0165, 0.0, -0.046], abs=3e-4) and found.right.gain == pytest.approx(0.8, abs=0.02)
     residuals = yaml.safe_load(output.read_text())['residuals']
     assert 5e-5 < residuals['markers_off_grid'] < 12e-5 and residuals['views_apart'] < 1.5e-5
 
 
-def test_with_the_stitching_alone_markers_are_told_and_no_touches(tmp_path, params):
+def test_with_the_stitching_alone_markers_are_reported_and_no_touches(tmp_path, params):
     output, bag = tmp_path / 'out.yaml', write_pairs(tmp_path / 'bag', [pair()] * 2, truth=False)
     calibrate.main([str(bag), '--params', str(params), '--output', str(output)])
     assert read_touch(output, 'areal_dual').best == ''
@@ -97,13 +97,13 @@ def test_only_untouched_pairs_count_and_the_first_that_can_be_used(tmp_path, par
     bag = write_pairs(tmp_path / 'bag', [pressed, dark(), pair(), pressed], touched={0, 3})
     assert tell_truth([bag], '/pad')
     found = find_stitching([bag], params, SENSOR, '')
-    assert found.stitching.eyes[1] == pytest.approx([0.017, 0.001, -0.0455], abs=3e-4)
+    assert found.stitching.camera_centres[1] == pytest.approx([0.017, 0.001, -0.0455], abs=3e-4)
 
 
-def test_cameras_that_are_not_calibrated_give_a_stitching_without_eyes(tmp_path, params):
+def test_cameras_that_are_not_calibrated_give_a_stitching_without_camera_centres(tmp_path, params):
     bag = write_pairs(tmp_path / 'bag', [pair()], truth=False, known=False)
     found = find_stitching([bag], params, SENSOR, 'pad')
-    assert np.isnan(found.stitching.eyes).all() and found.residual < 12e-5
+    assert np.isnan(found.stitching.camera_centres).all() and found.residual < 12e-5
 
 
 def test_pairs_that_show_nothing_are_named(tmp_path, params, capsys):

@@ -37,22 +37,22 @@ def test_a_jump_and_a_gap_make_a_new_contact():
     assert list(assigned(numbers, bar(12, length=10))) == [3]
 
 
-def told(tracker, inside, least):
+def estimated(tracker, inside, least):
     image = picture(inside)
     regions = find_regions(SCORE.compute(image, 0.05), image, ARRAY)
     return [one.reported for one in tracker.assign(regions, least)]
 
 
-def test_a_light_contact_beside_another_is_told_when_it_lasts():
+def test_a_light_contact_beside_another_is_estimated_when_it_lasts():
     tracker, pieces = ContactTracker(), two(8)
-    assert told(tracker, pieces, 100.0) == [True, False]
-    assert told(tracker, pieces, 100.0) == [True, True]
+    assert estimated(tracker, pieces, 100.0) == [True, False]
+    assert estimated(tracker, pieces, 100.0) == [True, True]
     tracker.reset()
-    assert told(tracker, pieces, 50.0) == [True, True]
+    assert estimated(tracker, pieces, 50.0) == [True, True]
 
 
-def test_pieces_of_a_contact_that_ends_are_not_told():
+def test_pieces_of_a_contact_that_ends_are_not_estimated():
     tracker = ContactTracker()
     for _ in range(3):
-        assert told(tracker, bar(0, 0, 0, 24, 8), 100.0) == [True]
-    assert told(tracker, two(8), 100.0).count(True) == 1
+        assert estimated(tracker, bar(0, 0, 0, 24, 8), 100.0) == [True]
+    assert estimated(tracker, two(8), 100.0).count(True) == 1

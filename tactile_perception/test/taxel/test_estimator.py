@@ -70,7 +70,7 @@ def test_any_size(shape):
         assert result.region.area > 0 and result.slip.state == NONE
 
 
-def test_a_checkerboard_is_a_broken_image_of_which_little_is_told():
+def test_a_checkerboard_is_a_broken_image_of_which_little_is_reported():
     even = np.indices((44, 44)).sum(axis=0) % 2 * 120.0
     for result in run([whole(even), whole(120 - even)] * 3):
         assert result.slip.state == NONE and np.isnan(result.region.orientation) and np.isnan(result.wrench).all()

@@ -168,12 +168,12 @@ def test_a_node_tells_what_the_force_torque_sensor_of_the_finger_feels(live):
         images.publish(image(stamp_s))
         executor.spin_once(timeout_sec=0.01)
     executor.shutdown()
-    told = next(message for message in heard['wrench'] if np.isfinite(numbers(message)).all())
-    assert told.header.frame_id == 'force_sensor'
+    reported = next(message for message in heard['wrench'] if np.isfinite(numbers(message)).all())
+    assert reported.header.frame_id == 'force_sensor'
     # The same at the pad, moved by hand: what acts at the pad turns about the other origin too.
     alone = stage()
     alone.take('/joint_states', joints(1.0))
     at_pad, region = felt(alone)
     assert at_pad[2] == pytest.approx(-3e5 / 0.002 * DEPTH * region.area)
     force = TURN.apply(at_pad[:3])
-    np.testing.assert_allclose(numbers(told), np.r_[force, TURN.apply(at_pad[3:]) + np.cross(PLACE, force)], rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(numbers(reported), np.r_[force, TURN.apply(at_pad[3:]) + np.cross(PLACE, force)], rtol=1e-5, atol=1e-9)

@@ -74,7 +74,7 @@ def test_what_a_layer_hides_is_found_exactly(loop):
 
 
 @LOOPS
-def test_noise_grows_as_told(loop):
+def test_noise_grows_as_reported(loop):
     rng, undo = np.random.default_rng(0), Hysteresis(loop)
     frames = rng.normal(1e4, 100, (200, 20, 20)).astype(np.float32)
     found = np.array([undo.undone(frame, STEP_S) for frame in frames])[50:]

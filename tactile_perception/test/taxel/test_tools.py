@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Loads that are held out are predicted by the others, and their errors are told by force and place."""
+"""Loads that are held out are predicted by the others, and their errors are reported by force and place."""
 import numpy as np
 import pytest
 
@@ -21,7 +21,7 @@ def loads_of(changes, forces, times=None, when=None):
                  np.zeros(count, int), np.arange(count))
 
 
-def test_errors_are_told_by_force_and_where_loads_differ_in_place_over_the_pad():
+def test_errors_are_reported_by_force_and_where_loads_differ_in_place_over_the_pad():
     changes = np.zeros((6, 5, 5))
     changes[:, 2, 2] = 1
     array, forces = TaxelArray(5, 5, 1e-3), np.arange(1.0, 7)

@@ -40,12 +40,12 @@ def followed(tractions, rested=12, direction=(1.0, 0.0), face=bar):
 
 
 def watched(*args, **more):
-    """Frame in which a bar is told to slide; None where in none."""
+    """Frame in which a bar is reported to slide; None where in none."""
     return next((k for k, state in enumerate(followed(*args, **more)) if state[0]), None)
 
 
 def rolling(*args, **more):
-    """Whether a sphere is told to roll, by frame."""
+    """Whether a sphere is reported to roll, by frame."""
     return [state[1] for state in followed(*args, face=sphere, **more)]
 
 
@@ -58,7 +58,7 @@ def test_traction_that_grows_is_none():
 
 
 @pytest.mark.parametrize('more', [{'rested': 2}, {'direction': (0.0, 0.0)}])
-def test_nothing_is_told_without_a_picture_before_or_a_direction(more):
+def test_nothing_is_reported_without_a_picture_before_or_a_direction(more):
     assert watched([0.04, 0.09, 0.13, 0.13, 0.06, 0.05, 0.05], **more) is None
 
 
@@ -67,7 +67,7 @@ def test_a_sphere_that_moves_without_traction_rolls_and_one_that_pulls_does_not(
     assert not any(rolling(np.linspace(0.02, 0.4, 20))[4:])
 
 
-def test_a_sphere_that_slides_after_it_rolled_is_told_by_its_traction():
+def test_a_sphere_that_slides_after_it_rolled_is_reported_by_its_traction():
     found = rolling([0.0] * 14 + [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.35])
     assert all(found[:14]) and not any(found[-3:])
 
@@ -77,7 +77,7 @@ def test_a_small_traction_that_stays_is_friction_and_less_is_what_a_layer_shows_
     assert all(rolling([0.01, *[0.015] * 14])[4:])
 
 
-def test_a_traction_that_falls_slowly_is_told_beyond_the_way_for_which_a_picture_holds():
+def test_a_traction_that_falls_slowly_is_reported_beyond_the_way_for_which_a_picture_holds():
     grows = [*np.linspace(0.05, 0.25, 6), *np.linspace(0.25, 0.35, 10)]
     assert 16 < watched([*grows, *np.linspace(0.35, 0.2, 14)], face=sphere) < 30
     assert watched([*grows, *np.linspace(0.35, 0.6, 14)], face=sphere) is None
@@ -89,7 +89,7 @@ def test_a_traction_that_grows_on_after_all_is_of_an_object_that_sticks():
     assert any(state[2] for state in found[9:])
 
 
-def test_a_sphere_that_never_rested_and_a_bar_are_not_told_to_roll():
+def test_a_sphere_that_never_rested_and_a_bar_are_not_reported_to_roll():
     assert not any(rolling(np.zeros(10), rested=0))
     assert not any(state[1] for state in followed(np.zeros(10)))
 

@@ -92,13 +92,13 @@ def back(k, image):
     return encode(image)[1]
 
 
-@pytest.mark.parametrize('change, count, told', [
+@pytest.mark.parametrize('change, count, reported', [
     (cut, 1, '1 of image_raw: taxel image: 16 rows'), (damaged, 2, '2 of image_raw: 40 bytes are no sensor_msgs/msg/Image'),
     (smaller, 1, '1 of image_raw: taxel image'), (back, 1, '1 of image_raw: stamps go back by 0.3 s')])
-def test_bad_frames_are_named_and_counted_and_the_next_good_one_is_done(tmp_path, capsys, change, count, told):
+def test_bad_frames_are_named_and_counted_and_the_next_good_one_is_done(tmp_path, capsys, change, count, reported):
     assert run(write_taxels(tmp_path / 'bad', change=change), tmp_path / 'out') == module.INCOMPLETE
     out = capsys.readouterr().out
-    assert told in out and out.count('left out') == 1, out
+    assert reported in out and out.count('left out') == 1, out
     assert len(decoded(tmp_path / 'out')['/pad/contacts']) == 30 - count
 
 
@@ -119,8 +119,9 @@ def test_a_bag_that_is_cut_off_is_done_as_far_as_it_goes(tmp_path, capsys):
     assert len(decoded(tmp_path / 'out')['/pad/contacts']) == 16
 
 
-@pytest.mark.parametrize('type_name, told', [('no_msgs/msg/None', 'is not installed'), ('tactile_msgs/msg/Slip', 'is defined otherwise')])
-def test_what_is_kept_is_left_out_where_its_type_is_not_known(tmp_path, capsys, type_name, told):
+@pytest.mark.parametrize('type_name, reported',
+                         [('no_msgs/msg/None', 'is not installed'), ('tactile_msgs/msg/Slip', 'is defined otherwise')])
+def test_what_is_kept_is_left_out_where_its_type_is_not_known(tmp_path, capsys, type_name, reported):
     plain, source = write_taxels(tmp_path / 'plain', 3), tmp_path / 'bag'
     with BagReader(plain) as reader, BagWriter(source) as writer:
         for message in reader.messages():
@@ -130,7 +131,7 @@ def test_what_is_kept_is_left_out_where_its_type_is_not_known(tmp_path, capsys, 
     metadata.write_text(metadata.read_text().replace(type_hash('tactile_msgs/msg/Slip'), 'RIHS01_' + 64 * '1'))
     (tmp_path / 'bag.yaml').write_text((tmp_path / 'plain.yaml').read_text())
     assert run(source, tmp_path / 'out') == module.INCOMPLETE
-    assert f'1 of ground_truth/slip: type {type_name} {told}' in capsys.readouterr().out
+    assert f'1 of ground_truth/slip: type {type_name} {reported}' in capsys.readouterr().out
     with BagReader(tmp_path / 'out') as reader:
         assert '/pad/ground_truth/slip' not in reader.topics and '/pad/slip' in reader.topics
 
@@ -179,7 +180,7 @@ def test_what_cannot_be_processed_is_said_in_one_line(pressed_bag, tmp_path, cap
     assert len(lines) == 1 and lines[0].startswith('process_bag: ') and message in lines[0]
 
 
-def test_a_video_is_no_bag_and_how_to_make_one_is_told(tmp_path, capsys):
+def test_a_video_is_no_bag_and_how_to_make_one_is_reported(tmp_path, capsys):
     (tmp_path / 'press.mp4').write_bytes(b'no bag')
     assert run(tmp_path / 'press.mp4', tmp_path / 'out') == module.FAILED
     assert 'record:=' in capsys.readouterr().err and not (tmp_path / 'out').exists()

@@ -59,7 +59,7 @@ def test_equation_7_holds_for_a_turning_object(pad):
     np.testing.assert_allclose(states.motion.rotation_vector, [0, 0, 0.3], atol=1e-9)
 
 
-def test_dots_that_slide_along_the_surface_are_told_apart(pad):
+def test_dots_that_slide_along_the_surface_are_reported_apart(pad):
     region = PaperRegion(23, 23)
     dots, _ = press(region, pad, 12)
     touched = dots.score > 0.5

@@ -69,7 +69,7 @@ def _drag_until_it_slips(face, states, friction, speed=150e-6):
     return fractions
 
 
-def test_gross_slip_is_told_though_the_dots_hardly_move_any_more():
+def test_gross_slip_is_reported_though_the_dots_hardly_move_any_more():
     face, states = Face(), Tracker()
     fractions = _drag_until_it_slips(face, states, 0.6)
     assert max(fractions[:5]) < 0.05

@@ -183,7 +183,7 @@ class Observer:
         return Observation(self.skin.coarse(state.shape), spread.astype(np.float32), truth)
 
     def observe_plate(self, state: SkinState, now: Pose) -> Observation:
-        """Observation of a sheet whose dots are all held by a plate, which is told as one contact at its centre, without force."""
+        """Observation of a sheet whose dots are all held by a plate, which is reported as one contact at its centre, without force."""
         if not len(state.touching):
             return self.untouched
         places, uv, spread = self.pattern.seen(state.shape, self.camera)

@@ -62,9 +62,9 @@ Points moved_points(const DomeLibrary& library, const py::object& points, const 
     return moved;
 }
 
-DomeFit fitted(const DomeLibrary& library, const py::object& points, const py::object& eyes, double plane_z, const py::object& shift,
+DomeFit fitted(const DomeLibrary& library, const py::object& points, const py::object& camera_centres, double plane_z, const py::object& shift,
                const py::object& weight, const py::object& shared, const py::object& starts, const py::object& prior) {
-    const Input<double> place(points, "points", {ANY, 3}), eye(eyes, "eyes", {place.length(), 3});
+    const Input<double> place(points, "points", {ANY, 3}), camera_centre(camera_centres, "camera_centres", {place.length(), 3});
     const Input<double> seen(shift, "shift", {place.length(), 2}), sure(weight, "weight", {place.length()});
     const Input<double> alike(shared, "shared", {ANY, place.length()}), known(prior, "prior", {5, PRESS});
     const Eigen::VectorXd start = presses_in(starts, "starts");
@@ -74,7 +74,7 @@ DomeFit fitted(const DomeLibrary& library, const py::object& points, const py::o
         within(known.data()[4 * PRESS + k], "prior", 1e-12, 1e15);
     }
     const Eigen::Index count = place.length();
-    const DomeFrame frame{matrix_of<Points>(place, count, 3), matrix_of<Points>(eye, count, 3),
+    const DomeFrame frame{matrix_of<Points>(place, count, 3), matrix_of<Points>(camera_centre, count, 3),
                           within(plane_z, "plane_z", -LARGEST_NUMBER, LARGEST_NUMBER), matrix_of<Eigen::MatrixXd>(seen, count, 2),
                           matrix_of<Eigen::MatrixXd>(alike, within(alike.length(), "shared", 0, MOST_SHARED), count),
                           matrix_of<Eigen::VectorXd>(sure, count, 1).unaryExpr([](double w) { return w > 0 && w < INFINITY ? w : 0.0; })};
@@ -98,10 +98,10 @@ void bind_dome(py::module_& module) {
              "Displacement (K, 3), m, of a dome's markers at points (K, 3), m, under presses (n, 7) that add up.\n\n"
              "A press: x, y of the tip before a drag, m; log depth, m; logs of its radius and of friction over the library's middle\n"
              "ones, over their spreads; way of the drag, with the skin, over the depth along x and y.")
-        .def("fit", &fitted, py::kw_only(), py::arg("points"), py::arg("eyes"), py::arg("plane_z"), py::arg("shift"), py::arg("weight"),
+        .def("fit", &fitted, py::kw_only(), py::arg("points"), py::arg("camera_centres"), py::arg("plane_z"), py::arg("shift"), py::arg("weight"),
              py::arg("shared"), py::arg("starts"), py::arg("prior"),
              "The DomeFit of presses, from starts (n, 7), to apparent displacements shift (K, 2), m, in the plane at plane_z, m, seen\n"
-             "from eyes (K, 3), m. weight: (K,), 0 for a marker that is not seen; shared: (m, K), rows whose products are taken off the weight\n"
+             "from camera_centres (K, 3), m. weight: (K,), 0 for a marker that is not seen; shared: (m, K), rows whose products are taken off the weight\n"
              "matrix of each axis; prior: (5, 7), mean, weight (one over variance), least and most of each number, and its longest step.");
 }
 

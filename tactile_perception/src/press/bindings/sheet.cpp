@@ -66,17 +66,17 @@ SheetTable made_table(const py::object& numbers, const py::object& sizes, const 
 // The arrays of SeenMarkers, checked.
 class Markers {
  public:
-    Markers(const py::object& rest, const py::object& eye, double radius)
-        : rest_(rest, "rest", {ANY, 2}), eye_(eye, "eye", {rest_.length(), 3}), radius_(within(radius, "marker_radius", 0, 1)) {
+    Markers(const py::object& rest, const py::object& camera_centre, double radius)
+        : rest_(rest, "rest", {ANY, 2}), camera_centre_(camera_centre, "camera_centre", {rest_.length(), 3}), radius_(within(radius, "marker_radius", 0, 1)) {
         for (py::ssize_t k = 0; k < 2 * count(); ++k) within(rest_.data()[k], "rest", -LARGEST_PLACE_M, LARGEST_PLACE_M);
     }
     py::ssize_t count() const { return rest_.length(); }
     SeenMarkers with(const double* value, const double* sigma, const double* motion) const {
-        return {count(), rest_.data(), eye_.data(), value, sigma, motion, radius_};
+        return {count(), rest_.data(), camera_centre_.data(), value, sigma, motion, radius_};
     }
 
  private:
-    const Input<double> rest_, eye_;
+    const Input<double> rest_, camera_centre_;
     const double radius_;
 };
 
@@ -87,10 +87,10 @@ Input<double> some_presses(const py::object& presses) {
     return given;
 }
 
-PressFit fitted_presses(const SheetTable& table, const py::object& rest, const py::object& eye, const py::object& value,
+PressFit fitted_presses(const SheetTable& table, const py::object& rest, const py::object& camera_centre, const py::object& value,
                         const py::object& sigma, const py::object& motion, const py::object& presses, std::array<double, 6> noise,
                         std::array<double, 2> tip, double marker_radius, bool drags, double near) {
-    const Markers markers(rest, eye, marker_radius);
+    const Markers markers(rest, camera_centre, marker_radius);
     const Input<double> start = some_presses(presses), values(value, "value", {markers.count(), 3});
     const Input<double> sigmas(sigma, "sigma", {markers.count()}), motions(motion, "motion", {markers.count(), 3});
     for (py::ssize_t k = 0; k < 3 * markers.count(); ++k) within(motions.data()[k], "motion", -LARGEST_PLACE_M, LARGEST_PLACE_M);
@@ -103,9 +103,9 @@ PressFit fitted_presses(const SheetTable& table, const py::object& rest, const p
     });
 }
 
-py::tuple shown_presses(const SheetTable& table, const py::object& rest, const py::object& eye, const py::object& presses, double mixed,
+py::tuple shown_presses(const SheetTable& table, const py::object& rest, const py::object& camera_centre, const py::object& presses, double mixed,
                         double marker_radius, double near) {
-    const Markers markers(rest, eye, marker_radius);
+    const Markers markers(rest, camera_centre, marker_radius);
     const Input<double> given = some_presses(presses);
     std::vector<double> shown(3 * markers.count()), deformed(9 * markers.count());
     show_presses(table, markers.with(nullptr, nullptr, nullptr), given.data(), static_cast<int>(given.length()),
@@ -114,12 +114,12 @@ py::tuple shown_presses(const SheetTable& table, const py::object& rest, const p
     return py::make_tuple(rows_of(shown), output(deformed, {markers.count(), 3, 3}));
 }
 
-py::array_t<double> shown_field(const py::object& field, const py::object& rest, const py::object& eye, std::array<double, 2> place,
+py::array_t<double> shown_field(const py::object& field, const py::object& rest, const py::object& camera_centre, std::array<double, 2> place,
                                 std::array<double, 2> half, double scale, double marker_radius) {
     const Input<float> splines(field, "field", {ANY, 3});
     const auto side = static_cast<py::ssize_t>(std::lround(std::sqrt(static_cast<double>(splines.length()))));
     if (side < 4 || side % 2 || side * side != splines.length()) throw py::value_error("field: side * side splines are needed, side even");
-    const Markers markers(rest, eye, marker_radius);
+    const Markers markers(rest, camera_centre, marker_radius);
     within(scale, "scale", 1e-6, LARGEST_PLACE_M);
     for (int k = 0; k < 2; ++k) within(half[k], "half", scale, LARGEST_PLACE_M), within(place[k], "place", -half[k], half[k]);
     const SheetTable table{{half[0], half[1]}, {half[0], half[1]}, scale, 1, 1, 1, 0, side / 2 - 1, 1, 1, {}, {}, {}};
@@ -140,7 +140,7 @@ void bind_sheet(py::module_& module) {
         "NaN from the first depth without equilibrium.\n\n"
         "value, slope, laplacian, weight, rest: of a SheetMesh; place: (2,) m; radius: m; slides: whether all of the contact slides with\n"
         "a traction of drag (2,) times the pressure, else the tip comes straight down with Coulomb friction.");
-    module.def("show_field", &shown_field, py::arg("field"), py::arg("rest"), py::arg("eye"), py::kw_only(), py::arg("place"),
+    module.def("show_field", &shown_field, py::arg("field"), py::arg("rest"), py::arg("camera_centre"), py::kw_only(), py::arg("place"),
                py::arg("half"), py::arg("scale"), py::arg("marker_radius"),
                "Shift, m, and growth (N, 3) of markers on a sheet with splines (side * side, 3), m: see press/sheet/library.py.");
     py::class_<PressFit>(module, "PressFit", "Presses that explain a frame of a sheet: see press/sheet/fit.py:Inverse.")
@@ -153,10 +153,10 @@ void bind_sheet(py::module_& module) {
                                     "sizes: n, order, levels, modes of each class (4); coefficients, shapes: see\n"
                                     "src/press/sheet_library.hpp."))
         .def(py::init(&made_table), py::kw_only(), py::arg("numbers"), py::arg("sizes"), py::arg("coefficients"), py::arg("shapes"))
-        .def("fit", &fitted_presses, py::arg("rest"), py::arg("eye"), py::arg("value"), py::arg("sigma"), py::arg("motion"),
+        .def("fit", &fitted_presses, py::arg("rest"), py::arg("camera_centre"), py::arg("value"), py::arg("sigma"), py::arg("motion"),
              py::arg("presses"), py::kw_only(), py::arg("noise"), py::arg("tip"), py::arg("marker_radius"), py::arg("drags"),
              py::arg("near"), "The PressFit to a marker field: see press/sheet/fit.py.")
-        .def("show", &shown_presses, py::arg("rest"), py::arg("eye"), py::arg("presses"), py::kw_only(), py::arg("mixed"),
+        .def("show", &shown_presses, py::arg("rest"), py::arg("camera_centre"), py::arg("presses"), py::kw_only(), py::arg("mixed"),
              py::arg("marker_radius"), py::arg("near"),
              "Shift, m, and growth (N, 3) of markers under presses, and the sheet's deformation there (N, 3, 3): see press/sheet/fit.py.");
 }

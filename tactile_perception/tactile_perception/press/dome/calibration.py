@@ -68,15 +68,15 @@ class _Place:
     weights: np.ndarray
 
 
-def identify_dome(presses: Presses, points: np.ndarray, eyes: np.ndarray, cap: Cap, plane_z: float, marker: float,
+def identify_dome(presses: Presses, points: np.ndarray, camera_centres: np.ndarray, cap: Cap, plane_z: float, marker: float,
              start: DomeNumbers) -> DomeNumbers:
-    """The numbers that explain straight presses best; points, eyes: (K, 3) m, of the markers, NaN unknown; plane_z: m, of the viewing
-    plane; marker: m, radius of the markers.
+    """The numbers that explain straight presses best; points, camera_centres: (K, 3) m, of the markers, NaN unknown; plane_z: m, of the
+    viewing plane; marker: m, radius of the markers.
 
     Raises BadCalibration where the presses cannot be simulated.
     """
     places = _places(presses)
-    explain = partial(_explained, places, points=points, eyes=eyes, cap=cap, plane_z=plane_z, marker=marker)
+    explain = partial(_explained, places, points=points, camera_centres=camera_centres, cap=cap, plane_z=plane_z, marker=marker)
     priors = [Prior(start.logs + [0, np.log(gas), 0, 0], SIGMA, LEAST_LOGS, MOST_LOGS) for gas in GASES]  # each kind of gas is as likely
     tried = [[np.array([np.log(tension), *prior.mean[1:]]) for tension in TENSIONS] for prior in priors]
     left = [np.sum(np.square(explain(starts)), axis=1) for starts in tried]
@@ -93,9 +93,9 @@ def _explained(places: list[_Place], tried: list[np.ndarray], **known) -> list[n
     so that all of them tell as much as one does."""
     solved = in_parallel(partial(_residuals, **known), [(place, logs) for logs in tried for place in places],
                          'presses simulated for the identification')
-    told = [np.concatenate(solved[k * len(places):(k + 1) * len(places)]) for k in range(len(tried))]
+    reported = [np.concatenate(solved[k * len(places):(k + 1) * len(places)]) for k in range(len(tried))]
     seen = np.concatenate([np.isfinite(place.shifts).ravel() for place in places])
-    return [np.nan_to_num(one[seen], nan=UNSOLVED) / (TRUST * np.sqrt(seen.sum())) for one in told]
+    return [np.nan_to_num(one[seen], nan=UNSOLVED) / (TRUST * np.sqrt(seen.sum())) for one in reported]
 
 
 def _places(presses: Presses) -> list[_Place]:
@@ -116,7 +116,7 @@ def _places(presses: Presses) -> list[_Place]:
     return places
 
 
-def _residuals(case: tuple[_Place, np.ndarray], points: np.ndarray, eyes: np.ndarray, cap: Cap, plane_z: float,
+def _residuals(case: tuple[_Place, np.ndarray], points: np.ndarray, camera_centres: np.ndarray, cap: Cap, plane_z: float,
                marker: float) -> np.ndarray:
     """Weighted residuals of one place with numbers of those logs; NaN where unknown or not converged."""
     place, numbers = case[0], DomeNumbers.from_logs(case[1])
@@ -126,12 +126,12 @@ def _residuals(case: tuple[_Place, np.ndarray], points: np.ndarray, eyes: np.nda
     cos, sin = np.cos(place.turn), np.sin(place.turn)
     turned = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
     known = np.isfinite(points).all(axis=1)
-    rest, eyes, left = outlines(points[known], marker, cap), eyes[known], []
-    before, away = appear_at(rest, eyes), plane_z - eyes[:, 2:]
+    rest, camera_centres, left = outlines(points[known], marker, cap), camera_centres[known], []
+    before, away = appear_at(rest, camera_centres), plane_z - camera_centres[:, 2:]
     for field, shift, weight in zip(pressed, place.shifts, place.weights):
         moved = evaluate(field, mesh, rest.reshape(-1, 3) @ turned.T) @ turned
         off = np.full(shift.shape, np.nan)
-        off[known] = (appear_at(rest + moved.reshape(rest.shape), eyes) - before) * away - shift[known]
+        off[known] = (appear_at(rest + moved.reshape(rest.shape), camera_centres) - before) * away - shift[known]
         left.append(off.ravel() * weight)
     return np.concatenate(left)
 
@@ -160,7 +160,8 @@ REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
 
 @dataclass(frozen=True)
 class DomeCalibration:
-    """library; material; rest: (K, 2) m, and eyes (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of fields,
+    """library; material; rest: (K, 2) m, and camera_centres (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of
+    fields,
     with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth;
     depth_error: m, that of depth where presses are shallow; wider: fitted distance from the axis over the true one; deeper, deeper_far,
     deeper_shallow: see depth_scale; deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an
@@ -170,7 +171,7 @@ class DomeCalibration:
     library: DomeLibrary
     material: DomeMaterial
     rest: np.ndarray
-    eyes: np.ndarray
+    camera_centres: np.ndarray
     noise: FieldNoise
     place_error: float
     depth_share: float
@@ -185,7 +186,7 @@ class DomeCalibration:
 
     def points(self, sensor: MarkerSensor) -> np.ndarray:
         """(K, 3) m, places of the untouched markers; NaN unknown."""
-        return centres_of(self.rest, self.eyes, self.library.plan.marker, sensor)
+        return centres_of(self.rest, self.camera_centres, self.library.plan.marker, sensor)
 
     def depth_scale(self, place: np.ndarray, depth: float) -> float:
         """Fitted depth over the true one at a place (2,), m, and a fitted depth, m."""
@@ -196,7 +197,7 @@ class DomeCalibration:
     def numbers(self) -> dict:
         """As numbers and arrays, for a calibration file."""
         plain = {name: getattr(self, name) for name in NUMBERS}
-        return plain | {'material': asdict(self.material), 'rest': self.rest, 'eye': self.eyes,
+        return plain | {'material': asdict(self.material), 'rest': self.rest, 'camera_centre': self.camera_centres,
                         'noise': asdict(self.noise), 'library': library_numbers(self.library)}
 
     @classmethod
@@ -204,10 +205,10 @@ class DomeCalibration:
         """From these numbers. Raises BadCalibration where one is missing or invalid."""
         try:
             plain = [float(numbers[name]) for name in NUMBERS]
-            rest, eyes = np.array(numbers['rest'], float).reshape(-1, 2), np.array(numbers['eye'], float).reshape(-1, 3)
-            if len(rest) != len(eyes):
-                raise ValueError('rest and eye differ in length')
-            return cls(library_from_numbers(numbers['library']), DomeMaterial(**numbers['material']), rest, eyes,
+            rest, camera_centres = np.array(numbers['rest'], float).reshape(-1, 2), np.array(numbers['camera_centre'], float).reshape(-1, 3)
+            if len(rest) != len(camera_centres):
+                raise ValueError('rest and camera centre differ in length')
+            return cls(library_from_numbers(numbers['library']), DomeMaterial(**numbers['material']), rest, camera_centres,
                        FieldNoise(**numbers['noise']), *plain)
         except (KeyError, TypeError, ValueError) as error:
             raise BadCalibration(f'the dome model in the calibration file cannot be read ({error!r}); run calibrate again') from None
@@ -221,12 +222,12 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     if sensor.is_sheet or len(straight) < FEWEST:
         raise BadCalibration(f'the dome model needs a dome and {FEWEST} straight presses at known places, got {len(straight)} on '
                              f'{sensor.type}')
-    rest, eyes = common_rest(presses.fields)
+    rest, camera_centres = common_rest(presses.fields)
     deepest, reached = float(straight.depth.max()), float(np.hypot(*straight.position[:, :2].T).max())
-    library, material = (known.library, known.material) if known else _simulated(straight, rest, eyes, sensor, deepest, reached)
+    library, material = (known.library, known.material) if known else _simulated(straight, rest, camera_centres, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
     noise = FieldNoise(_still(still), *SHARES)
-    first = DomeCalibration(library, material, rest, eyes, noise, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest,
+    first = DomeCalibration(library, material, rest, camera_centres, noise, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest,
                             reached + max(sensor.pitch), 0.0)
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST_PRESSES).astype(int)))
     inverse = _inverse(first, noise, sensor)
@@ -236,22 +237,22 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     return replace(_with_remaining_errors(first, found, some), noise=noise, quiet=float(quiet))
 
 
-def _simulated(presses: Presses, rest: np.ndarray, eyes: np.ndarray, sensor: MarkerSensor, deepest: float,
+def _simulated(presses: Presses, rest: np.ndarray, camera_centres: np.ndarray, sensor: MarkerSensor, deepest: float,
                reached: float) -> tuple[DomeLibrary, DomeMaterial]:
     """Library and material of the dome."""
-    marker, cap = _marker_radius(presses.fields[0], rest_points(rest, eyes, sensor), eyes, sensor), dome_cap(sensor)
-    points = centres_of(rest, eyes, marker, sensor)
+    marker, cap = _marker_radius(presses.fields[0], rest_points(rest, camera_centres, sensor), camera_centres, sensor), dome_cap(sensor)
+    points = centres_of(rest, camera_centres, marker, sensor)
     start = DomeNumbers(LIKELY, _tip_radius(presses, sensor))
-    found = identify_dome(presses, points, np.nan_to_num(eyes), cap, sensor.plane_z, marker, start)
+    found = identify_dome(presses, points, np.nan_to_num(camera_centres), cap, sensor.plane_z, marker, start)
     reach = min(reached + FARTHER * max(sensor.pitch), 0.9 * sensor.rim_radius)
-    eye = float(np.nanmedian(eyes[:, 2]))
-    plan = DomePlan(sensor.rim_radius, sensor.height, found.radius, found.material.friction, DEEPER * deepest, reach, marker, eye)
+    camera_centre = float(np.nanmedian(camera_centres[:, 2]))
+    plan = DomePlan(sensor.rim_radius, sensor.height, found.radius, found.material.friction, DEEPER * deepest, reach, marker, camera_centre)
     return build_library(plan, found.material), found.material
 
 
-def _marker_radius(field: MarkerField, points: np.ndarray, eyes: np.ndarray, sensor: MarkerSensor) -> float:
-    """m: median radius of the untouched markers round the top, where they face the camera; points, eyes: (K, 3) m."""
-    nearer = (points[:, 2] - eyes[:, 2]) / (sensor.plane_z - eyes[:, 2])  # on the dome than in the viewing plane
+def _marker_radius(field: MarkerField, points: np.ndarray, camera_centres: np.ndarray, sensor: MarkerSensor) -> float:
+    """m: median radius of the untouched markers round the top, where they face the camera; points, camera_centres: (K, 3) m."""
+    nearer = (points[:, 2] - camera_centres[:, 2]) / (sensor.plane_z - camera_centres[:, 2])  # on the dome than in the viewing plane
     radius = marker_radii(field) * nearer
     known = radius[np.isfinite(radius) & (np.hypot(*points[:, :2].T) < TOP * sensor.rim_radius)]
     return float(np.median(known)) if len(known) else LIKELY_MARKER * max(sensor.pitch)
@@ -272,7 +273,8 @@ def _still(fields: list) -> float:
 
 
 def _inverse(calibration: DomeCalibration, noise: FieldNoise, sensor: MarkerSensor) -> DomeInverse:
-    return DomeInverse(calibration.library, noise, calibration.points(sensor), calibration.eyes, sensor.plane_z, max(sensor.pitch))
+    return DomeInverse(calibration.library, noise, calibration.points(sensor), calibration.camera_centres, sensor.plane_z,
+                       max(sensor.pitch))
 
 
 def _rows(presses: Presses):
@@ -299,14 +301,15 @@ def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], press
     """The calibration with scales that most presses show, and with the standard deviations of place and of depth over depth that the
     estimates show beyond their covariances and scales.
 
-    Tip radius, depth and distance from the axis are told together: errors of the model show there, most where a press is shallow. One exact
+    Tip radius, depth and distance from the axis are reported together: errors of the model show there, most where a press is shallow. One
+    exact
     press at the farthest is added: presses near the axis hardly tell what is there.
     """
     deep = presses.depth > SHALLOW * presses.depth.max()
-    told, true = np.array([one.presses[0] for one in found])[deep], presses.position[deep, :2]
-    away, depth = np.maximum(np.hypot(*true.T), 1e-9), np.exp(told[:, DEPTH])
+    reported, true = np.array([one.presses[0] for one in found])[deep], presses.position[deep, :2]
+    away, depth = np.maximum(np.hypot(*true.T), 1e-9), np.exp(reported[:, DEPTH])
     shallow = _shallowness(depth, known.deepest)
-    places = told[:, :2]
+    places = reported[:, :2]
     out, far, shallow = (np.append(part, end) for part, end in ((np.sum(places * true, axis=1) / away, known.farthest),
                                                                  (away, known.farthest), (shallow, SHALLOW)))
     wider, = _least_absolute(far[:, None], out)
@@ -329,8 +332,8 @@ def _shallow_error(known: DomeCalibration, found: list[DomeFound], presses: Pres
         return 0.0
     over = []
     for one, place, depth in zip(found, presses.position[:, :2], presses.depth):
-        told = float(np.exp(one.presses[0, DEPTH]))
-        over.append((told / known.depth_scale(place, told) - depth)**2 - one.covariance[DEPTH, DEPTH] * told**2)
+        reported = float(np.exp(one.presses[0, DEPTH]))
+        over.append((reported / known.depth_scale(place, reported) - depth)**2 - one.covariance[DEPTH, DEPTH] * reported**2)
     return float(np.sqrt(max(np.median(over), 0.0)))
 
 

@@ -70,12 +70,13 @@ class DomeFound:
 
 
 class DomeInverse:
-    """points, eyes: (K, 3) m, untouched markers and their cameras, NaN unknown; plane_z: m; pitch: m, of the markers."""
+    """points, camera_centres: (K, 3) m, untouched markers and their cameras, NaN unknown; plane_z: m; pitch: m, of the markers."""
 
-    def __init__(self, library: DomeLibrary, noise: FieldNoise, points: np.ndarray, eyes: np.ndarray, plane_z: float, pitch: float):
+    def __init__(self, library: DomeLibrary, noise: FieldNoise, points: np.ndarray, camera_centres: np.ndarray, plane_z: float,
+                 pitch: float):
         self.library, self.noise, self.points, self._plane_z = library, noise, np.array(points, float), plane_z
-        self._eyes = np.array(np.nan_to_num(eyes), float)
-        self._rest = seen_at(self.points, self._eyes, plane_z)
+        self._camera_centres = np.array(np.nan_to_num(camera_centres), float)
+        self._rest = seen_at(self.points, self._camera_centres, plane_z)
         self.starts = _starts(library)
         shown = np.array([self.appear(start[None]) for start in self.starts]).reshape(len(self.starts), -1)
         self._shown = shown.astype(np.float32)  # far finer than the noise of markers, and half as much to read
@@ -87,7 +88,7 @@ class DomeInverse:
 
     def appear(self, presses: np.ndarray) -> np.ndarray:
         """(K, 2) m, apparent displacement under presses (n, 7); 0 for markers at unknown places."""
-        return np.nan_to_num(seen_at(self.points + self.moved(presses), self._eyes, self._plane_z) - self._rest)
+        return np.nan_to_num(seen_at(self.points + self.moved(presses), self._camera_centres, self._plane_z) - self._rest)
 
     def moved(self, presses: np.ndarray) -> np.ndarray:
         """(K, 3) m, displacement of the markers under presses (n, 7)."""
@@ -126,15 +127,16 @@ class DomeInverse:
         weight = np.where(seen, 1 / (variance + ALIKE**2 * model), 0.0)
         shared = self._shared(field, weight, prior.together) if prior.together else np.zeros((0, len(weight)))
         found = self.library.kernel.fit(
-            points=self.points, eyes=self._eyes, plane_z=self._plane_z, shift=np.where(seen[:, None], field.shift, 0.0), weight=weight,
+            points=self.points, camera_centres=self._camera_centres, plane_z=self._plane_z, shift=np.where(seen[:, None], field.shift,
+                                                                                                           0.0), weight=weight,
             shared=shared, starts=starts, prior=self._prior(prior))
         misfit = float(np.sum(found.left**2 / (variance + model)[:, None])) / max(2 * int(seen.sum()), 1)
         amiss = max(misfit, LEAST_MISFIT) if len(starts) == 1 else 1.0  # what a sum of two fields lacks is in the covariance
         return DomeFound(found.presses, found.covariance * amiss + self._unknown(found.covariance, prior), misfit)
 
     def _unknown(self, covariance: np.ndarray, prior: PressPrior) -> np.ndarray:
-        """What a covariance (7 n, 7 n) lacks as friction and radius differ from their means by more than the fit was told: the fit holds
-        them there with the weights of its prior."""
+        """What a covariance (7 n, 7 n) lacks as friction and radius differ from their means by more than the fit was reported: the fit
+        holds them there with the weights of its prior."""
         weight, variance = self._prior(prior)[1], np.zeros(PRESS)
         variance[[RADIUS, FRICTION]] = prior.wider**2, prior.rougher**2
         more = np.tile(np.maximum(weight * (weight * variance - 1), 0.0), len(covariance) // PRESS)

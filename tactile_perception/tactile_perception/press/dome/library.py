@@ -34,8 +34,8 @@ DRAGGED = 0.5                  # way of a drag over its depth, for which what ma
 @dataclass(frozen=True)
 class DomePlan:
     """rim_radius, height: m, of the dome; radius: m, the middle tip's; friction: the middle one; depth: m, deepest; reach: m, largest
-    distance of a tip from the axis; marker: m, radius of a marker; eye: m, height of the camera, taken on the axis; order: places simulated
-    along a meridian; levels: of depth; substeps: load steps between two levels.
+    distance of a tip from the axis; marker: m, radius of a marker; camera_centre: m, height of the camera, taken on the axis; order: places
+    simulated along a meridian; levels: of depth; substeps: load steps between two levels.
     """
 
     rim_radius: float
@@ -45,7 +45,7 @@ class DomePlan:
     depth: float
     reach: float
     marker: float
-    eye: float
+    camera_centre: float
     order: int = 5
     levels: int = 10
     substeps: int = 2
@@ -145,25 +145,25 @@ def _pressed(plan: DomePlan, material: DomeMaterial, mesh_plan: MeshPlan, case: 
     found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(RADIUS_SPREAD * radius), rough,
                        drags=plan.substeps if friction in (0, -1) else 0)
     level = slice(plan.substeps - 1, None, plan.substeps)
-    shown = AsSeen(mesh, plan.marker, plan.eye).fields(found.straight[level], found.along[level], found.across[level])
+    shown = AsSeen(mesh, plan.marker, plan.camera_centre).fields(found.straight[level], found.along[level], found.across[level])
     return PressedDome(*shown, found.push[level], found.push_along[level], found.push_across[level])
 
 
 class AsSeen:
     """From fields of a mesh to those that a marker of radius marker, m, shows: along the axis its mean, and aside what moves its centroid
-    as a camera on the axis at the height eye, m, sees it."""
+    as a camera on the axis at the height camera centre, m, sees it."""
 
-    def __init__(self, mesh: DomeMesh, marker: float, eye: float):
+    def __init__(self, mesh: DomeMesh, marker: float, camera_centre: float):
         self._mesh, order = mesh, np.arange(mesh.plan.harmonics + 1)
         count = 2 * mesh.plan.harmonics + 2
         phi = (np.arange(count) + 0.5) * np.pi / count
         points = mesh.points(mesh.plan.edges[:, None] * np.exp(1j * phi)).reshape(-1, 3)
-        self._points, self._eye = points, np.array([0.0, 0.0, eye])
+        self._points, self._camera_centre = points, np.array([0.0, 0.0, camera_centre])
         self._outlines = outlines(points, marker, mesh.cap)
         norm = np.where(order == 0, 1.0, 2.0) / count
         self._onto = [wave(np.outer(phi, order)) * norm for wave in (np.cos, np.sin)]  # (count, harmonics + 1)
-        offset = points - self._eye
-        self._still = offset[:, :2] / offset[:, 2:] - appear_at(self._outlines, self._eye)
+        offset = points - self._camera_centre
+        self._still = offset[:, :2] / offset[:, 2:] - appear_at(self._outlines, self._camera_centre)
 
     def fields(self, straight: np.ndarray, along: np.ndarray, across: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of PressedDome, (D, size) each; drags change them linearly, as at DRAGGED of their way."""
@@ -183,8 +183,8 @@ class AsSeen:
     def _shown(self, moved: np.ndarray) -> np.ndarray:
         """(N, 3) m, displacement that markers show whose outlines moved by (N, COUNT + 1, 3), m."""
         up = (1 - _EDGE) * moved[:, 0, 2] + _EDGE * moved[:, 1:, 2].mean(axis=1)
-        seen = self._still + appear_at(self._outlines + moved, self._eye)
-        aside = seen * (self._points[:, 2] + up - self._eye[2])[:, None] - self._points[:, :2]
+        seen = self._still + appear_at(self._outlines + moved, self._camera_centre)
+        aside = seen * (self._points[:, 2] + up - self._camera_centre[2])[:, None] - self._points[:, :2]
         return np.column_stack([aside, up])
 
     def _field(self, shown: np.ndarray, odd: bool) -> np.ndarray:

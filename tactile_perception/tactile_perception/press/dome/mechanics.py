@@ -448,9 +448,9 @@ def outlines(points: np.ndarray, marker: float, cap: Cap) -> np.ndarray:
     return np.concatenate([points[:, None], round_it], axis=1)
 
 
-def appear_at(outline: np.ndarray, eyes: np.ndarray) -> np.ndarray:
-    """(..., 2): tangents of the directions in which outlines (..., COUNT + 1, 3) appear from eyes (..., 3): their centroids."""
-    offset = outline - eyes[..., None, :]
+def appear_at(outline: np.ndarray, camera_centres: np.ndarray) -> np.ndarray:
+    """(..., 2): tangents of the directions in which outlines (..., COUNT + 1, 3) appear from camera_centres (..., 3): their centroids."""
+    offset = outline - camera_centres[..., None, :]
     seen = offset[..., :2] / offset[..., 2:]
     middle, first = seen[..., :1, :], seen[..., 1:, :]
     second = np.roll(first, -1, axis=-2)
@@ -461,19 +461,20 @@ def appear_at(outline: np.ndarray, eyes: np.ndarray) -> np.ndarray:
     return np.sum(area[..., None] * (middle + first + second), axis=-2) / (3 * area.sum(axis=-1)[..., None])
 
 
-def centres_of(rest: np.ndarray, eyes: np.ndarray, marker: float, sensor: MarkerSensor) -> np.ndarray:
-    """(K, 3) m: centres of the untouched markers of radius marker, m, that appear at rest (K, 2), m, in the viewing plane from eyes (K, 3),
-    m; NaN where unknown."""
-    points = rest_points(rest, eyes, sensor)
+def centres_of(rest: np.ndarray, camera_centres: np.ndarray, marker: float, sensor: MarkerSensor) -> np.ndarray:
+    """(K, 3) m: centres of the untouched markers of radius marker, m, that appear at rest (K, 2), m, in the viewing plane from
+    camera_centres (K, 3), m; NaN where unknown."""
+    points = rest_points(rest, camera_centres, sensor)
     for _ in range(2):  # each step leaves a twentieth
-        appear = appear_at(outlines(points, marker, dome_cap(sensor)), eyes) * (sensor.plane_z - eyes[:, 2:]) + eyes[:, :2]
-        off = points[:, :2] - eyes[:, :2]
-        centre = off / (points[:, 2:] - eyes[:, 2:]) * (sensor.plane_z - eyes[:, 2:]) + eyes[:, :2]
-        points = rest_points(rest + centre - appear, eyes, sensor)
+        appear = appear_at(outlines(points, marker, dome_cap(sensor)),
+                           camera_centres) * (sensor.plane_z - camera_centres[:, 2:]) + camera_centres[:, :2]
+        off = points[:, :2] - camera_centres[:, :2]
+        centre = off / (points[:, 2:] - camera_centres[:, 2:]) * (sensor.plane_z - camera_centres[:, 2:]) + camera_centres[:, :2]
+        points = rest_points(rest + centre - appear, camera_centres, sensor)
     return points
 
 
-def seen_at(places: np.ndarray, eyes: np.ndarray, plane_z: float) -> np.ndarray:
-    """(K, 2) m: apparent places, in the viewing plane, of places (K, 3), m, seen from eyes (K, 3), m."""
-    offset = places - eyes
-    return eyes[:, :2] + offset[:, :2] * ((plane_z - eyes[:, 2]) / offset[:, 2])[:, None]
+def seen_at(places: np.ndarray, camera_centres: np.ndarray, plane_z: float) -> np.ndarray:
+    """(K, 2) m: apparent places, in the viewing plane, of places (K, 3), m, seen from camera_centres (K, 3), m."""
+    offset = places - camera_centres
+    return camera_centres[:, :2] + offset[:, :2] * ((plane_z - camera_centres[:, 2]) / offset[:, 2])[:, None]

@@ -23,7 +23,7 @@ from ..sensor import MarkerSensor, first_touch_height
 SEEN = 12            # markers needed
 STANDS_OUT = 12.0    # detection threshold of the match, standard deviations of noise
 QUIETER = 1.5        # detection threshold over the greatest match of untouched calibration frames
-SURE = 2.5           # least depth over its standard deviation, and tip radius over that of the place: fainter touches are not told
+SURE = 2.5           # least depth over its standard deviation, and tip radius over that of the place: fainter touches are not reported
 FAINT = 8.0          # times the detection threshold, up to which two presses pass for one
 PLACE_AND_DEPTH = 3  # numbers that a faint press tells
 ORDINARY = 1.0       # residual chi-square of presses under their own hypothesis: 0.4 to 2 on simulated domes
@@ -45,7 +45,8 @@ class DomeModelMethod:
 
     def __init__(self, calibration: DomeCalibration, sensor: MarkerSensor):
         self.calibration, self.sensor = calibration, sensor
-        self.solver = DomeInverse(calibration.library, calibration.noise, calibration.points(sensor), calibration.eyes, sensor.plane_z,
+        self.solver = DomeInverse(calibration.library, calibration.noise, calibration.points(sensor), calibration.camera_centres,
+                                  sensor.plane_z,
                                   max(sensor.pitch))
         self._threshold = max(STANDS_OUT, QUIETER * calibration.quiet)
         self._reset()

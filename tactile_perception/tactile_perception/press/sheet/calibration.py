@@ -22,35 +22,36 @@ from .library import LibraryPlan, Press, SheetLibrary, build_library, field_appe
 from .mechanics import SheetMaterial, SheetMesh, least_length, may_be_pressed, press_sheet, uniform
 
 @dataclass(frozen=True)
-class EyeShifts:
-    """eyes: (G, 3) m, camera centres of the views; shifts: (G, 2) m, their corrections in x and y; printed: (2,) m, and turned: rad, where
+class CameraShifts:
+    """camera_centres: (G, 3) m, camera centres of the views; shifts: (G, 2) m, their corrections in x and y; printed: (2,) m, and turned:
+    rad, where
     on the sheet the printed markers are relative to their nominal places, on which all views are based: turned about the centre, then
     shifted."""
 
-    eyes: np.ndarray
+    camera_centres: np.ndarray
     shifts: np.ndarray
     printed: np.ndarray = dataclasses.field(default_factory=partial(np.zeros, 2))
     turned: float = 0.0
 
     @classmethod
-    def of(cls, seen: MarkerField) -> EyeShifts:
-        """Zero shifts for the eyes of a field; eyes within a tenth of their distance to the sheet are one camera."""
-        eyes: list[np.ndarray] = []
-        for eye in seen.eye[np.isfinite(seen.eye).all(1)]:
-            if not any(np.linalg.norm(eye - known) < 0.1 * abs(eye[2]) for known in eyes):
-                eyes.append(eye)
-        return cls(np.array(eyes).reshape(-1, 3), np.zeros((len(eyes), 2)))
+    def of(cls, seen: MarkerField) -> CameraShifts:
+        """Zero shifts for the camera centres of a field; camera centres within a tenth of their distance to the sheet are one camera."""
+        camera_centres: list[np.ndarray] = []
+        for camera_centre in seen.camera_centre[np.isfinite(seen.camera_centre).all(1)]:
+            if not any(np.linalg.norm(camera_centre - known) < 0.1 * abs(camera_centre[2]) for known in camera_centres):
+                camera_centres.append(camera_centre)
+        return cls(np.array(camera_centres).reshape(-1, 3), np.zeros((len(camera_centres), 2)))
 
     def shifted(self, field: MarkerField) -> MarkerField:
-        """The field with corrected eyes, in the frame of the sheet."""
+        """The field with corrected camera centres, in the frame of the sheet."""
         cosine, sine = np.cos(self.turned), np.sin(self.turned)
-        turn, eye = np.array([[cosine, sine], [-sine, cosine]]), field.eye.copy()
-        eye[:, :2] = (eye[:, :2] + self.shifts[self.number(field)]) @ turn + self.printed
-        return replace(field, eye=eye, rest=field.rest @ turn + self.printed, shift=field.shift @ turn)
+        turn, camera_centre = np.array([[cosine, sine], [-sine, cosine]]), field.camera_centre.copy()
+        camera_centre[:, :2] = (camera_centre[:, :2] + self.shifts[self.number(field)]) @ turn + self.printed
+        return replace(field, camera_centre=camera_centre, rest=field.rest @ turn + self.printed, shift=field.shift @ turn)
 
     def number(self, field: MarkerField) -> np.ndarray:
-        """(K,) number of the camera that sees each marker of a field with uncorrected eyes."""
-        return np.argmin(np.square(field.eye[:, None] - self.eyes).sum(axis=2), axis=1)
+        """(K,) number of the camera that sees each marker of a field with uncorrected camera centres."""
+        return np.argmin(np.square(field.camera_centre[:, None] - self.camera_centres).sum(axis=2), axis=1)
 
 
 MOST_PLACES = 3        # used for the fit. Chosen: its time is in proportion
@@ -62,7 +63,7 @@ SHARE = 2e-3           # model error over depth (of growth: per mm). Chosen
 LIKELY = np.log([7.5e-3, 0.03, 0.5, 2.5e-7]), np.array([0.7, 0.7, 0.5, 0.7])
 STARTS = ((1.0, 1.0, 1.0, 1.0), (1.0, 3.0, 1.0, 5.0), (1.0, 10.0, 0.7, 20.0))  # times the likely ones: a thin sheet to a thick one. Chosen
 FARTHEST = 5.0         # standard deviations of the prior within which every value stays. Chosen
-PLACED = 3e-4          # m: prior standard deviation of the shifts of eyes and print. Chosen
+PLACED = 3e-4          # m: prior standard deviation of the shifts of camera centres and print. Chosen
 LAST = 2               # evaluations on the plan's mesh
 
 _log = logging.getLogger(__name__)
@@ -70,12 +71,12 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class SheetNumbers:
-    """radius: m, of the calibrated tip; material; marker_radius: m; eyes: camera positions."""
+    """radius: m, of the calibrated tip; material; marker_radius: m; camera_centres: camera positions."""
 
     radius: float
     material: SheetMaterial
     marker_radius: float
-    eyes: EyeShifts
+    camera_centres: CameraShifts
 
     def summary(self) -> str:
         """For the log."""
@@ -90,15 +91,16 @@ def fit_numbers(presses: Presses, plan: LibraryPlan) -> SheetNumbers:
     Raises BadCalibration where there are no presses within plan.reach, or the simulation does not converge.
     """
     groups, first = chosen_places(presses, plan), presses.fields[0]
-    eyes, radii = EyeShifts.of(first), marker_radii(first)[np.isfinite(marker_radii(first))]
+    camera_centres, radii = CameraShifts.of(first), marker_radii(first)[np.isfinite(marker_radii(first))]
     marker = float(np.median(radii)) if len(radii) else 0.0
-    mean, sigma = (np.append(known, np.full(eyes.shifts.size + 2, unknown)) for known, unknown in zip(LIKELY, (0.0, PLACED)))
+    mean, sigma = (np.append(known, np.full(camera_centres.shifts.size + 2, unknown)) for known, unknown in zip(LIKELY, (0.0, PLACED)))
     prior = Prior(mean, sigma, mean - FARTHEST * sigma, mean + FARTHEST * sigma)
     starts = [mean + np.append(np.log(times), np.zeros(len(mean) - 4)) for times in STARTS]
-    coarse = _NumbersFit(groups, marker, replace(plan, **{name: min(value, getattr(plan, name)) for name, value in COARSE.items()}), eyes)
+    coarse = _NumbersFit(groups, marker, replace(plan, **{name: min(value, getattr(plan, name)) for name, value in COARSE.items()}),
+                         camera_centres)
     found, cost = identify(coarse.residuals, starts, prior)
     _log.info('sheet identification: %s, cost %.3g', coarse.numbers(found).summary(), cost)
-    fine = _NumbersFit(groups, marker, plan, eyes)
+    fine = _NumbersFit(groups, marker, plan, camera_centres)
     return fine.numbers(identify(fine.residuals, [found], prior, LAST)[0])
 
 
@@ -131,17 +133,17 @@ def _by_depth(group: Presses) -> Presses:
 
 class _NumbersFit:
     """Residuals of presses at a few places; values are the logs of radius, prestretch over 1, friction and bending, then the shifts of the
-    eyes and of the print."""
+    camera centres and of the print."""
 
-    def __init__(self, groups: list[Presses], marker: float, plan: LibraryPlan, eyes: EyeShifts):
-        self.eyes, self._groups, self._marker, self._plan = eyes, groups, marker, plan
+    def __init__(self, groups: list[Presses], marker: float, plan: LibraryPlan, camera_centres: CameraShifts):
+        self.camera_centres, self._groups, self._marker, self._plan = camera_centres, groups, marker, plan
         self._solved: dict[tuple, list] = {}  # fields of the groups by the first four values: shifts need no simulation
 
     def numbers(self, values: np.ndarray) -> SheetNumbers:
         """What values mean."""
         radius, stretch, friction, bending = (float(value) for value in np.exp(values[:4]))
-        eyes = replace(self.eyes, shifts=values[4:-2].reshape(-1, 2), printed=values[-2:])
-        return SheetNumbers(radius, SheetMaterial(1 + stretch, bending, friction), self._marker, eyes)
+        camera_centres = replace(self.camera_centres, shifts=values[4:-2].reshape(-1, 2), printed=values[-2:])
+        return SheetNumbers(radius, SheetMaterial(1 + stretch, bending, friction), self._marker, camera_centres)
 
     def residuals(self, several: list[np.ndarray]) -> list[np.ndarray]:
         """The normalised residual (N,) at each of several values. Raises BadCalibration where no simulation converges."""
@@ -155,7 +157,7 @@ class _NumbersFit:
         return [self._residual(self.numbers(values), self._solved[tuple(values[:4])]) for values in several]
 
     def _residual(self, numbers: SheetNumbers, solved: list[np.ndarray]) -> np.ndarray:
-        parts = [self._part(numbers.eyes.shifted(field), depth, pressed, group.position[0, :2])
+        parts = [self._part(numbers.camera_centres.shifted(field), depth, pressed, group.position[0, :2])
                  for group, fields in zip(self._groups, solved)
                  for field, depth, pressed in zip(group.fields, group.depth, fields)]
         residual = np.concatenate(parts, axis=None)
@@ -167,7 +169,7 @@ class _NumbersFit:
     def _part(self, field: MarkerField, depth: float, pressed: np.ndarray, place: np.ndarray) -> np.ndarray:
         seen, radius = field.seen, self._marker
         rest = field.rest[seen]
-        shown = field_appearance(pressed, self._plan, place, rest, field.eye[seen], radius)
+        shown = field_appearance(pressed, self._plan, place, rest, field.camera_centre[seen], radius)
         difference = np.where(np.isfinite(pressed).all(), np.nan_to_num(shown - np.column_stack([field.shift, field.growth])[seen]), np.inf)
         shift = np.sqrt(SHIFT**2 + np.nan_to_num(field.sigma[seen])**2 + (SHARE * depth)**2)
         growth = np.full_like(shift, np.hypot(GROWTH, SHARE * depth * 1e3))
@@ -199,7 +201,7 @@ FINE = {'n': 8, 'order': 4, 'levels': 10, 'substeps': 2}
 
 @dataclass(frozen=True)
 class SheetCalibration:
-    """library: centred on the calibrated tip radius; material; marker_radius: m; eyes; noise: of fields, with the model error;
+    """library: centred on the calibrated tip radius; material; marker_radius: m; camera centres; noise: of fields, with the model error;
     place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth; place_range: (2, 2) m,
     calibrated minimum and maximum of x and y; deepest: m, calibrated.
     """
@@ -207,7 +209,7 @@ class SheetCalibration:
     library: SheetLibrary
     material: SheetMaterial
     marker_radius: float
-    eyes: EyeShifts
+    camera_centres: CameraShifts
     noise: FieldNoise
     place_error: float
     depth_share: float
@@ -217,12 +219,14 @@ class SheetCalibration:
     @property
     def found(self) -> SheetNumbers:
         """The identified parameters."""
-        return SheetNumbers(self.library.plan.radius, self.material, self.marker_radius, self.eyes)
+        return SheetNumbers(self.library.plan.radius, self.material, self.marker_radius, self.camera_centres)
 
     def numbers(self) -> dict:
         """As numbers and arrays, for a calibration file."""
-        return {'material': asdict(self.material), 'marker_radius': self.marker_radius, 'eyes': self.eyes.eyes.tolist(),
-                'eye_shifts': self.eyes.shifts.tolist(), 'printed': self.eyes.printed.tolist(), 'turned': self.eyes.turned,
+        return {'material': asdict(self.material), 'marker_radius': self.marker_radius,
+                'camera_centres': self.camera_centres.camera_centres.tolist(),
+                'camera_centre_shifts': self.camera_centres.shifts.tolist(), 'printed': self.camera_centres.printed.tolist(),
+                'turned': self.camera_centres.turned,
                 'noise': asdict(self.noise), 'place_error': self.place_error, 'depth_share': self.depth_share,
                 'place_range': self.place_range.tolist(), 'deepest': self.deepest, 'library': library_numbers(self.library)}
 
@@ -230,15 +234,16 @@ class SheetCalibration:
     def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
         """From these numbers. Raises BadCalibration where one is missing or invalid."""
         try:
-            eyes = EyeShifts(*(np.array(numbers[name], float).reshape(-1, width) for name, width in (('eyes', 3), ('eye_shifts', 2))),
-                             np.array(numbers['printed'], float).reshape(2), float(numbers['turned']))
+            arrays = (np.array(numbers[name], float).reshape(-1, width) for name, width in
+                      (('camera_centres', 3), ('camera_centre_shifts', 2)))
+            camera_centres = CameraShifts(*arrays, np.array(numbers['printed'], float).reshape(2), float(numbers['turned']))
             material = SheetMaterial(**numbers['material'])
             library = library_from_numbers(numbers['library'], material)
             marker_radius, place_error, depth_share, deepest = (
                 float(numbers[name]) for name in ('marker_radius', 'place_error', 'depth_share', 'deepest'))
             place_range = np.array(numbers['place_range'], float).reshape(2, 2)
             noise = FieldNoise(**numbers['noise'])
-            return cls(library, material, marker_radius, eyes, noise, place_error, depth_share, place_range, deepest)
+            return cls(library, material, marker_radius, camera_centres, noise, place_error, depth_share, place_range, deepest)
         except (KeyError, TypeError, ValueError) as error:
             raise BadCalibration(f"the sheet model in the calibration file cannot be read ({error}); run calibrate again") from None
 
@@ -262,30 +267,31 @@ def calibrate_sheet(presses: Presses, sensor: MarkerSensor, known: SheetCalibrat
     library = build_library(replace(plan, radius=numbers.radius), numbers.material) if known is None else known.library
     truths = [Press(position[:2], float(depth)) for position, depth in zip(touching.position, touching.depth)]
     first = SheetInverse(library, STILL, numbers.marker_radius, max(sensor.pitch))
-    numbers = replace(numbers, eyes=_placed(numbers.eyes, touching, truths, first))
-    still = [numbers.eyes.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
-    fields = [numbers.eyes.shifted(field) for field in touching.fields]
+    numbers = replace(numbers, camera_centres=_placed(numbers.camera_centres, touching, truths, first))
+    still = [numbers.camera_centres.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
+    fields = [numbers.camera_centres.shifted(field) for field in touching.fields]
     noise = _noise(still, fields, truths, first)
     inverse = SheetInverse(library, noise, numbers.marker_radius, max(sensor.pitch))
     found = [inverse.solve(Seen(field), [truth]) for field, truth in zip(fields, truths)]
     place_error, depth_share = _remaining_errors(found, truths)
     covered = np.stack([touching.position[:, :2].min(0), touching.position[:, :2].max(0)])
-    return SheetCalibration(library, numbers.material, numbers.marker_radius, numbers.eyes, noise, place_error, depth_share, covered,
+    return SheetCalibration(library, numbers.material, numbers.marker_radius, numbers.camera_centres, noise, place_error, depth_share,
+                            covered,
                             deepest)
 
 
-def _placed(eyes: EyeShifts, presses: Presses, truths: list[Press], inverse: SheetInverse) -> EyeShifts:
-    """eyes with the print where the places of all presses tell it to be: the identification sees a few."""
+def _placed(camera_centres: CameraShifts, presses: Presses, truths: list[Press], inverse: SheetInverse) -> CameraShifts:
+    """camera centres with the print where the places of all presses tell it to be: the identification sees a few."""
     from scipy.optimize import least_squares  # calibration alone needs it
     ways = np.array([[[1.0, 0.0, -y], [0.0, 1.0, x]] for x, y in (truth.place for truth in truths)]).reshape(-1, 3)
     for _ in range(ROUNDS):
-        found = [inverse.solve(Seen(eyes.shifted(field)), [truth]) for field, truth in zip(presses.fields, truths)]
+        found = [inverse.solve(Seen(camera_centres.shifted(field)), [truth]) for field, truth in zip(presses.fields, truths)]
         error = np.array([one.presses[0].place - truth.place for one, truth in zip(found, truths)])
         spread = max(float(np.median(np.abs(error - np.median(error, axis=0)))), 1e-6)
         off = least_squares(lambda off: np.append((error.ravel() - ways @ off) / spread, off[2] / TURN), np.zeros(3),
                             x_scale=(1e-4, 1e-4, 1e-3), loss='soft_l1').x
-        eyes = replace(eyes, printed=eyes.printed - off[:2], turned=eyes.turned - float(off[2]))
-    return eyes
+        camera_centres = replace(camera_centres, printed=camera_centres.printed - off[:2], turned=camera_centres.turned - float(off[2]))
+    return camera_centres
 
 
 def _noise(still: list[MarkerField], fields: list[MarkerField], truths: list[Press], inverse: SheetInverse) -> FieldNoise:

@@ -54,14 +54,15 @@ class Inverse:
 
 
 class Seen:
-    """The N markers of a field that are seen: rest (N, 2), eye (N, 3), value (N, 3) shift and growth, NaN where unknown; sigma (N,).
+    """The N markers of a field that are seen: rest (N, 2), camera_centre (N, 3), value (N, 3) shift and growth, NaN where unknown; sigma
+    (N,).
 
     motion: (N, 3) of value, of those that a second camera sees at a moment of its own, by an unknown share of which they may be late.
     """
 
     def __init__(self, field: MarkerField, motion: np.ndarray | None = None):
-        self.index = np.flatnonzero(field.seen & np.isfinite(field.eye).all(1))
-        self.rest, self.eye, self.sigma = field.rest[self.index], field.eye[self.index], field.sigma[self.index]
+        self.index = np.flatnonzero(field.seen & np.isfinite(field.camera_centre).all(1))
+        self.rest, self.camera_centre, self.sigma = field.rest[self.index], field.camera_centre[self.index], field.sigma[self.index]
         self.value = np.column_stack([field.shift[self.index], field.growth[self.index]])
         self.motion = np.zeros((len(self.index), 3)) if motion is None else motion[self.index]
 
@@ -76,28 +77,32 @@ class SheetInverse:
     def solve(self, seen: Seen, start: list[Press], drags: bool = False) -> Inverse:
         """Fit one press or two from start; drags: whether their drags are unknown, else 0."""
         vectors = np.array([press.vector for press in start])
-        found = self._library.table.fit(seen.rest, seen.eye, seen.value, seen.sigma, seen.motion, vectors, noise=self._noise, tip=ANY_TIP,
+        found = self._library.table.fit(seen.rest, seen.camera_centre, seen.value, seen.sigma, seen.motion, vectors, noise=self._noise,
+                                        tip=ANY_TIP,
                                         drags=drags, **self._marker)
         presses = [Press.of(found.state[SIZE * k:SIZE * (k + 1)]) for k in range(len(start))]
         return Inverse(presses, found.covariance, found.misfit, found.wrenches, float(found.state[SIZE * len(start):].sum()))
 
     def predict(self, presses: list[Press], seen: Seen, mixed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Predicted shift and growth (N, 3), and the displacement with its derivatives by x and y (N, 3, 3)."""
-        return show(self._library, presses, seen.rest, seen.eye, mixed, **self._marker)
+        return show(self._library, presses, seen.rest, seen.camera_centre, mixed, **self._marker)
 
 
-def show(library: SheetLibrary, presses: list[Press], rest: np.ndarray, eye: np.ndarray, mixed: float = 0.0, marker_radius: float = 0.0,
+def show(library: SheetLibrary, presses: list[Press], rest: np.ndarray, camera_centre: np.ndarray, mixed: float = 0.0,
+         marker_radius: float = 0.0,
          near: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Shift, m, and growth (N, 3) of markers at rest (N, 2), m, seen from eye (N, 3), m, under one press or two with an interaction factor
+    """Shift, m, and growth (N, 3) of markers at rest (N, 2), m, seen from camera_centre (N, 3), m, under one press or two with an
+    interaction factor
     mixed; and the displacement of the sheet there with its derivatives by x and y (N, 3, 3). Markers of marker_radius, m, nearer than near,
     m, to a press are discs, else points."""
-    return library.table.show(rest, eye, np.array([press.vector for press in presses]), mixed=mixed, marker_radius=marker_radius, near=near)
+    return library.table.show(rest, camera_centre, np.array([press.vector for press in presses]), mixed=mixed, marker_radius=marker_radius,
+                              near=near)
 
 
 GRID = (13, 11)          # template places along x and y. Chosen
 DEPTHS = (0.1, 0.4, 0.8)  # template depths over the library's largest. Chosen
 PAIR_DEPTH = 1           # of DEPTHS: templates of two presses at once. Chosen
-_MOVED = 1e-4            # m: an eye or untouched marker that changed by more renews the templates. Chosen
+_MOVED = 1e-4            # m: a camera centre or untouched marker that changed by more renews the templates. Chosen
 
 
 class SheetStart:
@@ -108,7 +113,7 @@ class SheetStart:
         x, y = (np.linspace(-0.95, 0.95, count) * reach for count, reach in zip(GRID, library.plan.reach))
         places = np.stack(np.meshgrid(x, y, indexing='ij'), axis=-1).reshape(-1, 2)
         self._presses = [Press(place, depth * library.plan.depth) for place in places for depth in DEPTHS]
-        self._rest = self._eye = np.zeros((0, 2))
+        self._rest = self._camera_centre = np.zeros((0, 2))
 
     def best(self, field: MarkerField) -> tuple[Press, float]:
         """The best matching press, with depth scaled to the match, and the match in standard deviations of the noise or of the residual,
@@ -135,8 +140,8 @@ class SheetStart:
         own = np.diag(both)
         free = np.maximum(own[:, None] * own - both**2, 1e-3 * own[:, None] * own)  # alike ones tell nothing apart
         share = (match[:, None] * own - both * match) / free  # of the first of each pair
-        told = np.where((share > 0) & (share.T > 0), share * match[:, None] + share.T * match, 0.0)
-        first, second = np.unravel_index(np.argmax(told), told.shape)
+        reported = np.where((share > 0) & (share.T > 0), share * match[:, None] + share.T * match, 0.0)
+        first, second = np.unravel_index(np.argmax(reported), reported.shape)
         presses = self._presses[PAIR_DEPTH::len(DEPTHS)]
         return [replace(presses[k], depth=float(np.clip(presses[k].depth * share[k, other], 1e-5, self._library.plan.depth)))
                 for k, other in ((first, second), (second, first))]
@@ -152,20 +157,22 @@ class SheetStart:
         return self._last[1]
 
     def _renew(self, field: MarkerField) -> None:
-        """Renew the templates where markers or eyes changed; a marker that is not seen keeps its last position."""
+        """Renew the templates where markers or camera centres changed; a marker that is not seen keeps its last position."""
         if len(self._rest) == len(field):
-            rest, eye = np.where(np.isfinite(field.rest), field.rest, self._rest), np.where(np.isfinite(field.eye), field.eye, self._eye)
+            rest, camera_centre = np.where(np.isfinite(field.rest), field.rest, self._rest), np.where(np.isfinite(field.camera_centre),
+                                                                                                      field.camera_centre,
+                                                                                                      self._camera_centre)
             moved = [(np.abs(now - before) >= _MOVED).any() or np.count_nonzero(np.isnan(now)) != np.count_nonzero(np.isnan(before))
-                     for now, before in ((rest, self._rest), (eye, self._eye))]
+                     for now, before in ((rest, self._rest), (camera_centre, self._camera_centre))]
             if not any(moved):
                 return
         else:
-            rest, eye = field.rest, field.eye
-        self._rest, self._eye = rest, eye
-        known = np.isfinite(rest).all(1) & np.isfinite(eye).all(1)
+            rest, camera_centre = field.rest, field.camera_centre
+        self._rest, self._camera_centre = rest, camera_centre
+        known = np.isfinite(rest).all(1) & np.isfinite(camera_centre).all(1)
         fields = np.zeros((len(self._presses), len(field), 3))
         for k, press in enumerate(self._presses):
-            fields[k, known] = show(self._library, [press], rest[known], eye[known])[0] / self._sigma
+            fields[k, known] = show(self._library, [press], rest[known], camera_centre[known])[0] / self._sigma
         self._known = np.repeat(known, 3)
         self._fields = fields.reshape(len(fields), -1).astype(np.float32)
         self._last = np.zeros(0, bool), np.zeros(0)

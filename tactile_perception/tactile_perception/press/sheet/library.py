@@ -22,7 +22,7 @@ TRUE = 2e-7            # m: modes below this RMS over the sheet are truncated. C
                        # 1e-6 the place of a press was 0.3 mm off on a stiff sheet
 UNSOLVED = 0.1         # largest share of simulations that do not converge, as deep ones of a large tip near the clamp. Chosen
 TERMS = 12             # of the table: a parabola in the log radius, then x, y, x^2, x y, y^2, x^3, x^2 y, x y^2, y^3 of the drag
-TYPICAL = 0.5 ** np.array([0, 0, 0, 1, 1, 2, 2, 2, 3, 3, 3, 3])  # of them, of a common drag: modes are told as exactly as these need
+TYPICAL = 0.5 ** np.array([0, 0, 0, 1, 1, 2, 2, 2, 3, 3, 3, 3])  # of them, of a common drag: modes are reported as exactly as these need
 ODD_TERMS = (0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0), (0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1)  # those that a mirror along x, along y turns round
 CLASSES = [(0, 0), (0, 1), (1, 0), (1, 1)]  # odd along x, along y
 WRENCH_NUMBERS = [[0, 8], [2, 3, 7], [1, 4, 6], [5]]  # of _told, by class
@@ -138,13 +138,13 @@ def _pressed(plan: LibraryPlan, material: SheetMaterial, place: np.ndarray) -> t
     fields = np.zeros((TERMS, plan.levels, mesh.side, mesh.side, 3))
     wrenches = np.zeros((TERMS, plan.levels, 9))
     for k, (field, wrench) in enumerate(straight):
-        fields[k], wrenches[k] = field[stops].reshape(fields.shape[1:]), _told(wrench[stops], plan.depths)
+        fields[k], wrenches[k] = field[stops].reshape(fields.shape[1:]), _reported(wrench[stops], plan.depths)
     slid = [part for n in range(len(TRACTIONS)) for part in _slid(plan, material, mesh, n)]
     more = np.array([field.reshape(fields.shape[1:]) - fields[1] for field, _ in slid])
-    told = np.array([_told(wrench, plan.depths) - wrenches[1] for _, wrench in slid])
+    reported = np.array([_reported(wrench, plan.depths) - wrenches[1] for _, wrench in slid])
     for level in range(plan.levels):
-        _by_drag(fields, more, told, level, plan.depths)
-        _by_drag(wrenches, told, told, level, plan.depths)
+        _by_drag(fields, more, reported, level, plan.depths)
+        _by_drag(wrenches, reported, reported, level, plan.depths)
         wrenches[3:, level, 1:3] = np.eye(TERMS - 3, 2)  # what a drag is
     return fields, wrenches
 
@@ -162,22 +162,22 @@ def _slid(plan: LibraryPlan, material: SheetMaterial, mesh: SheetMesh, n: int) -
             for one in slid]
 
 
-def _by_drag(terms: np.ndarray, more: np.ndarray, told: np.ndarray, level: int, depths: np.ndarray) -> None:
+def _by_drag(terms: np.ndarray, more: np.ndarray, reported: np.ndarray, level: int, depths: np.ndarray) -> None:
     """Set the coefficients of the drag's terms (TERMS, level, ...) from what the simulated drags add, more (K, levels, ...), and their own
-    drags, told (K, levels, 9), as of _told. The coefficients are those nearest to what the levels before lead to: where a press is deep,
-    only the smaller tractions converge, and some nowhere."""
-    solved = np.isfinite(told[:, level]).all(axis=1)
+    drags, reported (K, levels, 9), as of _told. The coefficients are those nearest to what the levels before lead to: where a press is
+    deep, only the smaller tractions converge, and some nowhere."""
+    solved = np.isfinite(reported[:, level]).all(axis=1)
     before = [np.zeros_like(terms[3:, 0]), *np.moveaxis(terms[3:, max(level - 2, 0):level], 1, 0)][-2:]
     likely = before[-1]
     if level:
         last, one = depths[level - 1], depths[level - 2] if level > 1 else 0.0
         likely = likely + (before[-1] - before[-2]) * (depths[level] - last) / (last - one)
-    x, y = told[solved, level, 1], told[solved, level, 2]
+    x, y = reported[solved, level, 1], reported[solved, level, 2]
     ways = np.stack([x, y, x * x, x * y, y * y, x**3, x * x * y, x * y * y, y**3], axis=1)
     terms[3:, level] = likely + np.tensordot(np.linalg.pinv(ways), more[solved, level] - np.tensordot(ways, likely, 1), 1)
 
 
-def _told(wrench: np.ndarray, depths: np.ndarray) -> np.ndarray:
+def _reported(wrench: np.ndarray, depths: np.ndarray) -> np.ndarray:
     """(D, 9) log of normal force over depth; tangential over normal force; moment over normal force, m; centre of the pressure relative to
     the tip, m; of wrenches (D, 9)."""
     push = -wrench[:, 2:3]
@@ -248,12 +248,12 @@ class Press:
         return cls(vector[:2], float(vector[2]), float(vector[3]), (float(vector[4]), float(vector[5])))
 
 
-def field_appearance(field: np.ndarray, plan: LibraryPlan, place: np.ndarray, rest: np.ndarray, eye: np.ndarray,
+def field_appearance(field: np.ndarray, plan: LibraryPlan, place: np.ndarray, rest: np.ndarray, camera_centre: np.ndarray,
                      marker_radius: float) -> np.ndarray:
-    """Shift, m, and growth (K, 3) in the plane z = 0 of discs of marker_radius, m, at rest (K, 2), m, seen from eye (K, 3), m.
+    """Shift, m, and growth (K, 3) in the plane z = 0 of discs of marker_radius, m, at rest (K, 2), m, seen from camera_centre (K, 3), m.
 
     field: coefficients (side * side, 3), m, on uniform B-splines, of the sheet pressed at place (2,) m. Growth is the log of the ratio of
     the areas as imaged.
     """
-    return _core.show_field(field.astype(np.float32), rest, eye, place=tuple(place), half=plan.half, scale=plan.scale,
+    return _core.show_field(field.astype(np.float32), rest, camera_centre, place=tuple(place), half=plan.half, scale=plan.scale,
                             marker_radius=marker_radius)

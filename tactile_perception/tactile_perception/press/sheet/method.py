@@ -38,8 +38,8 @@ class Tip:
 
 
 def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
-    """Tips of presses. Of two presses each is told at the centre of its contact: one inclines the sheet under the other, whose lowest point
-    then lies downhill of what touches the sheet."""
+    """Tips of presses. Of two presses each is reported at the centre of its contact: one inclines the sheet under the other, whose lowest
+    point then lies downhill of what touches the sheet."""
     tips = []
     for k, press in enumerate(found.presses):
         (x, y, depth), covariance = found.tip(k)
@@ -51,8 +51,9 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
             shift = sigma * found.covariance[:3, 3] / found.covariance[3, 3]
             covariance = covariance + np.outer(shift, shift)
         else:
-            eye = np.array([[*press.place, -1.0]])
-            whole, alone = (show(library, presses, press.place[None], eye, found.mixed)[1][0] for presses in (found.presses, [press]))
+            camera_centre = np.array([[*press.place, -1.0]])
+            whole, alone = (show(library, presses, press.place[None], camera_centre, found.mixed)[1][0] for presses in (found.presses,
+                                                                                                                        [press]))
             slope, aside, sunk = (whole - alone)[1:, 2], (whole - alone)[0, :2], -(whole - alone)[0, 2]
             centre, radius = found.wrenches[k, 6:], library.plan.radius * np.exp(press.log_radius)
             above = radius - centre[2]
@@ -71,7 +72,7 @@ STANDS_OUT = 8.0  # detection threshold of the matched filter, standard deviatio
 BEYOND = 1.02  # times the calibrated depth: deeper is out of range
 STRANGE = 2.5  # misfit above which the first frame that shows a touch is not believed
 UNEXPLAINED = 4.0  # misfit above which an estimate is ambiguous
-UNSEEN = 2.0   # marker pitches from all markers that are seen: a touch there is not told
+UNSEEN = 2.0   # marker pitches from all markers that are seen: a touch there is not reported
 EDGE = 0.999   # of the library's reach, from which a touch is at the edge
 
 
@@ -109,7 +110,7 @@ class SheetModelMethod:
         if field.seen.sum() < FEWEST:
             self._choice = Choice()
             return []
-        field = self._calibration.eyes.shifted(field)
+        field = self._calibration.camera_centres.shifted(field)
         best, score = self._start.best(field)
         start = [best]
         if score < STANDS_OUT:
@@ -148,12 +149,12 @@ class SheetModelMethod:
 
     def _motion(self, field: MarkerField) -> np.ndarray | None:
         """(K, 3) change of shift and growth since the frame before, of markers that a second camera sees, else 0; None with one."""
-        if len(self._calibration.eyes.eyes) < 2:
+        if len(self._calibration.camera_centres.camera_centres) < 2:
             return None
         now, before = np.column_stack([field.shift, field.growth]), self._before
         self._before = now
         moved = np.zeros_like(now) if before is None or len(before) != len(now) else np.nan_to_num(now - before)
-        return np.where((self._calibration.eyes.number(field) > 0)[:, None], moved, 0.0)
+        return np.where((self._calibration.camera_centres.number(field) > 0)[:, None], moved, 0.0)
 
     def _touch(self, found: Tip, misfit: float) -> TouchEstimate:
         calibration = self._calibration

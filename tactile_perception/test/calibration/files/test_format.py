@@ -81,7 +81,7 @@ def test_an_array_file_that_is_missing_damaged_or_another_is_named(with_arrays, 
 
 
 def with_content(path, content, digits='array 2 x 3 uint16'):
-    """Replace the arrays of a file, the hash told right."""
+    """Replace the arrays of a file, the hash reported right."""
     page = yaml.safe_load(path.read_text())
     page['fitted']['one']['digits'] = digits
     page['arrays']['sha256'] = hashlib.sha256(content).hexdigest()

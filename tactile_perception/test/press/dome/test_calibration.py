@@ -44,19 +44,19 @@ def test_scales_of_place_and_depth_are_those_of_the_presses_and_none_where_they_
     rng, deepest, farthest = np.random.default_rng(1), 0.04, 0.08
 
     def scaled(places, wider, deeper):
-        """With presses told so much farther out, and with depths that are functions of depth, m, and of place (2,), m."""
+        """With presses reported so much farther out, and with depths that are functions of depth, m, and of place (2,), m."""
         depths = rng.uniform(0.01, deepest, len(places))
-        told = [np.array([*place * wider, np.log(depth * deeper(place, depth)), 0, 0, 0, 0]) for place, depth in zip(places, depths)]
-        found = [DomeFound(one[None], 1e-12 * np.eye(7), 0.5) for one in told]
+        reported = [np.array([*place * wider, np.log(depth * deeper(place, depth)), 0, 0, 0, 0]) for place, depth in zip(places, depths)]
+        found = [DomeFound(one[None], 1e-12 * np.eye(7), 0.5) for one in reported]
         count = len(places)
         presses = Presses((None,) * count, np.column_stack([places, np.zeros(count)]), depths, np.arange(count), np.zeros((count, 6)),
                           np.full(count, 0.025))
-        return calibration._with_remaining_errors(known(), found, presses), told, depths
+        return calibration._with_remaining_errors(known(), found, presses), reported, depths
 
     places = rng.uniform(-0.05, 0.05, (200, 2))
-    found, told, depths = scaled(places, 0.95, lambda place, depth: 1.1 - 0.2 * place @ place / farthest**2 - 0.02 * deepest / depth)
+    found, reported, depths = scaled(places, 0.95, lambda place, depth: 1.1 - 0.2 * place @ place / farthest**2 - 0.02 * deepest / depth)
     assert found.wider == pytest.approx(0.95, abs=0.01)
-    for one, place, depth in zip(told, places, depths):
+    for one, place, depth in zip(reported, places, depths):
         assert np.exp(one[2]) / found.depth_scale(place, np.exp(one[2])) == pytest.approx(depth, rel=0.02)
     near, *_ = scaled(places[:6] * 1e-3, 0.5, lambda place, depth: 1.0)
     assert near.wider == pytest.approx(1.0, abs=0.02) and near.depth_scale(np.zeros(2), 0.02) == pytest.approx(1.0, abs=0.01)
@@ -79,24 +79,24 @@ def test_a_sheet_and_too_few_presses_are_refused():
 
 def test_the_radius_of_a_marker_is_that_on_the_dome():
     presses, points = dome_presses(FEW, (0.012,)), markers()
-    eyes = np.tile(EYE, (len(points), 1))
-    assert calibration._marker_radius(presses.fields[0], points, eyes, DOME) == pytest.approx(0.3 * max(DOME.pitch))
+    camera_centres = np.tile(EYE, (len(points), 1))
+    assert calibration._marker_radius(presses.fields[0], points, camera_centres, DOME) == pytest.approx(0.3 * max(DOME.pitch))
     larger = (DOME.plane_z - EYE[2]) / (points[:, 2] - EYE[2])  # in the viewing plane than on the dome
     presses.fields[0].area[:] = np.pi * (4.6e-3 * PX * larger)**2
-    assert calibration._marker_radius(presses.fields[0], points, eyes, DOME) == pytest.approx(4.6e-3, rel=1e-3)
+    assert calibration._marker_radius(presses.fields[0], points, camera_centres, DOME) == pytest.approx(4.6e-3, rel=1e-3)
 
 
 CAP, START = dome_cap(DOME), DomeNumbers(DomeMaterial(0.7, 70.0, 0.5), 0.025)
 
 
 @pytest.mark.full  # simulates presses
-def test_tension_gas_and_friction_are_told_from_simulated_presses(monkeypatch):
+def test_tension_gas_and_friction_are_reported_from_simulated_presses(monkeypatch):
     """Where the pressure is held, though sealed gas is likelier."""
     tension, gas, friction, across = 0.6, 0.0, 0.4, 0.05
     for name, value in {'LOAD_STEPS': 8, 'GASES': (1.0, 1e-4), 'TENSIONS': (1.0, 0.4), 'EVALUATIONS': 4, 'MeshPlan': lambda: MESH}.items():
         monkeypatch.setattr(calibration, name, value)  # coarse and few
     presses, true = dome_presses([(0.0, 0.0), (across, 0.0)], (0.012, 0.025), still=0), np.log([tension, max(gas, 1e-3), friction, 0.025])
-    given = dict(points=POINTS, eyes=np.nan_to_num(EYES), cap=CAP, plane_z=DOME.plane_z, marker=0.004)
+    given = dict(points=POINTS, camera_centres=np.nan_to_num(EYES), cap=CAP, plane_z=DOME.plane_z, marker=0.004)
     for place in calibration._places(presses):  # what the true dome would have shown
         left = calibration._residuals((place, true), **given).reshape(place.shifts.shape) / place.weights[:, None, None]
         for depth, shift in zip(place.depths, place.shifts + left):

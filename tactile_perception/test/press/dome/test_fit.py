@@ -22,12 +22,12 @@ def test_a_press_is_found_with_an_honest_covariance():
     assert 0.1 < np.mean(squares) < 2, 'the press lies well within the prior'
 
 
-@pytest.mark.parametrize('told, least, most', [(STRAIGHT, 0.3, 2.0), (replace(STRAIGHT, rougher=0.0), 2.5, np.inf)])
-def test_a_straight_press_may_have_any_friction_and_the_covariance_says_so(told, least, most):
+@pytest.mark.parametrize('reported, least, most', [(STRAIGHT, 0.3, 2.0), (replace(STRAIGHT, rougher=0.0), 2.5, np.inf)])
+def test_a_straight_press_may_have_any_friction_and_the_covariance_says_so(reported, least, most):
     squares = []
     for seed, number in enumerate(np.random.default_rng(3).normal(0, UNKNOWN_FRICTION, 30)):
         true = press(0.022, -0.031, 0.021, 0.3, number)
-        found = inverse().solve(library_field(true, seed=seed), true[None], told)
+        found = inverse().solve(library_field(true, seed=seed), true[None], reported)
         squares.append((found.presses[0, DEPTH] - true[DEPTH])**2 / found.covariance[DEPTH, DEPTH])
     assert least < np.mean(squares) < most
 

@@ -23,7 +23,7 @@ def test_presses_between_the_simulated_ones_are_interpolated():
     mesh = DomeMesh(shift_of(across, PLAN.radius * np.exp(RADIUS_SPREAD * radius), PLAN.cap), PLAN.cap, MESH)
     direct = press_dome(mesh, PLAN.load_steps[:8], PLAN.radius * np.exp(RADIUS_SPREAD * radius), MATERIAL, drags=0).straight[-1]
     turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
-    shown = AsSeen(mesh, PLAN.marker, PLAN.eye).fields(*(direct[None] for _ in range(3)))[0][0]
+    shown = AsSeen(mesh, PLAN.marker, PLAN.camera_centre).fields(*(direct[None] for _ in range(3)))[0][0]
     expected = evaluate(shown, mesh, POINTS[KNOWN] @ turned.T) @ turned
     found = moved(press(across * np.cos(turn), across * np.sin(turn), step, radius))
     assert np.sqrt(np.mean((found - expected)**2)) < 0.02 * np.abs(expected).max()
@@ -52,19 +52,20 @@ def test_the_library_has_the_domes_symmetry():
 
 def test_a_field_becomes_that_which_moves_the_outlines_of_markers():
     """Also dragged along and across: what a marker shows at its place moves it as its outline's centroid moves."""
-    mesh, marker, eye = DomeMesh(shift_of(0.04, 0.025, PLAN.cap), PLAN.cap, MeshPlan()), 5e-3, np.array([0.0, 0.0, -0.045])
+    mesh, marker, camera_centre = DomeMesh(shift_of(0.04, 0.025, PLAN.cap), PLAN.cap, MeshPlan()), 5e-3, np.array([0.0, 0.0, -0.045])
     found = press_dome(mesh, np.linspace(0.002, 0.03, 12), 0.025, MATERIAL, drags=12)
     parts = found.straight[-1:], found.along[-1:], found.across[-1:]
-    shown = AsSeen(mesh, marker, eye[2]).fields(*parts)
+    shown = AsSeen(mesh, marker, camera_centre[2]).fields(*parts)
     points = POINTS[KNOWN]
     round_it = outlines(points, marker, PLAN.cap)
     for kind, part in ((1, 0.0), (1, 0.5), (2, 0.5)):
         field, seen = (sum(share * evaluate(of[k][0], mesh, at.reshape(-1, 3), k == 2).reshape(at.shape)
                            for k, share in ((0, 1), (kind, part))) for of, at in ((parts, round_it), (shown, points)))
-        true = appear_at(round_it + field, eye) - appear_at(round_it, eye)
-        told, plain = ((points + by - eye)[:, :2] / (points + by - eye)[:, 2:] - (points - eye)[:, :2] / (points - eye)[:, 2:]
-                       for by in (seen, field[:, 0]))
-        off, of_centres = (np.sqrt(np.mean((told - true)**2)) * 0.165 for told in (told, plain))
+        true = appear_at(round_it + field, camera_centre) - appear_at(round_it, camera_centre)
+        from_camera = points - camera_centre
+        reported, plain = ((from_camera + by)[:, :2] / (from_camera + by)[:, 2:] - from_camera[:, :2] / from_camera[:, 2:]
+                           for by in (seen, field[:, 0]))
+        off, of_centres = (np.sqrt(np.mean((reported - true)**2)) * 0.165 for reported in (reported, plain))
         assert off < 2e-5 and off < 0.2 * of_centres
 
 

@@ -106,11 +106,11 @@ def test_a_marker_appears_in_the_middle_of_the_pixels_that_look_at_it():
     assert off_centre.max() * 0.165 > 1e-4 and np.linalg.norm(found - true, axis=1).max() * 0.165 < 4e-6
 
 
-def test_centres_of_untouched_markers_are_told_from_where_they_appear():
+def test_centres_of_untouched_markers_are_reported_from_where_they_appear():
     away = DOME.plane_z - EYE[2]
     rest = EYE[:2] + away * appear_at(outlines(POINTS, MARKER, DOME_CAP), EYE)
-    eyes = np.tile(EYE, (len(POINTS), 1))
-    assert np.linalg.norm(centres_of(rest, eyes, MARKER, DOME) - POINTS, axis=1).max() < 2e-6
-    assert np.linalg.norm(centres_of(rest, eyes, 1e-6, DOME) - POINTS, axis=1).max() > 5e-5
+    camera_centres = np.tile(EYE, (len(POINTS), 1))
+    assert np.linalg.norm(centres_of(rest, camera_centres, MARKER, DOME) - POINTS, axis=1).max() < 2e-6
+    assert np.linalg.norm(centres_of(rest, camera_centres, 1e-6, DOME) - POINTS, axis=1).max() > 5e-5
     rest[3] = np.nan
-    assert np.isnan(centres_of(rest, eyes, MARKER, DOME)[3]).all()
+    assert np.isnan(centres_of(rest, camera_centres, MARKER, DOME)[3]).all()

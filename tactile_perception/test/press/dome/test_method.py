@@ -33,7 +33,7 @@ def method(calibration):
     return DomeModelMethod(calibration, DOME)
 
 
-def test_straight_and_dragged_presses_of_any_tip_are_told_as_one(method):
+def test_straight_and_dragged_presses_of_any_tip_are_reported_as_one(method):
     for k, one in enumerate((press(0.02, 0.01, 0.02), press(-0.03, 0.02, 0.012, 0.5, 0.2), press(0.0, 0.0, 0.03, -0.4),
                              press(0.03, -0.03, 0.025, drag=(0.5, 0.1)), press(-0.02, 0.0, 0.02, 0.3, drag=(0.0, -0.6)))):
         assert method.estimate(library_field(seed=k)) == []  # the touch before is over
@@ -55,7 +55,7 @@ def test_the_force_of_one_press_acts_where_the_tip_is(method):
     assert np.linalg.norm(np.cross(tip - axis, way)) < touch.radius and abs(force @ moment) < 1e-9
 
 
-def test_two_presses_are_told_as_two_and_followed(method):
+def test_two_presses_are_reported_as_two_and_followed(method):
     for depth in (0.012, 0.016, 0.02):
         touches = method.estimate(library_field(press(0.045, 0.02, depth), press(-0.04, -0.01, depth)))
         assert np.isnan([touch.wrench for touch in touches]).all()
@@ -68,23 +68,23 @@ def test_two_presses_are_told_as_two_and_followed(method):
             assert aside @ steep == pytest.approx(touch.radius * steep @ steep, rel=0.4), 'where the dome inclines to it'
 
 
-def test_two_faint_presses_are_not_told_as_one_between_them(method):
+def test_two_faint_presses_are_not_reported_as_one_between_them(method):
     faint = [method.estimate(library_field(press(0.045, 0.02, depth), press(-0.04, -0.015, depth), seed=seed))
              for seed in range(10) for depth in (2e-4, 4e-4, 6e-4)]
     assert len([touch for touches in faint for touch in touches if np.hypot(*touch.position[:2]) < 0.02]) <= 1
 
 
-def test_what_moves_the_markers_too_little_is_not_told(method):
+def test_what_moves_the_markers_too_little_is_not_reported(method):
     assert not any(method.estimate(library_field(seed=k)) for k in range(100))
     assert method.estimate(library_field(press(0.02, 0.0, 1e-4))) == []
 
 
-def test_a_faint_press_that_may_be_elsewhere_is_not_told_at_a_wrong_place(method):
-    told = [(touch, one) for one in [press(0.02, 0.0, depth) for depth in (2e-4, 8e-4, 2e-3)] for seed in range(8)
+def test_a_faint_press_that_may_be_elsewhere_is_not_reported_at_a_wrong_place(method):
+    reported = [(touch, one) for one in [press(0.02, 0.0, depth) for depth in (2e-4, 8e-4, 2e-3)] for seed in range(8)
             for touch in method.estimate(library_field(one, seed=seed))]
-    off = np.array([touch.position[:2] - one[:2] for touch, one in told]).reshape(-1, 2)
-    sigma = np.sqrt([np.trace(touch.covariance[:2, :2]) for touch, _ in told])
-    assert len(told) >= 8 and (np.hypot(*off.T) < 4 * sigma).all()
+    off = np.array([touch.position[:2] - one[:2] for touch, one in reported]).reshape(-1, 2)
+    sigma = np.sqrt([np.trace(touch.covariance[:2, :2]) for touch, _ in reported])
+    assert len(reported) >= 8 and (np.hypot(*off.T) < 4 * sigma).all()
 
 
 def test_what_no_press_explains_widens_the_covariance_and_deep_presses_are_flagged(method):
@@ -93,7 +93,7 @@ def test_what_no_press_explains_widens_the_covariance_and_deep_presses_are_flagg
     field.shift[:] += np.random.default_rng(5).normal(0, 2e-4, field.shift.shape)
     assert all(touch.covariance[0, 0] > 2 * plain.covariance[0, 0] for touch in method.estimate(field))
     field.shift[:] += np.random.default_rng(6).normal(0, 3e-3, field.shift.shape)
-    assert method.estimate(field) == [], 'nothing is told of a place that the markers do not show'
+    assert method.estimate(field) == [], 'nothing is reported of a place that the markers do not show'
     assert method.estimate(library_field(press(0.02, 0.01, 0.039)))[0].flags & OUT_OF_RANGE
 
 
@@ -108,7 +108,7 @@ def test_what_does_not_fit_is_refused(method, calibration):
     numbers = calibration.numbers()
     again = DomeModelMethod.from_fitted(numbers, DOME)
     assert np.allclose(again.solver.points, method.solver.points, equal_nan=True) and EYE[2] < 0
-    for wrong in ({key: value for key, value in numbers.items() if key != 'noise'}, {**numbers, 'eye': [[0, 0, 0]]}):
+    for wrong in ({key: value for key, value in numbers.items() if key != 'noise'}, {**numbers, 'camera_centre': [[0, 0, 0]]}):
         with pytest.raises(BadCalibration, match='run calibrate again'):
             DomeModelMethod.from_fitted(wrong, DOME)
     with pytest.raises(BadArgument, match='289 markers'):

@@ -23,7 +23,7 @@ def test_covariance_is_that_of_many_trials():
     """In a world that is the library's own, noise alone scatters the estimate, as much as is said."""
     inverse, press = SheetInverse(library(), FieldNoise(1e-5, 5e-3, 1e-6, 1e-4), 0.0, 4.5e-3), Press(np.array([0.008, 0.004]), 3e-3)
     field = field_of(np.zeros((117, 3)))
-    clean, _ = show(library(), [press], field.rest, field.eye)
+    clean, _ = show(library(), [press], field.rest, field.camera_centre)
     errors, inverses = [], []
     for seed in range(150):
         found = inverse.solve(Seen(field_of(clean, 1e-5, 5e-3, seed)), [press])
@@ -33,7 +33,7 @@ def test_covariance_is_that_of_many_trials():
     assert 0.7 < np.mean(squares) < 1.3
 
 
-def test_a_drag_is_told_with_the_force_that_it_takes():
+def test_a_drag_is_reported_with_the_force_that_it_takes():
     press = Press(np.array([0.005, -0.003]), 4e-3, drag=(0.4, -0.2))
     clean, _ = show(library(), [press], GRID, EYE)
     found = SheetInverse(library(), NOISE, 0.0, 4.5e-3).solve(Seen(field_of(clean, 2e-6, 1e-3)), [Press(press.place, 3e-3)], drags=True)

@@ -26,24 +26,24 @@ def test_a_press_looked_up_is_one_worked_out(place, depth, radius, drag):
     assert np.sqrt(np.mean((found - exact)**2)) < 0.01 * depth and np.abs(found - exact).max() < 0.05 * depth
 
 
-def test_a_stiff_sheet_is_told_so_well_that_its_place_is_right():
-    """What the library lacks, told as a change of place by the derivatives of the field."""
+def test_a_stiff_sheet_is_reported_so_well_that_its_place_is_right():
+    """What the library lacks, reported as a change of place by the derivatives of the field."""
     plan = LibraryPlan((0.0665, 0.0455), 8e-3, 4e-3, 10e-3, n=6, order=4, levels=6, substeps=1)
     material, place, depth, step = SheetMaterial(1.25, 5e-6, 0.35), np.array([0.02, 0.005]), 3e-3, 2e-4
     large = build_library(plan, material)
     x, y = np.meshgrid(np.linspace(-0.061, 0.061, 14), np.linspace(-0.041, 0.041, 11))
     grid = np.column_stack([x.ravel(), y.ravel()])
-    eye = np.column_stack([np.where(x > 0, 0.03, -0.03).ravel(), 0 * x.ravel(), np.full(x.size, -0.046)])
+    camera_centre = np.column_stack([np.where(x > 0, 0.03, -0.03).ravel(), 0 * x.ravel(), np.full(x.size, -0.046)])
     mesh = SheetMesh(place, plan.half, plan.scale, plan.n)
     solved = press_sheet(mesh, plan.load_steps(np.array([depth])), plan.radius, material)[0][-1]
-    exact = field_appearance(uniform(solved.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3), plan, place, grid, eye, 0.0)[:, :2]
+    exact = field_appearance(uniform(solved.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3), plan, place, grid, camera_centre, 0.0)[:, :2]
 
-    def told(*off):
-        return show(large, [Press(place + off, depth)], grid, eye)[0][:, :2]
+    def reported(*off):
+        return show(large, [Press(place + off, depth)], grid, camera_centre)[0][:, :2]
 
-    slopes = np.stack([(told(*move) - told(*-move)).ravel() / (2 * step) for move in step * np.eye(2)], axis=1)
+    slopes = np.stack([(reported(*move) - reported(*-move)).ravel() / (2 * step) for move in step * np.eye(2)], axis=1)
     weight = 1 / (1e-6 + 0.01 * np.repeat(np.hypot(*exact.T), 2))  # model errors are in proportion to the displacement
-    lacks = np.linalg.lstsq(slopes * weight[:, None], (exact - told(0.0, 0.0)).ravel() * weight, rcond=None)[0]
+    lacks = np.linalg.lstsq(slopes * weight[:, None], (exact - reported(0.0, 0.0)).ravel() * weight, rcond=None)[0]
     assert np.hypot(*lacks) < 1e-4
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from sheet_scenes import EYE, GRID, MATERIAL, PLAN, SENSOR, field_of, library, pressed
 from tactile_perception.errors import BadCalibration
-from tactile_perception.press.sheet.calibration import EyeShifts, SheetCalibration
+from tactile_perception.press.sheet.calibration import CameraShifts, SheetCalibration
 from tactile_perception.press.sheet.mechanics import SheetMesh, press_sheet
 from tactile_perception.press.sheet.fit import FieldNoise, show
 from tactile_perception.press.sheet.method import SheetModelMethod
@@ -16,7 +16,7 @@ from tactile_perception.press.estimate import AMBIGUOUS, OUT_OF_RANGE
 
 NOISE = FieldNoise(5e-6, 5e-3, 3e-3, 1.5)
 COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
-CALIBRATION = SheetCalibration(library(), MATERIAL, 1.2e-3, EyeShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE, 3e-5,
+CALIBRATION = SheetCalibration(library(), MATERIAL, 1.2e-3, CameraShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE, 3e-5,
                                0.01, COVERED, 6e-3)
 METHOD = SheetModelMethod(CALIBRATION, SENSOR)
 
@@ -41,7 +41,7 @@ def together(presses, mixed=0.2, seed=0):
 
 @pytest.mark.parametrize('one, other', [((-0.010, 0.003, 3e-3), (0.006, -0.004, 2.4e-3)), ((-0.008, -0.006, 4e-3), (0.004, 0.005, 3.5e-3)),
                                         ((0.0, 0.0, 2e-3), (0.012, 0.002, 2e-3)), ((-0.008, 0.0, 3e-3), (0.008, 0.0, 3e-3))])
-def test_two_presses_are_told_apart_at_the_centres_of_what_touches(one, other):
+def test_two_presses_are_reported_apart_at_the_centres_of_what_touches(one, other):
     found = together([Press(np.array(press[:2]), press[2]) for press in (one, other)])
     assert len(found) == 2 and np.isnan([touch.wrench for touch in found]).all()
     for touch, press in zip(sorted(found, key=lambda touch: touch.position[0]), (one, other)):
@@ -67,20 +67,20 @@ def test_one_tip_of_any_size_is_one(place):
             assert np.hypot(*(touch.position[:2] - place)) < 8e-4
 
 
-def test_a_drag_is_told_from_a_press_elsewhere_and_from_two():
+def test_a_drag_is_reported_from_a_press_elsewhere_and_from_two():
     touch, = together([Press(np.array([0.005, -0.003]), 4e-3, drag=(0.4, -0.25))])
     assert np.abs(touch.position - [0.005, -0.003, -4e-3]).max() < 2e-4
     straight, = together([Press(np.array([0.005, -0.003]), 4e-3)])
     assert (touch.wrench / touch.wrench[2] - straight.wrench / straight.wrench[2])[:2] == pytest.approx([-0.4, 0.25], abs=0.03)
 
 
-def test_a_second_press_is_told_once_it_stands_out():
+def test_a_second_press_is_reported_once_it_stands_out():
     one = Press(np.array([-0.008, 0.0]), 4e-3)
-    told = [len(together([one] + ([Press(np.array([0.010, 0.004]), 1.5e-4 * k)] if k else []), seed=k)) for k in range(25)]
-    assert told[0] == 1 and told[-8:] == [2] * 8
+    reported = [len(together([one] + ([Press(np.array([0.010, 0.004]), 1.5e-4 * k)] if k else []), seed=k)) for k in range(25)]
+    assert reported[0] == 1 and reported[-8:] == [2] * 8
 
 
-def test_a_touch_is_told_with_its_uncertainty():
+def test_a_touch_is_reported_with_its_uncertainty():
     touch, = touches(0.012, -0.007, 4e-3, 8e-3)
     assert touch.position == pytest.approx([0.012, -0.007, -4e-3], abs=1.5e-4) and touch.depth == -touch.position[2]
     assert touch.radius == pytest.approx(8e-3, rel=0.25) and touch.flags == 0
@@ -97,9 +97,9 @@ def test_a_press_is_as_uncertain_as_other_friction_makes_it():
     assert 0.1 < np.mean(squares) < 2
 
 
-def test_places_are_told_in_the_frame_of_the_sheet():
+def test_places_are_reported_in_the_frame_of_the_sheet():
     shift, turn = np.array([3e-4, -2e-4]), 5e-3
-    aside = dataclasses.replace(CALIBRATION, eyes=dataclasses.replace(CALIBRATION.eyes, printed=shift, turned=turn))
+    aside = dataclasses.replace(CALIBRATION, camera_centres=dataclasses.replace(CALIBRATION.camera_centres, printed=shift, turned=turn))
     field = field_of(pressed(0.004, -0.003, 3e-3))
     (there,), (here,) = (SheetModelMethod(one, SENSOR).estimate(field) for one in (aside, CALIBRATION))
     x, y = here.position[:2]
@@ -110,19 +110,20 @@ def test_places_are_told_in_the_frame_of_the_sheet():
 def test_a_second_camera_that_sees_a_moving_tip_late_misleads_little():
     """Two cameras, each over its half; the right one exposes after 15 % of the motion from frame to frame, which nobody tells."""
     right = GRID[:, :1] > 0.0
-    eyes = np.where(right, [0.015, 0.0, -0.062], [-0.015, 0.0, -0.062])
-    calibration = dataclasses.replace(CALIBRATION, eyes=EyeShifts(np.unique(eyes, axis=0), np.zeros((2, 2))))
+    camera_centres = np.where(right, [0.015, 0.0, -0.062], [-0.015, 0.0, -0.062])
+    calibration = dataclasses.replace(CALIBRATION, camera_centres=CameraShifts(np.unique(camera_centres, axis=0), np.zeros((2, 2))))
     method, errors = SheetModelMethod(calibration, SENSOR), []
     for k in range(6):
-        left, late = (show(library(), [Press(np.array([-0.006 + 0.003 * (k + share), 0.004]), 3e-3)], GRID, eyes)[0] for share in (0, 0.15))
-        field = dataclasses.replace(field_of(np.where(right, late, left), 1e-6, 1e-3, k), eye=eyes)
-        told = [each.estimate(field)[0].position[0] for each in (method, SheetModelMethod(calibration, SENSOR))]
-        errors.append(np.abs(np.array(told) - (-0.006 + 0.003 * k)))
+        left, late = (show(library(), [Press(np.array([-0.006 + 0.003 * (k + share), 0.004]), 3e-3)], GRID,
+                           camera_centres)[0] for share in (0, 0.15))
+        field = dataclasses.replace(field_of(np.where(right, late, left), 1e-6, 1e-3, k), camera_centre=camera_centres)
+        reported = [each.estimate(field)[0].position[0] for each in (method, SheetModelMethod(calibration, SENSOR))]
+        errors.append(np.abs(np.array(reported) - (-0.006 + 0.003 * k)))
     following, each_alone = np.mean(errors[1:], axis=0)
     assert following < 0.6 * each_alone and errors[0][0] == errors[0][1]
 
 
-def test_shallow_touches_are_told():
+def test_shallow_touches_are_reported():
     touch, = touches(-0.006, 0.004, 3e-4)
     off = touch.position - [-0.006, 0.004, -3e-4]
     assert np.hypot(*off[:2]) < 2e-3 and abs(off[2]) < 5e-5 and off @ np.linalg.solve(touch.covariance, off) < 20
@@ -139,16 +140,16 @@ def test_what_was_not_calibrated_is_flagged():
     assert deep.flags & OUT_OF_RANGE and outside.flags & OUT_OF_RANGE
 
 
-def test_a_touch_where_no_marker_is_seen_is_not_told():
+def test_a_touch_where_no_marker_is_seen_is_not_reported():
     seen, right = field_of(pressed(0.012, 0.0, 3e-3), 5e-6, 5e-3), GRID[:, 0] > -0.002
     assert len(METHOD.estimate(seen)) == 1
     half = dataclasses.replace(seen, shift=np.where(right[:, None], np.nan, seen.shift))
     assert all(np.abs(found.position[0] + 0.002) < 0.012 for found in METHOD.estimate(half))
 
 
-def test_what_no_press_explains_is_told_by_two_cameras_from_the_second_frame_on():
-    eyes, shift = EyeShifts(np.array([[-0.03, 0, -0.062], [0.03, 0, -0.062]]), np.zeros((2, 2))), pressed(0.010, 0.0, 4e-3)
-    method = SheetModelMethod(dataclasses.replace(CALIBRATION, eyes=eyes), SENSOR)
+def test_what_no_press_explains_is_reported_by_two_cameras_from_the_second_frame_on():
+    camera_centres, shift = CameraShifts(np.array([[-0.03, 0, -0.062], [0.03, 0, -0.062]]), np.zeros((2, 2))), pressed(0.010, 0.0, 4e-3)
+    method = SheetModelMethod(dataclasses.replace(CALIBRATION, camera_centres=camera_centres), SENSOR)
     torn = field_of(np.where(GRID[:, :1] > 0.006, 0.2 * shift, shift), 5e-6, 5e-3)  # the right camera is far behind
     assert method.estimate(field_of(0 * shift, 5e-6, 5e-3)) == [] and method.estimate(torn) == []
     assert all(touch.flags & AMBIGUOUS for touch in method.estimate(torn)) and len(method.estimate(torn)) > 0
@@ -163,14 +164,14 @@ def test_it_is_made_again_of_its_numbers():
 
 
 @pytest.mark.full
-def test_a_print_that_is_aside_and_turned_is_told_by_all_presses():
+def test_a_print_that_is_aside_and_turned_is_reported_by_all_presses():
     at = np.array([(x, y, depth) for x in (-0.012, 0.0, 0.011) for y in (-0.006, 0.007) for depth in (3e-3, 5e-3)])
     fields = tuple(field_of(pressed(*where), 5e-6, 5e-3, seed) for seed, where in enumerate(at))
     shift, turn, unknown = np.array([3e-4, -2e-4]), 8e-3, np.full((len(at), 6), np.nan)
     position = np.column_stack([at[:, 0] - turn * at[:, 1] + shift[0], at[:, 1] + turn * at[:, 0] + shift[1], -at[:, 2]])
     presses = Presses(fields, position, at[:, 2], np.arange(len(at)), unknown, unknown[:, 0])
-    eyes = SheetCalibration.from_numbers(SheetModelMethod.fit(presses, SENSOR, CALIBRATION.numbers())).eyes
-    assert eyes.printed == pytest.approx(shift, abs=5e-5) and eyes.turned == pytest.approx(turn, abs=2e-3)
+    camera_centres = SheetCalibration.from_numbers(SheetModelMethod.fit(presses, SENSOR, CALIBRATION.numbers())).camera_centres
+    assert camera_centres.printed == pytest.approx(shift, abs=5e-5) and camera_centres.turned == pytest.approx(turn, abs=2e-3)
 
 
 def test_a_broken_calibration_is_refused():
@@ -186,11 +187,12 @@ def test_the_wrench_is_that_of_the_mechanics():
     assert touch.wrench[3:] == pytest.approx(exact[3:], abs=0.04 * np.abs(exact[3:]).max())
 
 
-def test_the_same_frames_are_told_the_same_to_the_bit_and_a_pause_forgets_what_was():
+def test_the_same_frames_are_reported_the_same_to_the_bit_and_a_pause_forgets_what_was():
     press = [field_of(pressed(0.012, -0.007, 4e-3, 8e-3), 5e-6, 5e-3, seed) for seed in range(3)]
     still = field_of(np.zeros((len(GRID), 3)), 5e-6, 5e-3)
-    told = [[touch.position.tolist() for field in press for touch in SheetModelMethod(CALIBRATION, SENSOR).estimate(field)]]
+    reported = [[touch.position.tolist() for field in press for touch in SheetModelMethod(CALIBRATION, SENSOR).estimate(field)]]
     for _ in range(2):
         method = SheetModelMethod(CALIBRATION, SENSOR)
-        told.append([touch.position.tolist() for field in [press[0], still, press[1], still, press[2]] for touch in method.estimate(field)])
-    assert told[0] == told[1] == told[2] and len(told[0]) == 3
+        reported.append([touch.position.tolist() for field in [press[0], still, press[1], still,
+                                                               press[2]] for touch in method.estimate(field)])
+    assert reported[0] == reported[1] == reported[2] and len(reported[0]) == 3

@@ -43,9 +43,9 @@ def test_imprints_of_weights_calibrate_the_sensor(tmp_path, capsys):
     values = yaml.safe_load(params.read_text())['/**']['ros__parameters']
     assert (values['rows'], values['columns'], values['sensor_type']) == (6, 5, 'taxel_array')
     assert calibrate.main([str(tmp_path / 'bag'), '--params', str(params), '--output', str(tmp_path / 'c.yaml')]) == 0
-    told = capsys.readouterr().out
-    assert '8 loads, 1.96 to 8.83 N' in told
-    assert float(told.split('held-out loads: error ')[1].split('%')[0]) < 3
+    reported = capsys.readouterr().out
+    assert '8 loads, 1.96 to 8.83 N' in reported
+    assert float(reported.split('held-out loads: error ')[1].split('%')[0]) < 3
     assert process_bag.main([str(tmp_path / 'bag'), str(tmp_path / 'out'), '--params', str(params), '--calibration',
                              str(tmp_path / 'c.yaml')]) == 0
 
