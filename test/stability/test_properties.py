@@ -12,7 +12,6 @@ from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust  
 from tactile_perception.common.geometry import rotation_matrix, rotation_vector  # noqa: E402
 from tactile_perception.errors import BadFrame, TactileError  # noqa: E402
 from tactile_perception.clock import StampClock  # noqa: E402
-from tactile_perception._core.finger import SphereFilter  # noqa: E402
 from tactile_perception.finger.map import angles, direction, error_angle, exp_map, log_map  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('ignore::RuntimeWarning')
@@ -74,18 +73,6 @@ def test_the_sphere_and_its_plane_are_each_others(phi, theta):
     back_phi, back_theta = angles(normal)
     assert abs(back_theta - theta) < 1e-14
     assert error_angle(direction(back_phi, back_theta), normal) < 1e-14
-
-
-@few
-@given(st.lists(st.tuples(phis, thetas, st.sampled_from([0.0, -1.0, 1e-12, 1e-3, 100.0, 1e6])), min_size=1, max_size=12))
-def test_the_spheres_filter_stays_on_the_sphere(steps):
-    """Times of 0, backwards, and of days; jumps to the other side: a unit vector and a covariance, always."""
-    smooth = SphereFilter(20.0)
-    for phi, theta, seconds in steps:
-        normal = direction(np.float64(phi), np.float64(theta))
-        found, spread = smooth.update(normal, 1e-6 * (np.eye(3) - np.outer(normal, normal)), seconds)
-        assert abs(np.linalg.norm(found) - 1) < 1e-9
-        assert np.linalg.eigvalsh(spread).min() > -1e-9 * max(1.0, np.abs(spread).max())
 
 
 @few

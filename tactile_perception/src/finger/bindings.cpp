@@ -19,11 +19,9 @@ using finger::FingerModel;
 using finger::FingerSettings;
 using finger::PsdFinger;
 using finger::Samples;
-using finger::SphereFilter;
 using finger::Touch;
 
 constexpr double LEAST = 1e-9, LARGEST = 1e9;  // of settings, s and V. Chosen: beyond any sensor, and products stay far from overflow
-constexpr double UNIT = 1e-3;                  // tolerance of a unit vector's squared length. Chosen: beyond float32 rounding
 constexpr double LATEST = 1e12;                // s, of a stamp. Chosen
 
 double setting(double value, const char* name, double least = LEAST) {
@@ -32,13 +30,12 @@ double setting(double value, const char* name, double least = LEAST) {
 }
 
 FingerSettings make_settings(double radius, double saturation, double reference_seconds, double fastest_drift, double threshold,
-                             double acceleration, bool each_sample) {
+                             bool each_sample) {
     return {setting(radius, "radius"),
             setting(saturation, "saturation"),
             setting(reference_seconds, "reference_seconds"),
             setting(fastest_drift, "fastest_drift"),
             std::isnan(threshold) ? threshold : setting(threshold, "threshold"),
-            std::isnan(acceleration) ? acceleration : setting(acceleration, "acceleration"),
             each_sample};
 }
 
@@ -127,17 +124,6 @@ Eigen::Matrix2d covariance_of_centroid(const py::object& place, double total, co
     return finger::centroid_covariance(Eigen::Map<const Eigen::Vector2d>(at.data()), total, spread, shot);
 }
 
-std::pair<Eigen::Vector3d, Eigen::Matrix3d> filtered(SphereFilter& filter, const py::object& normal, const py::object& covariance,
-                                                     double seconds) {
-    const Input<double> at(normal, "normal", {3}), given(covariance, "covariance", {3, 3});
-    Eigen::Vector3d mean = Eigen::Map<const Eigen::Vector3d>(at.data());
-    Eigen::Matrix3d spread = Eigen::Map<const Eigen::Matrix3d>(given.data());
-    if (!(std::abs(mean.squaredNorm() - 1) < UNIT && spread.allFinite()))
-        refuse("BadArgument", "sphere filter: normal must be a unit vector, and covariance finite");
-    filter.update(mean, spread, seconds);
-    return {mean, spread};
-}
-
 void bind_results(py::module_& module) {
     py::class_<Touch>(module, "Touch", "One contact. NaN: not known.")
         .def_readonly("id", &Touch::id, "constant while the contact lasts, from 1 on")
@@ -181,28 +167,17 @@ void bind_finger(py::module_& parent) {
         "centroid_covariance", &covariance_of_centroid, py::arg("place"), py::arg("total"), py::arg("noise"), py::arg("shot"),
         "Covariance (2, 2), half widths squared, of a centroid (2,) that is measured with that total, V (eq 1 to first order). noise:\n"
         "(4, 4) covariance of the sums, V^2; shot: V, variance of an output per V of its signal.");
-    copyable(py::class_<SphereFilter>(
-                 module, "SphereFilter",
-                 "A Kalman filter for a point on the unit sphere with nearly constant velocity. acceleration: rad/s^2, standard\n"
-                 "deviation of the process noise. Raises BadArgument where it is not positive and finite."))
-        .def(py::init([](double acceleration) { return SphereFilter(setting(acceleration, "acceleration")); }), py::arg("acceleration"))
-        .def(
-            "update", &filtered, py::arg("normal"), py::arg("covariance"), py::arg("seconds"),
-            "(unit vector (3,), covariance (3, 3), rad^2) after a measurement seconds after the last one. Raises BadArgument for a vector\n"
-            "that is not of unit length or a covariance that is not finite.");
     const FingerSettings usual;
-    py::class_<FingerSettings>(module, "FingerSettings",
-                               "Settings of a finger. radius: m, outer radius of the cover; saturation: V, at which an output saturates; "
-                               "reference_seconds: s, that\n"
-                               "the untouched outputs are measured for; fastest_drift: V/s, of their total; threshold: V, of the published "
-                               "method, NaN for contact\n"
-                               "by noise and calibration; acceleration: rad/s^2, of the Kalman filter of results, NaN for no filter; "
-                               "each_sample: a result for each\n"
-                               "sample. Raises BadArgument for a number that is not positive and finite.")
+    py::class_<FingerSettings>(
+        module, "FingerSettings",
+        "Settings of a finger. radius: m, outer radius of the cover; saturation: V, at which an output saturates; "
+        "reference_seconds: s, that\n"
+        "the untouched outputs are measured for; fastest_drift: V/s, of their total; threshold: V, of the published "
+        "method, NaN for contact\n"
+        "by noise and calibration; each_sample: a result for each sample. Raises BadArgument for a number that is not positive and finite.")
         .def(py::init(&make_settings), py::kw_only(), py::arg("radius") = usual.radius, py::arg("saturation") = usual.saturation,
              py::arg("reference_seconds") = usual.reference_seconds, py::arg("fastest_drift") = usual.fastest_drift,
-             py::arg("threshold") = usual.threshold, py::arg("acceleration") = usual.acceleration,
-             py::arg("each_sample") = usual.each_sample)
+             py::arg("threshold") = usual.threshold, py::arg("each_sample") = usual.each_sample)
         .def_readonly("radius", &FingerSettings::radius, "m");
     copyable(py::class_<PsdFinger>(
                  module, "PsdFinger",

@@ -50,9 +50,7 @@ PsdFinger::PsdFinger(std::shared_ptr<const FingerModel> model, const FingerSetti
       reference_(settings.reference_seconds, settings.fastest_drift),
       detector_(settings.threshold),
       apart_s_(FAR),
-      creep_(model_->creep) {
-    if (!std::isnan(settings.acceleration)) filter_.emplace(settings.acceleration);
-}
+      creep_(model_->creep) {}
 
 void PsdFinger::set_reference() {
     reference_.reset();
@@ -214,7 +212,7 @@ Estimates PsdFinger::estimate(const Volts& volts, double stamp_s, double period)
     return found;
 }
 
-// The result of a run, without creep and filtered.
+// The result of a run, without creep.
 Estimate PsdFinger::estimate_run(const Samples& samples, std::pair<std::ptrdiff_t, std::ptrdiff_t> run, double stamp_s, double period) {
     double sum = 0, known = 0;
     for (std::ptrdiff_t k = run.first; k < run.second; ++k) {
@@ -222,18 +220,7 @@ Estimate PsdFinger::estimate_run(const Samples& samples, std::pair<std::ptrdiff_
         known += samples.known[k];
     }
     Estimate found{sum / known, touch(samples, run.first, run.second)};
-    if (!found.touch) return found;
-    Touch& touch = *found.touch;
-    const double at_s = stamp_s + found.at * period;
-    creep_.correct(touch, at_s, settings_.radius);
-    if (!filter_ || !touch.normal.allFinite() || !touch.covariance.allFinite()) return found;
-    if (filtered_id_ != touch.id) filter_->reset();
-    Eigen::Matrix3d of_normal = touch.covariance / (settings_.radius * settings_.radius);
-    filter_->update(touch.normal, of_normal, at_s - filtered_s_);
-    filtered_id_ = touch.id;
-    filtered_s_ = at_s;
-    touch.position = settings_.radius * touch.normal;
-    touch.covariance = settings_.radius * settings_.radius * of_normal;
+    if (found.touch) creep_.correct(*found.touch, stamp_s + found.at * period, settings_.radius);
     return found;
 }
 

@@ -28,7 +28,6 @@ struct FingerSettings {
     double reference_seconds = 0.2;  // s, that the untouched outputs are measured for
     double fastest_drift = 0.1;      // V/s, fastest drift of the total of the untouched outputs
     double threshold = UNKNOWN;      // V, of the total: the published method; NaN: contact by noise and calibration, ambient light followed
-    double acceleration = UNKNOWN;   // rad/s^2, of the Kalman filter of results; NaN: no filter
     bool each_sample = false;        // a result for each sample, not for each run of them
 };
 
@@ -95,9 +94,7 @@ class PsdFinger {
     Eigen::Vector4d last_ = Eigen::Vector4d::Constant(UNKNOWN),
                     same_ = Eigen::Vector4d::Zero();  // outputs, V; samples for which they are so
     CreepCorrection creep_;
-    std::optional<SphereFilter> filter_;
-    std::int64_t filtered_id_ = 0;
-    double filtered_s_ = 0, last_s_ = UNKNOWN, next_s_ = UNKNOWN;  // stamps: of the filter, of the last batch, of the sample after it
+    double last_s_ = UNKNOWN, next_s_ = UNKNOWN;  // stamps: of the last batch, of the sample after it
 };
 
 }  // namespace tactile::finger

@@ -3,7 +3,6 @@
 #include "finger/touch.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -17,8 +16,6 @@ constexpr double SURE = 0.3;  // of the creep that is taken off, its standard de
                               // light
 constexpr double SLIGHT =
     0.01;  // of the covariance: a smaller square of the creep is left alone. Chosen: a tenth of the standard deviation
-constexpr double FIRST_SPEED =
-    10;  // rad/s, standard deviation of a new contact's speed. Chosen: 16 cm/s on a 16 mm finger, as a hand slides
 
 Eigen::Matrix3d across(const Eigen::Vector3d& normal) {
     return Eigen::Matrix3d::Identity() - normal * normal.transpose();
@@ -52,16 +49,6 @@ double load(const FingerModel& model, int which, double at_place, const Eigen::V
     const double log = std::log(std::max(light, DARK)), square = place.squaredNorm();
     const double whole = at_place + (terms[1] + terms[7] * square + terms[2] * log) * log;
     return std::isnan(whole) ? UNKNOWN : std::exp(std::min(whole, LARGEST_LOG));
-}
-
-// Two unit tangents, rows, across a unit normal and each other; with it they are a right-handed frame.
-Eigen::Matrix<double, 2, 3> tangents(const Eigen::Vector3d& normal) {
-    Eigen::Index least;
-    normal.cwiseAbs().minCoeff(&least);
-    const Eigen::Vector3d axis = Eigen::Vector3d::Unit(least), first = (axis - axis.dot(normal) * normal).normalized();
-    Eigen::Matrix<double, 2, 3> found;
-    found << first.transpose(), normal.cross(first).transpose();
-    return found;
 }
 
 }  // namespace
@@ -139,51 +126,6 @@ Eigen::Vector3d CreepCorrection::without_creep(std::int64_t id, const Eigen::Vec
     id_ = id;
     at_s_ = at_s;
     return last_;
-}
-
-void SphereFilter::update(Eigen::Vector3d& normal, Eigen::Matrix3d& covariance, double seconds) {
-    if (!started_) {
-        started_ = true;
-        normal_ = normal;
-        basis_ = tangents(normal);
-        speed_.setZero();
-        spread_.setZero();
-        spread_.topLeftCorner<2, 2>() = basis_ * covariance * basis_.transpose();
-        spread_.bottomRightCorner<2, 2>() = FIRST_SPEED * FIRST_SPEED * Eigen::Matrix2d::Identity();
-        return;
-    }
-    seconds = std::max(seconds, 0.0);
-    Eigen::Matrix4d step = Eigen::Matrix4d::Identity();
-    step(0, 2) = step(1, 3) = seconds;
-    Eigen::Matrix<double, 4, 2> push;
-    push << 0.5 * seconds * seconds * Eigen::Matrix2d::Identity(), seconds * Eigen::Matrix2d::Identity();
-    spread_ = (step * spread_ * step.transpose() + acceleration_ * acceleration_ * push * push.transpose()).eval();
-    move(seconds * speed_);
-    const Eigen::Matrix2d noise = basis_ * covariance * basis_.transpose() + 1e-12 * Eigen::Matrix2d::Identity();
-    const Eigen::Matrix2d expected = spread_.topLeftCorner<2, 2>() + noise;
-    const Eigen::Matrix<double, 4, 2> gain = spread_.leftCols<2>() * expected.inverse();
-    const Eigen::Vector2d off = basis_ * normal;
-    const double length = off.norm();
-    const Eigen::Vector2d innovation = length > 0 ? Eigen::Vector2d(off * (std::atan2(length, normal_.dot(normal)) / length)) : off;
-    const Eigen::Vector4d change = gain * innovation;
-    speed_ += change.tail<2>();
-    Eigen::Matrix4d rest = Eigen::Matrix4d::Identity();
-    rest.leftCols<2>() -= gain;
-    spread_ = (rest * spread_ * rest.transpose() + gain * noise * gain.transpose()).eval();  // Joseph form: stays positive definite
-    move(change.head<2>());
-    normal = normal_;
-    covariance = basis_.transpose() * spread_.topLeftCorner<2, 2>() * basis_;
-}
-
-// Moves by (2,) rad along a great circle, with parallel transport of the basis.
-void SphereFilter::move(const Eigen::Vector2d& by) {
-    const double angle = by.norm();
-    if (angle < 1e-15) return;
-    const Eigen::Vector3d ahead = basis_.transpose() * (by / angle), old = normal_;
-    normal_ = std::cos(angle) * old + std::sin(angle) * ahead;
-    const Eigen::Vector3d turned = std::cos(angle) * ahead - std::sin(angle) * old;
-    basis_ += (basis_ * ahead).eval() * (turned - ahead).transpose();
-    normal_.normalize();
 }
 
 }  // namespace tactile::finger

@@ -1,7 +1,7 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
 // The contact that samples of a PSD finger make: position and normal on the hemisphere (Maekawa et al., eqs 1 and 7), force, depth and
-// their covariance; and its path over the hemisphere from result to result.
+// their covariance.
 #pragma once
 
 #include <Eigen/Core>
@@ -69,31 +69,6 @@ class CreepCorrection {
     std::int64_t id_ = 0;
     double at_s_ = UNKNOWN, weight_ = 0;                             // of the last normal; of the fading sum
     Eigen::Vector3d last_ = Eigen::Vector3d::Zero(), past_ = last_;  // the last normal without creep; the fading sum of all
-};
-
-// A Kalman filter for a point on the unit sphere with nearly constant velocity.
-//
-// The state is a unit vector and its velocity in the tangent plane. Their covariance refers to a tangent basis that is parallel
-// transported, so neither the pole nor azimuth pi is singular. Constant velocity is followed without lag, a change of velocity within about
-// sqrt(2 s / a): s is the standard deviation of a measurement, rad, a the acceleration, rad/s^2.
-class SphereFilter {
- public:
-    // acceleration: rad/s^2, standard deviation of the process noise.
-    explicit SphereFilter(double acceleration) : acceleration_(acceleration) {}
-    // The next measurement is the first.
-    void reset() { started_ = false; }
-    // Takes a unit vector with its covariance, rad^2, seconds after the last one, and replaces both by the filter's.
-    void update(Eigen::Vector3d& normal, Eigen::Matrix3d& covariance, double seconds);
-
- private:
-    void move(const Eigen::Vector2d& by);
-
-    double acceleration_;
-    bool started_ = false;
-    Eigen::Vector3d normal_;
-    Eigen::Matrix<double, 2, 3> basis_;  // rows: tangents
-    Eigen::Vector2d speed_;              // rad/s in the basis
-    Eigen::Matrix4d spread_;             // of angle and speed
 };
 
 }  // namespace tactile::finger

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from math import nan
 
 from tactile_driver.parameters.table import Parameter
 
@@ -19,8 +18,7 @@ PsdFinger, FingerSettings = finger.PsdFinger, finger.FingerSettings
 
 def _settings(values: Mapping) -> dict:
     return {'radius': values['radius'], 'saturation': values['saturation'], 'reference_seconds': values['reference.seconds'],
-            'fastest_drift': values['reference.fastest_drift'], 'each_sample': values['results'] == 'sample',
-            'acceleration': values['filter.acceleration'] if values['filter'] else nan}
+            'fastest_drift': values['reference.fastest_drift'], 'each_sample': values['results'] == 'sample'}
 
 
 #: Name -> makes a finger of a model and the values of PSD_PARAMETERS.
@@ -44,9 +42,6 @@ PSD_PARAMETERS = PSD_SENSOR_PARAMETERS + (
     _fixed('results', str, 'batch', '',
            'batch: one result a message and one at each begin and end of a contact; sample: one result a sample',
            choices=('batch', 'sample')),
-    _fixed('filter', bool, False, '', 'Kalman filter of constant velocity on the sphere'),
-    _fixed('filter.acceleration', float, 50.0, 'rad/s^2',
-           'filter: standard deviation of the acceleration; larger follows faster and smooths less', 1e-3, 1e6),
     _fixed('reference.seconds', float, 0.2, 's', 'untouched time at the start, averaged for the reference', 0.001, 60.0),
     _fixed('reference.fastest_drift', float, 0.1, 'V/s',
            'fastest drift of the sum of the outputs that the reference follows while nothing touches', 1e-4, 100.0),

@@ -66,15 +66,6 @@ def test_a_moving_contact_is_stamped_with_the_time_at_which_it_is_there():
     assert inside.sum() > 20 and abs(np.mean(late)) < np.radians(0.1) and np.abs(late).max() < np.radians(0.6)
 
 
-def test_the_filter_smooths_and_covers(taps):
-    plain, smooth = (run(make_finger(FingerModel(), VALUES | {'results': 'sample', 'filter': on}), taps[0], 10) for on in (False, True))
-    def scatter(found):
-        normals = np.array([t.normal for k, touches in found if 540 < k < 570 for t in touches])
-        return np.linalg.norm(np.diff(normals, axis=0), axis=1).mean()
-    assert scatter(smooth) < 0.4 * scatter(plain)
-    assert [k for k, _ in plain] == [k for k, _ in smooth]
-
-
 def test_single_samples_of_unknown_rate(taps):
     finger = make_finger(FingerModel(), VALUES)
     first = finger.estimate(taps[0][:1], 1.0, float('nan'))
