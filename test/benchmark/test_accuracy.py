@@ -112,7 +112,7 @@ def test_the_finger_on_specimens_that_nothing_was_tuned_to(tmp_path, seed):
     ours, papers = (judge([grid], file, {'method': method}, parts.in_reach) for method in ('map', 'paper'))
     assert ours.mean('normal', 180 / np.pi) < 1.0 and papers.mean('normal') > 1.2 * ours.mean('normal')
     touches = ours.evaluation.summary()['touches']
-    assert touches['there'] >= 25 and touches['never_estimated'] == touches['made_up'] == 0 and touches['estimated_after_ms']['worst'] < 12
+    assert touches['there'] >= 25 and touches['never_reported'] == touches['made_up'] == 0 and touches['reported_after_ms']['worst'] < 12
     assert judge([light], file).evaluation.touches.frames['false'] == 0
 
 

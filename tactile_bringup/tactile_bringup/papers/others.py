@@ -72,8 +72,8 @@ def _taps(bench: Bench, bag: Path, params: Path, calibration: Path) -> list[floa
     for stamp, estimated, true in bench.instants(bag, params, calibration):
         evaluation.add(stamp, estimated, true)
     found = evaluation.summary()['touches']
-    late = found['stated_after_ms']
-    return [100.0 * (1 - found['never_stated'] / max(found['there'], 1)), late['median'], late['worst'], float(found['made_up'])]
+    late = found['reported_after_ms']
+    return [100.0 * (1 - found['never_reported'] / max(found['there'], 1)), late['median'], late['worst'], float(found['made_up'])]
 
 
 _PAPERS_TOUCHPAD = {'contact': 'paper', 'detection': 'paper', 'numbering': 'paper'}
