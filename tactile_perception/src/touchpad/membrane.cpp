@@ -11,6 +11,7 @@
 #include <iterator>
 #include <utility>
 
+#include "common/grid.hpp"
 #include "common/median.hpp"
 #include "common/wide.hpp"
 #include "touchpad/band.hpp"
@@ -57,6 +58,9 @@ void fill_holes(Grid grid, double* values, const std::vector<std::uint8_t>& know
 constexpr double TOUCHED = 1.1, LIGHTER = 0.4, HEAVIER = 1.0;
 constexpr double COUPLING = 4.0;                        // log odds of a dot among touched neighbours (minus that: among free ones). Chosen
 constexpr double SURE = 30.0;                           // largest log odds. Chosen
+// Log likelihood ratio that a patch must exceed (e^-18: noise in about one of 10^7 dots), and the most that one dot contributes: three
+// dots are needed.
+constexpr double EVIDENCE = 18.0, LARGEST_GAIN = 7.5;
 constexpr double PRESSURE_ROUNDS[] = {0.3, 0.1, 0.06};  // scale of a free dot's load in each round; chosen, to the discretisation error
 constexpr double LEAST_PRESSURE = 0.1;                  // of the rest pressure; chosen
 
@@ -254,6 +258,18 @@ constexpr std::ptrdiff_t FEW = 3;  // changes of more than two steps above which
 constexpr double SMOOTHED = 18;    // by how much the balance around a dot makes the variance smaller that range errors give its load
 constexpr double LEAST_STIFFNESS = 1e-12;  // of the pressure; chosen against division by 0
 
+// Sets touched (K) to 0 in connected patches whose summed log likelihood ratios gain (K) are not significant.
+void drop_weak_patches(Grid grid, const double* gain, double* touched) {
+    std::vector<std::uint8_t> held(grid.size());
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) held[k] = touched[k] > 0.5;
+    std::vector<std::int32_t> patch;
+    std::vector<double> evidence(1 + components(held.data(), grid.rows, grid.columns, true, patch).size());
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) evidence[patch[k]] += std::min(gain[k], LARGEST_GAIN);
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        if (evidence.size() == 1 || (patch[k] > 0 && !(evidence[patch[k]] > EVIDENCE))) touched[k] = 0;
+    }
+}
+
 // ranges (K), m; touched (K): probability that a dot carries a load; weight (K): without the ranges that were left out; pressure, Pa; moved
 // (K), m, and lifted, Pa: first-order change of ranges and pressure for the frame's displacements.
 struct Solution {
@@ -277,7 +293,7 @@ class Steps {
         const double *misfits = cold_ ? std::begin(COLD) : std::begin(WARM), *end = cold_ ? std::end(COLD) : std::end(WARM);
         for (const double* misfit = misfits; misfit < end; ++misfit) {
             const bool first = misfit == misfits;
-            step(*misfit, !first || !cold_, !first);
+            step(*misfit, !first || !cold_, !first, misfit + 1 == end);
         }
         respond();
         return std::move(found_);
@@ -305,8 +321,8 @@ class Steps {
     }
 
     // One step. misfit: standard deviation of a free dot's load; classify: update the contact probabilities first; robust: ranges lose
-    // weight by their residuals.
-    void step(double misfit, bool classify, bool robust) {
+    // weight by their residuals; last: drop insignificant patches.
+    void step(double misfit, bool classify, bool robust, bool last) {
         std::vector<double> places(3 * size_);
         for (std::ptrdiff_t k = 0; k < size_; ++k) store(places.data(), k, origin_ + found_.ranges[k] * vec3_at(frame_.rays.data(), k));
         balance_ = find_balance(skin_, places.data(), found_.pressure);
@@ -315,7 +331,7 @@ class Steps {
             slopes_ = find_slopes(skin_, places.data(), frame_.rays.data(), found_.pressure, balance_);
             find_variance();
         }
-        if (classify) update_touched(misfit);
+        if (classify) update_touched(misfit, last);
         misfit_ = misfit;
         solve_for(robust);
     }
@@ -330,13 +346,14 @@ class Steps {
     }
 
     // Contact probabilities from the measurements alone: in the loads, the pull of the dot's own prior in the last step is undone.
-    void update_touched(double misfit) {
+    void update_touched(double misfit, bool last) {
         std::vector<double> gain(size_);
         for (std::ptrdiff_t k = 0; k < size_; ++k) {
             const double pull = expectation(balance_.load[k], found_.touched[k], misfit_).pull;
             gain[k] = log_likelihood_ratio(balance_.load[k] + variance_[k] * pull, misfit, variance_[k]);
         }
         update_probabilities(grid_, gain.data(), found_.touched.data());
+        if (last) drop_weak_patches(grid_, gain.data(), found_.touched.data());
     }
 
     // Builds the normal equations at the balance and moves ranges and pressure by their solution.
