@@ -150,7 +150,7 @@ def sheet(sensor: str, bags: Path, from_recordings: bool) -> tuple[str, tuple[li
     if sensor == 'air_cushion':
         of_paper = presses if from_recordings else simulated(folder, 'air_cushion_zones_calibration', 2.0, sensor)
     elif not from_recordings:
-        of_paper, plate = (simulated(folder, f'{sensor}_{scene}', 2.0, sensor) for scene in ('markers', 'plate'))
+        of_paper, plate = (simulated(folder, f'{sensor}_{scene}', rate, sensor) for scene, rate in (('markers', 2.0), ('plate', 8.0)))
     with contextlib.redirect_stderr(io.StringIO()):
         calibrate_markers([presses.bag], presses.params, model := folder / 'model.yaml', only='model')
         methods = {'model': (model, {'touch': 'model'})}

@@ -15,6 +15,7 @@ from tactile_perception.press.tools import calibrate_markers
 from .bench import Bench, Row, Table, mean, shipped
 
 RATE = 2.0        # Hz: each stop of the stage is one frame
+PLATE_RATE = 8.0  # Hz: from stop to stop markers move by little, so that their numbers can be followed
 PX_PER_MM = 10.0  # of the paper with two cameras: "assuming that the coordinate value per 1 mm was 10"
 _OURS = {'touch': 'model', 'filter': False}
 _PAPER = {'touch': 'paper', 'detection': 'paper_areal', 'filter': False}
@@ -44,7 +45,7 @@ def _calibrated(bench: Bench, sensor: str, scenes: list[str], changes: dict, pla
     """Parameter file and calibration file of a published method."""
     params, output = bench.params(sensor, changes), bench.folder / f'{scenes[0]}_paper.yaml'
     fit_published(sensor, [bench.bag(sensor, scene, RATE) for scene in scenes], params, output, changes['touch'],
-                  bench.bag(sensor, plate, RATE) if plate else None)
+                  bench.bag(sensor, plate, PLATE_RATE) if plate else None)
     return params, output
 
 
