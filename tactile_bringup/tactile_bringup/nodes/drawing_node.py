@@ -67,7 +67,7 @@ class StampSync:
 
 
 _LOOK_S = 0.25  # chosen: interval between two checks for markers out of date
-_TOLD_S = 3.0  # chosen: so long a warning holds, of which nodes report once a second
+_WARNED_S = 3.0  # chosen: so long a warning holds, of which nodes report once a second
 
 
 class DrawingNode(Node):
@@ -149,7 +149,7 @@ class DrawingNode(Node):
             space, _, node = status.name.split(':')[0].rpartition('/')
             if space == own and node != self.get_name():
                 self._reported[status.name] = '' if status.level == OK else status.message, now
-        warnings = [text for text, reported_s in self._reported.values() if text and now - reported_s < _TOLD_S]
+        warnings = [text for text, reported_s in self._reported.values() if text and now - reported_s < _WARNED_S]
         self.markers.warning = warnings[0] if warnings else ''
         if warnings and self._drawn_s is None:
             self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))

@@ -18,20 +18,20 @@ from ..errors import BadArgument, BadFrame
 from .layer import Layer
 from .traction import TractionFit, Tractions
 
-_FEWEST = 6  # dots: three parameters of a press and three of a shear
+FEWEST = 6  # dots: three parameters of a press and three of a shear
 _CELLS = 1.5  # places for loads to a pitch; more changes forces by 1 %, for twice the time
 _MOST = 400  # places: into more no gel is divided, for time; with 800, forces change by less than 1 %
 _DRIFTED = 0.25  # px: a dot whose place at rest drifts farther is laid out anew; it changes displacements by less than a hundredth
-_SIGNIFICANT = 5.0  # sigmas that three dots must have moved: one of 1,000 does by chance in a thousand frames, three no mistaken dot
+SIGNIFICANT = 5.0  # sigmas that three dots must have moved: one of 1,000 does by chance in a thousand frames, three no mistaken dot
 _EDGE = 0.2  # of the greatest pressure: where the region ends. Between a ball's, which fades, and a stamp's; both blurred by the dots
-_FARTHEST_PX = 1e5  # no camera has so many
+FARTHEST_PX = 1e5  # no camera has so many
 _COARSEST, _FINEST = 4.0, 0.02  # thicknesses from place to place: beyond, loads of neighbours do not meet, or all lie on one spot
 _KEPT = 4  # times the dots of a frame that are known at most; then those that are not seen are forgotten
 _LEAST_SIGMA = 0.05  # px: what light that shifts as the skin tilts does to a dot; no detector is better on a moving gel
 _UNSEEN_SIGMA = 0.1  # px: of a detector of dots, before two frames have shown it
 _NARROW = 4.0  # places across a region, below which the depth of its middle is not reported: loads are too blurred
 _DEPTH_ERROR = 0.1, 0.5  # of the depth, and of that of a narrow region; measured on simulated gels
-_UP = np.array([0.0, 0.0, 1.0])
+UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -116,15 +116,15 @@ class GelEstimator:
 
     def process(self, tracks: DotTracks, stamp_s: float) -> GelResult:
         """Contact in one frame. Raises BadFrame for too few dots whose places at rest are known."""
-        known = ((np.abs(tracks.duv) < _FARTHEST_PX) & (np.abs(tracks.uv) < _FARTHEST_PX)).all(axis=1)
-        if known.sum() < _FEWEST:
-            raise BadFrame(f'{known.sum()} dots with a known place at rest; a gel needs {_FEWEST}: check the view, or take a new reference')
+        known = ((np.abs(tracks.duv) < FARTHEST_PX) & (np.abs(tracks.uv) < FARTHEST_PX)).all(axis=1)
+        if known.sum() < FEWEST:
+            raise BadFrame(f'{known.sum()} dots with a known place at rest; a gel needs {FEWEST}: check the view, or take a new reference')
         tracks = tracks.take(known)
         if self._laid is None or (tracks.rows, tracks.columns) != self._grid:
             self._laid = _LaidOut(tracks, self.layer, self._pitch, self._scale, self._centre, self._focal)
             self._grid, self._noise = (tracks.rows, tracks.columns), DotNoise()
         sigma = self._noise.sigma
-        touched = bool(np.sort(np.abs(tracks.duv).max(axis=1))[-3] > _SIGNIFICANT * sigma)
+        touched = bool(np.sort(np.abs(tracks.duv).max(axis=1))[-3] > SIGNIFICANT * sigma)
         self._noise.update(tracks.id, tracks.duv, touched)
         metres = self._laid.metres
         try:
@@ -166,7 +166,7 @@ class GelEstimator:
                 number, self._next = self._next, self._next + 1
             force, flags = float(load.sum() * self._modulus), AT_EDGE if self._laid.at_edge(outline) else 0
             depth = np.nan if narrow else depth
-            contacts.append(ContactEstimate(number, position, _UP.copy(), depth, force, covariance, flags, members[k]))
+            contacts.append(ContactEstimate(number, position, UP.copy(), depth, force, covariance, flags, members[k]))
         self._last = {contact.id: contact.position for contact in contacts}
         return contacts
 
@@ -258,7 +258,7 @@ def _describe(region: ContactRegionEstimate, parts: list[tuple[Outline, Moments]
     total = sum((moments for _, moments in parts[1:]), parts[0][1])
     region.outlines = [outline.points for outline, _ in parts]
     region.holes = [hole for outline, _ in parts for hole in outline.holes]
-    region.area, region.centroid, region.normal = total.area, total.centroid, _UP.copy()
+    region.area, region.centroid, region.normal = total.area, total.centroid, UP.copy()
     region.major_axis, region.minor_axis, region.orientation = axes(total, region.outlines + region.holes, step)
 
 

@@ -19,17 +19,14 @@ from ..common.dots import DotTracks
 from ..common.estimates import OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.surface_points import NON_CONTACT, STICKING, dot_points
 from ..errors import BadCalibration, BadFrame
-from .estimator import DotNoise, GelResult
+from .estimator import FARTHEST_PX, FEWEST, SIGNIFICANT, UP, DotNoise, GelResult
 
-_FEWEST = 6  # pins: as dots of a gel
-_SIGNIFICANT = 5.0  # sigmas that three pins must have moved: one of 1,000 does by chance in a thousand frames, three no mistaken pin
 _EDGE = 0.5  # of the greatest displacement: pins beside the contact move less
 _REACH, _OWN = 1.0, 1e-3  # spacings: over so far pins move alike; variance of their own part over that
 _FEWEST_PRESSES = 12  # places: four numbers for each of three functions
 _RIDGES = 10.0 ** np.arange(-4.0, 2.0, 0.5)  # candidates, of the largest singular value squared
 _BEYOND = 3.0  # times what displacements at a calibrated press left unexplained: another object, or a place between none of the presses
 _SIGMAS = 2.0  # of place and depth, by which a result may lie outside what was calibrated
-_UP = np.array([0.0, 0.0, 1.0])
 SENSOR = 'pin_dome'  # sensor type, of its calibration
 
 
@@ -84,6 +81,11 @@ class PinModel:
         return np.append(place, z), float(depth), covariance, bool(inside and within and left < _BEYOND * self.unexplained)
 
 
+def spacing_of(rest: np.ndarray) -> float:
+    """Median distance of the nearest neighbours among rest (M, 2), in its unit."""
+    return float(np.median(np.sort(np.linalg.norm(rest[:, None] - rest, axis=2), axis=1)[:, 1]))
+
+
 def smoothed(rest: np.ndarray, spacing: float, tracks: DotTracks) -> np.ndarray:
     """(2 M,) px, displacements at rest (M, 2) px of a field through those of the frame's dots."""
     def alike(a, b):
@@ -128,9 +130,8 @@ def fit_pins(rest: np.ndarray, moved: np.ndarray, position: np.ndarray, depth: n
     best = int(np.argmin([np.linalg.norm(error, axis=1).mean() for _, error in fits]))
     curve, error = fits[best]
     directions, weights = _ridges(moved, goal, _RIDGES[best:best + 1])
-    spacing = float(np.median(np.sort(np.linalg.norm(rest[:, None] - rest, axis=2), axis=1)[:, 1]))
     height = np.linalg.lstsq(_terms(position[:, :2]), position[:, 2] + depth, rcond=None)[0]
-    model = PinModel(rest, spacing, directions, weights, curve, error.T @ error / len(error), np.percentile(left, 95),
+    model = PinModel(rest, spacing_of(rest), directions, weights, curve, error.T @ error / len(error), np.percentile(left, 95),
                      np.array([depth.min(), depth.max()]), cv2.convexHull(position[:, :2].astype(np.float32))[:, 0].astype(float), height)
     return model, error
 
@@ -171,12 +172,12 @@ class PinEstimator:
 
     def process(self, tracks: DotTracks, stamp_s: float) -> GelResult:
         """Contact in one frame. Raises BadFrame for too few pins whose places at rest are known."""
-        known = (np.isfinite(tracks.duv) & (np.abs(tracks.uv) < 1e5) & (np.abs(tracks.duv) < 1e5)).all(axis=1)
-        if known.sum() < _FEWEST:
-            raise BadFrame(f'{known.sum()} pins with a known place at rest; {_FEWEST} are needed: check the view, or take a new reference')
+        known = (np.isfinite(tracks.duv) & (np.abs(tracks.uv) < FARTHEST_PX) & (np.abs(tracks.duv) < FARTHEST_PX)).all(axis=1)
+        if known.sum() < FEWEST:
+            raise BadFrame(f'{known.sum()} pins with a known place at rest; {FEWEST} are needed: check the view, or take a new reference')
         tracks = tracks.take(known)
         way = np.linalg.norm(tracks.duv, axis=1)
-        touched = bool(np.sort(way)[-3] > _SIGNIFICANT * self._noise.sigma)
+        touched = bool(np.sort(way)[-3] > SIGNIFICANT * self._noise.sigma)
         self._noise.update(tracks.id, tracks.duv, touched)
         metres = self._metres(tracks)
         rest = (tracks.rest_uv - (tracks.rest_uv.min(axis=0) + tracks.rest_uv.max(axis=0)) / 2) * metres
@@ -195,8 +196,7 @@ class PinEstimator:
         """m a pixel; NaN where neither gel.scale nor gel.pitch tells."""
         if self._scale or not self._pitch:
             return self._scale or np.nan
-        apart = np.linalg.norm(tracks.rest_uv[:, None] - tracks.rest_uv, axis=2)
-        return self._pitch / float(np.median(np.sort(apart, axis=1)[:, 1]))
+        return self._pitch / spacing_of(tracks.rest_uv)
 
     @staticmethod
     def _outline(region: ContactRegionEstimate, rest: np.ndarray, moved: np.ndarray) -> None:
@@ -209,7 +209,7 @@ class PinEstimator:
         within = [cv2.pointPolygonTest(hull, tuple(map(float, place)), False) >= 0 for place in rest]
         region.dot_state[within] = STICKING
         m = cv2.moments(hull)
-        region.outlines, region.area, region.normal = [np.pad(hull[:, 0].astype(float), ((0, 0), (0, 1)))], float(m['m00']), _UP.copy()
+        region.outlines, region.area, region.normal = [np.pad(hull[:, 0].astype(float), ((0, 0), (0, 1)))], float(m['m00']), UP.copy()
         region.centroid = np.array([m['m10'], m['m01'], 0.0]) / m['m00']
 
     def _contact(self, tracks: DotTracks, region: ContactRegionEstimate) -> ContactEstimate:
@@ -219,4 +219,4 @@ class PinEstimator:
             known = found[-1]
             place, depth, covariance = found[:3] if known else (place, depth, covariance)
         flags = 0 if known or self._model is None else OUT_OF_RANGE
-        return ContactEstimate(self._next - 1, place, _UP.copy(), depth, np.nan, covariance, flags, region.dot_state > 0)
+        return ContactEstimate(self._next - 1, place, UP.copy(), depth, np.nan, covariance, flags, region.dot_state > 0)

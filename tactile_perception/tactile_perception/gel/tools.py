@@ -17,7 +17,7 @@ from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
 from ..parameters.touchpad import DOT_PARAMETERS
 from ..touchpad.sensor import Touchpad
-from .pins import SENSOR, fit_pins, smoothed
+from .pins import SENSOR, fit_pins, smoothed, spacing_of
 
 
 def calibrate_pins(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
@@ -41,7 +41,7 @@ def calibrate_pins(bags: list[Path], params: Path, output: Path, namespace: str 
                 names.append(name)
     if not rows:
         raise BadCalibration(f'no usable press in the recordings; left out: {"; ".join(left_out[:3]) or "nothing"}')
-    spacing = float(np.median(np.sort(np.linalg.norm(rest[:, None] - rest, axis=2), axis=1)[:, 1]))
+    spacing = spacing_of(rest)
     position, depth = np.array([row[1] for row in rows]), np.array([row[2] for row in rows])
     model, error = fit_pins(rest, np.array([smoothed(rest, spacing, tracks) for tracks, *_ in rows]), position, depth)
     off = np.linalg.norm(error[:, :2], axis=1)

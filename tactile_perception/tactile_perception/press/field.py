@@ -25,11 +25,9 @@ class MarkerField:
     """The markers of one frame; K markers in the pattern, entry k belongs to marker k, NaN where it is not seen.
 
     rest, shift: (K, 2) m, untouched position and displacement, both apparent: projected from the camera centre onto the viewing plane;
-    growth: (K,)
-    log of apparent area over untouched apparent area; camera_centre: (K, 3) m, sensor frame, centre of the camera that sees the marker;
-    sigma: (K,)
-    m, standard deviation of shift per axis, NaN where unknown; uv, duv: (K, 2) px, area: (K,) px^2: position, displacement and area in
-    the image.
+    growth: (K,) log of apparent area over untouched apparent area; camera_centre: (K, 3) m, sensor frame, centre of the camera that sees
+    the marker; sigma: (K,) m, standard deviation of shift per axis, NaN where unknown; uv, duv: (K, 2) px, area: (K,) px^2: position,
+    displacement and area in the image.
     """
 
     rest: np.ndarray
@@ -133,6 +131,7 @@ def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> 
     _check_ids(tracks, len(rest_area))
 
     def by_marker(values: np.ndarray) -> np.ndarray:
+        """(K, ...) of values (N, ...) of the tracks; NaN where there is none."""
         out = np.full((len(rest_area), *values.shape[1:]), np.nan)
         out[tracks.id] = values
         return out

@@ -161,11 +161,10 @@ REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
 @dataclass(frozen=True)
 class DomeCalibration:
     """library; material; rest: (K, 2) m, and camera_centres (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of
-    fields,
-    with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth;
-    depth_error: m, that of depth where presses are shallow; wider: fitted distance from the axis over the true one; deeper, deeper_far,
-    deeper_shallow: see depth_scale; deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an
-    untouched frame.
+    fields, with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth
+    over depth; depth_error: m, that of depth where presses are shallow; wider: fitted distance from the axis over the true one; deeper,
+    deeper_far, deeper_shallow: see depth_scale; deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest
+    match of an untouched frame.
     """
 
     library: DomeLibrary

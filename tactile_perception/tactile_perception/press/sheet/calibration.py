@@ -24,9 +24,8 @@ from .mechanics import SheetMaterial, SheetMesh, least_length, may_be_pressed, p
 @dataclass(frozen=True)
 class CameraShifts:
     """camera_centres: (G, 3) m, camera centres of the views; shifts: (G, 2) m, their corrections in x and y; printed: (2,) m, and turned:
-    rad, where
-    on the sheet the printed markers are relative to their nominal places, on which all views are based: turned about the centre, then
-    shifted."""
+    rad, where on the sheet the printed markers are relative to their nominal places, on which all views are based: turned about the
+    centre, then shifted."""
 
     camera_centres: np.ndarray
     shifts: np.ndarray

@@ -89,12 +89,10 @@ class SheetInverse:
 
 
 def show(library: SheetLibrary, presses: list[Press], rest: np.ndarray, camera_centre: np.ndarray, mixed: float = 0.0,
-         marker_radius: float = 0.0,
-         near: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+         marker_radius: float = 0.0, near: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Shift, m, and growth (N, 3) of markers at rest (N, 2), m, seen from camera_centre (N, 3), m, under one press or two with an
-    interaction factor
-    mixed; and the displacement of the sheet there with its derivatives by x and y (N, 3, 3). Markers of marker_radius, m, nearer than near,
-    m, to a press are discs, else points."""
+    interaction factor mixed; and the displacement of the sheet there with its derivatives by x and y (N, 3, 3). Markers of marker_radius,
+    m, nearer than near, m, to a press are discs, else points."""
     return library.table.show(rest, camera_centre, np.array([press.vector for press in presses]), mixed=mixed, marker_radius=marker_radius,
                               near=near)
 
@@ -159,9 +157,8 @@ class SheetStart:
     def _renew(self, field: MarkerField) -> None:
         """Renew the templates where markers or camera centres changed; a marker that is not seen keeps its last position."""
         if len(self._rest) == len(field):
-            rest, camera_centre = np.where(np.isfinite(field.rest), field.rest, self._rest), np.where(np.isfinite(field.camera_centre),
-                                                                                                      field.camera_centre,
-                                                                                                      self._camera_centre)
+            rest = np.where(np.isfinite(field.rest), field.rest, self._rest)
+            camera_centre = np.where(np.isfinite(field.camera_centre), field.camera_centre, self._camera_centre)
             moved = [(np.abs(now - before) >= _MOVED).any() or np.count_nonzero(np.isnan(now)) != np.count_nonzero(np.isnan(before))
                      for now, before in ((rest, self._rest), (camera_centre, self._camera_centre))]
             if not any(moved):

@@ -25,7 +25,7 @@ TERMS = 12             # of the table: a parabola in the log radius, then x, y, 
 TYPICAL = 0.5 ** np.array([0, 0, 0, 1, 1, 2, 2, 2, 3, 3, 3, 3])  # of them, of a common drag: modes are reported as exactly as these need
 ODD_TERMS = (0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0), (0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1)  # those that a mirror along x, along y turns round
 CLASSES = [(0, 0), (0, 1), (1, 0), (1, 1)]  # odd along x, along y
-WRENCH_NUMBERS = [[0, 8], [2, 3, 7], [1, 4, 6], [5]]  # of _told, by class
+WRENCH_NUMBERS = [[0, 8], [2, 3, 7], [1, 4, 6], [5]]  # of _reported, by class
 TRACTIONS, DIRECTIONS = (0.35, 0.7, 1.0), 6  # tractions over pressure of the simulated drags; ways of each. Chosen: frictions of 0.2 to 1
 MIRROR = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # of a displacement, along x and along y
 
@@ -164,7 +164,7 @@ def _slid(plan: LibraryPlan, material: SheetMaterial, mesh: SheetMesh, n: int) -
 
 def _by_drag(terms: np.ndarray, more: np.ndarray, reported: np.ndarray, level: int, depths: np.ndarray) -> None:
     """Set the coefficients of the drag's terms (TERMS, level, ...) from what the simulated drags add, more (K, levels, ...), and their own
-    drags, reported (K, levels, 9), as of _told. The coefficients are those nearest to what the levels before lead to: where a press is
+    drags, reported (K, levels, 9), as of _reported. The coefficients are those nearest to what the levels before lead to: where a press is
     deep, only the smaller tractions converge, and some nowhere."""
     solved = np.isfinite(reported[:, level]).all(axis=1)
     before = [np.zeros_like(terms[3:, 0]), *np.moveaxis(terms[3:, max(level - 2, 0):level], 1, 0)][-2:]

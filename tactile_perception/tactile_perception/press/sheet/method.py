@@ -52,8 +52,8 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
             covariance = covariance + np.outer(shift, shift)
         else:
             camera_centre = np.array([[*press.place, -1.0]])
-            whole, alone = (show(library, presses, press.place[None], camera_centre, found.mixed)[1][0] for presses in (found.presses,
-                                                                                                                        [press]))
+            whole, alone = (show(library, presses, press.place[None], camera_centre, found.mixed)[1][0]
+                            for presses in (found.presses, [press]))
             slope, aside, sunk = (whole - alone)[1:, 2], (whole - alone)[0, :2], -(whole - alone)[0, 2]
             centre, radius = found.wrenches[k, 6:], library.plan.radius * np.exp(press.log_radius)
             above = radius - centre[2]
