@@ -55,4 +55,4 @@ lint:
 	@source ./setup.bash && python3 -m pytest test/style $(PYTEST)
 
 clean:
-	rm -rf .env build install log out tactile_perception/tactile_perception/_core*.so
+	rm -rf .env build install log out tactile_perception/tactile_perception/_core*

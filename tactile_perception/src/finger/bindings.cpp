@@ -184,7 +184,7 @@ void bind_finger(py::module_& parent) {
                  "A PSD finger: voltages of its four outputs, in batches of any size, to contacts. It holds what a batch hands to the\n"
                  "next, can be copied, and is as it was after an exception. model: FingerModel."))
         .def(py::init([](const py::object& model, const FingerSettings& settings) { return PsdFinger(as_model(model), settings); }),
-             py::arg("model"), py::arg("settings") = usual)
+             py::arg("model"), py::arg_v("settings", usual, "FingerSettings()"))
         .def(
             "estimate", &estimate, py::arg("volts"), py::arg("stamp_s"), py::arg("period"),
             "Estimates of a batch of voltages (N, 4), V, whose first sample was taken at stamp_s, s; period: s between samples, NaN for a\n"

@@ -350,7 +350,7 @@ void bind_classifier(py::module_& module) {
         .def(py::init([](const Membrane& membrane, const py::object& origin, std::shared_ptr<BorderNetwork> network,
                          const StickSlipModel& model) {
                  return DotClassifier(membrane.skin(), vector_of(origin, "origin"), std::move(network), model);
-             }), py::arg("membrane"), py::arg("origin"), py::arg("network"), py::arg("model") = StickSlipModel())
+             }), py::arg("membrane"), py::arg("origin"), py::arg("network"), py::arg_v("model", StickSlipModel(), "StickSlipModel()"))
         .def("take_rest", [](DotClassifier& classifier, const Membrane& other) { classifier.set_rest(other.skin()); }, py::arg("other"),
              "Take a membrane's rest positions, of the same grid.")
         .def("classify", &classify, py::arg("id"), py::arg("xyz"), py::arg("seconds"),
