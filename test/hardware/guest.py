@@ -31,7 +31,7 @@ from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
 from tactile_driver.nodes.taxel_array_node import TaxelArrayNode  # noqa: E402
 from tactile_msgs.msg import PsdVoltages  # noqa: E402
 
-_PATIENCE_S = 60.0  # for each state; chosen
+_PATIENCE_S = 180.0  # for each state; chosen: three times what a machine takes that is busy besides
 _SERIAL = {'finger': (PsdNode, PsdVoltages, 'voltages', {'batch_period': 0.05}, samples, 1),
            'array': (TaxelArrayNode, Image, 'image_raw', {'rows': 4, 'columns': 4, 'baud': 921600}, frames, 2)}
 

@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -9,12 +10,16 @@ from tactile_perception.press.sheet.fit import FieldNoise, Seen, SheetInverse, S
 from tactile_perception.press.sheet.library import Press
 
 NOISE = FieldNoise(5e-6, 5e-3, 3e-3, 1.5)
-INVERSE = SheetInverse(library(), NOISE, 1.2e-3, 4.5e-3)
+
+
+@functools.cache
+def common_inverse():
+    return SheetInverse(library(), NOISE, 1.2e-3, 4.5e-3)
 
 
 @pytest.mark.parametrize('place, depth, radius', [((0.0, 0.0), 4e-3, 7e-3), ((0.012, -0.007), 2e-3, 8.4e-3), ((-0.015, 0.009), 6e-3, 6e-3)])
 def test_presses_are_found(place, depth, radius):
-    found = INVERSE.solve(Seen(field_of(pressed(*place, depth, radius), 5e-6, 5e-3)), [Press(np.array(place) + [2e-3, -1e-3], 0.8 * depth)])
+    found = common_inverse().solve(Seen(field_of(pressed(*place, depth, radius), 5e-6, 5e-3)), [Press(np.array(place) + [2e-3, -1e-3], 0.8 * depth)])
     assert np.hypot(*(found.presses[0].place - place)) < 2e-4 and found.presses[0].depth == pytest.approx(depth, abs=2e-4)
     assert np.exp(found.presses[0].log_radius) == pytest.approx(radius / 7e-3, rel=0.2)
 
@@ -37,7 +42,7 @@ def test_a_drag_is_reported_with_the_force_that_it_takes():
     press = Press(np.array([0.005, -0.003]), 4e-3, drag=(0.4, -0.2))
     clean, _ = show(library(), [press], GRID, EYE)
     found = SheetInverse(library(), NOISE, 0.0, 4.5e-3).solve(Seen(field_of(clean, 2e-6, 1e-3)), [Press(press.place, 3e-3)], drags=True)
-    straight = INVERSE.solve(Seen(field_of(show(library(), [Press(press.place, 4e-3)], GRID, EYE)[0])), [Press(press.place, 3e-3)])
+    straight = common_inverse().solve(Seen(field_of(show(library(), [Press(press.place, 4e-3)], GRID, EYE)[0])), [Press(press.place, 3e-3)])
     assert found.presses[0].drag == pytest.approx(press.drag, abs=0.03)
     assert found.wrenches[0, 1:3] - straight.wrenches[0, 1:3] == pytest.approx(found.presses[0].drag, abs=0.02)
 

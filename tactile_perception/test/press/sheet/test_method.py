@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -16,9 +17,17 @@ from tactile_perception.press.estimate import AMBIGUOUS, OUT_OF_RANGE
 
 NOISE = FieldNoise(5e-6, 5e-3, 3e-3, 1.5)
 COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
-CALIBRATION = SheetCalibration(library(), MATERIAL, 1.2e-3, CameraShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE, 3e-5,
-                               0.01, COVERED, 6e-3)
-METHOD = SheetModelMethod(CALIBRATION, SENSOR)
+
+
+@functools.cache
+def fitted():
+    return SheetCalibration(library(), MATERIAL, 1.2e-3, CameraShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE, 3e-5, 0.01, COVERED,
+                            6e-3)
+
+
+@functools.cache
+def common_method():
+    return SheetModelMethod(fitted(), SENSOR)
 
 
 STILL = field_of(np.zeros((len(GRID), 3)), 5e-6, 5e-3)
@@ -26,8 +35,8 @@ STILL = field_of(np.zeros((len(GRID), 3)), 5e-6, 5e-3)
 
 def begun(field):
     """The touches of the first frame of a touch."""
-    assert METHOD.estimate(STILL) == []
-    return METHOD.estimate(field)
+    assert common_method().estimate(STILL) == []
+    return common_method().estimate(field)
 
 
 def touches(*press, noise=5e-6, growth=5e-3, seed=0):
@@ -99,9 +108,9 @@ def test_a_press_is_as_uncertain_as_other_friction_makes_it():
 
 def test_places_are_reported_in_the_frame_of_the_sheet():
     shift, turn = np.array([3e-4, -2e-4]), 5e-3
-    aside = dataclasses.replace(CALIBRATION, camera_centres=dataclasses.replace(CALIBRATION.camera_centres, printed=shift, turned=turn))
+    aside = dataclasses.replace(fitted(), camera_centres=dataclasses.replace(fitted().camera_centres, printed=shift, turned=turn))
     field = field_of(pressed(0.004, -0.003, 3e-3))
-    (there,), (here,) = (SheetModelMethod(one, SENSOR).estimate(field) for one in (aside, CALIBRATION))
+    (there,), (here,) = (SheetModelMethod(one, SENSOR).estimate(field) for one in (aside, fitted()))
     x, y = here.position[:2]
     # the clamp does not move with the print
     assert there.position - here.position == pytest.approx([shift[0] - turn * y, shift[1] + turn * x, 0], abs=8e-5)
@@ -111,7 +120,7 @@ def test_a_second_camera_that_sees_a_moving_tip_late_misleads_little():
     """Two cameras, each over its half; the right one exposes after 15 % of the motion from frame to frame, which nobody tells."""
     right = GRID[:, :1] > 0.0
     camera_centres = np.where(right, [0.015, 0.0, -0.062], [-0.015, 0.0, -0.062])
-    calibration = dataclasses.replace(CALIBRATION, camera_centres=CameraShifts(np.unique(camera_centres, axis=0), np.zeros((2, 2))))
+    calibration = dataclasses.replace(fitted(), camera_centres=CameraShifts(np.unique(camera_centres, axis=0), np.zeros((2, 2))))
     method, errors = SheetModelMethod(calibration, SENSOR), []
     for k in range(6):
         left, late = (show(library(), [Press(np.array([-0.006 + 0.003 * (k + share), 0.004]), 3e-3)], GRID,
@@ -131,7 +140,7 @@ def test_shallow_touches_are_reported():
 
 def test_nothing_touches_in_noise():
     still = np.zeros((len(GRID), 3))
-    assert not any(METHOD.estimate(field_of(still, 5e-6, 5e-3, seed)) for seed in range(300))
+    assert not any(common_method().estimate(field_of(still, 5e-6, 5e-3, seed)) for seed in range(300))
 
 
 def test_what_was_not_calibrated_is_flagged():
@@ -142,25 +151,25 @@ def test_what_was_not_calibrated_is_flagged():
 
 def test_a_touch_where_no_marker_is_seen_is_not_reported():
     seen, right = field_of(pressed(0.012, 0.0, 3e-3), 5e-6, 5e-3), GRID[:, 0] > -0.002
-    assert len(METHOD.estimate(seen)) == 1
+    assert len(common_method().estimate(seen)) == 1
     half = dataclasses.replace(seen, shift=np.where(right[:, None], np.nan, seen.shift))
-    assert all(np.abs(found.position[0] + 0.002) < 0.012 for found in METHOD.estimate(half))
+    assert all(np.abs(found.position[0] + 0.002) < 0.012 for found in common_method().estimate(half))
 
 
 def test_what_no_press_explains_is_reported_by_two_cameras_from_the_second_frame_on():
     camera_centres, shift = CameraShifts(np.array([[-0.03, 0, -0.062], [0.03, 0, -0.062]]), np.zeros((2, 2))), pressed(0.010, 0.0, 4e-3)
-    method = SheetModelMethod(dataclasses.replace(CALIBRATION, camera_centres=camera_centres), SENSOR)
+    method = SheetModelMethod(dataclasses.replace(fitted(), camera_centres=camera_centres), SENSOR)
     torn = field_of(np.where(GRID[:, :1] > 0.006, 0.2 * shift, shift), 5e-6, 5e-3)  # the right camera is far behind
     assert method.estimate(field_of(0 * shift, 5e-6, 5e-3)) == [] and method.estimate(torn) == []
     assert all(touch.flags & AMBIGUOUS for touch in method.estimate(torn)) and len(method.estimate(torn)) > 0
-    assert METHOD.estimate(torn)[0].flags & AMBIGUOUS, 'one camera sees all at once'
+    assert common_method().estimate(torn)[0].flags & AMBIGUOUS, 'one camera sees all at once'
 
 
 def test_it_is_made_again_of_its_numbers():
-    fitted = CALIBRATION.numbers()
+    numbers = fitted().numbers()
     field = field_of(pressed(0.012, -0.007, 4e-3, 8e-3), 5e-6, 5e-3)
-    again, = SheetModelMethod.from_fitted(fitted, SENSOR).estimate(field)
-    assert again.position == pytest.approx(SheetModelMethod(CALIBRATION, SENSOR).estimate(field)[0].position, abs=5e-6)
+    again, = SheetModelMethod.from_fitted(numbers, SENSOR).estimate(field)
+    assert again.position == pytest.approx(SheetModelMethod(fitted(), SENSOR).estimate(field)[0].position, abs=5e-6)
 
 
 @pytest.mark.full
@@ -170,7 +179,7 @@ def test_a_print_that_is_aside_and_turned_is_reported_by_all_presses():
     shift, turn, unknown = np.array([3e-4, -2e-4]), 8e-3, np.full((len(at), 6), np.nan)
     position = np.column_stack([at[:, 0] - turn * at[:, 1] + shift[0], at[:, 1] + turn * at[:, 0] + shift[1], -at[:, 2]])
     presses = Presses(fields, position, at[:, 2], np.arange(len(at)), unknown, unknown[:, 0])
-    camera_centres = SheetCalibration.from_numbers(SheetModelMethod.fit(presses, SENSOR, CALIBRATION.numbers())).camera_centres
+    camera_centres = SheetCalibration.from_numbers(SheetModelMethod.fit(presses, SENSOR, fitted().numbers())).camera_centres
     assert camera_centres.printed == pytest.approx(shift, abs=5e-5) and camera_centres.turned == pytest.approx(turn, abs=2e-3)
 
 
@@ -190,9 +199,9 @@ def test_the_wrench_is_that_of_the_mechanics():
 def test_the_same_frames_are_reported_the_same_to_the_bit_and_a_pause_forgets_what_was():
     press = [field_of(pressed(0.012, -0.007, 4e-3, 8e-3), 5e-6, 5e-3, seed) for seed in range(3)]
     still = field_of(np.zeros((len(GRID), 3)), 5e-6, 5e-3)
-    reported = [[touch.position.tolist() for field in press for touch in SheetModelMethod(CALIBRATION, SENSOR).estimate(field)]]
+    reported = [[touch.position.tolist() for field in press for touch in SheetModelMethod(fitted(), SENSOR).estimate(field)]]
     for _ in range(2):
-        method = SheetModelMethod(CALIBRATION, SENSOR)
+        method = SheetModelMethod(fitted(), SENSOR)
         reported.append([touch.position.tolist() for field in [press[0], still, press[1], still,
                                                                press[2]] for touch in method.estimate(field)])
     assert reported[0] == reported[1] == reported[2] and len(reported[0]) == 3
