@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtr  # of chi-square; scipy.stats takes seconds to import
 
 from .evaluation import DOT_STATES, QUANTITIES, SLIP_STATES, Evaluation, Quantity, spread
 
@@ -161,7 +161,7 @@ def covariance(pyplot, evaluation: Evaluation):
     edges = np.logspace(-3, max(2, np.ceil(np.log10(values.max() + 1e-9))), 50)
     panel.hist(np.clip(values, edges[0], edges[-1]), edges, weights=np.full(len(values), 100 / len(values)), color=_POINT, alpha=0.7,
                label=f'found, mean {values.mean():.2f}')
-    panel.stairs(100 * np.diff(chi2.cdf(usual * edges, usual)), edges, color=_MIDDLE, linewidth=1.5, label='consistent covariances, mean 1')
+    panel.stairs(100 * np.diff(chdtr(usual, usual * edges)), edges, color=_MIDDLE, linewidth=1.5, label='consistent covariances, mean 1')
     panel.set(xscale='log', xlabel='squared error of the place over its stated variance, mean of the directions', ylabel='% of touches')
     panel.grid(alpha=0.3)
     panel.legend()
