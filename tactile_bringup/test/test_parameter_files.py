@@ -104,6 +104,7 @@ def test_a_finger_on_a_gel_is_one_contact():
     assert all(np.isnan(result['wrench'][0].wrench.force.z) for result in results), 'its modulus is not known'
 
 
+@pytest.mark.full
 @recorded
 def test_a_dome_of_127_pins():
     dots = dots_of('pin_dome', PINS, 125)

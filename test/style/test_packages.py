@@ -150,6 +150,7 @@ def test_every_key_is_a_package_of_jazzy_or_of_apt(rosdistro):
     assert [key for key in sorted(keys - jazzy) if not any(by_apt(entries.get(key)) for entries in lists)] == []
 
 
+@pytest.mark.full
 def test_rosdep_installs_by_apt_alone(rosdistro, tmp_path, monkeypatch):
     rosdep = shutil.which('rosdep')
     if not rosdep:

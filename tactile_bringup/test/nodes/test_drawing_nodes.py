@@ -196,6 +196,7 @@ def test_nothing_is_subscribed_for_nobody_and_frames_are_drawn_for_somebody(benc
     assert {m.header.stamp.sec for m in seen[0].markers} <= set(range(2, stamp + 1))
 
 
+@pytest.mark.full
 def test_pictures_are_drawn_at_most_as_often_as_asked_for(bench):
     other, until = bench(lambda: MarkersNode(Host(parameters={'picture_rate': 15.0})))
     dots, images = other.create_publisher(DotTracks, 'dots', 10), other.create_publisher(Image, 'image_raw', 10)

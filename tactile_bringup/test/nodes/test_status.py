@@ -63,6 +63,7 @@ def reporter(beside):
     return health
 
 
+@pytest.mark.full
 def test_once_for_a_script(reporter, capsys, tmp_path):
     assert main(['--once']) == 0
     row = next(line.split() for line in capsys.readouterr().out.splitlines() if 'camera_node' in line)

@@ -226,6 +226,7 @@ def test_a_slow_camera_sees_the_same_presses():
         assert depth == pytest.approx(other, abs=1e-6)
 
 
+@pytest.mark.full
 def test_a_fast_drag_slides_at_coulombs_friction():
     scene = open_dual_scene('areal_dual_fast_drag', shutters=Shutters(0.0))
     forces = np.array([scene.observe(k).truth.wrench[:3] for k in range(73, 88)])  # the first drag, at 80 mm/s

@@ -65,6 +65,7 @@ def test_every_scene_begins_untouched_and_plays(name):
     assert values.shape == (44, 44) and values.dtype == np.uint8 and truth.area == 0 and not truth.wrench.any()
 
 
+@pytest.mark.full
 @pytest.mark.parametrize('name, area, holes, touches', [('disc', 100 * np.pi, 0, 1), ('ring', 108 * np.pi, 1, 1), ('bar', 240, 0, 1),
                                                         ('two_fingers', 72 * np.pi, 0, 2), ('l', 288, 0, 1)])
 def test_held_faces_have_their_areas(name, area, holes, touches):
@@ -105,6 +106,7 @@ def test_grip_force_alone_does_not_slip():
     assert {truth.slip_state for _, truth in played('grip')} == {NO_SLIP}
 
 
+@pytest.mark.full
 def test_dead_rows_stay_zero_and_the_same_seed_gives_the_same():
     values = played('dead_rows', until=1.5)[-1][0]
     assert not values[[17, 25]].any() and values[21].max() > 40

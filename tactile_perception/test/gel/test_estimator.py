@@ -161,6 +161,7 @@ def test_a_copy_goes_on_alike():
     assert np.array_equal(estimator.process(tracks, 1.0).wrench, twin.process(tracks, 1.0).wrench)
 
 
+@pytest.mark.full
 @pytest.mark.filterwarnings('ignore:overflow')
 def test_any_numbers_give_a_result_or_a_named_error():
     rng = np.random.default_rng(17)

@@ -181,6 +181,7 @@ class SlowStage(Stage):
         self.resets += 1
 
 
+@pytest.mark.full
 def test_a_slow_node_drops_messages_reports_it_and_stays_up_to_date(ros):
     node, sender, executor = PerceptionNode(SlowStage), rclpy.create_node('sender'), SingleThreadedExecutor()
     voltages = sender.create_publisher(PsdVoltages, 'voltages', 200)

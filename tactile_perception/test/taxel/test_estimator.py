@@ -182,6 +182,7 @@ def test_the_area_of_a_face_that_saturates_taxels(face):
     assert found.region.area == pytest.approx(truth.area, rel=0.1)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize('rate, noise', [(50.0, 3), (200.0, 1)])
 def test_slip_at_other_rates_and_under_noise(rate, noise):
     specimen = PadSpecimen()

@@ -72,6 +72,7 @@ def test_what_dots_carry_sums_up_to_the_wrench(pad, method):
     assert not found.force[distance > 12e-3].any()
 
 
+@pytest.mark.full
 @pytest.mark.parametrize('name', ['tp_rect_release'])
 def test_laid_down_dragged_and_lifted_a_hundred_times_no_state_is_left_behind(recording, name):
     truth = recording(name)

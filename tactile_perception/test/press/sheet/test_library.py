@@ -26,6 +26,7 @@ def test_a_press_looked_up_is_one_worked_out(place, depth, radius, drag):
     assert np.sqrt(np.mean((found - exact)**2)) < 0.01 * depth and np.abs(found - exact).max() < 0.05 * depth
 
 
+@pytest.mark.full
 def test_a_stiff_sheet_is_reported_so_well_that_its_place_is_right():
     """What the library lacks, reported as a change of place by the derivatives of the field."""
     plan = LibraryPlan((0.0665, 0.0455), 8e-3, 4e-3, 10e-3, n=6, order=4, levels=6, substeps=1)
