@@ -158,9 +158,7 @@ void PsdFinger::hold(Eigen::Matrix4Xd& sums, const ContactStates& states, const 
                      bool begins) {
     reference_.hold(static_cast<double>(sums.cols()) * period);
     if (begins) {
-        const Eigen::Vector4d before = reference_.offset();
-        reference_.recall();
-        sums.colwise() += mix(before - reference_.offset());
+        reference_.drop();
         held_.begin(reference_.offset(), model_->room.hasNaN() ? reference_.offset() : model_->room);
     }
     const HeldLight::Noise noise{reference_.noise(), std::hypot(model_->cross_volts, reference_.uncertainty_across()), period};

@@ -185,7 +185,6 @@ void Reference::settle() {
     taken_.clear();
     ready_ = true;
     drift_ = DriftFilter(mean, sigma_ * sigma_ / (4 * used), fastest_ / 4);
-    before_.reset();
     use_drift();
 }
 
@@ -208,21 +207,12 @@ void Reference::hold(double seconds) {
     use_drift();
 }
 
-void Reference::recall() {
-    clear_sums();
-    if (before_) drift_ = *before_;
-    before_.reset();
-    use_drift();
-}
-
 // The sums of the last seconds are complete.
 void Reference::update(double seconds) {
     const double scatter = sigma_ / std::sqrt(count_), total = sum_[TOTAL] / count_;
     const Eigen::Vector4d change = unmix(sum_ / count_);
     const bool leaves = leaves_;
     leaves_ = false;
-    before_ = drift_;
-    before_->predict(seconds);
     if (total < -QUIET * scatter - fastest_ * seconds) {
         step(change * (1 - std::exp(-seconds / FAST)), scatter);
     } else if (total > QUIET * scatter + fastest_ * (SLOW + unseen_s_)) {
@@ -251,7 +241,6 @@ void Reference::correct(const Eigen::Vector4d& change, double seconds) {
 void Reference::step(const Eigen::Vector4d& change, double scatter) {
     drift_.move(change);
     drift_.restart(scatter * scatter / 4);
-    before_.reset();
 }
 
 // Whether light, V, without contact has been constant for so long that it is the room's; until then it may be an approaching object's, and
@@ -269,7 +258,6 @@ bool Reference::stays(double total, double scatter, double seconds) {
 
 void Reference::shift(const Eigen::Vector4d& change) {
     drift_.move(change);
-    if (before_) before_->move(change);
     use_drift();
 }
 

@@ -7,7 +7,6 @@
 #include <Eigen/StdVector>
 #include <array>
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "finger/detector.hpp"
@@ -66,8 +65,8 @@ class Reference {
     void follow(Eigen::Vector4d sums, const Eigen::Vector4d& at, double period);
     // Something touches for so many seconds: the offset stays, and may have drifted when it is seen again.
     void hold(double seconds);
-    // A contact begins: return to the offset before the last update, which may hold light of the object that comes near.
-    void recall();
+    // A contact begins: samples since the last update may hold light of the object that came near, and count no more.
+    void drop() { clear_sums(); }
     // Apply a step of ambient light, V.
     void shift(const Eigen::Vector4d& change);
 
@@ -98,7 +97,6 @@ class Reference {
     Eigen::Vector4d offset_;
     Eigen::Vector2d uncertainty_;
     DriftFilter drift_;
-    std::optional<DriftFilter> before_;  // without the last update; none where that is the same
 };
 
 }  // namespace tactile::finger
