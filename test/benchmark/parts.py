@@ -105,6 +105,8 @@ class Touchpad:
                 each = [touchpad_errors(judged) for judged in found]
                 ms = float(np.mean([np.median(judged.ms) for judged in found]))
                 errors = {name: known_mean([one[name] for one in each]) for name in self.errors}
+                if method != 'membrane':
+                    errors['depth'] = np.nan  # ours: the paper estimates none
                 rows.append(Row('touchpad', 'touchpad', method, size, ms, errors))
         return rows
 
@@ -148,7 +150,7 @@ def sheet(sensor: str, bags: Path, from_recordings: bool) -> tuple[str, tuple[li
                            (('calibration', 3.0), ('test', 4.0), ('two', 4.0)))
     paper, of_paper, plate = 'paper_cushion' if sensor == 'air_cushion' else 'paper', None, None
     if sensor == 'air_cushion':
-        of_paper = presses if from_recordings else simulated(folder, 'air_cushion_zones_calibration', 2.0, sensor)
+        of_paper = presses if from_recordings else simulated(folder, 'air_cushion_zones_calibration', 4.0, sensor)
     elif not from_recordings:
         of_paper, plate = (simulated(folder, f'{sensor}_{scene}', rate, sensor) for scene, rate in (('markers', 2.0), ('plate', 8.0)))
     with contextlib.redirect_stderr(io.StringIO()):
@@ -255,7 +257,8 @@ class Taxels:
     def measure(self, number: int) -> list[Row]:
         """A row for each method: all scenes together."""
         found = {method: judge(self._cases, self._calibration, {'method': method}) for method in ('mechanics', 'paper')}
-        return [Row('taxels', 'taxel_array', method, '', float(np.median(judged.ms)), taxel_errors(judged))
+        ours = {'mechanics': {}, 'paper': {'force': np.nan}}  # by calibrated pressure, which the paper has not
+        return [Row('taxels', 'taxel_array', method, '', float(np.median(judged.ms)), taxel_errors(judged) | ours[method])
                 for method, judged in found.items()]
 
 

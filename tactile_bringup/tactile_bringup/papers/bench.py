@@ -60,15 +60,15 @@ def _said(value: float) -> str:
 
 @dataclass(frozen=True)
 class Bench:
-    """folder: for bags and files; short: the first SHORT frames of each camera's scene, to try the experiments; seed: of the specimen,
-    which is that of the calibration files that ship."""
+    """folder: for bags and files; short: a part of each camera's scene, to try the experiments; seed: of the specimen, which is that of the
+    calibration files that ship."""
 
     folder: Path
     short: bool = False
     seed: int = 0
 
-    def bag(self, sensor: str, scene: str, rate: float) -> Path:
-        """The bag of a scene at rate Hz; one that is there is taken."""
+    def bag(self, sensor: str, scene: str, rate: float, least: int = 24) -> Path:
+        """The bag of a scene at rate Hz; one that is there is taken. least: frames of a camera that suffice to try an experiment."""
         bag = self.folder / scene
         if not bag.exists():
             if sensor == 'psd_finger':
@@ -76,7 +76,7 @@ class Bench:
             elif sensor == 'taxel_array':
                 write_taxel_scene(bag, scene, rate, self.seed)
             else:
-                write_scene(bag, scene, rate, self.seed, frames=SHORT if self.short else 0)
+                write_scene(bag, scene, rate, self.seed, frames=least if self.short else 0)
         return bag
 
     def params(self, sensor: str, changes: Mapping) -> Path:
@@ -92,9 +92,6 @@ class Bench:
     def instants(self, bag: Path, params: Path, calibration: Path | None) -> Iterator[tuple[float, Instant, Instant]]:
         """(stamp s, estimate, truth) of each frame."""
         yield from JudgedBag(bag, params=params, calibration=calibration).instants()
-
-
-SHORT = 24  # frames of a short scene
 
 
 def shipped(sensor: str) -> Path:

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The experiments of the papers psd_finger (section 6), touchpad_contact_region (figs 8 to 10) and taxel_array_image_processing (figs 3
-and 8)."""
+"""The experiments of the papers psd_finger (section 6), touchpad_contact_region (figs 8 to 10) and taxel_array_image_processing (figs 3,
+5 and 8)."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
@@ -14,6 +14,7 @@ from sensor_msgs.msg import JointState
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.recordings.writer import BagWriter
+from tactile_perception.common.estimates import SlipEstimate
 from tactile_perception.common.geometry import matrix_of_quaternion
 from tactile_perception.evaluation.evaluation import Evaluation
 
@@ -118,14 +119,21 @@ def _dots(bench: Bench, bag: Path, params: Path) -> tuple[list[float], np.ndarra
 
 
 def taxels(bench: Bench) -> Iterator[Table]:
-    """Fig 3: position and angle while a bar is moved and turned; fig 8: the wrench while the grip changes, and an object tilts."""
+    """Fig 3: position and angle while a bar is moved and turned; fig 5: its corners; fig 8: the wrench while the grip changes, and an
+    object tilts."""
     for scene, what in (('demo', 'moved'), ('turn', 'turned')):
-        papers, ours = (_trace(bench, bench.bag('taxel_array', scene, _TAXELS), method) for method in ('paper', 'mechanics'))
+        found = [_trace(bench, bench.bag('taxel_array', scene, _TAXELS), method) for method in ('paper', 'mechanics')]
+        papers, ours = (trace for trace, _ in found)
         curves = tuple(Curves(name, 'time, s', {TRUTH: (ours[:, 0], ours[:, k + 3]), PUBLISHED: (papers[:, 0], papers[:, k]),
                                                 OURS: (ours[:, 0], ours[:, k])}) for k, name in enumerate(('x, mm', 'angle, degrees'), 1))
         yield Table(f'A bar is {what}: fig 3', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
             ('position, mean error', 'angle, mean error', 'frames reported'), ('mm', 'degrees', '%'), _off(papers), _off(ours))],
             'The paper shows a plot.', curves)
+        papers, ours = (points for _, points in found)
+        names, units = ('points that slip, in a frame', 'their velocity, mean error', 'their true velocity, mean'), ('', 'mm/s', 'mm/s')
+        yield Table(f'Points on a bar that is {what}: fig 5', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
+            names, units, _slips(papers), _slips(ours))], 'Corners in the paper, taxels in ours. The paper shows a plot.',
+            (Curves('y, mm', 'x, mm', {PUBLISHED: _ways_of(papers), OURS: _ways_of(ours)}),))
     for scene, what in (('grip', 'the grip changes'), ('rock', 'the object tilts')):
         names = 'force along the normal, mean error', 'moments along the pad, mean error', 'largest force', 'largest moment'
         bag = bench.bag('taxel_array', scene, _TAXELS)
@@ -156,17 +164,38 @@ def _with_gripper(bag: Path) -> Path:
     return stated
 
 
-def _trace(bench: Bench, bag: Path, method: str) -> np.ndarray:
+def _trace(bench: Bench, bag: Path, method: str) -> tuple[np.ndarray, list[np.ndarray]]:
     """Of frames with contact (N, 6): stamp, s; estimated x, mm, and angle, degrees; error of position, mm; true x and angle, to which the
-    estimated one is brought by half turns."""
-    rows = []
+    estimated one is brought by half turns. And the points that slip (_points_of) of each frame in which the object does."""
+    rows, points = [], []
     for stamp, estimated, true in bench.instants(bag, bench.params('taxel_array', {'method': method}), shipped('taxel_array')):
         if true.contacts and estimated.region is not None:
             stated, real = 1e3 * estimated.region.centroid[:2], 1e3 * true.region.centroid[:2]
             side = _long_side(true.region.outlines)
             turn = (np.degrees(estimated.region.orientation) - side + 90) % 180 - 90
             rows.append((stamp, stated[0], side + turn, np.hypot(*(stated - real)), real[0], side))
-    return np.array(rows).reshape(-1, 6)
+        if estimated.slip is not None and true.slip is not None and true.slip.state:
+            points.append(_points_of(estimated.slip, true.slip))
+    return np.array(rows).reshape(-1, 6), points
+
+
+def _points_of(slip: SlipEstimate, true: SlipEstimate) -> np.ndarray:
+    """(S, 6): places, mm, and velocities, mm/s, of the points that slip, and how the object truly moves over the pad there."""
+    real = true.linear[0] - true.angular[2] * slip.y, true.linear[1] + true.angular[2] * slip.x
+    return 1e3 * np.column_stack([slip.x, slip.y, slip.vx, slip.vy, *real])
+
+
+def _slips(points: list[np.ndarray]) -> list[float]:
+    """Number of points in a frame; mean error of their velocity and its true size, mm/s."""
+    every = np.concatenate([np.zeros((0, 6)), *points])
+    return [mean([len(one) for one in points]), mean(np.hypot(*(every[:, 2:4] - every[:, 4:]).T)), mean(np.hypot(*every[:, 4:].T))]
+
+
+def _ways_of(points: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """x and y, mm, of the ways of points from frame to frame, with NaN between them."""
+    every = np.concatenate([np.zeros((0, 6)), *points])
+    ends = every[:, :2], every[:, :2] + every[:, 2:4] / _TAXELS, np.full((len(every), 2), np.nan)
+    return tuple(np.stack(ends, axis=1).reshape(-1, 2).T)
 
 
 def _off(trace: np.ndarray) -> list[float]:

@@ -49,7 +49,7 @@ class AutoDetector:
         if self._kind is None or len(dots) < _LOST_SHARE * self._count:
             dots = self._measure(image, dots)
         if len(dots) < FEWEST:
-            raise BadFrame('too few dots found in the frame: check light and focus')
+            raise BadFrame('too few dots found in the frame: check light, focus and the parameter polarity')
         return dots
 
     @staticmethod

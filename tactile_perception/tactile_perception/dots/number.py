@@ -14,9 +14,11 @@ import numpy as np
 
 from .. import _core
 from .._core.dots import GridNumbering, GridNumbers, Lattice, Linker
+from ..common.dots import Dots
 from ..errors import BadArgument
 from .pattern import PatternNumbers
 from .published import PaperNumbering
+from .sort import SortNumbers
 
 _ON_GRID = 0.8  # of the dots, least that form the grid: more are missed or false on no sensor that could be used
 _OBLIQUE = 0.34  # cosine: rows and columns of a printed grid are square to each other within 20 degrees of view; of hexagons 60 apart
@@ -57,9 +59,15 @@ def find_lattice(uv: np.ndarray, angle_hint: float = 0.0) -> Lattice | None:
     return lattice if lattice.found else None
 
 
-def tracks(pattern: np.ndarray | None = None) -> Linker:
-    """A Linker of dots from frame to frame; pattern is ignored."""
-    return Linker()
+class LinkedTracks:
+    """Numbers of dots by a Linker, from frame to frame; pattern is ignored."""
+
+    def __init__(self, pattern: np.ndarray | None = None):
+        self._linker = Linker()
+
+    def update(self, dots: Dots, stamp_s: float) -> np.ndarray:
+        """Number (N,) of each dot's track at stamp_s, s."""
+        return self._linker.update(dots.uv, stamp_s)
 
 
 def find_grid(uv: np.ndarray) -> tuple[int, int]:
@@ -87,8 +95,9 @@ def _extent(index, least) -> int:
 
 
 METHODS = {'lattice': GridNumbering, 'paper': PaperNumbering}  # (rows, columns) -> object with number(uv, width, height) -> GridNumbers
-AUTO, REGISTER = 'auto', 'register'
-WITHOUT_GRID = {'tracks': tracks, REGISTER: PatternNumbers}  # (pattern) -> object with update(uv, stamp_s) -> ids
+AUTO, REGISTER, SORT = 'auto', 'register', 'sort'
+#: (pattern) -> object with update(dots, stamp_s) -> ids
+WITHOUT_GRID = {'tracks': LinkedTracks, REGISTER: PatternNumbers, SORT: SortNumbers}
 
 
 def grid_numbering(name: str, rows: int, columns: int):

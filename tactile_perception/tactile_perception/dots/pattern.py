@@ -8,6 +8,7 @@ import numpy as np
 import scipy
 
 from .. import _core
+from ..common.dots import Dots
 from ..errors import BadArgument, BadFrame
 
 FARTHEST = 1e9  # px: positions beyond it are invalid
@@ -150,12 +151,12 @@ class PatternNumbers:
     def __init__(self, uv: np.ndarray | None = None):
         self._pattern = None if uv is None else Pattern(uv)
 
-    def update(self, uv: np.ndarray, stamp_s: float) -> np.ndarray:
-        """Index (N,) int64 of each dot at uv (N, 2) px, -1 where not certain; stamp_s is ignored. Raises BadFrame if the first frame has no
-        valid pattern."""
+    def update(self, dots: Dots, stamp_s: float) -> np.ndarray:
+        """Index (N,) int64 of each dot, -1 where not certain; stamp_s is ignored. Raises BadFrame if the first frame has no valid
+        pattern."""
         if self._pattern is None:
             try:
-                self._pattern = Pattern(uv)
+                self._pattern = Pattern(dots.uv)
             except BadArgument as error:
                 raise BadFrame(f'the first frame gives no pattern: {error}') from error
-        return self._pattern.match(uv)
+        return self._pattern.match(dots.uv)

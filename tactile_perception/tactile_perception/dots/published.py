@@ -71,7 +71,7 @@ def _dot_sized(area, pixels):
 
 _GREEN = 1
 _SQUARE = np.ones((3, 3), np.uint8)
-_DENOISE = 10.0  # grey levels, strength of the non-local means
+_DENOISE, _WITHIN = 10.0, 11  # grey levels, strength of the non-local means; px, side of the window in which it looks for what is alike
 _LEAST, _MOST = 0.2, 5.0  # median areas, smallest and largest marker
 
 
@@ -99,7 +99,7 @@ class PaperCushionDetector:
     def detect(self, image: np.ndarray) -> Dots:
         """Markers of one checked uint8 image: centroid and area of their contours. Raises BadFrame where there are none."""
         grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-        denoised = cv2.fastNlMeansDenoising(_bright(grey, self._sign), h=_DENOISE)
+        denoised = cv2.fastNlMeansDenoising(_bright(grey, self._sign), h=_DENOISE, searchWindowSize=_WITHIN)
         binary = cv2.threshold(denoised, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)[1]
         contours = cv2.findContours(cv2.erode(binary, _SQUARE), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
         moments = [m for m in map(cv2.moments, contours) if m['m00'] > 0]

@@ -13,7 +13,7 @@ from ..common.dots import Dots, DotTracks
 from ..errors import BadArgument, BadFrame
 from .detect import DotDetector
 from .mask import Mask
-from .number import AUTO, REGISTER, WITHOUT_GRID, find_grid, grid_numbering
+from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, find_grid, grid_numbering
 from .reference import CalibratedRest, Reference
 
 
@@ -116,13 +116,14 @@ class DotTracker:
 
     def _number(self, dots: Dots, stamp_s: float, size: tuple) -> np.ndarray:
         if not self.rows:
-            id = self._numbering.update(dots.uv, stamp_s)
+            id = self._numbering.update(dots, stamp_s)
             if not (id >= 0).any():
                 raise BadFrame('dots not indexed: too few match the pattern')
             return id
         numbers = self._numbering.number(dots.uv, *size)
         if numbers.reason:
-            raise BadFrame(f'dots not indexed: {numbers.reason}')
+            hint = '' if self.reference.taken else '; check the parameters polarity, rows and columns'
+            raise BadFrame(f'dots not indexed: {numbers.reason}{hint}')
         return numbers.id
 
 
@@ -142,7 +143,7 @@ def make_tracker(sensor: PrintedGrid, values: Mapping, pattern: np.ndarray | Non
     """
     known = None if rest is None else CalibratedRest(rest)
     constants = values['reference.time_constant'], values['reference.frames']
-    numbering = values['numbering'] if pattern is None else REGISTER
+    numbering = values['numbering'] if pattern is None or values['numbering'] == SORT else REGISTER
     return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], numbering,
                       reference=Reference(*constants, known), pattern=pattern, as_tracks=Reference(*constants) if image_only else None,
                       mask=_mask_of(values))

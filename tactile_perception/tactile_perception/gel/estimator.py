@@ -60,18 +60,27 @@ class DotNoise:
         """px."""
         return max(float(np.sqrt(self._sum / self._count)), _LEAST_SIGMA)
 
-    def update(self, id: np.ndarray, duv: np.ndarray, touched: bool) -> None:
-        """Take the next frame's dots id (N,) with displacements duv (N, 2) px; touched: whether they may be moved."""
-        if touched:
+    def touched(self, tracks: DotTracks) -> bool:
+        """Whether something touches: three dots of the next frame have moved by SIGNIFICANT; if not, its noise is taken."""
+        if np.sort(np.abs(tracks.duv).max(axis=1))[-3] > SIGNIFICANT * self.sigma:
             self._last = None
-            return
+            return True
         if self._last is not None:
-            _, now, before = np.intersect1d(id, self._last[0], return_indices=True)
-            step = (duv[now] - self._last[1][before]).ravel()
+            _, now, before = np.intersect1d(tracks.id, self._last[0], return_indices=True)
+            step = (tracks.duv[now] - self._last[1][before]).ravel()
             if len(step):
                 size = 1.4826 * np.median(np.abs(step)) / np.sqrt(2)
                 self._sum, self._count = self._sum + size**2, self._count + 1
-        self._last = id, duv
+        self._last = tracks.id, tracks.duv
+        return False
+
+
+def known_dots(tracks: DotTracks, name: str) -> DotTracks:
+    """Those dots, called name, whose places at rest are known. Raises BadFrame for fewer than FEWEST."""
+    known = ((np.abs(tracks.duv) < FARTHEST_PX) & (np.abs(tracks.uv) < FARTHEST_PX)).all(axis=1)
+    if known.sum() < FEWEST:
+        raise BadFrame(f'{known.sum()} {name} with a known place at rest; {FEWEST} are needed: check the view, or take a new reference')
+    return tracks.take(known)
 
 
 def layer_of(values: Mapping) -> Layer:
@@ -116,17 +125,11 @@ class GelEstimator:
 
     def process(self, tracks: DotTracks, stamp_s: float) -> GelResult:
         """Contact in one frame. Raises BadFrame for too few dots whose places at rest are known."""
-        known = ((np.abs(tracks.duv) < FARTHEST_PX) & (np.abs(tracks.uv) < FARTHEST_PX)).all(axis=1)
-        if known.sum() < FEWEST:
-            raise BadFrame(f'{known.sum()} dots with a known place at rest; a gel needs {FEWEST}: check the view, or take a new reference')
-        tracks = tracks.take(known)
+        tracks = known_dots(tracks, 'dots')
         if self._laid is None or (tracks.rows, tracks.columns) != self._grid:
             self._laid = _LaidOut(tracks, self.layer, self._pitch, self._scale, self._centre, self._focal)
             self._grid, self._noise = (tracks.rows, tracks.columns), DotNoise()
-        sigma = self._noise.sigma
-        touched = bool(np.sort(np.abs(tracks.duv).max(axis=1))[-3] > SIGNIFICANT * sigma)
-        self._noise.update(tracks.id, tracks.duv, touched)
-        metres = self._laid.metres
+        touched, sigma, metres = self._noise.touched(tracks), self._noise.sigma, self._laid.metres
         try:
             found = self._laid.fit.solve(self._laid.rows_of(tracks), tracks.duv * metres, sigma * metres) if touched else None
         except (np.linalg.LinAlgError, RuntimeError) as error:  # of nnls: no end
@@ -234,11 +237,15 @@ class _LaidOut:
         return bool((xy < self._low).any() or (xy > self._high).any())
 
 
+def spacing_of(rest: np.ndarray) -> float:
+    """Median distance of the nearest neighbours among rest (M, 2), in its unit."""
+    return float(np.median(np.sort(np.linalg.norm(rest[:, None] - rest, axis=2), axis=1)[:, 1]))
+
+
 def _spacing(tracks: DotTracks) -> float:
     """Median distance of neighbouring dots at rest, px: of those on a grid along rows and columns, else of each dot and the nearest."""
     if not tracks.rows:
-        from scipy.spatial import cKDTree  # needed here alone
-        return float(np.median(cKDTree(tracks.rest_uv).query(tracks.rest_uv, 2)[0][:, 1]))
+        return spacing_of(tracks.rest_uv)
     grid = np.full((tracks.rows * tracks.columns, 2), np.nan)
     grid[tracks.id] = tracks.rest_uv
     grid = grid.reshape(tracks.rows, tracks.columns, 2)

@@ -18,8 +18,8 @@ import numpy as np
 from ..common.dots import DotTracks
 from ..common.estimates import OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.surface_points import NON_CONTACT, STICKING, dot_points
-from ..errors import BadCalibration, BadFrame
-from .estimator import FARTHEST_PX, FEWEST, SIGNIFICANT, UP, DotNoise, GelResult
+from ..errors import BadCalibration
+from .estimator import UP, DotNoise, GelResult, known_dots, spacing_of
 
 _EDGE = 0.5  # of the greatest displacement: pins beside the contact move less
 _REACH, _OWN = 1.0, 1e-3  # spacings: over so far pins move alike; variance of their own part over that
@@ -79,11 +79,6 @@ class PinModel:
         within = self.depth[0] - _SIGMAS * sigma[2] < depth < self.depth[1] + _SIGMAS * sigma[2]
         z = float(_terms(place[None])[0] @ self.height) - depth
         return np.append(place, z), float(depth), covariance, bool(inside and within and left < _BEYOND * self.unexplained)
-
-
-def spacing_of(rest: np.ndarray) -> float:
-    """Median distance of the nearest neighbours among rest (M, 2), in its unit."""
-    return float(np.median(np.sort(np.linalg.norm(rest[:, None] - rest, axis=2), axis=1)[:, 1]))
 
 
 def smoothed(rest: np.ndarray, spacing: float, tracks: DotTracks) -> np.ndarray:
@@ -172,13 +167,9 @@ class PinEstimator:
 
     def process(self, tracks: DotTracks, stamp_s: float) -> GelResult:
         """Contact in one frame. Raises BadFrame for too few pins whose places at rest are known."""
-        known = (np.isfinite(tracks.duv) & (np.abs(tracks.uv) < FARTHEST_PX) & (np.abs(tracks.duv) < FARTHEST_PX)).all(axis=1)
-        if known.sum() < FEWEST:
-            raise BadFrame(f'{known.sum()} pins with a known place at rest; {FEWEST} are needed: check the view, or take a new reference')
-        tracks = tracks.take(known)
+        tracks = known_dots(tracks, 'pins')
         way = np.linalg.norm(tracks.duv, axis=1)
-        touched = bool(np.sort(way)[-3] > SIGNIFICANT * self._noise.sigma)
-        self._noise.update(tracks.id, tracks.duv, touched)
+        touched = self._noise.touched(tracks)
         metres = self._metres(tracks)
         rest = (tracks.rest_uv - (tracks.rest_uv.min(axis=0) + tracks.rest_uv.max(axis=0)) / 2) * metres
         region = ContactRegionEstimate(tracks.id, np.full(len(tracks), NON_CONTACT, np.uint8))

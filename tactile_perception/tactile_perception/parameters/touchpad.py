@@ -46,7 +46,7 @@ DOT_PARAMETERS = SENSOR_PARAMETERS + SHEET_PARAMETERS + (
     _fixed('detection', str, 'likelihood', '', 'dot detection method', choices=tuple(METHODS)),
     _fixed('mask', str, '', 'px', 'what of the image shows the sensor: an image file of its size, white there, or a polygon x,y,x,y,...; '
            'empty: all'),
-    _fixed('numbering', str, 'lattice', '', 'dot indexing method; auto: finds a grid, else tracks; tracks, register: for other patterns',
+    _fixed('numbering', str, 'lattice', '', 'dot indexing method; auto: finds a grid, else tracks; tracks, register, sort: other patterns',
            choices=(AUTO, *NUMBERING, *WITHOUT_GRID)),
     _fixed('reference.frames', int, 10, '', 'untouched frames averaged for the reference', 1, 1000),
     _fixed('reference.time_constant', float, 30.0, 's',

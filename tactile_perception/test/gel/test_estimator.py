@@ -120,7 +120,7 @@ def test_too_few_dots_are_refused_and_change_nothing(count):
     gel = pressed_gel(rng)
     estimator = estimator_of(gel, rng)
     tracks = gel.tracks(gel.states[0], rng)
-    with pytest.raises(BadFrame, match='a gel needs 6'):
+    with pytest.raises(BadFrame, match='6 are needed'):
         estimator.process(tracks.take(np.arange(count)), 1.0)
     unknown = gel.tracks(gel.states[0], rng)
     unknown.duv[:] = np.nan  # no reference

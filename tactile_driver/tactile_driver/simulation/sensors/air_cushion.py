@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from .marker_sheet import built_camera
 from ..optics.led_light import Lamps
 from ..optics.pattern import DotPattern, LargeDots, uneven
 from ..optics.rendering import Imaging, Renderer
-from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, press, session
+from ..scene.specimen import STARTING, Act, Script, Specimen, act, drag, one_after_the_other, press, session
 from ..skin.surfaces import Membrane
 
 _RIM, _HEIGHT = 0.150, 0.120
@@ -27,6 +28,7 @@ _PRINTED = 0.118
 #: Node spacings that a tip moves at most in one step of contact; chosen: a press in two frames leaves markers up to 0.08 mm off, with 0.95
 #: up to 0.42.
 _STEP = 0.25
+_SPEED = 0.08  # m/s of the zones' stage: at 20 frames/s, circles overlap themselves from frame to frame
 _IMAGING = Imaging(blur=1.0, read_noise=2.6, shot_noise=0.06, ink=(-5.4, -5.7, -5.6), housing=1.5, cosine=1.5, stop=0.0)
 _LAMPS = Lamps(tuple((0.022 * np.cos(a), 0.022 * np.sin(a), -0.036) for a in (0.4, 2.5, 4.6)), (46.0, 38.0, 42.0), 0.150, 45.0,
                (0.105, 0.100, 0.098), exposure=1.4)
@@ -114,9 +116,20 @@ def _two() -> tuple[Act, ...]:
                                 for mm, x, y in ((70, 0.0, 0.0), (56, 0.010, -0.020), (42, -0.015, 0.015))], pause=0.5)
 
 
+def _steadily(x: float, y: float, *depths: float, start: float) -> Act:
+    """A stage presses the tip in at x, y, m, at one speed, and stops at each of the depths, m."""
+    places, t = [], 0.0
+    for before, depth in pairwise((0.0, *depths)):
+        t += (depth - before) / _SPEED
+        places += [{'t': t, 'press': depth}, {'t': t + 0.1}]
+        t += 0.1
+    return act(_TIP, start, *places, {'t': t + depths[-1] / _SPEED, 'press': 0.0}, x=x, y=y)
+
+
 def _zones(*depths: float) -> tuple[Act, ...]:
     """Presses at ten zones, to depths, m."""
-    return by_the_step(_TIP, _places(10, 0.070, np.random.default_rng(7)), depths)
+    places = _places(10, 0.070, np.random.default_rng(7))
+    return one_after_the_other([partial(_steadily, x, y, *depths) for x, y in places], untouched=0.5, pause=0.05)
 
 
 _random_cushion = partial(air_cushion, pattern=_random)
