@@ -72,7 +72,7 @@ def images(source, most):
 def dots_of(name, path, most, **changes):
     """Dots of each image, as camera_node and dot_tracker_node make them of a file with these parameters."""
     file = FOLDER / f'{name}.yaml'
-    values = read_parameters(file, 'camera_node', CAMERA_PARAMETERS) | {'source': 'file', 'path': str(path)}
+    values = read_parameters(file, 'camera_node', CAMERA_PARAMETERS) | {'source': 'file', 'path': str(path), 'rate': 0.0}
     source = make_source(CAMERA_SOURCES, values, time.time_ns)
     stage = DotStage(read_parameters(file, 'dot_tracker_node', DOT_PARAMETERS) | changes)
     return [stage.process(image)['dots'][0] for image in images(source, most)]

@@ -4,17 +4,14 @@
 from __future__ import annotations
 
 from collections import deque
-from statistics import median
 
 _KEPT = 30  # latest stamp intervals that determine the period; a change of rate is followed within as many frames; chosen
 _EVERY = 5  # messages between two updates of the period, because an update takes 57 us (measured on a busy machine)
 _SHORTEST_NS = 100_000  # shorter intervals are wrong stamps: no sensor sends 10 000 messages a second; chosen
 _PAUSE_NS = 2_000_000_000  # longer gaps are pauses of the publisher (paused, reconnected), not losses; chosen
-_SHORT = 0.1  # fraction of intervals that may be shorter than a period, because of late messages; chosen
+_SHORT = 0.1  # fraction of intervals that are shorter than what is taken for the period, because of late messages; chosen
 _LATELY = 120  # latest messages over which losses are reported; chosen
 _FEW = 3  # losses among these that are not reported: the machine was busy for a moment; chosen
-# Tolerance for a whole multiple of the period, in periods, and fraction of intervals that must be such multiples; chosen.
-_JITTER, _MOST = 0.25, 0.9
 
 
 class StampGaps:
@@ -43,7 +40,7 @@ class StampGaps:
         self._steps.append(step)
         self._count += 1
         if self._count % _EVERY == 0:
-            known, self._period = self._period, self._found_period()
+            known, self._period = self._period, float(sorted(self._steps)[int(_SHORT * len(self._steps))])
             if not known and not covered_ns:  # the loss before, as while the receiver took up its work, is no news
                 self.lost += sum(max(round(before / self._period) - 1, 0) for before in list(self._steps)[:-1])
         if not self._period:
@@ -61,14 +58,3 @@ class StampGaps:
         share = 100 * lost / (lost + len(self._missing))
         return (f'{share:.0f} % of {self._topic} are missing, by the gaps in its stamps: its publisher or the recording leaves them out, '
                 'or they are lost on the way; see whether it is reliable, and what else the machine and the network do')
-
-    def _found_period(self) -> float:
-        """Period of the messages, ns: the one of which the intervals are whole multiples, refined from the shortest to the longest
-        interval; the median interval if too few are multiples."""
-        steps = sorted(self._steps)
-        period, count, total = steps[int(_SHORT * len(steps))], 0, 0
-        for step in steps:
-            count, total = count + max(round(step / period), 1), total + step
-            period = total / count
-        whole = sum(abs(step / period - round(step / period)) < _JITTER for step in steps)
-        return period if whole >= _MOST * len(steps) else median(steps)

@@ -13,22 +13,15 @@ RATE = 30.0
 
 
 class FakeCamera:
-    """Noise around a grey that is the camera's mark, at RATE. does: of what it sends, '' where it works, 'repeats', 'black' or 'small';
-    the size that is asked for ends 'small' where forgets is set."""
+    """Noise around a grey that is the camera's mark, at RATE."""
 
     def __init__(self, mark: int):
-        self.mark, self.does, self.forgets, self.gone = mark, '', False, False
-        self.size, self.numbers = (64, 48), 0
+        self.mark, self.gone = mark, False
         self._rng = np.random.default_rng(mark)
-        self._image = None
 
     def picture(self) -> np.ndarray:
         """The next one, (H, W, 3)."""
-        width, height = self.size if self.does != 'small' else (32, 24)
-        if self.does != 'repeats' or self._image is None:
-            low = 0 if self.does == 'black' else self.mark
-            self._image = self._rng.integers(low, low + 3, (height, width, 3), np.uint8)
-        return self._image
+        return self._rng.integers(self.mark, self.mark + 3, (48, 64, 3), np.uint8)
 
 
 class Cameras:
@@ -77,9 +70,7 @@ class FakeCapture:
     def isOpened(self):  # noqa: N802
         return self._camera is not None
 
-    def set(self, prop, _value):
-        if prop == cv2.CAP_PROP_FRAME_WIDTH and self._camera.forgets:
-            self._camera.does = ''
+    def set(self, _prop, _value):
         return True
 
     def get(self, prop):

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sensors on serial ports: unplugged, plugged in elsewhere, swapped, at a wrong baud rate, interrupted within a frame."""
+"""Sensors on serial ports: unplugged, plugged in elsewhere, swapped, at a wrong baud rate."""
 import time
 
 import numpy as np
@@ -52,10 +52,9 @@ def array(bench, nodes):
     return start
 
 
-@pytest.mark.parametrize('device', ['usb-Tactile_A1-if00', 'A1'])
-def test_unplugged_and_plugged_in_under_another_name(bench, beside, bus, finger, device):
+def test_unplugged_and_plugged_in_under_another_name(bench, beside, bus, finger):
     bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
-    node, heard = finger(device)
+    node, heard = finger('A1')
     bench.until(lambda: len(heard) > 5)
     pulled = time.monotonic()
     bus.pull('A1')
@@ -70,26 +69,7 @@ def test_unplugged_and_plugged_in_under_another_name(bench, beside, bus, finger,
     bench.reported(node, OK, 'Hz', plugged)
     assert set(samples(messages(heard))[:, 1]) == {1}, 'never the other sensor'
     assert bench.logged('device is back', pulled) and (np.diff(stamps(heard)) > 0).all()
-    bench.report(f'unplugged, plugged in under another name (device: {device})', reported.text, back - plugged)
-
-
-def test_two_fingers_swapped_are_found_by_their_serial_numbers(bench, beside, bus, finger):
-    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
-    bus.plug('B2', CountingFinger, 'ttyUSB1', mark=2)
-    nodes, heard = zip(*(finger(serial) for serial in ('A1', 'B2')))
-    bench.until(lambda: all(len(h) > 5 for h in heard))
-    pulled = time.monotonic()
-    bus.pull('A1')
-    bus.pull('B2')
-    reported = bench.reported(nodes[0], ERROR, 'device:', pulled)
-    bench.reported(nodes[1], ERROR, 'device:', pulled)
-    plugged = time.monotonic()
-    bus.plug('B2', CountingFinger, 'ttyUSB0', mark=2)
-    bus.plug('A1', CountingFinger, 'ttyUSB1', mark=1)
-    bench.until(lambda: all(messages(h, plugged + 0.1) for h in heard))
-    assert [set(samples(messages(h))[:, 1]) for h in heard] == [{1}, {2}]
-    back = max(next(h.at for h in each if h.at > plugged) for each in heard)
-    bench.report('two fingers swapped between ports, named by serial number', reported.text, back - plugged)
+    bench.report('unplugged, plugged in under another name', reported.text, back - plugged)
 
 
 def test_sensors_swapped_between_ports_named_by_path_are_reported_and_give_no_numbers(bench, beside, bus, finger, array):
@@ -121,44 +101,15 @@ def test_sensors_swapped_between_ports_named_by_path_are_reported_and_give_no_nu
     bench.report('finger and array swapped between ports, named by path', reported.text, back - right)
 
 
-@pytest.mark.parametrize('kind', ['finger', 'array'])
-def test_a_wrong_baud_rate_is_reported_and_gives_no_numbers(bench, beside, bus, finger, array, kind):
-    emulator = bus.plug('A1', *{'finger': (CountingFinger, 'ttyUSB0'), 'array': (CountingArray, 'ttyUSB0')}[kind], mark=1, rate=400.0)
+def test_a_wrong_baud_rate_is_reported_and_gives_no_numbers(bench, beside, bus, array):
+    emulator = bus.plug('A1', CountingArray, 'ttyUSB0', mark=1, rate=400.0)
     emulator.spoil = lambda data: CORRUPTIONS['wrong_baud'](data, RNG) * 40  # the byte rate of a fast sensor
-    node, heard = {'finger': finger, 'array': array}[kind](bus.folder / 'ttyUSB0')
+    node, heard = array(bus.folder / 'ttyUSB0')
     reported = bench.reported(node, WARN, 'but no frames')
     assert 'baud' in reported.text and not heard
     emulator.spoil = None
     right = time.monotonic()
     bench.until(lambda: heard, SOON)
     bench.reported(node, OK, 'Hz', right)
-    assert set({'finger': samples, 'array': frames}[kind](messages(heard))[:, 1]) == {1}
-    bench.report(f'wrong baud rate ({kind})', reported.text, heard[0].at - right)
-
-
-def test_half_written_frames_cost_themselves_alone(bench, beside, bus, finger):
-    emulator = bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
-    node, heard = finger('A1')
-    bench.until(lambda: len(heard) > 5)
-    cut = []
-
-    def halve(data):
-        """Every third frame ends in its middle."""
-        if (emulator.number // 5) % 3:
-            return data
-        cut.append(emulator.number)
-        return data[:len(data) // 2]
-    emulator.spoil = halve
-    bench.until(lambda: len(cut) > 20)
-    emulator.spoil = None
-    last, right = emulator.number, time.monotonic()
-    bench.until(lambda: samples(messages(heard))[-1, 0] > last + 100)
-    numbers = samples(messages(heard))[:, 0]
-    lost = sorted({number - k for number in cut for k in range(1, 6)})
-    assert sorted(set(range(numbers[0], numbers[-1] + 1)) - set(numbers)) == lost
-    bench.until(lambda: bench.ear.health[node][-1].values['dropped'] == str(len(lost)))
-    whole = bench.reported(node, OK, 'Hz', right)
-    assert int(whole.values['crc errors']) >= len(cut) - 1
-    back = next(h.at for h in heard if samples([h.message])[-1, 0] > last)
-    bench.report('half-written frames', f"dropped: {len(lost)} samples of {len(cut)} frames, crc errors: {whole.values['crc errors']}",
-                 back - right)
+    assert set(frames(messages(heard))[:, 1]) == {1}
+    bench.report('wrong baud rate', reported.text, heard[0].at - right)

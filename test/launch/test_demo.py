@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""demo.launch.py on a simulated sensor, a recorded video and an array's file ends by itself and writes its pictures."""
+"""demo.launch.py on a simulated sensor and an array's file ends by itself and writes its pictures."""
 import re
 from pathlib import Path
 
@@ -36,38 +36,8 @@ def test_a_simulated_sensor_is_shown(ros2, tmp_path):
     assert launched.wait(90) == 0, launched.log
     assert launched.complaints == []
     check_files(launched.log, tmp_path / 'pictures', {'largest_contact', 'deepest_contact'})
-    assert re.search(r'\d+ untouched, \d+ sticking, \d+ slipping', launched.log)
-    assert re.search(r'touch(es)?, \d+ mm\^2, [\d.]+ mm deep, [\d.]+ N', launched.log)
+    assert re.search(r'\d+ mm2, [\d.]+ mm deep, [\d.]+ N, .*\d+ stick, \d+ slip', launched.log)
     assert re.search(r'\d+ frames, [\d.]+ Hz, latency \d+ ms', launched.log)
-
-
-@pytest.fixture
-def press_video(tmp_path):
-    """8 x 6 dots, pitch 40 px, that move by 12 px to the right and back; (path, frames)."""
-    path = tmp_path / 'press.avi'
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), 25.0, (320, 240))
-    for k in range(100):
-        shift = 12.0 * np.clip(min(k - 40, 90 - k) / 15, 0, 1)
-        image = np.full((240, 320, 3), 170, np.uint8)
-        for row in range(6):
-            for column in range(8):
-                centre = round(16 * (20 + 38 * column + shift)), round(16 * (22 + 38 * row))
-                cv2.circle(image, centre, 16 * 5, (40, 40, 40), -1, cv2.LINE_AA, 4)
-        writer.write(cv2.GaussianBlur(image, (0, 0), 1.0))
-    writer.release()
-    return path
-
-
-def test_a_recorded_video_is_shown(ros2, tmp_path, press_video):
-    shipped = f'{get_package_share_directory("tactile_bringup")}/params/marker_video.yaml'
-    launched = ros2('launch', 'tactile_bringup', 'demo.launch.py', 'out:=pictures', 'source:=file', f'path:={press_video}',
-                    f'params:={shipped}', 'rate:=12')
-    assert launched.wait(90) == 0, launched.log
-    assert launched.complaints == []
-    assert 'contact_region_node' not in launched.log
-    check_files(launched.log, tmp_path / 'pictures', {'largest_displacement'})
-    assert '48 dots' in launched.log
-    assert float(re.search(r'largest displacement ([\d.]+) px$', launched.log, re.MULTILINE).group(1)) == pytest.approx(12.0, abs=0.5)
 
 
 def test_a_file_of_an_array_is_shown(ros2, tmp_path):
@@ -80,7 +50,8 @@ def test_a_file_of_an_array_is_shown(ros2, tmp_path):
     launched = ros2('launch', 'tactile_bringup', 'demo.launch.py', 'out:=pictures', 'source:=file', 'path:=grasp.csv', 'params:=mat.yaml')
     assert launched.wait(90) == 0, launched.log
     assert launched.complaints == []
-    assert 'no contact' in launched.log and float(re.search(r'largest area (\d+) mm', launched.log).group(1)) == pytest.approx(81, rel=0.3)
+    assert 'nothing touches' in launched.log
+    assert float(re.search(r'largest area (\d+) mm', launched.log).group(1)) == pytest.approx(81, rel=0.3)
     picture = cv2.imread(str(tmp_path / 'pictures' / 'largest_contact.png'))
     assert (picture != cv2.imread(str(tmp_path / 'pictures' / 'first.png'))).any()
     assert frames_in(tmp_path / 'pictures' / 'demo.mp4') > 20

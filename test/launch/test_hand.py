@@ -11,10 +11,6 @@ import yaml
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from lifecycle_msgs.msg import Transition  # noqa: E402
-from lifecycle_msgs.srv import ChangeState, GetState  # noqa: E402
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
-from rcl_interfaces.srv import SetParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Contacts  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
@@ -84,33 +80,6 @@ def test_a_process_that_dies_is_started_again_and_the_others_go_on(ros2, listen,
     assert len(steps) > 20 and min(steps) > 0
     assert launched.interrupt() in (0, 1), 'our launch verb counts a process that was killed as failed'
     assert 'Traceback' not in launched.log
-
-
-def test_without_autostart_a_driver_waits_for_its_lifecycle_services(ros2, listen, tmp_path):
-    (tmp_path / 'hand.yaml').write_text(yaml.safe_dump({'sensors': [{**HAND['sensors'][1], 'parent': 'hand'}]}))
-    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'autostart:=false')
-    ear = listen({'/tip/contacts': Contacts})
-    clients = {kind: ear.node.create_client(kind, f'/tip/psd_node/{name}') for kind, name in
-               ((GetState, 'get_state'), (ChangeState, 'change_state'), (SetParameters, 'set_parameters'))}
-    assert ear.wait_for(lambda: all(client.service_is_ready() for client in clients.values()), 30), launched.log
-
-    def called(kind, **request):
-        answer = ear.ask(clients[kind], kind.Request(**request))
-        assert answer is not None, launched.log
-        return answer
-
-    def state_after(number):
-        called(ChangeState, transition=Transition(id=number))
-        return called(GetState).current_state.label
-    assert called(GetState).current_state.label == 'unconfigured' and not ear.heard['/tip/contacts']
-    assert state_after(Transition.TRANSITION_CONFIGURE) == 'inactive' and state_after(Transition.TRANSITION_ACTIVATE) == 'active'
-    assert ear.wait_for(lambda: len(ear.heard['/tip/contacts']) > 20, 30), launched.log
-    value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value='taps')
-    refused, = called(SetParameters, parameters=[Parameter(name='scene', value=value)]).results
-    assert not refused.successful and 'deactivate and clean up first' in refused.reason
-    assert state_after(Transition.TRANSITION_DEACTIVATE) == 'inactive'
-    assert launched.interrupt() == 0, launched.log
-    assert launched.complaints == [], launched.log
 
 
 def test_a_calibration_of_another_sensor_ends_the_launch_with_one_line(ros2, tmp_path):

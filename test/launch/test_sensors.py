@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The launch file of each sensor with a simulated one: results, stamps, frames, accuracy, what RViz shows, and shutdown."""
+"""The launch file of each sensor (that of areal_single: test_bags.py) with a simulated one: results, stamps, frames, accuracy, what RViz
+shows, and shutdown."""
 import pathlib
 
 import numpy as np
@@ -25,7 +26,6 @@ DRAWN = {'markers': MarkerArray, 'image_annotated': Image}
 # sensor: scene, rate (Hz), raw topics, results, period of the results (s), largest median error: place (m; finger: normal, rad), depth (m)
 SENSORS = {
     'touchpad': ('sphere_press', 10, CAMERA, {**DOTS, 'slip': Slip}, 0.1, 1e-3, 4e-4),
-    'areal_single': ('areal_single_press', 10, CAMERA, DOTS, 0.1, 1e-3, 5e-4),
     'areal_dual': ('areal_dual_press', 10, CAMERA, DOTS, 0.1, 1.5e-3, 3e-4),
     'air_cushion': ('air_cushion_press', 10, CAMERA, DOTS, 0.1, 6e-3, 3e-3),
     'psd_finger': ('grid', 1000, {'voltages': PsdVoltages}, {'contacts': Contacts}, 0.005, 0.026, 2e-3),

@@ -12,10 +12,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 from tactile_driver.errors import BadArgument
+from tactile_msgs.msg import ContactRegion
 
 from ..parameters.table import VIDEO_RATE
-from ..visualization.markers import SLIP_NAMES
-from ..visualization.pictures import STATE_NAMES
+from ..visualization.annotation import contact_line, text_of
+from ..visualization.markers import touch_words
 
 _NAN = float('nan')
 _RECENT = 90  # frames, 3 s at 30 Hz
@@ -24,26 +25,19 @@ _LONGEST_LATENCY_S = 60.0  # chosen: older stamps are those of a recording, of w
 
 @dataclass(frozen=True)
 class Reading:
-    """The results of one frame; unknown is NaN or empty.
+    """The results of one frame; unknown is NaN.
 
-    stamp_s: of exposure; latency_s: from exposure to receipt of the last result; dots: number, None of an array; displacement: largest, px;
-    states: numbers of untouched, sticking, slipping dots, () without a contact region; area: m^2; depth: m, deepest contact; force: N;
-    touches: number of contacts; motion: (6,) translation, m, and rotation vector, rad, of the object over motion_interval, s; slip: name of
-    the state; slipping: slipping fraction of the contact, 0 to 1.
+    stamp_s: of exposure; latency_s: from exposure to receipt of the last result; words: the results as text; displacement: largest, px;
+    area: m^2; depth: m, deepest contact; force: N; slipping: number of slipping dots, of an array the slipping fraction.
     """
 
     stamp_s: float
     latency_s: float = _NAN
-    dots: int | None = None
+    words: tuple[str, ...] = ()
     displacement: float = _NAN
-    states: tuple[int, ...] = ()
     area: float = _NAN
     depth: float = _NAN
     force: float = _NAN
-    touches: int = 0
-    motion: tuple[float, ...] = (_NAN,) * 6
-    motion_interval: float = _NAN
-    slip: str = ''
     slipping: float = _NAN
 
 
@@ -83,15 +77,13 @@ class Summary:
 
     def line(self, reading: Reading) -> str:
         """One line for a log."""
-        dots = '' if reading.dots is None else f'{reading.dots} dots'
-        parts = [f'{reading.stamp_s - self.first_s:5.1f} s', dots, states_line(reading.states), contact_line(reading)]
-        if reading.touches:
-            parts += [motion_line(reading), slip_line(reading)]
-        return ' | '.join(p for p in [*parts, f'{number(self.rate, ".0f")} Hz, {number(self.latency_ms(50), ".0f")} ms'] if p)
+        parts = [f'{reading.stamp_s - self.first_s:5.1f} s', *reading.words, f'{number(self.rate, ".0f")} Hz, '
+                 f'{number(self.latency_ms(50), ".0f")} ms']
+        return ' | '.join(filter(None, parts))
 
     def report(self) -> list[str]:
         """The last lines: frames, rate, latency, maxima, refused messages."""
-        units = {'displacement': ('px', 1.0, '.1f'), 'area': ('mm^2', 1e6, '.0f'), 'depth': ('mm', 1e3, '.1f'), 'force': ('N', 1.0, '.1f')}
+        units = {'displacement': ('px', 1.0, '.1f'), 'area': ('mm2', 1e6, '.0f'), 'depth': ('mm', 1e3, '.1f'), 'force': ('N', 1.0, '.1f')}
         largest = [f'{name} {factor * self.largest[name]:{form}} {unit}'
                    for name, (unit, factor, form) in units.items() if name in self.largest]
         mean = (self.frames - 1) / (self.last_s - self.first_s) if self.last_s > self.first_s else _NAN
@@ -105,75 +97,31 @@ def number(value: float, form: str) -> str:
     return format(value, form) if math.isfinite(value) else '-'
 
 
-def states_line(states: tuple[int, ...]) -> str:
-    """Number of dots in each state; '' without dots."""
-    return ', '.join(f'{count} {name}' for name, count in zip(STATE_NAMES, states)) if any(states) else ''
-
-
-def contact_line(reading: Reading) -> str:
-    """Number of contacts, area, depth, force; without a contact region the largest displacement of a dot."""
-    if not reading.states:
-        return f'largest displacement {number(reading.displacement, ".1f")} px'
-    if not reading.touches:
-        return 'no contact'
-    return (f'{reading.touches} touch{"es" if reading.touches > 1 else ""}, {number(1e6 * reading.area, ".0f")} mm^2, '
-            f'{number(1e3 * reading.depth, ".2f")} mm deep, {number(reading.force, ".2f")} N')
-
-
-def motion_line(reading: Reading) -> str:
-    """Speed and turning rate of the object."""
-    if not reading.motion_interval > 0 or not np.isfinite(reading.motion).all():
-        return 'unknown'
-    speed = np.array(reading.motion) / reading.motion_interval
-    x, y, z = 1e3 * speed[:3]
-    return f'({x:+.1f}, {y:+.1f}, {z:+.1f}) mm/s, turning {np.degrees(np.linalg.norm(speed[3:])):.0f} deg/s'
-
-
-def slip_line(reading: Reading) -> str:
-    """Slip state and slipping fraction of the contact."""
-    if not reading.slip:
-        return '-'
-    return reading.slip + (f', {100 * reading.slipping:.0f} % of the contact' if reading.slipping > 0 else '')
-
-
 def reading_of(found: Mapping, stamp_s: float, latency_s: float) -> Reading:
     """The numbers of a frame. found: topic (dots, contact_region, contacts, slip, wrench) -> message that passed check_message; any may
     be missing."""
-    values = {}
+    words, values = text_of(found) if 'dots' in found else [], {}
     if 'dots' in found:
-        dots = found['dots']
-        moved = np.hypot(dots.du, dots.dv)
-        values.update(dots=len(dots.id), displacement=float(np.nanmax(moved)) if np.isfinite(moved).any() else float('nan'))
+        moved = np.hypot(found['dots'].du, found['dots'].dv)
+        values['displacement'] = float(np.nanmax(moved)) if np.isfinite(moved).any() else _NAN
+    elif 'contact_region' in found:
+        words = [contact_line(found, found['contact_region'])]
+    elif 'contacts' in found:
+        words = [', '.join(touch_words(found)) or ('touched' if found['contacts'].contacts else 'nothing touches')]
     if 'contact_region' in found:
-        values.update(_region(found['contact_region']))
-    if 'contacts' in found:
-        depths = [c.depth for c in found['contacts'].contacts if np.isfinite(c.depth)]
-        values.update(touches=len(found['contacts'].contacts), depth=max(depths) if depths else float('nan'))
-    if 'wrench' in found and values.get('touches'):
-        force = found['wrench'].wrench.force
-        values['force'] = float(np.linalg.norm((force.x, force.y, force.z)))
-    if 'slip' in found and values.get('touches'):
-        values.update(slip=SLIP_NAMES.get(found['slip'].state, ''), slipping=found['slip'].slipping_fraction)
-    return Reading(stamp_s, latency_s, **values)
-
-
-def _region(region) -> dict:
-    translation, rotation = region.motion.translation, region.motion.rotation
-    axis = np.array([rotation.x, rotation.y, rotation.z])
-    # The angle from the vector part: near zero rotation the cosine in w has no resolution.
-    length = np.linalg.norm(axis)
-    turn = axis * (2 * np.arctan2(length, abs(rotation.w)) / length * np.sign(rotation.w or 1.0)) if length > 0 else axis
-    return {'states': tuple(np.bincount(np.asarray(region.dot_state, np.int64), minlength=3)[:3].tolist()), 'area': region.area,
-            'motion': (translation.x, translation.y, translation.z, *turn.tolist()), 'motion_interval': region.motion_interval}
+        slipping = np.count_nonzero(np.asarray(found['contact_region'].dot_state) == ContactRegion.SLIPPING)
+        values.update(area=found['contact_region'].area, slipping=float(slipping))
+    if 'contacts' in found and found['contacts'].contacts:
+        values['depth'] = max((c.depth for c in found['contacts'].contacts if np.isfinite(c.depth)), default=_NAN)
+        if 'wrench' in found:
+            force = found['wrench'].wrench.force
+            values['force'] = float(np.linalg.norm((force.x, force.y, force.z)))
+        if 'slip' in found and 'dots' not in found:
+            values['slipping'] = found['slip'].slipping_fraction
+    return Reading(stamp_s, latency_s, tuple(words), **values)
 
 
 _GAIN = 1.05  # chosen: a frame replaces a picture only if its value is 5 % larger, which spares most copies while a value grows
-
-
-def _slipping(reading: Reading) -> float:
-    if reading.slip in ('', 'no slip'):
-        return 0.0
-    return reading.states[2] if any(reading.states) else reading.slipping
 
 
 #: Name of the picture -> value of a frame; the frame with the largest value above 0 is kept.
@@ -181,7 +129,7 @@ MOMENTS: dict[str, Callable[[Reading], float]] = {
     'largest_displacement': lambda reading: reading.displacement if reading.displacement > 1.0 else 0.0,
     'largest_contact': lambda reading: reading.area,
     'deepest_contact': lambda reading: reading.depth,
-    'most_slip': _slipping,
+    'most_slip': lambda reading: reading.slipping,
 }
 
 

@@ -29,6 +29,7 @@ class Loads:
         self._press, self._forces = Press([]), []
         self._number, self._since = 0, None  # of the weight that is on next, and when the present one was laid on
         self._loaded_s: float | None = None
+        self._bare: np.ndarray | None = None  # what the force sensor shows of nothing
 
     @property
     def open_places(self) -> list[int]:
@@ -73,7 +74,7 @@ class Loads:
 
     def drop(self, why: str) -> str:
         """Begin anew; what is to be reported."""
-        self._press, self._loaded_s, self._number, self._since = Press([]), None, 0, None
+        self._press, self._loaded_s, self._number, self._since, self._bare = Press([]), None, 0, None, None
         return why
 
     def _weighed(self, sample: Sample) -> tuple[Press | None, str]:
@@ -98,10 +99,11 @@ class Loads:
         if not self._rested:
             press.rest.append(sample)
             return None, self.advice if self._rested else ''
-        tare = np.mean([each.wrench for each in press.rest], axis=0)
-        noise = np.std([each.to_sensor(each.wrench)[2] for each in press.rest])
-        force = abs(float(sample.to_sensor(sample.wrench - tare)[2]))
-        loaded = force > max(_NOISES * noise, _LEAST)
+        if self._bare is None:
+            self._bare = np.mean([each.wrench for each in press.rest], axis=0)
+            self._loaded_from = max(_NOISES * np.std([each.to_sensor(each.wrench)[2] for each in press.rest]), _LEAST)
+        force = abs(float(sample.to_sensor(sample.wrench - self._bare)[2]))
+        loaded = force > self._loaded_from
         self._forces.append((sample.stamp_s, force))
         if loaded and sample.stamp_s - sample.changed_s > _STUCK_S:
             return None, 'dropped: ' + self.drop('the wrench stands still: the sensor is saturated or has stopped')
@@ -109,7 +111,7 @@ class Loads:
             self._loaded_s = sample.stamp_s
         if self._loaded_s is None:
             return None, ''
-        press.touched.append(sample if loaded else replace(sample, wrench=tare))  # what a force sensor shows of nothing is no load
+        press.touched.append(sample if loaded else replace(sample, wrench=self._bare))  # what a force sensor shows of nothing is no load
         return (press, 'taken') if sample.stamp_s - self._loaded_s > _AFTER_S else (None, '')
 
     def picture(self) -> np.ndarray:

@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import math
 import sys
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -177,7 +176,6 @@ def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[Decl
     Raises LaunchError.
     """
     values = values_of(context, [*sensor_arguments(sensor_type), *more])
-    check_videos(values, sensor_type)
     plan = sensor_plan(values, sensor_type)
     markers = SENSOR_TYPES[sensor_type].view
     plan = replace(plan, nodes={**plan.nodes, markers: {**plan.nodes[markers], **(drawn or {})}})
@@ -221,20 +219,6 @@ def check(values: Mapping[str, str], sources: Sequence[str]) -> None:
         if values[name] and not Path(values[name]).is_file():
             raise LaunchError(f'{name}:={values[name]} is no file')
     check_new(values['record'])
-
-
-def check_videos(values: Mapping[str, str], sensor_type: str) -> None:
-    """Raises LaunchError for a video or folder of images that cannot be read; the nodes would say so too, once they have started."""
-    for name in ('path', 'right_path'):
-        if values['source'] == 'file' and values.get(name) and 'topics' in SENSOR_TYPES[sensor_type].sources:
-            from tactile_driver.camera.file import FileSource  # imports OpenCV, which only this source needs
-            source = FileSource(values[name], 0.0, False, time.time_ns)
-            try:
-                source.open()
-            except TactileError as error:
-                raise LaunchError(str(error)) from error
-            finally:
-                source.close()
 
 
 def check_choice(name: str, value: str, choices: Sequence[str]) -> None:

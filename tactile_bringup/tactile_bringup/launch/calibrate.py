@@ -20,8 +20,11 @@ _OWN = {
     'tip_radius': ('', "m, of the probe's round tip; a touchpad and a dome need it"),
     'wrench': ('', 'topic of a force/torque sensor (WrenchStamped), in any frame of /tf; empty: no forces'),
     'weights': ('', 'array: known weights, N, in the order in which they are laid on, as "5 10 20 10 5 0"; empty: wrench tells'),
+    'holes': ('', 'no robot: x y of each hole of a guide plate, m, in the order in which they are pressed; no probe then'),
+    'collars': ('', 'with holes: depths to which the collars of the tool let it in, m; all holes are pressed with each'),
     'output': ('calibration.yaml', 'calibration file to write; presses are kept beside it, and an interrupted session goes on'),
     'mounting': ('', 'x y z, m, and rotation vector, rad, of the sensor in the frame base; empty: /tf has the sensor frame'),
+    'find': ('false', 'true: mounting is known by hand only, to about 1 cm and 0.1 rad; twelve touches find the sensor first'),
     'base': ('base_link', 'frame of /tf in which mounting is'),
     'simulated_stage': ('false', 'true: a simulated stage moves a simulated sensor; its probe:=stage_tip, wrench:=/stage/wrench'),
 }
@@ -42,14 +45,16 @@ def _arguments() -> list[DeclareLaunchArgument]:
 def _actions(context: LaunchContext, own: list[DeclareLaunchArgument]) -> list:
     values = values_of(context, [*own, *_arguments()])
     check_choice('type', values['type'], tuple(SENSOR_TYPES))
-    check_choice('simulated_stage', values['simulated_stage'], ('true', 'false'))
+    for name in ('simulated_stage', 'find'):
+        check_choice(name, values[name], ('true', 'false'))
     suffix = '_sim' if values['source'] == 'sim' else ''
     given = {'probe': values['probe'], 'wrench': values['wrench'], 'base': values['base'], 'frame_id': sensor_frame(values['namespace']),
              'params': values['params'] or share('params', f'{values["type"]}{suffix}.yaml'),
              'output': str(Path(values['output']).expanduser().absolute()), 'mounting': _numbers(values, 'mounting', (0, 6)),
-             'weights': _numbers(values, 'weights'), 'tip_radius': _numbers(values, 'tip_radius', (0, 1))[:1]}
-    if not given['probe'] and values['type'] != 'taxel_array':
-        raise LaunchError("probe:= is empty: name the frame of /tf at the probe's tip")
+             'weights': _numbers(values, 'weights'), 'tip_radius': _numbers(values, 'tip_radius', (0, 1))[:1],
+             'find': values['find'] == 'true', **{name: _numbers(values, name) for name in ('holes', 'collars')}}
+    if not (given['probe'] or given['holes'] or values['type'] == 'taxel_array'):
+        raise LaunchError("probe:= is empty: name the frame of /tf at the probe's tip, or give the holes of a guide plate")
     given = {name: value for name, value in given.items() if value != []}  # launch cannot tell the type of an empty list
     if 'tip_radius' in given:
         given['tip_radius'], = given['tip_radius']

@@ -3,7 +3,6 @@
 """The demo beside a sensor's nodes, from the arguments of its launch file."""
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from launch import LaunchContext
@@ -46,9 +45,8 @@ def demo_actions(context: LaunchContext) -> list:
     # The demo ends the launch, with the last picture written.
     context.launch_configurations.update(namespace=given['namespace'], stay='true')
     sensor = sensor_actions(context, kind, own_arguments(), {_PICTURES[SENSOR_TYPES[kind].view]: VIDEO_RATE}, apart=True)
-    own = {'out': str(Path(given['out']).expanduser().absolute()), 'panel': sys.stdout.isatty(), 'seconds': duration(given)}
-    # The sensor goes before the video where both want a core: nice. Without output_format launch would write the name of the process before
-    # each line of the panel.
+    own = {'out': str(Path(given['out']).expanduser().absolute()), 'seconds': duration(given)}
+    # The sensor goes before the video where both want a core: nice.
     demo = Node(package='tactile_bringup', executable='demo', name='demo', namespace=given['namespace'], output='screen',
                 output_format='{line}', parameters=[own], prefix='nice -n 5',
                 on_exit=Shutdown(reason='the demo is over'))

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import yaml
 from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
@@ -33,21 +34,27 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.recordings.writer import write_messages
 from tactile_msgs.msg import Contact, Contacts, PsdVoltages
-from tactile_perception.common.geometry import FrameTree, Pose, quaternion, rotation_matrix, wrench_at
+from tactile_perception.common.geometry import (
+    FrameTree, Pose, matrix_of_quaternion, quaternion, rotation_matrix, rotation_vector, wrench_at)
 from tactile_perception.errors import BadFrame
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.sensors import SENSOR_TYPES
 from tactile_perception.tools.calibrate.command import main as calibrate
 from tf2_msgs.msg import TFMessage
 
+from ..guide.holes import Holes
 from ..guide.loads import Loads
+from ..guide.mounting import Mounting, Touches, fit_mounting
+from ..guide.readings import moved, place_seen, reduced, signal_of
 from ..guide.session import Press, Sample, Session
-from ..guide.surfaces import sensor_type, surface_of
+from ..guide.surfaces import MarkedSurface, sensor_type, surface_of
+from ..hand.description import read_hand
 from ..parameters.table import CALIBRATE_PARAMETERS
 
 _LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _LATE_S = 1.0  # chosen: so long an image waits for the probe's place
 _PERIOD_S = 0.05
+_MOVED = 1 / 300  # of the width of an image: chosen, a quarter of a marker's radius
 _UNKNOWN, _NOWHERE = np.full(6, np.nan), np.full(3, np.nan)
 _ARRAY = 'taxel_array'
 
@@ -65,7 +72,8 @@ class CalibrateNode(Node):
         super().__init__('calibrate_node')
         values = NodeParameters(self, CALIBRATE_PARAMETERS)
         kind = sensor_type(Path(values['params'])) if values['params'] else ''
-        reported_by = {'probe': 'probe'} if kind != _ARRAY else {} if values['weights'] else {'wrench': 'wrench (or weights)'}
+        reported_by = {'probe': 'probe (or holes)'} if kind != _ARRAY else {'wrench': 'wrench (or weights)'}
+        reported_by = {} if values['weights'] or values['holes'] else reported_by
         missing = [text for name, text in ({'output': 'output', 'params': 'params'} | reported_by).items() if not values[name]]
         if values.problems or missing:
             raise BadArgument('calibrate_node: ' + ('; '.join(values.problems.values()) or f'parameter {missing[0]} is empty'))
@@ -73,15 +81,17 @@ class CalibrateNode(Node):
             raise BadArgument(f'calibrate_node: {values["params"]} is of a sensor of type {kind}; guided are {", ".join(SENSOR_TYPES)}')
         self._values, self.params, self.output = values, Path(values['params']), Path(values['output'])
         self._surface = None if kind == _ARRAY else surface_of(self.params, values['tip_radius'])
-        self._session = Loads(values['weights']) if kind == _ARRAY else Session(self._surface)
+        self._session = self._made_session()
         self._folder, self.complete, self.handled = self.output.with_name(f'{self.output.stem}_presses'), False, 0
         self._log, self._frames = LogOnce(self), FrameTree()
         self._raw, self._wrenches = deque(), deque()  # raw: [(topic, message)] of one time each, which are not judged yet
         self._lost_s: dict[str, float] = {}  # since when the probe's place is not known, by the reason
         self._infos: dict[str, CameraInfo] = {}
         self._about = String()
-        self._mount(values['mounting'])
+        self._views: list[np.ndarray] = []  # of the cameras before the first press
+        self._mount(np.array(values['mounting']))
         self._resume()
+        self._finding = self._to_find()
         self._picture = self.create_publisher(Image, 'image', 1)
         self._listen(kind)
         self.create_service(Trigger, '~/undo', self._undo)
@@ -89,7 +99,17 @@ class CalibrateNode(Node):
             self.create_service(Trigger, '~/next', self._next)
         self.create_service(Trigger, '~/finish', self._finish)
         self._timers_kept = [steady_timer(self, _PERIOD_S, self._work), steady_timer(self, 0.5, self._show)]
-        self._tell(self._session.advice)
+        self._tell(self._guide.advice)
+
+    @property
+    def _guide(self) -> Loads | Session:
+        """What judges the samples now."""
+        return self._finding or self._session
+
+    @property
+    def mounting_file(self) -> Path:
+        """The hand's file with the pose that touches gave."""
+        return self.output.with_name(f'{self.output.stem}_hand.yaml')
 
     @property
     def sphere(self) -> list[str]:
@@ -101,19 +121,64 @@ class CalibrateNode(Node):
         """The bags of the presses that count, in their order."""
         return sorted(self._folder.glob('press_*'))
 
-    def _mount(self, mounting: list[float]) -> None:
+    def _made_session(self) -> Loads | Session:
+        values = self._values
+        if self._surface is None:
+            return Loads(values['weights'])
+        if not values['holes']:
+            return Session(self._surface)
+        if len(values['holes']) % 2 or not isinstance(self._surface, MarkedSurface):
+            raise BadArgument('calibrate_node: holes want x and y of each, m, over a sheet, a pad or a dome')
+        return Holes(self._surface, np.reshape(values['holes'], (-1, 2)), values['collars'], signal_of)
+
+    def _mount(self, mounting: np.ndarray) -> None:
         """Where the sensor is in the frame `base`, if it is given; else /tf has to tell."""
         if len(mounting) not in (0, 6):
             raise BadArgument(f'calibrate_node: mounting has {len(mounting)} numbers; give x y z, m, and a rotation vector, rad')
-        if mounting:
-            self._frames.take(self._values['base'], self._values['frame_id'], quaternion(rotation_matrix(np.array(mounting[3:]))),
-                              np.array(mounting[:3]))
+        self._mounting = mounting
+        if len(mounting):
+            self._frames.take(self._values['base'], self._values['frame_id'], quaternion(rotation_matrix(mounting[3:])), mounting[:3])
+
+    def _to_find(self) -> Touches | None:
+        """What finds the sensor, if it is to be found and was not found before."""
+        if not self._values['find']:
+            return None
+        if self._surface is None or not len(self._mounting):
+            raise BadArgument('calibrate_node: find wants a sensor that a probe presses, and a mounting that was measured by hand')
+        if self.mounting_file.exists():
+            found = read_hand(self.mounting_file).sensors[0]
+            self._mount(np.r_[found.xyz, rotation_vector(matrix_of_quaternion(np.array(found.quaternion)))])
+            self._tell(f'the mounting of {self.mounting_file} is used')
+            return None
+        return Touches(self._surface, signal_of, self._seen)
+
+    def _seen(self, untouched: list, touched) -> np.ndarray:
+        """Touch.seen by the dots of one camera."""
+        if list(self._infos) != ['camera_info']:
+            return np.full(2, np.nan)
+        return place_seen(self.params, self._infos['camera_info'], [raw[0][1] for raw in untouched[-3:]], touched[0][1])
+
+    def _found(self, found: Mounting) -> None:
+        """The sensor is where touches have found it: write that as a hand's file, and go on from there."""
+        turn = rotation_matrix(self._mounting[3:])
+        self._mount(np.r_[self._mounting[:3] + turn @ found.origin, rotation_vector(turn @ found.rotation)])
+        self._finding = None
+        name = self.get_namespace().strip('/') or self._values['frame_id']
+        entry = {'name': name, 'type': sensor_type(self.params), 'xyz': self._mounting[:3].round(6).tolist(),
+                 'quaternion': quaternion(rotation_matrix(self._mounting[3:])).round(9).tolist(), 'calibration': self.output.name}
+        page = yaml.safe_dump({'frame': self._values['base'], 'sensors': [entry]}, sort_keys=False)
+        self.mounting_file.write_text(f'# Mounting of {name}, found by touching it: {found}.\n{page}')
+        self._tell(f'{self.mounting_file}: {found}')
 
     def _resume(self) -> None:
         for bag in self.bags:
             with BagReader(bag) as reader:
                 topics = {topic for topic in reader.topics if topic.endswith('ground_truth/contacts')}
                 touches = [decode(raw.data, raw.type_name).contacts for raw in reader.messages(topics)]
+                if bag == self.bags[0] and self._surface is not None:
+                    images = sorted(topic for topic in reader.topics if topic.endswith('image_raw'))
+                    firsts = [next(iter(reader.messages({topic}))) for topic in images]
+                    self._views = [reduced(decode(raw.data, raw.type_name)) for raw in firsts]
             found = [touch[0] for touch in touches if touch]
             places = [[touch.position.x, touch.position.y] for touch in found] or np.zeros((1, 2))
             self._session.done.append((np.mean(places, axis=0), sorted({round(touch.depth, 5) for touch in found})))
@@ -151,6 +216,8 @@ class CalibrateNode(Node):
     def _place(self, message: TFMessage, static: bool) -> None:
         for each in message.transforms:
             p, q = each.transform.translation, each.transform.rotation
+            if len(self._mounting) and each.child_frame_id.lstrip('/') == self._values['frame_id']:
+                continue  # what is given holds
             try:
                 self._frames.take(each.header.frame_id.lstrip('/'), each.child_frame_id.lstrip('/'), np.array([q.x, q.y, q.z, q.w]),
                                   np.array([p.x, p.y, p.z]), *(() if static else (stamp_ns_of(each.header) * 1e-9,)))
@@ -195,19 +262,22 @@ class CalibrateNode(Node):
             for name in self._lost_s:
                 self._log.forget(name)
             self._lost_s.clear()
-            self._judge(Sample(stamp, placed[1], raw=raw, **self._wrench_at(stamp)))
+            try:
+                self._judge(Sample(stamp, placed[1], raw=raw, **self._wrench_at(stamp)))
+            except BadFrame as error:
+                self._log.error('image', str(error))
 
     def _placed(self, stamp: float) -> Pose | None:
         """Where the probe is; of an array where its force sensor is, and somewhere if its loads are weights."""
+        if self._values['weights'] or self._values['holes']:
+            return np.eye(3), _NOWHERE
         if self._surface is not None:
             return self._pose(self._values['probe'], stamp)
-        if self._values['weights']:
-            return np.eye(3), _NOWHERE
         return self._pose(self._wrenches[-1][3], stamp) if self._wrenches and self._wrenches[-1][0] >= stamp else None
 
     def _warn(self, name: str, text: str, stamp: float) -> None:
         """Drop the present press; log why, unless it passes at once as while everything starts."""
-        self._session.drop(text)
+        self._guide.drop(text)
         if stamp - self._lost_s.setdefault(name, stamp) > _LATE_S:
             self._log.error(name, text)
 
@@ -227,9 +297,14 @@ class CalibrateNode(Node):
         return {'wrench': found[1], 'changed_s': found[2], 'to_sensor': partial(wrench_at, rotation=placed[0], place=placed[1])}
 
     def _judge(self, sample: Sample) -> None:
+        if self._finding is not None:
+            self._find(sample)
+            return
         press, reported = self._session.add(sample)
         if press is not None and not self._infos.keys() >= set(self._info_topics):
             press, reported = None, 'dropped: no camera_info has come; calibrate the camera first'
+        if press is not None and (away := self._camera_away(press.rest[0])):
+            press, reported = None, f'dropped: {away}'
         if press is not None:
             self._keep(press)
         if press is not None and self._values['wrench'] and not np.isfinite(press.touched[0].wrench).all():
@@ -238,6 +313,21 @@ class CalibrateNode(Node):
             self._tell(f'{reported}. {self._session.advice}' if press is not None or reported.startswith('dropped') else reported)
         if press is not None and not self._session.open_places:
             self._end()
+
+    def _camera_away(self, untouched: Sample) -> str:
+        """Why the cameras are not where they were before the first press; ''."""
+        views = [reduced(message) for _, message in untouched.raw if isinstance(message, Image) and self._surface is not None]
+        self._views = self._views or views
+        way = max((moved(*pair) for pair in zip(self._views, views)), default=0.0)
+        return f'the camera has moved by {100 * way:.1f} % of its picture; put it back, or begin anew with another output' \
+            if way > _MOVED else ''
+
+    def _find(self, sample: Sample) -> None:
+        _, reported = self._finding.add(sample)
+        if not self._finding.open_places:
+            self._found(fit_mounting(self._finding.touches, self._surface))
+        if reported:
+            self._tell(f'{reported}. {self._guide.advice}')
 
     def _keep(self, press: Press) -> None:
         """Write a bag under another name first, so that what is there is always whole."""
@@ -281,13 +371,15 @@ class CalibrateNode(Node):
         return (_NOWHERE, np.array([0.0, 0.0, 1.0])) if self._surface is None else self._surface.contact(sample.tip)
 
     def _undo(self, _request, answer: Trigger.Response) -> Trigger.Response:
-        """Take the last press away."""
-        answer.success = bool(self.bags)
-        if answer.success:
+        """Take the last press, or touch, away."""
+        answer.success = bool(self._guide.done if self._finding else self.bags)
+        if answer.success and self._finding:
+            self._finding.undo()
+        elif answer.success:
             shutil.rmtree(self.bags[-1])
             self._session.done.pop()
             self._session.drop('')
-        answer.message = self._session.advice
+        answer.message = self._guide.advice
         self._tell(answer.message)
         return answer
 
@@ -313,7 +405,7 @@ class CalibrateNode(Node):
     def _show(self) -> None:
         if self._picture.get_subscription_count():
             header = header_of(self.get_clock().now().nanoseconds, self._values['frame_id'])
-            self._picture.publish(image_to_message(Frame(self._session.picture(), 0, 'bgr8'), '', header))
+            self._picture.publish(image_to_message(Frame(self._guide.picture(), 0, 'bgr8'), '', header))
 
     def _tell(self, text: str) -> None:
         self.get_logger().info(text)
@@ -331,6 +423,8 @@ def main(args: list[str] | None = None) -> None:
         node = made[0]
         signal.signal(signal.SIGINT, signal.default_int_handler)  # which run_node has left ignored
         code = calibrate([*map(str, node.bags), '--params', str(node.params), '--output', str(node.output), *node.sphere])
+        if node.mounting_file.exists():
+            print(node.mounting_file.read_text(), flush=True)
     elif made:
         print(f'{len(made[0].bags)} presses are kept; start it again with the same output to go on', flush=True)
     sys.exit(code)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import sys
 
 import numpy as np
-from geometry_msgs.msg import Quaternion, TransformStamped, WrenchStamped
+from geometry_msgs.msg import PointStamped, Quaternion, TransformStamped, WrenchStamped
 from rclpy.node import Node
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
@@ -26,41 +26,51 @@ _NOISE = np.array([0.01, 0.01, 0.01, 3e-4, 3e-4, 3e-4])  # N, N m: of a small fo
 
 
 class SimulatedStage(Node):
-    """Follows ground_truth/contacts and ground_truth/wrench; their frame is joined to the stage's by /tf_static. Parameter along_normal: a
-    contact's position is on the untouched surface, as of fingers, and not where the tip is."""
+    """Follows ground_truth/tip and ground_truth/wrench; their frame is joined to the stage's by /tf_static. Parameter along_normal: follows
+    the contacts of a finger instead, whose positions are on the untouched surface, and their forces."""
 
     def __init__(self):
         super().__init__('simulated_stage')
         self._origin, self._turn = np.array(MOUNTING[:3]), Rotation.from_rotvec(MOUNTING[3:])
         self._tip, self._out, self._rng = np.array([0.0, 0.0, _FAR]), np.zeros(3), np.random.default_rng(5)
-        self._along_normal = self.declare_parameter('along_normal', False).value
         self._transforms = self.create_publisher(TFMessage, '/tf', 100)
         self._mounted = self.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)
         self._sensor = ''
         self._forces = self.create_publisher(WrenchStamped, '/stage/wrench', 100)
-        self.create_subscription(Contacts, 'ground_truth/contacts', self._move, 100)
-        self.create_subscription(WrenchStamped, 'ground_truth/wrench', self._press, 100)
+        if self.declare_parameter('along_normal', False).value:
+            self.create_subscription(Contacts, 'ground_truth/contacts', self._follow_contact, 100)
+        else:
+            self.create_subscription(PointStamped, 'ground_truth/tip', self._follow_tip, 100)
+            self.create_subscription(WrenchStamped, 'ground_truth/wrench', self._press, 100)
 
-    def _move(self, message: Contacts) -> None:
+    def _follow_tip(self, message: PointStamped) -> None:
+        p = message.point
+        if np.isfinite(p.z):  # else it stays where it was, above the skin
+            self._tip = np.array([p.x, p.y, p.z])
+        self._tell(message.header)
+
+    def _follow_contact(self, message: Contacts) -> None:
         if message.contacts:
             p, n, depth = message.contacts[0].position, message.contacts[0].normal, message.contacts[0].depth
-            outwards = np.array([n.x, n.y, n.z]) if self._along_normal else np.array([0.0, 0.0, 1.0])
-            self._tip = np.array([p.x, p.y, p.z]) - outwards * depth * self._along_normal
-            self._out = outwards * (depth + _ABOVE)
-            if self._along_normal:  # such a sensor tells no wrench
-                reported = WrenchStamped(header=message.header)
-                reported.wrench.force = vector(-message.contacts[0].force * outwards)
-                self._press(reported)
+            outwards = np.array([n.x, n.y, n.z])
+            self._tip, self._out = np.array([p.x, p.y, p.z]) - outwards * depth, outwards * (depth + _ABOVE)
+            reported = WrenchStamped(header=message.header)
+            reported.wrench.force = vector(-message.contacts[0].force * outwards)
+            self._press(reported)
         else:  # it goes back as it came
             self._tip, self._out = self._tip + self._out, np.zeros(3)
-        if message.header.frame_id != self._sensor:
-            self._sensor = message.header.frame_id
-            mounted = _moved(message.header.stamp, BASE, self._sensor, self._origin)
+        self._tell(message.header)
+
+    def _tell(self, header: Header) -> None:
+        """Where the tip is."""
+        stamp = header.stamp
+        if header.frame_id != self._sensor:
+            self._sensor = header.frame_id
+            mounted = _moved(stamp, BASE, self._sensor, self._origin)
             x, y, z, w = self._turn.as_quat()
             mounted.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
             self._mounted.publish(TFMessage(transforms=[mounted]))
         tip = self._turn.apply(self._tip) + self._origin
-        stamp = message.header.stamp
         self._transforms.publish(TFMessage(transforms=[_moved(stamp, BASE, PROBE, tip), _moved(stamp, PROBE, FORCE, _FORCE_ABOVE)]))
 
     def _press(self, message: WrenchStamped) -> None:

@@ -110,4 +110,5 @@ def contact_line(found: Mapping, region: ContactRegion) -> str:
     if not region.outlines:
         return 'nothing touches'
     counts = np.bincount(np.asarray(region.dot_state, np.int64), minlength=3)
-    return ', '.join([f'{1e6 * region.area:.0f} mm2', *touch_words(found), f'{counts[1]} stick, {counts[2]} slip'])
+    dots = [f'{counts[1]} stick, {counts[2]} slip'] if counts.any() else []
+    return ', '.join([f'{1e6 * region.area:.0f} mm2', *touch_words(found), *dots])

@@ -9,94 +9,34 @@ import pytest
 rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from ament_index_python.packages import get_package_share_directory  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from std_srvs.srv import Trigger  # noqa: E402
-from tactile_bringup.nodes.calibrate_node import CalibrateNode  # noqa: E402
-from tactile_bringup.nodes.simulated_stage import BASE, MOUNTING, PROBE, SimulatedStage  # noqa: E402
+from guided_lab import SHARE, Lab  # noqa: E402
+from scipy.spatial.transform import Rotation  # noqa: E402
+from tactile_bringup.hand.description import read_hand  # noqa: E402
+from tactile_bringup.nodes.simulated_stage import MOUNTING  # noqa: E402
 from tactile_bringup.simulate.bags import camera_messages, psd_messages, taxel_messages  # noqa: E402
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers  # noqa: E402
 from tactile_driver.recordings.reader import BagReader  # noqa: E402
 from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_driver.simulation.psd.scene import open_psd_scene  # noqa: E402
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene  # noqa: E402
-from tactile_driver.simulation.taxel.scene import open_taxel_scene  # noqa: E402
+from tactile_driver.simulation.taxel.scene import Key, TaxelScene, TaxelScript, open_taxel_scene  # noqa: E402
 from tactile_perception.calibration.files.format import read_calibration  # noqa: E402
 from tactile_perception.press.sensor import MARKER_SENSORS  # noqa: E402
 from tactile_perception.sensors import SENSOR_TYPES  # noqa: E402
 from tactile_perception.tools.calibrate.command import main as calibrate  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.full, pytest.mark.slow, pytest.mark.timeout(1200)]
-SHARE = get_package_share_directory('tactile_bringup')
-TIPS = {'touchpad': 0.008, 'air_cushion': 0.030}
 
 
-def scene_messages(sensor_type):
-    """(stamp in ns, topic, message) of the scene of a session."""
+def scene_messages(sensor_type, rounds=1):
+    """(stamp in ns, topic, message) of the scene of a session; rounds: how often a camera's is played."""
     if sensor_type == 'psd_finger':
         return psd_messages(open_psd_scene('session', 1000.0), 1000.0, 'palm')
     if sensor_type == 'taxel_array':
         return taxel_messages(open_taxel_scene('session', 20.0), 20.0, 'palm')
     name = 'session' if sensor_type == 'touchpad' else f'{sensor_type}_session'
     scene, numbers = (open_dual_scene if SENSOR_TYPES[sensor_type].stitched else open_scene)(name, 10.0), TouchNumbers()
-    return chain.from_iterable(camera_messages(scene, k, numbers, 'palm') for k in range(scene.frames))
-
-
-class Lab:
-    """The session's node, the stage and the sensor's messages, one after the other."""
-
-    def __init__(self, sensor_type, output, **more):
-        given = {'probe': PROBE, 'base': BASE, 'frame_id': 'palm', 'wrench': '/stage/wrench', 'output': output, 'mounting': list(MOUNTING),
-                 'params': f'{SHARE}/params/{sensor_type}_sim.yaml', 'tip_radius': TIPS.get(sensor_type, 0.0),
-                 'along_normal': str(sensor_type == 'psd_finger').lower(), **more}
-        words = [word for name, value in given.items() for word in ('-p', f'{name}:={value}')]
-        rclpy.init(args=['--ros-args', '-r', '__ns:=/palm', *words])
-        self.session, self.stage, self.driver = CalibrateNode(), SimulatedStage(), rclpy.create_node('driver')
-        self._nodes = self.session, self.stage, self.driver
-        self._executor = SingleThreadedExecutor()
-        for node in self._nodes:
-            self._executor.add_node(node)
-        self._raw = SENSOR_TYPES[sensor_type].raw['topic']
-        self._ahead = 20 if sensor_type == 'psd_finger' else 5  # raw messages
-        self._publishers = {}
-
-    def until(self, condition, most=1000):
-        for _ in range(most):
-            if condition():
-                return
-            self._executor.spin_once(timeout_sec=0.05)
-        raise AssertionError('not in this time')
-
-    def call(self, service):
-        client = self.driver.create_client(Trigger, f'calibrate_node/{service}')
-        answer = client.call_async(Trigger.Request())
-        self.until(answer.done)
-        return answer.result().message
-
-    def play(self, messages):
-        """Publish until the session is complete, some messages ahead of it; yields the number of bags after each."""
-        handled = self.session.handled
-        for _, topic, message in messages:
-            handled += topic == self._raw
-            self._publish(topic, message)
-            self.until(lambda: self.session.handled > handled - self._ahead or self.session.complete)  # noqa: B023
-            if self.session.complete:
-                return
-            yield len(self.session.bags)
-        self.until(lambda: self.session.handled == handled or self.session.complete)
-
-    def _publish(self, topic, message):
-        if topic not in self._publishers:
-            found = self._publishers[topic] = self.driver.create_publisher(type(message), topic, 100)
-            if not topic.startswith('ground_truth/') or topic.endswith(('contacts', 'wrench')):
-                self.until(found.get_subscription_count)
-        self._publishers[topic].publish(message)
-
-    def close(self):
-        self._executor.shutdown()
-        for node in self._nodes:
-            node.destroy_node()
-        rclpy.shutdown()
+    return chain.from_iterable(camera_messages(scene, k, numbers, 'palm') for k in range(rounds * scene.frames))
 
 
 def touches(bag):
@@ -116,13 +56,13 @@ def error_of(calibration, sensor_type):
     return residuals['model']['place_mean'] if sensor_type in MARKER_SENSORS else residuals[names[sensor_type]]
 
 
-def check_calibration(lab, sensor_type):
-    """The session ends with a calibration about as exact as the one that ships; of a touchpad, for which none does, 0.1 mm."""
+def check_calibration(lab, sensor_type, limit=None):
+    """The session ends with a calibration about as exact as the one that ships, or within a limit, as where none does."""
     session = lab.session
     lab.close()
     given = ['--params', str(session.params), '--output', str(session.output), *session.sphere]
     assert session.complete and calibrate([*map(str, session.bags), *given]) == 0
-    limit = 1e-4 if sensor_type == 'touchpad' else 2 * error_of(f'{SHARE}/calibration/{sensor_type}_sim.yaml', sensor_type)
+    limit = limit or 2 * error_of(f'{SHARE}/calibration/{sensor_type}_sim.yaml', sensor_type)
     found = error_of(session.output, sensor_type)
     print(sensor_type, found, limit)
     assert found < limit
@@ -159,11 +99,49 @@ def test_a_session_is_interrupted_goes_on_and_ends_with_a_calibration(tmp_path, 
 
 @pytest.mark.parametrize('sensor_type', ['touchpad', 'areal_dual', 'psd_finger', 'taxel_array', 'air_cushion'])
 def test_a_session_of_each_other_type_ends_with_a_calibration(sensor_type, tmp_path):
-    lab = Lab(sensor_type, tmp_path / 'palm.yaml')
+    lab = Lab(sensor_type, tmp_path / 'palm.yaml', ahead=20 if sensor_type == 'psd_finger' else 5)
     for _ in lab.play(scene_messages(sensor_type)):
         pass
     if sensor_type == 'air_cushion':  # whose fit takes many minutes on a busy machine
         assert lab.session.complete and len(lab.session.bags) == 12
         lab.close()
     else:
-        check_calibration(lab, sensor_type)
+        check_calibration(lab, sensor_type, 1e-4 if sensor_type == 'touchpad' else None)
+
+
+def test_a_sensor_that_is_not_quite_where_it_is_supposed_is_found_by_touching_it(tmp_path):
+    off = np.array([4e-3, -6e-3, 5e-3, 0.05, -0.04, 0.06])
+    lab = Lab('areal_single', tmp_path / 'palm.yaml', mounting=(np.array(MOUNTING) + off).tolist(), find='true')
+    for count in lab.play(scene_messages('areal_single', rounds=2)):
+        if count == 1:
+            break
+    lab.close()
+    text, found = lab.session.mounting_file.read_text(), read_hand(lab.session.mounting_file)
+    sensor, = found.sensors
+    true, turn = np.array(MOUNTING[:3]), Rotation.from_rotvec(MOUNTING[3:])
+    error = np.r_[turn.inv().apply(sensor.xyz - true), (turn.inv() * Rotation.from_quat(sensor.quaternion)).as_rotvec()]
+    sigma = np.array([float(word) for word in text.splitlines()[0].replace(',', '').split() if word[:1].isdigit()])
+    sigma = np.r_[1e-3 * sigma[:3], np.radians(sigma[3:])]
+    print(error, sigma)
+    assert (found.frame, sensor.name, sensor.type) == ('stage_base', 'palm', 'areal_single')
+    assert (np.abs(error) < 3 * sigma).all() and sigma[2] < 1e-4, 'm'
+    tips, depths, _ = touches(lab.session.bags[0])
+    assert np.ptp(depths) == pytest.approx(4e-3, abs=1e-4) and depths.min() == pytest.approx(2e-3, abs=3 * sigma[2] + 1e-5)
+
+
+def test_a_session_with_known_weights_ends_with_a_calibration(tmp_path):
+    levels = [1e-4 * k for k in (0.5, 0.8, 1.2, 1.8, 2.6, 4, 2.6, 1.8, 1.2, 0.8, 0.5)]
+    steps = [(0.0, -1e-4), (1.5, -1e-4), *((2.0 + 2.0 * k + hold, depth) for k, depth in enumerate(levels) for hold in (0.0, 1.5))]
+    steps += [(steps[-1][0] + 0.5, -1e-4), (steps[-1][0] + 7.0, -1e-4)]
+    scene = TaxelScene(TaxelScript('edge', tuple(Key(t, -0.05, 0.0, 0.0, depth) for t, depth in steps)), 20.0, 0)
+    laid_on = [2.2 + 2.0 * k for k in range(len(levels))] + [steps[-2][0] + 0.2]  # s, when each lies
+    weights = [abs(float(scene.render(t + 0.5)[1].wrench[2])) for t in laid_on]
+    assert weights[-1] == 0 and max(weights) > 5
+    lab, told = Lab('taxel_array', tmp_path / 'mat.yaml', weights=weights, wrench=None, probe=None), 0
+    messages = [(stamp, topic, message) for stamp, topic, message in taxel_messages(scene, 20.0, 'palm') if topic == 'image_raw']
+    for number, _ in enumerate(lab.play(messages)):
+        if told < len(laid_on) and number / 20.0 > laid_on[told]:
+            lab.call('next')
+            told += 1
+    assert told == len(weights)
+    check_calibration(lab, 'taxel_array', 0.005)  # where weights lie apart, a load that is left out is less well known

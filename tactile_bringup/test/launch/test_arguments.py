@@ -231,12 +231,6 @@ def test_a_process_that_dies_while_it_plays_a_recording_ends_the_launch(code, sa
     assert Playing(1).on_exit(event, SimpleNamespace(is_shutdown=True)) == []
 
 
-def test_an_unreadable_video_is_refused_before_anything_starts(tmp_path):
-    (tmp_path / 'press.mp4').write_text('no video')
-    with pytest.raises(LaunchError, match='press.mp4 is neither a video.*ffmpeg'):
-        actions('touchpad', source='file', path=str(tmp_path / 'press.mp4'))
-
-
 def test_what_is_wrong_ends_the_launch_and_what_dies_does_not():
     running, closing = SimpleNamespace(is_shutdown=False), SimpleNamespace(is_shutdown=True)
     with pytest.raises(LaunchError, match='thumb-1'):

@@ -20,7 +20,7 @@ from ..parameters.drivers import LIVE, check_together
 from ..parameters.table import Parameter
 from ..recordings.reader import RecordedTruth
 from ..simulation.truth import TruthFrame
-from ..sources.capture import Backoff, Capture, CaptureStatus
+from ..sources.capture import RETRY_S, Capture, CaptureStatus
 from ..sources.source import Clock, Source
 from .health import capture_health, unconfigured_health
 from .messages.conversions import header_of
@@ -203,7 +203,6 @@ class DriverNode(LifecycleNode):
         super().__init__(name, **self._host.options)
         self._stream: BaseStream | None = None
         self._problem = ''
-        self._backoff = Backoff()
         self._next_try = 0.0
         self._tried, self._refusal = False, None
         self._log = LogOnce(self)
@@ -234,7 +233,7 @@ class DriverNode(LifecycleNode):
         try:
             self._stream = self._opened_stream()
         except DeviceLost as error:
-            self._refuse(str(error), time.monotonic() + self._backoff.next())
+            self._refuse(str(error), time.monotonic() + RETRY_S)
             return TransitionCallbackReturn.FAILURE
         except TactileError as error:
             self._refusal = error
@@ -247,7 +246,6 @@ class DriverNode(LifecycleNode):
         if self._problem:
             self._log.forget(self._problem)
         self._problem = ''
-        self._backoff.reset()
         about = self._stream.source.describe()
         self._diagnostics.set_hardware_id(str(about.get('serial') or about.get('by_id') or about.get('path') or about.get('device')))
         return super().on_configure(state)

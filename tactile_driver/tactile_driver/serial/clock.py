@@ -14,9 +14,7 @@ from .frames import CountFrame
 
 NS_PER_US = 1000
 _WRAP = 2**32
-_BLOCK_NS, _BLOCKS = 10**9, 30  # length of a block, and blocks in the fit: half a minute; chosen
-_FEWEST = 5  # blocks needed to fit the drift of the device's clock; chosen
-_FASTEST = 5e-4  # limit of the drift: crystals of hobby boards drift less; RC oscillators (about 1 %) exceed it and cause resets
+_BLOCK_NS, _BLOCKS = 10**9, 5  # length of a block, and how many are kept: a crystal off by 50 ppm moves by 0.25 ms meanwhile. Chosen
 _LARGEST_STEP_NS = 10**9  # difference of device and host intervals that counts as a restart of the device; chosen
 _SLEW = 0.05  # correction per elapsed time: stamps converge without going back; chosen
 
@@ -24,9 +22,9 @@ _SLEW = 0.05  # correction per elapsed time: stamps converge without going back;
 class DeviceClock:
     """Maps device time, us modulo 2**32, to host time, ns.
 
-    Buffers, USB polling and the scheduler delay frames; nothing makes them early. So the least delayed frame of each second counts, and
-    the map is a straight line below the offsets of the last half minute. Stamps approach this line slowly and never go back. If device
-    and host intervals differ by more than a second, the device has restarted: the map is discarded and resets is incremented.
+    Buffers, USB polling and the scheduler delay frames; nothing makes them early. So the least delayed frame of the last seconds tells the
+    offset. Stamps approach it slowly and never go back. If device and host intervals differ by more than a second, the device has
+    restarted: the map is discarded and resets is incremented.
     """
 
     def __init__(self):
@@ -35,9 +33,8 @@ class DeviceClock:
 
     def _forget(self) -> None:
         self._device_ns = self._host_ns = self._raw = None
-        self._blocks: deque[tuple[int, int]] = deque(maxlen=_BLOCKS)  # (device ns, least offset ns), by second
+        self._blocks: deque[int] = deque(maxlen=_BLOCKS)  # least offset, ns, of each second
         self._block_end = 0
-        self._rate, self._offset, self._origin = 0.0, 0.0, 0
         self._shown: tuple[int, float] | None = None  # device ns, offset ns of the last answer
 
     def to_host(self, times_us: Sequence[int], arrived_ns: int, span_ns: int = 0) -> list[int]:
@@ -48,6 +45,8 @@ class DeviceClock:
         mapped, waiting = [], []
         for time_us in times_us:
             if self._begins_anew(time_us, arrived_ns):
+                if waiting:
+                    self._note(waiting[-1], arrived_ns - waiting[-1])
                 mapped += self._shown_times(waiting)
                 waiting = []
                 self._forget()
@@ -61,15 +60,12 @@ class DeviceClock:
         """Host times, ns, of unwrapped device times, all with one offset; it changes by at most _SLEW, so stamps stay in order."""
         if not device_ns:
             return []
-        offset = self._line(device_ns[-1])
+        offset = float(min(self._blocks))
         if self._shown is not None:
             most = _SLEW * abs(device_ns[-1] - self._shown[0])
             offset = self._shown[1] + min(max(offset - self._shown[1], -most), most)
         self._shown = device_ns[-1], offset
         return [ns + round(offset) for ns in device_ns]
-
-    def _line(self, device_ns: int) -> float:
-        return self._offset + self._rate * (device_ns - self._origin)
 
     def _begins_anew(self, time_us: int, arrived_ns: int) -> bool:
         if self._raw is None:
@@ -84,22 +80,9 @@ class DeviceClock:
 
     def _note(self, device_ns: int, offset: int) -> None:
         if not self._blocks or device_ns >= self._block_end:
-            self._blocks.append((device_ns, offset))
+            self._blocks.append(offset)
             self._block_end = device_ns + _BLOCK_NS
-            self._fit()
-        elif offset < self._blocks[-1][1]:
-            self._blocks[-1] = (device_ns, offset)
-            if offset < self._line(device_ns):
-                self._fit()
-
-    def _fit(self) -> None:
-        """Fit the line below the least offset of each block; the slope uses completed blocks only."""
-        known = np.array(self._blocks, float)
-        self._origin = self._blocks[0][0]
-        since = known[:, 0] - self._origin
-        slope = np.polyfit(since[:-1], known[:-1, 1] - known[0, 1], 1)[0] if len(known) > _FEWEST else 0.0
-        self._rate = float(np.clip(slope, -_FASTEST, _FASTEST))
-        self._offset = float((known[:, 1] - self._rate * since).min())
+        self._blocks[-1] = min(self._blocks[-1], offset)
 
 
 NS = 1_000_000_000

@@ -14,20 +14,18 @@ from ..errors import BadFrame, DeviceLost, TactileError
 from ..frame import Frame, PairFrame
 from .source import EndOfSource, NothingYet, Source
 
-_LONGEST_S = 0.05  # a frame that waits longer while newer ones exist is late; chosen
-_HICCUP_S = 1.0  # frames that are late for less are still delivered; chosen
 _WINDOW_S = 4.0  # span of share_left_out; chosen
 _RECENT = 2000  # frames: over _WINDOW_S at 500 Hz
 
 
 class FrameQueue:
-    """Up to keep frames; not thread-safe. left_out: number of frames skipped; waited_s: waiting time of the last frame taken, s."""
+    """Up to keep frames; not thread-safe. left_out: number of frames skipped; waited_s: waiting time of the last frame taken, s, by which
+    those who work on it skip what is too old."""
 
     def __init__(self, keep: int):
         self._keep = keep
         self._frames: deque[tuple[float, object]] = deque()
         self.left_out, self.waited_s = 0, 0.0
-        self._late_s = self._last_late_s = -math.inf  # first and last time that frames were late
         self._passed: deque[tuple[float, bool]] = deque(maxlen=_RECENT)  # monotonic s, whether it was taken
 
     def __len__(self) -> int:
@@ -40,24 +38,14 @@ class FrameQueue:
         self._frames.append((time.monotonic(), frame))
 
     def take(self) -> object | None:
-        """The oldest frame, None if there is none. If frames have been late for long: the oldest that is not late, or the newest."""
-        now = time.monotonic()
-        while self._is_late(now) and now - self._late_s > _HICCUP_S:
-            self._leave_out()
+        """The oldest frame, None if there is none."""
         if not self._frames:
             return None
+        now = time.monotonic()
         self._passed.append((now, True))
         came, frame = self._frames.popleft()
         self.waited_s = now - came
         return frame
-
-    def _is_late(self, now: float) -> bool:
-        """Whether the oldest frame is late."""
-        late = len(self._frames) > 1 and now - self._frames[0][0] > _LONGEST_S
-        if late:
-            self._late_s = now if now - self._last_late_s > _HICCUP_S else self._late_s
-            self._last_late_s = now
-        return late
 
     def clear(self) -> None:
         """Drop all frames."""
@@ -76,27 +64,11 @@ class FrameQueue:
         self._passed.append((time.monotonic(), False))
 
 
+RETRY_S = 0.2  # between two tries to open a device that is missing: it is back soon after it was plugged in; chosen
 _IDLE_S = 0.02  # poll period while there is nothing to read; chosen
 _RATE_WINDOW = 120  # frames over which the rate is measured; chosen
 _OTHER_SIZE_S = 0.3  # frames of another size for this long are permanent; chosen
 _LOG_AGAIN_S = 10.0  # time without bad frames after which the next one is logged; chosen
-
-
-class Backoff:
-    """Waiting times that double from first to last, s, until reset. The defaults reopen a device within a second of being plugged in."""
-
-    def __init__(self, first: float = 0.1, last: float = 0.5):
-        self._first, self._last = first, last
-        self._next = first
-
-    def next(self) -> float:
-        """The next waiting time, s."""
-        wait, self._next = self._next, min(2 * self._next, self._last)
-        return wait
-
-    def reset(self) -> None:
-        """Restart with the first waiting time."""
-        self._next = self._first
 
 
 @dataclass(frozen=True)
@@ -123,13 +95,13 @@ class Capture:
     """Reads an open source in a thread of its own.
 
     source: opened by the caller, closed by stop; wanted: returns whether frames are wanted; report: called with (level 'error' or 'info',
-    text) on a failure and its end; backoff: waiting times for a lost device; changed: notified of each frame, to wait for several captures
-    at once; lost: why the source is not open yet, ''; keep: number of newest frames of a live source that wait to be taken.
+    text) on a failure and its end; changed: notified of each frame, to wait for several captures at once; lost: why the source is
+    not open yet, ''; keep: number of newest frames of a live source that wait to be taken.
     """
 
-    def __init__(self, source: Source, wanted: Callable[[], bool], report: Callable[[str, str], None], backoff: Backoff | None = None,
+    def __init__(self, source: Source, wanted: Callable[[], bool], report: Callable[[str, str], None],
                  changed: threading.Condition | None = None, lost: str = '', keep: int = 1):
-        self._source, self._wanted, self._report, self._backoff = source, wanted, report, backoff or Backoff()
+        self._source, self._wanted, self._report = source, wanted, report
         self._slot = FrameQueue(keep)
         self._changed = changed or threading.Condition()
         self._stopped = threading.Event()
@@ -266,7 +238,6 @@ class Capture:
         self._other_since_s = None
 
     def _arrived(self, frame: Frame | PairFrame | None) -> None:
-        self._backoff.reset()
         with self._changed:
             self._arrivals.append(time.monotonic())
             self._status = replace(self._status, received=self._status.received + 1, failing=False)
@@ -278,7 +249,7 @@ class Capture:
             self._changed.notify_all()
 
     def _reopen(self) -> None:
-        if self._stopped.wait(self._backoff.next()):
+        if self._stopped.wait(RETRY_S):
             return
         try:
             self._source.open()

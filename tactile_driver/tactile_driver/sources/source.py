@@ -144,7 +144,7 @@ class SceneSource(Source):
     read. The scene stands still while it is not wanted. Subclasses define _open_scene, _make and _handed_over.
     """
 
-    truths = ('contacts', 'contact_region', 'slip', 'wrench')
+    truths = ('tip', 'contacts', 'contact_region', 'slip', 'wrench')
     live = True
     usual_rate = 30.0
     longest_leap = 2  # steps caught up at once; chosen: computing more would delay the next one

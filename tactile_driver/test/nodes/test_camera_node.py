@@ -146,15 +146,6 @@ def test_publishers_are_reliable_and_only_slow_facts_are_latched(watcher, camera
     assert offered['image_raw'].durability == offered['ground_truth/slip'].durability == DurabilityPolicy.VOLATILE
 
 
-def test_as_fast_as_consumed_every_frame_arrives(watcher, camera, video):
-    images = watcher.collect(Image, 'image_raw', 200)
-    camera(source='file', path=video, rate=0)
-    watcher.until(lambda: len(images) >= 99)
-    watcher.spin(0.3)
-    assert len(images) == 100
-    assert np.all(np.diff(stamps(images)) == 20_000_000)
-
-
 def test_every_transition_there_and_back(watcher, camera, video):
     images = watcher.collect(Image, 'image_raw')
     camera(source='file', path=video, loop='true', autostart='false')

@@ -4,7 +4,6 @@
 
 import re
 import time
-from contextlib import suppress
 from functools import partial
 
 import cv2
@@ -13,7 +12,7 @@ import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, TimeReference
+from sensor_msgs.msg import CameraInfo, Image, TimeReference
 from stitchings import SIZE, stitching, view
 from tactile_driver.camera.pairs import DualSource, ShutterOffset
 from tactile_driver.errors import BadArgument
@@ -24,7 +23,6 @@ from tactile_driver.nodes.messages.conversions import header_of, image_to_messag
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
 from tactile_driver.parameters.table import defaults
-from tactile_driver.recordings.writer import write_messages
 from tactile_driver.sources.source import NothingYet
 from tactile_driver.stitching.methods import make_stitcher
 from watching import Streamed, Watcher, ended, stamps
@@ -143,23 +141,6 @@ def test_it_subscribes_only_while_frames_are_wanted(node):
     assert source.calibration() is None
 
 
-def test_a_topic_named_compressed_brings_compressed_images(node):
-    topic, picture = 'left/image_raw/compressed', np.full((4, 6, 3), 90, np.uint8)
-    source, publisher = TopicSource(node, topic), node.create_publisher(CompressedImage, topic, 10)
-    executor = SingleThreadedExecutor(context=node.context)
-    executor.add_node(node)
-    message = CompressedImage(header=header_of(10**9, 'pad'), format='jpeg', data=cv2.imencode('.png', picture)[1].tobytes())
-    frame, end = None, time.monotonic() + 20
-    while frame is None and time.monotonic() < end:
-        with suppress(NothingYet):
-            frame = source.read()
-        publisher.publish(message)
-        executor.spin_once(timeout_sec=0.1)
-    assert (frame.image == picture).all() and frame.stamp_ns == 10**9
-    source.close()
-    executor.shutdown()
-
-
 def test_a_topic_without_a_name_is_refused(node):
     with pytest.raises(BadArgument, match='topic'):
         TopicSource(node, '')
@@ -232,27 +213,6 @@ def test_without_a_stitching_the_views_are_put_side_by_side_and_that_is_said(wat
     assert (whole[0].width, whole[0].height) == (2 * 96 - 20, 80)
     expected = [np.hstack([left[:, :86], right[:, 10:]]) for left, right in map(views, range(6))]
     assert any((picture_of(whole[0]) == picture).all() for picture in expected)
-
-
-def write_bag(path, lost=()):
-    """60 pairs at 60 Hz, the right camera 4 ms later; those right frames that are lost are left out."""
-    views = [(10**9 + round(k * 1e9 / 60) + 4_000_000 * side, side, k) for k in range(60) for side in (0, 1) if not (side and k in lost)]
-    write_messages(path, 'pad', ((stamp, ('left', 'right')[side] + '/image_raw', Image(
-        header=header_of(stamp, 'pad'), height=80, width=96, encoding='mono8', step=96, data=bytes([k + 1]) * (80 * 96)))
-        for stamp, side, k in views))
-    return path
-
-
-def test_a_bags_unpaired_frames_are_counted_and_never_paired_wrongly(watcher, cameras, tmp_path):
-    whole, reports = watcher.collect(Image, 'image_raw', 100), watcher.collect(DiagnosticArray, '/diagnostics', 10)
-    lost = {7, 8, 30}
-    cameras(source='bag', path=write_bag(tmp_path / 'bag', lost), rate=0, max_skew=0.016)
-    watcher.until(lambda: len(whole) >= 57)
-    watcher.until(lambda: any(v.key == 'unpaired' and v.value == '3' for m in reports for s in m.status for v in s.values))
-    kept = [k for k in range(60) if k not in lost]
-    assert stamps(whole).tolist() == [10**9 + round(k * 1e9 / 60) for k in kept]
-    for k, message in zip(kept, whole):
-        assert set(message.data) == {k + 1}
 
 
 def test_two_image_topics_are_stitched_and_not_published_again(watcher, cameras, folders):

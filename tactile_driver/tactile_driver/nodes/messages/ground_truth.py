@@ -7,7 +7,7 @@ from array import array
 from collections.abc import Sequence
 
 import numpy as np
-from geometry_msgs.msg import Quaternion, Transform, Twist, WrenchStamped
+from geometry_msgs.msg import PointStamped, Quaternion, Transform, Twist, WrenchStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
@@ -20,7 +20,7 @@ from ...simulation.truth import Touch, TruthFrame
 
 _NAN = float('nan')
 _SAME_TOUCH = 5e-3  # m between frames; chosen
-_KINDS = {'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
+_KINDS = {'tip': PointStamped, 'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
 TRUTH = tuple(_KINDS)
 #: a block of samples has several
 _QOS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
@@ -88,7 +88,8 @@ def wrench_message(truth: TruthFrame, header: Header) -> WrenchStamped:
 
 def truth_messages(truth: TruthFrame, ids: list[int], interval: float, header: Header, names: Sequence[str] = TRUTH) -> dict[str, object]:
     """Name -> message of ground_truth/*, those of names; ids: of the touches (see TouchNumbers); interval: s between frames."""
-    make = {'contacts': lambda: contacts_message(truth.contacts, ids, header),
+    make = {'tip': lambda: PointStamped(header=header, point=point(truth.tip)),
+            'contacts': lambda: contacts_message(truth.contacts, ids, header),
             'contact_region': lambda: region_message(truth, interval, header),
             'slip': lambda: slip_message(truth, header), 'wrench': lambda: wrench_message(truth, header)}
     return {name: make[name]() for name in names}

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,8 +71,11 @@ class Scene(FramesInOrder[Observation]):
             return self._observer.lifted()
         if motion.tool.plate:
             return self._observer.observe_plate(self._contact.state, motion.pose(end))
-        before = motion.pose(max(end - 1 / self.rate, motion.times[0]))
-        return self._observer.observe(self._contact.state, motion.tool, before, motion.pose(end))
+        before, now = motion.pose(max(end - 1 / self.rate, motion.times[0])), motion.pose(end)
+        seen = self._observer.observe(self._contact.state, motion.tool, before, now)
+        if motion.tool.tip_radius is None or len(motion.tool.parts) > 1:
+            return seen
+        return replace(seen, truth=replace(seen.truth, tip=now.origin - [0, 0, motion.tool.tip_radius]))
 
     def _move_to(self, end: float) -> Motion | None:
         """Advance the contact to the time end, s. Returns the motion at that time, None without one."""
