@@ -126,6 +126,20 @@ inline py::array_t<bool> mask(const std::vector<std::uint8_t>& marked) {
     return row_of(std::vector<bool>(marked.begin(), marked.end()));
 }
 
+// Properties that are such arrays of a member.
+template <class Owner, class T>
+auto row(std::vector<T> Owner::*member) {
+    return [=](const Owner& one) { return row_of(one.*member); };
+}
+template <class Owner, class T>
+auto rows(std::vector<T> Owner::*member, py::ssize_t width = 3) {
+    return [=](const Owner& one) { return rows_of(one.*member, width); };
+}
+template <class Owner>
+auto marked(std::vector<std::uint8_t> Owner::*member) {
+    return [=](const Owner& one) { return mask(one.*member); };
+}
+
 // Raises an error of the package by its name.
 [[noreturn]] inline void refuse(const char* error, const std::string& text) {
     PyErr_SetString(py::module_::import("tactile_perception.errors").attr(error).ptr(), text.c_str());

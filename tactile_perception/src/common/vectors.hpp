@@ -46,11 +46,6 @@ inline double length(Vec3 a) {
 inline Vec3 vec3_at(const double* array, std::ptrdiff_t k) {
     return {array[3 * k], array[3 * k + 1], array[3 * k + 2]};
 }
-inline void add_to(double* array, std::ptrdiff_t k, Vec3 a) {
-    array[3 * k] += a.x;
-    array[3 * k + 1] += a.y;
-    array[3 * k + 2] += a.z;
-}
 inline void store(double* array, std::ptrdiff_t k, Vec3 a) {
     array[3 * k] = a.x;
     array[3 * k + 1] = a.y;

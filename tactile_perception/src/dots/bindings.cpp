@@ -4,51 +4,20 @@
 #include "bindings/bindings.hpp"
 
 #include <memory>
-#include <optional>
 
 #include "bindings/border.hpp"
 #include "dots/blobs.hpp"
 #include "dots/finder.hpp"
 #include "dots/lattice.hpp"
-#include "dots/links.hpp"
-#include "dots/number.hpp"
-#include "dots/reference.hpp"
 
 namespace tactile::border {
 namespace {
 
 constexpr double LARGEST_DISC = 100, LARGEST_LEVEL = 1e6;  // px, grey levels: beyond any dot, and far from overflow
-constexpr double LONGEST_GRID = 2000;                      // rows, columns: bounds the memory
-constexpr double FARTHEST_TRACK = 1e9;                     // px: positions beyond it are invalid
-constexpr double LONGEST_S = 1e12;                         // of a stamp or a time constant
 
 Image as_image(const Input<std::uint8_t>& image) {
     return {image.data(), image.length(0), image.length(1)};
 }
-
-// Rows of places (N, 2) that are positions: finite and nearer than this; which: their indices.
-struct Places {
-    std::vector<double> uv;
-    std::vector<py::ssize_t> which;
-    py::ssize_t given;
-
-    Places(const py::object& places, const char* name, double most) {
-        const Input<double> all(places, name, {ANY, 2});
-        given = all.length();
-        for (py::ssize_t i = 0; i < given; ++i) {
-            const double u = all.data()[2 * i], v = all.data()[2 * i + 1];
-            if (std::abs(u) <= most && std::abs(v) <= most) uv.insert(uv.end(), {u, v}), which.push_back(i);
-        }
-    }
-    py::ssize_t count() const { return static_cast<py::ssize_t>(which.size()); }
-    // Numbers of all rows, -1 for those that are no positions.
-    py::array_t<std::int64_t> numbers(const std::vector<std::int64_t>& found) const {
-        py::array_t<std::int64_t> all(given);
-        std::fill_n(all.mutable_data(), given, -1);
-        for (std::size_t k = 0; k < which.size(); ++k) all.mutable_data()[which[k]] = found[k];
-        return all;
-    }
-};
 
 template <class T>
 std::vector<T> table(const py::object& model, const char* name, std::initializer_list<py::ssize_t> shape) {
@@ -75,7 +44,7 @@ std::shared_ptr<const DiscModel> as_model(const py::object& given) {
     model.largest = number(given, "largest", model.smallest + 1e-3, 2 * LARGEST_DISC);
     model.blur = number(given, "blur", 0, LARGEST_DISC);
     model.diameters = sizes, model.phases = phases;
-    model.basis = table<std::int16_t>(given, "basis", {DIMENSIONS, padded((model.half + 1) * (model.half + 1))});
+    model.basis = table<float>(given, "basis", {(model.half + 1) * (model.half + 1), DIMENSIONS});
     model.estimators = table<float>(given, "estimators", {sizes, phases, phases, ESTIMATES, DIMENSIONS});
     model.modes = table<float>(given, "modes", {sizes, phases, phases, MODES, DIMENSIONS});
     model.gains = table<double>(given, "gains", {sizes, phases, phases});
@@ -95,8 +64,12 @@ DotLook as_look(const py::object& given) {
 
 FoundDots found_dots(DotFinder& finder, const py::object& image, const py::object& candidates) {
     const Input<std::uint8_t> pixels(image, "image", {ANY, ANY});
-    const Places places(candidates, "candidates", LARGEST_PLACE);
-    return change(finder, [&](DotFinder& next) { return next.find(as_image(pixels), places.uv); });
+    const Input<double> places(candidates, "candidates", {ANY, 2});
+    std::vector<double> uv;  // those that are positions
+    for (const double *at = places.data(), *end = at + 2 * places.length(); at != end; at += 2) {
+        if (std::abs(at[0]) <= LARGEST_PLACE && std::abs(at[1]) <= LARGEST_PLACE) uv.insert(uv.end(), at, at + 2);
+    }
+    return change(finder, [&](DotFinder& next) { return next.find(as_image(pixels), uv); });
 }
 
 template <class Result>
@@ -143,94 +116,6 @@ Lattice lattice(const py::object& places, double angle_hint) {
     return without_gil([&] { return find_lattice(given.data(), given.length(), angle_hint); });
 }
 
-GridNumbering make_numbering(std::int64_t rows, std::int64_t columns) {
-    if (rows < 2 || columns < 2 || static_cast<double>(std::max(rows, columns)) > LONGEST_GRID) {
-        refuse("BadArgument", "a grid has at least 2 rows and 2 columns, not " + std::to_string(rows) + " x " + std::to_string(columns) +
-                                  "; use rows = columns = 0 with the tracker for other patterns");
-    }
-    return {rows, columns};
-}
-
-struct Numbers {
-    py::array_t<std::int64_t> id;
-    std::string reason;
-    double pitch;
-};
-
-Numbers numbered(GridNumbering& numbering, const py::object& uv, double, double) {
-    const Places places(uv, "uv", LARGEST_PLACE);
-    GridNumbers found = change(numbering, [&](GridNumbering& next) { return next.number(places.uv.data(), places.count()); });
-    return {places.numbers(found.id), std::move(found.reason), found.pitch};
-}
-
-void remembered(GridNumbering& numbering, const py::object& uv, const py::object& id) {
-    const Input<double> places(uv, "uv", {ANY, 2});
-    const Input<std::int64_t> ids(id, "id", {places.length()});
-    check_places(places, "uv");
-    for (py::ssize_t k = 0; k < ids.length(); ++k) within(ids.data()[k], "id", -1, static_cast<double>(numbering.count() - 1));
-    numbering.remember(places.data(), ids.data(), ids.length());
-}
-
-Linker make_linker(double gate, std::int64_t confirm, double keep_s) {
-    if (!(gate > 0 && gate < 1e6 && confirm >= 1 && keep_s >= 0)) {
-        refuse("BadArgument", "gate > 0, confirm >= 1 and keep_s >= 0 are needed, not " + std::to_string(gate) + ", " +
-                                  std::to_string(confirm) + ", " + std::to_string(keep_s));
-    }
-    return {gate, confirm, keep_s};
-}
-
-py::array_t<std::int64_t> linked(Linker& linker, const py::object& uv, double stamp_s) {
-    const Places places(uv, "uv", FARTHEST_TRACK);
-    within(stamp_s, "stamp_s", -LONGEST_S, LONGEST_S);
-    return places.numbers(change(linker, [&](Linker& next) { return next.update(places.uv.data(), places.count(), stamp_s); }));
-}
-
-py::array_t<std::int64_t> links(const py::object& places, const py::object& dots, double gate) {
-    const Input<double> from(places, "places", {ANY, 2}), to(dots, "dots", {ANY, 2});
-    check_places(from, "places"), check_places(to, "dots");
-    within(gate, "gate", 0, LARGEST_PLACE);
-    std::vector<std::int64_t> found;
-    for (const auto& [place, dot] : without_gil([&] { return link_places(from.data(), from.length(), to.data(), to.length(), gate); }))
-        found.insert(found.end(), {place, dot});
-    return rows_of(found, 2);
-}
-
-Reference make_reference(double time_constant_s, std::int64_t frames) {
-    if (!(time_constant_s > 0 && frames >= 1)) {
-        refuse("BadArgument",
-               "time_constant_s > 0 and frames >= 1 are needed, not " + std::to_string(time_constant_s) + " and " + std::to_string(frames));
-    }
-    return {time_constant_s, frames};
-}
-
-void begin(Reference& reference, const py::object& id, const py::object& uv, const py::object& frames) {
-    const Input<std::int64_t> ids(id, "id", {ANY}), counts(frames, "frames", {ids.length()});
-    const Input<double> places(uv, "uv", {ids.length(), 2});
-    check_places(places, "uv");
-    for (py::ssize_t k = 0; k < counts.length(); ++k) within(counts.data()[k], "frames", 0, 1e9);
-    reference.begin(ids.data(), places.data(), counts.data(), ids.length());
-}
-
-// Rows whose position is not finite count as not seen.
-py::array_t<double> displaced(Reference& reference, const py::object& id, const py::object& uv, const py::object& sigma, double stamp_s,
-                              std::optional<bool> touched) {
-    const Places places(uv, "uv", LARGEST_PLACE);
-    const Input<std::int64_t> ids(id, "id", {places.given});
-    const Input<double> noise(sigma, "sigma", {places.given});
-    SeenDots dots{{}, places.uv, {}};
-    for (const py::ssize_t k : places.which) dots.id.push_back(ids.data()[k]), dots.sigma.push_back(noise.data()[k]);
-    const std::vector<double> moved = change(reference, [&](Reference& next) { return next.update(dots, stamp_s, touched); });
-    py::array_t<double> all({places.given, py::ssize_t{2}});
-    std::fill_n(all.mutable_data(), 2 * places.given, NAN);
-    for (std::size_t k = 0; k < places.which.size(); ++k) std::copy_n(moved.data() + 2 * k, 2, all.mutable_data() + 2 * places.which[k]);
-    return all;
-}
-
-py::array_t<double> places_of(const Reference& reference, const py::object& id) {
-    const Input<std::int64_t> ids(id, "id", {ANY});
-    return rows_of(reference.places(ids.data(), ids.length()), 2);
-}
-
 void bind_detection(py::module_& module) {
     py::class_<FoundDots>(module, "FoundDots", "Dots of an image.")
         .def_property_readonly(
@@ -240,12 +125,28 @@ void bind_detection(py::module_& module) {
         .def_property_readonly(
             "sigma", [](const FoundDots& found) { return each(found.dots, &Dot::sigma); }, "(N,) px, per axis")
         .def_readonly("outgrown", &FoundDots::outgrown, "whether larger ones than the model's were left out");
+    py::class_<DotLimits>(module, "DotLimits", "What decides what is a dot: docs/constants.md.")
+        .def(py::init())
+        .def_readwrite("same", &DotLimits::same)
+        .def_readwrite("met", &DotLimits::met)
+        .def_readwrite("farthest", &DotLimits::farthest)
+        .def_readwrite("faintest", &DotLimits::faintest)
+        .def_readwrite("plain_noise", &DotLimits::plain_noise)
+        .def_readwrite("plain_typical", &DotLimits::plain_typical)
+        .def_readwrite("plain_own", &DotLimits::plain_own)
+        .def_readwrite("usual", &DotLimits::usual)
+        .def_readwrite("usual_most", &DotLimits::usual_most)
+        .def_readwrite("unusual", &DotLimits::unusual)
+        .def_readwrite("unlikest", &DotLimits::unlikest)
+        .def_readwrite("same_kind", &DotLimits::same_kind);
     py::class_<DotFinder> finder(
         module, "DotFinder",
         "Finds dots by a maximum-likelihood fit of each candidate, and its judgement. model: dots.fit.DiscModel; look:\n"
-        "dots.look.Look. The first image tells how much dots differ from discs. It can be copied.");
-    finder.def(py::init([](const py::object& model, const py::object& look) { return DotFinder(as_model(model), as_look(look)); }),
-               py::arg("model"), py::arg("look"));
+        "dots.look.Look; limits: DotLimits. The first image tells how much dots differ from discs. It can be copied.");
+    finder.def(py::init([](const py::object& model, const py::object& look, const DotLimits& limits) {
+                   return DotFinder(as_model(model), as_look(look), limits);
+               }),
+               py::arg("model"), py::arg("look"), py::arg("limits") = DotLimits());
     finder.def("find", &found_dots, py::arg("image"), py::arg("candidates"),
                "Dots near candidates (N, 2) float64, px, of an image (H, W) uint8, reduced as the look says, in px of the whole image.");
     copyable(finder);
@@ -271,97 +172,25 @@ void bind_detection(py::module_& module) {
         "(N,) uint16, of each region.");
 }
 
-void bind_numbers(py::module_& module) {
+void bind_lattice(py::module_& module) {
     py::class_<Lattice>(module, "Lattice", "Relative indices of dots on a printed grid.")
         .def_readonly("found", &Lattice::found, "whether the dots form a grid that does not contradict itself")
-        .def_property_readonly(
-            "rc", [](const Lattice& one) { return rows_of(one.rc, 2); }, "(N, 2) int64, row and column, valid for members")
-        .def_property_readonly(
-            "member", [](const Lattice& one) { return mask(one.member); }, "(N,) bool")
+        .def_property_readonly("rc", rows(&Lattice::rc, 2), "(N, 2) int64, row and column, valid for members")
+        .def_property_readonly("member", marked(&Lattice::member), "(N,) bool")
         .def_readonly("angle", &Lattice::angle, "rad, of the rows from u")
         .def_readonly("pitch", &Lattice::pitch, "px");
     module.def(
         "find_lattice", &lattice, py::arg("places"), py::arg("angle_hint") = 0.0,
         "Lattice of dots at finite places (N, 2) float64, px; of the four possible directions of its rows the one within 45 degrees\n"
         "of angle_hint, rad.");
-    py::class_<Numbers>(module, "GridNumbers", "Indices of N dots on a printed grid.")
-        .def(py::init([](const py::array_t<std::int64_t>& id, const std::string& reason, double pitch) {
-                 return Numbers{id, reason, pitch};
-             }),
-             py::arg("id"), py::arg("reason") = "", py::arg("pitch") = std::nan(""))
-        .def_readonly("id", &Numbers::id, "(N,) int64, row * columns + column, -1 where not certain")
-        .def_readonly("reason", &Numbers::reason, "empty, or why no dot is indexed")
-        .def_readonly("pitch", &Numbers::pitch, "px, NaN where unknown")
-        .def_property_readonly(
-            "certain", [](const Numbers& one) { return one.reason.empty(); },
-            "whether the frame is indexed; single dots may still have -1");
-    py::class_<GridNumbering> numbering(
-        module, "GridNumbering",
-        "Row and column of dots on a printed grid of rows x columns; row 0 on top, column 0 left. Rows may be rotated by up to 38 "
-        "degrees.\n"
-        "Each frame is numbered anew; the last certain one tells which rows are seen where some are hidden. It can be copied. Raises "
-        "BadArgument for\n"
-        "a grid smaller than 2 x 2.");
-    numbering.def(py::init(&make_numbering), py::arg("rows"), py::arg("columns"));
-    numbering.def("number", &numbered, py::arg("uv"), py::arg("width") = 0.0, py::arg("height") = 0.0,
-                  "GridNumbers of dots at uv (N, 2) float64, px, in any order; rows that are no positions get -1. The published method\n"
-                  "needs width and height of the image; this one does not.");
-    numbering.def("remember", &remembered, py::arg("uv"), py::arg("id"),
-                  "Take dots at uv (N, 2) float64, px, with indices id (N,) int64, -1 for none, as the last certain frame.");
-    copyable(numbering);
-    py::class_<Linker> linker(
-        module, "Linker",
-        "Tracks of dots from frame to frame by mutual nearest neighbours with a constant velocity prediction; ids are never used again. It "
-        "can be\n"
-        "copied. gate: search range, median spacings from the predicted position; confirm: frames in a row before a dot that appears "
-        "later\n"
-        "is reported; keep_s: s that a lost track is kept. Raises BadArgument for values out of range.");
-    linker.def(py::init(&make_linker), py::arg("gate") = 0.7, py::arg("confirm") = 3, py::arg("keep_s") = 2.0);
-    linker.def(
-        "update", &linked, py::arg("uv"), py::arg("stamp_s"),
-        "Track id (N,) int64 of each dot at uv (N, 2) float64, px, -1 while new and for rows that are no positions; stamp_s, s, must\n"
-        "increase.");
-    linker.def("reset", &Linker::reset, "Drop all tracks; ids go on.");
-    copyable(linker);
-    module.def(
-        "link_places", &links, py::arg("places"), py::arg("dots"), py::kw_only(), py::arg("gate"),
-        "Links (K, 2) int64, place and dot, between places (M, 2) and dots (N, 2) float64, px, that are each other's nearest and closer\n"
-        "than gate, px.");
-}
-
-void bind_reference(py::module_& module) {
-    py::class_<Reference> reference(
-        module, "Reference",
-        "Untouched positions of numbered dots: averaged over the first frames, followed with time_constant_s, s, as they drift, held "
-        "during\n"
-        "contact. It can be copied. Raises BadArgument for a time constant that is not positive or frames below 1.");
-    reference.def(py::init(&make_reference), py::arg("time_constant_s") = 30.0, py::arg("frames") = 10);
-    reference.def("reset", &Reference::reset, "Drop all positions.");
-    reference.def(
-        "begin", &begin, py::arg("id"), py::arg("uv"), py::arg("frames"),
-        "Replace the positions by uv (N, 2) float64, px, of dots id (N,) int64; frames: (N,) int64, as how many averaged frames each\n"
-        "counts. Earlier contacts are forgotten.");
-    reference.def(
-        "update", &displaced, py::arg("id"), py::arg("uv"), py::arg("sigma"), py::arg("stamp_s"), py::arg("touched") = py::none(),
-        "Displacements (N, 2) px of dots id (N,) int64 at uv (N, 2) with standard deviations sigma (N,) float64, px; NaN without a\n"
-        "reference position. touched: as known by a later stage, None to decide by the dots.");
-    reference.def("places", &places_of, py::arg("id"), "Reference positions (N, 2) px of dots id (N,) int64, NaN where unknown.");
-    reference.def_property_readonly(
-        "id", [](const Reference& one) { return row_of(one.id()); }, "(K,) int64, rising");
-    reference.def_property_readonly(
-        "uv", [](const Reference& one) { return rows_of(one.uv(), 2); }, "(K, 2) px");
-    reference.def_property_readonly("touched", &Reference::touched, "whether something touched in the last frame");
-    reference.def_property_readonly("grown", &Reference::grown, "whether the last frame added dots");
-    copyable(reference);
 }
 
 }  // namespace
 
 void bind_dots(py::module_& parent) {
-    py::module_ module = parent.def_submodule("dots", "Dots: detection, numbers, tracks, reference.");
+    py::module_ module = parent.def_submodule("dots", "Dots: detection, and their lattice.");
     bind_detection(module);
-    bind_numbers(module);
-    bind_reference(module);
+    bind_lattice(module);
 }
 
 }  // namespace tactile::border

@@ -20,14 +20,8 @@ constexpr std::ptrdiff_t SECTORS = 4;      // parities of a patch: even or odd a
 // Number of dimensions of each sector: even, odd along u, odd along v, odd along both.
 constexpr std::ptrdiff_t SECTOR_SIZES[SECTORS] = {12, 8, 8, 4};
 
-constexpr int BASIS_UNITS = 32768;           // of the basis' whole numbers
-constexpr std::ptrdiff_t LARGEST_HALF = 30;  // px. Derived: sums of products of patch and basis stay within 32 bits
+constexpr std::ptrdiff_t LARGEST_HALF = 30;  // px: bounds the memory
 constexpr std::ptrdiff_t LANES = 8;          // sums side by side, which an instruction adds at once, in a fixed order
-
-// The least multiple of LANES that is not less than a count.
-constexpr std::ptrdiff_t padded(std::ptrdiff_t count) {
-    return (count + LANES - 1) / LANES * LANES;
-}
 
 // Sum of the products of two rows; count is a multiple of LANES.
 TACTILE_INLINE float product(const float* a, const float* b, std::ptrdiff_t count) {
@@ -48,7 +42,7 @@ struct DiscModel {
     double smallest, largest;          // px, of the nodes' diameters
     double blur;                       // px, standard deviation
     std::ptrdiff_t diameters, phases;  // number of nodes: diameters, distances
-    std::vector<std::int16_t> basis;   // (DIMENSIONS, padded((half + 1)^2)), in BASIS_UNITS, see DiscPatch::compress
+    std::vector<float> basis;          // ((half + 1)^2, DIMENSIONS), see DiscPatch::compress
     std::vector<float> estimators;     // (diameters, phases, phases, ESTIMATES, DIMENSIONS)
     std::vector<float> modes;          // (diameters, phases, phases, MODES, DIMENSIONS), orthonormal
     std::vector<double> gains;         // (diameters, phases, phases): px^2, variance of a position at unit contrast and pixel noise
@@ -72,34 +66,23 @@ class DiscPatch {
  public:
     explicit DiscPatch(const DiscModel& model);
 
-    // Copies the pixels around (column, row), which is inside the image, minus a grey level from 0 to 255; outside the image, the outermost
-    // pixels.
+    // Copies the pixels around (column, row), which is inside the image, minus a grey level; outside the image, the outermost pixels.
     void cut(const Image& image, std::ptrdiff_t column, std::ptrdiff_t row, int level);
 
     // Subtracts the image of a disc at (u, v), px from the middle pixel; diameter: px; amplitude: grey levels; all finite.
     void subtract(double u, double v, double diameter, double amplitude);
 
-    // Writes the DIMENSIONS coefficients, grey levels.
-    void compress(float* out);
-
-    // The same of the pixels around (column, row) as they are in the image; see cut.
-    void compress(const Image& image, std::ptrdiff_t column, std::ptrdiff_t row, int level, float* out);
+    // Writes the DIMENSIONS coefficients, grey levels. The basis consists of functions that are even or odd along each axis, so that the
+    // patch is first folded to the sums and differences of mirrored pixels, a quarter of a patch for each of the four parities. The middle
+    // row and column are added to themselves; the basis halves them.
+    void compress(float* out) const;
 
  private:
-    // Whether the columns of a patch around one are inside the image.
-    bool is_inside(const Image& image, std::ptrdiff_t column) const { return column >= width_ && column + width_ <= image.columns; }
-    template <std::ptrdiff_t COUNT, class Row>
-    void fold_part(const Row& up, const Row& down, std::ptrdiff_t c, std::int16_t* out) const;
-    template <class Row>
-    void fold(const Row& up, const Row& down, std::ptrdiff_t r);
-    void project(float* out) const;
-    // Row r of the patch from the middle pixel to the right, and to the left; the padding follows.
-    std::int16_t* right_of(std::ptrdiff_t r) { return values_.data() + 2 * r * width_; }
-    std::int16_t* left_of(std::ptrdiff_t r) { return right_of(r) + width_; }
+    const float* middle_of(std::ptrdiff_t row) const { return values_.data() + row * side_ + half_; }
 
     const DiscModel& model_;
-    const std::ptrdiff_t half_, quarter_, width_, sector_;  // width_: of a padded half row; sector_: length of a folded patch
-    std::vector<std::int16_t> values_, folded_;
+    const std::ptrdiff_t half_, side_;
+    std::vector<float> values_;
 };
 
 // A disc: centre, px from the patch's middle pixel; diameter, px; amplitude (disc minus ground) and ground, grey levels.

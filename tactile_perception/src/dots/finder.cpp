@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "common/median.hpp"
-#include "dots/links.hpp"
+#include "dots/near_pairs.hpp"
 
 namespace tactile {
 namespace {
@@ -17,11 +17,7 @@ namespace {
 // Fits of all dots of an image. Each is fitted alone first; those with neighbours in their patches again, after the neighbours' images are
 // subtracted.
 
-constexpr int FIRST_STEPS = 2;       // from a candidate. Chosen: a node further is refined at the end
-constexpr double SAME = 0.4;         // of the typical diameter: nearer candidates belong to one dot. Chosen
-constexpr double MET = 0.15;         // of the typical diameter: fits that converge to within this distance belong to one dot. Chosen
-constexpr double RUN_OFF = 1.5;      // px from the patch's centre: a fit further away has diverged. Chosen
-constexpr double BELIEVABLE = 0.15;  // of the typical contrast: the images of fainter dots are not subtracted. Chosen
+constexpr int FIRST_STEPS = 2;  // from a candidate. Chosen: a node further is refined at the end
 
 // A candidate and its fit.
 struct DotFit {
@@ -43,7 +39,8 @@ struct DotFit {
 // show no dot are left out.
 class Fits {
  public:
-    Fits(const Image& image, const DiscModel& model, const DotLook& look) : image_(image), model_(model), look_(look), patch_(model) {}
+    Fits(const Image& image, const DiscModel& model, const DotLook& look, const DotLimits& limits)
+        : image_(image), model_(model), look_(look), limits_(limits), patch_(model) {}
 
     std::vector<DotFit> run(const double* places, std::ptrdiff_t count) {
         dots_.reserve(count);
@@ -86,7 +83,8 @@ class Fits {
     void move(DotFit& dot, double u, double v) {
         dot.column = pixel(u, image_.columns);
         dot.row = pixel(v, image_.rows);
-        patch_.compress(image_, dot.column, dot.row, look_.ground, dot.patch);
+        cut(dot);
+        patch_.compress(dot.patch);
     }
 
     // Lists, for each dot, the dots that may appear in its patch: neighbours_ from first_[i] to first_[i + 1].
@@ -113,8 +111,8 @@ class Fits {
         for (std::size_t i = 0; i < dots_.size(); ++i) {
             for_neighbours(i, [&](std::size_t j) {
                 const DotFit &dot = dots_[i], &other = dots_[j];
-                if (j < i && (began_apart(dot, other) < SAME * look_.typical ||
-                              std::hypot(dot.u() - other.u(), dot.v() - other.v()) < MET * look_.typical)) {
+                if (j < i && (began_apart(dot, other) < limits_.same * look_.typical ||
+                              std::hypot(dot.u() - other.u(), dot.v() - other.v()) < limits_.met * look_.typical)) {
                     dots_[i].single = false;
                 }
             });
@@ -129,7 +127,7 @@ class Fits {
 
     // Whether the fit models the image; one that diverged, as under glare, does not.
     bool is_settled(const DotFit& dot) const {
-        return dot.single && contrast(dot) > BELIEVABLE * std::abs(look_.contrast) && dot.away() < RUN_OFF &&
+        return dot.single && contrast(dot) > limits_.faintest * std::abs(look_.contrast) && dot.away() < limits_.farthest &&
                dot.disc.diameter < model_.largest;
     }
 
@@ -158,6 +156,7 @@ class Fits {
     const Image image_;
     const DiscModel& model_;
     const DotLook look_;
+    const DotLimits& limits_;
     DiscPatch patch_;
     std::vector<DotFit> dots_;
     std::vector<std::int32_t> first_, neighbours_;
@@ -222,14 +221,7 @@ std::vector<GroundSlope> ground_slopes(const std::vector<DotFit>& dots, const st
 // Rejects fits that are not dots. A fit is rejected, too, where dirt, glare or a neighbour may have shifted it: a missed dot does less harm
 // than a wrong one.
 
-constexpr double FAINTEST = 0.2;                         // of the typical contrast. Chosen
-constexpr double FARTHEST = 1.4;                         // px from the middle of the patch. Chosen: the model's nodes end at 1 px
-constexpr double CELL = 2.5;                             // typical diameters, about a pitch: side of a cell of ground_slopes
-constexpr double PLAIN_NOISE = 4.0;                      // residual in standard deviations of a pixel that any dot may have. Chosen
-constexpr double PLAIN_TYPICAL = 0.1, PLAIN_OWN = 0.12;  // the same as a share of the typical contrast, and of the dot's own. Chosen
-constexpr double USUAL = 1.7, USUAL_MOST = 0.2;          // times the median ratio of residual to contrast, and its bound. Chosen
-constexpr double UNUSUAL = 2.5, UNLIKEST = 0.3;          // the same where dots were unlike discs from the start. Chosen
-constexpr double SAME_KIND = 1.2;  // times the median ratio when the appearance was measured: bounds the median. Chosen
+constexpr double CELL = 2.5;  // typical diameters, about a pitch: side of a cell of ground_slopes
 
 struct JudgedDots {
     FoundDots found;
@@ -239,8 +231,9 @@ struct JudgedDots {
 // usual: as in JudgedDots, NaN on the first image after the appearance was measured.
 class Judge {
  public:
-    Judge(const Image& image, const std::vector<DotFit>& fits, const DiscModel& model, const DotLook& look, double usual)
-        : image_(image), fits_(fits), model_(model), look_(look), usual_(usual), good_(fits.size()) {}
+    Judge(const Image& image, const std::vector<DotFit>& fits, const DiscModel& model, const DotLook& look, const DotLimits& limits,
+          double usual)
+        : image_(image), fits_(fits), model_(model), look_(look), limits_(limits), usual_(usual), good_(fits.size()) {}
 
     JudgedDots run() {
         for (std::size_t i = 0; i < fits_.size(); ++i) good_[i] = is_strong(fits_[i]);
@@ -248,7 +241,7 @@ class Judge {
         JudgedDots judged{{{}, false}, usual_};
         for (std::size_t i = 0; i < fits_.size(); ++i) {
             const DotFit& fit = fits_[i];
-            good_[i] = good_[i] && fit.away() < FARTHEST && is_inside(fit);
+            good_[i] = good_[i] && fit.away() < limits_.farthest && is_inside(fit);
             judged.found.outgrown |= good_[i] && fit.disc.diameter >= model_.largest;
             good_[i] = good_[i] && fit.disc.diameter < model_.largest && fit.single;
         }
@@ -260,8 +253,8 @@ class Judge {
     double contrast(const DotFit& fit) const { return look_.contrast < 0 ? -fit.disc.amplitude : fit.disc.amplitude; }
 
     bool is_strong(const DotFit& fit) const {
-        return contrast(fit) > FAINTEST * std::abs(look_.contrast) && fit.disc.diameter > model_.smallest && std::isfinite(fit.variance) &&
-               std::isfinite(fit.u() + fit.v() + fit.disc.amplitude + fit.disc.ground);
+        return contrast(fit) > limits_.faintest * std::abs(look_.contrast) && fit.disc.diameter > model_.smallest &&
+               std::isfinite(fit.variance) && std::isfinite(fit.u() + fit.v() + fit.disc.amplitude + fit.disc.ground);
     }
 
     bool is_inside(const DotFit& fit) const {
@@ -280,11 +273,12 @@ class Judge {
         if (ratios.empty()) return;
         const double now = median(std::move(ratios));
         if (std::isnan(usual_)) usual_ = now;
-        const double raised = std::max(std::min(USUAL * now, USUAL_MOST), std::min(UNUSUAL * std::min(now, SAME_KIND * usual_), UNLIKEST));
-        const double plain = std::max(PLAIN_NOISE * look_.noise, PLAIN_TYPICAL * std::abs(look_.contrast));
+        const double raised = std::max(std::min(limits_.usual * now, limits_.usual_most),
+                                       std::min(limits_.unusual * std::min(now, limits_.same_kind * usual_), limits_.unlikest));
+        const double plain = std::max(limits_.plain_noise * look_.noise, limits_.plain_typical * std::abs(look_.contrast));
         for (std::size_t i = 0; i < fits_.size(); ++i) {
             const double rest = std::sqrt(fits_[i].variance), own = contrast(fits_[i]);
-            good_[i] = good_[i] && (rest < std::max(plain, PLAIN_OWN * own) || rest < raised * own);
+            good_[i] = good_[i] && (rest < std::max(plain, limits_.plain_own * own) || rest < raised * own);
         }
     }
 
@@ -309,19 +303,21 @@ class Judge {
     const std::vector<DotFit>& fits_;
     const DiscModel& model_;
     const DotLook look_;
+    const DotLimits& limits_;
     double usual_;
     std::vector<std::uint8_t> good_;
 };
 
 }  // namespace
 
-DotFinder::DotFinder(std::shared_ptr<const DiscModel> model, const DotLook& look)
-    : model_(std::move(model)), look_(look), usual_(std::numeric_limits<double>::quiet_NaN()) {}
+DotFinder::DotFinder(std::shared_ptr<const DiscModel> model, const DotLook& look, const DotLimits& limits)
+    : model_(std::move(model)), look_(look), limits_(limits), usual_(std::numeric_limits<double>::quiet_NaN()) {}
 
 FoundDots DotFinder::find(const Image& image, const std::vector<double>& candidates) {
     if (image.rows == 0 || image.columns == 0) return {{}, false};
-    const std::vector<DotFit> fits = Fits(image, *model_, look_).run(candidates.data(), static_cast<std::ptrdiff_t>(candidates.size() / 2));
-    JudgedDots judged = Judge(image, fits, *model_, look_, usual_).run();
+    const std::vector<DotFit> fits =
+        Fits(image, *model_, look_, limits_).run(candidates.data(), static_cast<std::ptrdiff_t>(candidates.size() / 2));
+    JudgedDots judged = Judge(image, fits, *model_, look_, limits_, usual_).run();
     usual_ = judged.usual;
     for (Dot& dot : judged.found.dots) {
         dot.u = (dot.u + 0.5) * look_.step - 0.5, dot.v = (dot.v + 0.5) * look_.step - 0.5;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dots/lattice.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -10,9 +11,8 @@
 #include <map>
 #include <utility>
 
-#include "common/lanes.hpp"
-#include "common/wide.hpp"
-#include "dots/links.hpp"
+#include "common/median.hpp"
+#include "dots/near_pairs.hpp"
 
 namespace tactile {
 namespace {
@@ -158,22 +158,12 @@ struct Pair {
 class CellMeans {
  public:
     CellMeans(const double* places, std::ptrdiff_t count, double side) : at_(count) {
-        double low[2], high[2];
-        for (int axis = 0; axis < 2; ++axis) {
-            low[axis] = high[axis] = places[axis];
-            for (std::ptrdiff_t i = 0; i < count; ++i) {
-                low[axis] = std::min(low[axis], places[2 * i + axis]);
-                high[axis] = std::max(high[axis], places[2 * i + axis]);
-            }
-        }
-        const double area = (high[0] - low[0] + side) * (high[1] - low[1] + side);
+        const Bounds bounds(places, count);
+        const double area = (bounds.wide() + side) * (bounds.high() + side);
         side = std::max(side, std::sqrt(area / static_cast<double>(MOST_CELLS * count)));
-        columns_ = static_cast<std::ptrdiff_t>((high[0] - low[0]) / side) + 3;  // a margin, so that each cell has eight neighbours
-        rows_ = static_cast<std::ptrdiff_t>((high[1] - low[1]) / side) + 3;
-        for (std::ptrdiff_t i = 0; i < count; ++i) {
-            const auto column = static_cast<std::ptrdiff_t>((places[2 * i] - low[0]) / side) + 1;
-            at_[i] = (static_cast<std::ptrdiff_t>((places[2 * i + 1] - low[1]) / side) + 1) * columns_ + column;
-        }
+        columns_ = static_cast<std::ptrdiff_t>(bounds.wide() / side) + 3;  // a margin, so that each cell has eight neighbours
+        rows_ = static_cast<std::ptrdiff_t>(bounds.high() / side) + 3;
+        for (std::ptrdiff_t i = 0; i < count; ++i) at_[i] = bounds.cell(places + 2 * i, side, columns_);
         clear();
     }
 
@@ -216,36 +206,18 @@ class CellMeans {
     std::vector<double> weights_;
 };
 
-// Least squared distance of places from (u, v), four places at once.
-TACTILE_INLINE double least_square(const std::vector<double>& across, const std::vector<double>& down, double u, double v) {
-    Four least(std::numeric_limits<double>::infinity());
-    std::size_t j = 0;
-    for (; j + FOUR <= across.size(); j += FOUR) {
-        const Four x = Four(&across[j]) - u, y = Four(&down[j]) - v;
-        least = lesser(x * x + y * y, least);
-    }
-    double found[FOUR];
-    least.store(found);
-    for (; j < across.size(); ++j) {
-        const double x = across[j] - u, y = down[j] - v;
-        found[0] = std::min(found[0], x * x + y * y);
-    }
-    return *std::min_element(found, found + FOUR);
-}
-
 // Median distance to the nearest other dot, px, over a sample of the dots.
-TACTILE_WIDE double typical_distance(const double* places, std::ptrdiff_t count) {
-    std::vector<double> across(count), down(count), squares;
-    for (std::ptrdiff_t j = 0; j < count; ++j) across[j] = places[2 * j], down[j] = places[2 * j + 1];
+double typical_distance(const double* places, std::ptrdiff_t count) {
+    std::vector<double> squares;
     for (std::ptrdiff_t i = 0; i < count; i += std::max<std::ptrdiff_t>(count / SAMPLE, 1)) {
-        const double u = across[i], v = down[i];
-        across[i] = std::numeric_limits<double>::infinity();  // not its own neighbour
-        squares.push_back(least_square(across, down, u, v));
-        across[i] = u;
+        double least = std::numeric_limits<double>::infinity();
+        for (std::ptrdiff_t j = 0; j < count; ++j) {
+            const double across = places[2 * j] - places[2 * i], down = places[2 * j + 1] - places[2 * i + 1];
+            least = std::min(least, j == i ? least : across * across + down * down);
+        }
+        squares.push_back(least);
     }
-    const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-    std::nth_element(squares.begin(), middle, squares.end());
-    return std::sqrt(*middle);
+    return std::sqrt(smallest(squares, static_cast<std::ptrdiff_t>(squares.size() / 2)));
 }
 
 // Indices of the pairs with the least cost at both of their dots; infinite cost: no pair. The first of equal costs wins.
@@ -297,15 +269,9 @@ class Search {
 
     // Finds the pairs within reach; false if there are none, or if the dots are too far apart for a grid of their pitch.
     bool find_pairs() {
-        double low[2] = {places_[0], places_[1]}, high[2] = {places_[0], places_[1]};
-        for (std::ptrdiff_t i = 0; i < count_; ++i) {
-            for (int axis = 0; axis < 2; ++axis) {
-                low[axis] = std::min(low[axis], places_[2 * i + axis]);
-                high[axis] = std::max(high[axis], places_[2 * i + axis]);
-            }
-        }
         pitch_ = typical_distance(places_, count_);
-        const double wide = std::max(high[0] - low[0], high[1] - low[1]);
+        const Bounds bounds(places_, count_);
+        const double wide = std::max(bounds.wide(), bounds.high());
         if (!(pitch_ > 0) || !(pitch_ * static_cast<double>(count_) > wide)) return false;  // wider than count dots in one row
         const auto near = near_pairs(places_, count_, REACH * pitch_);
         pairs_.reserve(near.size());
@@ -483,41 +449,21 @@ class Growth {
         find_near(i);
         if (near_.size() < FEWEST) return {};
         const std::int64_t* origin = &rc_[2 * near_[0].second];
-        double n = RIDGE, x = 0, y = 0, xx = RIDGE, xy = 0, yy = RIDGE, sums[2][3] = {};
-        for (const auto& [square, j] : near_) {
-            const double across = (places_[2 * j] - places_[2 * i]) / pitch_, down = (places_[2 * j + 1] - places_[2 * i + 1]) / pitch_;
-            n += 1, x += across, y += down, xx += across * across, xy += across * down, yy += down * down;
-            for (int axis = 0; axis < 2; ++axis) {
-                const auto value = static_cast<double>(rc_[2 * j + axis] - origin[axis]);
-                sums[axis][0] += value, sums[axis][1] += value * across, sums[axis][2] += value * down;
-            }
+        const auto count = static_cast<std::ptrdiff_t>(near_.size());
+        Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, NEAREST, 3> terms(count, 3);
+        Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::ColMajor, NEAREST, 2> index(count, 2);
+        for (std::ptrdiff_t n = 0; n < count; ++n) {
+            const std::ptrdiff_t j = near_[n].second;
+            terms.row(n) << 1, (places_[2 * j] - places_[2 * i]) / pitch_, (places_[2 * j + 1] - places_[2 * i + 1]) / pitch_;
+            for (int axis = 0; axis < 2; ++axis) index(n, axis) = static_cast<double>(rc_[2 * j + axis] - origin[axis]);
         }
-        // the inverse of the symmetric matrix [n x y; x xx xy; y xy yy] by its cofactors
-        const double a = xx * yy - xy * xy, b = xy * y - x * yy, c = x * xy - xx * y, inverse = 1 / (n * a + x * b + y * c);
-        const double d = n * yy - y * y, e = x * y - n * xy, f = n * xx - x * x;
-        double fit[2][3];
-        for (int axis = 0; axis < 2; ++axis) {
-            const double* sum = sums[axis];
-            fit[axis][0] = (a * sum[0] + b * sum[1] + c * sum[2]) * inverse;
-            fit[axis][1] = (b * sum[0] + d * sum[1] + e * sum[2]) * inverse;
-            fit[axis][2] = (c * sum[0] + e * sum[1] + f * sum[2]) * inverse;
-        }
-        const bool sure = a * inverse < leverage && residual(i, fit) < 2 * BENT * BENT;
-        return {sure, fit[0][0] + static_cast<double>(origin[0]), fit[1][0] + static_cast<double>(origin[1])};
-    }
-
-    // Squared residuals of both planes over the degrees of freedom.
-    double residual(std::ptrdiff_t i, const double (&fit)[2][3]) const {
-        double squares = 0;
-        for (const auto& [square, j] : near_) {
-            const double across = (places_[2 * j] - places_[2 * i]) / pitch_, down = (places_[2 * j + 1] - places_[2 * i + 1]) / pitch_;
-            for (int axis = 0; axis < 2; ++axis) {
-                const auto value = static_cast<double>(rc_[2 * j + axis] - rc_[2 * near_[0].second + axis]);
-                const double rest = fit[axis][0] + fit[axis][1] * across + fit[axis][2] * down - value;
-                squares += rest * rest;
-            }
-        }
-        return squares / std::max(static_cast<double>(near_.size()) - 3, 1.0);
+        Eigen::Matrix3d square = terms.transpose() * terms;
+        square.diagonal().array() += RIDGE;
+        const Eigen::Matrix3d inverse = square.inverse();
+        const Eigen::Matrix<double, 3, 2> fit = inverse * (terms.transpose() * index);
+        const double rest = (terms * fit - index).squaredNorm() / static_cast<double>(std::max<std::ptrdiff_t>(count - 3, 1));
+        return {inverse(0, 0) < leverage && rest < 2 * BENT * BENT, fit(0, 0) + static_cast<double>(origin[0]),
+                fit(0, 1) + static_cast<double>(origin[1])};
     }
 
     const double* places_;

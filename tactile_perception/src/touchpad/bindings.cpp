@@ -17,12 +17,12 @@ namespace {
 
 constexpr double LARGEST_RADIUS = 4096;  // px. Chosen: no ring is that large
 
-py::tuple colours(const py::object& image, const py::object& uv, double radius) {
+py::tuple colours(const py::object& image, const py::object& uv, double radius, double ink, double glare) {
     const Input<std::uint8_t> pixels(image, "image", {ANY, ANY, 3});
     const Input<double> places(uv, "uv", {ANY, 2});
     within(radius, "radius", 0, LARGEST_RADIUS);
     const RingColours found = without_gil([&] {
-        return ring_colours({pixels.data(), pixels.length(0), pixels.length(1)}, places.data(), places.length(), radius);
+        return ring_colours({pixels.data(), pixels.length(0), pixels.length(1)}, places.data(), places.length(), radius, ink, glare);
     });
     return py::make_tuple(rows_of(found.ratios, 2), row_of(found.brightness), row_of(found.count), row_of(found.patchiness));
 }
@@ -59,19 +59,22 @@ py::tuple light_on_skin(const py::object& path, const py::object& places, const 
 
 py::tuple lengths_of_colours(const py::object& ratios, const py::object& count, const py::object& patchiness, const py::object& excess,
                              const py::object& excess_sigma, const py::object& colour, std::array<double, 2> constants,
-                             std::array<double, 2> absorptions, std::array<double, 4> noise, double probability, double size) {
+                             std::array<double, 2> absorptions, std::array<double, 4> noise, double disagree, double patchy,
+                             double probability, double size) {
     const Input<double> logs(ratios, "ratios", {ANY, 2});
     const py::ssize_t dots = logs.length();
     const Input<std::int64_t> points(count, "count", {dots});
-    const Input<double> patchy(patchiness, "patchiness", {dots}), bright(excess, "excess", {dots}),
+    const Input<double> spread(patchiness, "patchiness", {dots}), bright(excess, "excess", {dots}),
         sigma(excess_sigma, "excess_sigma", {dots}), tints(colour, "colour", {dots, 2});
     const WaterColour water{{constants[0], constants[1]},
                             {within(absorptions[0], "absorptions", 1e-6, 1e6), within(absorptions[1], "absorptions", 1e-6, 1e6)},
-                            {noise[0], noise[1], noise[2], noise[3]}};
+                            {noise[0], noise[1], noise[2], noise[3]},
+                            within(disagree, "disagree", 1e-6, 1e6),
+                            within(patchy, "patchy", 0, 1e6)};
     within(noise[0] * noise[3] - noise[1] * noise[2], "noise", 1e-300, 1e300);
     const Glare glare{within(probability, "probability", 1e-6, 1), within(size, "size", 1e-6, 1e3)};
     const WaterLengths found = without_gil([&] {
-        return water_lengths(water, glare, {logs.data(), points.data(), patchy.data(), bright.data(), sigma.data(), tints.data(), dots});
+        return water_lengths(water, glare, {logs.data(), points.data(), spread.data(), bright.data(), sigma.data(), tints.data(), dots});
     });
     return py::make_tuple(row_of(found.lengths), row_of(found.sigma));
 }
@@ -89,8 +92,8 @@ py::tuple ranges(const py::object& path, const py::object& lengths, const py::ob
     const bool grid = rows > 2 && columns > 2;
     for (py::ssize_t k = 0; grid && k < count; ++k) within(numbers.data()[k], "id", 0, rows * columns - 1);
     const WaterRanges found = without_gil([&] {
-        return water_ranges(as_path(light), {numbers.data(), along.data(), rest.data(), facing.data(), count, rows, columns},
-                            metres.data(), ring_share);
+        return water_ranges(as_path(light), {numbers.data(), along.data(), rest.data(), facing.data(), count, rows, columns}, metres.data(),
+                            ring_share);
     });
     return py::make_tuple(row_of(found.ranges), row_of(found.slopes));
 }
@@ -126,13 +129,6 @@ py::tuple forces_at(const Membrane& membrane, const py::object& xyz) {
     return py::make_tuple(rows_of(force), rows_of(share));
 }
 
-py::array_t<double> slopes_at(const Membrane& membrane, const py::object& xyz, const py::object& rays, double pressure) {
-    const py::ssize_t size = membrane.skin().grid.size();
-    const Input<double> places(xyz, "xyz", {size, 3}), along(rays, "rays", {size, 3});
-    const Balance balance = find_balance(membrane.skin(), places.data(), pressure);
-    return output(find_slopes(membrane.skin(), places.data(), along.data(), pressure, balance), {size, 9});
-}
-
 MembraneState solve(Membrane& membrane, const py::object& rays, const py::object& ranges, const py::object& sigma, const py::object& id) {
     const Input<std::int64_t> numbers = numbers_of(id, membrane.skin().grid);
     const py::ssize_t count = numbers.length();
@@ -149,13 +145,17 @@ DotLoads loads_of(const Membrane& membrane, const py::object& id, const py::obje
     return without_gil([&] { return membrane.loads(numbers.data(), places.data(), numbers.length()); });
 }
 
-DotLoads make_loads(const py::object& xyz, const py::object& seen, const py::object& normal, const py::object& force, const py::object& load) {
+DotLoads make_loads(const py::object& xyz, const py::object& seen, const py::object& normal, const py::object& force,
+                    const py::object& load) {
     const Input<double> places(xyz, "xyz", {ANY, 3});
     const py::ssize_t size = places.length();
     const Input<bool> shown(seen, "seen", {size});
     const Input<double> up(normal, "normal", {size, 3}), pushed(force, "force", {size, 3}), pressed(load, "load", {size});
-    return {{places.data(), places.data() + 3 * size}, {shown.data(), shown.data() + size}, {up.data(), up.data() + 3 * size},
-            {pushed.data(), pushed.data() + 3 * size}, {pressed.data(), pressed.data() + size}};
+    return {{places.data(), places.data() + 3 * size},
+            {shown.data(), shown.data() + size},
+            {up.data(), up.data() + 3 * size},
+            {pushed.data(), pushed.data() + 3 * size},
+            {pressed.data(), pressed.data() + size}};
 }
 
 // ---- Contact.
@@ -170,9 +170,10 @@ std::vector<float> weights_of(const py::object& given, const char* name, std::in
 std::shared_ptr<BorderNetwork> make_network(const py::object& weights_1, const py::object& biases_1, const py::object& weights_2,
                                             const py::object& biases_2, const py::object& weights_3, float bias_3) {
     using Net = BorderNetwork;
-    return std::make_shared<Net>(Net{weights_of(weights_1, "weights_1", {Net::FED, Net::FIRST}), weights_of(biases_1, "biases_1", {Net::FIRST}),
-                                     weights_of(weights_2, "weights_2", {Net::FIRST, Net::SECOND}), weights_of(biases_2, "biases_2", {Net::SECOND}),
-                                     weights_of(weights_3, "weights_3", {Net::SECOND}), bias_3});
+    return std::make_shared<Net>(
+        Net{weights_of(weights_1, "weights_1", {Net::FED, Net::FIRST}), weights_of(biases_1, "biases_1", {Net::FIRST}),
+            weights_of(weights_2, "weights_2", {Net::FIRST, Net::SECOND}), weights_of(biases_2, "biases_2", {Net::SECOND}),
+            weights_of(weights_3, "weights_3", {Net::SECOND}), bias_3});
 }
 
 Grid grid_of(const DotLoads& loads, int rows, int columns) {
@@ -185,9 +186,7 @@ Grid grid_of(const DotLoads& loads, int rows, int columns) {
 DotFrame classify(DotClassifier& classifier, const py::object& id, const py::object& xyz, double seconds) {
     const Input<std::int64_t> numbers = numbers_of(id, classifier.membrane().skin().grid);
     const Input<double> places(xyz, "xyz", {numbers.length(), 3});
-    return change(classifier, [&](DotClassifier& next) {
-        return next.classify(numbers.data(), places.data(), numbers.length(), seconds);
-    });
+    return change(classifier, [&](DotClassifier& next) { return next.classify(numbers.data(), places.data(), numbers.length(), seconds); });
 }
 
 py::array_t<std::uint8_t> update(StickSlip& tracker, const DotLoads& loads, const py::object& score, double seconds) {
@@ -205,9 +204,9 @@ Nodes wide_surface(const Input<double>& given) {
 }
 
 RegionContact contact_of(const py::object& id, const py::object& places, const py::object& inside, const py::object& touched,
-                     const py::object& force, const py::object& border, const py::object& start, const py::object& wide,
-                     const py::object& centroid, const py::object& normal, std::ptrdiff_t rows, std::ptrdiff_t columns, double area,
-                     double pitch, double sigma, double centre_z, double radius) {
+                         const py::object& force, const py::object& border, const py::object& start, const py::object& wide,
+                         const py::object& centroid, const py::object& normal, std::ptrdiff_t rows, std::ptrdiff_t columns, double area,
+                         double pitch, double sigma, double centre_z, double radius) {
     const Input<std::int64_t> numbers(id, "id", {ANY}), first(start, "start", {ANY});
     const py::ssize_t count = numbers.length();
     const Input<double> dots(places, "places", {count, 3}), sides(border, "border", {ANY, 3}), surface(wide, "wide", {ANY, ANY, 3});
@@ -241,62 +240,84 @@ Eigen::Vector3d column(Vec3 a) {
 }
 
 void bind_membrane(py::module_& module) {
-    py::class_<MembraneState>(module, "MembraneState", "The membrane in one frame: all K dots of the grid by number, unseen ones interpolated.")
-        .def_property_readonly("xyz", [](const MembraneState& one) { return rows_of(one.xyz); }, "(K, 3) m, sensor frame")
-        .def_property_readonly("ranges", [](const MembraneState& one) { return row_of(one.ranges); }, "(K,) m, from the camera's centre")
-        .def_property_readonly("touched", [](const MembraneState& one) { return row_of(one.touched); }, "(K,) probability of a load")
-        .def_property_readonly("seen", [](const MembraneState& one) { return mask(one.seen); }, "(K,) bool")
+    py::class_<MembraneModel>(module, "MembraneModel", "What decides about the places of dots: docs/constants.md.")
+        .def(py::init())
+        .def_readwrite("misfit", &MembraneModel::misfit)
+        .def_readwrite("touched", &MembraneModel::touched)
+        .def_readwrite("lighter", &MembraneModel::lighter)
+        .def_readwrite("heavier", &MembraneModel::heavier)
+        .def_readwrite("coupling", &MembraneModel::coupling)
+        .def_readwrite("evidence", &MembraneModel::evidence)
+        .def_readwrite("most", &MembraneModel::most)
+        .def_readwrite("tail", &MembraneModel::tail)
+        .def_readwrite("smoothed", &MembraneModel::smoothed)
+        .def_readwrite("residual", &MembraneModel::residual)
+        .def_readwrite("correlated", &MembraneModel::correlated)
+        .def_readwrite("finest_scale", &MembraneModel::finest_scale);
+    py::class_<MembraneState>(module, "MembraneState",
+                              "The membrane in one frame: all K dots of the grid by number, unseen ones interpolated.")
+        .def_property_readonly("xyz", rows(&MembraneState::xyz), "(K, 3) m, sensor frame")
+        .def_property_readonly("ranges", row(&MembraneState::ranges), "(K,) m, from the camera's centre")
+        .def_property_readonly("touched", row(&MembraneState::touched), "(K,) probability of a load")
+        .def_property_readonly("seen", marked(&MembraneState::seen), "(K,) bool")
         .def_readonly("fluid_pressure", &MembraneState::pressure, "Pa");
     py::class_<DotLoads>(module, "DotLoads", "Loads on all K dots of the grid in one frame, by number; unseen dots are interpolated.")
         .def(py::init(&make_loads), py::arg("xyz"), py::arg("seen"), py::arg("normal"), py::arg("force"), py::arg("load"))
-        .def_property_readonly("xyz", [](const DotLoads& one) { return rows_of(one.xyz); }, "(K, 3) m, sensor frame")
-        .def_property_readonly("seen", [](const DotLoads& one) { return mask(one.seen); }, "(K,) bool")
-        .def_property_readonly("normal", [](const DotLoads& one) { return rows_of(one.normal); }, "(K, 3) outward")
-        .def_property_readonly("force", [](const DotLoads& one) { return rows_of(one.force); },
+        .def_property_readonly("xyz", rows(&DotLoads::xyz), "(K, 3) m, sensor frame")
+        .def_property_readonly("seen", marked(&DotLoads::seen), "(K,) bool")
+        .def_property_readonly("normal", rows(&DotLoads::normal), "(K, 3) outward")
+        .def_property_readonly("force", rows(&DotLoads::force),
                                "(K, 3) N, object on sensor, 0 on the outermost dots, which have no balance")
-        .def_property_readonly("load", [](const DotLoads& one) { return row_of(one.load); },
+        .def_property_readonly("load", row(&DotLoads::load),
                                "(K,) normal pressure of the object over the fluid's: 0 free, 1 under a flat face");
     copyable(py::class_<Membrane>(
-        module, "Membrane",
-                         "The membrane through the dots of a rows x columns grid with rest positions (K, 3), m, by number; stiffness: shear,\n"
-                         "N/m; area_share: of the area term; pressure: of the fluid at rest, Pa; origin: (3,) m, camera centre. It holds the\n"
-                         "last frame, can be copied, and is as it was after an exception."))
+                 module, "Membrane",
+                 "The membrane through the dots of a rows x columns grid with rest positions (K, 3), m, by number; stiffness: shear,\n"
+                 "N/m; area_share: of the area term; pressure: of the fluid at rest, Pa; origin: (3,) m, camera centre. It holds the\n"
+                 "last frame, can be copied, and is as it was after an exception."))
         .def(py::init([](const py::object& rest, int rows, int columns, double stiffness, double area_share, double pressure,
-                         const py::object& origin) {
-                 return Membrane(skin_of(rest, rows, columns, {stiffness, area_share, pressure}), vector_of(origin, "origin"));
+                         const py::object& origin, const MembraneModel& model) {
+                 return Membrane(skin_of(rest, rows, columns, {stiffness, area_share, pressure}), vector_of(origin, "origin"), model);
              }),
              py::arg("rest"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("stiffness"), py::arg("area_share"),
-             py::arg("pressure"), py::arg("origin"))
-        .def("take_rest", [](Membrane& membrane, const Membrane& other) { membrane.set_rest(other.skin()); }, py::arg("other"),
-             "Take another membrane's rest positions, of the same grid; the last frame stays.")
-        .def_property_readonly("rest", [](const Membrane& membrane) { return rows_of(membrane.skin().rest); }, "(K, 3) m")
-        .def_property_readonly("residual", [](const Membrane& membrane) { return rows_of(membrane.skin().residual); },
-                               "(K, 3) m^2: the mesh's discretisation error at rest over the pressure")
+             py::arg("pressure"), py::arg("origin"), py::arg("model") = MembraneModel())
+        .def(
+            "take_rest", [](Membrane& membrane, const Membrane& other) { membrane.set_rest(other.skin()); }, py::arg("other"),
+            "Take another membrane's rest positions, of the same grid; the last frame stays.")
+        .def_property_readonly(
+            "rest", [](const Membrane& membrane) { return rows_of(membrane.skin().rest); }, "(K, 3) m")
+        .def_property_readonly(
+            "residual", [](const Membrane& membrane) { return rows_of(membrane.skin().residual); },
+            "(K, 3) m^2: the mesh's discretisation error at rest over the pressure")
         .def_property_readonly("scale", &Membrane::scale, "factor on displacements along the rays, as learnt so far")
-        .def_property_readonly("state", [](const Membrane& membrane) { return membrane.state(); }, "MembraneState of the last frame")
-        .def_property_readonly("started", [](const Membrane& membrane) { return !membrane.state().xyz.empty(); }, "whether there is one")
+        .def_property_readonly(
+            "state", [](const Membrane& membrane) { return membrane.state(); }, "MembraneState of the last frame")
+        .def_property_readonly(
+            "started", [](const Membrane& membrane) { return !membrane.state().xyz.empty(); }, "whether there is one")
         .def("reset", &Membrane::reset, py::arg("scale_sigma"),
              "Drop the last frame. scale_sigma: standard deviation of the relative error that all displacements share; 0: there is none.")
-        .def("forces", &forces_at, py::arg("xyz"), "Elastic force (K, 3), N, on each dot at xyz (K, 3), m, and its share (K, 3), m^2, of the area vectors.")
-        .def("slopes", &slopes_at, py::arg("xyz"), py::arg("rays"), py::arg("pressure"),
-             "Derivatives (K, 9), 1/m, of each dot's normal load over the pressure, Pa, at xyz (K, 3), m, by movements of the 3 x 3 dots\n"
-             "around it, row by row, along their unit rays (K, 3), normals held. Outermost dots: 0.")
+        .def("forces", &forces_at, py::arg("xyz"),
+             "Elastic force (K, 3), N, on each dot at xyz (K, 3), m, and its share (K, 3), m^2, of the area vectors.")
         .def("solve", &solve, py::arg("rays"), py::arg("ranges"), py::arg("sigma"), py::arg("id"),
-             "MembraneState of the next frame, from ranges (N,), m, of dots id (N,) int64 along unit rays (N, 3) from the origin, of standard\n"
+             "MembraneState of the next frame, from ranges (N,), m, of dots id (N,) int64 along unit rays (N, 3) from the origin, of "
+             "standard\n"
              "deviations sigma (N,), m, NaN: unknown.")
-        .def("loads", &loads_of, py::arg("id"), py::arg("xyz"),
-             "DotLoads of the seen dots id (N,) int64 at xyz (N, 3), m.");
+        .def("loads", &loads_of, py::arg("id"), py::arg("xyz"), "DotLoads of the seen dots id (N,) int64 at xyz (N, 3), m.");
 }
 
 void bind_classifier(py::module_& module) {
     py::class_<BorderNetwork, std::shared_ptr<BorderNetwork>>(
-        module, "BorderNetwork", "A network that tells a dot's distance from a contact's border: weights float32 (in, out) and biases of its layers.")
+        module, "BorderNetwork",
+        "A network that tells a dot's distance from a contact's border: weights float32 (in, out) and biases of its layers.")
         .def(py::init(&make_network), py::arg("weights_1"), py::arg("biases_1"), py::arg("weights_2"), py::arg("biases_2"),
              py::arg("weights_3"), py::arg("bias_3"))
-        .def("scores", [](const BorderNetwork& network, const DotLoads& loads, int rows, int columns, double pitch) {
-                 return row_of(border_scores(network, grid_of(loads, rows, columns), loads, within(pitch, "pitch", 1e-9, 1e9)));
-             }, py::arg("loads"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pitch"),
-             "Scores (K,): half a dot's distance from the border, pitches, plus 1/2, 0 to 1; pitch: m.");
+        .def(
+            "scores",
+            [](const BorderNetwork& network, const DotLoads& loads, int rows, int columns, double pitch) {
+                return row_of(border_scores(network, grid_of(loads, rows, columns), loads, within(pitch, "pitch", 1e-9, 1e9)));
+            },
+            py::arg("loads"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pitch"),
+            "Scores (K,): half a dot's distance from the border, pitches, plus 1/2, 0 to 1; pitch: m.");
     py::class_<StickSlipModel>(module, "StickSlipModel", "What decides about stick or slip, SI units: docs/stick_slip.md.")
         .def(py::init())
         .def_readwrite("depth_noise", &StickSlipModel::depth_noise)
@@ -315,50 +336,63 @@ void bind_classifier(py::module_& module) {
         .def_readonly("count", &TouchingObject::count, "dots judged, 0 of a new one")
         .def_readonly("odds", &TouchingObject::odds, "(4,), probabilities of the modes")
         .def_readonly("slipping", &TouchingObject::slipping, "(4,), share of the dots that slip in each mode");
-    copyable(py::class_<StickSlip>(
-        module, "StickSlip", "Which dots of a rows x columns grid stick or slip, frame by frame; origin: (3,) m, camera centre."))
+    copyable(py::class_<StickSlip>(module, "StickSlip",
+                                   "Which dots of a rows x columns grid stick or slip, frame by frame; origin: (3,) m, camera centre."))
         .def(py::init([](int rows, int columns, const py::object& origin) {
                  const Grid grid{within(rows, "rows", 1, LARGEST_GRID), within(columns, "columns", 1, LARGEST_GRID)};
                  within(grid.size(), "rows * columns", 1, LARGEST_GRID);
                  return StickSlip(grid, column(vector_of(origin, "origin")));
-             }), py::arg("rows"), py::arg("columns"), py::arg("origin"))
+             }),
+             py::arg("rows"), py::arg("columns"), py::arg("origin"))
         .def("update", &update, py::arg("loads"), py::arg("score"), py::arg("seconds"),
              "States (K,) uint8: 0 free, 1 sticking, 2 slipping, so many seconds after the last frame; score (K,): above 0.5 in contact.")
-        .def("ways", [](const StickSlip& one) { return rows_of(one.ways(), 2); },
-             "(K, 2) m: way of the object over each dot in the last frame, along x and y; NaN: unknown.")
-        .def_property_readonly("slipping", [](const StickSlip& one) { return row_of(one.slipping()); },
-                               "(K,), probabilities that the dots slip, given that they touch; NaN: unknown")
+        .def(
+            "ways", [](const StickSlip& one) { return rows_of(one.ways(), 2); },
+            "(K, 2) m: way of the object over each dot in the last frame, along x and y; NaN: unknown.")
+        .def_property_readonly(
+            "slipping", [](const StickSlip& one) { return row_of(one.slipping()); },
+            "(K,), probabilities that the dots slip, given that they touch; NaN: unknown")
         .def_property_readonly("objects", &StickSlip::objects, "list of TouchingObject, largest first")
         .def_property_readonly("friction", &StickSlip::friction, "coefficient of the object last seen")
         .def_property_readonly("noise", &StickSlip::noise, "m, standard deviation of a dot's motion across its ray");
     py::class_<DotFrame>(module, "DotFrame", "What one frame tells about all K dots.")
-        .def_property_readonly("loads", [](const DotFrame& one) { return one.loads; }, "DotLoads")
-        .def_property_readonly("score", [](const DotFrame& one) { return row_of(one.score); }, "(K,), above 0.5 in contact")
-        .def_property_readonly("state", [](const DotFrame& one) { return row_of(one.state); }, "(K,) uint8: 0 free, 1 sticking, 2 slipping")
-        .def_property_readonly("force", [](const DotFrame& one) { return rows_of(one.carried.force); }, "(K, 3) N, that the dots carry")
-        .def_property_readonly("wrench", [](const DotFrame& one) { return output(one.carried.wrench, {6}); }, "(6,) N, N m: their sum")
-        .def_property_readonly("ways", [](const DotFrame& one) { return rows_of(one.ways, 2); }, "(K, 2) m, see StickSlip.ways")
-        .def_property_readonly("rotation", [](const DotFrame& one) { return Eigen::Matrix3d(one.motion.linear()); },
-                               "(3, 3), of the largest object that holds dots, since the last frame; NaN: unknown")
-        .def_property_readonly("translation", [](const DotFrame& one) { return Eigen::Vector3d(one.motion.translation()); }, "(3,) m")
-        .def_property_readonly("slipping", [](const DotFrame& one) { return row_of(one.slipping); }, "(K,), see StickSlip.slipping")
+        .def_property_readonly(
+            "loads", [](const DotFrame& one) { return one.loads; }, "DotLoads")
+        .def_property_readonly("score", row(&DotFrame::score), "(K,), above 0.5 in contact")
+        .def_property_readonly("state", row(&DotFrame::state), "(K,) uint8: 0 free, 1 sticking, 2 slipping")
+        .def_property_readonly(
+            "force", [](const DotFrame& one) { return rows_of(one.carried.force); }, "(K, 3) N, that the dots carry")
+        .def_property_readonly(
+            "wrench", [](const DotFrame& one) { return output(one.carried.wrench, {6}); }, "(6,) N, N m: their sum")
+        .def_property_readonly("ways", rows(&DotFrame::ways, 2), "(K, 2) m, see StickSlip.ways")
+        .def_property_readonly(
+            "rotation", [](const DotFrame& one) { return Eigen::Matrix3d(one.motion.linear()); },
+            "(3, 3), of the largest object that holds dots, since the last frame; NaN: unknown")
+        .def_property_readonly(
+            "translation", [](const DotFrame& one) { return Eigen::Vector3d(one.motion.translation()); }, "(3,) m")
+        .def_property_readonly("slipping", row(&DotFrame::slipping), "(K,), see StickSlip.slipping")
         .def_readonly("objects", &DotFrame::objects, "list of TouchingObject");
     copyable(py::class_<DotClassifier>(
-        module, "DotClassifier",
-                              "The dots of a touchpad, frame by frame: which are in contact, which of these stick or slip, what they carry.\n"
-                              "membrane: Membrane, of which a copy is taken; origin: (3,) m, camera centre; network: BorderNetwork."))
+                 module, "DotClassifier",
+                 "The dots of a touchpad, frame by frame: which are in contact, which of these stick or slip, what they carry.\n"
+                 "membrane: Membrane, of which a copy is taken; origin: (3,) m, camera centre; network: BorderNetwork."))
         .def(py::init([](const Membrane& membrane, const py::object& origin, std::shared_ptr<BorderNetwork> network,
                          const StickSlipModel& model) {
                  return DotClassifier(membrane.skin(), vector_of(origin, "origin"), std::move(network), model);
-             }), py::arg("membrane"), py::arg("origin"), py::arg("network"), py::arg_v("model", StickSlipModel(), "StickSlipModel()"))
-        .def("take_rest", [](DotClassifier& classifier, const Membrane& other) { classifier.set_rest(other.skin()); }, py::arg("other"),
-             "Take a membrane's rest positions, of the same grid.")
+             }),
+             py::arg("membrane"), py::arg("origin"), py::arg("network"), py::arg_v("model", StickSlipModel(), "StickSlipModel()"))
+        .def(
+            "take_rest", [](DotClassifier& classifier, const Membrane& other) { classifier.set_rest(other.skin()); }, py::arg("other"),
+            "Take a membrane's rest positions, of the same grid.")
         .def("classify", &classify, py::arg("id"), py::arg("xyz"), py::arg("seconds"),
              "DotFrame of the seen dots id (N,) int64 at xyz (N, 3), m, so many seconds after the last frame.");
     py::class_<RegionContact>(module, "RegionContact", "The contact in a region. NaN: unknown.")
-        .def_property_readonly("position", [](const RegionContact& one) { return column(one.place.position); }, "(3,) m")
-        .def_property_readonly("covariance", [](const RegionContact& one) { return one.place.covariance; }, "(3, 3) m^2")
-        .def_property_readonly("normal", [](const RegionContact& one) { return column(one.place.normal); }, "(3,) unit, of the surface there")
+        .def_property_readonly(
+            "position", [](const RegionContact& one) { return column(one.place.position); }, "(3,) m")
+        .def_property_readonly(
+            "covariance", [](const RegionContact& one) { return one.place.covariance; }, "(3, 3) m^2")
+        .def_property_readonly(
+            "normal", [](const RegionContact& one) { return column(one.place.normal); }, "(3,) unit, of the surface there")
         .def_readonly("depth", &RegionContact::depth, "m")
         .def_readonly("force", &RegionContact::force, "N, along the region's mean normal");
 }
@@ -376,9 +410,10 @@ void bind_touchpad(py::module_& module) {
                "deviation sigma; force (K, 3), N, of carried_loads, or (0, 3); border (M, 3), start (L + 1,): of its polygons. The\n"
                "surface at rest is a sphere's upper half. NaN: unknown.");
     module.def(
-        "ring_colours", &colours, py::arg("image"), py::arg("uv"), py::arg("radius"),
+        "ring_colours", &colours, py::arg("image"), py::arg("uv"), py::arg("radius"), py::kw_only(), py::arg("ink"), py::arg("glare"),
         "Background around dots at uv (N, 2) float64, px, in an image (H, W, 3) uint8, blue, green, red, on rings of radius px: ratios\n"
-        "(N, 2) ln(blue / red), ln(green / red); brightness (N,) ln(red); count (N,) of 16 ring points used; patchiness (N,).");
+        "(N, 2) ln(blue / red), ln(green / red); brightness (N,) ln(red); count (N,) of 16 ring points used; patchiness (N,). Points with\n"
+        "blue below ink or above glare times the ring's upper quartile are left out.");
     module.def(
         "path_lengths", &path_lengths, py::arg("path"), py::arg("places"), py::arg("normals"), py::arg("rays"),
         "Lengths (N,), m, of the light's path in the water to places (N, 3), m, their derivatives (N,) along unit rays (N, 3), and the\n"
@@ -391,11 +426,14 @@ void bind_touchpad(py::module_& module) {
     module.def(
         "water_lengths", &lengths_of_colours, py::arg("ratios"), py::arg("count"), py::arg("patchiness"), py::arg("excess"),
         py::arg("excess_sigma"), py::arg("colour"), py::kw_only(), py::arg("constants"), py::arg("absorptions"), py::arg("noise"),
-        py::arg("probability"), py::arg("size"),
+        py::arg("disagree"), py::arg("patchy"), py::arg("probability"), py::arg("size"),
         "Path lengths (N,), m, in the water, and their standard deviations (N,).\n\n"
         "ratios (N, 2), count (N,) int64, patchiness (N,): of ring_colours; excess: (N,) ln of the red light over that expected without\n"
         "glare, with excess_sigma (N,), and colour: (N, 2) ratios of glare over those of scattered light, NaN: unknown; constants,\n"
-        "absorptions (1/m), noise (4,): of the water's log ratios; probability: of glare; size: standard deviation of red glare over\n"
+        "absorptions (1/m), noise (4,): of the water's log ratios; disagree: standard deviations between the ratios, and patchy: times "
+        "the\n"
+        "noise's variance of a ring point, from which the deviation is wider; probability: of glare; size: standard deviation of red glare "
+        "over\n"
         "scattered red.");
     module.def(
         "water_ranges", &ranges, py::arg("path"), py::arg("lengths"), py::kw_only(), py::arg("rays"), py::arg("id"), py::arg("rest_ranges"),

@@ -11,10 +11,10 @@
 #include <iterator>
 #include <utility>
 
+#include "common/band_matrix.hpp"
 #include "common/grid.hpp"
 #include "common/median.hpp"
 #include "common/wide.hpp"
-#include "touchpad/band.hpp"
 
 namespace tactile {
 namespace {
@@ -35,16 +35,16 @@ void fill_holes(Grid grid, double* values, const std::vector<std::uint8_t>& know
     for (const std::ptrdiff_t k : holes) std::fill_n(values + k * count, count, 0.0);
     if (size == 0 || size == grid.size()) return;
     // Neighbours are at most columns + 1 dots apart, so the matrix is a band.
-    Band matrix(size, std::min(size - 1, grid.columns + 1));
+    BandMatrix matrix(size, std::min(size - 1, grid.columns + 1));
     std::vector<double> right(size * count);  // one row for each of the values
     for (std::ptrdiff_t h = 0; h < size; ++h) {
         beside(grid, holes[h], [&](std::ptrdiff_t near) {
-            matrix.column(h)[0] += known[near] ? 1.0 : UNKNOWN_WEIGHT;
-            if (!known[near] && near > holes[h]) matrix.column(h)[number[near] - h] = -UNKNOWN_WEIGHT;
+            matrix.row(h)[h] += known[near] ? 1.0 : UNKNOWN_WEIGHT;
+            if (!known[near]) matrix.row(h)[number[near]] = -UNKNOWN_WEIGHT;
             for (std::ptrdiff_t i = 0; known[near] && i < count; ++i) right[i * size + h] += values[near * count + i];
         });
     }
-    matrix.factorise();  // positive definite: each hole is linked to a known dot
+    matrix.factor();  // positive definite: each hole is linked to a known dot
     for (std::ptrdiff_t i = 0; i < count; ++i) {
         matrix.solve(right.data() + i * size);
         for (std::ptrdiff_t h = 0; h < size; ++h) values[holes[h] * count + i] = right[i * size + h];
@@ -53,19 +53,13 @@ void fill_holes(Grid grid, double* values, const std::vector<std::uint8_t>& know
 
 // ---- Loads.
 
-// A touched dot's load is most likely 1.1; its standard deviation below and above that: 1 under a face, hardly less anywhere, but 2 to 4
-// under a ball or an edge. Chosen on simulated faces, rings, balls and edges.
-constexpr double TOUCHED = 1.1, LIGHTER = 0.4, HEAVIER = 1.0;
-constexpr double COUPLING = 4.0;                        // log odds of a dot among touched neighbours (minus that: among free ones). Chosen
 constexpr double SURE = 30.0;                           // largest log odds. Chosen
-// Log likelihood ratio that a patch must exceed (e^-18: noise in about one of 10^7 dots), and the most that one dot contributes: three
-// dots are needed.
-constexpr double EVIDENCE = 18.0, LARGEST_GAIN = 7.5;
 constexpr double PRESSURE_ROUNDS[] = {0.3, 0.1, 0.06};  // scale of a free dot's load in each round; chosen, to the discretisation error
 constexpr double LEAST_PRESSURE = 0.1;                  // of the rest pressure; chosen
 
-double touched_spread(double load) {
-    return load < TOUCHED ? LIGHTER : HEAVIER;
+// Standard deviation of a touched dot's load: 1 under a face, hardly less anywhere, but 2 to 4 under a ball or an edge.
+double touched_spread(const MembraneModel& model, double load) {
+    return load < model.touched ? model.lighter : model.heavier;
 }
 
 // Robust mean of the pressures wanted, at which each inner dot would be free: from their median, by reweighting.
@@ -83,10 +77,10 @@ double fluid_pressure(const std::vector<double>& wanted, double least) {
 }
 
 // Log likelihood ratio, touched over free, of a load. misfit: standard deviation of a free dot's load; variance: from measurement errors.
-double log_likelihood_ratio(double load, double misfit, double variance) {
-    const double narrow = misfit * misfit + variance, off = load - TOUCHED, spread = touched_spread(load);
+double log_likelihood_ratio(const MembraneModel& model, double load, double misfit, double variance) {
+    const double narrow = misfit * misfit + variance, off = load - model.touched, spread = touched_spread(model, load);
     // the two halves of the touched loads' distribution meet at its mode: their mean width normalises it
-    const double width = (std::sqrt(LIGHTER * LIGHTER + variance) + std::sqrt(HEAVIER * HEAVIER + variance)) / 2;
+    const double width = (std::sqrt(model.lighter * model.lighter + variance) + std::sqrt(model.heavier * model.heavier + variance)) / 2;
     return (load * load / narrow - off * off / (spread * spread + variance) + std::log(narrow / (width * width))) / 2;
 }
 
@@ -95,13 +89,13 @@ struct Expectation {
     double weight, pull;
 };
 
-Expectation expectation(double load, double touched, double misfit) {
-    const double spread = touched_spread(load), free = (1 - touched) / (misfit * misfit), held = touched / (spread * spread);
-    return {free + held, (free + held) * load - held * TOUCHED};
+Expectation expectation(const MembraneModel& model, double load, double touched, double misfit) {
+    const double spread = touched_spread(model, load), free = (1 - touched) / (misfit * misfit), held = touched / (spread * spread);
+    return {free + held, (free + held) * load - held * model.touched};
 }
 
 // Replaces the probabilities touched (K) by those that the log likelihood ratios gain (K) and the neighbours' last ones say.
-void update_probabilities(Grid grid, const double* gain, double* touched) {
+void update_probabilities(const MembraneModel& model, Grid grid, const double* gain, double* touched) {
     const std::vector<double> last(touched, touched + grid.size());
     for (std::ptrdiff_t row = 0; row < grid.rows; ++row) {
         for (std::ptrdiff_t column = 0; column < grid.columns; ++column) {
@@ -109,7 +103,7 @@ void update_probabilities(Grid grid, const double* gain, double* touched) {
             touched[k] = 0;
             if (!grid.inner(row, column)) continue;
             const double beside = (last[k - 1] + last[k + 1] + last[k - grid.columns] + last[k + grid.columns]) / 4;
-            touched[k] = 1 / (1 + std::exp(-std::clamp(gain[k] + COUPLING * (2 * beside - 1), -SURE, SURE)));
+            touched[k] = 1 / (1 + std::exp(-std::clamp(gain[k] + model.coupling * (2 * beside - 1), -SURE, SURE)));
         }
     }
 }
@@ -150,12 +144,8 @@ void find_loads(const Skin& skin, DotLoads& found) {
 
 constexpr double FAR_ENOUGH = 0.5e-3, FAR_SHARE = 0.02;  // m; chosen: update only while more of the dots than this are displaced by more
 constexpr double TRIAL = 0.01;                           // relative step of the finite difference; chosen
-// Standard deviation of a free dot's tangential residual (over the fluid's pressure) from other causes, and the number of dots and frames
-// over which such a cause is correlated; chosen.
-constexpr double RESIDUAL = 0.2, CORRELATED = 50;
-constexpr double FINEST_SCALE = 0.008;  // smallest standard deviation of the scale; chosen for the mesh's discretisation error
-constexpr double LARGEST_SCALE = 0.2;   // largest error of the scale, and step; chosen
-constexpr double CALM = 0.3;            // sum of the probabilities of a load over 3 x 3 dots below which a dot counts as free. Chosen
+constexpr double LARGEST_SCALE = 0.2;                    // largest error of the scale, and step; chosen
+constexpr double CALM = 0.3;  // sum of the probabilities of a load over 3 x 3 dots below which a dot counts as free. Chosen
 
 // What a frame tells about all dots. rays (K, 3): unit; measured (K), m, with weight (K), 1/m^2, 0 where unknown; displaced (K), m: what is
 // measured less the range at rest, 0 where unknown; last (K), m: ranges in the last frame; seen (K).
@@ -213,14 +203,16 @@ WholeFrame whole_frame(Grid grid, Vec3 from, const double* rest, const double* l
 }
 
 // How the forces along the surface lean on a common scale of the displacements. With the residual r (K, 3) of the forces along the surface
-// over the pressure at free dots, each weighted by 1 / (1 + r^2 / (2 RESIDUAL)^2)^2, and its derivative r' by the scale: curvature, the sum
+// over the pressure at free dots, each weighted by 1 / (1 + r^2 / (2 spread)^2)^2, and its derivative r' by the scale: curvature, the sum
 // of r'^2, and gradient, that of r r'.
 struct Leaning {
     double curvature, gradient;
 };
 
-// rays (K, 3); moved (K), m, and lifted, Pa: change of ranges and pressure if all displacements doubled; scale: as of whole_frame.
-Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double* rays, const double* moved, double lifted, double scale) {
+// rays (K, 3); moved (K), m, and lifted, Pa: change of ranges and pressure if all displacements doubled; scale: as of whole_frame; spread:
+// standard deviation of r by other causes.
+Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double* rays, const double* moved, double lifted, double scale,
+                      double spread) {
     const Grid grid = skin.grid;
     const std::ptrdiff_t size = grid.size();
     const double *places = state.xyz.data(), *touched = state.touched.data();
@@ -238,7 +230,7 @@ Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double
             if (!(loaded < CALM)) continue;
             const Vec3 here = along_surface(skin, force, area, pressure, k);
             const Vec3 slope = 1 / TRIAL * (along_surface(skin, force_there, area_there, higher, k) - here);
-            const double off = 1 + dot(here, here) / (4 * RESIDUAL * RESIDUAL), weight = 1 / (off * off);
+            const double off = 1 + dot(here, here) / (4 * spread * spread), weight = 1 / (off * off);
             found.curvature += weight * dot(slope, slope);
             found.gradient += weight * dot(slope, here);
         }
@@ -248,25 +240,22 @@ Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double
 
 // ---- The solution.
 
-// Standard deviation of a free dot's load in each step from nothing and from the last frame. Chosen: from loose to the mesh's
-// discretisation error.
-constexpr double COLD[] = {1.0, 0.7, 0.4, 0.25, 0.15, 0.2}, WARM[] = {0.4, 0.2};
+// Standard deviation of a free dot's load in each step from nothing and from the last frame, over the model's. Chosen: from loose to that.
+constexpr double COLD[] = {5, 3.5, 2, 1.25, 0.75, 1}, WARM[] = {2, 1};
 constexpr double LARGEST_STEP = 4e-4, LARGEST_PRESSURE_STEP = 400.0;  // m and Pa a step; chosen, about 0.3 pitches, 0.2 rest pressures
-constexpr double HOLD = 1e6;       // 1/m^2, weight of the prior at the start, for dots without other constraints; chosen, of 1 mm
-constexpr double TAIL = 4.0;       // standard deviations of a range beyond which it loses weight; chosen
-constexpr std::ptrdiff_t FEW = 3;  // changes of more than two steps above which a frame starts from the measured ranges; chosen
-constexpr double SMOOTHED = 18;    // by how much the balance around a dot makes the variance smaller that range errors give its load
+constexpr double HOLD = 1e6;               // 1/m^2, weight of the prior at the start, for dots without other constraints; chosen, of 1 mm
+constexpr std::ptrdiff_t FEW = 3;          // changes of more than two steps above which a frame starts from the measured ranges; chosen
 constexpr double LEAST_STIFFNESS = 1e-12;  // of the pressure; chosen against division by 0
 
 // Sets touched (K) to 0 in connected patches whose summed log likelihood ratios gain (K) are not significant.
-void drop_weak_patches(Grid grid, const double* gain, double* touched) {
+void drop_weak_patches(const MembraneModel& model, Grid grid, const double* gain, double* touched) {
     std::vector<std::uint8_t> held(grid.size());
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) held[k] = touched[k] > 0.5;
     std::vector<std::int32_t> patch;
     std::vector<double> evidence(1 + components(held.data(), grid.rows, grid.columns, true, patch).size());
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) evidence[patch[k]] += std::min(gain[k], LARGEST_GAIN);
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) evidence[patch[k]] += std::min(gain[k], model.most);
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        if (evidence.size() == 1 || (patch[k] > 0 && !(evidence[patch[k]] > EVIDENCE))) touched[k] = 0;
+        if (evidence.size() == 1 || (patch[k] > 0 && !(evidence[patch[k]] > model.evidence))) touched[k] = 0;
     }
 }
 
@@ -282,8 +271,9 @@ struct Solution {
 class Steps {
  public:
     // touched (K) and pressure: of the last frame, touched is empty where there is none.
-    Steps(const Skin& skin, Vec3 origin, const WholeFrame& frame, const std::vector<double>& touched, double pressure)
-        : skin_(skin), grid_(skin.grid), origin_(origin), frame_(frame), size_(grid_.size()), factor_(0, 0) {
+    Steps(const MembraneModel& model, const Skin& skin, Vec3 origin, const WholeFrame& frame, const std::vector<double>& touched,
+          double pressure)
+        : model_(model), skin_(skin), grid_(skin.grid), origin_(origin), frame_(frame), size_(grid_.size()), factor_(0, 0) {
         found_.weight = frame.weight;
         found_.pressure = pressure;
         start(touched);
@@ -293,7 +283,7 @@ class Steps {
         const double *misfits = cold_ ? std::begin(COLD) : std::begin(WARM), *end = cold_ ? std::end(COLD) : std::end(WARM);
         for (const double* misfit = misfits; misfit < end; ++misfit) {
             const bool first = misfit == misfits;
-            step(*misfit, !first || !cold_, !first, misfit + 1 == end);
+            step(model_.misfit * *misfit, !first || !cold_, !first, misfit + 1 == end);
         }
         respond();
         return std::move(found_);
@@ -341,7 +331,7 @@ class Steps {
         variance_.assign(size_, 0.0);
         each_dot(grid_, [&](std::ptrdiff_t k, bool inner) {
             for (int a = 0; a < 9 && inner; ++a)
-                variance_[k] += slopes_[9 * k + a] * slopes_[9 * k + a] / (found_.weight[neighbour(k, a)] + HOLD) / SMOOTHED;
+                variance_[k] += slopes_[9 * k + a] * slopes_[9 * k + a] / (found_.weight[neighbour(k, a)] + HOLD) / model_.smoothed;
         });
     }
 
@@ -349,16 +339,16 @@ class Steps {
     void update_touched(double misfit, bool last) {
         std::vector<double> gain(size_);
         for (std::ptrdiff_t k = 0; k < size_; ++k) {
-            const double pull = expectation(balance_.load[k], found_.touched[k], misfit_).pull;
-            gain[k] = log_likelihood_ratio(balance_.load[k] + variance_[k] * pull, misfit, variance_[k]);
+            const double pull = expectation(model_, balance_.load[k], found_.touched[k], misfit_).pull;
+            gain[k] = log_likelihood_ratio(model_, balance_.load[k] + variance_[k] * pull, misfit, variance_[k]);
         }
-        update_probabilities(grid_, gain.data(), found_.touched.data());
-        if (last) drop_weak_patches(grid_, gain.data(), found_.touched.data());
+        update_probabilities(model_, grid_, gain.data(), found_.touched.data());
+        if (last) drop_weak_patches(model_, grid_, gain.data(), found_.touched.data());
     }
 
     // Builds the normal equations at the balance and moves ranges and pressure by their solution.
     void solve_for(bool robust) {
-        Band matrix(size_, 2 * grid_.columns + 2);
+        BandMatrix matrix(size_, 2 * grid_.columns + 2);
         std::vector<double> gradient(size_), border(size_);
         std::ptrdiff_t beside[9];  // from a dot to those of the 3 x 3 around it
         for (int a = 0; a < 9; ++a) beside[a] = neighbour(0, a);
@@ -366,11 +356,11 @@ class Steps {
         trust_.resize(size_);
         each_dot(grid_, [&](std::ptrdiff_t k, bool inner) {
             const double misfit = found_.ranges[k] - frame_.measured[k], weight = found_.weight[k];
-            trust_[k] = robust ? weight / (1 + misfit * misfit * weight / (TAIL * TAIL)) : weight;
-            matrix.column(k)[0] += static_cast<float>(trust_[k] + HOLD);
+            trust_[k] = robust ? weight / (1 + misfit * misfit * weight / (model_.tail * model_.tail)) : weight;
+            matrix.row(k)[k] += static_cast<float>(trust_[k] + HOLD);
             gradient[k] += trust_[k] * misfit + HOLD * (found_.ranges[k] - anchor_[k]);
             if (!inner) return;
-            const Expectation load = expectation(balance_.load[k], found_.touched[k], misfit_);
+            const Expectation load = expectation(model_, balance_.load[k], found_.touched[k], misfit_);
             const double by_pressure = balance_.by_pressure[k], *slopes = slopes_.data() + 9 * k;
             float part[9];
             for (int a = 0; a < 9; ++a) part[a] = static_cast<float>(slopes[a]);
@@ -380,15 +370,15 @@ class Steps {
                 gradient[i] += slopes[a] * load.pull;
                 border[i] += slopes[a] * load.weight * by_pressure;
                 const float scaled = static_cast<float>(slopes[a] * load.weight);
-                float* row = matrix.column(i) - a % 3 + 1;  // then a row of dots further in each line
-                for (int line = a / 3; line < 3; ++line, row += grid_.columns) {
-                    for (int c = line == a / 3 ? a % 3 : 0; c < 3; ++c) row[c - 1] += scaled * part[3 * line + c];
+                float* row = matrix.row(i) + k - grid_.columns;  // then a row of dots further in each line
+                for (int line = 0; line < 3; ++line, row += grid_.columns) {
+                    for (int c = 0; c < 3; ++c) row[c - 1] += scaled * part[3 * line + c];
                 }
             }
             stiffness += load.weight * by_pressure * by_pressure;
             slope += load.pull * by_pressure;
         });
-        if (!matrix.factorise()) return;
+        if (!matrix.factor()) return;
         std::vector<double> by_border = border;
         matrix.solve(by_border.data());
         matrix.solve(gradient.data());
@@ -423,6 +413,7 @@ class Steps {
         return sum;
     }
 
+    const MembraneModel& model_;
     const Skin& skin_;
     const Grid grid_;
     const Vec3 origin_;
@@ -434,7 +425,7 @@ class Steps {
     double misfit_ = 1.0;
     Balance balance_;
     std::vector<double> slopes_;
-    Band factor_;  // of the last step's equations, with the pressure's column, the solution for it, and its Schur complement
+    BandMatrix factor_;  // of the last step's equations, with the pressure's column, the solution for it, and its Schur complement
     std::vector<double> border_, by_border_;
     double stiffness_ = 1.0;
 };
@@ -446,12 +437,13 @@ const MembraneState& Membrane::solve(const SeenRanges& seen) {
     const bool fresh = state_.xyz.empty();
     const WholeFrame frame =
         whole_frame(skin_.grid, origin_, skin_.rest.data(), fresh ? skin_.rest.data() : state_.xyz.data(), seen, factor);
-    Solution found = Steps(skin_, origin_, frame, state_.touched, fresh ? skin_.pressure : state_.pressure).run();
+    Solution found = Steps(model_, skin_, origin_, frame, state_.touched, fresh ? skin_.pressure : state_.pressure).run();
     MembraneState state{std::vector<double>(frame.rays.size()), std::move(found.ranges), std::move(found.touched), found.pressure,
                         frame.seen};
     for (std::ptrdiff_t k = 0; k < skin_.grid.size(); ++k)
         store(state.xyz.data(), k, origin_ + state.ranges[k] * vec3_at(frame.rays.data(), k));
-    learn_scale(frame.displaced, [&] { return scale_leaning(skin_, state, frame.rays.data(), found.moved.data(), found.lifted, factor); });
+    learn_scale(frame.displaced,
+                [&] { return scale_leaning(skin_, state, frame.rays.data(), found.moved.data(), found.lifted, factor, model_.residual); });
     state_ = std::move(state);
     return state_;
 }
@@ -463,9 +455,9 @@ void Membrane::learn_scale(const std::vector<double>& displaced, Lean lean) {
     const auto far = std::count_if(displaced.begin(), displaced.end(), [](double one) { return std::abs(one) > FAR_ENOUGH; });
     if (static_cast<double>(far) <= FAR_SHARE * static_cast<double>(displaced.size())) return;
     const Leaning leaning = lean();
-    const double information = leaning.curvature / (RESIDUAL * RESIDUAL) / CORRELATED;
+    const double information = leaning.curvature / (model_.residual * model_.residual) / model_.correlated;
     if (!(information > 0)) return;
-    scale_precision_ = std::min(scale_precision_ + information, 1 / (FINEST_SCALE * FINEST_SCALE));
+    scale_precision_ = std::min(scale_precision_ + information, 1 / (model_.finest_scale * model_.finest_scale));
     const double best = std::clamp(-leaning.gradient / leaning.curvature, -LARGEST_SCALE, LARGEST_SCALE);
     scale_error_ = std::clamp(scale_error_ + information / scale_precision_ * best, -LARGEST_SCALE, LARGEST_SCALE);
 }

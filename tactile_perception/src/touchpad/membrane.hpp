@@ -38,10 +38,26 @@ struct DotLoads {
     std::vector<double> normal, force, load;
 };
 
+// All that decides about the places of dots. What each is and how it was found: docs/constants.md.
+struct MembraneModel {
+    double misfit = 0.2;       // standard deviation of a free dot's load
+    double touched = 1.1;      // a touched dot's most likely load
+    double lighter = 0.4;      // standard deviation of a touched dot's load below that
+    double heavier = 1.0;      // and above it
+    double coupling = 4.0;     // log odds of a dot among touched neighbours, minus that among free ones
+    double evidence = 18.0;    // log likelihood ratio from which a patch is touched
+    double most = 7.5;         // of that, which one dot contributes
+    double tail = 4.0;         // standard deviations of a range beyond which it loses weight
+    double smoothed = 18.0;    // by how much the balance around a dot makes the variance smaller that range errors give its load
+    double residual = 0.2;     // standard deviation of a free dot's tangential residual, over the pressure, by other causes than the scale
+    double correlated = 50.0;  // number of dots and frames over which such a cause is correlated
+    double finest_scale = 0.008;  // least standard deviation of the scale
+};
+
 class Membrane {
  public:
     // origin: the camera's centre.
-    Membrane(Skin skin, Vec3 origin) : skin_(std::move(skin)), origin_(origin) {}
+    Membrane(Skin skin, Vec3 origin, const MembraneModel& model = {}) : skin_(std::move(skin)), origin_(origin), model_(model) {}
 
     const Skin& skin() const { return skin_; }
     const MembraneState& state() const { return state_; }
@@ -68,6 +84,7 @@ class Membrane {
 
     Skin skin_;
     Vec3 origin_;
+    MembraneModel model_;
     MembraneState state_;
     double scale_error_ = 0, scale_precision_ = std::numeric_limits<double>::infinity();
 };

@@ -42,8 +42,9 @@ struct RingColours {
     std::vector<double> patchiness;   // N: relative variance of blue / red around the ring without its mean and first harmonic
 };
 
-// The colours on rings of the given radius, px, around N dots at u, v, u, v, ... px.
-RingColours ring_colours(const ColourImage& image, const double* places, std::ptrdiff_t count, double radius);
+// The colours on rings of the given radius, px, around N dots at u, v, u, v, ... px. A point with blue below or above the shares ink and
+// glare of its ring's upper quartile is left out (white light raises blue, the weakest channel in red water, first).
+RingColours ring_colours(const ColourImage& image, const double* places, std::ptrdiff_t count, double radius, double ink, double glare);
 
 // The light on a skin, dot by dot of a grid.
 struct SkinLight {
@@ -55,9 +56,10 @@ SkinLight skin_light(const LightPath& path, const double* places, const double* 
                      std::ptrdiff_t columns);
 
 // The colour of the water: the ratios blue/red and green/red are exp(constant - absorption * length), their logarithms have covariance
-// noise.
+// noise. disagree: standard deviations between the two ratios above which the length's is widened; patchy: times the noise's variance of a
+// ring point above which blue / red around a ring shows glare or an edge.
 struct WaterColour {
-    double constants[2], absorptions[2], noise[4];
+    double constants[2], absorptions[2], noise[4], disagree, patchy;
 };
 
 // What is measured at N dots: log ratios (N x 2), points of the ring used (N, of 16), patchiness (N), excess (N): ln of the red light over

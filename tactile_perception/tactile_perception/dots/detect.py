@@ -92,10 +92,11 @@ def check_frame(image: np.ndarray):
 
 class LikelihoodDetector:
     """The default: peaks of a reduced image, then a maximum-likelihood fit of each, without the images of overlapping neighbours, and its
-    judgement (src/dots/finder.cpp). sign: 1 for bright dots, -1 for dark; look: of the dots, measured in the first frame by default."""
+    judgement (src/dots/finder.cpp). sign: 1 for bright dots, -1 for dark; look: of the dots, measured in the first frame by default;
+    limits: what decides what is a dot."""
 
-    def __init__(self, sign: int, look: Look | None = None):
-        self._sign = sign
+    def __init__(self, sign: int, look: Look | None = None, limits: _core.dots.DotLimits | None = None):
+        self._sign, self._limits = sign, limits or _core.dots.DotLimits()
         self._look, self._finder = None, None
         if look is not None:
             self._take(look)
@@ -122,7 +123,8 @@ class LikelihoodDetector:
         return dots
 
     def _take(self, look):
-        self._look, self._finder = look, _core.dots.DotFinder(DiscModel(look.smallest, look.largest, look.blur), look)
+        model = DiscModel(look.smallest, look.largest, look.blur)
+        self._look, self._finder = look, _core.dots.DotFinder(model, look, self._limits)
 
     def detect_all(self, image: np.ndarray) -> Dots:
         """Dots of the look that is known. Detect, and repeat with a larger range of diameters if some dots exceed it."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtr
 
 _REACH = 6.0  # standard deviations at which a Gaussian is truncated: 1e-9 lies beyond
 # Strips over which a disc is integrated: so many, and so many per radius over blur. The sum over a half circle of angles converges
@@ -20,17 +21,6 @@ _STRIPS, _STRIPS_PER_BLUR = 6, 3.2
 _PER_PIXEL = 24  # samples of a profile per pixel
 _PIXEL_VARIANCE = 1.0 / 12.0  # px^2, of a square pixel
 _DIFFERENCE = 0.02  # px, step of numerical derivatives
-
-
-def _normal_integral() -> tuple[np.ndarray, np.ndarray]:
-    """Abscissae and the standard normal cumulative distribution there (NumPy has no error function)."""
-    t = np.linspace(-_REACH, _REACH, 4801)
-    density = np.exp(-0.5 * t**2)
-    total = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
-    return t, total / total[-1]
-
-
-_T, _NORMAL = _normal_integral()
 
 
 def blurred_disc(radius: np.ndarray, diameter: float, blur: float) -> np.ndarray:
@@ -49,7 +39,7 @@ def _profile(radius, diameter, blur):
     strips = _STRIPS + int(_STRIPS_PER_BLUR * half / s)
     angle = (np.arange(strips) + 0.5) / strips * np.pi - np.pi / 2
     along, share = half * np.sin(angle), half * np.cos(angle) * np.pi / strips
-    chord = 2 * np.interp(half * np.cos(angle) / s, _T, _NORMAL) - 1
+    chord = 2 * ndtr(half * np.cos(angle) / s) - 1
     near = radius[radius < half + _REACH * s]  # radius ascends
     exponent = (near[:, None] - along) / s
     exponent *= exponent
@@ -93,8 +83,6 @@ _TAIL = 2.2  # blurs outside the dot's edge where the window ends: 1 % of the in
 _TAPER = 2.0  # px over which the window falls from one to zero
 _LEAST_HALF = 3  # px: a smaller patch has fewer independent directions than the basis
 _SECTORS = {(1, 1): 12, (1, -1): 8, (-1, 1): 8, (-1, -1): 4}  # parity down and across: dimensions. They shift positions by below 0.001 px
-_BASIS_UNITS = 32768  # of the kernel: the basis in whole numbers
-_LANES = 8  # of the kernel: rows of the basis are padded to a multiple
 _MODELS_FIRST = 1e3  # weight of the dots' images against the rows in the compression, so that its loss causes no bias
 _PER_SQUARE = 16.0  # entries of a profile per px^2 of squared radius
 _PER_DIAMETER = 20.0  # profiles per px of diameter
@@ -105,7 +93,7 @@ class DiscModel:
     """Discs of a range of diameters, imaged with a known blur.
 
     smallest, largest: diameters, px; blur: standard deviation, px. Construction takes some hundredths of a second.
-    Attributes for the kernel: basis (K, S) int16 of folded patches with sides of 2 half + 1 px; estimators (D, 4, 4, 5, K) for D
+    Attributes for the kernel: basis (S, K) of folded patches with sides of 2 half + 1 px; estimators (D, 4, 4, 5, K) for D
     diameters and distances down and across from the middle pixel, of amplitude times du, dv and ddiameter, amplitude and ground; modes
     (D, 4, 4, 10, K), orthonormal, of a dot's image; gains (D, 4, 4) px^2, variance of a position for unit contrast and noise; levers
     (D, 2) px^2, shift by slopes of ground and dot; profile (P, L): images along the squared radius, per_square entries per px^2.
@@ -159,7 +147,7 @@ class DiscModel:
 
 def _compression(rows, images, half):
     """(pixels, K) orthonormal basis of the dots' images and, with less weight, of the rows: leading principal directions of each parity;
-    and (K, S) int16, the same for sums of mirrored pixels, where those on an axis count twice, in _BASIS_UNITS, padded."""
+    and (S, K) float32, the same for sums of mirrored pixels, where those on an axis count twice."""
     flat = rows.reshape(-1, rows.shape[2])
     flat = flat / np.linalg.norm(flat, axis=1, keepdims=True)
     images = images / np.linalg.norm(images, axis=1, keepdims=True)
@@ -174,9 +162,7 @@ def _compression(rows, images, half):
     folded = basis.reshape(2 * half + 1, 2 * half + 1, -1)[half:, half:].copy()
     folded[0] /= 2
     folded[:, 0] /= 2
-    padded = np.zeros((basis.shape[1], -(-(half + 1) ** 2 // _LANES) * _LANES), np.int16)
-    padded[:, :(half + 1) ** 2] = np.rint(_BASIS_UNITS * folded.reshape(-1, basis.shape[1]).T)
-    return basis, padded
+    return basis, folded.reshape(-1, basis.shape[1]).astype(np.float32)
 
 
 def _mirrored(parity, half):

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Numbers of dots, by name of the method: row and column on a printed grid, or tracks and registration of other patterns.
 
-On a grid one image determines row and column of each dot where all printed rows and columns are seen. If an outer row is missing, the last
-certain frame does where the pattern's irregularity (print, lens, press) excludes a shift by a pitch, or where the border of the image
-agrees on which left; else no dot has a number. Kernels: src/dots/lattice.cpp, number.cpp, links.cpp.
+On a grid relative rows and columns follow from one image, by links and, over gaps, by extrapolation (kernel: src/dots/lattice.cpp). Their
+origin on the print follows where all printed rows and columns are seen. If an outer row is missing, the last certain frame tells it where
+the pattern's irregularity (print, lens, press) excludes a shift by a pitch; else no dot has a number.
 """
 from __future__ import annotations
 
@@ -13,17 +13,35 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
-from .._core.dots import GridNumbering, GridNumbers, Lattice, Linker
-from ..common.dots import Dots
+from .._core.dots import Lattice
+from ..common.dots import Dots, GridNumbers
+from ..common.statistics import upper_median
 from ..errors import BadArgument
+from .links import FARTHEST, Linker
 from .pattern import PatternNumbers
 from .published import PaperNumbering
 from .sort import SortNumbers
 
+_MOST_TURNED = 38.0  # degrees: rotated further, rows and columns may be exchanged
+_FEW_LINKED = 0.7  # of the dots: with fewer linked, the reason gives their number
+_LONGEST = 2000  # rows, columns of a grid: bounds the memory
+
+# Origin of a lattice on the printed grid
+_OUTER_SHARE = 0.2  # of the printed length, least number of dots of an outer row; fewer are false dots
+_CLIPPED_SHARE = 0.75  # of the median row, most dots of an outer row that may be dropped if too many are seen
+_MOST_CLIPPED = 2  # surplus rows that may be dropped
+_NEAR = 0.35  # pitches within which a dot continues one of the last frame: below half a pitch
+_STAYED_SHARE = 0.8  # of the dots, that must continue for the last numbers to be used
+_STILL = 0.2  # pitches, largest median motion from the last frame that needs less evidence
+_UNEVEN_RATIO = 0.5  # spread of motions at the right numbers over that one row off, below which it is excluded
+_STILL_RATIO = 0.8  # the same where little moved: an even grid, which cannot tell, has one
+_FEWEST_MOVES = 8  # motions that give a spread
+_SAMPLE = 20  # dots whose nearest ones of the last frame tell the offset: bounds the time
+
+# A grid of unknown size
 _ON_GRID = 0.8  # of the dots, least that form the grid: more are missed or false on no sensor that could be used
 _OBLIQUE = 0.34  # cosine: rows and columns of a printed grid are square to each other within 20 degrees of view; of hexagons 60 apart
 _UNEQUAL = 2.0  # ratio of the pitches, largest
-_OUTER_SHARE = 0.2  # of the other side, least dots of an outer row, as the numbering has it
 
 
 @dataclass
@@ -47,6 +65,141 @@ def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | No
     if previous is not None:
         numbering.remember(np.asarray(previous.uv, float), np.asarray(previous.id, np.int64))
     return numbering.number(uv)
+
+
+class GridNumbering:
+    """Row and column of dots on a printed grid of rows x columns; row 0 on top, column 0 left. Rows may be rotated by up to 38 degrees.
+
+    Each frame is numbered anew; the last certain one tells which rows are seen where some are hidden or more come into view. Raises
+    BadArgument for a grid smaller than 2 x 2.
+    """
+
+    def __init__(self, rows: int, columns: int):
+        if not (2 <= rows <= _LONGEST and 2 <= columns <= _LONGEST):
+            raise BadArgument(f'a grid has at least 2 rows and 2 columns, not {rows} x {columns}; use rows = columns = 0 with the tracker '
+                              'for other patterns')
+        self._printed = rows, columns
+        self._before: np.ndarray | None = None  # (rows, columns, 2) px, of the last certain frame
+
+    def number(self, uv: np.ndarray, width: float = 0, height: float = 0) -> GridNumbers:
+        """GridNumbers of dots at uv (N, 2) px, in any order; rows that are no positions get -1. The published method needs width and height
+        of the image; this one does not."""
+        good = np.flatnonzero((np.abs(uv) < FARTHEST).all(axis=1))
+        id, pitch = np.full(len(uv), -1), np.nan
+        try:
+            lattice = self._lattice(uv[good])
+            pitch, member = lattice.pitch, np.flatnonzero(lattice.member)
+            rc = lattice.rc[member]
+            origin = _Origin(uv[good[member]], rc, pitch, self._printed, self._before).find(len(good))
+        except _NotCertain as error:
+            return GridNumbers(id, str(error), pitch)
+        rc = rc + origin
+        inside = ((rc >= 0) & (rc < self._printed)).all(axis=1)
+        id[good[member[inside]]] = rc[inside] @ (self._printed[1], 1)
+        self.remember(uv, id)
+        return GridNumbers(id, '', pitch)
+
+    def remember(self, uv: np.ndarray, id: np.ndarray) -> None:
+        """Take dots at uv (N, 2) px with numbers id (N,), -1 for none, as the last certain frame. Raises BadArgument for other numbers."""
+        rows, columns = self._printed
+        if len(id) != len(uv) or not ((id >= -1) & (id < rows * columns)).all():
+            raise BadArgument(f'id: a number from -1 to {rows * columns - 1} is needed for each of {len(uv)} dots')
+        before = np.full((rows * columns, 2), np.nan)
+        before[id[id >= 0]] = uv[id >= 0]
+        self._before = before.reshape(rows, columns, 2) if len(id) else None
+
+    @staticmethod
+    def _lattice(uv: np.ndarray) -> Lattice:
+        lattice = find_lattice(uv)
+        if lattice is None:
+            raise _NotCertain(f'{len(uv)} dots found do not form a consistent grid')
+        if abs(np.degrees(lattice.angle)) > _MOST_TURNED:
+            raise _NotCertain(f'rows run at {np.degrees(lattice.angle):.0f} degrees: rows and columns are ambiguous')
+        return lattice
+
+
+class _NotCertain(Exception):
+    """Why no dot is numbered."""
+
+
+class _Origin:
+    """What to add to relative rows and columns rc (N, 2) of dots at uv (N, 2) px to get printed ones. The last certain frame, before (rows,
+    columns, 2) px or None, decides where the irregularity of the pattern excludes a shift by a pitch; else one image does where all printed
+    rows and columns are seen."""
+
+    def __init__(self, uv: np.ndarray, rc: np.ndarray, pitch: float, printed: tuple[int, int], before: np.ndarray | None):
+        self._uv, self._rc, self._pitch, self._printed, self._before = uv, rc, pitch, printed, before
+        self._still = False
+
+    def find(self, found: int) -> np.ndarray:
+        """(2,) of the dots, of which so many were found. Raises _NotCertain."""
+        try:
+            offset = None if self._before is None else self._continued()
+            return np.array([self._place(axis, name, offset) for axis, name in enumerate(('rows', 'columns'))])
+        except _NotCertain as error:
+            if len(self._rc) >= _FEW_LINKED * found:
+                raise
+            raise _NotCertain(f'of {found} dots found ({np.prod(self._printed)} configured) only {len(self._rc)} are linked: '
+                              f'{error}') from error
+
+    def _place(self, axis: int, name: str, offset: np.ndarray | None) -> int:
+        printed = self._printed[axis]
+        first, counts = _extent(self._rc[:, axis], _OUTER_SHARE * self._printed[1 - axis])
+        seen, window = len(counts), 0  # window: index among the seen rows of printed row 0, negative where that is not seen
+        if not seen:
+            raise _NotCertain(f'no {name} with enough dots')
+        by_last = None if offset is None else -int(offset[axis]) - first
+        if seen == printed and by_last in (None, 0):
+            return -first
+        if by_last is not None and self._fits_only_here(offset, axis, _STILL_RATIO if self._still and seen < printed else _UNEVEN_RATIO):
+            return -first - by_last
+        if seen < printed:
+            raise _NotCertain(f'only {seen} of {printed} {name} seen, and which is ambiguous: let the camera see all of them once, or set '
+                              f'{name} to those it sees')
+        if seen > printed:  # incomplete rows at the ends are dropped, those that the last frame had not; else it is another pattern
+            sums = np.convolve(counts, np.ones(printed, int), 'valid')
+            window = int(sums.argmax())
+            dropped = max(counts[:window].max(initial=0), counts[window + printed:].max(initial=0))
+            if seen - printed > _MOST_CLIPPED or dropped > _CLIPPED_SHARE * np.median(counts):
+                raise _NotCertain(f'{seen} {name} of dots seen, {printed} configured: is it another pattern?')
+            if self._before is not None and by_last != window:
+                raise _NotCertain(f'{seen} {name} of dots seen, {printed} configured, and the last frame had others')
+        return -first - window
+
+    def _continued(self) -> np.ndarray | None:
+        """(2,) offset at which nearly all dots continue those of the last frame; None without one."""
+        at = np.argwhere(np.isfinite(self._before[:, :, 0]))
+        some = slice(None, None, max(1, len(self._uv) // _SAMPLE))
+        if not len(at):
+            return None
+        square = np.square(self._uv[some, None] - self._before[tuple(at.T)]).sum(axis=2)
+        offsets = (at[square.argmin(axis=1)] - self._rc[some])[square.min(axis=1) < (_NEAR * self._pitch)**2]
+        if not len(offsets):
+            return None
+        offset = np.array([upper_median(offsets[:, axis]) for axis in (0, 1)], int)
+        moved = np.hypot(*self._moves(offset).T)
+        stayed = moved < _NEAR * self._pitch
+        if np.count_nonzero(stayed) < _STAYED_SHARE * min(len(self._uv), len(at)):
+            return None
+        self._still = upper_median(moved[stayed]) < _STILL * self._pitch
+        return offset
+
+    def _moves(self, offset: np.ndarray) -> np.ndarray:
+        """(M, 2) px, motions since the last frame of the dots that it shows at rows and columns that are so much higher."""
+        row, column = (self._rc + offset).T
+        inside = (row >= 0) & (row < self._printed[0]) & (column >= 0) & (column < self._printed[1])
+        moves = self._uv[inside] - self._before[row[inside], column[inside]]
+        return moves[np.isfinite(moves[:, 0])]
+
+    def _fits_only_here(self, offset: np.ndarray, axis: int, ratio: float) -> bool:
+        """Whether the irregularity of the pattern fits the last frame at this offset, and much worse one row (or column) further."""
+        spreads = []
+        for shift in (0, -1, 1):
+            moves = self._moves(offset + shift * np.eye(2, dtype=int)[axis])
+            if len(moves) < _FEWEST_MOVES:
+                return False
+            spreads.append(np.median(np.abs(moves - np.median(moves, axis=0)).sum(axis=1)))
+        return bool(spreads[0] < ratio * min(spreads[1:]))
 
 
 def find_lattice(uv: np.ndarray, angle_hint: float = 0.0) -> Lattice | None:
@@ -82,16 +235,18 @@ def find_grid(uv: np.ndarray) -> tuple[int, int]:
     lengths = np.hypot(*across), np.hypot(*down)
     if abs(across @ down) > _OBLIQUE * lengths[0] * lengths[1] or max(lengths) > _UNEQUAL * min(lengths):
         return 0, 0
-    columns = _extent(index[:, 0], 2)
-    rows = _extent(index[:, 1], _OUTER_SHARE * columns)
-    columns = _extent(index[:, 0], _OUTER_SHARE * rows)
+    columns = len(_extent(index[:, 0], 2)[1])
+    rows = len(_extent(index[:, 1], _OUTER_SHARE * columns)[1])
+    columns = len(_extent(index[:, 0], _OUTER_SHARE * rows)[1])
     return (rows, columns) if min(rows, columns) >= 2 else (0, 0)
 
 
-def _extent(index, least) -> int:
-    """Number of rows from the first to the last one that has at least so many dots."""
-    full = np.flatnonzero(np.bincount(index - index.min()) >= max(least, 2))
-    return int(np.ptp(full)) + 1 if len(full) else 0
+def _extent(index: np.ndarray, least: float) -> tuple[int, np.ndarray]:
+    """The first row that has at least so many dots, and two; and the numbers of dots of the rows from there to the last such one."""
+    low = int(index.min(initial=0))
+    counts = np.bincount(index - low)
+    full = np.flatnonzero(counts >= max(least, 2))
+    return (low + int(full[0]), counts[full[0]:full[-1] + 1]) if len(full) else (0, counts[:0])
 
 
 METHODS = {'lattice': GridNumbering, 'paper': PaperNumbering}  # (rows, columns) -> object with number(uv, width, height) -> GridNumbers

@@ -7,11 +7,10 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from .. import _core
 from ..common.dots import Dots
 from ..errors import BadArgument, BadFrame
+from .links import FARTHEST, link_places
 
-FARTHEST = 1e9  # px: positions beyond it are invalid
 FEWEST, MOST = 8, 3000  # dots of a pattern; more take minutes and gigabytes
 MODES = 40  # smooth modes besides the affine ones
 REACH = 3.0  # spacings, width of the Gaussian kernel of the displacement
@@ -80,7 +79,7 @@ class Pattern:
         while width > FINE:
             warped = self._step(start, warped, uv, width * self._unit)
             width *= COOLING
-        place, dot = _core.dots.link_places(warped, uv, gate=GATE * self._unit).T
+        place, dot = link_places(warped, uv, GATE * self._unit).T
         agrees = self._agreeing(place, uv[dot])
         return place[agrees], dot[agrees]
 

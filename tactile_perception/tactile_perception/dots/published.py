@@ -12,8 +12,7 @@ import cv2
 import numpy as np
 import scipy
 
-from .._core.dots import GridNumbers
-from ..common.dots import Dots
+from ..common.dots import Dots, GridNumbers
 from ..errors import BadArgument, BadFrame
 
 

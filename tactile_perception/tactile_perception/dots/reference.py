@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Untouched positions of numbered dots, and whether they are untouched (kernel: src/dots/reference.cpp).
+"""Untouched positions of numbered dots, and whether they are untouched.
 
 With calibrated untouched positions: a moved camera or a warm lens gives an affine motion of the image, another print independent errors.
 Non-affine displacements that neighbours share are a press. If the dots that move least are at their calibrated positions, those can replace
@@ -14,11 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from .. import _core
+from ..common.statistics import upper_median
+from ..errors import BadArgument
 
+_FARTHEST = 1e9  # px: positions beyond it are invalid
 _CALIBRATED = 10  # untouched frames: weight of calibrated positions where the camera has not moved since: as the usual `frames`
 _FEWEST = 30  # dots for a judgement
 _ROUNDS = 3  # of a robust fit
+_RIDGE = 1e-12  # of its normal equations, for collinear dots
 # With calibrated positions
 _NEIGHBOURS = 4
 _SHARED_PART, _SHARED_SIZE = 0.4, 0.1  # correlation of neighbours' residuals, and px, beyond which it is a press: slow sagging is less
@@ -30,6 +33,18 @@ _STAYED = 0.05  # px, median distance from the calibrated positions of a camera 
 _DEGREE = 5  # of the polynomial in row and column: fits a lens and a dome, not a press
 _GRID_PART, _GRID_SIZE = 0.2, 0.01  # as _SHARED_PART; pitches
 _GRID_KEPT = 85  # percent
+# Contact: by deviations from the motion that all dots share, of which drift is an affine one
+_QUIET, _QUIET_FLOOR = 5.0, 0.1  # standard deviations, and px, beyond which a contact displaces a dot: changes of light shift it by less
+_OUTLIERS = 0.01  # of the dots, that may deviate so
+_DRIFTED = 0.5  # px, median displacement that is contact: drift is followed before it grows so far
+_FEWEST_AFFINE = 8  # dots for an affine fit
+# What a contact leaves behind (creep of the pad, shifted print) looks like a small lasting one, and is followed as drift: it is small,
+# small against the contact before it, and still for some time.
+_RELEASED, _LARGEST = 0.15, 1.0  # of the largest size of a contact, and px, largest residue
+_SETTLED_S = 3.0  # s without motion
+_GROWN = 1.5  # times its accepted size, from which a residue is contact again
+_REST, _REST_NOISE = 0.1, 7.0  # px, and standard deviations, largest motion of nearly all dots at rest: 5 sqrt 2, of a difference
+_NEARLY_ALL, _SAME_SHARE = 0.99, 0.9  # of the dots: that are at rest; least number seen in both frames
 
 
 @dataclass(frozen=True)
@@ -76,39 +91,35 @@ class Reference:
     """Untouched positions of indexed dots, px: averaged over the first frames, followed as they drift, held during contact.
 
     time_constant_s: of drift; frames: number of untouched frames that are averaged first; known: calibrated positions, used while a sensor
-    that starts under contact is not released, and averaged in as 10 frames where the first dots are at them; warning: why the reference may
-    not be untouched, ''. A dot that appears later gets its position in the next untouched frame. Raises BadArgument for a time constant
-    that is not positive or frames below 1.
+    that starts under contact is not released, and averaged in as 10 frames where the first dots are at them. id, uv: (K,), rising, and
+    (K, 2) px, the positions; touched: whether something touched in the last frame; warning: why the reference may not be untouched, ''. A
+    dot that appears later gets its position in the next untouched frame. Raises BadArgument for a time constant that is not positive or
+    frames below 1.
     """
 
     def __init__(self, time_constant_s: float = 30.0, frames: int = 10, known: CalibratedRest | None = None):
-        self._rest, self._known = _core.dots.Reference(time_constant_s, frames), known
-        self.warning, self._doubted = '', False
+        if not (time_constant_s > 0 and frames >= 1):
+            raise BadArgument(f'time_constant_s > 0 and frames >= 1 are needed, not {time_constant_s} and {frames}')
+        self._time_constant_s, self._frames, self._known, self._contact = time_constant_s, frames, known, _Contact()
+        self.reset()
 
     @property
     def taken(self) -> bool:
         """Whether there is a reference."""
-        return len(self._rest.id) > 0
-
-    @property
-    def id(self) -> np.ndarray:
-        """(K,) ids of the dots with a reference position, rising."""
-        return self._rest.id
-
-    @property
-    def uv(self) -> np.ndarray:
-        """(K, 2) px, their reference positions."""
-        return self._rest.uv
-
-    @property
-    def touched(self) -> bool:
-        """Whether something touched in the last frame."""
-        return self._rest.touched
+        return len(self.id) > 0
 
     def reset(self) -> None:
         """Take the next frame as the reference."""
-        self._rest.reset()
-        self.warning, self._doubted = '', False
+        self._take(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0, np.int64))
+        self.warning, self._doubted, self.touched, self._stamp_s = '', False, False, np.nan
+
+    def _take(self, id: np.ndarray, uv: np.ndarray, frames: np.ndarray) -> None:
+        """Replace the positions by uv (N, 2) px of dots id (N,), each of which counts as so many averaged frames (N,), and forget earlier
+        contacts."""
+        order = np.argsort(id)
+        self.id, self.uv, self._counts = id[order], uv[order], frames[order]
+        self._averaged = frames.max(initial=0) + self._frames
+        self._contact.forget()
 
     def update(self, id: np.ndarray, uv: np.ndarray, sigma: np.ndarray, stamp_s: float, columns: int,
                touched: bool | None = None) -> np.ndarray:
@@ -118,19 +129,46 @@ class Reference:
         position count as not seen.
         """
         id, uv, sigma = np.asarray(id, np.int64), np.asarray(uv, float), np.asarray(sigma, float)
+        seen, duv = (np.abs(uv) < _FARTHEST).all(axis=1), np.full(uv.shape, np.nan)
+        duv[seen] = self._displaced(id[seen], uv[seen], sigma[seen], stamp_s, columns, touched)
+        return duv
+
+    def _displaced(self, id, uv, sigma, stamp_s, columns, touched) -> np.ndarray:
         if not self.taken or self._doubted and not self._known.judge(id, uv).pressed:
             self.reset()
-            seen = np.isfinite(uv).all(axis=1)
-            self._begin(id[seen], uv[seen], columns)
-        duv = self._rest.update(id, uv, sigma, stamp_s, touched)
-        if self._rest.grown and self._known is not None and self._known.judge(self._rest.id, self._rest.uv).pressed:
-            self._begin(self._rest.id, self._rest.uv, columns)  # with the dots that were added it does not show an untouched sensor
+            self._begin(id, uv, columns)
+        at, known = _find(id, self.id)
+        duv = np.where(known[:, None], uv - self.uv[at], np.nan)
+        self.touched = self._contact.judge(id, uv, duv, sigma, stamp_s) if touched is None else touched
+        if not self.touched:
+            self._follow(at[known], duv[known], stamp_s)
+            if not known.all():
+                self._add(id[~known], uv[~known])
+                if self._known is not None and self._known.judge(self.id, self.uv).pressed:
+                    self._begin(self.id, self.uv, columns)  # with the dots that were added it does not show an untouched sensor
             duv = uv - self.places(id)
+        self._stamp_s = stamp_s
         return duv
 
     def places(self, id: np.ndarray) -> np.ndarray:
         """Reference positions (N, 2) px of dots id (N,), NaN where unknown."""
-        return self._rest.places(id)
+        at, known = _find(id, self.id)
+        return np.where(known[:, None], self.uv[at], np.nan) if self.taken else np.full((len(id), 2), np.nan)
+
+    def _follow(self, at, duv, stamp_s) -> None:
+        """Average the first frames of the dots with these indices (N,), displaced by duv (N, 2), then follow with the time constant."""
+        elapsed = max(stamp_s - self._stamp_s, 0.0) if np.isfinite(self._stamp_s) else 0.0
+        gain = np.where(self._counts[at] < self._averaged, 1 / (self._counts[at] + 1), min(1.0, elapsed / self._time_constant_s))
+        self.uv = self.uv.copy()
+        self.uv[at] += gain[:, None] * duv
+        self._counts[at] += 1
+
+    def _add(self, id, uv) -> None:
+        """Give dots without a reference their present position."""
+        every = np.concatenate([self.id, id])
+        order = np.argsort(every)
+        self.id, self.uv = every[order], np.concatenate([self.uv, uv])[order]
+        self._counts = np.concatenate([self._counts, np.zeros(len(id), np.int64)])[order]
 
     def _begin(self, id, uv, columns) -> None:
         """Take the reference from dots id (N,) at uv (N, 2) px."""
@@ -147,7 +185,75 @@ class Reference:
                 at = np.isin(id, calibrated)
                 uv, frames[at] = uv.copy(), _CALIBRATED
                 uv[at] = self._known.uv[id[at]]
-        self._rest.begin(id, uv, frames)
+        self._take(id, uv, frames)
+
+
+class _Contact:
+    """Whether something touches the dots."""
+
+    def __init__(self):
+        self.forget()
+
+    def forget(self) -> None:
+        """Nothing touches."""
+        self._largest, self._accepted = 0.0, np.nan  # px, of the contact, and of its accepted residue
+        self._since_s, self._still = np.inf, (np.zeros(0, np.int64), np.zeros((0, 2)))  # since when, and where it is still
+
+    def judge(self, id: np.ndarray, uv: np.ndarray, duv: np.ndarray, sigma: np.ndarray, stamp_s: float) -> bool:
+        """Whether dots id (N,) at uv (N, 2), displaced by duv (N, 2) px, NaN: unknown, are touched; sigma: (N,) px."""
+        moved, size = _deviation(uv, duv, sigma)
+        if not moved:
+            self.forget()
+            return False
+        self._largest = max(self._largest, size)
+        if not self._rests(id, uv, sigma):
+            order = np.argsort(id)
+            self._since_s, self._still, self._accepted = stamp_s, (id[order], uv[order]), np.nan
+        if np.isfinite(self._accepted):
+            return size > _GROWN * self._accepted
+        if size > min(_RELEASED * self._largest, _LARGEST) or stamp_s - self._since_s < _SETTLED_S:
+            return True
+        self._accepted = size
+        return False
+
+    def _rests(self, id, uv, sigma) -> bool:
+        """Whether nearly all dots are where they came to rest."""
+        then, place = self._still
+        at, both = _find(id, then)
+        square = np.square(uv[both] - place[at[both]]).sum(axis=1)
+        if len(square) < max(1, _SAME_SHARE * max(len(id), len(then))):
+            return False
+        known = sigma[np.isfinite(sigma)]
+        limit = max(_REST, _REST_NOISE * upper_median(known)) if len(known) else _REST
+        return _ranked(square, _NEARLY_ALL * (len(square) - 1)) < limit**2
+
+
+def _deviation(uv, duv, sigma) -> tuple[bool, float]:
+    """Whether more dots than outliers deviate from the common affine motion, or all have moved farther than drift; and the largest
+    deviation without outliers, px."""
+    known = np.isfinite(duv[:, 0])
+    uv, duv, sigma = uv[known], duv[known], sigma[known]
+    if not len(uv):
+        return False, 0.0
+    shared = np.sqrt(upper_median(np.square(duv).sum(axis=1)))
+    if len(uv) < _FEWEST_AFFINE:
+        return bool(shared > _DRIFTED), shared
+    away = np.hypot(*_robust_residual(np.column_stack([np.ones(len(uv)), uv - uv.mean(axis=0)]), duv, _KEPT, rounds=2).T)
+    leaving = np.count_nonzero(away > np.maximum(_QUIET * sigma, _QUIET_FLOOR))  # none of unknown noise
+    size = max(_ranked(away, (1 - _OUTLIERS) * (len(away) - 1)), shared)
+    return bool(leaving > _OUTLIERS * len(uv) or shared > _DRIFTED), size
+
+
+def _ranked(values: np.ndarray, rank: float) -> float:
+    """The value (N,) of that rank, from 0, rounded down."""
+    return float(np.partition(values, int(rank))[int(rank)])
+
+
+def _find(id: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Index (N,) of ids (N,) among known (K,), which rise, and whether they are there (N,)."""
+    at = np.searchsorted(known, id)
+    at[at == len(known)] = 0
+    return at, known[at] == id if len(known) else np.zeros(len(id), bool)
 
 
 def rest_warning(id: np.ndarray, uv: np.ndarray, columns: int) -> str:
@@ -168,13 +274,15 @@ def rest_warning(id: np.ndarray, uv: np.ndarray, columns: int) -> str:
     return ''
 
 
-def _robust_residual(basis, values, kept_percent) -> np.ndarray:
+def _robust_residual(basis, values, kept_percent, rounds=_ROUNDS) -> np.ndarray:
     """Residuals (N, 2) of values (N, 2) after a least-squares fit of basis (N, K) to those with the least ones."""
     kept = np.ones(len(basis), bool)
-    for _ in range(_ROUNDS):
-        left = values - basis @ np.linalg.lstsq(basis[kept], values[kept], rcond=None)[0]
+    for _ in range(rounds):
+        used = basis[kept]
+        normal = used.T @ used  # normal equations take a fifth of the time of lstsq
+        left = values - basis @ np.linalg.solve(normal + _RIDGE * np.trace(normal) * np.eye(len(normal)), used.T @ values[kept])
         distance = np.hypot(*left.T)
-        kept = distance <= np.percentile(distance, kept_percent)
+        kept = distance <= _ranked(distance, kept_percent / 100 * (len(distance) - 1))
     return left
 
 

@@ -8,10 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
-from .._core.dots import Linker
 from ..common.dots import Dots, DotTracks
 from ..errors import BadArgument, BadFrame
 from .detect import DotDetector
+from .links import Linker
 from .mask import Mask
 from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, find_grid, grid_numbering
 from .reference import CalibratedRest, Reference
@@ -167,8 +167,8 @@ def find_pattern(image: np.ndarray, values: Mapping) -> np.ndarray:
 class Places(Protocol):
     """3D positions of dots: DotPlaces or MarkerPlaces."""
 
-    def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
-        """Positions (N, 3), m, in the sensor frame, of tracks in an image; NaN if unknown. Raises BadFrame."""
+    def locate(self, image: np.ndarray, tracks: DotTracks, stamp_s: float) -> np.ndarray:
+        """Positions (N, 3), m, in the sensor frame, of tracks in an image exposed at stamp_s, s; NaN if unknown. Raises BadFrame."""
 
     def renew(self) -> None:
         """Discard all state that depends on the reference."""
@@ -210,7 +210,7 @@ class DotEstimator:
             raise BadFrame('one of the two views is black: both must be there when the reference is taken; check its camera or topic')
         tracks = self._tracker.process(image, stamp_s)
         if self._places is not None:
-            tracks.xyz = self._places.locate(image, tracks)
+            tracks.xyz = self._places.locate(image, tracks, stamp_s)
         return tracks
 
     def _shows_both(self, image: np.ndarray) -> bool:

@@ -170,7 +170,7 @@ class TouchEstimator:
             raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, but parameters rows and columns are '
                            f'{self._sensor.rows} and {self._sensor.columns}')
         self._tracker.check(stamp_s)
-        field = self._rest.field(tracks)
+        field = self._rest.field(tracks, stamp_s)
         estimates = self._method.estimate(field)
         touches, wrench = self._tracker.process(estimates, stamp_s), self._wrench_of(estimates)
         force = -float(wrench[2]) if len(touches) == 1 else np.nan

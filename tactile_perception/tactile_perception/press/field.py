@@ -152,7 +152,7 @@ def _check_ids(tracks: DotTracks, count: int) -> None:
 
 _MOVED = 0.3  # px: a reference that changed by more is a new one. Chosen
 _STILL = 0.3  # px: a marker displaced by less counts as untouched. Chosen likewise
-_FRAMES = 30  # time constant, frames, of the average of the untouched area. Chosen
+_FOLLOWED_S = 2.0  # s, time constant of the average of the untouched area. Chosen
 
 
 class RestMarkers:
@@ -164,34 +164,39 @@ class RestMarkers:
     def __init__(self, count: int, make_view: Callable[[np.ndarray], MarkerView]):
         self._make_view = make_view
         self.uv, self.area = np.full((count, 2), np.nan), np.full(count, np.nan)
-        self._frames = np.zeros(count)
+        self._counts, self._stamp_s = np.zeros(count), np.nan
         self._view_uv: np.ndarray | None = None
         self._view: MarkerView | None = None
 
-    def field(self, tracks: DotTracks) -> MarkerField:
-        """The field of one frame, whose ids are below K. Raises BadFrame where there is no view, BadArgument for other ids."""
+    def field(self, tracks: DotTracks, stamp_s: float) -> MarkerField:
+        """The field of the frame at stamp_s, s, whose ids are below K. Raises BadFrame where there is no view, BadArgument for other
+        ids."""
         _check_ids(tracks, len(self.area))
         rest = tracks.rest_uv
         reported = np.isfinite(rest).all(1)
         id, now = tracks.id[reported], rest[reported]
-        uv, area, frames = self._followed(id, now, np.abs(tracks.duv[reported]).max(1, initial=0) <= _STILL, tracks.area[reported])
+        slowest = max(stamp_s - self._stamp_s, 0.0) / _FOLLOWED_S if np.isfinite(self._stamp_s) else 0.0
+        still = np.abs(tracks.duv[reported]).max(1, initial=0) <= _STILL
+        uv, area, counts = self._followed(id, now, still, tracks.area[reported], slowest)
         view, view_uv = self._view, self._view_uv
         if view is None or not (np.abs(now - view_uv[id]) <= _MOVED).all():
             view, view_uv = self._make_view(uv), uv
         field = marker_field(tracks, area, view)
-        self.uv, self.area, self._frames, self._view, self._view_uv = uv, area, frames, view, view_uv
+        self.uv, self.area, self._counts, self._view, self._view_uv, self._stamp_s = uv, area, counts, view, view_uv, stamp_s
         return field
 
-    def _followed(self, id: np.ndarray, rest: np.ndarray, still: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Positions, mean areas and their numbers of frames, with the untouched positions of a frame's markers (N), and the areas of those
-        that hardly move."""
-        uv, mean, frames = self.uv.copy(), self.area.copy(), self._frames.copy()
-        frames[id[~(np.abs(rest - uv[id]) <= _MOVED).all(1)]] = 0
+    def _followed(self, id: np.ndarray, rest: np.ndarray, still: np.ndarray, area: np.ndarray,
+                  slowest: float) -> tuple[np.ndarray, ...]:
+        """Positions, mean areas and of how many, with a frame's untouched positions (N), and the areas of the markers that hardly move;
+        slowest: least weight of these."""
+        uv, mean, counts = self.uv.copy(), self.area.copy(), self._counts.copy()
+        counts[id[~(np.abs(rest - uv[id]) <= _MOVED).all(1)]] = 0
         uv[id] = rest
         id, area = id[still], area[still]
-        counted = frames[id] = np.minimum(frames[id] + 1, _FRAMES)
-        mean[id] = np.where(counted == 1, area, mean[id] + (area - mean[id]) / counted)
-        return uv, mean, frames
+        counts[id] += 1
+        weight = np.clip(1 / counts[id], min(slowest, 1.0), 1.0)
+        mean[id] = np.where(counts[id] == 1, area, mean[id] + weight * (area - mean[id]))
+        return uv, mean, counts
 
 
 def view_maker(sensor: MarkerSensor, matrices: tuple[np.ndarray, np.ndarray] | None, stitching: Mapping | None,

@@ -113,7 +113,7 @@ class MarkerPlaces:
         """Start with a new reference."""
         self._rest = RestMarkers(self._count, self._make_view)
 
-    def locate(self, _image: np.ndarray, tracks: DotTracks) -> np.ndarray:
-        """Positions (N, 3), m, sensor frame, of tracks; NaN where unknown. Raises BadFrame where there is no view."""
-        field = self._rest.field(tracks)
+    def locate(self, _image: np.ndarray, tracks: DotTracks, stamp_s: float) -> np.ndarray:
+        """Positions (N, 3), m, sensor frame, of tracks at stamp_s, s; NaN where unknown. Raises BadFrame where there is no view."""
+        field = self._rest.field(tracks, stamp_s)
         return on_rays(field, self._raised(field), self._sensor)[tracks.id]

@@ -150,7 +150,7 @@ class PressReader:
                 if rest is None:
                     tracker, rest = self._begin(image, self._view_maker(bag))
                 tracks = tracker.process(image, stamp_s)
-                self._rows.append((rest.field(tracks), *_truth(found)))
+                self._rows.append((rest.field(tracks, stamp_s), *_truth(found)))
                 self.names.append(name)
             except BadFrame as error:
                 self.left_out.append(f'{name}: {error}')

@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from ..common.contact_tracker import ContactTracker, TrackedContact
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ..common.surface import axes
 from ..common.surface_points import SurfacePoints
@@ -17,14 +18,17 @@ from ..errors import BadArgument, BadFrame
 from .motion import MotionTracker, ObjectMotion, SeenPressure, TaxelSlip
 from .pressure import Baseline, DeadTaxels, SoftPad, TaxelArray
 from .published import PaperMethod
-from .region import ContactScore, ContactTracker, Regions, TaxelRegion, TrackedContact, find_regions
+from .region import ContactScore, Regions, TaxelRegion, find_regions
 from .response import Hysteresis, Response
 from .wrench import GraspedObject, normal_force, pressure_centre, taxel_forces, taxel_points, taxel_states, under_friction, wrench_of
 
 _FULL = 0.995  # of the full scale, from which a taxel is saturated: a count below 255
 _OUTLINE_SD = 0.5  # pitches, standard deviation of an outline's vertices for the test of roundness
 _NOISE_AT = 5.0  # standard deviations of the noise at which the slope of the response is evaluated: half of a score's least level
-_AT_ONCE = 40.0  # standard deviations of the noise, peak of a contact that is reported at once: four times a score's least level
+# Standard deviations of the noise, peak of a contact that is reported at once: four times a score's least level. A lighter one is
+# reported if it is the largest, or lasts: a face that begins or ceases to touch shows as pieces for a frame.
+_AT_ONCE = 40.0
+_REACH = 1.5  # pitches between the borders of a contact in one frame and in the next
 _PLACE_SD = 0.03  # pitches, standard deviation of a centroid
 _NO_DOTS = np.zeros(0, np.uint8)
 _ASSUMED_SLIDE = 0.1  # thicknesses that a pad of unknown pressure is dragged before it slips, as the usual pad at the usual load
@@ -149,9 +153,12 @@ class TaxelEstimator:
         self.baseline.follow(change, regions.touched, interval)
         saturated = [_any_in(full, region, regions) for region in regions.all] if full.any() else [False] * len(regions.all)
         slip, motion = self._method.slip(regions, surface, stamp_s, any(saturated))
-        tracked = self._tracker.assign(regions, _AT_ONCE * noise)
+        tracked = self._tracker.assign(regions.labels, [(region.label, region.moments) for region in regions.all],
+                                       _REACH * self.array.pitch, stamp_s)
         normal = self._normal_forces(regions, saturated)
-        contacts = [self._contact(*one, regions) for one in zip(regions.all, tracked, normal, saturated) if one[1].reported]
+        every = zip(regions.all, tracked, normal, saturated)
+        contacts = [self._contact(*one, regions) for k, one in enumerate(every)
+                    if k == 0 or one[1].lasting or one[0].peak >= _AT_ONCE * noise]
         return TaxelResult(self._region(regions, motion, interval), contacts, slip, self._wrench(regions, normal, pressure), pressure,
                            partial(self._points, regions, surface, normal, slip, motion))
 

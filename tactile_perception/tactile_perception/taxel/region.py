@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Contact regions of a taxel image: contact score, outlines with subtaxel accuracy and their moments (paper taxel_array_image_processing,
-eqs 1 to 3, with I = 1 inside the outline), and contact ids from frame to frame."""
+eqs 1 to 3, with I = 1 inside the outline)."""
 from __future__ import annotations
 
 import math
@@ -27,8 +27,6 @@ _SMOOTH = 0.5  # thicknesses, of the Gaussian that averages noise, differences o
 _AROUND = 2  # taxels around a region that share its force: a pad of 2 mm on taxels of 1 mm (paper)
 _MOST = 64  # regions; an image with more is broken: more than fingers can make
 _LEAST = 0.25  # taxels, area of a piece: half of what a single taxel of full score has; noise at a border makes smaller ones
-_LASTING = 3  # frames, from which a contact merges: a beginning one may consist of several regions
-_SMALL = 4  # taxels: smaller regions do not split off, since noise at a border makes such regions
 
 
 class ContactScore:
@@ -133,61 +131,3 @@ def _region(label: int, pieces: list, labels: np.ndarray, load: tuple[np.ndarray
     moments = Moments(area, np.array([0.0, 0.0, area]), np.array([first_x, first_y, 0.0]), np.array(second))
     return TaxelRegion(label, box, [outline for outline, _ in pieces], moments, int(np.count_nonzero(labels[box] == label)),
                        float(pressed.sum(dtype=float)) * array.taxel_area, float(pressed.max(initial=0)))
-
-
-@dataclass(frozen=True)
-class TrackedContact:
-    """number: id of the contact, never reused; age: frames; merged: whether several contacts have merged into this region; reported:
-    whether it is to be reported."""
-
-    number: int
-    age: int
-    merged: bool
-    reported: bool
-
-
-class ContactTracker:
-    """A region continues the contact of the last frame with which it shares most taxels, one to one; a region that continues none is a new
-    contact. One that shares taxels with a contact that nothing continues has merged with it, until a part splits off."""
-
-    def __init__(self):
-        self._next = 1
-        self.reset()
-
-    def reset(self) -> None:
-        """All regions are new contacts; ids are not reused."""
-        self._last: dict[int, TrackedContact] = {}  # by label in the last frame
-        self._labels: np.ndarray | None = None
-
-    def assign(self, regions: Regions, least: float = 0.0) -> list[TrackedContact]:
-        """The contact of each region, in their order; least: peak of a region's pressure from which it is reported at once.
-
-        A lighter one is reported if it is the largest, or was there in the last frame too: a face that begins or ceases to touch shows as
-        pieces for a frame.
-        """
-        shared = sorted(self._shared(regions), key=lambda one: -one[0])
-        chosen: dict[int, TrackedContact] = {}
-        for _, k, before in shared:
-            if k not in chosen and before not in chosen.values():
-                chosen[k] = before
-        found = []
-        for k, region in enumerate(regions.all):
-            before = chosen.get(k)
-            if before is None:
-                self._next += 1
-            number, age = (self._next - 1, 1) if before is None else (before.number, before.age + 1)
-            splits = any(other is before and at != k and regions.all[at].count >= _SMALL for _, at, other in shared)
-            joined = any(at == k and other not in chosen.values() and other.age >= _LASTING for _, at, other in shared)
-            merged = before is not None and (joined or before.merged and not splits)
-            found.append(TrackedContact(number, age, merged, k == 0 or age > 1 or region.peak >= least))
-        self._last, self._labels = {region.label: one for region, one in zip(regions.all, found)}, regions.labels
-        return found
-
-    def _shared(self, regions: Regions) -> list[tuple[int, int, TrackedContact]]:
-        """(number of taxels in common, index of a region, contact of the last frame)."""
-        shared = []
-        for k, region in enumerate(regions.all if self._last else ()):
-            before = self._labels[region.box][regions.labels[region.box] == region.label]
-            shared += [(count, k, self._last[label]) for label, count in enumerate(np.bincount(before).tolist())
-                       if count and label in self._last]
-        return shared

@@ -22,7 +22,7 @@ from ..errors import BadArgument, BadFrame
 from .contact import DotClassification, make_method
 from .places import RestPlaces
 from .pose import ObjectPose
-from .region import ContactDots, ContactTracker, describe, find_regions
+from .region import ContactDots, ContactFinder, describe, find_regions
 from .sensor import Touchpad
 from .slip import SlipEstimator, slip_confidence
 
@@ -58,7 +58,7 @@ class ContactEstimator:
         self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
         self._method = make_method(sensor.rows, sensor.columns, sensor.material, camera.centre, values)
         self._pose = ObjectPose()
-        self._contacts = ContactTracker(sensor.cap, *_calibrated_reach(calibration))
+        self._contacts = ContactFinder(sensor.cap, *_calibrated_reach(calibration))
         self._origin, self._range_sigma = camera.centre, _calibrated_sigma(calibration)
         self._slip = SlipEstimator()
         self._suspected, self._checked = False, np.full_like(self._rest.uv, np.inf)
@@ -96,7 +96,7 @@ class ContactEstimator:
 
     def _describe(self, dots: ContactDots, found: DotClassification, stamp_s: float) -> ContactResult:
         regions = find_regions(dots)
-        contacts = self._contacts.process(dots, regions)
+        contacts = self._contacts.process(dots, regions, stamp_s)
         slip = self._slip.process(dots, contacts, found.ways, stamp_s)
         slip.confidence = slip_confidence(slip.state, found.objects)
         region = describe(dots, regions, found.motion, found.interval)

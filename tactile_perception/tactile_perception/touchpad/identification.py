@@ -14,7 +14,7 @@ from ..common.geometry import Cap
 from ..common.statistics import robust_sigma
 from ..errors import BadArgument, BadFrame
 from .water import (
-    COMMON, COMMON_AT_DOTS, POINTS, RING, RING_PIXELS, Glare, LightPath, RingColours, WaterModel, background_ratios, check_image,
+    LIMITS, POINTS, RING, RING_PIXELS, Glare, LightPath, RingColours, WaterModel, background_ratios, check_image,
     learn_glare, log_ratios, pitch_px, rays_from, ring_share, smooth_light,
 )
 
@@ -194,7 +194,7 @@ def _find_glare(model: WaterModel, ground: _Ground, image: np.ndarray, uv: np.nd
     rings = _Ground(rays, places, (places - [0, 0, model.cap.centre_z]) / model.cap.curvature_radius, colours.ratios, colours.brightness,
                     colours.count)
     q = np.array([*model.constants, *model.absorptions, *model.path.numbers[:4]])
-    for seen, common in ((rings, COMMON_AT_DOTS), (ground, COMMON)):
+    for seen, common in ((rings, LIMITS.common_at_dots), (ground, LIMITS.common)):
         tinted = seen.ratios - predict(q, seen.places, seen.normals, camera.centre)
         dyed = model.absorptions * model.path.lengths(seen.places, seen.normals)[0][:, None]
         light = seen.brightness - np.log(model.path.irradiance(seen.places, seen.normals))

@@ -58,14 +58,15 @@ class Membrane:
     Kernel: src/touchpad/membrane.cpp.
     """
 
-    def __init__(self, rest_xyz: np.ndarray, rows: int, columns: int, origin: np.ndarray, material: MembraneMaterial | None = None):
+    def __init__(self, rest_xyz: np.ndarray, rows: int, columns: int, origin: np.ndarray, material: MembraneMaterial | None = None,
+                 model: _core.MembraneModel | None = None):
         if rows < 3 or columns < 3:
             raise BadArgument(f'membrane: a grid of at least 3 x 3 dots is needed, got {rows} x {columns}; '
                               'check parameters rows and columns')
         if rows * columns > _MOST:
             raise BadArgument(f'membrane: {rows} x {columns} dots are more than the maximum of {_MOST}; check rows and columns')
         self.rows, self.columns = rows, columns
-        self.material, self.origin = material or MembraneMaterial(), np.asarray(origin, float)
+        self.material, self.origin, self._model = material or MembraneMaterial(), np.asarray(origin, float), model or _core.MembraneModel()
         self.core = self._at(rest_xyz)
 
     def _at(self, rest_xyz: np.ndarray) -> _core.Membrane:
@@ -78,7 +79,7 @@ class Membrane:
         return _core.Membrane(
             fill_rest(rest, known, self.columns), rows=self.rows, columns=self.columns, stiffness=self.material.shear_stiffness,
             area_share=1 - self.material.rest_tension / self.material.shear_stiffness, pressure=self.material.rest_pressure,
-            origin=self.origin)
+            origin=self.origin, model=self._model)
 
     def set_rest(self, rest_xyz: np.ndarray) -> None:
         """Take other rest positions (K, 3), m, of a drifting reference. Raises BadArgument as the constructor."""

@@ -63,7 +63,7 @@ class DotPlaces:
         """Identify the water's colour again in the next image, which is the new reference."""
         self._water, self._initialised = self._calibrated, False
 
-    def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
+    def locate(self, image: np.ndarray, tracks: DotTracks, _stamp_s: float = 0.0) -> np.ndarray:
         """Positions (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for dots without a rest position and in a
         grey image. Raises BadFrame if too few dots have a rest position.
         """

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from .. import _core
+from ..common.contact_tracker import ContactTracker
 from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, to_grid
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.rigid_motion import RigidMotion
@@ -137,44 +138,33 @@ def find_contact(dots: ContactDots, region: Region, cap: Cap) -> _core.RegionCon
 
 
 _NOTCH = 1.3  # pitches, convexity defect of an outline from which it may be two merged touches; chosen
+_REACH = 1.5  # pitches between the borders of a contact in one frame and in the next
 
 
-class ContactTracker:
-    """Contacts frame by frame.
-
-    A region continues the contact of the last frame with which it shares most dots; without common dots, the nearest one within a pitch
-    and a half from border to border. A contact that is lost for a frame keeps its id. Of merging regions, the one with most common dots
-    gives its id; of the parts of a region that splits, the one with most common dots keeps it. An outline with a notch is AMBIGUOUS.
-    calibrated_depth, calibrated_radius: m, largest calibrated depth and distance from the z axis; None: unknown.
-    """
+class ContactFinder:
+    """Contacts frame by frame. An outline with a notch, and a region into which contacts have merged, is AMBIGUOUS. calibrated_depth,
+    calibrated_radius: m, largest calibrated depth and distance from the z axis; None: unknown."""
 
     def __init__(self, cap: Cap, calibrated_depth: float | None = None, calibrated_radius: float | None = None):
         for name, value in (('calibrated_depth', calibrated_depth), ('calibrated_radius', calibrated_radius)):
             if value is not None and not 0 < value < np.inf:
-                raise BadArgument(f'contact tracker: {name} must be positive, m, got {value}')
+                raise BadArgument(f'contacts: {name} must be positive, m, got {value}')
         self._cap, self._depth, self._radius = cap, calibrated_depth, calibrated_radius
-        self._next = 1
-        self.reset()
+        self._tracker = ContactTracker()
 
-    def reset(self) -> None:
-        """Forget all contacts; ids are not used again."""
-        self._last: dict[int, _Track] = {}
-
-    def process(self, dots: ContactDots, regions: list[Region]) -> list[ContactEstimate]:
-        """One contact for each region of this frame, in their order."""
-        held = [set(np.asarray(dots.ids)[region.members].tolist()) for region in regions]
-        chosen = _match(held, regions, self._last)
-        contacts, tracks = [], {}
+    def process(self, dots: ContactDots, regions: list[Region], stamp_s: float) -> list[ContactEstimate]:
+        """One contact for each region of the frame at stamp_s, s, in their order."""
+        labels = np.zeros(dots.rows * dots.columns, int)
         for k, region in enumerate(regions):
-            number = chosen.get(k)
-            if number is None:
-                number, self._next = self._next, self._next + 1
-            tracks[number] = _Track(held[k], region.moments.centroid, region.moments.area)
+            labels[np.asarray(dots.ids)[region.members]] = k + 1
+        tracked = self._tracker.assign(labels, [(k + 1, region.moments) for k, region in enumerate(regions)],
+                                       _REACH * regions[0].pitch if regions else 0.0, stamp_s)
+        contacts = []
+        for region, one in zip(regions, tracked):
             found = find_contact(dots, region, self._cap)
-            contacts.append(ContactEstimate(number, found.position, found.normal, found.depth, found.force, found.covariance,
-                                            self._flags(dots, region, found), region.members))
-        lost = {number: replace(track, lost=True) for number, track in self._last.items() if number not in tracks and not track.lost}
-        self._last = tracks | lost
+            flags = self._flags(dots, region, found) | (AMBIGUOUS if one.merged else 0)
+            contacts.append(ContactEstimate(one.number, found.position, found.normal, found.depth, found.force, found.covariance, flags,
+                                            region.members))
         return contacts
 
     def _flags(self, dots: ContactDots, region: Region, found: _core.RegionContact) -> int:
@@ -186,28 +176,3 @@ class ContactTracker:
         beyond = self._depth is not None and found.depth > self._depth
         outside = self._radius is not None and math.hypot(found.position[0], found.position[1]) > self._radius
         return flags | (OUT_OF_RANGE if beyond or outside else 0)
-
-
-@dataclass(frozen=True)
-class _Track:
-    held: set
-    centroid: np.ndarray
-    area: float
-    lost: bool = False
-
-
-def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> dict[int, int]:
-    """Id for each region that continues a contact: greedily by most common dots, then by the smallest gap."""
-    pairs = []
-    for k, region in enumerate(regions):
-        for number, track in last.items():
-            radii = math.sqrt(region.moments.area / math.pi) + math.sqrt(track.area / math.pi)
-            gap = math.dist(region.moments.centroid, track.centroid) - radii
-            common = len(held[k] & track.held)
-            if common or gap < 1.5 * region.pitch:
-                pairs.append((-common, gap, number, k))
-    chosen: dict[int, int] = {}
-    for _, _, number, k in sorted(pairs):
-        if k not in chosen and number not in chosen.values():
-            chosen[k] = number
-    return chosen

@@ -20,6 +20,27 @@ from ..common.statistics import SIGMA_PER_MAD, robust_sigma
 from ..errors import BadArgument, BadFrame
 
 
+@dataclass
+class WaterLimits:
+    """All that decides about colour and glare. What each is and how it was found: docs/constants.md."""
+
+    ink: float = 0.75  # of a ring's upper quartile of blue: darker points are ink
+    glare: float = 1.2  # brighter ones are glare
+    disagree: float = 2.5  # standard deviations between the two ratios, from which the length's is widened
+    patchy: float = 2.5  # times the noise's variance of a ring point, from which blue / red around a ring shows glare or an edge
+    bright: float = 3.0  # standard deviations above the smooth light, from which a place has glare
+    least_bright: float = 0.01  # the same, at least, of ln(red): glare of less changes a range by less than 0.1 mm
+    common: float = 0.01  # share of the untouched pad with glare from which glare is modelled: pads without have 0.002
+    common_at_dots: float = 0.03  # the same of its dots: pads without have up to 0.01
+    red: float = 0.15  # absorption of red over that of blue minus red: dyes that look red absorb red least
+    red_sigma: float = 0.1  # standard deviation of that
+    shading: float = 0.015  # standard deviation of ln(red) by errors of the surface's shape
+    probability: float = 0.3  # of glare at a dot of a pad that shows some: it appears where the untouched pad has none, too
+
+
+LIMITS = WaterLimits()
+
+
 @dataclass(frozen=True)
 class LightPath:
     """Window and ring light in the sensor frame.
@@ -129,7 +150,7 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
     are NaN with less than a quarter of the points or a dark channel. Raises BadFrame for a wrong image.
     Kernel: src/touchpad/water.cpp.
     """
-    return RingColours(*ring_colours(check_image(image), np.asarray(uv, float), float(radius)))
+    return RingColours(*ring_colours(check_image(image), np.asarray(uv, float), float(radius), ink=LIMITS.ink, glare=LIMITS.glare))
 
 
 class Background(NamedTuple):
@@ -171,14 +192,7 @@ def _cells(values: np.ndarray, ground: np.ndarray, step: int) -> Background:
     return Background(sums[:, 3:5] / sums[:, 5:], logs[:, :2] - logs[:, 2:], logs[:, 2] - np.log(sums[:, 5]), sums[:, 5])
 
 
-BRIGHT = 3.0  # standard deviations above the smooth light from which a place has glare; chosen
-LEAST_BRIGHT = 0.01  # the same, at least, of ln(red); chosen: glare of less changes a range by less than 0.1 mm
-# Share of the pad, and of its dots, with glare from which glare is modelled; chosen: pads without have 0.002 and up to 0.01.
-COMMON, COMMON_AT_DOTS = 0.01, 0.03
 _ROUNDS, _FINAL = 30, 20  # rounds of reweighting, and from which on bright places have no weight; chosen
-RED = 0.15, 0.1  # absorption of red over that of blue minus red, and its standard deviation: dyes that look red absorb red least; chosen
-SHADING = 0.015  # standard deviation of ln(red) by errors of the surface's shape; chosen
-PROBABILITY = 0.3  # of glare at a dot of a pad that shows some; chosen: it appears where the untouched pad has none, too
 LEAST_COLOUR = 0.01  # of glare over scattered light; chosen: less, or more than its inverse, is noise
 MOST_DYED = 5.0  # largest that the water takes from a log ratio; chosen: more leaves no light
 _AGREE = 0.4  # share of the dots that tell a frame's gain: those that agree best; chosen
@@ -231,14 +245,13 @@ def smooth_light(rays: np.ndarray, brightness: np.ndarray) -> tuple[np.ndarray, 
         field = np.linalg.lstsq(weighted @ design, weighted @ light, rcond=None)[0]
         excess = light - design @ field
         below = -excess[excess < 0]
-        limit = max(BRIGHT * SIGMA_PER_MAD * float(np.median(below)), LEAST_BRIGHT) if len(below) else LEAST_BRIGHT
+        limit = max(LIMITS.bright * SIGMA_PER_MAD * (float(np.median(below)) if len(below) else 0.0), LIMITS.least_bright)
         weight = np.where(excess > limit, 0.0 if number > _FINAL else (limit / np.maximum(excess, limit))**2, 1.0)
     excess = brightness - every @ field
     return field, excess, excess > limit
 
 
-def learn_glare(rays: np.ndarray, brightness: np.ndarray, tinted: np.ndarray, dyed: np.ndarray,
-                common: float = COMMON) -> Glare | None:
+def learn_glare(rays: np.ndarray, brightness: np.ndarray, tinted: np.ndarray, dyed: np.ndarray, common: float) -> Glare | None:
     """The glare of an untouched pad, None where there is next to none.
 
     rays: (N, 3) unit, to places all over the pad; brightness: (N,) ln(red) less ln(irradiance); tinted: (N, 2) log ratios less those of the
@@ -276,10 +289,10 @@ class GlaringPad:
         """Glare at dots ids (N,) seen with ln(red) brightness (N,) along unit rays (N, 3), of a skin through places (K, 3), m."""
         irradiance, lengths = (part[ids] for part in self._light(places))
         longer = lengths - self._rest[ids]
-        expected = terms(rays) @ self._glare.field + np.log(irradiance) - RED[0] * self._absorptions[0] * longer
+        expected = terms(rays) @ self._glare.field + np.log(irradiance) - LIMITS.red * self._absorptions[0] * longer
         excess = brightness - expected
         excess -= _gain(excess)
-        sigma = np.hypot(SHADING, RED[1] * self._absorptions[0] * longer)
+        sigma = np.hypot(LIMITS.shading, LIMITS.red_sigma * self._absorptions[0] * longer)
         return SeenGlare(excess, sigma, self._glare.size, self._colour(lengths))
 
     def _colour(self, lengths: np.ndarray) -> np.ndarray:
@@ -376,4 +389,5 @@ class WaterModel:
         excess, sigma, size, colour = glare or no_glare(len(colours.count))
         return water_lengths(
             colours.ratios, colours.count, colours.patchiness, excess, sigma, colour, constants=self.constants,
-            absorptions=self.absorptions, noise=np.ravel(self.noise), probability=PROBABILITY, size=size)
+            absorptions=self.absorptions, noise=np.ravel(self.noise), disagree=LIMITS.disagree, patchy=LIMITS.patchy,
+            probability=LIMITS.probability, size=size)

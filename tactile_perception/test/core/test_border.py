@@ -53,7 +53,8 @@ LIGHT = {'path': PATH, 'places': np.random.default_rng(5).normal(0, 0.004, (12, 
 SKIN = {'path': PATH, 'places': PAD['rays'] * 0.05, 'border_normals': PAD['rest_normals']}
 DYED = {'ratios': np.random.default_rng(6).normal(-1.5, 0.1, (12, 2)), 'count': np.full(12, 16), 'patchiness': np.zeros(12),
         'excess': np.linspace(-0.1, 0.2, 12), 'excess_sigma': np.full(12, 0.02), 'colour': np.full((12, 2), 0.5)}
-WATER = {'constants': (-0.5, -0.4), 'absorptions': (35.0, 27.0), 'noise': (1e-5, 5e-6, 5e-6, 1e-5), 'probability': 0.3, 'size': 0.1}
+WATER = {'constants': (-0.5, -0.4), 'absorptions': (35.0, 27.0), 'noise': (1e-5, 5e-6, 5e-6, 1e-5), 'disagree': 2.5, 'patchy': 2.5,
+         'probability': 0.3, 'size': 0.1}
 CAMERA = {'uv': np.array([[300.0, 200.0], [640.0, 480.0], [320.0, 240.0]]), 'matrix': np.array([[600.0, 0, 320], [0, 605, 240], [0, 0, 1]]),
           'distortion': np.array([-0.1, 0.02, 1e-4, -2e-4, 0.0]), 'rotation': np.eye(3)}
 PLACED_CAMERA = CAMERA | {'centre': np.array([0.0, 0.0, -0.06])}
@@ -102,7 +103,7 @@ CALLS = {
     'DomeLibrary': (lambda **a: [_core.DomeLibrary(**DOME | a).moved(**DOME_PRESS)], DOME),
     'moved': (lambda **a: [_core.DomeLibrary(**DOME).moved(**DOME_PRESS | a)], DOME_PRESS),
     'fit_dome': (lambda **a: fields(_core.DomeLibrary(**DOME).fit(**DOME_SEEN | a, plane_z=0.12)), DOME_SEEN),
-    'ring_colours': (lambda **a: _core.ring_colours(**COLOURS | a, radius=8.0), COLOURS),
+    'ring_colours': (lambda **a: _core.ring_colours(**COLOURS | a, radius=8.0, ink=0.75, glare=1.2), COLOURS),
     'path_lengths': (lambda **a: _core.path_lengths(**LIGHT | a), LIGHT),
     'water_ranges': (lambda **a: _core.water_ranges(**PAD | a, rows=3, columns=4, ring_share=0.45), PAD),
     'skin_light': (lambda **a: _core.skin_light(**SKIN | a, rows=3, columns=4), SKIN),
@@ -111,7 +112,6 @@ CALLS = {
     'back_project': (lambda **a: _core.back_project(**PLACED_CAMERA | a, farthest=1.5, plane_z=0.0), PLACED_CAMERA),
     'Membrane': (lambda **a: fields(membrane(**a)), {'rest': DOTS, 'origin': np.zeros(3)}),
     'forces': (lambda xyz=DOTS: membrane().forces(xyz), {'xyz': DOTS}),
-    'slopes': (lambda xyz=DOTS, rays=UP: [membrane().slopes(xyz, rays, 2000.0)], {'xyz': DOTS, 'rays': UP}),
     'solve': (lambda **a: fields(membrane().solve(**FRAME | a)), FRAME),
     'loads': (lambda **a: fields(membrane().loads(**SEEN | a)), SEEN),
     'classify': (lambda **a: fields(_core.DotClassifier(membrane(), np.zeros(3), border_network()).classify(**SEEN | a, seconds=0.1)),

@@ -17,7 +17,7 @@ def lengths_of(ratios, excess, sigma=0.02, probability=0.3, size=0.1, colour=(0.
     """Length and standard deviation, m, of one dot."""
     found = water_lengths(np.array([ratios], float), np.array([count]), np.array([patchiness]), np.array([excess]), np.array([sigma]),
                           np.array([colour], float), constants=CONSTANTS, absorptions=ABSORPTIONS, noise=NOISE.ravel(),
-                          probability=probability, size=size)
+                          disagree=2.5, patchy=2.5, probability=probability, size=size)
     return found[0][0], found[1][0]
 
 

@@ -1,24 +1,18 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The border of _core.dots: whatever array NumPy can make, a call answers or raises ValueError with the argument's name, and leaves the
-object as it was."""
-import copy
-
+"""The border of _core.dots: whatever array NumPy can make, a call answers or raises ValueError with the argument's name."""
 import numpy as np
 import pytest
 from border_checks import check_any_array, check_memory, check_wrong_type
 from tactile_perception._core import dots
 from tactile_perception.dots.fit import DiscModel
 from tactile_perception.dots.look import Look
-from tactile_perception.errors import BadArgument
 
-ID, SIGMA = np.arange(42), np.full(42, 0.02)
 UV = 20.0 * np.argwhere(np.ones((6, 7)))[:, ::-1] + 10
 IMAGE = np.random.default_rng(0).integers(0, 256, (60, 80), dtype=np.uint8)
 SMALL = np.arange(600, dtype=np.uint8).reshape(20, 30)
 REGIONS = {'image': np.repeat(np.repeat(SMALL, 2, 0), 2, 1), 'small': SMALL, 'labels': np.ones((20, 30), np.uint16),
            'box': np.array([[3, 4, 10, 12]], np.int32), 'centre': np.array([[8.0, 9.0]]), 'label': np.ones(1, np.uint16)}
-SEEN = {'id': ID, 'uv': UV, 'sigma': SIGMA}
 LOOK, MODEL = Look('grey', 1, 4.0, 6.0, 8.0, 0.9, -100.0, 150.0, 2.0), DiscModel(4.0, 8.0, 0.9)
 TABLES = {name: getattr(MODEL, name) for name in ('basis', 'estimators', 'modes', 'gains', 'levers', 'profile')}
 
@@ -39,36 +33,11 @@ def call_finder(image=IMAGE, candidates=UV, **tables):
     return arrays_of(dots.DotFinder(Given(MODEL, tables), LOOK).find(image, candidates), 'uv', 'area', 'sigma')
 
 
-def call_numbering(uv=UV, before=UV, id=ID):
-    """Numbers after a frame that is remembered."""
-    numbering = dots.GridNumbering(6, 7)
-    numbering.remember(before, id)
-    return [numbering.number(uv).id]
-
-
-def call_linker(uv=UV):
-    """Tracks of a second frame."""
-    linker = dots.Linker()
-    linker.update(UV, 0.0)
-    return [linker.update(uv, 0.1)]
-
-
-def call_reference(begin_id=ID, begin_uv=UV, frames=ID, **seen):
-    """Displacements from a reference."""
-    reference = dots.Reference()
-    reference.begin(begin_id, begin_uv, frames)
-    return [reference.update(**SEEN | seen, stamp_s=1.0), reference.places(ID)]
-
-
 #: What is called, how it is called here, and an example of each of its arrays.
 CALLS = {
     'DotFinder': (call_finder, {'image': IMAGE, 'candidates': UV, **TABLES}),
     'fit_blobs': (lambda **arrays: arrays_of(dots.fit_blobs(**REGIONS | arrays, step=2), 'uv', 'area', 'sigma', 'solidity'), REGIONS),
     'find_lattice': (lambda places=UV: arrays_of(dots.find_lattice(places), 'rc', 'member'), {'places': UV}),
-    'GridNumbering': (call_numbering, {'uv': UV, 'id': ID}),
-    'Linker': (call_linker, {'uv': UV}),
-    'link_places': (lambda places=UV, dots_=UV + 3: [dots.link_places(places, dots_, gate=9.0)], {'places': UV}),
-    'Reference': (call_reference, {'frames': ID, **SEEN}),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 
@@ -90,22 +59,3 @@ def test_numbers_of_a_model_are_checked(changes):
 def test_numbers_of_a_look_are_checked(changes):
     with pytest.raises(ValueError, match=f'^{next(iter(changes))}: '):
         dots.DotFinder(MODEL, Given(LOOK, changes))
-
-
-def test_grids_and_numbers_beyond_them_are_refused():
-    with pytest.raises(BadArgument, match='1 x 7'):
-        dots.GridNumbering(1, 7)
-    with pytest.raises(ValueError, match='^id: '):
-        dots.GridNumbering(5, 7).remember(UV, ID)
-
-
-def test_after_an_exception_an_object_is_as_it_was():
-    linker, reference = dots.Linker(), dots.Reference()
-    linker.update(UV, 0.0)
-    reference.begin(ID, UV, ID)
-    for call in (lambda: linker.update(UV[:5], np.nan), lambda: linker.update(UV[:, :1], 1.0),
-                 lambda: reference.update(ID[:3], UV, SIGMA, 1.0), lambda: reference.begin(ID, UV * np.nan, ID)):
-        with pytest.raises(ValueError):
-            call()
-    assert linker.update(UV + 1, 0.1).tolist() == ID.tolist()
-    assert np.array_equal(copy.deepcopy(reference).update(ID, UV + 1, SIGMA, 1.0), np.ones((42, 2)))

@@ -136,10 +136,6 @@ def test_unknown_names_list_the_known_ones():
         DotDetector('grey')
 
 
-def test_the_papers_method_by_name(draw_dots, lattice):
-    assert len(DotDetector('dark', 'paper').detect(noisy(draw_dots(*lattice), 2.0))) == 48
-
-
 @pytest.mark.skipif(not (RECORDINGS / 'simulated/tp_rect_drag').is_dir(), reason='TACTILE_RECORDINGS holds no simulated/tp_rect_drag')
 def test_oval_dots_of_a_pressed_pad():
     folder = RECORDINGS / 'simulated/tp_rect_drag'

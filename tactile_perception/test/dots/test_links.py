@@ -4,10 +4,8 @@
 import copy
 
 import numpy as np
-import pytest
 from hypothesis import given, settings, strategies as st
-from tactile_perception._core.dots import Linker, link_places
-from tactile_perception.errors import BadArgument
+from tactile_perception.dots.links import Linker, link_places
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -19,13 +17,7 @@ def test_places_and_dots_that_are_each_others_nearest_are_linked(seed, places, d
     p, d = rng.uniform(0, 100, (places, 2)), rng.uniform(0, 100, (dots, 2))
     away = np.linalg.norm(p[:, None] - d, axis=2)
     mutual = [(i, j) for i, j in np.ndindex(away.shape) if away[i, j] < gate and away[i, j] == away[i].min() == away[:, j].min()]
-    assert [tuple(link) for link in link_places(p, d, gate=gate).tolist()] == mutual
-
-
-@pytest.mark.parametrize('wrong', [-1.0, np.nan, np.inf])
-def test_the_gate_is_checked(wrong):
-    with pytest.raises(ValueError, match='^gate: '):
-        link_places(np.zeros((3, 2)), np.zeros((3, 2)), gate=wrong)
+    assert [tuple(link) for link in link_places(p, d, gate).tolist()] == mutual
 
 
 def scattered(count=120, least=20.0, seed=0):
@@ -49,22 +41,21 @@ def test_numbers_stay_through_a_drag_of_two_spacings():
 
 
 def test_lost_dots_come_back_under_their_number_and_none_is_used_twice():
-    uv, linker = scattered(30), Linker(keep_s=0.5)
+    uv, linker = scattered(30), Linker()
     linker.update(uv, 0.0)
     assert linker.update(uv[1:], 0.1).tolist() == list(range(1, 30))
     assert linker.update(uv, 0.2)[0] == 0
-    for step in range(10):
+    for step in range(25):
         linker.update(uv[1:], 0.3 + 0.1 * step)
-    for step in range(3):
-        number = linker.update(uv, 2.0 + 0.1 * step)
-    assert number[0] >= 30
+    assert linker.update(uv, 2.8)[0] == -1 and linker.update(uv, 2.9)[0] >= 30
 
 
-def test_a_false_dot_of_one_frame_is_never_handed_out():
+def test_a_false_dot_of_a_frame_or_two_is_never_handed_out():
     uv, linker = scattered(30), Linker()
     linker.update(uv, 0.0)
-    assert linker.update(np.vstack([uv, [[600.0, 600.0]]]), 0.1)[-1] == -1
-    assert sorted(linker.update(np.vstack([uv, [[600.0, 600.0]]]), 0.2)) == [-1, *range(30)], 'it begins anew'
+    for stamp_s in (0.02, 0.04, 0.1):
+        assert linker.update(np.vstack([uv, [[600.0, 600.0]]]), stamp_s)[-1] == (-1 if stamp_s < 0.1 else 30)
+    assert linker.update(np.vstack([uv, [[np.nan, 600.0]]]), 0.12).tolist() == [*range(30), -1]
 
 
 def test_no_dots():
@@ -72,11 +63,6 @@ def test_no_dots():
     assert len(linker.update(np.zeros((0, 2)), 0.0)) == 0
     assert linker.update(scattered(5), 1.0).tolist() == [0, 1, 2, 3, 4]
     assert len(linker.update(np.zeros((0, 2)), 1.1)) == 0
-
-
-def test_wrong_parameters():
-    with pytest.raises(BadArgument, match='gate > 0'):
-        Linker(gate=0)
 
 
 def test_a_copy_goes_on_alone():

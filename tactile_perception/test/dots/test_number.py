@@ -107,6 +107,8 @@ def test_wrong_arguments_are_named():
         number_grid(np.zeros((4, 3)), 23, 23)
     with pytest.raises(BadArgument, match='1 x 23'):
         number_grid(np.zeros((4, 2)), 1, 23)
+    with pytest.raises(BadArgument, match='^id: '):
+        number_grid(np.zeros((4, 2)), 5, 5, Numbered(np.zeros((2, 2)), np.array([3, 25])))
 
 
 SIMULATED = Path(os.environ.get('TACTILE_RECORDINGS', '')) / 'simulated'

@@ -71,17 +71,26 @@ def tracks_markers(duv, area, id=(0, 1, 2, 3), rest=REST):
 
 def test_growth_is_against_the_mean_untouched_area():
     markers = RestMarkers(4, lambda uv: VIEW)
-    for area in (99.0, 101.0, 100.0):
-        markers.field(tracks_markers((0.0, 0.0), area))
-    field = markers.field(tracks_markers((3.0, 0.0), 150.0))
+    for stamp_s, area in enumerate((99.0, 101.0, 100.0)):
+        markers.field(tracks_markers((0.0, 0.0), area), 0.01 * stamp_s)
+    field = markers.field(tracks_markers((3.0, 0.0), 150.0), 0.03)
     assert field.growth == pytest.approx(np.log(1.5))
     assert markers.area == pytest.approx(100.0)  # a displaced marker tells nothing of its untouched area
     assert field.shift == pytest.approx(np.tile([3e-4, 0.0], (4, 1)))
 
 
+def test_the_mean_area_follows_a_drift_within_seconds_whatever_the_rate():
+    for rate in (10, 100):
+        markers = RestMarkers(4, lambda uv: VIEW)
+        for k in range(6 * rate):
+            markers.field(tracks_markers((0.0, 0.0), 100.0 if k < 3 * rate else 110.0), k / rate)
+            assert k != 4 * rate or markers.area == pytest.approx(104.1, abs=0.5)
+        assert markers.area == pytest.approx(107.8, abs=0.2)
+
+
 def test_a_marker_never_seen_untouched_has_no_growth_and_one_not_seen_no_place():
     markers = RestMarkers(4, lambda uv: VIEW)
-    field = markers.field(tracks_markers((5.0, 0.0), 150.0, id=(0, 2)))
+    field = markers.field(tracks_markers((5.0, 0.0), 150.0, id=(0, 2)), 0.0)
     assert np.isnan(field.growth).all()
     assert field.seen.tolist() == [True, False, True, False]
     assert field.camera_centre[2] == pytest.approx([-0.02, 0.0, -0.05])
@@ -90,13 +99,13 @@ def test_a_marker_never_seen_untouched_has_no_growth_and_one_not_seen_no_place()
 def test_the_view_is_made_anew_only_for_a_reference_that_moved_or_new_markers():
     asked = []
     markers = RestMarkers(4, lambda uv: asked.append(uv.copy()) or VIEW)
-    markers.field(tracks_markers((0.0, 0.0), 100.0, id=(0, 1, 2)))
-    markers.field(tracks_markers((0.1, 0.0), 100.0, id=(0, 1)))
+    markers.field(tracks_markers((0.0, 0.0), 100.0, id=(0, 1, 2)), 0.0)
+    markers.field(tracks_markers((0.1, 0.0), 100.0, id=(0, 1)), 0.0)
     assert len(asked) == 1
-    markers.field(tracks_markers((0.0, 0.0), 100.0))
+    markers.field(tracks_markers((0.0, 0.0), 100.0), 0.0)
     assert len(asked) == 2
     assert np.isfinite(asked[-1]).all()
-    markers.field(tracks_markers((0.0, 0.0), 120.0, rest=REST + 1.0))
+    markers.field(tracks_markers((0.0, 0.0), 120.0, rest=REST + 1.0), 0.0)
     assert len(asked) == 3
     assert markers.area == pytest.approx(120.0)  # another reference, other areas
 

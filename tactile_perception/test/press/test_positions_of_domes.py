@@ -40,21 +40,21 @@ class Knows:
 def test_markers_of_the_untouched_dome_are_on_it():
     still = tracks(REST)
     for method in (None, Knows(REST)):
-        assert places(method).locate(None, still) == pytest.approx(REST[still.id], abs=1e-9)
+        assert places(method).locate(None, still, 0.0) == pytest.approx(REST[still.id], abs=1e-9)
 
 
 def test_markers_are_taken_down_by_the_dent():
     now = dented(REST, np.array([0.02, -0.015]), 0.025)
     found, seen = places(Knows(now)), tracks(now)
-    off = np.linalg.norm(found.locate(None, seen) - now[seen.id], axis=1)
+    off = np.linalg.norm(found.locate(None, seen, 0.0) - now[seen.id], axis=1)
     assert off.max() < 1e-9 and np.abs(now[seen.id, 2] - REST[seen.id, 2]).max() > 0.02
     found.renew()
-    assert found.locate(None, tracks(REST)) == pytest.approx(REST[seen.id], abs=1e-9)
+    assert found.locate(None, tracks(REST), 0.0) == pytest.approx(REST[seen.id], abs=1e-9)
 
 
 def test_without_a_calibration_markers_that_moved_have_no_place():
     now = dented(REST, np.array([0.02, -0.015]), 0.025)
     seen = tracks(now)
-    found = places().locate(None, seen)
+    found = places().locate(None, seen, 0.0)
     near = np.hypot(*(REST[seen.id, :2] - [0.02, -0.015]).T) < 0.05
     assert np.isnan(found[near]).all() and np.array_equal(np.isnan(found[:, 0]), np.isnan(found[:, 2]))

@@ -86,9 +86,9 @@ def test_the_camera_s_place_comes_from_the_untouched_markers_and_theirs_from_the
     rest = np.column_stack([SENSOR.grid(), np.zeros(117)])
     rest_uv = CAMERA.project(rest)
     places = MarkerPlaces(SENSOR, 117, lambda uv: camera_view(CAMERA.matrix, CAMERA.distortion, uv, SENSOR), SheetSurface(SENSOR).raised)
-    assert places.locate(None, tracks(rest, rest_uv)) == pytest.approx(rest, abs=1e-6)
+    assert places.locate(None, tracks(rest, rest_uv), 0.0) == pytest.approx(rest, abs=1e-6)
     down = rest.copy()
     down[:, 2] = -4e-3 * np.exp(-0.5 * ((rest[:, :2] - [0.004, 0.002])**2).sum(1) / 0.008**2)
-    assert np.sqrt(np.mean((places.locate(None, tracks(down, rest_uv)) - down)[:, 2]**2)) < 0.15e-3
+    assert np.sqrt(np.mean((places.locate(None, tracks(down, rest_uv), 0.0) - down)[:, 2]**2)) < 0.15e-3
     places.renew()
-    assert places.locate(None, tracks(rest, rest_uv)) == pytest.approx(rest, abs=1e-6)
+    assert places.locate(None, tracks(rest, rest_uv), 0.0) == pytest.approx(rest, abs=1e-6)

@@ -1,17 +1,26 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+import numpy as np
+from tactile_perception.common.contact_tracker import ContactTracker
 from tactile_perception.taxel.pressure import SoftPad
-from tactile_perception.taxel.region import ContactScore, ContactTracker, find_regions
+from tactile_perception.taxel.region import ContactScore, find_regions
 from taxel_pictures import ARRAY, bar, both, picture
 
 SCORE = ContactScore(ARRAY, SoftPad())
 
 
-def assigned(numbers, inside):
-    image = picture(inside)
-    regions = find_regions(SCORE.compute(image, 0.05), image, ARRAY)
-    found = numbers.assign(regions)
-    return {one.number: (round(float(region.moments.centroid[0]), 3), one.merged) for one, region in zip(found, regions.all)}
+class Tracker(ContactTracker):
+    """Contacts of pictures at 100 a second."""
+
+    stamp_s = 0.0
+
+    def see(self, inside):
+        """Contacts by number."""
+        self.stamp_s += 0.01
+        image = picture(inside)
+        regions = find_regions(SCORE.compute(image, 0.05), image, ARRAY)
+        found = self.assign(regions.labels, [(region.label, region.moments) for region in regions.all], 1.5e-3, self.stamp_s)
+        return {one.number: one for one in found}
 
 
 def two(gap):
@@ -20,39 +29,45 @@ def two(gap):
 
 
 def test_two_regions_merge_into_one_that_says_so_until_they_part():
-    numbers = ContactTracker()
-    seen = [assigned(numbers, two(gap)) for gap in (8, 6, 5, 5, 5, 0, 0, 5, 6, 8)]
-    assert all(sorted(found) == [1, 2] for found in seen[:5])
-    (kept, (_, merged)), = seen[5].items()
-    assert merged and kept in (1, 2) and seen[6].keys() == {kept}
-    for found in seen[-3:]:
-        assert sorted(found) == [kept, 3] and not any(merged for _, merged in found.values())
+    tracker = Tracker()
+    for gap in (8, 6, 5, 5, 5):
+        assert sorted(tracker.see(two(gap))) == [1, 2]
+    for _ in range(12):
+        (kept, found), = tracker.see(two(0)).items()
+        assert found.merged and kept in (1, 2)
+    for gap in (5, 6, 8):
+        found = tracker.see(two(gap))
+        assert sorted(found) == [kept, 3] and not any(one.merged for one in found.values())
 
 
-def test_a_jump_and_a_gap_make_a_new_contact():
-    numbers = ContactTracker()
-    assert list(assigned(numbers, bar(-12, length=10))) == [1]
-    assert list(assigned(numbers, bar(12, length=10))) == [2]
-    assert assigned(numbers, lambda x, y: x > 1e9) == {}
-    assert list(assigned(numbers, bar(12, length=10))) == [3]
+def test_a_beginning_contact_of_several_regions_has_not_merged():
+    tracker = Tracker()
+    assert len(tracker.see(two(5))) == 2
+    assert not any(one.merged for one in tracker.see(two(0)).values())
 
 
-def estimated(tracker, inside, least):
-    image = picture(inside)
-    regions = find_regions(SCORE.compute(image, 0.05), image, ARRAY)
-    return [one.reported for one in tracker.assign(regions, least)]
-
-
-def test_a_light_contact_beside_another_is_estimated_when_it_lasts():
-    tracker, pieces = ContactTracker(), two(8)
-    assert estimated(tracker, pieces, 100.0) == [True, False]
-    assert estimated(tracker, pieces, 100.0) == [True, True]
+def test_a_jump_makes_a_new_contact_and_so_does_a_gap_that_is_longer_than_a_tenth_of_a_second():
+    tracker, nothing = Tracker(), lambda x, y: x > 1e9
+    assert list(tracker.see(bar(-12, length=10))) == [1]
+    assert list(tracker.see(bar(12, length=10))) == [2]
+    for gap, number in ((5, 2), (12, 3)):
+        for _ in range(gap):
+            assert tracker.see(nothing) == {}
+        assert list(tracker.see(bar(12, length=10))) == [number]
     tracker.reset()
-    assert estimated(tracker, pieces, 50.0) == [True, True]
+    assert list(tracker.see(bar(12, length=10))) == [4]
 
 
-def test_pieces_of_a_contact_that_ends_are_not_estimated():
-    tracker = ContactTracker()
-    for _ in range(3):
-        assert estimated(tracker, bar(0, 0, 0, 24, 8), 100.0) == [True]
-    assert estimated(tracker, two(8), 100.0).count(True) == 1
+def test_a_contact_lasts_after_two_hundredths_of_a_second():
+    tracker = Tracker()
+    assert [one.lasting for _ in range(4) for one in tracker.see(bar(0)).values()] == [False, False, True, True]
+
+
+def test_any_labels_are_followed():
+    tracker, rng = ContactTracker(), np.random.default_rng(0)
+    moments = find_regions(*[np.ones((44, 44), np.float32)] * 2, ARRAY).all[0].moments
+    for k in range(50):
+        labels = rng.integers(0, 9, [(6, 7), (44, 44)][rng.integers(2)]) * rng.integers(0, 2)
+        names = rng.permutation(9)[:rng.integers(0, 9)] + 1
+        found = tracker.assign(labels, [(int(name), moments) for name in names], 1e-3, 0.04 * k)
+        assert len({one.number for one in found}) == len(found) == len(names)

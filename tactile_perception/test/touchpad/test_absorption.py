@@ -41,12 +41,6 @@ def test_a_dent_is_measured_from_rest_alone(pad, model):
     assert rms((ranges - pad.ranges(tip))[moved == 0]) < 6e-5
 
 
-def test_exposure_alone_changes_nothing(water_pad, model):
-    pad = water_pad(gain=(280, 231, 161))
-    ranges, _ = model.depths(pad.image(), pad.tracks(), pad.camera)
-    assert abs(np.nanmean(ranges - pad.ranges())) < 1.5e-5
-
-
 def test_glare_widens_sigma_or_hides_the_dot(pad, model):
     image = pad.image().astype(float)
     place = pad.rest_uv[140]

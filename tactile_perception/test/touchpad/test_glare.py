@@ -56,7 +56,7 @@ def test_colour_and_size_are_learnt_from_the_untouched_pad(colour):
     rays, rng = rays_of(), np.random.default_rng(1)
     share = lobe(rays)
     tinted = np.log((1 + share[:, None] * colour) / (1 + share)[:, None]) + rng.normal(0, 0.003, (len(rays), 2))
-    glare = learn_glare(rays, scattered(rays) + np.log1p(share) + rng.normal(0, 0.003, len(rays)), tinted, dyed_at(rays))
+    glare = learn_glare(rays, scattered(rays) + np.log1p(share) + rng.normal(0, 0.003, len(rays)), tinted, dyed_at(rays), 0.01)
     assert not glare.dry and glare.colour == pytest.approx(colour, rel=0.1)
     assert 0.5 * 0.14 < glare.size < 0.14
 
@@ -66,7 +66,7 @@ def test_white_glare_that_does_not_pass_the_water_is_known_by_its_colour_and_sta
     share, dyed, white = lobe(rays), dyed_at(rays), np.array([1.5, 1.3])
     colour = white * np.exp(dyed)
     tinted = np.log((1 + share[:, None] * colour) / (1 + share)[:, None]) + rng.normal(0, 0.003, (len(rays), 2))
-    glare = learn_glare(rays, scattered(rays) + np.log1p(share) + rng.normal(0, 0.003, len(rays)), tinted, dyed)
+    glare = learn_glare(rays, scattered(rays) + np.log1p(share) + rng.normal(0, 0.003, len(rays)), tinted, dyed, 0.01)
     assert glare.dry and glare.colour == pytest.approx(white, rel=0.1)
     side = 21
     few = rays_of(side)
@@ -81,7 +81,7 @@ def test_white_glare_that_does_not_pass_the_water_is_known_by_its_colour_and_sta
 def test_a_pad_without_glare_has_none():
     rays, rng = rays_of(), np.random.default_rng(2)
     light = scattered(rays) + rng.normal(0, 0.003, len(rays))
-    assert learn_glare(rays, light, rng.normal(0, 0.003, (len(rays), 2)), dyed_at(rays)) is None
+    assert learn_glare(rays, light, rng.normal(0, 0.003, (len(rays), 2)), dyed_at(rays), 0.01) is None
 
 
 def test_glare_of_unknown_dots_is_unknown():
@@ -97,7 +97,7 @@ def test_excess_is_the_glare_of_a_dented_skin_whatever_the_gain(gain):
     share = lobe(rest - np.array(PATH.centre))
     brightness = scattered(rays) + np.log(PATH.irradiance(rest, up))
     tinted = np.log((1 + share[:, None] * 0.5) / (1 + share)[:, None]) * np.ones(2)
-    glare = learn_glare(rays, scattered(rays) + np.log1p(share), tinted, dyed_at(rays))
+    glare = learn_glare(rays, scattered(rays) + np.log1p(share), tinted, dyed_at(rays), 0.01)
     pad = GlaringPad(glare, PATH, np.zeros(2), side, side)
     pad.set_rest(rest, up)
     dented = rest - [0, 0, 1e-3] * np.exp(-(rest[:, :2]**2).sum(1, keepdims=True) / (2 * 0.004**2))

@@ -68,24 +68,6 @@ def errors(xyz, truth, tracks):
     return np.linalg.norm(xyz - truth.dot_xyz[tracks.id], axis=1)
 
 
-def test_places_of_a_press_from_the_rest_shape_alone(ball, seen):
-    rest, pressed = seen
-    places = DotPlaces(ball.sensor, ball.camera)
-    assert np.sqrt(np.mean(errors(places.locate(ball.rest[0], rest), ball.untouched, rest)**2)) < 0.08e-3
-    for _ in range(3):
-        off = errors(places.locate(ball.pressed, pressed), ball.truth, pressed)
-    assert np.sqrt(np.nanmean(off**2)) < 0.1e-3 and np.isnan(off).mean() < 0.02
-
-
-def test_each_place_lies_on_its_ray(ball, seen):
-    rest, pressed = seen
-    places = DotPlaces(ball.sensor, ball.camera)
-    places.locate(ball.rest[0], rest)
-    xyz = places.locate(ball.pressed, pressed)
-    known = np.isfinite(xyz).all(axis=1)
-    assert np.abs(ball.camera.project(xyz[known]) - pressed.uv[known]).max() < 0.05
-
-
 def test_a_grey_image_tells_no_places(ball, seen):
     rest, pressed = seen
     places = DotPlaces(ball.sensor, ball.camera)

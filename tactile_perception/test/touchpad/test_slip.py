@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE, planar_twist
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.touchpad.region import ContactDots, describe, find_regions, ContactTracker
+from tactile_perception.touchpad.region import ContactDots, ContactFinder, describe, find_regions
 from tactile_perception.touchpad.slip import SlipEstimator
 
 
@@ -12,11 +12,11 @@ class Chain:
     """Contacts and slip of frames at 30 a second."""
 
     def __init__(self, pad):
-        self.contacts, self.slip, self.stamp = ContactTracker(pad.cap), SlipEstimator(), 0.0
+        self.contacts, self.slip, self.stamp = ContactFinder(pad.cap), SlipEstimator(), 0.0
 
     def process(self, dots, ways=(np.nan, np.nan)):
         self.stamp += 1 / 30
-        contacts = self.contacts.process(dots, find_regions(dots))
+        contacts = self.contacts.process(dots, find_regions(dots), self.stamp)
         return self.slip.process(dots, contacts, np.broadcast_to(np.asarray(ways, float), (len(dots.ids), 2)), self.stamp)
 
 

@@ -95,46 +95,6 @@ def test_an_object_that_rested_after_gross_slip_and_gets_under_way_backwards_sti
     assert np.mean(found[face.inside] == STICKING) > 0.95
 
 
-def _turned(face, speed, ratio, drift=0.0):
-    """The next frame of a face whose dots turn about its middle by speed, rad, drift aside, m, and carry ratio times the normal load around
-    it."""
-    around = np.cross([0, 0, 1], face.xyz - [0, 0, 0.0105])
-    state = face.state(speed * around + [drift, 0, 0], 0.0)
-    length = np.linalg.norm(around, axis=1, keepdims=True)
-    pull = 6e-3 * ratio * around / np.maximum(length, 1e-9) * face.inside[:, None]
-    return DotLoads(state.xyz, state.seen, state.normal, state.force + pull, state.load)
-
-
-def _turn_until_it_slips(face, states):
-    """Stick, carried around, then slip from the rim inwards, then all together; returns the last states."""
-    row, column = np.divmod(np.arange(SIDE**2), SIDE)
-    for frame in range(12):
-        slips = np.hypot(row - 6, column - 6) > 5 - frame / 2
-        found = states.update(_turned(face, np.where(slips, 0.002, 0.02)[:, None], np.where(slips, 0.6, 0.05 * frame)[:, None]), face.score)
-    return found
-
-
-def test_an_object_that_rested_after_gross_slip_in_place_and_turns_back_sticks():
-    face, states = Face(), Tracker()
-    _turn_until_it_slips(face, states)
-    back = (-0.002, 0.55), (-0.005, 0.45), (-0.01, 0.3), (-0.02, 0.1)
-    for turn, ratio in (*[(0.016, 0.6)] * 2, *[(0, 0.6)] * 3, *back):
-        found = states.update(_turned(face, turn, ratio), face.score)
-        assert turn >= 0 or np.mean(found[face.inside] == STICKING) > 0.95
-
-
-@pytest.mark.parametrize('seed', range(3))
-def test_a_light_touch_of_nine_dots_slips_grossly_once_they_all_lag(seed):
-    face, states = Face(seed=seed), Tracker()
-    row, column = np.divmod(np.arange(SIDE**2), SIDE)
-    face.inside = (np.abs(row - 6) <= 1) & (np.abs(column - 6) <= 1)
-    face.score, corner = face.inside.astype(float), (row == 5) & (column == 5)
-    for frame in range(12):
-        speed = np.where(corner & (frame > 5), 100e-6, 150e-6) if frame < 8 else 40e-6 + 5e-6 * face.rng.normal(size=SIDE**2)
-        found = states.update(face.state(np.outer(speed, [1, 0, 0]), min(0.1 * frame, 0.6)), face.score)[face.inside]
-        assert frame in (6, 7, 8) or np.mean(found == SLIPPING) == (0 if frame < 6 else 1)
-
-
 def test_way_in_gross_slip_is_that_of_the_last_motion_that_held_dots_for_a_second():
     face, states = Face(), Tracker()
     _drag_until_it_slips(face, states, 0.6)
@@ -154,36 +114,6 @@ def test_over_dots_that_stick_there_is_no_way_and_none_is_known_of_an_object_tha
         states.update(face.state(step, 0.1), face.score)
     ways = states.ways()[face.inside]
     assert (np.abs(ways) < 10e-6).all() if known else np.isnan(ways).all()
-
-
-def test_when_the_load_falls_after_gross_slip_the_dots_stick_again():
-    face, states = Face(), Tracker()
-    _drag_until_it_slips(face, states, 0.6)
-    for _ in range(3):
-        found = states.update(face.state([0, 0, 0], 0.2), face.score)
-    np.testing.assert_array_equal(found[face.inside], STICKING)
-
-
-@pytest.mark.parametrize('seed', range(3))
-@pytest.mark.parametrize('before, after', [([90e-6, 0, 0], [15e-6, 0, 0]), ([10e-6, 0, 0], [90e-6, 0, 0]), ([0, 10e-6, 0], [0, -80e-6, 0])])
-def test_dots_that_all_follow_an_object_that_speeds_up_or_slows_down_within_a_frame_stick(before, after, seed):
-    face, states = Face(seed=seed), Tracker()
-    for step in (before, before, before, before, after, after):
-        found = states.update(face.state(step, 0.02), face.score)
-        assert np.mean(found[face.inside] == STICKING) > 0.95
-
-
-def test_dots_that_go_back_together_under_an_object_that_is_lifted_slip():
-    face, states = Face(), Tracker()
-    column = np.arange(SIDE**2) % SIDE
-    for frame in range(4):
-        states.update(face.state([150e-6, 0, 0], 0.12 * frame), face.score)
-    for stick in (6, 8, 9):  # the border between slip and stick moves over the face while the object goes straight up
-        back = np.outer(np.where(column < stick, -60e-6, 0), [1, 0, 0])
-        states.update(face.state(back + [0, 0, 300e-6], np.where(column < stick, 0.6, 0.45)), face.score)
-    for _ in range(4):
-        found = states.update(face.state([-80e-6, 0, 300e-6], 0.6), face.score)
-        assert np.mean(found[face.inside] == SLIPPING) > 0.9
 
 
 def test_each_of_two_objects_has_a_motion_of_its_own():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tactile_perception.common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE
 from tactile_perception.errors import BadArgument
-from tactile_perception.touchpad.region import find_regions, ContactTracker
+from tactile_perception.touchpad.region import ContactFinder, find_regions
 
 
 def discs(pad, *centres, radius=2.2e-3, **more):
@@ -12,76 +12,70 @@ def discs(pad, *centres, radius=2.2e-3, **more):
     return pad.pressed(distance, np.full(529, 11e-3), **more)
 
 
-def track(tracker, dots):
-    return tracker.process(dots, find_regions(dots))
+class Finder(ContactFinder):
+    """Contacts of frames at 30 a second."""
+
+    stamp_s = 0.0
+
+    def see(self, dots):
+        self.stamp_s += 1 / 30
+        return self.process(dots, find_regions(dots), self.stamp_s)
 
 
-def test_number_lasts_with_the_touch_and_is_not_used_again(pad):
-    tracker = ContactTracker(pad.cap)
-    numbers = [track(tracker, pad.disc(centre=(0.4e-3 * k, 0)))[0].id for k in range(10)]
-    assert set(numbers) == {1}
-    for lost, number in ((1, 1), (2, 2), (1, 2)):
+def test_a_number_lasts_with_the_touch_and_outlasts_a_frame_without_it(pad):
+    finder = Finder(pad.cap)
+    assert {finder.see(pad.disc(centre=(0.4e-3 * k, 0)))[0].id for k in range(10)} == {1}
+    for lost, number in ((1, 1), (5, 2), (1, 2)):
         for _ in range(lost):
-            assert track(tracker, pad.disc(radius=-1e-2)) == []
-        assert track(tracker, pad.disc())[0].id == number
-    tracker.reset()
-    assert track(tracker, pad.disc())[0].id == 3
+            assert finder.see(pad.disc(radius=-1e-2)) == []
+        assert finder.see(pad.disc())[0].id == number
 
 
 def test_a_fast_drag_keeps_the_number(pad):
-    tracker = ContactTracker(pad.cap)
-    assert [track(tracker, discs(pad, (x, 0)))[0].id for x in (0, 4.5e-3, 0)] == [1, 1, 1]
+    finder = Finder(pad.cap)
+    assert [finder.see(discs(pad, (x, 0)))[0].id for x in (0, 4.5e-3, 0)] == [1, 1, 1]
 
 
 def test_two_touches_keep_theirs_when_one_goes(pad):
-    tracker = ContactTracker(pad.cap)
-    first = track(tracker, discs(pad, (-5e-3, 0)))[0].id
-    both = track(tracker, discs(pad, (-5e-3, 0), (5e-3, 0)))
-    places = {contact.id: contact.position[0] for contact in both}
+    finder, both = Finder(pad.cap), discs(pad, (-5e-3, 0), (5e-3, 0))
+    first = finder.see(discs(pad, (-5e-3, 0)))[0].id
+    places = {contact.id: contact.position[0] for contact in finder.see(both)}
     assert places[first] == pytest.approx(-5e-3, abs=0.1e-3)
-    other = (set(places) - {first}).pop()
-    assert track(tracker, discs(pad, (5e-3, 0)))[0].id == other
-
-
-def test_one_of_two_touches_that_is_lost_for_a_frame_keeps_its_number(pad):
-    tracker, both = ContactTracker(pad.cap), discs(pad, (-5e-3, 0), (5e-3, 0))
-    numbers = {contact.id for contact in track(tracker, both)}
-    assert len(track(tracker, discs(pad, (5e-3, 0)))) == 1
-    assert {contact.id for contact in track(tracker, both)} == numbers
-    for _ in range(2):
-        track(tracker, discs(pad, (5e-3, 0)))
-    assert {contact.id for contact in track(tracker, both)} != numbers
+    for lost in (1, 5):
+        for _ in range(lost):
+            assert finder.see(discs(pad, (5e-3, 0)))[0].id in set(places) - {first}
+        assert (first in [contact.id for contact in finder.see(both)]) == (lost == 1)
 
 
 def test_two_joined_discs_are_ambiguous_and_one_or_a_ring_is_not(pad):
-    assert track(ContactTracker(pad.cap), discs(pad, (-3.6e-3, 0), (3.6e-3, 0), radius=3.7e-3))[0].flags == AMBIGUOUS
-    assert track(ContactTracker(pad.cap), pad.disc())[0].flags == 0
-    assert track(ContactTracker(pad.cap), pad.ring())[0].flags == 0
+    assert Finder(pad.cap).see(discs(pad, (-3.6e-3, 0), (3.6e-3, 0), radius=3.7e-3))[0].flags == AMBIGUOUS
+    assert Finder(pad.cap).see(pad.disc())[0].flags == 0
+    assert Finder(pad.cap).see(pad.ring())[0].flags == 0
 
 
 def test_edge_and_range_are_flagged(pad):
-    tracker = ContactTracker(pad.cap, calibrated_depth=3e-3, calibrated_radius=5e-3)
-    assert track(tracker, pad.disc(height=11e-3))[0].flags == 0
-    assert track(tracker, pad.disc(height=9e-3))[0].flags == OUT_OF_RANGE
-    assert track(tracker, pad.disc(centre=(6e-3, 0)))[0].flags == OUT_OF_RANGE
-    assert track(ContactTracker(pad.cap), pad.disc(centre=(10e-3, 0)))[0].flags & AT_EDGE
+    finder = Finder(pad.cap, calibrated_depth=3e-3, calibrated_radius=5e-3)
+    assert finder.see(pad.disc(height=11e-3))[0].flags == 0
+    assert finder.see(pad.disc(height=9e-3))[0].flags == OUT_OF_RANGE
+    assert finder.see(pad.disc(centre=(6e-3, 0)))[0].flags == OUT_OF_RANGE
+    assert Finder(pad.cap).see(pad.disc(centre=(10e-3, 0)))[0].flags & AT_EDGE
 
 
 def test_refuses_bad_arguments(pad):
     with pytest.raises(BadArgument):
-        ContactTracker(pad.cap, calibrated_depth=0)
+        ContactFinder(pad.cap, calibrated_depth=0)
 
 
 @pytest.mark.parametrize('name', ['tp_rect_drag', 'tp_disc_twist'])
 def test_one_number_through_a_recording(recording, name, pad):
-    truth, tracker, errors = recording(name), ContactTracker(pad.cap), []
+    truth, finder, errors = recording(name), Finder(pad.cap), []
     for k in range(len(truth['timestamps'])):
         if truth['dot_contact'][k].sum() < 4:
             continue
         dots = pad.disc()
         dots.xyz = truth['dot_xyz'][k].astype(float)
         dots.score, dots.state = truth['dot_contact'][k].astype(float), truth['dot_state'][k]
-        contact, = track(tracker, dots)
+        contact, = finder.see(dots)
         assert contact.id == 1
         errors.append([contact.depth - truth['depth'][k], np.linalg.norm((contact.position - truth['contact_centroid'][k])[:2])])
     depth, place = np.median(np.abs(errors), axis=0)

@@ -1,0 +1,95 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The same contact from frame to frame: regions of dots or taxels and the contacts that they continue."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .surface import Moments
+
+_LASTING_S = 0.02  # s, from which a contact lasts: one that begins or ends may show as several regions
+_KEPT_S = 0.1  # s, that a contact without a region keeps its id: a frame or two may miss it
+_SMALL = 4  # dots or taxels: smaller regions do not split off, since noise at a border makes such
+
+
+@dataclass(frozen=True)
+class TrackedContact:
+    """number: id of the contact, never reused; moments: of its region; since_s, seen_s: stamps of the first and the last frame with it;
+    merged: whether several contacts have merged into the region."""
+
+    number: int
+    moments: Moments
+    since_s: float
+    seen_s: float
+    merged: bool
+
+    @property
+    def lasting(self) -> bool:
+        """Whether it was there for a while."""
+        return self.seen_s - self.since_s > _LASTING_S - 1e-6
+
+
+class ContactTracker:
+    """A region continues the contact with which it shares most dots (or taxels), one to one; without common ones, the nearest within reach
+    from border to border. A region that continues none is a new contact. One that shares dots with a lasting contact that nothing continues
+    has merged with it, until a part splits off."""
+
+    def __init__(self):
+        self._next = 1
+        self.reset()
+
+    def reset(self) -> None:
+        """All regions are new contacts; ids are not reused."""
+        self._last: list[TrackedContact] = []
+        self._owner = np.zeros(0, int)  # of each dot or taxel: that of the last contacts, from 1, which it belonged to last, 0 for none
+
+    def assign(self, labels: np.ndarray, regions: Sequence[tuple[int, Moments]], reach: float, stamp_s: float) -> list[TrackedContact]:
+        """The contact of each region, a label and moments, in their order. labels: of each dot or taxel, 0 outside of the regions; reach:
+        m; stamp_s: s."""
+        last, owner = self._remembered(labels.size, stamp_s)
+        row = np.zeros(max([labels.max(initial=0), *(label for label, _ in regions)]) + 1, int)
+        row[[label for label, _ in regions]] = np.arange(len(regions)) + 1
+        region = row[labels.ravel()]  # from 1
+        shared = np.bincount(region * (len(last) + 1) + owner, minlength=(len(regions) + 1) * (len(last) + 1))
+        shared = shared.reshape(len(regions) + 1, -1)[1:]
+        counts, shared = shared.sum(axis=1), shared[:, 1:]
+        chosen = _matched(shared, [moments for _, moments in regions], last, reach)
+        free, found = [j for j in range(len(last)) if j not in chosen.values()], []
+        for k, (_, moments) in enumerate(regions):
+            if k not in chosen:
+                found.append(TrackedContact(self._next, moments, stamp_s, stamp_s, False))
+                self._next += 1
+                continue
+            before = last[chosen[k]]
+            splits = any((shared[:, chosen[k]] > 0) & (counts >= _SMALL) & (np.arange(len(regions)) != k))
+            joined = any(shared[k, j] and last[j].lasting for j in free)
+            found.append(TrackedContact(before.number, moments, before.since_s, stamp_s, bool(joined or before.merged and not splits)))
+        lost = [j for j in free if not shared[:, j].any()]
+        again = np.zeros(len(last) + 1, int)
+        again[np.array(lost, int) + 1] = len(found) + 1 + np.arange(len(lost))
+        self._last, self._owner = found + [last[j] for j in lost], np.where(region > 0, region, again[owner])
+        return found
+
+    def _remembered(self, size: int, stamp_s: float) -> tuple[list[TrackedContact], np.ndarray]:
+        """The contacts that were seen lately, and the one that each of so many dots belonged to."""
+        kept = [j for j, one in enumerate(self._last) if stamp_s - one.seen_s <= _KEPT_S]
+        number = np.zeros(len(self._last) + 1, int)
+        number[np.array(kept, int) + 1] = np.arange(len(kept)) + 1
+        return [self._last[j] for j in kept], number[self._owner] if len(self._owner) == size else np.zeros(size, int)
+
+
+def _matched(shared: np.ndarray, regions: list[Moments], last: list[TrackedContact], reach: float) -> dict[int, int]:
+    """Index of the contact that each region continues: greedily by most common dots, then by the smallest gap."""
+    before = [one.moments for one in last]
+    place, old = (np.array([moments.centroid for moments in some]).reshape(-1, 3) for some in (regions, before))
+    radius, large = (np.sqrt([moments.area / np.pi for moments in some]) for some in (regions, before))
+    gap = np.linalg.norm(place[:, None] - old, axis=2) - radius[:, None] - large
+    pairs = [(-shared[k, j], gap[k, j], last[j].number, k, j) for k, j in np.argwhere((shared > 0) | (gap < reach)).tolist()]
+    chosen: dict[int, int] = {}
+    for *_, k, j in sorted(pairs):
+        if k not in chosen and j not in chosen.values():
+            chosen[k] = j
+    return chosen
