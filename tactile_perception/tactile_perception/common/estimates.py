@@ -99,6 +99,14 @@ def next_state(state: int, fraction: float) -> int:
     return INCIPIENT if fraction >= _INCIPIENT[state != NONE] else NONE
 
 
+def state_probability(state: int, fraction: float, patches: float) -> float:
+    """Probability that the true slipping fraction is that of state, where the estimated one is of so many patches, each of which slips or
+    sticks by itself (normal approximation of the binomial distribution)."""
+    least, most = (-math.inf, _INCIPIENT[0], _GROSS[0], math.inf)[state:state + 2]
+    spread = math.sqrt(2 * max(fraction * (1 - fraction), 1e-9) / patches)
+    return 0.5 * (math.erf((most - fraction) / spread) - math.erf((least - fraction) / spread))
+
+
 def planar_twist(place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
     """Velocity (2,) at the origin, angular velocity, and centre of rotation (2,), NaN for a translation, from velocity (S, 2) at place
     (S, 2); all NaN for coincident or NaN places."""

@@ -184,17 +184,22 @@ def test_the_area_of_a_face_that_saturates_taxels(face):
 
 @pytest.mark.full
 @pytest.mark.parametrize('rate, noise', [(50.0, 3), (200.0, 1)])
-def test_slip_at_other_rates_and_under_noise(rate, noise):
+def test_slip_and_its_confidence_at_other_rates_and_under_noise(rate, noise):
     specimen = PadSpecimen()
     scene = TaxelScene(TAXEL_SCENES['drag'], rate, 7, specimen, InkSpecimen(uneven=0.0, loop=0.0, memory=0.0, noise=0.6 * noise))
     pad = SoftPad(specimen.thickness, specimen.press * specimen.thickness, specimen.pull * specimen.thickness, specimen.grip)
-    estimator, confusion = TaxelEstimator(ARRAY, pad, KNOWN), np.zeros((3, 3), int)
+    estimator, confusion, stated = TaxelEstimator(ARRAY, pad, KNOWN), np.zeros((3, 3), int), []
     for k in range(scene.frames):
         values, truth = scene.render(k / rate)
         found = estimator.process(values, 1 + k / rate).slip
         if truth.area > 0:
             confusion[truth.slip_state, found.state] += 1
+            stated.append((found.confidence, truth.slip_state == found.state))
     assert macro_f1(confusion) > 0.8
+    confidence, right = np.array(stated).T
+    doubtful = confidence < 0.97
+    assert right[~doubtful].mean() > 0.95 and doubtful.sum() > 10
+    assert right[doubtful].mean() == pytest.approx(confidence[doubtful].mean(), abs=0.2)
 
 
 def test_a_copy_goes_on_by_itself_as_the_original():
