@@ -146,7 +146,7 @@ void bind_detection(py::module_& module) {
     finder.def(py::init([](const py::object& model, const py::object& look, const DotLimits& limits) {
                    return DotFinder(as_model(model), as_look(look), limits);
                }),
-               py::arg("model"), py::arg("look"), py::arg("limits") = DotLimits());
+               py::arg("model"), py::arg("look"), py::arg_v("limits", DotLimits(), "DotLimits()"));
     finder.def("find", &found_dots, py::arg("image"), py::arg("candidates"),
                "Dots near candidates (N, 2) float64, px, of an image (H, W) uint8, reduced as the look says, in px of the whole image.");
     copyable(finder);

@@ -280,7 +280,7 @@ void bind_membrane(py::module_& module) {
                  return Membrane(skin_of(rest, rows, columns, {stiffness, area_share, pressure}), vector_of(origin, "origin"), model);
              }),
              py::arg("rest"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("stiffness"), py::arg("area_share"),
-             py::arg("pressure"), py::arg("origin"), py::arg("model") = MembraneModel())
+             py::arg("pressure"), py::arg("origin"), py::arg_v("model", MembraneModel(), "MembraneModel()"))
         .def(
             "take_rest", [](Membrane& membrane, const Membrane& other) { membrane.set_rest(other.skin()); }, py::arg("other"),
             "Take another membrane's rest positions, of the same grid; the last frame stays.")

@@ -52,7 +52,6 @@ class Limits:
     creep = 0.2  # taxels/s, up to which the picture creeps by itself: pad and sensing layer relax
     latest, stopped, expected = 3, 0.25, 2.5  # frames in which an object goes this part of its way, of so many sigmas, or has stopped
     # Slip
-    summed = 3  # frames over which slip is summed against noise
     lag = 0.1  # of the object's motion, by which the pad's surface lags where it slips: coupled neighbours creep a little
     far = 4.0  # radii of the contact within which a centre of rotation is reported; farther ones are translations
     # Of the state's confidence, measured on two simulated devices: taxels that slip independently, and frames that no fraction explains
@@ -64,11 +63,11 @@ class Limits:
     picture = 0.5  # from that picture, before a new one is taken; half of it while an object rolls, as its contact grows on the way
     missing, sigmas = 0.04, 5.0  # traction over pressure, and in sigmas, by which it falls where an object slides
     still = 0.03  # thicknesses, up to which a motion was none but noise
-    pulls, seen = 0.05, 0.1  # traction over pressure: of an object that does not roll; that noise must let see, to tell rolling
+    pulls = 0.05  # traction over pressure, of an object that does not roll
     rolled = 0.15  # motion without traction, from which a curved object rolls: traction is seen at a third of that
     curved = 0.85  # variance of pressure over that of the area, along the motion, of a curved face: 0.67 to 0.75, of a flat one 0.91 to 1
-    loose, smooth = 0.25, 0.6  # of the pad's friction, traction before a motion, and at which the object slides, up to which it is smoother
-    loosened, smoothest = 0.8, 0.08  # friction of what slides, over its present traction over pressure, which is uneven; and the least
+    smooth = 0.6  # of the pad's friction, traction at which an object slides, up to which it is smoother
+    loosened = 0.8  # friction of what slides, over its present traction over pressure, which is uneven
 
 
 #: The border of the pressure image leads by so many thicknesses times traction over pressure (theory of a bonded elastic layer).
@@ -250,7 +249,7 @@ class TractionWatch:
             self._pulls, self._rolls = True, False
         if self._rolls:
             self._rolls = shift <= Limits.rolled or curved()
-        elif self._loose and not self._pulls and least <= Limits.seen and curved():
+        elif self._loose and not self._pulls and curved():
             self._rolls = shift > Limits.rolled
             return True
         return self._rolls
@@ -324,8 +323,7 @@ class MotionTracker:
         self._path.reset()
         self._smooth = np.zeros(3)  # total without noise
         self._loads: deque[tuple[float, float]] = deque()
-        self._lags: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=Limits.summed)  # slip and motion of each of the last frames
-        self._slip_fraction = self._pulled = self._pulled_at_rest = 0.0  # pulled: traction over pressure
+        self._slip_fraction = self._pulled = 0.0  # pulled: traction over pressure
         self._varied = 0.0  # relative change of the load over the last frames
         self._waited = False  # since the last frames, for a load that varies
         self._key_load, self._key_count = 0.0, 1  # sum of pressure in the keyframe, Pa, and taxels
@@ -362,8 +360,7 @@ class MotionTracker:
         if self._rolls(seen, touched, path.velocity, not waits):
             smooth, self._moves = np.zeros(3), False
         slip = self.shear.move(touched, pressure, smooth, self._friction)
-        self._lags.append((slip, smooth))
-        slipping = self._lagging(path.used - 1, touched) if self._moves else np.zeros_like(touched)
+        slipping = self._lagging(slip, smooth, touched) if self._moves else np.zeros_like(touched)
         self._along = self._direction(path.velocity) if self._moves else np.zeros(3)
         if found.largest > Limits.key_moved or abs(found.fit[3]) > Limits.key_grew:
             self._rekey(few, *now)
@@ -422,7 +419,6 @@ class MotionTracker:
         """Whether the object, which moves by velocity (3,), rolls without traction. If it slides, take the present traction for that of
         friction."""
         if not (self._moves and same_load):
-            self._pulled_at_rest = self._pulled
             self._watch.rest(seen.pressure, same_load)
             if self._pulled < Limits.pulls:
                 self._watch.release()
@@ -430,8 +426,7 @@ class MotionTracker:
         slides, rolls, sticks = self._watch.follow(seen, touched, velocity[:2])
         if sticks:
             self._friction = self._pad.friction
-        nominal = self._pad.friction
-        if slides and self._pulled_at_rest < Limits.loose * nominal and Limits.smoothest < self._pulled < Limits.smooth * nominal:
+        if slides and self._pulled < Limits.smooth * self._pad.friction:
             self._friction = min(self._friction, Limits.loosened * self._pulled)
         x, y, turn = self._along_of(velocity)
         return rolls and isinstance(self._key, EdgeKeyframe) and abs(turn) <= math.hypot(x, y)
@@ -446,11 +441,9 @@ class MotionTracker:
         length = math.hypot(*motion)
         return motion / length if length > 0 else np.zeros(3)
 
-    def _lagging(self, steady: int, touched: np.ndarray) -> np.ndarray:
-        """(rows, columns) bool: where the pad's surface lagged behind the object in the last frames, steady of them at most."""
-        last = list(self._lags)[-min(steady, Limits.summed):]
-        x, y, turn = sum(step for _, step in last)
-        slip = sum(one for one, _ in last)
+    def _lagging(self, slip: np.ndarray, step: np.ndarray, touched: np.ndarray) -> np.ndarray:
+        """(rows, columns) bool: where the pad's surface lagged by slip (2, rows, columns), m, behind the object's step (3,)."""
+        x, y, turn = step
         square = (x - turn * self._array.y[:, None])**2 + (y + turn * self._array.x)**2
         return touched & (slip[0]**2 + slip[1]**2 > Limits.lag**2 * square)
 
