@@ -58,11 +58,10 @@ class Limits:
     patches, mistaken = 44.0, 0.012
     # Traction
     reach = 2.5  # thicknesses around a contact in which its pressure is seen
-    at_rest, fewest_at_rest = 10, 5  # frames that are averaged for the picture before a motion; needed
+    at_rest = 10  # frames that are averaged for the picture before a motion
     straight = 0.5  # cosine of the angle to the first direction, within which an object moves on: after a turn back traction falls
     picture = 0.5  # from that picture, before a new one is taken; half of it while an object rolls, as its contact grows on the way
     missing, sigmas = 0.04, 5.0  # traction over pressure, and in sigmas, by which it falls where an object slides
-    still = 0.03  # thicknesses, up to which a motion was none but noise
     pulls = 0.05  # traction over pressure, of an object that does not roll
     rolled = 0.15  # motion without traction, from which a curved object rolls: traction is seen at a third of that
     curved = 0.85  # variance of pressure over that of the area, along the motion, of a curved face: 0.67 to 0.75, of a flat one 0.91 to 1
@@ -194,7 +193,7 @@ class TractionWatch:
 
     def rest(self, pressure: np.ndarray, same_load: bool) -> None:
         """Take pressure (rows, columns) as of an object that does not move; same_load: since the last frame."""
-        if self._before is None or not same_load or self._went > Limits.still:
+        if self._before is None or not same_load:
             self._drop()
             self._before = pressure.copy()
         self._share, self._rested = None, True
@@ -272,7 +271,7 @@ class TractionWatch:
         if self._rested:
             self._along, self._most, self._from, self._carried = None, -math.inf, 0.0, (0.0, 0.0)
             self._reported = math.inf  # largest traction when slides was reported
-            self._straight = self._frames >= Limits.fewest_at_rest
+            self._straight = True
 
 
 def is_curved(pressure: np.ndarray, touched: np.ndarray, direction: np.ndarray) -> bool:
