@@ -136,9 +136,13 @@ class Touches(Session):
         rise = (along[first + 1] - along[first]) / steps[1] if steps[1] > _STILL else 0.0
         back = along[first] / rise if rise > 0 else 0.5 * steps[0]
         share = 1 - min(back / steps[0], 1.0)
-        deepest = max(pressed, key=lambda each: np.linalg.norm(each[1] - base.mean(0)))
+        touched = tips[first - 1] + share * (tips[first] - tips[first - 1])
+        down = (tips[first + 1] - tips[first - 1]) / max(np.linalg.norm(tips[first + 1] - tips[first - 1]), _STILL)
+        # The deepest one that lies on the way of the touch: after it the probe may have slid.
+        straight = [(sample, signal) for sample, signal in pressed if np.linalg.norm(np.cross(sample.tip - touched, down)) < _COARSE]
+        deepest = max(straight or pressed, key=lambda each: np.linalg.norm(each[1] - base.mean(0)))
         seen = self._seen([sample.raw for sample, _ in quiet[:len(base)]], deepest[0].raw)
-        self.touches.append(Touch(tips[first - 1] + share * (tips[first] - tips[first - 1]), float(steps[0]), seen))
+        self.touches.append(Touch(touched, float(steps[0]), seen))
         self.done.append((tips[first][:2], []))
         return None, f'taken: touched within {1e3 * steps[0]:.2f} mm'
 
