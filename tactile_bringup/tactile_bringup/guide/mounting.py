@@ -22,7 +22,8 @@ _LONGEST_S = 10.0  # chosen: a longer touch is a changed light
 _BY_HAND = np.array([0.01] * 3 + [0.1] * 3 + [1.0])
 _SEEN = 0.5  # of them: an axis that the touches do not know better than this, they do not see
 _GAP, _READING = 1e-4, 1e-3  # m, of a touch and of a reading, to begin with
-_STEPS, _DIFFERENCE = 12, 1e-6  # of Gauss and Newton, and for their slopes, m and rad
+_PRINT = np.array([5e-4, 5e-4, 5e-3])  # m and rad: how well the dots lie on the sensor where they should, which no reading shows. Chosen
+_STEPS, _DIFFERENCE = 8, 1e-6  # of Gauss and Newton, and for their slopes, m and rad
 
 
 @dataclass(frozen=True)
@@ -136,9 +137,13 @@ class Touches(Session):
         rise = (along[first + 1] - along[first]) / steps[1] if steps[1] > _STILL else 0.0
         back = along[first] / rise if rise > 0 else 0.5 * steps[0]
         share = 1 - min(back / steps[0], 1.0)
-        deepest = max(pressed, key=lambda each: np.linalg.norm(each[1] - base.mean(0)))
+        touched = tips[first - 1] + share * (tips[first] - tips[first - 1])
+        down = (tips[first + 1] - tips[first - 1]) / max(np.linalg.norm(tips[first + 1] - tips[first - 1]), _STILL)
+        # The deepest one that lies on the way of the touch: after it the probe may have slid.
+        straight = [(sample, signal) for sample, signal in pressed if np.linalg.norm(np.cross(sample.tip - touched, down)) < _COARSE]
+        deepest = max(straight or pressed, key=lambda each: np.linalg.norm(each[1] - base.mean(0)))
         seen = self._seen([sample.raw for sample, _ in quiet[:len(base)]], deepest[0].raw)
-        self.touches.append(Touch(tips[first - 1] + share * (tips[first] - tips[first - 1]), float(steps[0]), seen))
+        self.touches.append(Touch(touched, float(steps[0]), seen))
         self.done.append((tips[first][:2], []))
         return None, f'taken: touched within {1e3 * steps[0]:.2f} mm'
 
@@ -146,8 +151,8 @@ class Touches(Session):
 def fit_mounting(touches: Sequence[Touch], surface: MarkedSurface | Fingertip) -> Mounting:
     """The pose that puts the touches on the surface and where the sensor saw them: least squares with the supposed pose as prior.
 
-    Noise of touches and of readings is that of their residuals. A delay with which all touches are seen moves them all alike and shows in
-    no residual: it is taken as somewhere in their doubt, evenly.
+    Noise of touches and of readings is that of their residuals. What moves all of them alike shows in no residual: a delay with which
+    touches are seen, taken as somewhere in their doubt, evenly; and dots that are printed beside their place.
     """
     tips, seen = np.array([touch.tip for touch in touches]), np.array([touch.seen for touch in touches])
     told = np.isfinite(seen).all(axis=1)
@@ -163,17 +168,19 @@ def fit_mounting(touches: Sequence[Touch], surface: MarkedSurface | Fingertip) -
 
     for _ in range(_STEPS):
         now = misfits(np.zeros(7))
-        slopes = [(np.column_stack([misfits(_DIFFERENCE * axis)[part] for axis in np.eye(7)]) - now[part][:, None]) / _DIFFERENCE
-                  for part in (0, 1)]
+        moved = [misfits(_DIFFERENCE * axis) for axis in np.eye(7)]
+        slopes = [(np.column_stack([each[part] for each in moved]) - now[part][:, None]) / _DIFFERENCE for part in (0, 1)]
         supposed = np.r_[rotation.T @ origin, rotation_vector(rotation), scale - 1]
         inverse = np.linalg.inv(sum(slope.T @ slope / sigma**2 for slope, sigma in zip(slopes, noise)) + np.diag(_BY_HAND**-2))
         step = -inverse @ (sum(slope.T @ off / sigma**2 for slope, off, sigma in zip(slopes, now, noise)) + supposed / _BY_HAND**2)
         origin, rotation, scale = origin + rotation @ step[:3], rotation @ rotation_matrix(step[3:6]), scale + step[6]
         noise = np.array([np.sqrt(off @ off / max(len(off) - known, 1)) + _STILL for off, known in zip(misfits(np.zeros(7)), (3, 4))])
     delayed = inverse @ slopes[0].sum(axis=0) / noise[0]**2 * np.mean([touch.doubt for touch in touches]) / np.sqrt(12)
+    aside = np.tile(np.eye(2), (told.sum(), 1)), (seen[told] @ [[0.0, 1.0], [-1.0, 0.0]]).ravel()
+    printed = inverse @ slopes[1].T @ (scale * np.column_stack(aside)) / noise[1]**2 * _PRINT
     variance = np.diag(inverse)
     # Of a dome only its sphere's centre may be seen: a tilt about that moves the frame's origin on a circle, too far for a linear fit.
     lever = np.linalg.norm(inverse[:3, 3:6] / variance[3:6], axis=0)
     curved = np.r_[np.full(3, 0.5 * lever @ variance[3:6]), np.zeros(4)]
-    sigma = np.sqrt(variance + delayed**2 + curved**2)[:6]
+    sigma = np.sqrt(variance + delayed**2 + (printed**2).sum(axis=1) + curved**2)[:6]
     return Mounting(rotation, origin, np.where(sigma < _SEEN * _BY_HAND[:6], sigma, np.nan))

@@ -16,7 +16,7 @@ from tactile_perception.errors import TactileError
 from tactile_perception.parameters.file import read_parameters
 
 _WIDTH = 160  # px to which an image is reduced: a dot that moves a little then changes it evenly, and a pixel's noise is averaged. Chosen
-_PEAK = 3  # power of the depth of a dot as its weight: the deepest ones count. Chosen
+_PEAK = 5  # power of the depth of a dot as its weight: measured on a sheet, 0.35 mm RMS; with 3 it is 0.6, with 12 0.45
 
 
 def signal_of(raw: Sequence[tuple[str, object]]) -> np.ndarray:

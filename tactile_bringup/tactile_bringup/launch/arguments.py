@@ -302,13 +302,17 @@ def _rviz(values: Mapping[str, str], sensor_type: str, frame: str) -> list:
     """RViz when the argument rviz is true; in another namespace with a copy of the configuration for that namespace."""
     if not _BOOLEANS[values['rviz']]:
         return []
-    try:
-        get_package_prefix('rviz2')
-    except PackageNotFoundError:
-        return [LogInfo(msg='rviz:=true: RViz (package rviz2) is not installed; everything else is started')]
     file, namespace = share('rviz', f'{sensor_type}.rviz'), values['namespace'].strip('/')
     if namespace != sensor_type:
         from ..hand.configurations import moved_file  # imports SciPy, which launch needs for nothing else
         file = written(f'{frame}.rviz', moved_file(sensor_type, namespace, frame))
-    return [Node(package='rviz2', executable='rviz2', name='rviz2', namespace=values['namespace'], output='screen',
-                 arguments=['-d', file])]
+    return optional('rviz2', 'rviz2', name='rviz2', namespace=values['namespace'], arguments=['-d', file])
+
+
+def optional(package: str, executable: str, **how) -> list:
+    """A node of an optional package; without the package a note."""
+    try:
+        get_package_prefix(package)
+    except PackageNotFoundError:
+        return [LogInfo(msg=f'package {package} is not installed: {executable} is left out, everything else is started')]
+    return [Node(package=package, executable=executable, output='screen', **how)]

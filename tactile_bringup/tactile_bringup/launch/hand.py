@@ -6,14 +6,13 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 from launch import LaunchContext
 from launch.actions import DeclareLaunchArgument, LogInfo
-from launch_ros.actions import Node
 from tactile_driver.errors import TactileError
 
 from .arguments import (
-    LaunchError, Playing, SensorPlan, check_choice, check_new, hand_frames, processes, sensor_arguments, sensor_plan, values_of, written)
+    LaunchError, Playing, SensorPlan, check_choice, check_new, hand_frames, optional, processes, sensor_arguments, sensor_plan, values_of,
+    written)
 from ..hand.configurations import aggregator_configuration, rviz_configuration
 from ..hand.description import Hand, HandSensor, read_hand
 from ..installed import share
@@ -54,7 +53,7 @@ def hand_actions(context: LaunchContext) -> list:
     playing = Playing(sum(plan.ends for plan in plans))
     return [*(LogInfo(msg=note) for plan in plans for note in plan.notes),
             *(node for plan in plans for node in processes(plan, values['composed'] == 'true', playing)), hand_frames(values['hand']),
-            *_viewer(hand, values['rviz'] == 'true'), *_aggregator(hand, values['aggregator'] == 'true')]
+            *_shown(hand, values['rviz'] == 'true', values['aggregator'] == 'true')]
 
 
 def planned_sensor(sensor: HandSensor, given: dict[str, str]) -> SensorPlan:
@@ -87,29 +86,14 @@ def sensor_values(sensor: HandSensor, given: dict[str, str]) -> dict[str, str]:
     return values
 
 
-def _optional(package: str, executable: str, **how) -> list:
-    """A node of an optional package; without the package a note."""
-    try:
-        get_package_prefix(package)
-    except PackageNotFoundError:
-        return [LogInfo(msg=f'package {package} is not installed: {executable} is left out, everything else is started')]
-    return [Node(package=package, executable=executable, output='screen', **how)]
-
-
-def _file_name(hand: Hand, ending: str) -> str:
-    return hand.frame.replace('/', '_') + ending
-
-
-def _viewer(hand: Hand, wanted: bool) -> list:
-    if not wanted:
-        return []
-    file = written(_file_name(hand, '.rviz'), rviz_configuration(hand))
-    return [LogInfo(msg=f'RViz configuration of the hand: {file}'), *_optional('rviz2', 'rviz2', name='rviz2', arguments=['-d', file])]
-
-
-def _aggregator(hand: Hand, wanted: bool) -> list:
-    if not wanted:
-        return []
-    file = written(_file_name(hand, '_diagnostics.yaml'), aggregator_configuration(hand))
-    return [LogInfo(msg=f'configuration of diagnostic_aggregator: {file}'),
-            *_optional('diagnostic_aggregator', 'aggregator_node', name='analyzers', parameters=[file])]
+def _shown(hand: Hand, rviz: bool, aggregator: bool) -> list:
+    """RViz and diagnostic_aggregator, where they are wanted, with configurations for this hand."""
+    name, found = hand.frame.replace('/', '_'), []
+    if rviz:
+        file = written(f'{name}.rviz', rviz_configuration(hand))
+        found += [LogInfo(msg=f'RViz configuration of the hand: {file}'), *optional('rviz2', 'rviz2', name='rviz2', arguments=['-d', file])]
+    if aggregator:
+        file = written(f'{name}_diagnostics.yaml', aggregator_configuration(hand))
+        found += [LogInfo(msg=f'configuration of diagnostic_aggregator: {file}'),
+                  *optional('diagnostic_aggregator', 'aggregator_node', name='analyzers', parameters=[file])]
+    return found

@@ -4,18 +4,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import Frame
-from tactile_driver.nodes.messages.conversions import image_to_message, static_transform
+from tactile_driver.nodes.messages.conversions import image_to_message, stamp_ns_of, static_transform
+from tactile_driver.nodes.messages.images import message_type
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 from tactile_driver.nodes.runtime.diagnostics import OK, Health, LogOnce, NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
@@ -28,7 +31,7 @@ from tactile_perception.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from ..visualization.markers import STALE_S
+from ..visualization.markers import STALE_S, MarkerSet
 
 _BACK_NS, _SILENT_NS = 1_000_000_000, 2_000_000_000  # chosen
 
@@ -193,3 +196,41 @@ class DrawingNode(Node):
             self.markers.warning = ''
             self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
         super().destroy_node()
+
+
+_KEPT = 20  # messages per topic, chosen: among these the node looks for equal stamps
+
+
+class ResultsDrawingNode(DrawingNode):
+    """Draws what has all inputs of one stamp, at most as often as parameter rate says. inputs: topic -> type; markers: made of the
+    settings; other parameters: as of DrawingNode."""
+
+    inputs: Mapping[str, type]
+
+    def __init__(self, name: str, table: Sequence[Parameter], markers: Callable[[NodeParameters], MarkerSet], host: Host | None = None):
+        super().__init__(name, table, host)
+        self.markers = markers(self.settings)
+        self._subscriptions_kept, self._due_s = [], 0.0
+        self._sync = StampSync(self._complete, lambda: self.inputs, _KEPT)
+        self.follow_demand()
+
+    def follow_demand(self) -> None:
+        """Subscribe while somebody looks."""
+        kept = self._subscriptions_kept
+        if self.watched and not kept:
+            for topic, kind in self.inputs.items():
+                qos = qos_profile_sensor_data if topic == 'image_raw' else QoSProfile(depth=_KEPT)
+                kind = message_type(kind, self.resolve_topic_name(topic))
+                kept.append(self.create_subscription(kind, topic, partial(self._take, topic), qos))
+        while kept and not self.watched:
+            self.destroy_subscription(kept.pop())
+
+    def _take(self, topic: str, message) -> None:
+        self.try_message(topic, message, lambda: self._sync.add(topic, stamp_ns_of(message.header), message))
+
+    def _complete(self, found: dict) -> None:
+        now = time.monotonic()
+        if found.keys() == self.inputs.keys() and now >= self._due_s:
+            self._due_s = now + 1 / self.settings['rate']
+            self.draw_markers(found['contacts'].header, found)
+            self.draw_picture(found.get('image_raw', found['contacts']).header, found)

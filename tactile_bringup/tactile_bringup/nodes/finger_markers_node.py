@@ -5,12 +5,10 @@ from __future__ import annotations
 
 import math
 import sys
-import time
 from collections.abc import Mapping
 
 import cv2
 import numpy as np
-from rclpy.qos import QoSProfile
 from std_msgs.msg import ColorRGBA, Header
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import run_node
@@ -21,7 +19,7 @@ from ..parameters.table import FINGER_MARKERS_PARAMETERS
 from ..visualization import pictures as colours
 from ..visualization.markers import MarkerSet, points_of, touch_words
 from ..visualization.pictures import Annotation, annotate
-from .drawing_node import DrawingNode
+from .drawing_node import ResultsDrawingNode
 
 _GLASS = np.array([0.80, 0.86, 0.92])  # colour of the hemisphere, chosen
 
@@ -59,38 +57,14 @@ class FingerMarkers(MarkerSet):
         return self._array(found, np.full(2, self._finger['radius']))
 
 
-# Queue of contacts: depth chosen.
-_QUEUE = QoSProfile(depth=200)
+class FingerMarkersNode(ResultsDrawingNode):
+    """Draws the contacts."""
 
-
-class FingerMarkersNode(DrawingNode):
-    """Draws at the rate that parameter rate sets."""
+    inputs = {'contacts': Contacts}
 
     def __init__(self, host: Host | None = None):
-        super().__init__('finger_markers_node', FINGER_MARKERS_PARAMETERS, host)
-        self.markers = FingerMarkers(self.settings)
-        self._input, self._due_s = None, 0.0
+        super().__init__('finger_markers_node', FINGER_MARKERS_PARAMETERS, FingerMarkers, host)
         self.publish_place('tip', (0.0, 0.0, self.settings['radius']))
-        self.follow_demand()
-
-    def follow_demand(self) -> None:
-        """Subscribe to contacts while somebody looks."""
-        if self.watched and self._input is None:
-            self._input = self.create_subscription(Contacts, 'contacts', self._take, _QUEUE)
-        elif not self.watched and self._input is not None:
-            self.destroy_subscription(self._input)
-            self._input = None
-
-    def _take(self, message: Contacts) -> None:
-        self.try_message('contacts', message, lambda: self._draw(message))
-
-    def _draw(self, message: Contacts) -> None:
-        now = time.monotonic()
-        if now < self._due_s:
-            return
-        self._due_s = now + 1 / self.settings['rate']
-        self.draw_markers(message.header, {'contacts': message})
-        self.draw_picture(message.header, {'contacts': message})
 
     def picture(self, found: Mapping) -> np.ndarray:
         """See DrawingNode."""

@@ -8,15 +8,10 @@ from collections.abc import Mapping
 
 import numpy as np
 from geometry_msgs.msg import Vector3, Wrench
-from rclpy.qos import QoSProfile, qos_profile_sensor_data
-from rclpy.timer import Timer
 from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA, Header
-from tactile_driver.errors import TactileError
-from tactile_driver.nodes.messages.conversions import stamp_ns_of
-from tactile_driver.nodes.messages.images import grey_to_array, message_type
+from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_driver.nodes.runtime.host import Host
-from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import ContactRegion, Slip
 from tactile_perception.nodes.messages.conversions import RESULTS
@@ -26,7 +21,7 @@ from ..parameters.table import TAXEL_MARKERS_PARAMETERS
 from ..visualization import pictures as colours
 from ..visualization.markers import SLIP_NAMES, MarkerSet, force_word, points_of, rings_of
 from ..visualization.pictures import Annotation, annotate
-from .drawing_node import DrawingNode, StampSync
+from .drawing_node import ResultsDrawingNode
 
 _MOST_ARROWS = 200  # chosen
 _TONES = 64  # steps of the cells' colours, chosen: finer than the eye resolves
@@ -164,55 +159,14 @@ def _lines(found: Mapping, region: ContactRegion, contacts: int) -> list[str]:
     return [', '.join(filter(None, first)), SLIP_NAMES.get(found['slip'].state, '') if 'slip' in found else '']
 
 
-_INPUTS = {'image_raw': Image, **RESULTS}
-_KEPT = 20  # messages per topic, chosen: among these the node looks for equal stamps
+class TaxelMarkersNode(ResultsDrawingNode):
+    """Draws the array and its results."""
 
-
-class TaxelMarkersNode(DrawingNode):
-    """Draws, at the rate that parameter rate sets, the newest stamp that has an image and all results."""
+    inputs = {'image_raw': Image, **RESULTS}
 
     def __init__(self, host: Host | None = None):
-        super().__init__('taxel_markers_node', TAXEL_MARKERS_PARAMETERS, host)
-        self.markers = TaxelMarkers(self.settings)
-        self._inputs: list = []
-        self._sync = StampSync(self._complete, lambda: _INPUTS, _KEPT)
-        self._newest: dict = {}
+        super().__init__('taxel_markers_node', TAXEL_MARKERS_PARAMETERS, TaxelMarkers, host)
         self.publish_place('taxels', (0.0, 0.0, -self.settings['cell_height']))
-        self._drawing: Timer | None = None
-        self.follow_demand()
-
-    def follow_demand(self) -> None:
-        """Subscribe to images and results while somebody looks."""
-        if self.watched and not self._inputs:
-            self._inputs = [self.create_subscription(
-                message_type(kind, self.resolve_topic_name(topic)), topic, lambda message, topic=topic: self._take(topic, message),
-                qos_profile_sensor_data if topic == 'image_raw' else QoSProfile(depth=_KEPT)) for topic, kind in _INPUTS.items()]
-            self._drawing = steady_timer(self, 1 / self.settings['rate'], self._draw)
-        elif not self.watched and self._inputs:
-            for subscription in self._inputs:
-                self.destroy_subscription(subscription)
-            self.destroy_timer(self._drawing)
-            self._inputs, self._newest, self._drawing = [], {}, None
-
-    def _take(self, topic: str, message) -> None:
-        self.try_message(topic, message, lambda: self._sync.add(topic, stamp_ns_of(message.header), message))
-
-    def _complete(self, found: dict) -> None:
-        if found.keys() == _INPUTS.keys():
-            self._newest = found
-
-    def _draw(self) -> None:
-        found, self._newest = self._newest, {}
-        if not found:
-            return
-        try:
-            self.draw_markers(found['contact_region'].header, found)
-            self.draw_picture(found['image_raw'].header, found)
-        except TactileError as error:
-            self.log.refuse(str(error))
-            self.say.error('image', f'nothing drawn: {error}')
-        except Exception as error:
-            self.log.refuse(self.guard.catch(error, 'image_raw and results'))
 
     def picture(self, found: Mapping) -> np.ndarray:
         """The taxels in colours, with what was found."""

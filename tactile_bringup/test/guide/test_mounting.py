@@ -34,7 +34,9 @@ def touches_of(surface, offset, turn, rng, seen=True, delay=0.0):
     tips = on_surface(surface, places)
     away = np.array([surface.contact(tip)[1] for tip in tips])
     tips = placed(tips + (rng.normal(0, NOISE, (len(tips), 1)) - delay) * away, offset, turn)
-    return [Touch(tip, 1e-4, 0.8 * place + rng.normal(0, PLACE_NOISE, 2) if seen else NOWHERE) for tip, place in zip(tips, places)]
+    turned = rng.normal(0, 5e-3)  # rad, of the print, which is shifted too
+    dots = 0.8 * places @ [[1, turned], [-turned, 1]] + rng.normal(0, 5e-4, 2) + rng.normal(0, PLACE_NOISE, places.shape)
+    return [Touch(tip, 1e-4, dot if seen else NOWHERE) for tip, dot in zip(tips, dots)]
 
 
 def errors(found, offset, turn):

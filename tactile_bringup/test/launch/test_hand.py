@@ -8,7 +8,7 @@ import yaml
 from launch import LaunchContext
 from launch.actions import LogInfo
 from tactile_bringup.hand.description import HandSensor
-from tactile_bringup.launch import hand, arguments as processes, recorded
+from tactile_bringup.launch import arguments as processes, recorded
 from tactile_bringup.launch.arguments import LaunchError
 from tactile_bringup.launch.hand import hand_actions, hand_arguments, planned_sensor, sensor_values
 from tactile_driver.errors import BadArgument
@@ -87,8 +87,8 @@ def test_what_is_wrong_with_a_sensor_names_it(tmp_path):
 
 def test_what_is_not_installed_is_left_out_with_a_word_and_the_files_are_there(processes_of, monkeypatch, tmp_path):
     def missing(name):
-        raise hand.PackageNotFoundError(name)
-    monkeypatch.setattr(hand, 'get_package_prefix', missing)
+        raise processes.PackageNotFoundError(name)
+    monkeypatch.setattr(processes, 'get_package_prefix', missing)
     monkeypatch.setattr(processes, 'launch_config', SimpleNamespace(log_dir=str(tmp_path)))
     found = actions(rviz='true', aggregator='true')
     assert not {'rviz2', 'aggregator_node'} & {node for nodes in processes_of(found) for node in nodes}
