@@ -44,7 +44,7 @@ def presses(markers, depths, plate_of=plate()):
 def test_a_cubic_is_found_again_clamped_and_flagged_beyond_its_range():
     x = np.linspace(0.1, 0.8, 8)
     truth = 1e-3 + 0.01 * x + 0.004 * x**2 + 0.002 * x**3
-    cubics = Cubics.fit(np.column_stack([x, np.full(8, np.nan), np.ones(8)]), truth)
+    cubics = Cubics.fit(np.column_stack([x, np.full(8, np.nan), np.ones(8)]), truth, 1e-4)
     depth, outside = cubics(np.array([0.45, 0.45, 1.0]))
     assert depth[0] == pytest.approx(1e-3 + 0.0045 + 0.004 * 0.45**2 + 0.002 * 0.45**3) and np.isnan(depth[1:]).all() and not outside[0]
     assert cubics(np.array([5.0, 0, 0]))[0][0] == pytest.approx(truth[-1]) and cubics(np.array([5.0, 0, 0]))[1][0]
