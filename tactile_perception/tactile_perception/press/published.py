@@ -30,7 +30,7 @@ class Cubics:
     high: np.ndarray
 
     @classmethod
-    def fit(cls, x: np.ndarray, depth: np.ndarray, most: float) -> Cubics:
+    def fit(cls, x: np.ndarray, depth: np.ndarray, most: float = np.inf) -> Cubics:
         """Least squares to x (M, K), NaN where not seen, at depth (M,), m.
 
         NaN for x without change or seen fewer than five times, and where the polynomial misses the depths by most, m, RMS, or more: it does
@@ -355,8 +355,7 @@ class PaperCushion:
         near, places = neighbours(rest), rest_points(rest, camera_centre, sensor)[:, :2]
         found = [four_largest(distance_changes(field, near), places, RANGE * max(sensor.pitch)) for field in presses.fields]
         change = np.array([0.0 if f is None else f[1] for f in found])
-        depth = presses.depth[presses.touching]
-        cubic = Cubics.fit(change[presses.touching, None], depth, float(depth.std()) / 2)
+        cubic = Cubics.fit(change[presses.touching, None], presses.depth[presses.touching])
         if np.isnan(cubic.low).any():
             raise BadCalibration('the distances between markers do not change with depth; check the presses\' depths')
         quiet = max(QUIET * change[~presses.touching].max(initial=0.0), LEAST)
