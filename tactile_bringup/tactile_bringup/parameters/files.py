@@ -153,7 +153,8 @@ def parameter_files() -> dict[str, str]:
     whole, simulated = ({name: about.format(name) for name in SENSOR_TYPES} for about in (_WHOLE, _SIMULATED))
     video = {'rows': 7, 'columns': 10, 'surface': 'none'}
     not_gel = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact', 'paper.')
-    not_pins = ('cap.', 'camera.', 'membrane.', 'contact', 'paper.', 'gel.thickness', 'gel.dot_depth', 'gel.young', 'gel.poisson', 'gel.friction')
+    not_pins = ('cap.', 'camera.', 'membrane.', 'contact', 'paper.',
+                *(f'gel.{name}' for name in ('thickness', 'dot_depth', 'young', 'poisson', 'friction')))
     no_surface = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact_region_node', 'markers_node')
     return {
         'touchpad.yaml': _touchpad(_TOUCHPAD, {}, ('gel.',)),

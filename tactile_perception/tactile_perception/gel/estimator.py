@@ -156,8 +156,8 @@ class GelEstimator:
         return GelResult(region, contacts, wrench * self._modulus, points, sigma, found, laid.fit.places, slip)
 
     def _slip(self, force: np.ndarray | None) -> SlipEstimate:
-        """How much of a contact slips that bears a force (3,) in any unit; None: no contact. Where friction is used up by a part q, the inner
-        1 - q of the load of a ball sticks, on (1 - q)^(2/3) of its area (Cattaneo 1938, Mindlin 1949)."""
+        """How much of a contact slips that bears a force (3,) in any unit; None: no contact. With a part q of its friction used up, a ball
+        sticks on (1 - q)^(2/3) of its area (Cattaneo 1938, Mindlin 1949)."""
         if force is None:
             self._slip_state = NONE
             return SlipEstimate()

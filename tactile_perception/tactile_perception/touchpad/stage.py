@@ -22,8 +22,8 @@ from .sensor import Touchpad
 
 
 class ContactRegionStage(CameraStage):
-    """dots -> contact_region, contacts, slip, wrench, points; of pins, and of a gel without its friction, no slip. Raises BadArgument for wrong values,
-    BadCalibration for a bad file."""
+    """dots -> contact_region, contacts, slip, wrench, points; of pins, and of a gel without its friction, no slip. Raises BadArgument for
+    wrong values, BadCalibration for a bad file."""
 
     node, parameters, has_reference = 'contact_region_node', REGION_PARAMETERS, False
     input = Input('dots', DotTracks, depth=1)
