@@ -30,11 +30,11 @@ class Cubics:
     high: np.ndarray
 
     @classmethod
-    def fit(cls, x: np.ndarray, depth: np.ndarray, most: float = np.inf) -> Cubics:
+    def fit(cls, x: np.ndarray, depth: np.ndarray, tolerance: float = np.inf) -> Cubics:
         """Least squares to x (M, K), NaN where not seen, at depth (M,), m.
 
-        NaN for x without change or seen fewer than five times, and where the polynomial misses the depths by most, m, RMS, or more: it does
-        not tell them apart.
+        NaN for x without change or seen fewer than five times, and where the polynomial misses the depths by the tolerance, m, RMS, or
+        more: it does not tell them apart.
         """
         count = x.shape[1]
         coefficients, low, high = np.full((count, DEGREE + 1), np.nan), np.full(count, np.nan), np.full(count, np.nan)
@@ -45,7 +45,7 @@ class Cubics:
             least, most = column[seen].min(), column[seen].max()
             inside = (column[seen] - least) / (most - least)
             fitted = _monotone(inside, depth[seen])
-            if np.sqrt(np.mean((inside[:, None] ** np.arange(DEGREE + 1) @ fitted - depth[seen])**2)) < most:
+            if np.sqrt(np.mean((inside[:, None] ** np.arange(DEGREE + 1) @ fitted - depth[seen])**2)) < tolerance:
                 coefficients[k], low[k], high[k] = fitted, least, most
         return cls(coefficients, low, high)
 

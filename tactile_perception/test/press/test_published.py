@@ -50,6 +50,12 @@ def test_a_cubic_is_found_again_clamped_and_flagged_beyond_its_range():
     assert cubics(np.array([5.0, 0, 0]))[0][0] == pytest.approx(truth[-1]) and cubics(np.array([5.0, 0, 0]))[1][0]
 
 
+@pytest.mark.parametrize('tolerance, known', [(1e-9, False), (1e-2, True)])
+def test_a_feature_that_misses_the_depths_by_more_than_the_tolerance_is_unknown(tolerance, known):
+    x = np.array([1.0, 1.2, 1.1, 1.4, 1.3, 1.5, 1.45, 1.6])[:, None] * 1e-3  # within 1e-3: taken for a tolerance it would pass always
+    assert np.isfinite(Cubics.fit(x, np.linspace(0, 8e-3, 8), tolerance).low[0]) == known
+
+
 def test_depths_of_a_plate_are_reported_for_all_markers():
     fitted = MarkerDepths.fit(presses([0, 30, 62], [2e-3, 4e-3]), PITCH)
     depth, outside = fitted.depths(field(5e-3))
