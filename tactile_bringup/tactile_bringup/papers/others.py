@@ -119,8 +119,7 @@ def _dots(bench: Bench, bag: Path, params: Path) -> tuple[list[float], np.ndarra
 
 
 def taxels(bench: Bench) -> Iterator[Table]:
-    """Fig 3: position and angle while a bar is moved and turned; fig 5: its corners; fig 8: the wrench while the grip changes, and an
-    object tilts."""
+    """Figs 3 and 5: a bar that is moved and turned, and its corners; fig 8: the wrench while the grip changes, and an object tilts."""
     for scene, what in (('demo', 'moved'), ('turn', 'turned')):
         found = [_trace(bench, bench.bag('taxel_array', scene, _TAXELS), method) for method in ('paper', 'mechanics')]
         papers, ours = (trace for trace, _ in found)

@@ -135,7 +135,7 @@ def simulated_gel() -> dict[str, object]:
     distance = gel.DISTANCE - gel.MATERIAL.depth
     return {'scene': 'gel_demo', 'rows': gel.ROWS, 'columns': gel.COLUMNS, 'gel.thickness': gel.MATERIAL.thickness,
             'gel.dot_depth': gel.MATERIAL.depth, 'gel.young_modulus': gel.MATERIAL.young, 'gel.poisson_ratio': gel.MATERIAL.poisson,
-            'camera.translation': [0.0, 0.0, round(distance, 6)]}
+            'gel.friction': gel.GelScript.friction, 'camera.translation': [0.0, 0.0, round(distance, 6)]}
 
 
 def simulated_markers(sensor_type: str) -> dict[str, object]:
@@ -153,7 +153,8 @@ def parameter_files() -> dict[str, str]:
     whole, simulated = ({name: about.format(name) for name in SENSOR_TYPES} for about in (_WHOLE, _SIMULATED))
     video = {'rows': 7, 'columns': 10, 'surface': 'none'}
     not_gel = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact', 'paper.')
-    not_pins = ('cap.', 'camera.', 'membrane.', 'contact', 'paper.', 'gel.thickness', 'gel.dot_depth', 'gel.young', 'gel.poisson')
+    not_pins = ('cap.', 'camera.', 'membrane.', 'contact', 'paper.',
+                *(f'gel.{name}' for name in ('thickness', 'dot_depth', 'young', 'poisson', 'friction')))
     no_surface = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact_region_node', 'markers_node')
     return {
         'touchpad.yaml': _touchpad(_TOUCHPAD, {}, ('gel.',)),

@@ -147,16 +147,20 @@ def place_dots(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: float) -> 
     half, most = int(np.ceil(_GROUND[1] * diameter)), np.array(grey.shape[::-1]) - 1
     y, x = np.mgrid[-half:half + 1, -half:half + 1].reshape(2, -1)
     padded = cv2.copyMakeBorder(grey, half, half, half, half, cv2.BORDER_REPLICATE).astype(np.float32) * sign
-    place, ground = np.array(uv, float), None
+    far = np.hypot(x, y)
+    ring, disc = (far > _GROUND[0] * diameter) & (far < _GROUND[1] * diameter), far < _INSIDE * diameter + 1.5
+
+    def pixels(middle, some):
+        """(N, P) of those about each of middle (N, 2)."""
+        return padded[middle[:, 1, None] + half + y[some], middle[:, 0, None] + half + x[some]]
+    place = np.array(uv, float)
+    ground = np.median(pixels(np.clip(np.rint(place).astype(int), 0, most), ring), axis=1)[:, None]
     for _ in range(_ROUNDS):
         middle = np.clip(np.rint(place).astype(int), 0, most)
-        pixels = padded[middle[:, 1, None] + half + y, middle[:, 0, None] + half + x]
-        away = np.hypot(x - (place - middle)[:, :1], y - (place - middle)[:, 1:])
-        if ground is None:
-            ring = (away > _GROUND[0] * diameter) & (away < _GROUND[1] * diameter)
-            ground = np.nanmedian(np.where(ring, pixels, np.nan), axis=1)[:, None]
-        weight = np.maximum(pixels - ground, 0) * np.clip(_INSIDE * diameter - away + 0.5, 0, 1)
+        off = (place - middle).astype(np.float32)
+        away = np.hypot(x[disc].astype(np.float32) - off[:, :1], y[disc].astype(np.float32) - off[:, 1:])
+        weight = np.maximum(pixels(middle, disc) - ground, 0) * np.clip(_INSIDE * diameter + 0.5 - away, 0, 1)
         total = np.maximum(weight.sum(axis=1), 1e-3)
-        place = middle + np.stack([(weight * x).sum(axis=1), (weight * y).sum(axis=1)], axis=1) / total[:, None]
+        place = middle + np.stack([weight @ x[disc], weight @ y[disc]], axis=1) / total[:, None]
     level = np.maximum((weight**2).sum(axis=1) / total, 1.0)[:, None]
     return Dots(place, np.maximum(np.minimum(weight / level, 1).sum(axis=1), 1.0), np.full(len(place), _UNSURE * diameter))

@@ -70,7 +70,7 @@ def _dot_sized(area, pixels):
 
 _GREEN = 1
 _SQUARE = np.ones((3, 3), np.uint8)
-_DENOISE, _WITHIN = 10.0, 11  # grey levels, strength of the non-local means; px, side of the window in which it looks for what is alike
+_DENOISE, _WITHIN = 10.0, 7  # grey levels, strength of the non-local means; px, side of the window in which it looks for what is alike
 _LEAST, _MOST = 0.2, 5.0  # median areas, smallest and largest marker
 
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from ..common.dots import DotTracks
-from ..common.estimates import AT_EDGE, ContactEstimate, ContactRegionEstimate
+from ..common.estimates import AT_EDGE, NONE, ContactEstimate, ContactRegionEstimate, SlipEstimate, next_state
 from ..common.surface import DotSurface, Moments, Outline, axes, region_outlines
 from ..common.surface_points import NON_CONTACT, STICKING, SurfacePoints, dot_points
 from ..errors import BadArgument, BadFrame
@@ -37,7 +37,8 @@ UP = np.array([0.0, 0.0, 1.0])
 @dataclass(frozen=True)
 class GelResult:
     """Estimates of one frame. wrench: (6,) N and N m, of the object on the gel, NaN without a modulus; points: surface points on demand;
-    force_sigma: (3,) N, standard deviations of the wrench's force; tractions: None without contact; places: (P, 2) m, of its loads.
+    force_sigma: (3,) N, standard deviations of the wrench's force; tractions: None without contact; places: (P, 2) m, of its loads;
+    slip: None where the friction is not known.
     """
 
     region: ContactRegionEstimate
@@ -47,6 +48,7 @@ class GelResult:
     force_sigma: np.ndarray
     tractions: Tractions | None
     places: np.ndarray
+    slip: SlipEstimate | None = None
 
 
 class DotNoise:
@@ -98,7 +100,7 @@ class GelEstimator:
 
     def __init__(self, values: Mapping, centre: np.ndarray | None = None, focal: float = 0.0):
         self.layer = layer_of(values)
-        self._modulus = values['gel.young_modulus'] / (2 + 2 * self.layer.poisson) or np.nan
+        self._modulus, self._friction = values['gel.young_modulus'] / (2 + 2 * self.layer.poisson) or np.nan, values['gel.friction']
         self._pitch, self._scale, self._focal = values['gel.pitch'], values['gel.scale'], focal
         if not self._pitch > 0 and not self._scale > 0:
             if not focal > 0 or not values['camera.translation'][2] > 0:
@@ -112,7 +114,7 @@ class GelEstimator:
     def reset(self) -> None:
         """Forget dots, noise and contacts; ids are not used again."""
         self._noise, self._laid, self._grid, self._last = DotNoise(), None, None, {}
-        self._force_sigma = np.full(3, np.nan)
+        self._force_sigma, self._slip_state = np.full(3, np.nan), NONE
 
     def health(self) -> tuple[str, dict]:
         """A warning ('' for none) and name -> value, for /diagnostics."""
@@ -150,7 +152,20 @@ class GelEstimator:
             sigma = np.sqrt(np.diag(found.covariance)) * self._modulus
         contacts, self._force_sigma = self._contacts(found, parts, members), sigma
         points = partial(_points, tracks, np.pad(xy, ((0, 0), (0, 1))), np.pad(rest, ((0, 0), (0, 1))), region.dot_state)
-        return GelResult(region, contacts, wrench * self._modulus, points, sigma, found, laid.fit.places)
+        slip = self._slip(found.total if parts else None) if self._friction else None
+        return GelResult(region, contacts, wrench * self._modulus, points, sigma, found, laid.fit.places, slip)
+
+    def _slip(self, force: np.ndarray | None) -> SlipEstimate:
+        """How much of a contact slips that bears a force (3,) in any unit; None: no contact. With a part q of its friction used up, a ball
+        sticks on (1 - q)^(2/3) of its area (Cattaneo 1938, Mindlin 1949)."""
+        if force is None:
+            self._slip_state = NONE
+            return SlipEstimate()
+        used = min(float(np.hypot(*force[:2])) / (self._friction * -force[2]), 1.0)
+        fraction = 1 - (1 - used)**(2 / 3)
+        self._slip_state = next_state(self._slip_state, fraction)
+        twist = np.full(3, 0.0 if self._slip_state == NONE else np.nan)  # how fast the object moves over them, dots do not show
+        return SlipEstimate(self._slip_state, fraction, twist, twist)
 
     def _contacts(self, found: Tractions, parts: list[tuple[Outline, Moments]], members: list[np.ndarray]) -> list[ContactEstimate]:
         """One contact a part: its force is that of the places to which it is the nearest, its position their pressure's middle."""

@@ -59,6 +59,7 @@ GEL_PARAMETERS = (
     _fixed('gel.dot_depth', float, 0.0, 'm', 'of the dots under the free surface', 0.0, 1.0),
     _fixed('gel.young_modulus', float, 0.0, 'Pa', "Young's modulus; 0: unknown, then forces are NaN", 0.0, 1e9),
     _fixed('gel.poisson_ratio', float, 0.48, '', "Poisson's ratio; of silicones and gels 0.47 to 0.5", 0.0, 0.5),
+    _fixed('gel.friction', float, 0.0, '', 'friction coefficient of object and gel; 0: unknown, then no slip is reported', 0.0, 10.0),
     _fixed('gel.scale', float, 0.0, 'm', 'length on the gel that one pixel shows; 0: from gel.pitch, or from camera.translation', 0.0, 0.1),
     _fixed('gel.pitch', float, 0.0, 'm', 'distance of neighbouring dots; tells the scale where gel.scale is 0', 0.0, 0.1),
 )

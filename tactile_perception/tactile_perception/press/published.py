@@ -30,15 +30,14 @@ class Cubics:
     high: np.ndarray
 
     @classmethod
-    def fit(cls, x: np.ndarray, depth: np.ndarray) -> Cubics:
+    def fit(cls, x: np.ndarray, depth: np.ndarray, tolerance: float = np.inf) -> Cubics:
         """Least squares to x (M, K), NaN where not seen, at depth (M,), m.
 
-        NaN for x without change or seen fewer than five times, and where the polynomial misses the depths by half of their step or
+        NaN for x without change or seen fewer than five times, and where the polynomial misses the depths by the tolerance, m, RMS, or
         more: it does not tell them apart.
         """
         count = x.shape[1]
         coefficients, low, high = np.full((count, DEGREE + 1), np.nan), np.full(count, np.nan), np.full(count, np.nan)
-        step = float(np.median(np.diff(np.unique(np.round(depth, 5))))) if len(depth) > 1 else 0.0
         for k, column in enumerate(x.T):
             seen = np.isfinite(column)
             if seen.sum() <= DEGREE + 1 or not np.ptp(column[seen]) > 0:
@@ -46,7 +45,7 @@ class Cubics:
             least, most = column[seen].min(), column[seen].max()
             inside = (column[seen] - least) / (most - least)
             fitted = _monotone(inside, depth[seen])
-            if np.sqrt(np.mean((inside[:, None] ** np.arange(DEGREE + 1) @ fitted - depth[seen])**2)) < step / 2:
+            if np.sqrt(np.mean((inside[:, None] ** np.arange(DEGREE + 1) @ fitted - depth[seen])**2)) < tolerance:
                 coefficients[k], low[k], high[k] = fitted, least, most
         return cls(coefficients, low, high)
 
@@ -115,7 +114,8 @@ class MarkerDepths:
             raise BadCalibration("the paper's method needs a plate that is pressed onto all markers, step by step: calibrate --plate BAG")
         plate = presses.plate
         area, shift = (np.stack(values) for values in zip(*map(_area_and_shift, plate.fields)))
-        found = cls(Cubics.fit(area, plate.depth), Cubics.fit(shift, plate.depth), np.full(area.shape[1], 0.5))
+        half_step = float(np.median(np.diff(np.unique(np.round(plate.depth, 5))))) / 2
+        found = cls(Cubics.fit(area, plate.depth, half_step), Cubics.fit(shift, plate.depth, half_step), np.full(area.shape[1], 0.5))
         return cls(found.area, found.shift, found._weights(presses, pitch))
 
     def _weights(self, presses: Presses, pitch: float) -> np.ndarray:

@@ -18,7 +18,7 @@ from ..common.rigid_motion import RigidMotion
 from ..common.surface import label_score, to_grid
 from ..errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
-from .published import PaperRegion
+from .published import PaperRegion, smooth_shape
 
 _BORDER_NOISE = 0.2  # pitches, of the network's distances from the border: measured on random scenes (docs/stick_slip.md)
 _WRONG = 0.06  # share of the dots that the model of stick and slip is sure of and wrong about: measured on random scenes, as above
@@ -126,7 +126,9 @@ class PaperMethod:
 
     def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
         """Classify dots ids (N,) at xyz (N, 3), m, at stamp_s."""
-        found = self._region.process(ids, xyz, self._rest[ids], stamp_s)
+        rest = self._rest[ids]
+        moved = smooth_shape(to_grid(ids, xyz - rest, *self._shape)).reshape(-1, 3)[ids]
+        found = self._region.process(ids, rest + moved, rest, stamp_s)
         score = label_score(to_grid(ids, (found.state > 0).astype(float), *self._shape)).ravel()[ids]
         return DotClassification(found.state, score, np.full(6, np.nan), np.full((len(ids), 2), np.nan), motion=found.motion,
                                  interval=found.interval)

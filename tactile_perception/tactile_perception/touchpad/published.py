@@ -27,6 +27,17 @@ class PaperStates:
     interval: float
 
 
+def smooth_shape(moved: np.ndarray) -> np.ndarray:
+    """Medians (rows, columns, 3) of how dots and those around them moved, (rows, columns, 3) m, NaN for unseen ones.
+
+    The paper takes places from a smooth shape of the touchpad. Here each dot has a range of its own: a single wrong one would be the
+    reference dot, and determine t_p.
+    """
+    rows, columns, _ = moved.shape
+    around = np.pad(np.nan_to_num(moved), ((1, 1), (1, 1), (0, 0)), mode='edge')
+    return np.median([around[r:r + rows, c:c + columns] for r in range(3) for c in range(3)], axis=0)
+
+
 class PaperRegion:
     """States of dots on a rows x columns grid, frame by frame.
 

@@ -22,8 +22,8 @@ from .sensor import Touchpad
 
 
 class ContactRegionStage(CameraStage):
-    """dots -> contact_region, contacts, slip, wrench, points; of a gel or pins no slip. Raises BadArgument for wrong values,
-    BadCalibration for a bad file."""
+    """dots -> contact_region, contacts, slip, wrench, points; of pins, and of a gel without its friction, no slip. Raises BadArgument for
+    wrong values, BadCalibration for a bad file."""
 
     node, parameters, has_reference = 'contact_region_node', REGION_PARAMETERS, False
     input = Input('dots', DotTracks, depth=1)
@@ -71,7 +71,7 @@ class ContactRegionStage(CameraStage):
         self.use_camera_of(tracks)
         if self.estimator is None:
             raise BadFrame('no usable camera_info yet: places of dots need a calibrated camera, or those of a gel gel.scale or gel.pitch')
-        if self._gel or self._pins:
+        if self._pins or self._gel and not self.values['gel.friction']:
             topics = set(topics) - {'slip'}  # how far a contact is from slipping, displacements alone do not tell
         return convert.results_to_messages(self.estimator.process(tracks, stamp_s), message.header, topics)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pressed_gel import CENTRE, FOCAL, pressed_gel
 from tactile_perception.common.dots import DotTracks
-from tactile_perception.common.estimates import AT_EDGE
+from tactile_perception.common.estimates import AT_EDGE, GROSS, INCIPIENT, NONE
 from tactile_perception.errors import BadArgument, BadFrame, TactileError
 from tactile_perception.gel.estimator import GelEstimator
 
@@ -84,6 +84,20 @@ def test_without_a_modulus_no_force_is_reported_but_the_rest():
     assert np.isnan(result.wrench).all() and np.isnan(contact.force) and np.isnan(result.force_sigma).all()
     assert result.region.area > 0 and np.hypot(*contact.position[:2]) < 0.3e-3
     assert contact.depth == pytest.approx(gel.states[0].depth, rel=0.2) and contact.position[2] == -contact.depth
+
+
+@pytest.mark.parametrize('friction', [0.25, 0.8])
+def test_the_part_of_a_balls_contact_that_slips(friction):
+    rng = np.random.default_rng(12)
+    gel = pressed_gel(rng, friction=friction, way=(6e-4, -2e-4))
+    estimator, states = estimator_of(gel, rng), gel.states
+    slips = [estimator.process(gel.tracks(state, rng), 1.0 + k).slip for k, state in enumerate(states)]
+    assert [slip.slipping_fraction for slip in slips] == pytest.approx([state.slides.mean() for state in states], abs=0.12)
+    assert [slip.state for slip in slips] == ([NONE, INCIPIENT, GROSS] if friction < 0.5 else [NONE, INCIPIENT, INCIPIENT])
+    assert (slips[0].linear == 0).all() and np.isnan(slips[-1].linear).all(), 'how fast is not known'
+    free = estimator.process(gel.tracks(None, rng), 9.0).slip
+    assert free.state == NONE and np.isnan(free.slipping_fraction)
+    assert estimator_of(gel, rng, **{'gel.friction': 0.0}).process(gel.tracks(states[0], rng), 1.0).slip is None
 
 
 def test_a_contact_keeps_its_number_and_tells_the_edge():

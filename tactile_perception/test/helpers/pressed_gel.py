@@ -56,5 +56,5 @@ def pressed_gel(rng, pitch=1.5e-3, thickness=4e-3, poisson=0.48, radius=6e-3, ha
     dots = (np.stack([u, v], axis=1) - (np.array([columns, rows]) - 1) / 2) * pitch
     dots += rng.normal(0, 0.03 * pitch, dots.shape) if grid else rng.uniform(-0.3 * pitch, 0.3 * pitch, dots.shape)
     parameters = {'gel.thickness': thickness, 'gel.dot_depth': material.depth, 'gel.young_modulus': material.young,
-                  'gel.poisson_ratio': poisson, 'gel.scale': METRES, 'gel.pitch': 0.0}
+                  'gel.poisson_ratio': poisson, 'gel.friction': friction, 'gel.scale': METRES, 'gel.pitch': 0.0}
     return PressedGel(parameters, dots, states, contact, (int(rows), int(columns)) if grid else (0, 0))

@@ -44,10 +44,16 @@ def presses(markers, depths, plate_of=plate()):
 def test_a_cubic_is_found_again_clamped_and_flagged_beyond_its_range():
     x = np.linspace(0.1, 0.8, 8)
     truth = 1e-3 + 0.01 * x + 0.004 * x**2 + 0.002 * x**3
-    cubics = Cubics.fit(np.column_stack([x, np.full(8, np.nan), np.ones(8)]), truth)
+    cubics = Cubics.fit(np.column_stack([x, np.full(8, np.nan), np.ones(8)]), truth, 1e-4)
     depth, outside = cubics(np.array([0.45, 0.45, 1.0]))
     assert depth[0] == pytest.approx(1e-3 + 0.0045 + 0.004 * 0.45**2 + 0.002 * 0.45**3) and np.isnan(depth[1:]).all() and not outside[0]
     assert cubics(np.array([5.0, 0, 0]))[0][0] == pytest.approx(truth[-1]) and cubics(np.array([5.0, 0, 0]))[1][0]
+
+
+@pytest.mark.parametrize('tolerance, known', [(1e-9, False), (1e-2, True)])
+def test_a_feature_that_misses_the_depths_by_more_than_the_tolerance_is_unknown(tolerance, known):
+    x = np.array([1.0, 1.2, 1.1, 1.4, 1.3, 1.5, 1.45, 1.6])[:, None] * 1e-3  # within 1e-3: taken for a tolerance it would pass always
+    assert np.isfinite(Cubics.fit(x, np.linspace(0, 8e-3, 8), tolerance).low[0]) == known
 
 
 def test_depths_of_a_plate_are_reported_for_all_markers():
