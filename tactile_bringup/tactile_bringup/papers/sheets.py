@@ -17,9 +17,9 @@ from .bench import Bench, Row, Table, mean, shipped
 RATE = 2.0        # Hz: each stop of the stage is one frame
 PLATE_RATE = 8.0  # Hz: from stop to stop markers move by little, so that their numbers can be followed
 PX_PER_MM = 10.0  # of the paper with two cameras: "assuming that the coordinate value per 1 mm was 10"
-_OURS = {'touch': 'model', 'filter': False}
-_PAPER = {'touch': 'paper', 'detection': 'paper_areal', 'filter': False}
-_CUSHION = {'touch': 'paper_cushion', 'detection': 'paper_cushion', 'filter': False}
+_OURS = {'touch': 'model'}
+_PAPER = {'touch': 'paper', 'detection': 'paper_areal'}
+_CUSHION = {'touch': 'paper_cushion', 'detection': 'paper_cushion'}
 
 Press = tuple[np.ndarray, float, np.ndarray, float]
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from ... import _core
 from ...common.progress import in_parallel
-from ...common.geometry import Cap, spline_fit
+from ...common.geometry import Cap, extrapolate, spline_fit
 from ...errors import BadCalibration
-from .mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, PressedDome, appear_at, disc_scale, evaluate, outlines, press_dome,
+from .mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, OnMesh, PressedDome, appear_at, disc_scale, outlines, press_dome,
                         shift_of)
 
 RADIUS_SPREAD = np.log(2.2)    # simulated log tip radii, to either side of the middle one. Chosen
@@ -160,6 +160,7 @@ class AsSeen:
         points = mesh.points(mesh.plan.edges[:, None] * np.exp(1j * phi)).reshape(-1, 3)
         self._points, self._camera_centre = points, np.array([0.0, 0.0, camera_centre])
         self._outlines = outlines(points, marker, mesh.cap)
+        self._on_mesh = OnMesh(mesh, self._outlines.reshape(-1, 3))
         norm = np.where(order == 0, 1.0, 2.0) / count
         self._onto = [wave(np.outer(phi, order)) * norm for wave in (np.cos, np.sin)]  # (count, harmonics + 1)
         offset = points - self._camera_centre
@@ -178,7 +179,7 @@ class AsSeen:
 
     def _displaced(self, field: np.ndarray, odd: bool) -> np.ndarray:
         """(N, COUNT + 1, 3) m, displacement of the outlines under a field (size,)."""
-        return evaluate(field, self._mesh, self._outlines.reshape(-1, 3), odd).reshape(self._outlines.shape)
+        return self._on_mesh.displaced(field, odd).reshape(self._outlines.shape)
 
     def _shown(self, moved: np.ndarray) -> np.ndarray:
         """(N, 3) m, displacement that markers show whose outlines moved by (N, COUNT + 1, 3), m."""
@@ -191,18 +192,13 @@ class AsSeen:
         """(size,) of displacements (N, 3) at the mesh's rings and directions."""
         at = shown.reshape(self._mesh.n + 1, -1, 3)
         field = np.stack([at[..., axis] @ self._onto[(axis == 1) != odd] for axis in range(3)], axis=1)
-        return np.where(self._mesh.free(odd), field.ravel(), 0.0)
+        return np.where(self._mesh.free[odd], field.ravel(), 0.0)
 
 
 def _filled(fields: np.ndarray, plan: DomePlan) -> np.ndarray:
-    """Fields (order, RADII, levels + 1, ...) with the untouched one; extrapolated linearly over depth where there is none (NaN)."""
-    depths = np.concatenate([[0.0], plan.load_steps[plan.substeps - 1::plan.substeps]])
+    """Fields (order, RADII, levels + 1, ...) with the untouched one; extrapolated over depth where there is none (NaN)."""
     whole = np.concatenate([np.zeros_like(fields[:, :, :1]), fields], axis=2)
-    for level in range(2, len(depths)):
-        missing = np.isnan(whole[:, :, level, 0, 0, 0])
-        share = (depths[level] - depths[level - 1]) / (depths[level - 1] - depths[level - 2])
-        step = whole[:, :, level - 1] - whole[:, :, level - 2]
-        whole[:, :, level][missing] = (whole[:, :, level - 1] + share * step)[missing]
+    extrapolate(whole.reshape(-1, *whole.shape[2:]), np.concatenate([[0.0], plan.load_steps[plan.substeps - 1::plan.substeps]]))
     return np.nan_to_num(whole)
 
 
