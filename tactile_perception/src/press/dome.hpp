@@ -9,7 +9,7 @@
 namespace tactile {
 
 // Numbers of a press: x, y of the tip before a drag; log depth; log of the radius over the library's middle one, over its spread; number of
-// friction, see friction_of in library.py; way of the drag, with the skin, over the depth along x and y.
+// friction, see FRICTIONS in library.py; way of the drag, with the skin, over the depth along x and y.
 constexpr int PRESS = 7;
 enum PressNumber { X, Y, DEPTH, RADIUS, FRICTION, DRAG_X, DRAG_Y };
 constexpr int DRAGS = 2;  // of a tip that sticks, and what one that rubs shows more

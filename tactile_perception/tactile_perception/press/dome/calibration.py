@@ -26,8 +26,8 @@ DEPTH_POWER = 1.3       # grading of the load steps. Chosen
 PLACES = 3              # simulated at most, evenly over their distances from the axis. Chosen
 DEPTHS = 4              # of a place at most. Chosen
 COARSE = MeshPlan(even=10, rings=18, width=0.0145, harmonics=3, around=8)  # of the identification, but for its end
-#: Prior of the logs of tension over shear modulus and thickness, of gas, and of friction: gas from a pressure that is held to sealed air
-LIKELY, SIGMA = np.log([0.3, 1.0, 0.5]), np.array([1.5, 3.6, 0.7])
+#: Prior of the logs of tension over shear modulus and thickness, of gas, and of friction: sealed air at 1.5 kPa, or any other gas
+LIKELY, SIGMA = np.log([0.3, 70.0, 0.5]), np.array([1.5, 6.0, 0.7])
 TIP = 0.03              # prior standard deviation of the log radius of the tip, which heights tell. Chosen
 TENSIONS = 0.3, 0.12, 0.05  # starts. Chosen
 GASES = 70.0, 2.0, 0.01     # starts: of sealed air at 1.5 kPa, of air with a reservoir, and of a pressure that is held. Chosen

@@ -20,8 +20,8 @@ from .mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, OnMesh, Press
 
 RADIUS_SPREAD = np.log(2.2)    # simulated log tip radii, to either side of the middle one. Chosen
 RADII = 4                      # simulated tips. Chosen
-FRICTIONS = np.array([-1.0, -0.5, 0.0, 1.0])  # simulated numbers of friction, 0 for the middle one: see friction_of. Chosen
-ROUGHER = 2.5                  # largest simulated friction over the middle one; the least is none, as of a tip in gross slip. Chosen
+#: Simulated numbers of friction: over that of the plan, less 1; none, as of a tip in gross slip, and the plan's, beyond which skin sticks
+FRICTIONS = np.array([-1.0, 0.0])
 DEPTH_POWER = 1.5              # grading of the depths: denser at first contact. Chosen
 TRUE = 1.5e-6                  # m: modes below this RMS are left out. Chosen: below the noise of a marker
 UNSOLVED = 0.2                 # largest share of presses that do not converge, as deep ones of a large tip near the rim. Chosen
@@ -74,7 +74,7 @@ class DomePlan:
 class DomeLibrary:
     """Displacement of a dome's markers under presses within plan.
 
-    even_table: (levels + 3, 6, 2 order, RADII, even): coefficients of straight presses by powers of the number of friction; of drags along
+    even_table: (levels + 3, 4, 2 order, RADII, even): coefficients of straight presses by powers of the number of friction; of drags along
     the meridian by a tip that sticks, over the way over the depth that it carries the skin; and of what a tip that rubs shows more; over
     even_modes (even, rings + 1, 3, harmonics + 1). odd_table (levels + 3, 2, 2 order, RADII, odd) and odd_modes: of drags across it. The
     displacement is what a marker shows: see AsSeen. pushes: the forces of the tips over the shear
@@ -117,16 +117,11 @@ def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshP
     return _assembled(plan, mesh, fields, _assembled(plan, UNIFORM, pushes))
 
 
-def friction_of(number: float) -> float:
-    """Friction over the middle one of a number from -1, none, over 0 to 1, the largest simulated."""
-    return (1 + number)**np.log2(ROUGHER)
-
-
 def _assembled(plan: DomePlan, mesh: MeshPlan, fields: list[np.ndarray], pushes: DomeLibrary | None = None) -> DomeLibrary:
     """The library of straight presses, drags along and drags across, (order, RADII, frictions, levels, rings + 1, 3, harmonics + 1)
     each."""
     straight, *drags = fields
-    sticks, rubs = (int(np.flatnonzero(FRICTIONS == number)[0]) for number in (0, -1))
+    rubs, sticks = range(len(FRICTIONS))
     kinds = [_filled(part, plan) for part in np.moveaxis(straight, 2, 0)]
     even = [_mirrored(part, odd=False, turned=False) for part in kinds]
     both = []
@@ -141,9 +136,8 @@ def _pressed(plan: DomePlan, material: DomeMaterial, mesh_plan: MeshPlan, case: 
     friction."""
     shift, radius, friction = case
     mesh = DomeMesh(shift, plan.cap, mesh_plan)
-    rough = DomeMaterial(material.squeeze, material.gas, plan.friction * friction_of(friction))
-    found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(RADIUS_SPREAD * radius), rough,
-                       drags=plan.substeps if friction in (0, -1) else 0)
+    rough = DomeMaterial(material.squeeze, material.gas, plan.friction * (1 + friction))
+    found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(RADIUS_SPREAD * radius), rough, drags=plan.substeps)
     level = slice(plan.substeps - 1, None, plan.substeps)
     shown = AsSeen(mesh, plan.marker, plan.camera_centre).fields(found.straight[level], found.along[level], found.across[level])
     return PressedDome(*shown, found.push[level], found.push_along[level], found.push_across[level])

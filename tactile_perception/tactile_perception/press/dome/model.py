@@ -15,7 +15,7 @@ from .. import choice
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..field import MarkerField
 from ..sensor import MarkerSensor, first_touch_height
-from .library import RADIUS_SPREAD, ROUGHER, DomeLibrary, library_from_numbers, library_numbers
+from .library import RADIUS_SPREAD, DomeLibrary, library_from_numbers, library_numbers
 from .mechanics import DomeMaterial, centres_of, seen_at
 
 X, Y, DEPTH, RADIUS, FRICTION, DRAG = 0, 1, 2, 3, 4, slice(5, 7)  # numbers of a press: see _core.DomeLibrary
@@ -79,7 +79,7 @@ class FieldNoise:
 @dataclass(frozen=True)
 class PressPrior:
     """What is known of a press beforehand: drag: standard deviation of the way of the drag over the depth; friction: of its number (see
-    friction_of in library.py); tip_sigma: of the log radius over the library's spread; together: what the
+    FRICTIONS in library.py); tip_sigma: of the log radius over the library's spread; together: what the
     sum of the presses' fields lacks: its RMS over the greatest displacement; rougher, wider: by how much that number and that log radius
     may really differ from their means, standard deviations: covariances count them where they are larger than those of the fit."""
 
@@ -91,8 +91,9 @@ class PressPrior:
     wider: float = 0.0
 
 
-#: Number of friction of a tip whose friction is unknown: standard deviation for coefficients from 0.2 to 1.0, evenly over their logs
-UNKNOWN_FRICTION = float(np.log(1.0 / 0.2) / np.sqrt(12) / np.log2(ROUGHER))
+#: Number of friction of a tip whose friction is unknown: standard deviation. Chosen: for coefficients from 0.2 to 1.0, evenly over their
+#: logs, it is 0.46, but large ones are alike, as the skin sticks
+UNKNOWN_FRICTION = 0.35
 #: Log radius of an unknown tip over the library's spread: standard deviation for tips of 0.6 to 2 times the calibrated radius, likewise
 UNKNOWN_TIP = float(np.log(2.0 / 0.6) / np.sqrt(12) / RADIUS_SPREAD)
 #: Of a press that goes straight in, which hardly tells friction, and of one that is dragged, which turns the friction of the press along
@@ -199,7 +200,7 @@ class DomeInverse:
         reach, deepest = plan.reach, np.log(plan.depth)
         weight = np.array([1e-6, 1e-6, 1e-6, prior.tip_sigma**-2, prior.friction**-2, prior.drag**-2, prior.drag**-2])
         least = [-reach, -reach, np.log(FAINTEST), -1.0, -1.0, -2.0, -2.0]
-        most = [reach, reach, deepest, 1.0, 1.0, 2.0, 2.0]
+        most = [reach, reach, deepest, 1.0, 0.0, 2.0, 2.0]
         return np.array([[0.0] * PRESS, weight, least, most, LIMIT])
 
     def sigma(self, field: MarkerField) -> np.ndarray:
