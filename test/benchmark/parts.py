@@ -157,7 +157,7 @@ def sheet(sensor: str, bags: Path, from_recordings: bool) -> tuple[str, tuple[li
         calibrate_markers([presses.bag], presses.params, model := folder / 'model.yaml', only='model')
         methods = {'model': (model, {'touch': 'model'})}
         if of_paper:
-            changes = {'touch': paper, 'detection': PAPERS_MARKERS[paper], 'filter': False}
+            changes = {'touch': paper, 'detection': PAPERS_MARKERS[paper]}
             params, file = parameter_file(folder / 'paper.yaml', of_paper.params, changes), folder / 'paper_calibration.yaml'
             fit_published(sensor, [of_paper.bag], params, file, paper, plate and plate.bag)
             methods[paper] = (file, changes)

@@ -20,9 +20,9 @@ PLATE_RATE = 8.0  # Hz: from stop to stop markers move by little, so that their 
 WAY_RATE = 20.0   # Hz: SORT follows the dome's circles all the way, by what they overlap from frame to frame
 STANDS = 1e-5     # m, by which the tip of a stage that stands moves
 PX_PER_MM = 10.0  # of the paper with two cameras: "assuming that the coordinate value per 1 mm was 10"
-_OURS = {'touch': 'model', 'filter': False}
-_PAPER = {'touch': 'paper', 'detection': 'paper_areal', 'filter': False}
-_CUSHION = {'touch': 'paper_cushion', 'detection': 'paper_cushion', 'numbering': 'sort', 'rows': 0, 'columns': 0, 'filter': False}
+_OURS = {'touch': 'model'}
+_PAPER = {'touch': 'paper', 'detection': 'paper_areal'}
+_CUSHION = {'touch': 'paper_cushion', 'detection': 'paper_cushion', 'numbering': 'sort', 'rows': 0, 'columns': 0}
 
 Press = tuple[np.ndarray, float, np.ndarray, float]
 

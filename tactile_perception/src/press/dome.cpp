@@ -90,12 +90,12 @@ struct Fields {
         depths_ = depth_basis(library, press[DEPTH], first);
         shifts_ = shift_basis(library, meridian.shift);
         radii_ = powers(std::clamp(press[RADIUS], -BEYOND, BEYOND), library.radii);
-        const Basis<MOST_TERMS> rough = powers(std::clamp(press[FRICTION], -BEYOND, BEYOND), STRAIGHT);
+        const Basis<MOST_TERMS> rough = powers(std::clamp(press[FRICTION], -BEYOND, BEYOND), library.straight);
         const int block = library.order * library.radii;
-        FieldRows of_even = FieldRows::Zero(4 * (STRAIGHT + DRAGS) * block, SIDE_BY_SIDE);  // weights of the tables' rows at four levels
+        FieldRows of_even = FieldRows::Zero(4 * (library.straight + DRAGS) * block, SIDE_BY_SIDE);  // weights of the tables' rows at four levels
         FieldRows of_odd = FieldRows::Zero(4 * DRAGS * block, SIDE_BY_SIDE);
         for (int level = 0, even_row = 0, odd_row = 0; level < 4; ++level) {
-            for (int power = 0; power < STRAIGHT; ++power)
+            for (int power = 0; power < library.straight; ++power)
                 weigh(level, {rough.value[power], rough.slope[power], 0}, of_even, even_row);
             weigh_drags(level, press[FRICTION], meridian.along, of_even, even_row);
             weigh_drags(level, press[FRICTION], meridian.across, of_odd, odd_row);
@@ -104,7 +104,7 @@ struct Fields {
             const FieldRows amplitudes = table.middleRows(first * kinds * block, weights.rows()).transpose() * weights;
             return FieldRows(modes.transpose() * amplitudes);
         };
-        even = summed(library.even_table, STRAIGHT + DRAGS, of_even, library.even_modes);
+        even = summed(library.even_table, library.straight + DRAGS, of_even, library.even_modes);
         odd = summed(library.odd_table, DRAGS, of_odd, library.odd_modes);
     }
 

@@ -9,11 +9,10 @@
 namespace tactile {
 
 // Numbers of a press: x, y of the tip before a drag; log depth; log of the radius over the library's middle one, over its spread; number of
-// friction, see friction_of in library.py; way of the drag, with the skin, over the depth along x and y.
+// friction, see FRICTIONS in library.py; way of the drag, with the skin, over the depth along x and y.
 constexpr int PRESS = 7;
 enum PressNumber { X, Y, DEPTH, RADIUS, FRICTION, DRAG_X, DRAG_Y };
-constexpr int DRAGS = 2;     // of a tip that sticks, and what one that rubs shows more
-constexpr int STRAIGHT = 4;  // powers of the number of friction of a straight press
+constexpr int DRAGS = 2;  // of a tip that sticks, and what one that rubs shows more
 
 using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
@@ -21,10 +20,11 @@ using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 // Coefficients of presses over modes, and the modes: even (mirror symmetric to the meridian plane) and odd.
 struct DomeLibrary {
     int levels, order, radii, rings, harmonics;
+    int straight;                                       // powers of the number of friction of a straight press
     double curvature, centre_z, disc_scale;             // of the dome: radius and height of the centre, m; see mechanics.py:disc_scale
     double reach, depth, power, radius, radius_spread;  // largest shift of the mesh; deepest press; grading of depths; middle tip
     Eigen::VectorXd edges;                              // (rings + 1), radii of the rings in the unit disc
-    FloatRows even_table;  // ((levels + 3) (STRAIGHT + DRAGS) order radii, even): straight presses, and drags along the meridian
+    FloatRows even_table;  // ((levels + 3) (straight + DRAGS) order radii, even): straight presses, and drags along the meridian
     FloatRows odd_table;   // ((levels + 3) DRAGS order radii, odd): drags across the meridian
     FloatRows even_modes;  // (even, (rings + 1) 3 (harmonics + 1))
     FloatRows odd_modes;   // (odd, (rings + 1) 3 (harmonics + 1))

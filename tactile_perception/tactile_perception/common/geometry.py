@@ -232,3 +232,12 @@ def spline_fit(levels: int) -> np.ndarray:
         rows[k, k:k + 3] = np.array([1, 4, 1]) / 6
     rows[-2, :5] = rows[-1, -5:] = [1, -4, 6, -4, 1]
     return np.linalg.inv(rows)[:, :levels + 1]
+
+
+def extrapolate(values: np.ndarray, at: np.ndarray) -> None:
+    """Extrapolate values (N, M, ...) linearly over at (M,), in place, where their first number is NaN; what is known once only stays."""
+    for k in range(2, len(at)):
+        missing = np.isnan(values[:, k].reshape(len(values), -1)[:, 0])
+        last, before = values[missing, k - 1], values[missing, k - 2]
+        step = (at[k] - at[k - 1]) / (at[k - 1] - at[k - 2])
+        values[missing, k] = last + step * np.where(np.isnan(before), 0.0, last - before)

@@ -13,7 +13,7 @@ import numpy as np
 from ..calibration.files.format import CalibrationFile, Specimen, read_calibration, write_calibration
 from ..errors import BadCalibration
 from .estimate import TouchMethod
-from .presses import Presses, Score
+from .presses import Presses
 
 UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'moment': 'N m', 'stitching': 'm and px', 'pattern': 'px',
          'rest': 'px', 'residuals': 'm; normalised squared error and errors of the wrench 1'}
@@ -49,7 +49,7 @@ class TouchCalibration:
         return self.methods[method]
 
 
-def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, Score], wrench_errors: dict, span: dict,
+def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, dict], wrench_errors: dict, span: dict,
                 left_out: list[str], specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
     """Write fitted ({'methods': ..., 'wrench': ..., 'stitching': ..., 'pattern': ..., 'rest': ...}) and the cross-validation scores.
 
@@ -57,7 +57,7 @@ def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, S
     specimen: the sensor; outliers: one line each.
     Raises BadCalibration or OSError as write_calibration does.
     """
-    residuals = {name: score.numbers() for name, score in scores.items()} | {WRENCH: wrench_errors}
+    residuals = scores | {WRENCH: wrench_errors}
     write_calibration(path, CalibrationFile(sensor, UNITS, fitted, residuals, span, left_out, serial=specimen.serial,
                                             parameters=specimen.parameters(sensor), outliers=list(outliers)))
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Protocol
 
 import cv2
@@ -207,21 +206,13 @@ def view_maker(sensor: MarkerSensor, matrices: tuple[np.ndarray, np.ndarray] | N
     (3, 3) and translation (3,) m of the camera, needed for a dome, whose markers do not determine it. Raises BadArgument for an
     invalid stitching.
     """
-    if stitching is not None:
-        return partial(_known_view, stitched_view(stitching_from_dict(stitching, 'calibration: stitching')))
-    if matrices is None:
+    if stitching is None and matrices is None:
         return None
-    if sensor.is_sheet:
-        return partial(_sheet_view, matrices, sensor)
-    return partial(_known_view, CameraView(CameraModel(*matrices, *pose), sensor.plane_z))
-
-
-def _known_view(view: MarkerView, _rest_uv: np.ndarray) -> MarkerView:
-    return view
-
-
-def _sheet_view(matrices: tuple[np.ndarray, np.ndarray], sensor: MarkerSensor, rest_uv: np.ndarray) -> MarkerView:
-    return camera_view(*matrices, rest_uv, sensor)
+    if stitching is None and sensor.is_sheet:
+        return lambda rest_uv: camera_view(*matrices, rest_uv, sensor)
+    view = (CameraView(CameraModel(*matrices, *pose), sensor.plane_z) if stitching is None else
+            stitched_view(stitching_from_dict(stitching, 'calibration: stitching')))
+    return lambda _rest_uv: view
 
 
 def stitched_view(stitching: Stitching) -> StitchedView:

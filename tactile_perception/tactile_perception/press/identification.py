@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-EVALUATIONS = 12  # of the residuals, at most, beside their slopes. Chosen
-GAINED = 0.02     # of the cost: a step that gains less is the last. Chosen
+EVALUATIONS = 12  # on the coarse mesh, at most, beside the first slopes. Chosen
+LAST = 4          # on the fine mesh, of which the first is where the coarse one has led
+GAINED = 0.005    # of the cost: a step that gains less is the last. Chosen
 STEP = 0.15       # finite difference over the prior's standard deviation. Chosen: simulations converge to less
 
-Residuals = Callable[[list[np.ndarray]], list[np.ndarray]]
+Residuals = Callable[[list[np.ndarray], bool], list[np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -25,33 +26,53 @@ class Prior:
     most: np.ndarray
 
 
-def identify(residuals: Residuals, starts: list[np.ndarray], prior: Prior, evaluations: int = EVALUATIONS) -> tuple[np.ndarray, float]:
-    """The numbers (V,) of least squares from the best of starts, and half the sum of squares, the prior's included.
+def identify(residuals: Residuals, starts: list[np.ndarray], prior: Prior) -> np.ndarray:
+    """The numbers (V,) of least squares from the best of starts, the prior's included: on a coarse mesh, and from there on a fine one.
 
-    residuals: of several numbers at once, so that all cores are busy: (N,) each, in standard deviations. Steps are limited by a trust
-    region in units of the prior (scipy.optimize.least_squares).
+    residuals: of several numbers at once, so that all cores are busy, on the coarse mesh or not: (N,) each, in standard deviations. Steps
+    are limited by a trust region in units of the prior (scipy.optimize.least_squares). Slopes are finite differences on the coarse mesh
+    at the start of both, and then follow what the steps have shown (Broyden 1965): each value of the residuals takes simulated presses.
     """
+    low, high = ((bound - prior.mean) / prior.sigma for bound in (prior.least, prior.most))
+
+    def left(several: list[np.ndarray], coarse: bool) -> list[np.ndarray]:
+        """(N + V,) residuals each, the prior's last."""
+        found = residuals([prior.mean + prior.sigma * units for units in several], coarse)
+        return [np.append(rest, units) for rest, units in zip(found, several)]
+
+    begin = [np.clip((start - prior.mean) / prior.sigma, low + 1e-6, high - 1e-6) for start in starts]
+    at = begin[int(np.argmin([rest @ rest for rest in left(begin, True)]))]
+    for coarse, evaluations in ((True, EVALUATIONS), (False, LAST)):
+        steps = np.where(at + STEP > high, -STEP, STEP)
+        here, *moved = left([at, *(at + step for step in np.diag(steps))], True)
+        slope = (np.array(moved) - here).T / steps
+        at = _least_squares(lambda units, coarse=coarse: left([units], coarse)[0], at, slope, (low, high), evaluations)
+    return prior.mean + prior.sigma * at
+
+
+def _least_squares(left: Callable[[np.ndarray], np.ndarray], start: np.ndarray, slope: np.ndarray, bounds: tuple,
+                   evaluations: int) -> np.ndarray:
+    """Where left is least; slope: its slopes at the start."""
     from scipy.optimize import least_squares  # calibration alone needs it
+    known, last = {}, []
 
-    def numbers(units: np.ndarray) -> np.ndarray:
-        return prior.mean + prior.sigma * units
-
-    known: dict[bytes, np.ndarray] = {}
-
-    def left(units: np.ndarray) -> np.ndarray:
-        """(N + V,) residuals, the prior's last."""
-        if units.tobytes() not in known:  # the slopes need those of the same numbers again
-            known[units.tobytes()] = residuals([numbers(units)])[0]
-        return np.append(known[units.tobytes()], units)
+    def value(units: np.ndarray) -> np.ndarray:
+        known[units.tobytes()] = left(units)
+        return known[units.tobytes()]
 
     def slopes(units: np.ndarray) -> np.ndarray:
-        """(N + V, V) of left, by finite differences."""
-        steps = np.where(units + STEP > high, -STEP, STEP)
-        moved = residuals([numbers(units + step) for step in np.diag(steps)])
-        return np.vstack([(np.array(moved) - left(units)[:-len(units)]).T / steps, np.eye(len(units))])
+        """Asked for at units whose value is known."""
+        nonlocal slope, last
+        now = known[units.tobytes()]
+        for before, then in last:
+            step = units - before
+            slope = slope + np.outer(now - then - slope @ step, step) / (step @ step)
+        last = [(units.copy(), now)]
+        return slope
 
-    low, high = ((bound - prior.mean) / prior.sigma for bound in (prior.least, prior.most))
-    begin = [np.clip((start - prior.mean) / prior.sigma, low + 1e-6, high - 1e-6) for start in starts]
-    costs = [np.sum(rest**2) + np.sum(units**2) for rest, units in zip(residuals([numbers(units) for units in begin]), begin)]
-    found = least_squares(left, begin[int(np.argmin(costs))], slopes, bounds=(low, high), ftol=GAINED, xtol=1e-3, max_nfev=evaluations)
-    return numbers(found.x), float(found.cost)
+    return least_squares(value, start, slopes, bounds=bounds, ftol=GAINED, xtol=1e-3, max_nfev=evaluations).x
+
+
+def beyond(errors: np.ndarray, variances: np.ndarray) -> float:
+    """Standard deviation that most of errors (N, axes) show beyond their variances (N, axes)."""
+    return float(np.sqrt(max(np.median(np.mean(errors**2 - variances, axis=1)), 0.0)))

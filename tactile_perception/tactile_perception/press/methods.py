@@ -3,23 +3,35 @@
 """Registry of the methods, for each kind of surface."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 from ..errors import BadArgument
-from .dome.method import DomeModelMethod
+from .dome.calibration import fit_dome
+from .dome.model import DomeModelMethod
 from .estimate import TouchMethod
 from .published import PaperCushion, PaperTouch
 from .sensor import MarkerSensor
-from .sheet.method import SheetModelMethod
+from .sheet.calibration import fit_sheet
+from .sheet.model import SheetModelMethod
+
+
+class Model(NamedTuple):
+    """fit: presses, sensor and numbers fitted before or None -> numbers of the calibration file; from_fitted: of these and the sensor, the
+    TouchMethod."""
+
+    fit: Callable
+    from_fitted: Callable
+
 
 #: Name -> method, of each kind of surface.
-SHEET_METHODS: dict[str, type] = {'paper': PaperTouch, 'model': SheetModelMethod}
-DOME_METHODS: dict[str, type] = {'paper_cushion': PaperCushion, 'model': DomeModelMethod}
+SHEET_METHODS = {'paper': PaperTouch, 'model': Model(fit_sheet, SheetModelMethod.from_fitted)}
+DOME_METHODS = {'paper_cushion': PaperCushion, 'model': Model(fit_dome, DomeModelMethod.from_fitted)}
 #: Names of all methods.
 METHOD_NAMES = tuple(dict.fromkeys((*SHEET_METHODS, *DOME_METHODS)))
 
 
-def methods_for(sensor: MarkerSensor) -> dict[str, type]:
+def methods_for(sensor: MarkerSensor) -> dict:
     """The methods for a sensor's kind of surface."""
     return SHEET_METHODS if sensor.is_sheet else DOME_METHODS
 

@@ -32,7 +32,6 @@ POINT_PARAMETERS = MARKER_SENSOR_PARAMETERS + (
     _fixed('touch', str, AUTO, '', 'touch estimation method; auto: the one that cross-validation chose when it was calibrated',
            choices=(AUTO, *METHOD_NAMES)),
     _fixed('tip_radius', float, 0.008, 'm', "tip radius assumed for the contact region where the method does not estimate it", 1e-4, 1.0),
-    _fixed('filter', bool, True, '', 'Kalman filter over the frames of a touch; false: each frame alone, for evaluation'),
 )
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 
@@ -76,16 +75,9 @@ def _laplacian(grid: np.ndarray, size: np.ndarray) -> np.ndarray:
 _STILL = 1e-4  # m, apparent: without a calibration, the height of a marker displaced by more is unknown. Chosen
 
 
-class DomeMethod(Protocol):
-    """A touch method that tells how far the dome's markers are raised."""
-
-    def raised(self, field: MarkerField) -> np.ndarray | None:
-        """Upward displacement (K,), m, of the markers; None without contact."""
-
-
-def dome_raised(method: DomeMethod | None, field: MarkerField) -> np.ndarray:
-    """(K,) m, upward displacement of a dome's markers; method: None where it is not calibrated: that of displaced markers is NaN. One
-    camera cannot observe the scale about the camera centre; the method knows it from the mechanics."""
+def dome_raised(method, field: MarkerField) -> np.ndarray:
+    """(K,) m, upward displacement of a dome's markers; method: that tells it, None where it is not calibrated: that of displaced markers is
+    NaN. One camera cannot observe the scale about the camera centre; the method knows it from the mechanics."""
     raised = None if method is None else method.raised(field)
     if raised is not None:
         return raised

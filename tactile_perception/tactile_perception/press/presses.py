@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,21 +27,23 @@ class Presses:
     """M frames with the ground truth of the stage that pressed.
 
     fields: M MarkerFields; position: (M, 3) m, the tip, NaN without contact; depth: (M,) m, 0 without contact; segment: (M,)
-    int, number of the press; wrench: (M, 6) N and N m, NaN where unknown; radius: (M,) m of the tool's tip, NaN where unknown; plate: of a
-    plate pressed onto all markers, which is no tip, None without one. Raises BadArgument where lengths differ.
+    int, number of the press, by default one each; wrench: (M, 6) N and N m, NaN where unknown, by default everywhere; plate: of a plate
+    pressed onto all markers, which is no tip, None without one. Raises BadArgument where lengths differ.
     """
 
     fields: tuple[MarkerField, ...]
     position: np.ndarray
     depth: np.ndarray
-    segment: np.ndarray
-    wrench: np.ndarray
-    radius: np.ndarray
+    segment: np.ndarray = None
+    wrench: np.ndarray = None
     plate: Presses | None = None
 
     def __post_init__(self):
         count = len(self.fields)
-        shapes = {'position': (count, 3), 'depth': (count,), 'segment': (count,), 'wrench': (count, 6), 'radius': (count,)}
+        for name, usual in (('segment', np.arange(count)), ('wrench', np.full((count, 6), np.nan))):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, usual)
+        shapes = {'position': (count, 3), 'depth': (count,), 'segment': (count,), 'wrench': (count, 6)}
         for name, shape in shapes.items():
             if np.shape(getattr(self, name)) != shape:
                 raise BadArgument(f'presses: {name} must have shape {shape}, got {np.shape(getattr(self, name))}')
@@ -55,9 +57,9 @@ class Presses:
         return (self.depth > 0) & np.isfinite(self.position).all(1)
 
     def select(self, keep: np.ndarray) -> Presses:
-        """The frames where keep (M,) bool."""
-        return Presses(tuple(field for field, kept in zip(self.fields, keep) if kept), self.position[keep], self.depth[keep],
-                       self.segment[keep], self.wrench[keep], self.radius[keep], self.plate)
+        """The frames where keep, (M,) bool, or those of indices keep."""
+        return Presses(tuple(self.fields[k] for k in np.arange(len(self))[keep]), self.position[keep], self.depth[keep],
+                       self.segment[keep], self.wrench[keep], self.plate)
 
     def places(self, mirrored: bool = False) -> np.ndarray:
         """(M,) int, number of the place pressed, from 0 in order of appearance; -1 without contact. mirrored: mirror images along x and y
@@ -88,112 +90,82 @@ class Presses:
             loading[mine] = self.depth[mine] > np.maximum.accumulate(self.depth[mine]) - _HELD
         return loading
 
-    def held_out(self, folds: int = 3) -> Iterator[tuple[Presses, Presses]]:
-        """Folds (training, held out) for cross-validation by place.
+    def some(self, places: int, depths: int) -> list[Presses]:
+        """For each of up to so many places, evenly over their distances from the centre, presses at up to so many depths, rising; without
+        frames of the tip's retreat, when friction has turned."""
+        number, loading, away = self.places(), self.loading(), np.hypot(*self.position[:, :2].T)
+        order = sorted(range(number.max() + 1), key=lambda k: away[number == k].mean())
+        chosen = []
+        for k in [order[i] for i in _evenly(len(order), places)]:
+            mine = np.flatnonzero((number == k) & loading)
+            mine = mine[np.unique(np.round(self.depth[mine], 5), return_index=True)[1]]
+            chosen.append(self.select(mine[_evenly(len(mine) + 1, depths + 1)[1:] - 1]))
+        return chosen
+
+    def folds(self, count: int = 3) -> Iterator[np.ndarray]:
+        """(M,) bool: frames that are held out for cross-validation by place.
 
         A place is held out together with its mirror images: a method that uses the sensor's symmetry would learn it from them. Untouched
-        frames are always in the training set.
+        frames never are.
         """
         place = self.places(mirrored=True)
         place = place if place.max(initial=-1) > 0 else self.places()
-        for fold in range(folds):
-            held = (place >= 0) & (place % folds == fold)
+        for fold in range(count):
+            held = (place >= 0) & (place % count == fold)
             if held.any() and (self.touching & ~held).any():
-                yield self.select(~held), self.select(held)
+                yield held
 
 
-@dataclass(frozen=True)
-class Score:
-    """Errors over presses.
+def _evenly(count: int, most: int) -> np.ndarray:
+    """Up to so many of count indices, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, most).round().astype(int))
+
+
+Found = list[list[TouchEstimate] | None]  # the touches at each of M presses, None at those that are not judged
+
+
+def score(found: Found, presses: Presses) -> dict[str, float]:
+    """Errors over presses by name.
 
     place_mean, place_95, depth_mean, depth_95: mean and 95th percentile of the errors of place (x and y) and depth, m; squares: mean
-    normalised squared error of place and depth (1 for a consistent covariance); missed: presses not detected; split: presses detected as
-    several touches; presses: number of presses; false: touches detected in untouched frames; place_median, depth_median: m, robust to
-    presses too shallow to be located; the mean of the medians over straight presses and over drags, where there are both. NaN where no
-    press was detected.
+    normalised squared error of place and depth (1 for a consistent covariance); place_median, depth_median: m, robust to presses too
+    shallow to be located; the mean of the medians over straight presses and over drags, where there are both. NaN where no press was
+    detected. presses, missed, split: number of presses, of those not detected, and of those detected as several touches.
     """
-
-    place_mean: float
-    place_95: float
-    depth_mean: float
-    depth_95: float
-    squares: float
-    missed: int
-    split: int
-    presses: int
-    false: int
-    place_median: float = float('nan')
-    depth_median: float = float('nan')
-
-    def numbers(self) -> dict:
-        """Name -> value."""
-        return asdict(self)
+    judged = [k for k in np.flatnonzero(presses.touching) if found[k] is not None]
+    numbers = {'presses': len(judged), 'missed': sum(not found[k] for k in judged), 'split': sum(len(found[k]) > 1 for k in judged)}
+    judged = [k for k in judged if found[k]]
+    errors = np.array([_errors(_nearest(found[k], presses.position[k]), presses.position[k], presses.depth[k]) for k in judged])
+    if not judged:
+        return numbers | dict.fromkeys(('place_mean', 'place_95', 'depth_mean', 'depth_95', 'squares', 'place_median', 'depth_median'),
+                                       float('nan'))
+    straight = presses.straight()[judged]
+    middle = np.mean([np.median(errors[straight == down], axis=0) for down in set(straight)], axis=0)
+    (place, deep, squares), (place_95, deep_95, _) = errors.mean(0).tolist(), np.percentile(errors, 95, axis=0).tolist()
+    return numbers | {'place_mean': place, 'place_95': place_95, 'depth_mean': deep, 'depth_95': deep_95, 'squares': squares,
+                      'place_median': float(middle[0]), 'depth_median': float(middle[1])}
 
 
-def score(found: list[list[TouchEstimate]], presses: Presses, straight: np.ndarray | None = None) -> Score:
-    """Errors of the touches found, one list for each press; straight: (M,) bool, presses that are no drags; None: unknown."""
-    rows, missed, split, false, straight_down = [], 0, 0, 0, []
-    straight = presses.touching if straight is None else straight
-    for touches, position, depth, touching, down in zip(found, presses.position, presses.depth, presses.touching, straight):
-        if not touching:
-            false += len(touches)
-        elif not touches:
-            missed += 1
-        else:
-            split += len(touches) > 1
-            rows.append(_errors(min(touches, key=lambda t: np.hypot(*(t.position - position)[:2])), position, depth))
-            straight_down.append(down)
-    errors = np.array(rows).reshape(-1, 3)
-    if not len(errors):
-        return Score(*[float('nan')] * 5, missed, split, int(presses.touching.sum()), false)
-    (place, deep, squares), (place_95, deep_95, _) = errors.mean(0), np.percentile(errors, 95, axis=0)
-    middle = np.mean([np.median(errors[np.array(straight_down) == down], axis=0) for down in set(straight_down)], axis=0)
-    return Score(float(place), float(place_95), float(deep), float(deep_95), float(squares), missed, split, int(presses.touching.sum()),
-                 false, float(middle[0]), float(middle[1]))
-
-
-@dataclass(frozen=True)
-class HeldOut:
-    """Touches that a method found at held-out presses.
-
-    found: a list of touches for each press; straight: (M,) bool, presses that are no drags; number: (M,) int, of each press among those of
-    the calibration.
-    """
-
-    found: list[list[TouchEstimate]]
-    presses: Presses
-    straight: np.ndarray
-    number: np.ndarray
-
-    def score(self) -> Score:
-        """The errors."""
-        return score(self.found, self.presses, self.straight)
-
-
-def held_out(method: type, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> HeldOut:
-    """Cross-validate a method by place.
+def held_out(method, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> Found:
+    """What a method of methods.py finds at presses whose places are held out of its fit.
 
     fitted: result of fit for all presses, of which a model keeps the simulated library. Raises BadCalibration where no place can be held
     out.
     """
-    found, held_all = [], []
-    number_of = {id(field): k for k, field in enumerate(presses.fields)}
-    for fitting, held in presses.held_out():
-        fresh, last = method.from_fitted(method.fit(fitting, sensor, fitted), sensor), None
-        for field in held.fields:
-            number = number_of[id(field)]
-            if last is None or number != last + 1:  # of another press: what went before it is no motion
+    found: Found = [None] * len(presses)
+    for held in presses.folds():
+        fresh = method.from_fitted(method.fit(presses.select(~held), sensor, fitted), sensor)
+        for k in np.flatnonzero(held):
+            if k == 0 or not held[k - 1]:  # of another press: what went before it is no motion
                 fitted_to = copy.deepcopy(fresh)
-            found.append(fitted_to.estimate(field))
-            last = number
-        held_all.append(held)
-    if not held_all:
+            found[k] = fitted_to.estimate(presses.fields[k])
+    if all(touches is None for touches in found):
         raise BadCalibration('all presses are at one place: none can be held out; add presses elsewhere')
-    together = Presses(tuple(f for held in held_all for f in held.fields),
-                       *(np.concatenate([getattr(held, name) for held in held_all])
-                         for name in ('position', 'depth', 'segment', 'wrench', 'radius')))
-    number = np.array([number_of[id(field)] for field in together.fields])
-    return HeldOut(found, together, presses.straight()[number], number)
+    return found
+
+
+def _nearest(touches: list[TouchEstimate], position: np.ndarray) -> TouchEstimate:
+    return min(touches, key=lambda touch: np.hypot(*(touch.position - position)[:2]))
 
 
 def _errors(touch: TouchEstimate, position: np.ndarray, depth: float) -> tuple[float, float, float]:
@@ -233,19 +205,16 @@ def require_coverage(presses: Presses) -> None:
         raise BadCalibration('no untouched frame among the presses; begin each recording with one second without contact')
 
 
-def marker_residuals(held: HeldOut, names: Sequence[str]) -> list[Residuals]:
+def marker_residuals(found: Found, presses: Presses, names: Sequence[str]) -> list[Residuals]:
     """Cross-validation errors of position and depth, mm, over the surface; NaN for a press without an estimate.
 
-    names: recording and time of each press of the calibration.
+    names: recording and time of each press.
     """
-    touching = np.flatnonzero(held.presses.touching)
-    off, deep = np.full(len(touching), np.nan), np.full(len(touching), np.nan)
-    for row, k in enumerate(touching):
-        position, depth = held.presses.position[k], held.presses.depth[k]
-        touches = held.found[k]
-        if touches:
-            nearest = min(touches, key=lambda touch: np.hypot(*(touch.position - position)[:2]))
-            off[row], deep[row] = np.hypot(*(nearest.position - position)[:2]), nearest.depth - depth
-    places = 1e3 * held.presses.position[touching, :2]
-    when = [names[held.number[k]] for k in touching]
+    judged = [k for k in np.flatnonzero(presses.touching) if found[k] is not None]
+    off, deep = np.full((2, len(judged)), np.nan)
+    for row, k in enumerate(judged):
+        if found[k]:
+            nearest = _nearest(found[k], presses.position[k])
+            off[row], deep[row] = np.hypot(*(nearest.position - presses.position[k])[:2]), nearest.depth - presses.depth[k]
+    places, when = 1e3 * presses.position[judged, :2], [names[k] for k in judged]
     return [Residuals('place', 'mm', 1e3 * off, places, _AXES, when), Residuals('depth', 'mm', 1e3 * deep, places, _AXES, when)]

@@ -3,7 +3,6 @@
 """Fits the stitching of two views of a marker sheet to one untouched pair: pose of each camera, seam, exposure."""
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -28,20 +27,18 @@ FARTHEST = 1e5  # px, chosen: larger than any image
 HIDDEN = 1.0  # m, chosen: position for markers that the distortion model cannot invert
 ROUNDS = 2  # chosen: alternations between fitting and estimating the irregularity of the print
 
-Parameters = np.ndarray
-
 
 @dataclass(frozen=True)
 class SideMarkers:
     """Markers of an untouched view.
 
-    size: (width, height) px; id: (N,) ids on the whole grid; uv: (N, 2) px; camera: K (3, 3) and distortion (5,), None when unknown.
+    size: (width, height) px; id: (N,) ids on the whole grid; uv: (N, 2) px; camera: K (3, 3) and distortion (5,).
     """
 
     size: tuple[int, int]
     id: np.ndarray
     uv: np.ndarray
-    camera: tuple[np.ndarray, np.ndarray] | None
+    camera: tuple[np.ndarray, np.ndarray]
 
 
 def fit_sides(found: list[SideMarkers], grid: np.ndarray) -> list[SideView]:
@@ -50,24 +47,21 @@ def fit_sides(found: list[SideMarkers], grid: np.ndarray) -> list[SideView]:
     Markers deviate from their nominal positions by the irregularity of the print, which is estimated. The two views of one marker differ by
     image noise only and so tie the cameras together. Raises BadCalibration for a view with too few markers and for one that fits no camera.
     """
-    models = [_model(markers, grid) for markers in found]
-    split = len(models[0][0])
-    start, makes = np.concatenate([first for first, _ in models]), [make for _, make in models]
-    print_sigma = 1e-4
+    poses, print_sigma = np.concatenate([_pose(markers, grid) for markers in found]), 1e-4
+
+    def sides_at(poses: np.ndarray) -> list[SideView]:
+        return [_side(markers, pose) for markers, pose in zip(found, poses.reshape(2, 6))]
+
     for _ in range(ROUNDS):
-        fitted = scipy.optimize.least_squares(lambda q: _misfit(_sides(q, split, makes), found, grid, print_sigma), start, x_scale='jac',
-                                              loss='soft_l1')
-        start, sides = fitted.x, _sides(fitted.x, split, makes)
+        poses = scipy.optimize.least_squares(lambda poses, sigma=print_sigma: _misfit(sides_at(poses), found, grid, sigma), poses,
+                                             x_scale='jac', loss='soft_l1').x
+        sides = sides_at(poses)
         off = [side.place(m.uv) - grid[m.id] for side, m in zip(sides, found)]
         print_sigma = max(float(robust_sigma(np.concatenate(off))), FINEST_PRINT)
     worst = max(float(np.sqrt((o**2).sum(1).mean())) for o in off)
     if not worst < LARGEST_RESIDUAL * np.linalg.norm(grid[1] - grid[0]):
         raise BadCalibration(f'the markers of a view lie {1e3 * worst:.2f} mm off the grid: check rows, columns and pitch, and camera_info')
     return sides
-
-
-def _sides(parameters: Parameters, split: int, makes: list) -> list[SideView]:
-    return [makes[0](parameters[:split]), makes[1](parameters[split:])]
 
 
 def _misfit(sides: list[SideView], found: list[SideMarkers], grid: np.ndarray, print_sigma: float) -> np.ndarray:
@@ -87,8 +81,8 @@ def _metres_per_px(side: SideView) -> float:
     return float(np.linalg.norm(np.diff(side.place(np.stack([centre, centre + [1, 0]])), axis=0)))
 
 
-def _model(markers: SideMarkers, grid: np.ndarray) -> tuple[Parameters, Callable[[Parameters], SideView]]:
-    """Initial parameters of one camera, and the function from parameters to camera. Raises BadCalibration."""
+def _pose(markers: SideMarkers, grid: np.ndarray) -> np.ndarray:
+    """(6,) initial rotation vector and translation, m, of one camera. Raises BadCalibration."""
     if len(markers.id) < FEWEST:
         raise BadCalibration(f'{len(markers.id)} markers in a view are too few to tell where the camera stands; {FEWEST} are needed')
     if not (np.abs(markers.uv) < FARTHEST).all():
@@ -96,39 +90,19 @@ def _model(markers: SideMarkers, grid: np.ndarray) -> tuple[Parameters, Callable
     spread = np.linalg.svd(markers.uv - markers.uv.mean(axis=0), compute_uv=False)
     if not spread[1] > SLENDER * spread[0]:
         raise BadCalibration('the markers of a view lie on a line, which tells of no camera; several rows must be seen')
-    return _free_model(markers, grid) if markers.camera is None else _posed_model(markers, grid)
-
-
-def _posed_model(markers: SideMarkers, grid: np.ndarray):
-    """Camera with known intrinsics; parameters: rotation vector, translation (m)."""
-    matrix, distortion = markers.camera
     places = np.column_stack([grid[markers.id], np.zeros(len(markers.id))])
     try:
-        found, rotation, translation = cv2.solvePnP(places, np.ascontiguousarray(markers.uv), matrix, distortion)
+        found, rotation, translation = cv2.solvePnP(places, np.ascontiguousarray(markers.uv), *markers.camera)
     except cv2.error:  # for example for coincident markers or numeric overflow
         found = False
     if not found:
         raise BadCalibration('no pose of the camera fits the markers; check camera_info, rows, columns and pitch')
-
-    def make(parameters: Parameters) -> SideView:
-        turn, shift = cv2.Rodrigues(parameters[:3])[0], parameters[3:]
-        return SideView(markers.size, matrix, distortion, np.column_stack([turn[:, :2], shift]), -turn.T @ shift)
-    return np.concatenate([rotation.ravel(), translation.ravel()]), make
+    return np.concatenate([rotation.ravel(), translation.ravel()])
 
 
-def _free_model(markers: SideMarkers, grid: np.ndarray):
-    """Camera with unknown intrinsics, at an unknown position; parameters: homography (last element 1), k1 about the image centre."""
-    width, height = markers.size
-    matrix = np.array([[width, 0, (width - 1) / 2], [0, width, (height - 1) / 2], [0, 0, 1]], float)
-    extent = np.diag([1 / np.ptp(grid), 1 / np.ptp(grid), 1.0])
-    first = cv2.findHomography(grid[markers.id] @ extent[:2, :2], (markers.uv - matrix[:2, 2]) / width)[0]
-    if first is None:
-        raise BadCalibration('no camera fits the markers; check rows and columns')
-
-    def make(parameters: Parameters) -> SideView:
-        homography = np.append(parameters[:8], 1.0).reshape(3, 3) @ extent
-        return SideView(markers.size, matrix, np.array([parameters[8], 0, 0, 0, 0]), homography, np.full(3, np.nan))
-    return np.append((first / first[2, 2]).ravel()[:8], 0.0), make
+def _side(markers: SideMarkers, pose: np.ndarray) -> SideView:
+    turn, shift = cv2.Rodrigues(pose[:3])[0], pose[3:]
+    return SideView(markers.size, *markers.camera, np.column_stack([turn[:, :2], shift]), -turn.T @ shift)
 
 
 SIDES = ('left', 'right')
@@ -157,8 +131,7 @@ class StitchingFit:
         """Report of the fit, with residuals in px and mm."""
         found, scale = self.stitching, self.stitching.scale
         shared = f'{self.shared[0]} to {self.shared[-1]}' if self.shared else 'none'
-        cameras = [f'{name} ({", ".join(f"{1e3 * x:.2f}" for x in centre)}) mm' if np.isfinite(centre).all() else f'{name} not known'
-                   for name, centre in zip(SIDES, found.camera_centres)]
+        cameras = [f'{name} ({", ".join(f"{1e3 * x:.2f}" for x in centre)}) mm' for name, centre in zip(SIDES, found.camera_centres)]
         both = f'; the two views of one differ by {self.overlap * scale:.3f} px, {self.overlap * 1e3:.4f} mm RMS' if self.shared else ''
         return [f'stitched picture {found.size[0]} x {found.size[1]} px at {scale / 1e3:.3f} px/mm, {self.markers} markers; columns that '
                 f'both cameras see: {shared}',
@@ -166,14 +139,14 @@ class StitchingFit:
                 f'cameras at {", ".join(cameras)}; grey levels times {found.left.gain:.3f} left, {found.right.gain:.3f} right']
 
 
-def fit_stitching(images: tuple[np.ndarray, np.ndarray], cameras: tuple[Intrinsics | None, Intrinsics | None], sensor: MarkerSensor,
+def fit_stitching(images: tuple[np.ndarray, np.ndarray], cameras: tuple[Intrinsics, Intrinsics], sensor: MarkerSensor,
                   polarity: str = 'bright', detection: str = 'blobs') -> StitchingFit:
     """Fit the stitching to one untouched pair.
 
-    images: left and right, uint8 (H, W, 3) BGR or (H, W); cameras: K (3, 3) and distortion (5,) of each, None when unknown (one radial
-    distortion coefficient is then fitted, and the position of the camera stays unknown); sensor: a sheet with a grid; polarity,
-    detection: of the marker detector. The left camera has to see column 0, the right one the last column. Raises BadCalibration for a pair
-    that does not determine the stitching, BadFrame for an image without markers, BadArgument for a sensor that is not a sheet with a grid.
+    images: left and right, uint8 (H, W, 3) BGR or (H, W); cameras: K (3, 3) and distortion (5,) of each; sensor: a sheet with a grid;
+    polarity, detection: of the marker detector. The left camera has to see column 0, the right one the last column. Raises BadCalibration
+    for a pair that does not determine the stitching, BadFrame for an image without markers, BadArgument for a sensor that is not a sheet
+    with a grid.
     """
     if not sensor.is_sheet or min(sensor.rows, sensor.columns) < 2:
         raise BadArgument(f'stitching needs a sheet with a printed grid, not {sensor}')
@@ -188,7 +161,7 @@ def fit_stitching(images: tuple[np.ndarray, np.ndarray], cameras: tuple[Intrinsi
     return StitchingFit(stitching, residual, overlap, sorted(whole[0] & whole[1]), markers)
 
 
-def _numbered(image: np.ndarray, camera: Intrinsics | None, sensor: MarkerSensor, side: int, detector: DotDetector) -> SideMarkers:
+def _numbered(image: np.ndarray, camera: Intrinsics, sensor: MarkerSensor, side: int, detector: DotDetector) -> SideMarkers:
     """Markers of one view with their ids on the whole sheet. Raises BadFrame, BadCalibration."""
     try:
         dots: Dots = detector.detect(image)

@@ -11,13 +11,10 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from tactile_driver.frame import PairFrame
 from tactile_driver.nodes.messages.conversions import frame_of_message
 from tactile_driver.nodes.messages.images import image_to_array
-from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
-from tactile_driver.camera.pairs import Pairer
 
 from ..bags.stamped import TRUE_WRENCH, TRUTH, find_prefix, pairs_of
 from ..bags.stitched_bag import VIEWS, bag_opener, stitching_in
@@ -32,7 +29,7 @@ from ..parameters.touchpad import DOT_PARAMETERS
 from ..touchpad.sensor import Touchpad, camera_pose
 from .calibration import METHODS, PATTERN, REST, STIFFNESS, STITCHING, WRENCH, best_method, fit_stiffness, write_touch
 from .field import RestMarkers, view_maker
-from .presses import SAME_PLACE, HeldOut, Presses, Score, held_out, marker_residuals, require_coverage
+from .presses import SAME_PLACE, Found, Presses, held_out, marker_residuals, require_coverage, score
 from .methods import make_method, methods_for
 from .parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
 from .published import middle_of_seen
@@ -50,13 +47,11 @@ def find_stitching(bags: list[Path], params: Path, sensor: MarkerSensor, namespa
     """
     if not sensor.is_sheet:
         return None
-    dots = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
-    skew = read_parameters(params, 'dual_camera_node', DUAL_CAMERA_PARAMETERS)['max_skew']
-    reasons = []
+    dots, reasons = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS), []
     for bag in bags:
-        for pair, cameras in _untouched(bag, namespace, skew):
+        for images, cameras in _untouched(bag, namespace):
             try:
-                return fit_stitching((pair.left.image, pair.right.image), cameras, sensor, dots['polarity'], dots['detection'])
+                return fit_stitching(images, cameras, sensor, dots['polarity'], dots['detection'])
             except (BadFrame, BadCalibration) as error:
                 reasons.append(f'{bag.name}: {error}')
             if len(reasons) >= _TRIES:
@@ -66,31 +61,29 @@ def find_stitching(bags: list[Path], params: Path, sensor: MarkerSensor, namespa
     return None
 
 
-def _untouched(bag: Path, namespace: str, skew: float) -> Iterator[tuple[PairFrame, tuple[Matrices, Matrices]]]:
-    """Yield untouched pairs, and the matrices of their cameras."""
-    pairer, cameras = Pairer(int(skew * 1e9)), {}
+def _untouched(bag: Path, namespace: str) -> Iterator[tuple[tuple[np.ndarray, np.ndarray], tuple[Matrices, Matrices]]]:
+    """Yield pairs of images of the untouched sheet, which does not move from one to the other, and the matrices of their cameras."""
+    views, cameras = {}, {}
     with BagReader(bag) as reader:
         try:
             prefix = find_prefix(reader.topics, namespace, VIEWS[0])
         except BadRecording:
             return
         free = _free_stamps(reader, prefix)
-        sides = {prefix + view: side for side, view in enumerate(VIEWS)}
         infos = {f'{prefix}{name}/camera_info': side for side, name in enumerate(SIDES)}
+        sides = {prefix + view: side for side, view in enumerate(VIEWS)}
         for raw in reader.messages({*sides, *infos}):
             message = decode(raw.data, raw.type_name)
             if raw.topic in infos:
                 cameras[infos[raw.topic]] = convert.camera_matrices(message)
                 continue
-            pairer.add(sides[raw.topic], frame_of_message(message, 'image'))
-            yield from _taken(pairer, free, cameras)
-        yield from _taken(pairer, free, cameras, last=True)
-
-
-def _taken(pairer: Pairer, free: set | None, cameras: dict, last: bool = False):
-    while (pair := pairer.take(last)) is not None:
-        if free is None or pair.left.stamp_ns in free:
-            yield pair, (cameras.get(0), cameras.get(1))
+            views[sides[raw.topic]] = frame_of_message(message, 'image')
+            if len(views) == 2:
+                if cameras.get(0) is None or cameras.get(1) is None:
+                    raise BadCalibration(f'{bag}: no camera_info with K before the first pair of images; calibrate both cameras first')
+                if free is None or views[0].stamp_ns in free:
+                    yield (views[0].image, views[1].image), (cameras[0], cameras[1])
+                views = {}
 
 
 def _free_stamps(reader: BagReader, prefix: str) -> set[int] | None:
@@ -170,7 +163,7 @@ class PressReader:
         fields, position, depth, wrench = zip(*self._rows)
         position = np.array(position)
         moved = np.r_[True, ~(np.hypot(*np.diff(position[:, :2], axis=0).T) < SAME_PLACE)]
-        return Presses(tuple(fields), position, np.array(depth), np.cumsum(moved), np.array(wrench), np.full(len(depth), np.nan))
+        return Presses(tuple(fields), position, np.array(depth), np.cumsum(moved), np.array(wrench))
 
     def _view_maker(self, bag: Path):
         make_view = view_maker(self.sensor, self._matrices, self.stitching and self.stitching.to_dict(), camera_pose(self.values))
@@ -201,7 +194,7 @@ def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
     return np.array([position.x, position.y, position.z]), contacts[0].depth, force
 
 
-def fit_methods(presses: Presses, reader: PressReader, only: str = '') -> tuple[dict, dict[str, HeldOut]]:
+def fit_methods(presses: Presses, reader: PressReader, only: str = '') -> tuple[dict, dict[str, Found]]:
     """Fit each method, or only one, to the presses and cross-validate it; fitted numbers and results by method. Raises BadCalibration when
     none fits."""
     names = [only] if only else list(methods_for(reader.sensor))
@@ -214,7 +207,7 @@ def fit_methods(presses: Presses, reader: PressReader, only: str = '') -> tuple[
     return {name: fitted for name, (fitted, _) in known.items()}, {name: held for name, (_, held) in known.items()}
 
 
-def _fit_and_judge(presses: Presses, sensor: MarkerSensor, name: str) -> tuple[dict, HeldOut] | str:
+def _fit_and_judge(presses: Presses, sensor: MarkerSensor, name: str) -> tuple[dict, Found] | str:
     """The method's fitted numbers, and its touches at held-out presses; or why it cannot be fitted."""
     method = methods_for(sensor)[name]
     try:
@@ -272,8 +265,8 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
     if plate is not None:
         presses = replace(presses, plate=read_plate(plate, params, namespace, reader))
     methods, held = fit_methods(presses, reader, only)
-    scores = {name: found.score() for name, found in held.items()}
-    best = best_method({name: score.numbers() for name, score in scores.items()}, methods)
+    scores = {name: score(found, presses) for name, found in held.items()}
+    best = best_method(scores, methods)
     stiffness, errors = fit_wrench(presses, reader, methods) or (None, {})
     fitted = {METHODS: methods} | ({WRENCH: {STIFFNESS: stiffness}} if errors else {})
     fitted |= {STITCHING: reader.stitching.to_dict()} if reader.stitching else {}
@@ -281,7 +274,7 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
     fitted |= {REST: middle_of_seen(np.array([field.uv - field.duv for field in presses.fields]))}
     touching = presses.select(presses.touching)
     span = {'depth': _span(touching.depth), 'x': _span(touching.position[:, 0]), 'y': _span(touching.position[:, 1])}
-    residuals = marker_residuals(held[best], reader.names)
+    residuals = marker_residuals(held[best], presses, reader.names)
     standing_out = outliers(residuals)
     write_touch(output, reader.sensor.type, fitted, scores, errors, span, reader.left_out, Specimen(serial, reader.values), standing_out)
     reported = report(presses, scores, methods, errors, reader.left_out, output)
@@ -293,14 +286,14 @@ def _span(values: np.ndarray) -> list[float]:
     return [float(values.min()), float(values.max())]
 
 
-def report(presses: Presses, scores: dict[str, Score], methods: dict, wrench_errors: dict, left_out: list[str], output: Path) -> str:
+def report(presses: Presses, scores: dict[str, dict], methods: dict, wrench_errors: dict, left_out: list[str], output: Path) -> str:
     """The report of the fit."""
     lines = [f'{presses.touching.sum()} presses at {presses.places().max() + 1} places, {(~presses.touching).sum()} untouched frames',
              'errors at held-out positions, mean / 95 %:']
-    lines += [f'  {name}: position {s.place_mean * 1e3:.2f} / {s.place_95 * 1e3:.2f} mm, depth {s.depth_mean * 1e3:.2f} / '
-              f'{s.depth_95 * 1e3:.2f} mm, normalised squared error {s.squares:.2f}, missed {s.missed} of {s.presses}'
+    lines += [f'  {name}: position {s["place_mean"] * 1e3:.2f} / {s["place_95"] * 1e3:.2f} mm, depth {s["depth_mean"] * 1e3:.2f} / '
+              f'{s["depth_95"] * 1e3:.2f} mm, normalised squared error {s["squares"]:.2f}, missed {s["missed"]} of {s["presses"]}'
               for name, s in scores.items()]
-    lines.append('chosen: ' + best_method({name: score.numbers() for name, score in scores.items()}, methods))
+    lines.append('chosen: ' + best_method(scores, methods))
     if wrench_errors:
         lines.append(f'wrench error at the presses, median: force {wrench_errors["force"]:.1%}, moment {wrench_errors["moment"]:.1%}')
     lines += [f'left out: {line}' for line in left_out]

@@ -6,14 +6,19 @@ import functools
 import numpy as np
 from dome_scenes import DOME, EYE, NOISE, PX, markers, seen
 from tactile_perception.press.dome.library import DomePlan, build_library
-from tactile_perception.press.dome.mechanics import DomeMaterial, MeshPlan
-from tactile_perception.press.dome.fit import DomeInverse, FieldNoise
+from tactile_perception.press.dome.mechanics import DomeMaterial, MeshPlan, OnMesh
+from tactile_perception.press.dome.model import DomeInverse, FieldNoise
 from tactile_perception.press.field import MarkerField
 
 MATERIAL = DomeMaterial(0.7, 60.0, 0.5)
 MESH = MeshPlan(even=9, rings=16, width=0.016, harmonics=3, around=8)
 PLAN = DomePlan(DOME.rim_radius, DOME.height, 0.025, 0.5, 0.04, 0.09, 0.004, EYE[2], order=3, levels=5, substeps=2)
 POINTS, EYES = np.ascontiguousarray(markers()), np.tile(EYE, (len(markers()), 1))
+
+
+def evaluate(field, mesh, points, odd=False):
+    """(K, 3) m, displacement of points (K, 3), m, by a field."""
+    return OnMesh(mesh, points).displaced(field, odd)
 
 
 @functools.cache

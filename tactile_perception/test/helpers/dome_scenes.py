@@ -72,6 +72,4 @@ def dome_presses(places, depths=(0.012, 0.025, 0.038), ball=BALL, still=3, seed=
     fields = [dome_field(seed=seed + 100 + k) for k in range(still)]
     fields += [dome_field([(place, depth, ball)], seed=seed) for place, depth in pressed]
     position = np.array([[np.nan] * 3] * still + [[*place, first_touch(place, ball) - depth] for place, depth in pressed])
-    count = len(fields)
-    return Presses(tuple(fields), position, np.array([0.0] * still + [depth for _, depth in pressed]), np.arange(count),
-                   np.full((count, 6), np.nan), np.full(count, np.nan))
+    return Presses(tuple(fields), position, np.array([0.0] * still + [depth for _, depth in pressed]))

@@ -40,9 +40,7 @@ def _presses(places=None, depths=(1.5e-3, 3e-3, 4.5e-3, 6e-3), seed=1):
     fields = [_field((0, 0), 0.0, seed=seed + k) for k in range(3)] + [
         _field(place, depth, seed=seed) for place, depth in pressed]
     position = np.array([[np.nan] * 3] * 3 + [[*place, -depth] for place, depth in pressed])
-    count = len(fields)
-    return Presses(tuple(fields), position, np.array([0.0] * 3 + [depth for _, depth in pressed]), np.arange(count),
-                   np.full((count, 6), np.nan), np.full(count, np.nan), _plate())
+    return Presses(tuple(fields), position, np.array([0.0] * 3 + [depth for _, depth in pressed]), plate=_plate())
 
 
 def _plate():
@@ -54,7 +52,7 @@ def _plate():
                                still.duv,
                                still.area) for z in zoom)
     position = np.column_stack([np.zeros((9, 2)), -depths])
-    return Presses(fields, position, depths, np.arange(9), np.full((9, 6), np.nan), np.full(9, np.nan))
+    return Presses(fields, position, depths)
 
 
 @pytest.fixture(scope='session')

@@ -1,17 +1,19 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tactile_perception.errors import BadCalibration
+from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.press.calibration import best_method, fit_stiffness, read_touch, write_touch
 from tactile_perception.press.estimate import TouchEstimate
-from tactile_perception.press.presses import Presses, Score
+from tactile_perception.press.methods import make_method
+from tactile_perception.press.presses import Presses
+from tactile_perception.press.sensor import MARKER_SENSORS
 
 NAN = float('nan')
-GOOD, BAD = Score(2e-4, 5e-4, 1e-4, 3e-4, 1.0, 0, 0, 9, 0, 2e-4, 1e-4), Score(2e-3, 5e-3, 9e-5, 3e-4, 1.0, 0, 0, 9, 0, 2e-3, 9e-5)
+GOOD, BAD = ({'place_median': place, 'depth_median': depth, 'presses': 9, 'missed': 0, 'split': 0}
+             for place, depth in ((2e-4, 1e-4), (2e-3, 9e-5)))
 SPAN = {'depth': [1e-3, 5e-3], 'x': [-0.01, 0.01], 'y': [-0.02, 0.02]}
 
 
@@ -29,12 +31,19 @@ def test_what_is_written_is_read(path):
     assert found.fitted('far') == {'a': 1.0}
     assert found.best == 'near'
     assert np.isnan(found.stiffness) and found.stitching is None
-    assert found.file.residuals['near']['place_95'] == 5e-4
+    assert found.file.residuals['near']['place_median'] == 2e-4
 
 
 def test_a_method_that_was_not_fitted_is_refused_with_those_that_were(path):
     with pytest.raises(BadCalibration, match='paper.*far, near'):
         read_touch(path, 'areal_single').fitted('paper')
+
+
+def test_a_method_of_another_surface_and_one_without_its_numbers_are_refused():
+    with pytest.raises(BadArgument, match='no touch method'):
+        make_method('paper_cushion', {}, MARKER_SENSORS['areal_single'])
+    with pytest.raises(BadCalibration, match='calibrate anew'):
+        make_method('paper_cushion', {}, MARKER_SENSORS['air_cushion'])
 
 
 def test_the_stiffness_is_read(path):
@@ -54,18 +63,15 @@ def test_a_file_without_methods_or_for_another_sensor_is_refused(path, tmp_path)
         read_touch(tmp_path / 'none.yaml', 'areal_single')
 
 
-def test_mechanics_come_before_what_was_only_learned_unless_clearly_worse():
-    worse = replace(GOOD, place_median=1.8 * GOOD.place_median, depth_median=1.8 * GOOD.depth_median)
-    assert best_method({'paper': GOOD.numbers(), 'model': worse.numbers()}, ['paper', 'model']) == 'model'
-    clearly = replace(GOOD, place_median=2.5 * GOOD.place_median, depth_median=2.5 * GOOD.depth_median)
-    assert best_method({'paper': GOOD.numbers(), 'model': clearly.numbers()}, ['paper', 'model']) == 'paper'
+@pytest.mark.parametrize('other, name', [({'place_median': 3.6e-4, 'depth_median': 1.8e-4}, 'model'),
+                                         ({'place_median': 5e-4, 'depth_median': 2.5e-4}, 'paper')])
+def test_mechanics_come_before_what_was_only_learned_unless_clearly_worse(other, name):
+    assert best_method({'paper': GOOD, 'model': GOOD | other}, ['paper', 'model']) == name
 
 
-def test_a_method_that_finds_shallow_presses_badly_is_better_than_one_that_does_not_find_them():
-    found_all, missed_some = replace(GOOD, place_mean=2e-2), replace(GOOD, missed=2)
-    assert best_method({'all': found_all.numbers(), 'some': missed_some.numbers()}, ['some', 'all']) == 'all'
-    split = replace(GOOD, place_median=1.9e-4, split=3)
-    assert best_method({'whole': GOOD.numbers(), 'split': split.numbers()}, ['split', 'whole']) == 'whole'
+def test_a_method_that_misses_or_splits_presses_is_worse_than_one_that_finds_them():
+    for wrong in ({'missed': 2}, {'place_median': 1.9e-4, 'split': 3}):
+        assert best_method({'whole': GOOD, 'wrong': GOOD | wrong}, ['wrong', 'whole']) == 'whole'
 
 
 def test_the_pattern_of_a_dome_without_a_grid_is_kept(path):
@@ -94,8 +100,8 @@ def recording(count, blind=0):
     rng = np.random.default_rng(3)
     wrench = np.column_stack([rng.normal(0, 0.1, (count, 2)), -rng.uniform(0.5, 2, count), rng.normal(0, 1e-3, (count, 3))])
     fields = tuple(SimpleNamespace(wrench=None if k < blind else row) for k, row in enumerate(wrench))
-    depth, nan = rng.uniform(1e-3, 5e-3, count), np.full(count, np.nan)
-    return Presses(fields, np.column_stack([np.zeros((count, 2)), -depth]), depth, np.arange(count), wrench, nan)
+    depth = rng.uniform(1e-3, 5e-3, count)
+    return Presses(fields, np.column_stack([np.zeros((count, 2)), -depth]), depth, wrench=wrench)
 
 
 def test_the_stiffness_is_found_with_the_errors_at_the_presses():

@@ -5,61 +5,58 @@ import numpy as np
 import pytest
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.estimate import TouchEstimate
-from tactile_perception.press.presses import HeldOut, Presses, held_out, marker_residuals, require_coverage, rms_errors, score
+from tactile_perception.press.presses import Presses, held_out, marker_residuals, require_coverage, rms_errors, score
 
 
 def three_places():
     """Two untouched frames, then three places pressed to two depths."""
     position = np.vstack([np.full((2, 3), np.nan)] + [np.tile([x, 0.0, -0.001], (2, 1)) for x in (-0.01, 0.0, 0.01)])
-    count = len(position)
-    return Presses((None,) * count, position, np.array([0, 0] + [1e-3, 2e-3] * 3), np.arange(count), np.full((count, 6), np.nan),
-                   np.full(count, np.nan))
+    return Presses((None,) * len(position), position, np.array([0, 0] + [1e-3, 2e-3] * 3))
 
 
 def test_held_out_leaves_whole_places_out():
-    pairs = list(three_places().held_out(3))
-    assert [len(held) for _, held in pairs] == [4, 2]  # a place and its mirror image, and the middle
-    for fit, held in pairs:
-        assert len(fit) + len(held) == 8 and not fit.touching[:2].any()
-        assert not set(np.abs(fit.position[fit.touching, 0])) & set(np.abs(held.position[:, 0]))
+    folds = list(three_places().folds(3))
+    assert [held.sum() for held in folds] == [4, 2]  # a place and its mirror image, and the middle
+    x = np.abs(three_places().position[:, 0])
+    assert all(not held[:2].any() and not set(x[2:][~held[2:]]) & set(x[held]) for held in folds)
 
 
 def test_a_drag_is_no_press_straight_down():
     x = np.array([np.nan, 0, 0, 5e-4, 1e-3, 0, np.nan, 1e-3, 1.1e-3, 9e-3, 9.5e-3])
     depth = np.array([0, 1, 3, 3, 3, 3, 0, 2, 3, 3, 1]) * 1e-3
-    count = len(x)
-    position = np.stack([x, 0 * x, -depth], axis=1)
-    tried = Presses((None,) * count, position, depth, np.arange(count), np.full((count, 6), np.nan), np.full(count, np.nan))
+    tried = Presses((None,) * len(x), np.stack([x, 0 * x, -depth], axis=1), depth)
     assert tried.straight().tolist() == [False, True, True, False, False, True, False, True, True, True, True]
 
 
-def presses(places, depths):
-    count = len(places)
-    position = np.column_stack([places, -np.asarray(depths)])
-    unknown = np.full((count, 7), np.nan)
-    return Presses((None,) * count, position, np.asarray(depths, float), np.arange(count), unknown[:, :6], unknown[:, 6])
+def test_some_presses_are_spread_over_places_and_depths_and_rise():
+    places = np.repeat([(0.0, 0.0), (0.01, 0.0), (0.0, -0.02), (0.03, 0.0)], 5, axis=0)
+    depths = np.tile([1e-3, 4e-3, 2e-3, 3e-3, 3e-3], 4)  # the third is of the retreat
+    chosen = presses(places, depths, np.repeat(np.arange(4), 5)).some(3, 2)
+    assert [tuple(one.position[0, :2]) for one in chosen] == [(0.0, 0.0), (0.0, -0.02), (0.03, 0.0)]
+    assert all(one.depth.tolist() == [1e-3, 4e-3] for one in chosen)
+
+
+def presses(places, depths, segment=None):
+    return Presses((None,) * len(places), np.column_stack([places, -np.asarray(depths)]), np.asarray(depths, float), segment)
 
 
 def touch(x, y, depth, sigma=1e-4):
     return TouchEstimate(np.array([x, y, -depth]), depth, sigma**2 * np.eye(3), sigma)
 
 
-def test_errors_misses_splits_and_false_touches_are_counted():
-    known = presses([[0.0, 0.0], [0.01, 0.0], [0.02, 0.0], [np.nan, np.nan]], [1e-3, 2e-3, 3e-3, 0.0])
-    found = [[touch(3e-4, 4e-4, 1.2e-3)], [touch(0.01, 0.0, 2e-3), touch(0.02, 0.0, 1e-3)], [], [touch(0.0, 0.0, 1e-3)]]
-    got = score(found, known)
-    assert got.place_mean == pytest.approx(0.25e-3)
-    assert got.place_95 == pytest.approx(0.95 * 0.5e-3)
-    assert got.depth_mean == pytest.approx(0.1e-3)
-    assert got.squares == pytest.approx((25 + 4) / 3 / 2)
-    assert (got.missed, got.split, got.presses, got.false) == (1, 1, 3, 1)
+def test_errors_misses_and_splits_are_counted_and_what_is_not_judged_is_not():
+    known = presses([[0.0, 0.0], [0.01, 0.0], [0.02, 0.0], [0.03, 0.0], [np.nan, np.nan]], [1e-3, 2e-3, 3e-3, 3e-3, 0.0])
+    got = score([[touch(3e-4, 4e-4, 1.2e-3)], [touch(0.01, 0.0, 2e-3), touch(0.02, 0.0, 1e-3)], [], None, None], known)
+    assert got['place_mean'] == pytest.approx(0.25e-3) and got['place_95'] == pytest.approx(0.95 * 0.5e-3)
+    assert got['depth_mean'] == pytest.approx(0.1e-3) and got['squares'] == pytest.approx((25 + 4) / 3 / 2)
+    assert (got['missed'], got['split'], got['presses']) == (1, 1, 3)
+    assert np.isnan(score([[], None, None, None, None], known)['place_mean'])
 
 
 def test_a_few_drags_count_as_much_as_many_presses():
-    known = presses([[0.01 * k, 0.0] for k in range(5)], [1e-3] * 5)
-    found = [[touch(0.01 * k + off, 0.0, 1e-3)] for k, off in enumerate((2e-4, 1e-4, 3e-4, 4e-3, 6e-3))]
-    assert score(found, known).place_median == pytest.approx(3e-4)
-    assert score(found, known, np.arange(5) < 3).place_median == pytest.approx((2e-4 + 5e-3) / 2)
+    known = presses([[0.0, 0.0], [0.01, 0.0], [0.02, 0.0], [0.0205, 0.0], [0.021, 0.0]], [1e-3] * 5)
+    found = [[touch(*(place[:2] + [off, 0]), 1e-3)] for place, off in zip(known.position, (2e-4, 1e-4, 3e-4, 4e-3, 6e-3))]
+    assert score(found, known)['place_median'] == pytest.approx((2e-4 + 5e-3) / 2)
 
 
 class Remembers:
@@ -82,11 +79,11 @@ class Remembers:
 
 def test_each_place_is_judged_by_a_fit_that_has_not_seen_it():
     known = presses([[0.0, 0.0], [0.0, 0.03], [0.03, 0.0]], [1e-3] * 3)
-    got = held_out(Remembers, known, None).score()
+    got = score(held_out(Remembers, known, None), known)
     # The mean of the other two places is so far from each.
     expected = [np.hypot(0.015, 0.015), np.hypot(0.015, 0.03), np.hypot(0.015, 0.03)]
-    assert got.place_mean == pytest.approx(np.mean(expected))
-    assert got.presses == 3
+    assert got['place_mean'] == pytest.approx(np.mean(expected))
+    assert got['presses'] == 3
 
 
 class Off:
@@ -105,9 +102,7 @@ def presses_at(places):
     """At (x, y, depth), m; a depth of 0 is untouched."""
     places = np.array(places, float)
     position = np.where(places[:, 2:] > 0, places * [1, 1, -1], np.nan)
-    count = len(places)
-    return Presses(tuple(object() for _ in places), position, places[:, 2], np.arange(count), np.full((count, 6), np.nan),
-                   np.full(count, np.nan))
+    return Presses(tuple(object() for _ in places), position, places[:, 2])
 
 
 GRID = [(x, 0.0, depth) for x in (0.0, 0.01, 0.02) for depth in (0.002, 0.004)]
@@ -123,12 +118,11 @@ def test_too_little_is_refused_with_what_to_add(places, reason):
 
 
 def test_errors_are_over_the_surface_in_mm_and_have_their_time():
-    known = presses_at([(0.01, 0.0, 0.002), (0.0, 0.005, 0.004), (0, 0, 0)])
-    number = np.array([2, 0, 1])
+    known = presses_at([(0.0, 0.005, 0.004), (0, 0, 0), (0.01, 0.0, 0.002)])
 
     def touch(x, y, depth):
         return TouchEstimate(np.array([x, y, -depth]), depth, 1e-8 * np.eye(3), 1e-4)
-    held = HeldOut([[touch(0.02, 0.02, 0.009), touch(0.0103, 0.0004, 0.0019)], [], []], known, np.ones(3, bool), number)
-    place, depth = marker_residuals(held, ['bag at 2.0 s', 'bag at 3.0 s', 'bag at 1.0 s'])
-    assert place.value == pytest.approx([0.5, np.nan], nan_ok=True) and depth.value == pytest.approx([-0.1, np.nan], nan_ok=True)
-    assert place.place == pytest.approx(np.array([[10, 0], [0, 5]])) and place.when == ['bag at 1.0 s', 'bag at 2.0 s']
+    found = [[], None, [touch(0.02, 0.02, 0.009), touch(0.0103, 0.0004, 0.0019)]]
+    place, depth = marker_residuals(found, known, ['bag at 2.0 s', 'bag at 3.0 s', 'bag at 1.0 s'])
+    assert place.value == pytest.approx([np.nan, 0.5], nan_ok=True) and depth.value == pytest.approx([np.nan, -0.1], nan_ok=True)
+    assert place.place == pytest.approx(np.array([[0, 5], [10, 0]])) and place.when == ['bag at 2.0 s', 'bag at 1.0 s']

@@ -27,18 +27,15 @@ def plate(depths=(1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 8e-3), slope=0.0):
     """A plate pressed onto all markers in steps; slope: along x."""
     pressed = [0.0, *depths]
     position = np.array([[np.nan] * 3] + [[0.0, 0.0, -depth] for depth in depths])
-    count = len(pressed)
     fields = tuple(field(depth + (slope * GRID[:, 0] if depth else 0.0)) for depth in pressed)
-    return Presses(fields, position, np.array(pressed), np.arange(count), np.full((count, 6), np.nan), np.full(count, np.nan))
+    return Presses(fields, position, np.array(pressed))
 
 
 def presses(markers, depths, plate_of=plate()):
     """A tip pressed onto markers."""
     pressed = [(marker, depth) for marker in markers for depth in depths]
     position = np.array([[*GRID[marker], -depth] for marker, depth in pressed])
-    count = len(pressed)
-    return Presses(tuple(field(depth) for _, depth in pressed), position, np.array([depth for _, depth in pressed]), np.arange(count),
-                   np.full((count, 6), np.nan), np.full(count, np.nan), plate_of)
+    return Presses(tuple(field(depth) for _, depth in pressed), position, np.array([depth for _, depth in pressed]), plate=plate_of)
 
 
 def test_a_cubic_is_found_again_clamped_and_flagged_beyond_its_range():

@@ -1,24 +1,21 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Touches at other noises and frame rates, and with other constants than those that are written: they degrade as the noise says."""
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 from dome_library import EYES, MATERIAL as RUBBER, library_field, press, small_library
 from dome_scenes import DOME, NOISE, markers, seen
 from sheet_scenes import EYE, GRID, MATERIAL, SENSOR, field_of, library
-from tactile_perception.press import choice, estimator
-from tactile_perception.press.dome import method as dome
-from tactile_perception.press.dome.calibration import DomeCalibration
-from tactile_perception.press.dome.fit import FieldNoise as DomeNoise
-from tactile_perception.press.estimate import TouchEstimate
-from tactile_perception.press.sheet import method as sheet
-from tactile_perception.press.sheet.calibration import CameraShifts, SheetCalibration
-from tactile_perception.press.sheet.fit import FieldNoise, show
+from tactile_perception.press import choice
+from tactile_perception.press.dome import model as dome
+from tactile_perception.press.sheet import model as sheet
 from tactile_perception.press.sheet.library import Press
 
 COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
-ON_SHEET = SheetCalibration(library(), MATERIAL, 1.2e-3, CameraShifts(EYE[:1], np.zeros((1, 2))), FieldNoise(5e-6, 5e-3, 3e-3, 1.5), 3e-5,
-                            0.01, COVERED, 6e-3)
+ON_SHEET = sheet.SheetCalibration(library(), MATERIAL, 1.2e-3, sheet.CameraShifts(EYE[:1], np.zeros((1, 2))),
+                                  sheet.FieldNoise(5e-6, 5e-3, 3e-3, 1.5), 3e-5, 0.01, COVERED, 6e-3)
 
 
 class OnSheet:
@@ -32,7 +29,7 @@ class OnSheet:
         rng = np.random.default_rng(number)
         places = rng.uniform(-1, 1, (1, 2)) * [0.015, 0.009] if number % 3 else np.array([[-0.009, 0.002], [0.009, -0.003]])
         drag = rng.uniform(-0.4, 0.4, 2) if number % 3 == 1 else (0.0, 0.0)
-        shown = show(library(), [Press(place, rng.uniform(2e-3, 5e-3), 0.0, tuple(drag)) for place in places], GRID, EYE, 0.1)[0]
+        shown = sheet.show(library(), [Press(place, rng.uniform(2e-3, 5e-3), 0.0, tuple(drag)) for place in places], GRID, EYE, 0.1)[0]
         return places, field_of(shown, 5e-6 * noise, 5e-3 * noise, number)
 
     def untouched(self, noise):
@@ -43,8 +40,8 @@ class OnDome:
     """The same of a dome."""
 
     def __init__(self):
-        calibration = DomeCalibration(small_library(), RUBBER, seen(markers()), EYES, DomeNoise(NOISE, 0.003, 0.002), 1e-4, 0.01, 0.0, 1.0,
-                                      1.0, 1.0, 0.0, 0.035, 0.08, 1.0)
+        calibration = dome.DomeCalibration(small_library(), RUBBER, seen(markers()), EYES, dome.FieldNoise(NOISE, 0.003, 0.002), 1e-4, 0.01,
+                                           0.0, 1.0, 1.0, 1.0, 0.0, 0.035, 0.08, 1.0)
         self.method = dome.DomeModelMethod(calibration, DOME)
 
     def scene(self, number, noise):
@@ -72,17 +69,20 @@ def right(surface, noise=1.0):
     return np.mean(reported)
 
 
-CONSTANTS = [(choice, 'ALIKE'), *((sheet, name) for name in ('ORDINARY', 'STANDS_OUT', 'FLOOR_PLACE', 'DRAG_PLACE')),
-             *((dome, name) for name in ('ORDINARY', 'STANDS_OUT', 'SURE', 'NOT_LINEAR'))]
+def times_of(value, times):
+    return tuple(times * part for part in value) if isinstance(value, tuple) else times * value
 
 
 @pytest.mark.full  # simulates a small dome
 @pytest.mark.parametrize('times', [0.5, 2.0])
-@pytest.mark.parametrize('module, name', CONSTANTS)
-def test_half_and_double_of_a_constant_that_decides_change_little(monkeypatch, module, name, times):
-    value = getattr(module, name)
-    monkeypatch.setattr(module, name, tuple(times * part for part in value) if isinstance(value, tuple) else times * value)
-    for surface in (OnSheet, OnDome) if module is choice else (OnSheet,) if module is sheet else (OnDome,):
+@pytest.mark.parametrize('room, name', [*((sheet, one.name) for one in fields(sheet.SheetConstants)),
+                                        *((dome, one.name) for one in fields(dome.DomeConstants)), (choice, 'ALIKE')])
+def test_half_and_double_of_a_constant_that_decides_change_little(monkeypatch, room, name, times):
+    if room is choice:
+        monkeypatch.setattr(choice, name, times * getattr(choice, name))
+    else:
+        monkeypatch.setattr(room, 'CONSTANTS', replace(room.CONSTANTS, **{name: times_of(getattr(room.CONSTANTS, name), times)}))
+    for surface in {sheet: [OnSheet], dome: [OnDome]}.get(room, [OnSheet, OnDome]):
         assert right(surface) > 0.9
 
 
@@ -100,19 +100,3 @@ def test_half_and_double_of_a_prior_change_little(monkeypatch, surface, prior):
 @pytest.mark.parametrize('surface', [OnSheet, OnDome])
 def test_three_times_the_noise_is_reported_in_the_errors(surface):
     assert right(surface, 3.0) > 0.8
-
-
-@pytest.mark.parametrize('rate', [15.0, 30.0, 60.0])
-@pytest.mark.parametrize('name, times', [('ACCELERATION', 1.0), *((name, times) for name in ('ACCELERATION', '_GATE', '_SPEED')
-                                                                  for times in (0.5, 2.0))])
-def test_touches_keep_their_numbers_and_their_accuracy_at_half_and_double_the_rate(monkeypatch, rate, name, times):
-    monkeypatch.setattr(estimator, name, times * getattr(estimator, name))
-    tracker, rng, off = estimator.TouchTracker(), np.random.default_rng(0), []
-    for k in range(int(2 * rate)):
-        way = 0.02 * (1 - np.cos(2 * k / rate))  # m, there and back at up to 0.04 m/s
-        places = [np.array([way, 0.0, -2e-3]), np.array([0.02, 0.02 - way / 2, -2e-3])]
-        noisy = [place + 1e-4 * rng.standard_normal(3) for place in places]
-        found = tracker.process([TouchEstimate(place, -place[2], 1e-8 * np.eye(3), 1e-4) for place in noisy], 1 + k / rate)
-        assert [touch.id for touch in found] == [1, 2]
-        off += [touch.estimate.position[:2] - place[:2] for touch, place in zip(found, places)]
-    assert np.sqrt(np.mean(np.square(off))) < 1.1e-4

@@ -40,7 +40,7 @@ def make_stage(monkeypatch):
     def make(stiffness=np.nan, best='tells', rest=None, **changes):
         monkeypatch.setitem(SHEET_METHODS, 'tells', Tells)
         calibration = TouchCalibration({'tells': {}}, stiffness, None, best, CalibrationFile('areal_single', {}, {}, {}, {}), rest=rest)
-        return TouchEstimator(SENSOR, lambda uv: VIEW, {**defaults(POINT_PARAMETERS), 'filter': False, **changes}, calibration)
+        return TouchEstimator(SENSOR, lambda uv: VIEW, {**defaults(POINT_PARAMETERS), **changes}, calibration)
     return make
 
 

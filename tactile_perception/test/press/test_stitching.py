@@ -20,13 +20,13 @@ GRID = SENSOR.grid()
 COLUMN = np.arange(len(GRID)) % SENSOR.columns
 
 
-def seen(side, places, known=True, noise=0.0, seed=0):
+def seen(side, places, noise=0.0, seed=0):
     """What a camera sees of five columns, its own side's."""
     rotation, camera_centre = pose(side)
     id = np.flatnonzero(COLUMN < 5 if side == 'left' else COLUMN > 2)
     points = np.column_stack([places[id], np.zeros(len(id))])
     uv = cv2.projectPoints(points, rotation, -rotation @ camera_centre, MATRIX, DISTORTION)[0].reshape(-1, 2)
-    return SideMarkers(SIZE, id, uv + np.random.default_rng(seed).normal(0, noise, uv.shape), (MATRIX, DISTORTION) if known else None)
+    return SideMarkers(SIZE, id, uv + np.random.default_rng(seed).normal(0, noise, uv.shape), (MATRIX, DISTORTION))
 
 
 def test_an_irregular_print_is_averaged_and_both_views_agree():
@@ -83,12 +83,6 @@ def test_the_seam_runs_midway_between_two_columns_that_both_see(pair):
     assert {int(column), int(column) + 1} <= set(found.shared)
 
 
-def test_without_intrinsics_the_markers_stand_right_and_the_camera_centres_are_unknown(pair):
-    found = fit_stitching(pair, (None, None), SENSOR)
-    off = errors(found, pair, printed(), SENSOR)
-    assert off.mean() < 0.04e-3 and np.isnan(found.stitching.camera_centres).all() and 'not known' in found.lines()[2]
-
-
 def test_what_cannot_tell_is_refused(pair):
     black = np.zeros_like(pair[0])
     with pytest.raises(BadFrame, match='left image'):
@@ -115,4 +109,3 @@ def test_on_recorded_pairs_markers_at_rest_are_within_four_hundredths_of_a_milli
     found = fit_stitching(pairs[0], tuple(cameras), sensor)
     off = np.concatenate([errors(found, pair, truth, sensor) for pair in pairs])
     assert off.mean() < 0.02e-3 and off.max() < 0.04e-3
-    assert errors(fit_stitching(pairs[0], (None, None), sensor), pairs[1], truth, sensor).mean() < 0.04e-3

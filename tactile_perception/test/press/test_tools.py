@@ -34,8 +34,8 @@ class Pushes:
 def recorded(count, wrench=True):
     depth = np.linspace(1e-3, 5e-3, count)
     wrenches = depth[:, None] * [10.0, 0.0, -100.0, 0.0, 0.2, 0.0]
-    return Presses(tuple(SimpleNamespace(wrench=row) for row in wrenches), np.zeros((count, 3)), depth, np.arange(count),
-                   wrenches if wrench else np.full((count, 6), np.nan), np.full(count, np.nan))
+    return Presses(tuple(SimpleNamespace(wrench=row) for row in wrenches), np.zeros((count, 3)), depth,
+                   wrench=wrenches if wrench else None)
 
 
 @pytest.fixture
@@ -100,10 +100,10 @@ def test_only_untouched_pairs_count_and_the_first_that_can_be_used(tmp_path, par
     assert found.stitching.camera_centres[1] == pytest.approx([0.017, 0.001, -0.0455], abs=3e-4)
 
 
-def test_cameras_that_are_not_calibrated_give_a_stitching_without_camera_centres(tmp_path, params):
+def test_cameras_that_are_not_calibrated_are_refused(tmp_path, params):
     bag = write_pairs(tmp_path / 'bag', [pair()], truth=False, known=False)
-    found = find_stitching([bag], params, SENSOR, 'pad')
-    assert np.isnan(found.stitching.camera_centres).all() and found.residual < 12e-5
+    with pytest.raises(BadCalibration, match='calibrate both cameras first'):
+        find_stitching([bag], params, SENSOR, 'pad')
 
 
 def test_pairs_that_show_nothing_are_named(tmp_path, params, capsys):

@@ -25,10 +25,11 @@ Matrix matrix_of(const Input<T>& input, Eigen::Index rows, Eigen::Index columns)
 DomeLibrary made_library(const py::object& numbers, const py::object& edges, const py::object& even_table, const py::object& odd_table,
                          const py::object& even_modes, const py::object& odd_modes) {
     const Input<double> number(numbers, "numbers", {DOME_NUMBERS}), edge(edges, "edges", {ANY});
-    const Input<float> even(even_table, "even_table", {ANY, STRAIGHT + DRAGS, ANY, ANY, ANY});
+    const Input<float> even(even_table, "even_table", {ANY, ANY, ANY, ANY, ANY});
     const Input<float> odd(odd_table, "odd_table", {even.length(0), DRAGS, even.length(2), even.length(3), ANY});
     const Input<float> evens(even_modes, "even_modes", {even.length(4), edge.length(), 3, ANY});
     const Input<float> odds(odd_modes, "odd_modes", {odd.length(4), edge.length(), 3, evens.length(3)});
+    const auto straight = static_cast<int>(within(even.length(1), "even_table", DRAGS + 1, 8)) - DRAGS;
     const auto levels = static_cast<int>(within(even.length(0), "even_table", 4, 1000)) - 3;
     const auto order = static_cast<int>(within(even.length(2), "even_table", 1, 16));
     const auto radii = static_cast<int>(within(even.length(3), "even_table", 1, 8));
@@ -38,9 +39,9 @@ DomeLibrary made_library(const py::object& numbers, const py::object& edges, con
     for (int k = 0; k < DOME_NUMBERS; ++k) within(n[k], "numbers", k == 1 ? -1e3 : 1e-9, 1e3);
     for (py::ssize_t k = 0; k < edge.length(); ++k) within(edge.data()[k], "edges", k ? edge.data()[k - 1] : 0.0, 1.0);
     const Eigen::Index rows = even.length(0) * order * radii, size = edge.length() * 3 * (harmonics + 1);
-    return {levels, order, radii, rings, harmonics, n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7],
+    return {levels, order, radii, rings, harmonics, straight, n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7],
             matrix_of<Eigen::VectorXd>(edge, edge.length(), 1),
-            matrix_of<FloatRows>(even, rows * (STRAIGHT + DRAGS), even.length(4)),
+            matrix_of<FloatRows>(even, rows * (straight + DRAGS), even.length(4)),
             matrix_of<FloatRows>(odd, rows * DRAGS, odd.length(4)),
             matrix_of<FloatRows>(evens, even.length(4), size),
             matrix_of<FloatRows>(odds, odd.length(4), size)};

@@ -143,7 +143,7 @@ void bind_sheet(py::module_& module) {
     module.def("show_field", &shown_field, py::arg("field"), py::arg("rest"), py::arg("camera_centre"), py::kw_only(), py::arg("place"),
                py::arg("half"), py::arg("scale"), py::arg("marker_radius"),
                "Shift, m, and growth (N, 3) of markers on a sheet with splines (side * side, 3), m: see press/sheet/library.py.");
-    py::class_<PressFit>(module, "PressFit", "Presses that explain a frame of a sheet: see press/sheet/fit.py:Inverse.")
+    py::class_<PressFit>(module, "PressFit", "Presses that explain a frame of a sheet: see press/sheet/model.py:Inverse.")
         .def_readonly("state", &PressFit::state, "(6 T,) of the presses, and of two the factor of their interaction")
         .def_readonly("covariance", &PressFit::covariance, "of the state; 0 of what is known")
         .def_readonly("misfit", &PressFit::misfit, "mean squared normalised residual")
@@ -155,10 +155,10 @@ void bind_sheet(py::module_& module) {
         .def(py::init(&made_table), py::kw_only(), py::arg("numbers"), py::arg("sizes"), py::arg("coefficients"), py::arg("shapes"))
         .def("fit", &fitted_presses, py::arg("rest"), py::arg("camera_centre"), py::arg("value"), py::arg("sigma"), py::arg("motion"),
              py::arg("presses"), py::kw_only(), py::arg("noise"), py::arg("tip"), py::arg("marker_radius"), py::arg("drags"),
-             py::arg("near"), "The PressFit to a marker field: see press/sheet/fit.py.")
+             py::arg("near"), "The PressFit to a marker field: see press/sheet/model.py.")
         .def("show", &shown_presses, py::arg("rest"), py::arg("camera_centre"), py::arg("presses"), py::kw_only(), py::arg("mixed"),
              py::arg("marker_radius"), py::arg("near"),
-             "Shift, m, and growth (N, 3) of markers under presses, and the sheet's deformation there (N, 3, 3): see press/sheet/fit.py.");
+             "Shift, m, and growth (N, 3) of markers under presses, and the sheet's deformation there (N, 3, 3): see press/sheet/model.py.");
 }
 
 }  // namespace tactile::border

@@ -13,15 +13,15 @@ import numpy as np
 
 from ... import _core
 from ...common.progress import in_parallel
-from ...common.geometry import Cap, spline_fit
+from ...common.geometry import Cap, extrapolate, spline_fit
 from ...errors import BadCalibration
-from .mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, PressedDome, appear_at, disc_scale, evaluate, outlines, press_dome,
+from .mechanics import (STRETCH, DomeMaterial, DomeMesh, MeshPlan, OnMesh, PressedDome, appear_at, disc_scale, outlines, press_dome,
                         shift_of)
 
 RADIUS_SPREAD = np.log(2.2)    # simulated log tip radii, to either side of the middle one. Chosen
 RADII = 4                      # simulated tips. Chosen
-FRICTIONS = np.array([-1.0, -0.5, 0.0, 1.0])  # simulated numbers of friction, 0 for the middle one: see friction_of. Chosen
-ROUGHER = 2.5                  # largest simulated friction over the middle one; the least is none, as of a tip in gross slip. Chosen
+#: Simulated numbers of friction: over that of the plan, less 1; none, as of a tip in gross slip, and the plan's, beyond which skin sticks
+FRICTIONS = np.array([-1.0, 0.0])
 DEPTH_POWER = 1.5              # grading of the depths: denser at first contact. Chosen
 TRUE = 1.5e-6                  # m: modes below this RMS are left out. Chosen: below the noise of a marker
 UNSOLVED = 0.2                 # largest share of presses that do not converge, as deep ones of a large tip near the rim. Chosen
@@ -74,7 +74,7 @@ class DomePlan:
 class DomeLibrary:
     """Displacement of a dome's markers under presses within plan.
 
-    even_table: (levels + 3, 6, 2 order, RADII, even): coefficients of straight presses by powers of the number of friction; of drags along
+    even_table: (levels + 3, 4, 2 order, RADII, even): coefficients of straight presses by powers of the number of friction; of drags along
     the meridian by a tip that sticks, over the way over the depth that it carries the skin; and of what a tip that rubs shows more; over
     even_modes (even, rings + 1, 3, harmonics + 1). odd_table (levels + 3, 2, 2 order, RADII, odd) and odd_modes: of drags across it. The
     displacement is what a marker shows: see AsSeen. pushes: the forces of the tips over the shear
@@ -117,16 +117,11 @@ def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshP
     return _assembled(plan, mesh, fields, _assembled(plan, UNIFORM, pushes))
 
 
-def friction_of(number: float) -> float:
-    """Friction over the middle one of a number from -1, none, over 0 to 1, the largest simulated."""
-    return (1 + number)**np.log2(ROUGHER)
-
-
 def _assembled(plan: DomePlan, mesh: MeshPlan, fields: list[np.ndarray], pushes: DomeLibrary | None = None) -> DomeLibrary:
     """The library of straight presses, drags along and drags across, (order, RADII, frictions, levels, rings + 1, 3, harmonics + 1)
     each."""
     straight, *drags = fields
-    sticks, rubs = (int(np.flatnonzero(FRICTIONS == number)[0]) for number in (0, -1))
+    rubs, sticks = range(len(FRICTIONS))
     kinds = [_filled(part, plan) for part in np.moveaxis(straight, 2, 0)]
     even = [_mirrored(part, odd=False, turned=False) for part in kinds]
     both = []
@@ -141,9 +136,8 @@ def _pressed(plan: DomePlan, material: DomeMaterial, mesh_plan: MeshPlan, case: 
     friction."""
     shift, radius, friction = case
     mesh = DomeMesh(shift, plan.cap, mesh_plan)
-    rough = DomeMaterial(material.squeeze, material.gas, plan.friction * friction_of(friction))
-    found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(RADIUS_SPREAD * radius), rough,
-                       drags=plan.substeps if friction in (0, -1) else 0)
+    rough = DomeMaterial(material.squeeze, material.gas, plan.friction * (1 + friction))
+    found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(RADIUS_SPREAD * radius), rough, drags=plan.substeps)
     level = slice(plan.substeps - 1, None, plan.substeps)
     shown = AsSeen(mesh, plan.marker, plan.camera_centre).fields(found.straight[level], found.along[level], found.across[level])
     return PressedDome(*shown, found.push[level], found.push_along[level], found.push_across[level])
@@ -160,6 +154,7 @@ class AsSeen:
         points = mesh.points(mesh.plan.edges[:, None] * np.exp(1j * phi)).reshape(-1, 3)
         self._points, self._camera_centre = points, np.array([0.0, 0.0, camera_centre])
         self._outlines = outlines(points, marker, mesh.cap)
+        self._on_mesh = OnMesh(mesh, self._outlines.reshape(-1, 3))
         norm = np.where(order == 0, 1.0, 2.0) / count
         self._onto = [wave(np.outer(phi, order)) * norm for wave in (np.cos, np.sin)]  # (count, harmonics + 1)
         offset = points - self._camera_centre
@@ -178,7 +173,7 @@ class AsSeen:
 
     def _displaced(self, field: np.ndarray, odd: bool) -> np.ndarray:
         """(N, COUNT + 1, 3) m, displacement of the outlines under a field (size,)."""
-        return evaluate(field, self._mesh, self._outlines.reshape(-1, 3), odd).reshape(self._outlines.shape)
+        return self._on_mesh.displaced(field, odd).reshape(self._outlines.shape)
 
     def _shown(self, moved: np.ndarray) -> np.ndarray:
         """(N, 3) m, displacement that markers show whose outlines moved by (N, COUNT + 1, 3), m."""
@@ -191,18 +186,13 @@ class AsSeen:
         """(size,) of displacements (N, 3) at the mesh's rings and directions."""
         at = shown.reshape(self._mesh.n + 1, -1, 3)
         field = np.stack([at[..., axis] @ self._onto[(axis == 1) != odd] for axis in range(3)], axis=1)
-        return np.where(self._mesh.free(odd), field.ravel(), 0.0)
+        return np.where(self._mesh.free[odd], field.ravel(), 0.0)
 
 
 def _filled(fields: np.ndarray, plan: DomePlan) -> np.ndarray:
-    """Fields (order, RADII, levels + 1, ...) with the untouched one; extrapolated linearly over depth where there is none (NaN)."""
-    depths = np.concatenate([[0.0], plan.load_steps[plan.substeps - 1::plan.substeps]])
+    """Fields (order, RADII, levels + 1, ...) with the untouched one; extrapolated over depth where there is none (NaN)."""
     whole = np.concatenate([np.zeros_like(fields[:, :, :1]), fields], axis=2)
-    for level in range(2, len(depths)):
-        missing = np.isnan(whole[:, :, level, 0, 0, 0])
-        share = (depths[level] - depths[level - 1]) / (depths[level - 1] - depths[level - 2])
-        step = whole[:, :, level - 1] - whole[:, :, level - 2]
-        whole[:, :, level][missing] = (whole[:, :, level - 1] + share * step)[missing]
+    extrapolate(whole.reshape(-1, *whole.shape[2:]), np.concatenate([[0.0], plan.load_steps[plan.substeps - 1::plan.substeps]]))
     return np.nan_to_num(whole)
 
 

@@ -12,6 +12,7 @@ from ...errors import BadArgument
 from ..sensor import MarkerSensor, dome_cap, rest_points
 
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
+STEP = 1e-5  # of the unit disc: difference for derivatives, exact to 1e-10
 
 
 @dataclass(frozen=True)
@@ -70,64 +71,81 @@ class DomeMesh:
     """
 
     def __init__(self, shift: float, cap: Cap, plan: MeshPlan):
-        self.shift, self.cap, self.plan = shift, cap, plan
-        self.n, self.per_ring = plan.rings, 3 * (plan.harmonics + 1)
+        self.shift, self.cap, self.plan, self.n = shift, cap, plan, plan.rings
         edges, phi = plan.edges, (np.arange(plan.around) + 0.5) * np.pi / plan.around
-        low, width = edges[:-1, None], np.diff(edges)[:, None]
-        radius = low + width * (1 + GAUSS) / 2
-        self._radius, self._phi = radius, phi
-        self._share = np.stack([1 - (1 + GAUSS) / 2, (1 + GAUSS) / 2], axis=-1), np.array([-1.0, 1.0]) / width
-        weight = width / 2 * radius * np.pi / plan.around
-        self.weight = np.repeat(weight[:, :, None], plan.around, axis=2).reshape(self.n, -1)
-        z = (radius[:, :, None] * np.exp(1j * phi)).reshape(self.n, -1)
-        self._place(z)
-        self.of = np.arange(self.n)[:, None] * self.per_ring + np.arange(2 * self.per_ring)
-
-    def _place(self, z: np.ndarray) -> None:
-        """Places of the points z of the disc, and their derivatives along the radius and along the circle."""
-        scale, along = disc_scale(self.cap), z / np.abs(z)
-        moved = self._projected(z)
-        slope = scale * (1 - self.shift**2) / (1 + self.shift * z)**2 * along
-        square, size = np.abs(moved)**2, self.cap.curvature_radius
+        width, part = np.diff(edges)[:, None], (1 + GAUSS) / 2
+        radius = edges[:-1, None] + width * part
+        near = np.broadcast_to(np.stack([1 - part, part], axis=-1), (self.n, 2, 2))
+        # Shares (3, n, 2, 2) of the rings of an element in a value and in the derivatives along the radius and along the circle.
+        self._radial = np.stack([near, np.broadcast_to([-1.0, 1.0], near.shape) / width[..., None], near / radius[..., None]])
+        # Of the products of two shares (n, 16, 18): those of plain waves, of values and derivatives along the radius, and of turned ones.
+        kind = np.array([[1, 1, 0], [0, 0, 1]])
+        self._pairs = np.einsum('ai,bj,ingr,jngs->nabrsijg', kind, kind, self._radial, self._radial).reshape(self.n, 16, 18)
+        self.free = [self._free(odd) for odd in (False, True)]  # (size,) bool, of even and of odd fields
+        self._waves = [self._around(phi, odd) for odd in (False, True)]
+        self._bands = [self._band(waves, free) for waves, free in zip(self._waves, self.free)]
+        self.weight = np.repeat(width / 2 * radius * np.pi / plan.around, plan.around, axis=1)
+        z = (radius[..., None] * np.exp(1j * phi)).reshape(self.n, -1)
+        way = STEP * z / np.abs(z)
         self.rest = self.points(z)
-        self.scale = 2 * size * np.abs(slope) / (1 + square)
-        self.along, self.across = (self._pushed(moved, way, square) * size for way in (slope, 1j * slope))
+        self.along, self.across = ((self.points(z + by) - self.points(z - by)) / (2 * STEP) for by in (way, 1j * way))
+        self.scale = np.linalg.norm(self.along, axis=-1)  # the map is conformal
 
-    def _projected(self, z: np.ndarray) -> np.ndarray:
-        """Stereographic projections of the points z of the disc."""
-        return disc_scale(self.cap) * (z + self.shift) / (1 + self.shift * z)
+    def _around(self, phi: np.ndarray, odd: bool) -> np.ndarray:
+        """(3, 3, around, harmonics + 1): waves of the components of a value and of its derivatives along the radius and the circle."""
+        order = np.arange(self.plan.harmonics + 1)
+        cos, sin = (function(np.outer(phi, order)) for function in (np.cos, np.sin))
+        sines = [(axis == 1) != odd for axis in range(3)]
+        plain, turned = [sin if one else cos for one in sines], [order * cos if one else -order * sin for one in sines]
+        return np.stack([plain, plain, turned])
 
     def points(self, z: np.ndarray) -> np.ndarray:
-        """(..., 3) m: the places on the cap of points z (...) of the disc, complex."""
-        moved = self._projected(z)
-        square = np.abs(moved)**2
-        unit = _stacked(2 * moved / (1 + square), 2 / (1 + square) - 1)
+        """(..., 3) m: the places on the cap of points z (...) of the disc, complex, by the inverse stereographic projection."""
+        moved = disc_scale(self.cap) * (z + self.shift) / (1 + self.shift * z)
+        far = 2 / (1 + np.abs(moved)**2)
+        unit = np.stack([far * moved.real, far * moved.imag, far - 1], axis=-1)
         return unit * self.cap.curvature_radius + [0.0, 0.0, self.cap.centre_z]
 
-    @staticmethod
-    def _pushed(at: np.ndarray, way: np.ndarray, square: np.ndarray) -> np.ndarray:
-        """Derivative of the inverse stereographic projection onto the unit sphere at a place along a way, both complex."""
-        grows = 2 * (at * way.conj()).real
-        return _stacked(2 * way / (1 + square) - 2 * at * grows / (1 + square)**2, -2 * grows / (1 + square)**2)
+    def at_points(self, field: np.ndarray, odd: bool = False) -> np.ndarray:
+        """(3, n, P, 3): a field (size,) and its derivatives along the radius and along the circle."""
+        rings = field.reshape(self.n + 1, -1)
+        near = self._radial @ np.stack([rings[:-1], rings[1:]], axis=1)
+        near = near.reshape(3, 2 * self.n, 3, -1).transpose(0, 2, 1, 3) @ self._waves[odd].swapaxes(2, 3)
+        return near.reshape(3, 3, self.n, -1).transpose(0, 2, 3, 1)
 
-    def basis(self, odd: bool) -> tuple[np.ndarray, np.ndarray]:
-        """Of the coefficients of two neighbouring rings at the points: value (n, 3 P, D), and derivatives (n, 6 P, D) along the radius and
-        along the circle, component by component.
-        """
-        order, shape = np.arange(self.plan.harmonics + 1), (self.n, 2, self.plan.around, 3, 2, 3, self.plan.harmonics + 1)
-        cos, sin = (function(np.outer(self._phi, order)) for function in (np.cos, np.sin))
-        near, slope = self._share[0][None, :, None, :, None], self._share[1][:, None, None, :, None]
-        value, along, across = (np.zeros(shape) for _ in range(3))
-        for axis in range(3):
-            wave, turned = (sin, order * cos) if (axis == 1) != odd else (cos, -order * sin)
-            wave, turned = wave[None, None, :, None], turned[None, None, :, None]
-            value[..., axis, :, axis, :] = near * wave
-            along[..., axis, :, axis, :] = slope * wave
-            across[..., axis, :, axis, :] = near * turned / self._radius[:, :, None, None, None]
-        rows = self.n, 3 * self.weight.shape[1], 2 * self.per_ring
-        return value.reshape(rows), np.stack([along, across], axis=3).reshape(rows[0], 2 * rows[1], rows[2])
+    def gathered(self, loads: np.ndarray, odd: bool = False) -> np.ndarray:
+        """(size,): sums over the points of loads (1, n, P, 3) on the value, or (3, n, P, 3) on the derivatives, too."""
+        kinds = len(loads)
+        by_wave = loads.transpose(0, 3, 1, 2).reshape(kinds, 3, 2 * self.n, -1) @ self._waves[odd][:kinds]
+        near = np.einsum('kngr,kcngm->nrcm', self._radial[:kinds], by_wave.reshape(kinds, 3, self.n, 2, -1))
+        rings = np.zeros((self.n + 1, *near.shape[2:]))
+        rings[:-1] += near[:, 0]
+        rings[1:] += near[:, 1]
+        return np.where(self.free[odd], rings.ravel(), 0.0)
 
-    def free(self, odd: bool) -> np.ndarray:
+    def solve(self, tangent: np.ndarray, right: np.ndarray, odd: bool = False) -> np.ndarray:
+        """(size, m): solutions for right (size, m) by the tangent (n, P, 9, 9) of components of value and derivatives."""
+        from scipy.linalg import solve_banded  # calibration alone needs it
+        (pairs, at, kept), free, wide = self._bands[odd], self.free[odd], 2 * self.plan.size // (self.n + 1) - 1
+        shape = self.n, 2, self.plan.around, 3, 3, 3, 3
+        by_ring = self._pairs @ tangent.reshape(shape).transpose(0, 3, 5, 1, 2, 4, 6).reshape(self.n, 18, -1)
+        by_ring = by_ring.reshape(self.n, 4, 4, self.plan.around, 9).transpose(4, 0, 2, 1, 3).reshape(9, 4 * self.n, -1)
+        band = np.bincount(at, (by_ring @ pairs).ravel()[kept], (2 * wide + 1) * len(free)).reshape(2 * wide + 1, -1)
+        band[wide, ~free] = 1.0
+        return solve_banded((wide, wide), band, np.where(free[:, None], right, 0.0), check_finite=False)
+
+    def _band(self, waves: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of the tangent's band, which rings and their neighbours form: products of waves (9, 4 around, orders^2) of pairs of components,
+        places in the band and numbers of the elements' entries that count."""
+        orders, kinds = waves.shape[3], waves[[0, 2]]
+        pairs = np.einsum('acpm,bdpk->cdabpmk', kinds, kinds).reshape(9, -1, orders**2)
+        of, wide = np.arange(6 * orders).reshape(2, 3, -1) + 3 * orders * np.arange(self.n)[:, None, None, None], 6 * orders - 1
+        of = of.transpose(2, 0, 1, 3)  # (components, n, rings, orders)
+        row, column = np.broadcast_arrays(of[:, None, :, :, None, :, None], of[None, :, :, None, :, None, :])
+        kept = np.flatnonzero(free[row] & free[column])
+        return pairs, ((wide + row - column) * len(free) + column).ravel()[kept], kept
+
+    def _free(self, odd: bool) -> np.ndarray:
         """(size,) bool: coefficients that are not zero: none at the rim, the zeroth harmonic alone in the centre, no sine of zero."""
         free = np.ones((self.n + 1, 3, self.plan.harmonics + 1), bool)
         free[-1] = free[0, :, 1:] = False
@@ -135,26 +153,28 @@ class DomeMesh:
         return free.ravel()
 
 
-def _stacked(flat: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """(..., 3) from x + i y and z."""
-    return np.stack([flat.real, flat.imag, up], axis=-1)
+class OnMesh:
+    """Points (K, 3), m, on the cap, where they are on a mesh."""
+
+    def __init__(self, mesh: DomeMesh, points: np.ndarray):
+        w = disc_of(points, mesh.cap)
+        z = (w - mesh.shift) / (1 - mesh.shift * w)
+        edges, radius, phase = mesh.plan.edges, np.abs(z), np.outer(np.angle(z), np.arange(mesh.plan.harmonics + 1))
+        self._low = np.clip(np.searchsorted(edges, radius) - 1, 0, mesh.n - 1)
+        self._part = ((radius - edges[self._low]) / (edges[self._low + 1] - edges[self._low]))[:, None, None]
+        self._waves, self._inside, self._shape = (np.cos(phase), np.sin(phase)), radius[:, None] <= 1, (mesh.n + 1, 3, -1)
+
+    def displaced(self, field: np.ndarray, odd: bool = False) -> np.ndarray:
+        """(K, 3) m, displacement of the points by a field (size,)."""
+        rings = field.reshape(self._shape)
+        here = rings[self._low] * (1 - self._part) + rings[self._low + 1] * self._part
+        moved = [np.einsum('km,km->k', here[:, axis], self._waves[(axis == 1) != odd]) for axis in range(3)]
+        return np.where(self._inside, np.stack(moved, axis=1), 0.0)
 
 
-def evaluate(field: np.ndarray, mesh: DomeMesh, points: np.ndarray, odd: bool = False) -> np.ndarray:
-    """(K, 3) displacement, m, of a field (size,) at points (K, 3), m, on the cap."""
-    w = disc_of(points, mesh.cap)
-    z = (w - mesh.shift) / (1 - mesh.shift * w)
-    edges, radius, turn = mesh.plan.edges, np.abs(z), np.angle(z)
-    low = np.clip(np.searchsorted(edges, radius) - 1, 0, mesh.n - 1)
-    part = ((radius - edges[low]) / (edges[low + 1] - edges[low]))[:, None, None]
-    rings = field.reshape(mesh.n + 1, 3, -1)
-    here = rings[low] * (1 - part) + rings[low + 1] * part
-    phase = np.outer(turn, np.arange(mesh.plan.harmonics + 1))
-    moved = np.stack([(here[:, axis] * (np.sin(phase) if (axis == 1) != odd else np.cos(phase))).sum(1) for axis in range(3)], axis=1)
-    return np.where(radius[:, None] <= 1, moved, 0.0)
-
-
-STIFF = 4e6      # 1/m^2 times the tension over G, penalty stiffness of contact: penetration is some ten micrometres. Chosen
+#: 1/m^2 times the tension over G, penalty stiffness of contact: penetration is some tens of micrometres. Chosen: of twice as much, fields
+#: differ by 8 micrometres RMS, and a tip without friction takes nearly twice as many Newton steps.
+STIFF = 2e6
 SOFT = 10e-6     # m: half width of the transition into contact. Chosen
 STEPS = 24       # Newton steps at most, before the load step is halved. Chosen
 WHOLE = 12       # first Newton steps in full length; later ones are halved, which ends cycles of stick and slip. Chosen
@@ -211,22 +231,34 @@ def press_dome(mesh: DomeMesh, depths: np.ndarray, radius: float, material: Dome
     return _Press(mesh, radius, material).path(np.asarray(depths, float), drags)
 
 
+@dataclass
+class _Skin:
+    """The skin at the points (n, P, 3): places, m; edges along the radius and along the circle (2, n, P, 3), their normal, derivatives of
+    half its square by the edges and the stress along them (2, n, P, 3); volume below it, m^3."""
+
+    places: np.ndarray
+    edges: np.ndarray
+    normal: np.ndarray
+    bends: np.ndarray
+    stress: np.ndarray
+    volume: float
+
+
 class _Press:
     """One press, by load steps."""
 
     def __init__(self, mesh: DomeMesh, radius: float, material: DomeMaterial):
-        self._mesh, self._radius, self._material = mesh, radius, material
-        self._value, self._slopes = mesh.basis(odd=False)
-        self._free, self._u = mesh.free(odd=False), np.zeros(mesh.plan.size)
-        self._stiff = STIFF * (1 - material.squeeze)
+        self._mesh, self._radius, self._material, self._u = mesh, radius, material, np.zeros(mesh.plan.size)
+        self._weight, self._area = mesh.weight[..., None], (mesh.weight * mesh.scale**2)[..., None]
+        self._stiff, self._squeeze = STIFF * (1 - material.squeeze), material.squeeze * mesh.scale**6  # of the edges per length in the disc
         cap = mesh.cap
-        self._pressure, self._volume, self._bias = 2 * (1 - material.squeeze) / cap.curvature_radius, 0.0, 0.0
-        pull, push, self._volume, _ = self._membrane()
-        self._bias = pull - self._pressure * push  # of the discretisation: the sphere is the exact equilibrium
+        skin, self._pressure = self._skin(), 2 * (1 - material.squeeze) / cap.curvature_radius
+        self._volume = skin.volume
+        # Of the discretisation: the sphere is the exact equilibrium.
+        self._bias = self._pull(skin, np.zeros(skin.places.shape)) - self._pressure * self._swell(skin)
         at = np.array([0.0, 0.0, cap.centre_z])
-        angle = 2 * np.arctan(mesh.shift * disc_scale(cap))
-        self._first = at + np.array([np.sin(angle), 0.0, np.cos(angle)]) * (cap.curvature_radius + radius)
-        self._settled = np.zeros(mesh.weight.shape, bool), np.zeros(mesh.rest.shape), self._first, self._places() - self._first
+        self._first = at + (mesh.points(np.array(0j)) - at) * (1 + radius / cap.curvature_radius)  # of the tip's centre
+        self._settled = np.zeros(mesh.weight.shape, bool), np.zeros(mesh.rest.shape), self._first, skin.places - self._first
 
     def path(self, depths: np.ndarray, drags: int) -> PressedDome:
         """See press_dome."""
@@ -259,15 +291,14 @@ class _Press:
         centre = self._first - [0.0, 0.0, depth]
         self._held, self._anchor = self._met(centre)
         for turn in range(STEPS):
-            residual, push, touch, tangents, softer = self._balance(centre)
-            self._tangents, self._swelling, self._softer = tangents, push, softer
-            step = self._with_gas(tangents, -residual, push, self._value, self._slopes, self._free)
+            residual, touch = self._balance(centre)
+            step = self._with_gas(self._tangent, -residual, self._swelling)
             if not np.isfinite(step).all():
                 return False
             largest = np.abs(step).max()
             self._u = self._u + step * min(1.0 if turn < WHOLE else 0.5, STRIDE / max(largest, 1e-12))
             if largest < SETTLED:
-                self._settled = touch.on, np.where(touch.on[..., None], touch.stick_place, 0.0), centre, self._places() - centre
+                self._settled = touch.on, np.where(touch.on[..., None], touch.stick_place, 0.0), centre, self._skin().places - centre
                 self._touching = touch
                 return True
         return False
@@ -285,66 +316,45 @@ class _Press:
         meets = ~held & (root > 0) & (way < down)
         return held | meets, np.where(meets[..., None], offset + way[..., None] * [0.0, 0.0, 1.0], anchor)
 
-    def _balance(self, centre: np.ndarray):
-        """Residual force (size,); derivative of the volume by the coefficients (size,); contact; tangents at the points (for _solved);
-        derivative of the pressure by the volume."""
-        pull, push, volume, (along, across, normal) = self._membrane()
-        share = self._volume / volume
+    def _balance(self, centre: np.ndarray) -> tuple[np.ndarray, _Touch]:
+        """Residual force (size,) and contact. Sets the tangent at the points (for DomeMesh.solve), the derivative of half the volume by the
+        coefficients (size,), and that of the pressure by the volume."""
+        skin = self._skin()
+        share = self._volume / skin.volume
         pressure = self._pressure * (1 + self._material.gas * (share - 1))
-        touch = self._touch(self._places() - centre)
-        area = (self._mesh.weight * self._mesh.scale**2)[..., None]
-        residual = np.where(self._free, pull - pressure * push - self._bias + self._gathered(self._value, touch.force * area), 0.0)
-        stress = _membrane_tangent(along, across, normal, self._squeeze()) * self._mesh.weight[..., None, None]
-        swell = np.concatenate([-_cross_matrix(across), _cross_matrix(along)], axis=-1) * (-pressure * self._mesh.weight)[..., None, None]
-        tangents = stress, swell, touch.tangent * area[..., None]
-        return residual, np.where(self._free, push, 0.0), touch, tangents, -2 * self._pressure * self._material.gas * share / volume
+        touch, self._swelling = self._touch(skin.places - centre), self._swell(skin)
+        self._softer = -2 * self._pressure * self._material.gas * share / skin.volume
+        along, across = skin.edges
+        self._tangent = np.zeros((*self._mesh.weight.shape, 9, 9))
+        self._tangent[..., :3, :3] = touch.tangent * self._area[..., None]
+        self._tangent[..., :3, 3:6] = _cross_matrix(across * (pressure * self._weight))
+        self._tangent[..., :3, 6:] = -_cross_matrix(along * (pressure * self._weight))
+        self._tangent[..., 3:, 3:] = _membrane_tangent(skin, self._squeeze) * self._weight[..., None]
+        return self._pull(skin, touch.force * self._area) - pressure * self._swelling - self._bias, touch
 
-    def _membrane(self):
-        """Force of the skin (size,), derivative of half the volume (size,), the volume, m^3, and the skin's edges and normal."""
+    def _skin(self) -> _Skin:
+        """At the present coefficients."""
         mesh = self._mesh
-        edges = np.matmul(self._slopes, self._u[mesh.of][..., None]).reshape(mesh.n, -1, 2, 3)
-        along, across = mesh.along + edges[..., 0, :], mesh.across + edges[..., 1, :]
-        normal = np.cross(along, across)
-        thinning = self._squeeze()[..., None] / np.sum(normal**2, axis=-1, keepdims=True)**2
-        stress = np.stack([along - thinning * np.cross(across, normal), across - thinning * np.cross(normal, along)], axis=2)
-        volume = 2 / 3 * np.sum(mesh.weight * np.sum(self._places() * normal, axis=-1))
-        push = self._gathered(self._value, normal * mesh.weight[..., None])
-        return self._gathered(self._slopes, stress * mesh.weight[..., None, None]), push, volume, (along, across, normal)
+        moved, *edges = mesh.at_points(self._u)
+        along, across = edges[0] + mesh.along, edges[1] + mesh.across
+        normal, places = np.cross(along, across), mesh.rest + moved
+        bends = np.stack([np.cross(across, normal), np.cross(normal, along)])
+        edges = np.stack([along, across])
+        stress = edges - self._squeeze[..., None] / np.sum(normal**2, axis=-1, keepdims=True)**2 * bends
+        return _Skin(places, edges, normal, bends, stress, 2 / 3 * np.sum(mesh.weight * np.sum(places * normal, axis=-1)))
 
-    def _squeeze(self) -> np.ndarray:
-        """(n, P) of the edges per length in the disc."""
-        return self._material.squeeze * self._mesh.scale**6
+    def _pull(self, skin: _Skin, force: np.ndarray) -> np.ndarray:
+        """(size,) force of the skin, and of the tip at the points (n, P, 3)."""
+        return self._mesh.gathered(np.concatenate([force[None], skin.stress * self._weight]))
 
-    def _places(self) -> np.ndarray:
-        return self._mesh.rest + np.matmul(self._value, self._u[self._mesh.of][..., None]).reshape(self._mesh.rest.shape)
+    def _swell(self, skin: _Skin) -> np.ndarray:
+        """(size,) derivative of half the volume."""
+        return self._mesh.gathered((skin.normal * self._weight)[None])
 
-    def _gathered(self, basis: np.ndarray, at_points: np.ndarray) -> np.ndarray:
-        """(size,) sums over the points."""
-        local = np.matmul(at_points.reshape(len(basis), 1, -1), basis)
-        return np.bincount(self._mesh.of.ravel(), local.ravel(), self._mesh.plan.size)
-
-    def _solved(self, tangents, right: np.ndarray, value: np.ndarray, slopes: np.ndarray, free: np.ndarray) -> np.ndarray:
-        """(size, m): solutions for right (size, m), by the band that rings and their neighbours form."""
-        from scipy.linalg import solve_banded  # calibration alone needs it
-        mesh = self._mesh
-        stress, swell, touch = tangents
-        parts = slopes.reshape(mesh.n, -1, 6, slopes.shape[-1]), value.reshape(mesh.n, -1, 3, value.shape[-1])
-        pulled = np.matmul(stress, parts[0]).reshape(slopes.shape)
-        pushed = (np.matmul(swell, parts[0]) + np.matmul(touch, parts[1])).reshape(value.shape)
-        element = np.matmul(slopes.transpose(0, 2, 1), pulled) + np.matmul(value.transpose(0, 2, 1), pushed)
-        size, wide = mesh.plan.size, 2 * mesh.per_ring - 1
-        row, column = np.broadcast_arrays(mesh.of[:, :, None], mesh.of[:, None, :])
-        element = np.where(free[row] & free[column], element, 0.0)
-        band = np.bincount(((wide + row - column) * size + column).ravel(), element.ravel(), (2 * wide + 1) * size)
-        band = band.reshape(2 * wide + 1, size)
-        band[wide, ~free] = 1.0
-        return solve_banded((wide, wide), band, np.where(free[:, None], right, 0.0), check_finite=False)
-
-    def _with_gas(self, tangents, right: np.ndarray, push: np.ndarray, value: np.ndarray, slopes: np.ndarray,
-                  free: np.ndarray) -> np.ndarray:
+    def _with_gas(self, tangent: np.ndarray, right: np.ndarray, push: np.ndarray, odd: bool = False) -> np.ndarray:
         """(size,): solution for right (size,). The gas couples all points: its tangent is a product of two vectors push (size,) (Sherman
         and Morrison 1950)."""
-        found = self._solved(tangents, np.stack([right, push], axis=1), value, slopes, free)
+        found = self._mesh.solve(tangent, np.stack([right, push], axis=1), odd)
         return found[:, 0] + found[:, 1] * (self._softer * (push @ found[:, 0]) / (1 - self._softer * (push @ found[:, 1])))
 
     def _dragged(self, axis: int, way: float) -> tuple[np.ndarray, np.ndarray]:
@@ -353,26 +363,24 @@ class _Press:
 
         Linear, and yet near for a long way: the part of the skin in contact moves as one, and an ideal balloon answers linearly.
         """
-        odd, aside = axis == 1, np.eye(3)[axis] * way
-        value, slopes = (self._value, self._slopes) if not odd else self._mesh.basis(odd=True)
-        area, free = (self._mesh.weight * self._mesh.scale**2)[..., None], self._mesh.free(odd)
+        odd, aside, tangent = axis == 1, np.eye(3)[axis] * way, self._tangent.copy()
         push = np.zeros_like(self._u) if odd else self._swelling  # mirror symmetry keeps the gas out of the odd field
         rubs = self._material.friction == 0
-        held = (self._touching.tangent if rubs else self._touching.stuck) * area[..., None]
+        held = tangent[..., :3, :3] = (self._touching.tangent if rubs else self._touching.stuck) * self._area[..., None]
 
         def answer(load):
-            return self._with_gas((*self._tangents[:2], held), self._gathered(value, load) * free, push, value, slopes, free)
+            return self._with_gas(tangent, self._mesh.gathered(load[None], odd), push, odd)
 
         def at_points(field):
-            return np.matmul(value, field[self._mesh.of][..., None]).reshape(self._mesh.rest.shape)
+            return self._mesh.at_points(field, odd)[0]
 
         moved, traction = answer(held @ aside), 0.0
         if rubs:
-            normal = self._touching.force * area  # of the skin on the tip, outwards from it
+            normal = self._touching.force * self._area  # of the skin on the tip, outwards from it
             size = np.linalg.norm(normal, axis=-1, keepdims=True)
             along = size * aside - normal * (normal @ aside)[..., None] / np.maximum(size, 1e-30)
             more = answer(along)
-            weight = size / size.sum()
+            weight = size / max(size.sum(), 1e-30)
             lacks, gives = (np.sum(weight * (part @ aside)[..., None]) for part in (aside - at_points(moved), at_points(more)))
             moved, traction = moved + more * (lacks / gives), along * (lacks / gives)
         force = np.sum(np.matmul(held, (aside - at_points(moved))[..., None])[..., 0] + traction, axis=(0, 1))
@@ -380,8 +388,7 @@ class _Press:
 
     def _push(self) -> np.ndarray:
         """(3,) force of the tip on the skin, both halves."""
-        area = (self._mesh.weight * self._mesh.scale**2)[..., None]
-        return -2 * np.sum(self._touching.force * area, axis=(0, 1)) * [1.0, 0.0, 1.0]
+        return -2 * np.sum(self._touching.force * self._area, axis=(0, 1)) * [1.0, 0.0, 1.0]
 
     def _touch(self, offset: np.ndarray) -> _Touch:
         """Contact pressure and Coulomb friction (return mapping, elastic stick) at points offset (n, P, 3), m, from the tip's centre."""
@@ -414,17 +421,21 @@ def _cross_matrix(a: np.ndarray) -> np.ndarray:
     return matrix
 
 
-def _membrane_tangent(along: np.ndarray, across: np.ndarray, normal: np.ndarray, squeeze: np.ndarray) -> np.ndarray:
+def _membrane_tangent(skin: _Skin, squeeze: np.ndarray) -> np.ndarray:
     """(n, P, 6, 6): second derivative of (|a|^2 + |b|^2 + squeeze / |a x b|^2) / 2 by the edges a and b."""
-    square = np.sum(normal**2, axis=-1)
+    square = np.sum(skin.normal**2, axis=-1)
     first, second = (squeeze / square**2)[..., None, None], (4 * squeeze / square**3)[..., None, None]
-    a, b, n = _cross_matrix(along), _cross_matrix(across), _cross_matrix(normal)
-    by_edges = np.concatenate([np.cross(across, normal), np.cross(normal, along)], axis=-1)
-    tangent = second * by_edges[..., :, None] * by_edges[..., None, :] + np.eye(6)
-    tangent[..., :3, :3] += first * (b @ b)
-    tangent[..., 3:, 3:] += first * (a @ a)
-    tangent[..., :3, 3:] += first * (n - b @ a)
-    tangent[..., 3:, :3] -= first * (n + a @ b)
+    (a, b), n, by_edges = skin.edges, _cross_matrix(skin.normal), np.concatenate([*skin.bends], axis=-1)
+
+    def crossed(left, right):
+        """The matrix of left x (right x v)."""
+        return right[..., :, None] * left[..., None, :] - np.sum(left * right, axis=-1)[..., None, None] * np.eye(3)
+
+    tangent, mixed = second * by_edges[..., :, None] * by_edges[..., None, :] + np.eye(6), n - crossed(b, a)
+    tangent[..., :3, :3] += first * crossed(b, b)
+    tangent[..., 3:, 3:] += first * crossed(a, a)
+    tangent[..., :3, 3:] += first * mixed
+    tangent[..., 3:, :3] += first * mixed.swapaxes(-1, -2)
     return tangent
 
 

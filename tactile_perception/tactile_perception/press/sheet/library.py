@@ -12,7 +12,7 @@ import numpy as np
 
 from ... import _core
 from ...common.progress import in_parallel
-from ...common.geometry import spline_fit
+from ...common.geometry import extrapolate, spline_fit
 from ...errors import BadCalibration
 from .mechanics import SheetMaterial, SheetMesh, least_length, press_sheet, uniform
 
@@ -122,8 +122,8 @@ def build_library(plan: LibraryPlan, material: SheetMaterial) -> SheetLibrary:
     if np.isnan(fields[:, :, :3, :, 0, 0, 0]).mean() > UNSOLVED:
         raise BadCalibration(f'simulated presses to {plan.depth * 1e3:.1f} mm with {material} do not converge; check size and depths')
     depths = np.concatenate([[0.0], plan.depths])
-    _extrapolate(solved, depths)
-    _extrapolate(wrench, depths)
+    for part in (solved, wrench):
+        extrapolate(part.reshape(-1, *part.shape[3:]), depths)
     wrench[:, :, :, 0] = 2 * wrench[:, :, :, 1] - wrench[:, :, :, 2]
     return SheetLibrary(plan, [_class(solved, wrench, odd, plan) for odd in CLASSES], material)
 
@@ -183,16 +183,6 @@ def _reported(wrench: np.ndarray, depths: np.ndarray) -> np.ndarray:
     push = -wrench[:, 2:3]
     return np.concatenate([np.log(np.maximum(push, 1e-15) / depths[:, None]), wrench[:, :2] / push, wrench[:, 3:6] / push, wrench[:, 6:]],
                           axis=1)
-
-
-def _extrapolate(solved: np.ndarray, depths: np.ndarray) -> None:
-    """Extrapolate linearly over depth, (..., level, ...), where a simulation did not converge (NaN); what is known at one level only stays
-    as it is there."""
-    for level in range(2, solved.shape[3]):
-        missing = np.isnan(solved[:, :, :, level].reshape(*solved.shape[:3], -1)[..., 0])
-        last, before = solved[:, :, :, level - 1][missing], solved[:, :, :, level - 2][missing]
-        step = (depths[level] - depths[level - 1]) / (depths[level - 1] - depths[level - 2])
-        solved[:, :, :, level][missing] = last + step * np.where(np.isnan(before), 0.0, last - before)
 
 
 def _class(solved: np.ndarray, wrench: np.ndarray, odd: tuple[int, int], plan: LibraryPlan) -> ModeClass:

@@ -4,10 +4,10 @@ from itertools import product
 
 import numpy as np
 import pytest
-from dome_library import MATERIAL, MESH, PLAN, POINTS, press, small_library
+from dome_library import MATERIAL, MESH, PLAN, POINTS, evaluate, press, small_library
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.dome.library import RADIUS_SPREAD, AsSeen, library_from_numbers, library_numbers
-from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, evaluate, outlines, press_dome, shift_of
+from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, outlines, press_dome, shift_of
 
 pytestmark = pytest.mark.full  # simulates a small library
 KNOWN = np.isfinite(POINTS).all(1)

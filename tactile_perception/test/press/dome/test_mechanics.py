@@ -6,10 +6,11 @@ import pathlib
 
 import numpy as np
 import pytest
+from dome_library import evaluate
 from dome_scenes import DOME, EYE, markers
 from tactile_perception.common.geometry import Cap
 from tactile_perception.errors import BadArgument
-from tactile_perception.press.dome.mechanics import (DomeMaterial, DomeMesh, MeshPlan, appear_at, centres_of, evaluate,
+from tactile_perception.press.dome.mechanics import (DomeMaterial, DomeMesh, MeshPlan, appear_at, centres_of,
                                                      outlines, press_dome, shift_of)
 from tactile_perception.press.sensor import dome_cap
 

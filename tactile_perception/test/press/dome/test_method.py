@@ -7,10 +7,8 @@ import pytest
 from dome_library import EYES, MATERIAL, PLAN, library_field, press, small_library
 from dome_scenes import DOME, EYE, seen, markers
 from tactile_perception.errors import BadArgument, BadCalibration
-from tactile_perception.press.dome.calibration import DomeCalibration
 from tactile_perception.press.dome.library import RADIUS_SPREAD
-from tactile_perception.press.dome.method import DomeModelMethod
-from tactile_perception.press.dome.fit import FieldNoise
+from tactile_perception.press.dome.model import DomeCalibration, DomeModelMethod, FieldNoise
 from tactile_perception.press.estimate import OUT_OF_RANGE
 from tactile_perception.press.sensor import first_touch_height
 

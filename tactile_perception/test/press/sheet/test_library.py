@@ -8,7 +8,7 @@ from sheet_scenes import EYE, GRID, MATERIAL, PLAN, library
 from tactile_perception.calibration.files.format import CalibrationFile, read_calibration, write_calibration
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.sheet import library as module
-from tactile_perception.press.sheet.fit import show
+from tactile_perception.press.sheet.model import show
 from tactile_perception.press.sheet.library import (LibraryPlan, Press, build_library, field_appearance, library_from_numbers,
                                                     library_numbers)
 from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, press_sheet, uniform

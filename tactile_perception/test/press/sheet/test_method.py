@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from sheet_scenes import EYE, GRID, MATERIAL, PLAN, SENSOR, field_of, library, pressed
 from tactile_perception.errors import BadCalibration
-from tactile_perception.press.sheet.calibration import CameraShifts, SheetCalibration
+from tactile_perception.press.sheet.calibration import fit_sheet
 from tactile_perception.press.sheet.mechanics import SheetMesh, press_sheet
-from tactile_perception.press.sheet.fit import FieldNoise, show
-from tactile_perception.press.sheet.method import SheetModelMethod
+from tactile_perception.press.sheet.model import CameraShifts, FieldNoise, SheetCalibration, SheetModelMethod, show
 from tactile_perception.press.sheet.library import Press
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.estimate import AMBIGUOUS, OUT_OF_RANGE
@@ -165,21 +164,14 @@ def test_what_no_press_explains_is_reported_by_two_cameras_from_the_second_frame
     assert common_method().estimate(torn)[0].flags & AMBIGUOUS, 'one camera sees all at once'
 
 
-def test_it_is_made_again_of_its_numbers():
-    numbers = fitted().numbers()
-    field = field_of(pressed(0.012, -0.007, 4e-3, 8e-3), 5e-6, 5e-3)
-    again, = SheetModelMethod.from_fitted(numbers, SENSOR).estimate(field)
-    assert again.position == pytest.approx(SheetModelMethod(fitted(), SENSOR).estimate(field)[0].position, abs=5e-6)
-
-
 @pytest.mark.full
 def test_a_print_that_is_aside_and_turned_is_reported_by_all_presses():
     at = np.array([(x, y, depth) for x in (-0.012, 0.0, 0.011) for y in (-0.006, 0.007) for depth in (3e-3, 5e-3)])
     fields = tuple(field_of(pressed(*where), 5e-6, 5e-3, seed) for seed, where in enumerate(at))
-    shift, turn, unknown = np.array([3e-4, -2e-4]), 8e-3, np.full((len(at), 6), np.nan)
+    shift, turn = np.array([3e-4, -2e-4]), 8e-3
     position = np.column_stack([at[:, 0] - turn * at[:, 1] + shift[0], at[:, 1] + turn * at[:, 0] + shift[1], -at[:, 2]])
-    presses = Presses(fields, position, at[:, 2], np.arange(len(at)), unknown, unknown[:, 0])
-    camera_centres = SheetCalibration.from_numbers(SheetModelMethod.fit(presses, SENSOR, fitted().numbers())).camera_centres
+    presses = Presses(fields, position, at[:, 2])
+    camera_centres = SheetCalibration.from_numbers(fit_sheet(presses, SENSOR, fitted().numbers())).camera_centres
     assert camera_centres.printed == pytest.approx(shift, abs=5e-5) and camera_centres.turned == pytest.approx(turn, abs=2e-3)
 
 

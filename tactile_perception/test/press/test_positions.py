@@ -1,15 +1,17 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Places of a sheet's markers from where they appear, on deflections whose markers went down and in known ways sideways."""
+"""Places of markers from where they appear: of a sheet, on deflections whose markers went down and in known ways sideways; of a dome."""
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
+from dome_scenes import DOME, EYE as DOME_EYE, dented, markers
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadArgument
-from tactile_perception.press.positions import MarkerPlaces, SheetSurface, on_rays
-from tactile_perception.press.field import MarkerField, camera_view
+from tactile_perception.press.field import CameraView, MarkerField
+from tactile_perception.press.positions import MarkerPlaces, SheetSurface, dome_raised, on_rays
 from tactile_perception.press.sensor import MARKER_SENSORS
 
 SENSOR = MARKER_SENSORS['areal_single']
@@ -73,22 +75,50 @@ def test_what_does_not_fit_together_is_refused(wrong):
         SheetSurface(replace(SENSOR, **wrong))
 
 
-CAMERA = CameraModel(np.array([[560.0, 0, 320], [0, 560, 240], [0, 0, 1]]), translation=np.array([0.0, 0.0, 0.062]))
+CAMERA = CameraModel(np.array([[230.0, 0, 320], [0, 230, 240], [0, 0, 1]]), translation=-DOME_EYE)
+ON_DOME = markers()
+SEEN = np.flatnonzero(np.isfinite(ON_DOME[:, 0]))
 
 
-def tracks(xyz, rest_uv):
-    uv = CAMERA.project(xyz)
-    count = len(uv)
-    return DotTracks(9, 13, np.arange(count), uv, np.full(count, 300.0), np.full(count, np.nan), uv - rest_uv)
+def tracks(xyz):
+    """Of markers at xyz (K, 3) m; every ninth is lost."""
+    id = SEEN[np.arange(len(SEEN)) % 9 > 0]
+    uv, rest = CAMERA.project(xyz[id]), CAMERA.project(ON_DOME[id])
+    return DotTracks(17, 17, id, uv, np.full(len(id), 100.0), np.full(len(id), 0.02), uv - rest)
 
 
-def test_the_camera_s_place_comes_from_the_untouched_markers_and_theirs_from_the_picture():
-    rest = np.column_stack([SENSOR.grid(), np.zeros(117)])
-    rest_uv = CAMERA.project(rest)
-    places = MarkerPlaces(SENSOR, 117, lambda uv: camera_view(CAMERA.matrix, CAMERA.distortion, uv, SENSOR), SheetSurface(SENSOR).raised)
-    assert places.locate(None, tracks(rest, rest_uv), 0.0) == pytest.approx(rest, abs=1e-6)
-    down = rest.copy()
-    down[:, 2] = -4e-3 * np.exp(-0.5 * ((rest[:, :2] - [0.004, 0.002])**2).sum(1) / 0.008**2)
-    assert np.sqrt(np.mean((places.locate(None, tracks(down, rest_uv), 0.0) - down)[:, 2]**2)) < 0.15e-3
-    places.renew()
-    assert places.locate(None, tracks(rest, rest_uv), 0.0) == pytest.approx(rest, abs=1e-6)
+def places(method=None):
+    return MarkerPlaces(DOME, len(ON_DOME), lambda uv: CameraView(CAMERA, DOME.plane_z), partial(dome_raised, method))
+
+
+class Knows:
+    """A method that knows how far each marker is lowered."""
+
+    def __init__(self, xyz):
+        self._raised = xyz[:, 2] - ON_DOME[:, 2]
+
+    def raised(self, field):
+        return self._raised if np.nanmax(np.abs(field.shift)) > 1e-6 else None
+
+
+def test_markers_of_the_untouched_dome_are_on_it():
+    still = tracks(ON_DOME)
+    for method in (None, Knows(ON_DOME)):
+        assert places(method).locate(None, still, 0.0) == pytest.approx(ON_DOME[still.id], abs=1e-9)
+
+
+def test_markers_are_taken_down_by_the_dent():
+    now = dented(ON_DOME, np.array([0.02, -0.015]), 0.025)
+    found, seen = places(Knows(now)), tracks(now)
+    off = np.linalg.norm(found.locate(None, seen, 0.0) - now[seen.id], axis=1)
+    assert off.max() < 1e-9 and np.abs(now[seen.id, 2] - ON_DOME[seen.id, 2]).max() > 0.02
+    found.renew()
+    assert found.locate(None, tracks(ON_DOME), 0.0) == pytest.approx(ON_DOME[seen.id], abs=1e-9)
+
+
+def test_without_a_calibration_markers_that_moved_have_no_place():
+    now = dented(ON_DOME, np.array([0.02, -0.015]), 0.025)
+    seen = tracks(now)
+    found = places().locate(None, seen, 0.0)
+    near = np.hypot(*(ON_DOME[seen.id, :2] - [0.02, -0.015]).T) < 0.05
+    assert np.isnan(found[near]).all() and np.array_equal(np.isnan(found[:, 0]), np.isnan(found[:, 2]))

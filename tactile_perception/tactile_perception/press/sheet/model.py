@@ -1,0 +1,430 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Touches of a sheet by model inversion: the presses (one straight, one dragged, or two at once) that best explain the marker field, from a
+coarse place by a matched filter."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, astuple, dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from ...common.geometry import cross
+from ...errors import BadCalibration
+from ..choice import DRAGGED, Choice, Evidence
+from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
+from ..field import MarkerField
+from ..sensor import MarkerSensor
+from .library import Press, SheetLibrary, library_from_numbers, library_numbers
+from .mechanics import SheetMaterial
+
+SIZE = 6    # of a press's vector
+NEAR = 2.5  # marker pitches from a press within which markers are discs; farther away points. Chosen
+
+
+FEWEST = 10   # markers needed. Chosen
+BEYOND = 1.02  # times the calibrated depth: deeper is out of range
+EDGE = 0.999  # of the library's reach, from which a touch is at the edge
+
+
+@dataclass(frozen=True)
+class SheetConstants:
+    """What decides; all chosen on simulated sheets. Pairs are of place and depth.
+
+    tip: prior standard deviation of the log of a tip's radius over the calibrated one: three in four tips are within 0.8 to 1.2 times
+    stands_out: least match of a touch, standard deviations of noise: three times the greatest of untouched frames
+    sure: least depth of a touch over its standard deviation
+    ordinary: residual chi-square of presses under their own hypothesis, which is 0.2 to 1
+    strange: chi-square of a first frame from which two cameras show it at different moments
+    unexplained: chi-square from which an estimate is ambiguous
+    unseen: pitches from all markers that are seen: a touch there is not reported
+    floor: least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
+    dragged: standard deviations over the tip radius that a drag of 1 adds
+    radius: standard deviations of a log radius, of a press and of a drag, as other friction passes for another radius
+    apart: standard deviations over the tip radius, of two presses at a chi-square of 2
+    """
+
+    tip: float = 0.15
+    stands_out: float = 8.0
+    sure: float = 4.0
+    ordinary: float = 0.5
+    strange: float = 2.5
+    unexplained: float = 4.0
+    unseen: float = 2.0
+    floor: float = 0.007
+    dragged: tuple[float, float] = (0.1, 0.06)
+    radius: tuple[float, float] = (0.1, 0.2)
+    apart: tuple[float, float] = (0.1, 0.04)
+
+
+CONSTANTS = SheetConstants()
+
+
+@dataclass(frozen=True)
+class FieldNoise:
+    """Standard deviations: shift, m, and growth of an untouched field; share_shift and share_growth (1/m): model error over a marker's
+    displacement, m; depth_shift and depth_growth (1/m): over the depth of the press, m.
+    """
+
+    shift: float
+    growth: float
+    share_shift: float
+    share_growth: float
+    depth_shift: float = 0.0
+    depth_growth: float = 0.0
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """presses: T; covariance: (6 T, 6 T) of their vectors, with one more row for the interaction factor of two; misfit: mean squared
+    normalised residual (about 1); wrenches: (T, 9) log of normal force over depth, tangential over normal force, moment about the tip over
+    normal force, m, and centre of the pressure relative to the tip, m; mixed: the interaction factor, 0 for one."""
+
+    presses: list[Press]
+    covariance: np.ndarray
+    misfit: float
+    wrenches: np.ndarray
+    mixed: float = 0.0
+
+    def is_sure(self, k: int) -> bool:
+        """Whether the markers show press k: that its depth is uncertain, as in drags, does not make it less so."""
+        (*_, depth), covariance = self.tip(k)
+        return bool(depth > CONSTANTS.sure * np.sqrt(covariance[2, 2]))
+
+    def tip(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Place and depth (3,), m, of press k as if it were alone, and their covariance (3, 3), scaled by a misfit above 1."""
+        part = slice(SIZE * k, SIZE * k + 3)
+        return self.presses[k].vector[:3], self.covariance[part, part] * max(self.misfit, 1.0)
+
+
+class Seen:
+    """The N markers of a field that are seen: rest (N, 2), camera_centre (N, 3), value (N, 3) shift and growth, NaN where unknown; sigma
+    (N,).
+
+    motion: (N, 3) of value, of those that a second camera sees at a moment of its own, by an unknown share of which they may be late.
+    """
+
+    def __init__(self, field: MarkerField, motion: np.ndarray | None = None):
+        self.index = np.flatnonzero(field.seen & np.isfinite(field.camera_centre).all(1))
+        self.rest, self.camera_centre, self.sigma = field.rest[self.index], field.camera_centre[self.index], field.sigma[self.index]
+        self.value = np.column_stack([field.shift[self.index], field.growth[self.index]])
+        self.motion = np.zeros((len(self.index), 3)) if motion is None else motion[self.index]
+
+
+class SheetInverse:
+    """Fits presses to marker fields. marker_radius: m; pitch: m, of the markers."""
+
+    def __init__(self, library: SheetLibrary, noise: FieldNoise, marker_radius: float, pitch: float):
+        self._library, self._marker = library, {'marker_radius': marker_radius, 'near': NEAR * pitch}
+        self._noise = astuple(noise)
+
+    def solve(self, seen: Seen, start: list[Press], drags: bool = False) -> Inverse:
+        """Fit one press or two from start; drags: whether their drags are unknown, else 0."""
+        vectors = np.array([press.vector for press in start])
+        found = self._library.table.fit(seen.rest, seen.camera_centre, seen.value, seen.sigma, seen.motion, vectors, noise=self._noise,
+                                        tip=(0.0, CONSTANTS.tip), drags=drags, **self._marker)
+        presses = [Press.of(found.state[SIZE * k:SIZE * (k + 1)]) for k in range(len(start))]
+        return Inverse(presses, found.covariance, found.misfit, found.wrenches, float(found.state[SIZE * len(start):].sum()))
+
+    def predict(self, presses: list[Press], seen: Seen, mixed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Predicted shift and growth (N, 3), and the displacement with its derivatives by x and y (N, 3, 3)."""
+        return show(self._library, presses, seen.rest, seen.camera_centre, mixed, **self._marker)
+
+
+def show(library: SheetLibrary, presses: list[Press], rest: np.ndarray, camera_centre: np.ndarray, mixed: float = 0.0,
+         marker_radius: float = 0.0, near: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Shift, m, and growth (N, 3) of markers at rest (N, 2), m, seen from camera_centre (N, 3), m, under one press or two with an
+    interaction factor mixed; and the displacement of the sheet there with its derivatives by x and y (N, 3, 3). Markers of marker_radius,
+    m, nearer than near, m, to a press are discs, else points."""
+    return library.table.show(rest, camera_centre, np.array([press.vector for press in presses]), mixed=mixed, marker_radius=marker_radius,
+                              near=near)
+
+
+GRID = (13, 11)          # template places along x and y. Chosen
+DEPTHS = (0.1, 0.4, 0.8)  # template depths over the library's largest. Chosen
+PAIR_DEPTH = 1           # of DEPTHS: templates of two presses at once. Chosen
+_MOVED = 1e-4            # m: a camera centre or untouched marker that changed by more renews the templates. Chosen
+
+
+class SheetStart:
+    """Matches fields of one marker pattern with templates. shift, m, growth: standard deviations of an untouched field."""
+
+    def __init__(self, library: SheetLibrary, shift: float, growth: float):
+        self._library, self._sigma = library, np.array([shift, shift, growth])
+        x, y = (np.linspace(-0.95, 0.95, count) * reach for count, reach in zip(GRID, library.plan.reach))
+        places = np.stack(np.meshgrid(x, y, indexing='ij'), axis=-1).reshape(-1, 2)
+        self._presses = [Press(place, depth * library.plan.depth) for place in places for depth in DEPTHS]
+        self._rest = self._camera_centre = np.zeros((0, 2))
+
+    def best(self, field: MarkerField) -> tuple[Press, float]:
+        """The best matching press, with depth scaled to the match, and the match in standard deviations of the noise or of the residual,
+        whichever is larger."""
+        self._renew(field)
+        value = self._values(field)
+        known = np.isfinite(value) & self._known
+        value = np.where(known, value, 0.0)
+        match, length = self._fields @ value.astype(np.float32), self._lengths(known)
+        score = match / length
+        k = int(np.argmax(score))
+        press, best = self._presses[k], float(score[k])
+        depth = min(max(press.depth * best / float(length[k]), 1e-5), self._library.plan.depth)
+        left = (float(value @ value) - best**2) / max(np.count_nonzero(known), 1)
+        return Press(press.place, depth), best / np.sqrt(max(left, 1.0))
+
+    def best_pair(self, field: MarkerField) -> list[Press]:
+        """The two presses whose fields, each scaled, add up to the field best; of the templates of PAIR_DEPTH, as best for the rest."""
+        self._renew(field)
+        value = self._values(field)
+        known = np.isfinite(value) & self._known
+        fields = np.where(known, self._fields[PAIR_DEPTH::len(DEPTHS)], 0.0)
+        match, both = fields @ np.where(known, value, 0.0), fields @ fields.T + 1e-9 * np.eye(len(fields))
+        own = np.diag(both)
+        free = np.maximum(own[:, None] * own - both**2, 1e-3 * own[:, None] * own)  # alike ones tell nothing apart
+        share = (match[:, None] * own - both * match) / free  # of the first of each pair
+        reported = np.where((share > 0) & (share.T > 0), share * match[:, None] + share.T * match, 0.0)
+        first, second = np.unravel_index(np.argmax(reported), reported.shape)
+        presses = self._presses[PAIR_DEPTH::len(DEPTHS)]
+        return [replace(presses[k], depth=float(np.clip(presses[k].depth * share[k, other], 1e-5, self._library.plan.depth)))
+                for k, other in ((first, second), (second, first))]
+
+    def _values(self, field: MarkerField) -> np.ndarray:
+        """(3 K,) shift and growth of all markers over their noise."""
+        return (np.column_stack([field.shift, field.growth]) / self._sigma).ravel()
+
+    def _lengths(self, known: np.ndarray) -> np.ndarray:
+        """(P,) norms of the templates over the known values (3 K,)."""
+        if not np.array_equal(known, self._last[0]):
+            self._last = known, np.sqrt(np.maximum(self._fields**2 @ known.astype(np.float32), 1e-9))
+        return self._last[1]
+
+    def _renew(self, field: MarkerField) -> None:
+        """Renew the templates where markers or camera centres changed; a marker that is not seen keeps its last position."""
+        if len(self._rest) == len(field):
+            rest = np.where(np.isfinite(field.rest), field.rest, self._rest)
+            camera_centre = np.where(np.isfinite(field.camera_centre), field.camera_centre, self._camera_centre)
+            moved = [(np.abs(now - before) >= _MOVED).any() or np.count_nonzero(np.isnan(now)) != np.count_nonzero(np.isnan(before))
+                     for now, before in ((rest, self._rest), (camera_centre, self._camera_centre))]
+            if not any(moved):
+                return
+        else:
+            rest, camera_centre = field.rest, field.camera_centre
+        self._rest, self._camera_centre = rest, camera_centre
+        known = np.isfinite(rest).all(1) & np.isfinite(camera_centre).all(1)
+        fields = np.zeros((len(self._presses), len(field), 3))
+        for k, press in enumerate(self._presses):
+            fields[k, known] = show(self._library, [press], rest[known], camera_centre[known])[0] / self._sigma
+        self._known = np.repeat(known, 3)
+        self._fields = fields.reshape(len(fields), -1).astype(np.float32)
+        self._last = np.zeros(0, bool), np.zeros(0)
+
+
+@dataclass(frozen=True)
+class CameraShifts:
+    """camera_centres: (G, 3) m, camera centres of the views; shifts: (G, 2) m, their corrections in x and y; printed: (2,) m, and turned:
+    rad, where on the sheet the printed markers are relative to their nominal places, on which all views are based: turned about the
+    centre, then shifted."""
+
+    camera_centres: np.ndarray
+    shifts: np.ndarray
+    printed: np.ndarray = field(default_factory=partial(np.zeros, 2))
+    turned: float = 0.0
+
+    @classmethod
+    def of(cls, seen: MarkerField) -> CameraShifts:
+        """Zero shifts for the camera centres of a field; camera centres within a tenth of their distance to the sheet are one camera."""
+        camera_centres: list[np.ndarray] = []
+        for camera_centre in seen.camera_centre[np.isfinite(seen.camera_centre).all(1)]:
+            if not any(np.linalg.norm(camera_centre - known) < 0.1 * abs(camera_centre[2]) for known in camera_centres):
+                camera_centres.append(camera_centre)
+        return cls(np.array(camera_centres).reshape(-1, 3), np.zeros((len(camera_centres), 2)))
+
+    def shifted(self, field: MarkerField) -> MarkerField:
+        """The field with corrected camera centres, in the frame of the sheet."""
+        cosine, sine = np.cos(self.turned), np.sin(self.turned)
+        turn, camera_centre = np.array([[cosine, sine], [-sine, cosine]]), field.camera_centre.copy()
+        camera_centre[:, :2] = (camera_centre[:, :2] + self.shifts[self.number(field)]) @ turn + self.printed
+        return replace(field, camera_centre=camera_centre, rest=field.rest @ turn + self.printed, shift=field.shift @ turn)
+
+    def number(self, field: MarkerField) -> np.ndarray:
+        """(K,) number of the camera that sees each marker of a field with uncorrected camera centres."""
+        return np.argmin(np.square(field.camera_centre[:, None] - self.camera_centres).sum(axis=2), axis=1)
+
+
+@dataclass(frozen=True)
+class SheetNumbers:
+    """radius: m, of the calibrated tip; material; marker_radius: m; camera_centres: camera positions."""
+
+    radius: float
+    material: SheetMaterial
+    marker_radius: float
+    camera_centres: CameraShifts
+
+
+@dataclass(frozen=True)
+class SheetCalibration:
+    """library: centred on the calibrated tip radius; material; marker_radius: m; camera centres; noise: of fields, with the model error;
+    place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth; place_range: (2, 2) m,
+    calibrated minimum and maximum of x and y; deepest: m, calibrated.
+    """
+
+    library: SheetLibrary
+    material: SheetMaterial
+    marker_radius: float
+    camera_centres: CameraShifts
+    noise: FieldNoise
+    place_error: float
+    depth_share: float
+    place_range: np.ndarray
+    deepest: float
+
+    @property
+    def found(self) -> SheetNumbers:
+        """The identified parameters."""
+        return SheetNumbers(self.library.plan.radius, self.material, self.marker_radius, self.camera_centres)
+
+    def numbers(self) -> dict:
+        """As numbers and arrays, for a calibration file."""
+        return {'material': asdict(self.material), 'marker_radius': self.marker_radius,
+                'camera_centres': self.camera_centres.camera_centres.tolist(),
+                'camera_centre_shifts': self.camera_centres.shifts.tolist(), 'printed': self.camera_centres.printed.tolist(),
+                'turned': self.camera_centres.turned,
+                'noise': asdict(self.noise), 'place_error': self.place_error, 'depth_share': self.depth_share,
+                'place_range': self.place_range.tolist(), 'deepest': self.deepest, 'library': library_numbers(self.library)}
+
+    @classmethod
+    def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
+        """From these numbers. Raises BadCalibration where one is missing or invalid."""
+        try:
+            arrays = (np.array(numbers[name], float).reshape(-1, width) for name, width in
+                      (('camera_centres', 3), ('camera_centre_shifts', 2)))
+            camera_centres = CameraShifts(*arrays, np.array(numbers['printed'], float).reshape(2), float(numbers['turned']))
+            material = SheetMaterial(**numbers['material'])
+            library = library_from_numbers(numbers['library'], material)
+            marker_radius, place_error, depth_share, deepest = (
+                float(numbers[name]) for name in ('marker_radius', 'place_error', 'depth_share', 'deepest'))
+            place_range = np.array(numbers['place_range'], float).reshape(2, 2)
+            noise = FieldNoise(**numbers['noise'])
+            return cls(library, material, marker_radius, camera_centres, noise, place_error, depth_share, place_range, deepest)
+        except (KeyError, TypeError, ValueError) as error:
+            raise BadCalibration(f"the sheet model in the calibration file cannot be read ({error}); run calibrate again") from None
+
+
+class SheetModelMethod:
+    """The 'model' method for sheets: inversion of membrane mechanics (mechanics.py, library.py)."""
+
+    def __init__(self, calibration: SheetCalibration, sensor: MarkerSensor):
+        self._calibration = calibration
+        library, noise = calibration.library, calibration.noise
+        inverse = SheetInverse(library, noise, calibration.marker_radius, max(sensor.pitch))
+        self._start = SheetStart(library, noise.shift, noise.growth)
+        self._inverse, self._choice = inverse, Choice()
+        self._margin = np.array(sensor.pitch)
+        self._before: np.ndarray | None = None
+        self._lasts = False
+
+    @classmethod
+    def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> SheetModelMethod:
+        """The method with its parameters from a calibration file. Raises BadCalibration where they are invalid."""
+        return cls(SheetCalibration.from_numbers(fitted), sensor)
+
+    def estimate(self, field: MarkerField) -> list[TouchEstimate]:
+        """The touches of one frame; empty without contact, and with two cameras in the first frame of a touch that no press explains: they
+        may show it at different moments. Of the frames before, only the drag counts, and the motion of a
+        second camera's markers, which may be seen at another moment."""
+        motion = self._motion(field)
+        begins, self._lasts = not self._lasts, False
+        if field.seen.sum() < FEWEST:
+            self._choice = Choice()
+            return []
+        field = self._calibration.camera_centres.shifted(field)
+        best, score = self._start.best(field)
+        start = [best]
+        if score < CONSTANTS.stands_out:
+            start = self._choice.dragged  # it goes on where the field is like no straight press
+        if start is None:
+            return []
+        self._lasts = True
+        found = self._explained(field, start, motion)
+        if begins and motion is not None and found.misfit > CONSTANTS.strange:
+            return []
+        touches = [self._touch(found, k) for k in range(len(found.presses)) if found.is_sure(k)]
+        touches = [touch for touch in touches if self._is_seen(touch, field)]
+        if score < CONSTANTS.stands_out:  # what is left of a touch that has ended may be fitted by the shallowest press that there is
+            touches = [touch for touch in touches if touch.depth > CONSTANTS.sure * touch.depth_sigma]
+            if not touches:
+                self._choice = Choice()
+        if len(found.presses) == len(touches) == 1:
+            touches = [replace(touches[0], wrench=_wrench_of(found, touches[0].position))]
+        return touches
+
+    def _explained(self, field: MarkerField, start: list[Press], motion: np.ndarray | None) -> Inverse:
+        """The presses that explain a field; start: of one."""
+        seen = Seen(field, motion)
+
+        def two() -> Inverse:
+            straight = self._inverse.solve(seen, self._start.best_pair(field))
+            return self._inverse.solve(seen, straight.presses, drags=True)  # each draws the sheet along under the other
+
+        return self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary),
+                                    lambda start, what: self._inverse.solve(seen, start, what is DRAGGED), start, two)
+
+    def _is_seen(self, touch: TouchEstimate, field: MarkerField) -> bool:
+        """Whether markers around a touch are seen: of a touch that begins between two exposures, one camera may show none."""
+        away = np.abs(field.rest[field.seen] - touch.position[:2]) / self._margin
+        return bool(away.max(axis=1).min() < CONSTANTS.unseen)
+
+    def _motion(self, field: MarkerField) -> np.ndarray | None:
+        """(K, 3) change of shift and growth since the frame before, of markers that a second camera sees, else 0; None with one."""
+        if len(self._calibration.camera_centres.camera_centres) < 2:
+            return None
+        now, before = np.column_stack([field.shift, field.growth]), self._before
+        self._before = now
+        moved = np.zeros_like(now) if before is None or len(before) != len(now) else np.nan_to_num(now - before)
+        return np.where((self._calibration.camera_centres.number(field) > 0)[:, None], moved, 0.0)
+
+    def _touch(self, found: Inverse, k: int) -> TouchEstimate:
+        calibration, press, scale = self._calibration, found.presses[k], self._calibration.library.plan.radius
+        (x, y, depth), covariance = found.tip(k)
+        place, radius = np.array([x, y, -depth]), float(scale * np.exp(press.log_radius))
+        if len(found.presses) == 1:  # what x, y and depth change where the radius is another by what the model lacks
+            shift = CONSTANTS.radius[any(press.drag)] * found.covariance[:3, 3] / found.covariance[3, 3]
+            covariance = covariance + np.outer(shift, shift)
+        else:
+            place, depth = self._centre(found, k, radius)
+            lacks = np.array(CONSTANTS.apart)[[0, 0, 1]] * scale
+            covariance = covariance + np.diag(lacks**2 * max(found.misfit - 1.0, 0.0))
+        aside, deeper = np.hypot(*press.drag) * np.array(CONSTANTS.dragged)
+        aside = np.hypot(max(CONSTANTS.floor, aside) * scale, calibration.place_error)
+        extra = np.array([aside, aside, np.hypot(deeper * scale, calibration.depth_share * depth)])
+        turned = np.diag([1.0, 1.0, -1.0])  # deeper is lower
+        covariance = turned @ (covariance + np.diag(extra**2)) @ turned
+        flags = self._flags(np.append(place[:2], depth)) | AMBIGUOUS * (found.misfit > CONSTANTS.unexplained)
+        return TouchEstimate(place, float(depth), covariance, float(np.sqrt(covariance[2, 2])), radius, flags)
+
+    def _centre(self, found: Inverse, k: int, radius: float) -> tuple[np.ndarray, float]:
+        """Centre (3,) of the contact of one of two presses, and its depth, m: the other inclines the sheet under it, so that its lowest
+        point lies downhill of what touches the sheet."""
+        press, library = found.presses[k], self._calibration.library
+        camera_centre = np.array([[*press.place, -1.0]])
+        whole, alone = (show(library, presses, press.place[None], camera_centre, found.mixed)[1][0]
+                        for presses in (found.presses, [press]))
+        slope, aside, sunk = (whole - alone)[1:, 2], (whole - alone)[0, :2], -(whole - alone)[0, 2]
+        centre = found.wrenches[k, 6:]
+        depth = press.depth + sunk + 0.5 * radius * slope @ slope
+        height = centre[2] - depth + slope @ (0.5 * (radius - centre[2]) * slope + centre[:2])
+        return np.append(press.place + aside + centre[:2] - centre[2] * slope, height), depth
+
+    def _flags(self, tip: np.ndarray) -> int:
+        low, high = self._calibration.place_range
+        outside = (tip[:2] < low - self._margin).any() or (tip[:2] > high + self._margin).any()
+        flags = OUT_OF_RANGE if outside or tip[2] > BEYOND * self._calibration.deepest else 0
+        return flags | (AT_EDGE if (np.abs(tip[:2]) >= EDGE * self._calibration.library.plan.reach).any() else 0)
+
+
+def _wrench_of(found: Inverse, position: np.ndarray) -> np.ndarray:
+    """(6,) wrench at the origin, over shear modulus and thickness, m and m^2, of one press with its tip at position (3,), m."""
+    stiffness, x, y, *about = found.wrenches[0, :6]
+    push = found.presses[0].depth * np.exp(stiffness)
+    force = push * np.array([x, y, -1.0])
+    return np.concatenate([force, cross(position, force) + push * np.array(about)])
