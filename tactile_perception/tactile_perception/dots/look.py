@@ -89,7 +89,8 @@ def select_channel(image: np.ndarray, channel: str) -> np.ndarray:
 
 def shrink(grey: np.ndarray, step: int) -> np.ndarray:
     """The image with each block of step x step pixels averaged into one."""
-    return grey if step == 1 else cv2.resize(grey, (grey.shape[1] // step, grey.shape[0] // step), interpolation=cv2.INTER_AREA)
+    rows, columns = (side // step for side in grey.shape)  # what is left over at the border would change the scale
+    return grey if step == 1 else cv2.resize(grey[:rows * step, :columns * step], (columns, rows), interpolation=cv2.INTER_AREA)
 
 
 def find_kind(image: np.ndarray, signs: tuple[int, ...]) -> Kind:
