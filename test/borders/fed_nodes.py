@@ -131,12 +131,9 @@ class FedMarkers:
 
     def _take(self, topic: str, message) -> None:
         node = self.node
-        if self.name == 'finger_markers_node' and topic == 'contacts':
+        if self.name != 'markers_node' and topic in node.inputs:
             node._due_s = 0.0
-            node._take(message)
-        elif self.name == 'taxel_markers_node' and topic in ('image_raw', 'contact_region', 'contacts', 'slip', 'wrench'):
             node._take(topic, message)
-            node._draw()
         elif self.name == 'markers_node' and topic == 'camera_info':
             node._on_camera_info(message, 0)
         elif self.name == 'markers_node' and topic in node._expected:

@@ -44,12 +44,14 @@ class ContactTracker:
     def reset(self) -> None:
         """All regions are new contacts; ids are not reused."""
         self._last: list[TrackedContact] = []
+        self._stamp_s = -np.inf  # of the last frame
         self._owner = np.zeros(0, int)  # of each dot or taxel: that of the last contacts, from 1, which it belonged to last, 0 for none
 
     def assign(self, labels: np.ndarray, regions: Sequence[tuple[int, Moments]], reach: float, stamp_s: float) -> list[TrackedContact]:
         """The contact of each region, a label and moments, in their order. labels: of each dot or taxel, 0 outside of the regions; reach:
         m; stamp_s: s."""
         last, owner = self._remembered(labels.size, stamp_s)
+        self._stamp_s = stamp_s
         row = np.zeros(max([labels.max(initial=0), *(label for label, _ in regions)]) + 1, int)
         row[[label for label, _ in regions]] = np.arange(len(regions)) + 1
         region = row[labels.ravel()]  # from 1
@@ -74,8 +76,9 @@ class ContactTracker:
         return found
 
     def _remembered(self, size: int, stamp_s: float) -> tuple[list[TrackedContact], np.ndarray]:
-        """The contacts that were seen lately, and the one that each of so many dots belonged to."""
-        kept = [j for j, one in enumerate(self._last) if stamp_s - one.seen_s <= _KEPT_S]
+        """The contacts that the last frame had, however long ago, or that were seen lately; and the one that each of so many dots belonged
+        to."""
+        kept = [j for j, one in enumerate(self._last) if one.seen_s >= min(self._stamp_s, stamp_s - _KEPT_S)]
         number = np.zeros(len(self._last) + 1, int)
         number[np.array(kept, int) + 1] = np.arange(len(kept)) + 1
         return [self._last[j] for j in kept], number[self._owner] if len(self._owner) == size else np.zeros(size, int)

@@ -24,7 +24,7 @@ from .sensor import MarkerSensor, rest_points
 
 FASTEST = 0.5  # m/s, of a touch that goes on. Chosen: a hand that reaches
 SIGMAS = 4.0   # standard deviations by which two estimates of one touch differ at most. Chosen
-MISSED_S = 0.1  # s after which a touch that is not seen has ended. Chosen
+MISSED_S = 0.1  # s after which a touch that frames do not show has ended. Chosen
 
 
 class TouchTracker:
@@ -46,7 +46,7 @@ class TouchTracker:
         for one in estimates:
             if not np.isfinite([*one.position, *one.covariance.ravel(), one.depth, one.depth_sigma]).all():
                 raise BadArgument(f'a touch must have a finite place, depth and covariance, got {one}')
-        known = {id: last for id, last in self._last.items() if stamp_s - last[0] <= MISSED_S}
+        known = {id: last for id, last in self._last.items() if last[0] >= min(self._stamp_s, stamp_s - MISSED_S)}
         apart = sorted((self._apart(one, last, stamp_s), m, id) for m, one in enumerate(estimates) for id, last in known.items())
         continued: dict[int, int] = {}  # id of the touch that each estimate continues: the nearest pairs first
         for distance, m, id in apart:

@@ -129,7 +129,7 @@ def _steadily(x: float, y: float, *depths: float, start: float) -> Act:
 def _zones(*depths: float) -> tuple[Act, ...]:
     """Presses at ten zones, to depths, m."""
     places = _places(10, 0.070, np.random.default_rng(7))
-    return one_after_the_other([partial(_steadily, x, y, *depths) for x, y in places], untouched=0.5, pause=0.05)
+    return one_after_the_other([partial(_steadily, x, y, *depths) for x, y in places], pause=0.05)
 
 
 _random_cushion = partial(air_cushion, pattern=_random)

@@ -20,8 +20,8 @@ COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
 
 @functools.cache
 def fitted():
-    return SheetCalibration(library(), MATERIAL, 1.2e-3, CameraShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE, 3e-5, 0.01, COVERED,
-                            6e-3)
+    return SheetCalibration(library(), MATERIAL, 1.2e-3, CameraShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE, 3e-5, 0.01,
+                            COVERED, 6e-3)
 
 
 @functools.cache
