@@ -87,7 +87,8 @@ def test_the_bag_carries_what_was_offered_and_what_was_latched_before(tmp_path):
     executor.add_node(node)
     said = sender.create_publisher(String, 'description', QoSProfile(depth=1, durability=latched))
     said.publish(String(data='source: device'))
-    sender.create_publisher(TFMessage, '/tf_static', QoSProfile(depth=1, durability=latched)).publish(TFMessage())
+    places = sender.create_publisher(TFMessage, '/tf_static', QoSProfile(depth=1, durability=latched))
+    places.publish(TFMessage())
     images = sender.create_publisher(Image, 'image_raw', best_effort)
     others = [(sender.create_publisher(kind, topic, 5), kind()) for topic, kind in (('/tf', TFMessage), ('/joint_states', JointState))]
     end, enough = time.monotonic() + 20, 40
@@ -96,8 +97,8 @@ def test_the_bag_carries_what_was_offered_and_what_was_latched_before(tmp_path):
             publisher.publish(message)
         images.publish(Image(height=1, width=2, encoding='mono8', step=2, data=[7, 8]))
         executor.spin_once(timeout_sec=0.05)
-        if not images.get_subscription_count():  # topics are joined one after the other
-            enough = node.written + 40
+        if not all(one.get_subscription_count() for one in (said, places, images)):  # topics are joined one after the other
+            enough = node.written + 200
     executor.shutdown()
     node.destroy_node()
     sender.destroy_node()
