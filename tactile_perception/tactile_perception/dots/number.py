@@ -172,8 +172,11 @@ class _Origin:
         some = slice(None, None, max(1, len(self._uv) // _SAMPLE))
         if not len(at):
             return None
-        square = np.square(self._uv[some, None] - self._before[tuple(at.T)]).sum(axis=2)
-        offsets = (at[square.argmin(axis=1)] - self._rc[some])[square.min(axis=1) < (_NEAR * self._pitch)**2]
+        (u, v), before = self._uv[some].T, self._before[tuple(at.T)]
+        square = (u[:, None] - before[:, 0])**2 + (v[:, None] - before[:, 1])**2
+        nearest = square.argmin(axis=1)
+        near = square[np.arange(len(square)), nearest] < (_NEAR * self._pitch)**2
+        offsets = (at[nearest] - self._rc[some])[near]
         if not len(offsets):
             return None
         offset = np.array([upper_median(offsets[:, axis]) for axis in (0, 1)], int)
