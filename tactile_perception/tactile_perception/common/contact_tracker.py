@@ -11,8 +11,14 @@ import numpy as np
 from .surface import Moments
 
 _LASTING_S = 0.02  # s, from which a contact lasts: one that begins or ends may show as several regions
-_KEPT_S = 0.1  # s, that a contact without a region keeps its id: a frame or two may miss it
+_KEPT_S = 0.1  # s, that a contact keeps its id while frames do not show it: one or two may miss it. Chosen
 _SMALL = 4  # dots or taxels: smaller regions do not split off, since noise at a border makes such
+
+
+def goes_on(seen_s: float, last_s: float, stamp_s: float) -> bool:
+    """Whether a contact that was last seen at seen_s may go on in the frame at stamp_s, s: the last frame, at last_s, had it, however long
+    ago, since frames may be refused; or it was seen lately."""
+    return seen_s >= min(last_s, stamp_s - _KEPT_S)
 
 
 @dataclass(frozen=True)
@@ -76,9 +82,8 @@ class ContactTracker:
         return found
 
     def _remembered(self, size: int, stamp_s: float) -> tuple[list[TrackedContact], np.ndarray]:
-        """The contacts that the last frame had, however long ago, or that were seen lately; and the one that each of so many dots belonged
-        to."""
-        kept = [j for j, one in enumerate(self._last) if one.seen_s >= min(self._stamp_s, stamp_s - _KEPT_S)]
+        """The contacts that may go on, and the one that each of so many dots belonged to."""
+        kept = [j for j, one in enumerate(self._last) if goes_on(one.seen_s, self._stamp_s, stamp_s)]
         number = np.zeros(len(self._last) + 1, int)
         number[np.array(kept, int) + 1] = np.arange(len(kept)) + 1
         return [self._last[j] for j in kept], number[self._owner] if len(self._owner) == size else np.zeros(size, int)

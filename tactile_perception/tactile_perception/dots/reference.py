@@ -16,8 +16,8 @@ import scipy
 
 from ..common.statistics import upper_median
 from ..errors import BadArgument
+from .links import FARTHEST
 
-_FARTHEST = 1e9  # px: positions beyond it are invalid
 _CALIBRATED = 10  # untouched frames: weight of calibrated positions where the camera has not moved since: as the usual `frames`
 _FEWEST = 30  # dots for a judgement
 _ROUNDS = 3  # of a robust fit
@@ -129,7 +129,7 @@ class Reference:
         position count as not seen.
         """
         id, uv, sigma = np.asarray(id, np.int64), np.asarray(uv, float), np.asarray(sigma, float)
-        seen, duv = (np.abs(uv) < _FARTHEST).all(axis=1), np.full(uv.shape, np.nan)
+        seen, duv = (np.abs(uv) < FARTHEST).all(axis=1), np.full(uv.shape, np.nan)
         duv[seen] = self._displaced(id[seen], uv[seen], sigma[seen], stamp_s, columns, touched)
         return duv
 

@@ -17,7 +17,8 @@ from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
 from ..parameters.touchpad import DOT_PARAMETERS
 from ..touchpad.sensor import Touchpad
-from .pins import SENSOR, fit_pins, smoothed, spacing_of
+from .estimator import spacing_of
+from .pins import SENSOR, fit_pins, smoothed
 
 
 def calibrate_pins(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:

@@ -9,9 +9,10 @@ from functools import partial
 
 import numpy as np
 
-from ..common.surface import scatter
+from ..common.contact_tracker import goes_on
 from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
+from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..dots.reference import CalibratedRest
 from ..errors import BadArgument, BadFrame
@@ -24,7 +25,6 @@ from .sensor import MarkerSensor, rest_points
 
 FASTEST = 0.5  # m/s, of a touch that goes on. Chosen: a hand that reaches
 SIGMAS = 4.0   # standard deviations by which two estimates of one touch differ at most. Chosen
-MISSED_S = 0.1  # s after which a touch that frames do not show has ended. Chosen
 
 
 class TouchTracker:
@@ -46,7 +46,7 @@ class TouchTracker:
         for one in estimates:
             if not np.isfinite([*one.position, *one.covariance.ravel(), one.depth, one.depth_sigma]).all():
                 raise BadArgument(f'a touch must have a finite place, depth and covariance, got {one}')
-        known = {id: last for id, last in self._last.items() if last[0] >= min(self._stamp_s, stamp_s - MISSED_S)}
+        known = {id: last for id, last in self._last.items() if goes_on(last[0], self._stamp_s, stamp_s)}
         apart = sorted((self._apart(one, last, stamp_s), m, id) for m, one in enumerate(estimates) for id, last in known.items())
         continued: dict[int, int] = {}  # id of the touch that each estimate continues: the nearest pairs first
         for distance, m, id in apart:

@@ -189,7 +189,7 @@ class TractionWatch:
 
     def _drop(self) -> None:
         self._before: np.ndarray | None = None
-        self._frames, self._share, self._went, self._rested = 0, None, 0.0, True
+        self._frames, self._share, self._rested = 0, None, True
 
     def rest(self, pressure: np.ndarray, same_load: bool) -> None:
         """Take pressure (rows, columns) as of an object that does not move; same_load: since the last frame."""
@@ -225,7 +225,6 @@ class TractionWatch:
         now, path = self._carried[0] + traction @ along, self._carried[1] + shift @ along / self._thickness
         if now > self._most:
             self._most, self._from = now, path
-        self._went = max(self._went, path)
         noise = Limits.sigmas * self._noise * seen.sigma
         least = max(Limits.missing, noise)
         slides = bool(self._straight and path > self._from and self._most > least and self._most - now > least)
@@ -267,7 +266,6 @@ class TractionWatch:
                           (y[:, None] - row.mean()) * across - (x - column.mean()) * down, np.hypot(across, down), before]).reshape(7, -1)
         self._share = (np.linalg.pinv(terms.astype(float) @ terms.T.astype(float), rcond=1e-9, hermitian=True)[:4] @ terms)
         self._noise = math.sqrt(np.square(self._share[2:]).sum(axis=1).max() * (1 + 1 / self._frames))
-        self._went = 0.0
         if self._rested:
             self._along, self._most, self._from, self._carried = None, -math.inf, 0.0, (0.0, 0.0)
             self._reported = math.inf  # largest traction when slides was reported

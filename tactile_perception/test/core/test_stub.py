@@ -22,13 +22,20 @@ def declared(body: list) -> dict:
             if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AnnAssign)}
 
 
-@pytest.mark.parametrize('name', MODULES)
-def test_the_stub_declares_what_the_module_holds(name):
+@pytest.fixture(params=MODULES)
+def name(request):
+    """Of a module that has a stub."""
     if not STUBS.is_dir():
         pytest.skip('pybind11-stubgen was not installed when the module was built')
-    module = MODULES[name]
-    body = ast.parse((STUBS / f'{name}.pyi').read_text()).body
-    stub = declared(body)
+    return request.param
+
+
+def parsed(name: str) -> ast.Module:
+    return ast.parse((STUBS / f'{name}.pyi').read_text())
+
+
+def test_the_stub_declares_what_the_module_holds(name):
+    module, stub = MODULES[name], declared(parsed(name).body)
     assert public(vars(module)) - set(MODULES) == public(stub) - {'annotations'}
     for key in public(stub):
         value = getattr(module, key)
@@ -36,11 +43,8 @@ def test_the_stub_declares_what_the_module_holds(name):
             assert public(vars(value)) == public(declared(stub[key].body)), key
 
 
-@pytest.mark.parametrize('name', MODULES)
 def test_every_argument_and_result_has_a_type(name):
-    if not STUBS.is_dir():
-        pytest.skip('pybind11-stubgen was not installed when the module was built')
-    for node in ast.walk(ast.parse((STUBS / f'{name}.pyi').read_text())):
+    for node in ast.walk(parsed(name)):
         if isinstance(node, ast.FunctionDef) and not node.name.startswith('__'):
             untyped = [argument.arg for argument in node.args.args if argument.arg != 'self' and argument.annotation is None]
             assert not untyped and node.returns is not None, f'{node.name}: {untyped}'
