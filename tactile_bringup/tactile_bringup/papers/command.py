@@ -97,6 +97,8 @@ def draw_curves(tables: list[Table], path: Path) -> None:
     colours = {TRUTH: 'grey', PUBLISHED: 'C1', OURS: 'C0'}
     for row, table in zip(panels, tables):
         row[0].set_title(table.title, loc='left')
+        for panel in row[len(table.curves):]:
+            panel.axis('off')
         for panel, curves in zip(row, table.curves):
             for name, (x, y) in curves.lines.items():
                 panel.plot(x, y, color=colours[name], linewidth=1.0, label=name)

@@ -132,7 +132,7 @@ def taxels(bench: Bench) -> Iterator[Table]:
         names, units = ('points that slip, in a frame', 'their velocity, mean error', 'their true velocity, mean'), ('', 'mm/s', 'mm/s')
         yield Table(f'Points on a bar that is {what}: fig 5', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
             names, units, _slips(papers), _slips(ours))], 'Corners in the paper, taxels in ours. The paper shows a plot.',
-            (Curves('y, mm', 'x, mm', {PUBLISHED: _ways_of(papers), OURS: _ways_of(ours)}),))
+            (Curves('y, mm', 'x, mm', {OURS: _ways_of(ours), PUBLISHED: _ways_of(papers)}),))
     for scene, what in (('grip', 'the grip changes'), ('rock', 'the object tilts')):
         names = 'force along the normal, mean error', 'moments along the pad, mean error', 'largest force', 'largest moment'
         bag = bench.bag('taxel_array', scene, _TAXELS)
