@@ -55,10 +55,12 @@ std::pair<py::array_t<float>, py::array_t<float>> hide(const py::object& shown, 
     return {kept(std::move(hidden), {given.length(0), given.length(1)}), kept(std::move(now), {given.length(0), given.length(1)})};
 }
 
-taxel::Path make_path(double window, double reported, int fewest, int latest, double least_noise, double bound) {
+taxel::Path make_path(double window, double reported, int fewest, double least_noise, double bound, double evident,
+                      double stopped) {
     return taxel::Path({within(window, "window", 0, LONGEST), within(reported, "reported", 0, LONGEST),
-                        within(fewest, "fewest", 2, LONGEST), within(latest, "latest", 1, LONGEST),
-                        within(least_noise, "least_noise", 0, LARGEST_NUMBER), within(bound, "bound", 0, LARGEST_NUMBER)});
+                        within(fewest, "fewest", 2, LONGEST),
+                        within(least_noise, "least_noise", 0, LARGEST_NUMBER), within(bound, "bound", 0, LARGEST_NUMBER),
+                        within(evident, "evident", 0, LARGEST_NUMBER), within(stopped, "stopped", 0, 1)});
 }
 
 taxel::PathMotion add(taxel::Path& path, double time, const py::object& pose, const py::object& arm, double reach) {
@@ -159,16 +161,15 @@ void bind_taxel(py::module_& parent) {
         .def_readonly("sigma", &PathMotion::sigma, "m/s, its standard deviation")
         .def_readonly("lasting", &PathMotion::lasting, "s, of the constant velocity")
         .def_readonly("used", &PathMotion::used, "its frames")
-        .def_readonly("expected", &PathMotion::expected, "m, displacement of the latest frames by that speed")
-        .def_readonly("went", &PathMotion::went, "m, as it was");
+        .def_readonly("stopped", &PathMotion::stopped, "latest frames in which it has not moved on, 0 if it has");
     copyable(py::class_<taxel::Path>(
                  module, "Path",
                  "Pose of an object in its last frames. window, reported: s, longest stretch of a steady motion, and that of\n"
-                 "the reported velocity; fewest: frames that are kept and needed; latest: frames in which it must move on;\n"
+                 "the reported velocity; fewest: frames that are kept and needed;\n"
                  "least_noise: m, of a position; bound: standard deviations by which velocities of ever longer stretches may\n"
-                 "differ. It can be copied, and is as it was after an exception."))
-        .def(py::init(&make_path), py::kw_only(), py::arg("window"), py::arg("reported"), py::arg("fewest"), py::arg("latest"),
-             py::arg("least_noise"), py::arg("bound"))
+                 "differ; evident, stopped: a motion ends if of a way of so many standard deviations less than this part is gone. It can be copied, and is as it was after an exception."))
+        .def(py::init(&make_path), py::kw_only(), py::arg("window"), py::arg("reported"), py::arg("fewest"), py::arg("least_noise"),
+             py::arg("bound"), py::arg("evident"), py::arg("stopped"))
         .def("reset", &taxel::Path::reset, py::arg("kept") = 0, "Drop all frames but the last kept.")
         .def("add", &add, py::arg("time"), py::arg("pose"), py::arg("arm"), py::arg("reach"),
              "PathMotion after a frame at time, s, with pose (3,): m, m at the origin, rad. arm: (2,) m, of the contact's middle; reach: "

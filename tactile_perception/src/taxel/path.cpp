@@ -86,11 +86,11 @@ PathMotion Path::add(double time, const Vector3d& pose, const Eigen::Vector2d& a
     found.speed = found.velocity.norm();
     const auto frames = static_cast<std::ptrdiff_t>(times.size());
     found.lasting = times.back() - times[frames - found.used];
-    if (frames > rule_.latest) {
-        const std::ptrdiff_t before = frames - 1 - rule_.latest;
-        found.expected = found.speed * (times.back() - times[before]);
-        found.went = (positions.back() - positions[before]).dot(found.velocity) / std::max(found.speed, 1e-12);
-    }
+    std::ptrdiff_t before = frames - 1;
+    while (before > frames - found.used && found.speed * (times.back() - times[before]) < rule_.evident * found.noise) --before;
+    const double expected = found.speed * (times.back() - times[before]);
+    const double went = (positions.back() - positions[before]).dot(found.velocity) / std::max(found.speed, 1e-12);
+    if (expected >= rule_.evident * found.noise && went < rule_.stopped * expected) found.stopped = frames - 1 - before;
     for (Vector3d* at : {&found.pose, &found.velocity}) {
         const double turn = (*at)[2] / reach;
         *at = {(*at)[0] + turn * arm[1], (*at)[1] - turn * arm[0], turn};

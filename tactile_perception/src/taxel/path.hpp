@@ -10,9 +10,10 @@ namespace tactile::taxel {
 
 // How an object's motion is found. Times in s, lengths in m.
 struct PathRule {
-    double window, reported;        // longest stretch of a steady motion, and the stretch of the velocity that is reported
-    std::ptrdiff_t fewest, latest;  // frames that are kept at least, and for a velocity; last frames in which it must move on
-    double least_noise, bound;      // of a position at least; standard deviations by which velocities of ever longer stretches may differ
+    double window, reported;    // longest stretch of a steady motion, and the stretch of the velocity that is reported
+    std::ptrdiff_t fewest;      // frames that are kept at least, and for a velocity
+    double least_noise, bound;  // of a position at least; standard deviations by which velocities of ever longer stretches may differ
+    double evident, stopped;    // a steady motion ends if of a way of so many standard deviations less than this part is gone
 };
 
 // Motion of an object in the last of its frames, at the origin: m, m, rad and per s.
@@ -23,7 +24,7 @@ struct PathMotion {
     double speed = 0, sigma = 0;     // m/s, of the contact's middle and edges together, and the standard deviation of each
     double lasting = 0;              // s, of the steady motion
     std::ptrdiff_t used = 1;         // its frames
-    double expected = 0, went = 0;   // m, displacement of the latest frames by that speed, and as it was; 0 in a short past
+    std::ptrdiff_t stopped = 0;      // latest frames in which it has not moved on, 0 if it has
 };
 
 // The path of an object: its pose in the last frames.

@@ -50,7 +50,7 @@ class Limits:
     least_noise = 2e-3  # of a position: what registration leaves of the phase between object and taxels
     begins, goes_on, path = 5.0, 3.0, 2.0  # sigmas: of a velocity from which an object moves, and moves on; of the path by which it begins
     creep = 0.2  # taxels/s, up to which the picture creeps by itself: pad and sensing layer relax
-    latest, stopped, expected = 3, 0.25, 2.5  # frames in which an object goes this part of its way, of so many sigmas, or has stopped
+    expected, stopped = 3.5, 0.25  # an object has stopped if of a way of so many sigmas it has gone less than this part
     # Slip
     lag = 0.1  # of the object's motion, by which the pad's surface lags where it slips: coupled neighbours creep a little
     far = 4.0  # radii of the contact within which a centre of rotation is reported; farther ones are translations
@@ -58,7 +58,7 @@ class Limits:
     patches, mistaken = 44.0, 0.012
     # Traction
     reach = 2.5  # thicknesses around a contact in which its pressure is seen
-    at_rest = 10  # frames that are averaged for the picture before a motion
+    rest_s = 0.1  # over which the picture before a motion is averaged
     straight = 0.5  # cosine of the angle to the first direction, within which an object moves on: after a turn back traction falls
     picture = 0.5  # from that picture, before a new one is taken; half of it while an object rolls, as its contact grows on the way
     missing, sigmas = 0.04, 5.0  # traction over pressure, and in sigmas, by which it falls where an object slides
@@ -189,29 +189,31 @@ class TractionWatch:
 
     def _drop(self) -> None:
         self._before: np.ndarray | None = None
-        self._frames, self._share, self._rested = 0, None, True
+        self._frames, self._rested_s, self._share, self._rested = 0, -math.inf, None, True
 
-    def rest(self, pressure: np.ndarray, same_load: bool) -> None:
+    def rest(self, pressure: np.ndarray, same_load: bool, stamp_s: float) -> None:
         """Take pressure (rows, columns) as of an object that does not move; same_load: since the last frame."""
         if self._before is None or not same_load:
             self._drop()
             self._before = pressure.copy()
         self._share, self._rested = None, True
-        self._frames = min(self._frames + 1, Limits.at_rest)
-        self._before += (pressure - self._before) / np.float32(self._frames)
+        self._frames += 1
+        self._newest = max(1 / self._frames, min((stamp_s - self._rested_s) / Limits.rest_s, 1.0))  # its part of the picture
+        self._rested_s = stamp_s
+        self._before += (pressure - self._before) * np.float32(self._newest)
 
     def release(self) -> None:
         """The object of the last picture at rest has hardly any traction: whether it rolls is open."""
         self._pulls, self._loose = False, True
 
-    def follow(self, seen: SeenPressure, touched: np.ndarray, direction: np.ndarray) -> tuple[bool, bool, bool]:
+    def follow(self, seen: SeenPressure, touched: np.ndarray, direction: np.ndarray, stamp_s: float) -> tuple[bool, bool, bool]:
         """(slides, rolls, sticks) of an object that moves in a direction (2,), over touched (rows, columns) bool; sticks: whether traction
         has grown on after all since slides was reported."""
         size = math.hypot(*direction)
         if min(seen.pressure.shape) < 4 or size == 0:
             return False, self._rolls, False
         if self._before is None:
-            self.rest(seen.pressure, True)
+            self.rest(seen.pressure, True, stamp_s)
         if self._share is None:
             self._fit(touched)
         found = self._share @ (seen.pressure[self._box] - self._before[self._box]).ravel()
@@ -236,7 +238,7 @@ class TractionWatch:
         if went > (0.5 if self._rolls else 1.0) * Limits.picture:
             self._loose = False
             self._drop()
-            self.rest(seen.pressure, True)
+            self.rest(seen.pressure, True, stamp_s)
             self._rested, self._carried = False, (now, path)
         return slides, rolls, sticks
 
@@ -265,7 +267,7 @@ class TractionWatch:
         terms = np.stack([-across, -down, *(self._shear.pressure_of(np.stack(pull))[self._box] for pull in ((even, none), (none, even))),
                           (y[:, None] - row.mean()) * across - (x - column.mean()) * down, np.hypot(across, down), before]).reshape(7, -1)
         self._share = (np.linalg.pinv(terms.astype(float) @ terms.T.astype(float), rcond=1e-9, hermitian=True)[:4] @ terms)
-        self._noise = math.sqrt(np.square(self._share[2:]).sum(axis=1).max() * (1 + 1 / self._frames))
+        self._noise = math.sqrt(np.square(self._share[2:]).sum(axis=1).max() * (1 + self._newest))
         if self._rested:
             self._along, self._most, self._from, self._carried = None, -math.inf, 0.0, (0.0, 0.0)
             self._reported = math.inf  # largest traction when slides was reported
@@ -302,8 +304,9 @@ class MotionTracker:
         self.shear = _kernel.SurfaceShear(rows=array.rows, columns=array.columns, pitch=array.pitch,
                                           thickness=pad.thickness / array.pitch, stiffness=pad.shear_stiffness)
         self._watch = TractionWatch(array, pad, self.shear)
-        self._path = _kernel.Path(window=Limits.window_s, reported=Limits.velocity_s, fewest=Limits.fewest_frames, latest=Limits.latest,
-                                  least_noise=Limits.least_noise * array.pitch, bound=Limits.bound)
+        self._path = _kernel.Path(window=Limits.window_s, reported=Limits.velocity_s, fewest=Limits.fewest_frames,
+                                  least_noise=Limits.least_noise * array.pitch, bound=Limits.bound, evident=Limits.expected,
+                                  stopped=Limits.stopped)
         self._middle = 0.5 * np.array([array.columns - 1, array.rows - 1])
         self.reset()
 
@@ -354,7 +357,7 @@ class MotionTracker:
         self._expected = found.fit if self._seen is None else 1.5 * found.fit - 0.5 * self._seen.fit
         self._seen = found
         smooth, path = self._follow(step, stamp_s)
-        if self._rolls(seen, touched, path.velocity, not waits):
+        if self._rolls(seen, touched, path.velocity, not waits, stamp_s):
             smooth, self._moves = np.zeros(3), False
         slip = self.shear.move(touched, pressure, smooth, self._friction)
         slipping = self._lagging(slip, smooth, touched) if self._moves else np.zeros_like(touched)
@@ -396,8 +399,8 @@ class MotionTracker:
         found = self._path.add(stamp_s, self._total, self._arm, self._key.reach * self._array.pitch)
         evident = found.used > 1 and self._is_evident(found)
         # An object that has not moved on has stopped, though a line through its positions still has a velocity: it holds the motion's end.
-        if evident and self._moves and found.expected > Limits.expected * found.noise and found.went < Limits.stopped * found.expected:
-            self._path.reset(kept=Limits.latest)  # what came before is another motion
+        if evident and self._moves and found.stopped:
+            self._path.reset(kept=found.stopped)  # what came before is another motion
             evident = False
         self._moves = evident
         last, self._smooth = self._smooth, found.pose
@@ -412,15 +415,15 @@ class MotionTracker:
         released = BORDER_LEAD * self._pad.thickness * self._pulled * self._varied
         return self._moves or path.speed * path.lasting > (Limits.path * self._seen.sigma * pitch + released) * self._followed
 
-    def _rolls(self, seen: SeenPressure, touched: np.ndarray, velocity: np.ndarray, same_load: bool) -> bool:
+    def _rolls(self, seen: SeenPressure, touched: np.ndarray, velocity: np.ndarray, same_load: bool, stamp_s: float) -> bool:
         """Whether the object, which moves by velocity (3,), rolls without traction. If it slides, take the present traction for that of
         friction."""
         if not (self._moves and same_load):
-            self._watch.rest(seen.pressure, same_load)
+            self._watch.rest(seen.pressure, same_load, stamp_s)
             if self._pulled < Limits.pulls:
                 self._watch.release()
             return False
-        slides, rolls, sticks = self._watch.follow(seen, touched, velocity[:2])
+        slides, rolls, sticks = self._watch.follow(seen, touched, velocity[:2], stamp_s)
         if sticks:
             self._friction = self._pad.friction
         if slides and self._pulled < Limits.smooth * self._pad.friction:

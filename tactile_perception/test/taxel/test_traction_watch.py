@@ -30,12 +30,12 @@ def seen(rng, x, traction, face=bar):
 def followed(tractions, rested=12, direction=(1.0, 0.0), face=bar):
     """(slides, rolls, sticks) of each frame of a face that moves by 0.04 mm a frame with tractions."""
     rng, watch = np.random.default_rng(0), TractionWatch(ARRAY, PAD, MotionTracker(ARRAY, PAD).shear)
-    for _ in range(rested):
-        watch.rest(seen(rng, 0.0, 0.0, face), True)
+    for k in range(rested):
+        watch.rest(seen(rng, 0.0, 0.0, face), True, 0.01 * k)
         watch.release()
     touched = picture(face(), LEVEL) > 0.2 * LEVEL
-    return [watch.follow(SeenPressure(seen(rng, 0.04 * (k + 1), traction, face), NOISE), touched, np.array(direction))
-            for k, traction in enumerate(tractions)]
+    return [watch.follow(SeenPressure(seen(rng, 0.04 * (k + 1), traction, face), NOISE), touched, np.array(direction),
+                         0.01 * (rested + k)) for k, traction in enumerate(tractions)]
 
 
 def watched(*args, **more):
@@ -101,5 +101,5 @@ def test_a_cylinder_is_curved_across_its_axis_only():
 
 def test_a_line_of_taxels_tells_nothing():
     found = TractionWatch(ARRAY, PAD, MotionTracker(ARRAY, PAD).shear).follow(
-        SeenPressure(np.ones((1, 40), np.float32), NOISE), np.ones((1, 40), bool), np.ones(2))
+        SeenPressure(np.ones((1, 40), np.float32), NOISE), np.ones((1, 40), bool), np.ones(2), 0.0)
     assert found == (False, False, False)
