@@ -102,11 +102,7 @@ def test_a_session_of_each_other_type_ends_with_a_calibration(sensor_type, tmp_p
     lab = Lab(sensor_type, tmp_path / 'palm.yaml', ahead=20 if sensor_type == 'psd_finger' else 5)
     for _ in lab.play(scene_messages(sensor_type)):
         pass
-    if sensor_type == 'air_cushion':  # whose fit takes many minutes on a busy machine
-        assert lab.session.complete and len(lab.session.bags) == 12
-        lab.close()
-    else:
-        check_calibration(lab, sensor_type, 1e-4 if sensor_type == 'touchpad' else None)
+    check_calibration(lab, sensor_type, 1e-4 if sensor_type == 'touchpad' else None)
 
 
 def test_a_sensor_that_is_not_quite_where_it_is_supposed_is_found_by_touching_it(tmp_path):
