@@ -26,11 +26,11 @@ MARKERS = ('dot_tracker_node', 'contact_point_node')
 # sensor type: writer of a scene, the scene, rate in Hz, number of raw messages, and the nodes
 SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24, ('dot_tracker_node', 'contact_region_node')),
            'areal_single': (write_scene, 'areal_single_demo', 5.0, 20, MARKERS),
-           'areal_dual': (write_scene, 'areal_dual_fast', 10.0, 60, MARKERS),
+           'areal_dual': (write_scene, 'areal_dual_fast', 10.0, 24, MARKERS),
            'air_cushion': (write_scene, 'air_cushion_demo', 5.0, 20, MARKERS),
-           'psd_finger': (write_psd_scene, 'taps', 1000.0, 120, ('psd_contact_node',)),
-           'taxel_array': (write_taxel_scene, 'drag', 20.0, 60, ('taxel_contact_node',))}
-COMPRESSED = {'touchpad': '.jpg', 'taxel_array': '.png'}
+           'psd_finger': (write_psd_scene, 'taps', 1000.0, 60, ('psd_contact_node',)),
+           'taxel_array': (write_taxel_scene, 'drag', 20.0, 30, ('taxel_contact_node',))}
+COMPRESSED = {'touchpad': '.jpg'}
 
 
 @pytest.fixture(scope='module', params=[*SENSORS, *(f'{name} compressed' for name in COMPRESSED)])

@@ -21,7 +21,7 @@ def bench():
         for node in made[1:]:
             executor.add_node(node)
 
-        def until(condition, seconds=15.0):
+        def until(condition, seconds=60.0):
             end = time.monotonic() + seconds
             while not condition() and time.monotonic() < end:
                 executor.spin_once(timeout_sec=0.05)

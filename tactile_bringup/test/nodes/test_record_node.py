@@ -59,7 +59,7 @@ def test_messages_are_written_as_they_were_sent(tmp_path):
     outputs = sender.create_publisher(DotTracks, 'dots', 10), sender.create_publisher(Image, 'image_raw', 10)
     listener = sender.create_subscription(Image, 'image_raw', lambda _message: None, 10)
     sent = DotTracks(rows=2, columns=3, id=[1, 5], u=[1.5, 2.5])
-    end = time.monotonic() + 20
+    end = time.monotonic() + 60
     heard = 0
     while (heard < 6 or node.written < 6) and time.monotonic() < end:
         heard += outputs[1].get_subscription_count() == 2  # the recorder too: it takes raw data after those who work on it
@@ -91,7 +91,7 @@ def test_the_bag_carries_what_was_offered_and_what_was_latched_before(tmp_path):
     places.publish(TFMessage())
     images = sender.create_publisher(Image, 'image_raw', best_effort)
     others = [(sender.create_publisher(kind, topic, 5), kind()) for topic, kind in (('/tf', TFMessage), ('/joint_states', JointState))]
-    end, enough = time.monotonic() + 20, 40
+    end, enough = time.monotonic() + 60, 40
     while node.written < enough and time.monotonic() < end:
         for publisher, message in others:
             publisher.publish(message)

@@ -39,7 +39,7 @@ def test_health_is_published(node):
     diagnostics = NodeDiagnostics(node, 'camera', 'A111', lambda: Health(WARN, 'slow; more light', {'rate (Hz)': 14.23456, 'frames': 7}))
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
-    end = time.monotonic() + 10
+    end = time.monotonic() + 60
     while not any(s.message.startswith('slow') for m in received for s in m.status) and time.monotonic() < end:
         diagnostics.update()
         executor.spin_once(timeout_sec=0.1)

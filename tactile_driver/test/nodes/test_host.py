@@ -56,7 +56,7 @@ def test_takers_are_called_and_the_middleware_is_left_out_where_nobody_subscribe
     shared.publish('both')
     end()
     shared.publish('away')
-    assert [word for word, _ in taken] == ['here', 'both'] and all(0 <= passed < 20e9 for _, passed in taken)
+    assert [word for word, _ in taken] == ['here', 'both'] and all(0 <= passed < 60e9 for _, passed in taken)
     assert wire.sent == ['both', 'away'] and changes == [1, 2]
 
 
@@ -76,7 +76,7 @@ def test_a_host_shares_topics_by_their_full_name(node):
 
 def is_free(node, executor):
     """Whether the executor soon ends all subscriptions of the node."""
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 60
     while list(node.subscriptions) and time.monotonic() < deadline:
         executor.spin_once(timeout_sec=0.1)
     return not list(node.subscriptions)
@@ -88,11 +88,11 @@ def test_alone_a_node_hears_by_the_middleware_and_when_it_was_received(node, exe
     end = host.listen(node, String, 'words', lambda message, received_ns: taken.append((message.data, time.time_ns() - received_ns)),
                       QoSProfile(depth=10))
     executor.add_node(node)
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 60
     while not taken and time.monotonic() < deadline:
         publisher.publish(String(data='a'))
         executor.spin_once(timeout_sec=0.1)
-    assert taken[0][0] == 'a' and 0 < taken[0][1] < 10e9
+    assert taken[0][0] == 'a' and 0 < taken[0][1] < 60e9
     end()
     assert is_free(node, executor)
 
@@ -107,7 +107,7 @@ def test_what_has_come_meanwhile_is_taken_in_order_until_the_listener_ends(node,
     publisher = node.create_publisher(String, 'words', 10)
     ends.append(Host().listen(node, String, 'words', take, QoSProfile(depth=10)))
     executor.add_node(node)
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 60
     while publisher.get_subscription_count() == 0 and time.monotonic() < deadline:
         time.sleep(0.05)
     for word in 'abcdef':
@@ -152,7 +152,7 @@ class Bench:
     def publisher(self, reliability=RELIABLE, durability=VOLATILE):
         return self.sender.create_publisher(String, 'words', QoSProfile(depth=10, reliability=reliability, durability=durability))
 
-    def until(self, condition, seconds=15.0):
+    def until(self, condition, seconds=60.0):
         end = time.monotonic() + seconds
         while not condition() and time.monotonic() < end:
             self.executor.spin_once(timeout_sec=0.05)

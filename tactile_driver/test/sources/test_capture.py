@@ -57,7 +57,7 @@ class Captured:
 
     def take_all(self, count):
         self.capture.resume()
-        return [f.stamp_ns for f in (self.capture.take(1.0) for _ in range(count)) if f is not None]
+        return [f.stamp_ns for f in (self.capture.take(20.0) for _ in range(count)) if f is not None]
 
 
 @pytest.fixture
@@ -73,7 +73,7 @@ def captured():
         each.capture.stop()
 
 
-def wait_for(condition, seconds=3.0):
+def wait_for(condition, seconds=60.0):
     end = time.monotonic() + seconds
     while not condition() and time.monotonic() < end:
         time.sleep(0.005)
@@ -85,7 +85,7 @@ def test_a_recording_loses_nothing_however_slow_its_reader(captured):
     it.capture.resume()
     seen = []
     for _ in range(20):
-        seen.append(it.capture.take(1.0).stamp_ns)
+        seen.append(it.capture.take(20.0).stamp_ns)
         time.sleep(0.002)
     assert seen == list(range(20))
     wait_for(lambda: it.capture.status.state == 'ended')
@@ -96,13 +96,10 @@ def test_a_recording_loses_nothing_however_slow_its_reader(captured):
 def test_of_a_camera_only_the_newest_frame_is_kept(captured):
     it = captured(ScriptedSource([], live=True, period=0.002))
     it.capture.resume()
-    it.capture.take(1.0)
-    time.sleep(0.1)
-    newest = it.capture.take(1.0)
-    status = it.capture.status
-    assert newest.stamp_ns >= status.received - 2
-    assert status.dropped > 5
-    assert 100 < status.rate < 600
+    it.capture.take(20.0)
+    wait_for(lambda: it.capture.status.dropped > 5)
+    received = it.capture.status.received
+    assert it.capture.take(20.0).stamp_ns >= received
 
 
 def test_a_recording_waits_until_it_is_resumed_and_holds_when_paused(captured):
@@ -112,11 +109,10 @@ def test_a_recording_waits_until_it_is_resumed_and_holds_when_paused(captured):
     assert source.asked == [] and it.capture.status.state == 'paused'
     assert it.take_all(3) == [0, 1, 2]
     it.capture.pause()
-    time.sleep(0.05)
+    wait_for(lambda: it.capture.status.state == 'paused')
     read = len(source.asked)
     time.sleep(0.1)
     assert len(source.asked) == read
-    wait_for(lambda: it.capture.status.state == 'paused')
 
 
 def test_a_camera_is_drained_but_not_decoded_while_nobody_wants_it(captured):
@@ -142,7 +138,8 @@ def test_as_fast_as_consumed_stands_still_without_a_consumer(captured):
 
 def test_at_its_own_pace_a_recording_begins_with_its_first_consumer_and_goes_on_without(captured):
     wanted = threading.Event()
-    source = ScriptedSource(range(5), on_demand=False, period=0.05)
+    source = ScriptedSource(range(5), on_demand=False)
+    source.read = paused_after(source.read, 1)
     it = captured(source, wanted=wanted.is_set)
     it.capture.resume()
     time.sleep(0.1)
@@ -150,6 +147,7 @@ def test_at_its_own_pace_a_recording_begins_with_its_first_consumer_and_goes_on_
     wanted.set()
     assert it.take_all(1) == [0]
     wanted.clear()
+    source.read.go_on.set()
     wait_for(lambda: it.capture.take(0.01) is None and it.capture.status.state == 'ended')
     assert len(source.asked) == 6 and source.asked[-1] is False
 
@@ -184,7 +182,7 @@ def paused_after(read, count):
     """read, that waits for go_on after so many calls."""
     def paused(wanted=True):
         if paused.left == 0:
-            paused.go_on.wait(5.0)
+            paused.go_on.wait(60.0)
         paused.left -= 1
         return read(wanted)
     paused.left, paused.go_on = count, threading.Event()
@@ -202,7 +200,7 @@ def test_a_camera_that_gives_another_size_for_good_is_set_up_anew(captured, monk
     wait_for(lambda: len(it.reports) == 3 and it.capture.status.received > 3)
     (_, skipped), (_, lost), (_, back) = it.reports
     assert 'skipped' in skipped and '8 x 8 px among frames of 6 x 4 px, and no others any more' in lost and 'back' in back
-    assert it.capture.take(1.0).image.shape == (8, 8, 3) and not it.capture.status.failing
+    assert it.capture.take(20.0).image.shape == (8, 8, 3) and not it.capture.status.failing
 
 
 def test_a_lost_camera_is_opened_again(captured):
