@@ -73,7 +73,7 @@ def fill(disk):
 def record_more(bench, space):
     """Wait until the recorder has caught up: it has recorded a second's messages more."""
     count = bench.recorded(space)
-    bench.until(lambda: bench.recorded(space) > count + 60)
+    bench.until(lambda: bench.recorded(space) > count + 40)
 
 
 def test_the_disk_is_full_for_a_while(bench, beside, finger, disk):

@@ -3,7 +3,6 @@
 """Nodes in one process, and subscriptions that adopt what publishers offer."""
 
 import time
-from pathlib import Path
 
 import pytest
 import rclpy
@@ -131,9 +130,6 @@ def test_a_hosts_parameters_go_before_those_of_the_arguments():
 pytestmark = [pytest.mark.ros, pytest.mark.full]
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
 LATCHED, VOLATILE = DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE
-CAMERA = Path(__file__).parents[1] / 'helpers' / 'foreign_camera.py'
-#: what makes Fast DDS something else than it is by itself
-PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTDDS_BUILTIN_TRANSPORTS')
 
 
 class Bench:
