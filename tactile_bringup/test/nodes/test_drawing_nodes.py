@@ -105,6 +105,7 @@ def test_those_who_look_are_heard_of_and_a_place_is_latched(bench):
     assert until(lambda: node.looking[-1:] == [0])
 
 
+@pytest.mark.full
 def test_markers_go_when_nothing_new_has_come_for_two_seconds_and_when_the_node_ends(bench):
     made = []
     other, until = bench(lambda: made.append(Lookers()) or made[0])

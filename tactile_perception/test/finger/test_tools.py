@@ -21,7 +21,7 @@ from tactile_perception.tools import process_bag  # noqa: E402
 from tactile_perception.tools.calibrate import command as calibrate  # noqa: E402
 from tactile_perception.tools.convert import command as convert_recording  # noqa: E402
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.full]
 
 
 @pytest.fixture(scope='module')
