@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A camera driver of somebody else, in a process of its own: 60 images of 640 x 480 bgr8 at 15 Hz on image_raw, without every tenth of them,
+"""A camera driver of somebody else, in a process of its own: 60 images of 640 x 480 bgr8 at 15 Hz on image_raw, but every tenth,
 reliable, by the middleware's own transports. Its stamps are those of a recording, and /clock tells their time, as of
 `ros2 bag play --clock`. Prints how many it sent.
 """
