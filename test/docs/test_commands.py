@@ -34,7 +34,7 @@ def options(package, executable):
     """What --help says of an executable."""
     path = Path(get_package_prefix(package), 'lib', package, executable)
     assert path.is_file(), f'{package} has no executable {executable}'
-    return subprocess.run([str(path), '--help'], capture_output=True, text=True, timeout=60, check=True).stdout
+    return subprocess.run([str(path), '--help'], capture_output=True, text=True, timeout=120, check=True).stdout
 
 
 def check_launch(words, _page):

@@ -86,7 +86,7 @@ class Bench:
         self.until(lambda: all(publisher.get_subscription_count() >= everybody.get(topic.split('/')[-1], 1)
                                for topic, publisher in self.publishers.items()))
 
-    def until(self, condition, seconds=20.0):
+    def until(self, condition, seconds=60.0):
         end = time.monotonic() + seconds
         while not condition() and time.monotonic() < end:
             self._executor.spin_once(timeout_sec=0.02)
