@@ -25,9 +25,9 @@ from tactile_driver.recordings.writer import BagWriter  # noqa: E402
 pytestmark = pytest.mark.ros
 DRIVERS = {
     'one camera': (CameraNode, lambda path: write_scene(path, 'areal_single_press', 3.0, frames=9, namespace='pad'),
-                   {'topic': 'image_raw'}),
+                   {'topic': 'image_raw', 'rate': 30.0}),
     'two cameras': (DualCameraNode, lambda path: write_scene(path, 'areal_dual_press', 3.0, frames=9, namespace='pad'),
-                    {'topic': '/pad/left/image_raw', 'right_topic': '/pad/right/image_raw'}),
+                    {'topic': '/pad/left/image_raw', 'right_topic': '/pad/right/image_raw', 'rate': 30.0}),
     'finger': (PsdNode, lambda path: write_psd_scene(path, 'taps', 1000.0, namespace='pad'), {'topic': 'voltages'})}
 
 
