@@ -11,6 +11,7 @@ import time
 
 import pytest
 from ros_domain import claimed
+from waiting import until
 
 _NUMBERS = itertools.count()
 
@@ -104,10 +105,7 @@ class Listener:
 
     def wait_for(self, condition, seconds):
         """Whether condition() came true within so many s."""
-        end = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end:
-            time.sleep(0.05)
-        return condition()
+        return until(condition, patience_s=seconds)
 
     def stamps(self, topic):
         """ns of the messages heard on a topic; one of stamp 0, as of a warning among the markers, is left out."""

@@ -16,6 +16,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from waiting import until
 
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE, SHUTDOWN_ACTIVE = 1, 2, 3, 4, 7
 ERROR = b'\x02'
@@ -37,11 +38,8 @@ class Watcher:
         self.node.create_subscription(kind, topic, messages.append, qos)
         return messages
 
-    def until(self, condition, seconds=60.0):
-        end = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end:
-            self.executor.spin_once(timeout_sec=0.05)
-        assert condition()
+    def until(self, condition):
+        assert until(condition, self.executor)
 
     def spin(self, seconds):
         end = time.monotonic() + seconds
@@ -98,9 +96,7 @@ class Streamed:
         for name, kind in topics:
             self.node.create_subscription(kind, name, messages[name].append, qos_profile_sensor_data)
         self.stream.resume()
-        end = time.monotonic() + 60
-        while not all(messages.values()) and time.monotonic() < end:
-            self.executor.spin_once(timeout_sec=0.05)
+        assert until(lambda: all(messages.values()), self.executor)
         self.executor.shutdown()
         self.stream.stop()
         return [messages[name][0] for name, _ in topics]

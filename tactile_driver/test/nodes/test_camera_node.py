@@ -27,6 +27,7 @@ from tactile_driver.nodes.topic_source import topic_source
 from tactile_driver.parameters.drivers import CAMERA_PARAMETERS
 from tactile_driver.parameters.table import defaults
 from tactile_driver.sources.source import Source
+from waiting import until
 from watching import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, ERROR, SHUTDOWN_ACTIVE, Streamed, Watcher, ended, stamps
 
 
@@ -56,17 +57,10 @@ def streamed(node, calibration=None, **values):
     return Streamed(node, lambda node: ImageStream(node, ImagePublishers(node), FakeCamera(), given, calibration))
 
 
-def wait_for(condition):
-    end = time.monotonic() + 60
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
-
-
 def test_nothing_is_decoded_for_nobody(node):
     stream = streamed(node).stream
     stream.resume()
-    wait_for(lambda: len(stream.source.wanted) > 5)
+    assert until(lambda: len(stream.source.wanted) > 5)
     stream.stop()
     assert not any(stream.source.wanted)
 
@@ -76,7 +70,7 @@ def test_the_end_of_ros_is_no_failure_of_the_camera(node):
     stream.resume()
     rclpy.shutdown(context=node.context)
     before = len(stream.source.wanted)
-    wait_for(lambda: len(stream.source.wanted) > before + 3)
+    assert until(lambda: len(stream.source.wanted) > before + 3)
     assert stream.status.state == 'running'
     stream.stop()
 
@@ -148,7 +142,7 @@ def test_publishers_are_reliable_and_only_slow_facts_are_latched():
     camera = camera_node.CameraNode(Host(parameters={'scene': 'rest', 'width': 320, 'height': 240, 'autostart': False}))
     camera.trigger_configure()
     topics = ('image_raw', 'camera_info', 'description', 'ground_truth/slip')
-    wait_for(lambda: all(camera.get_publishers_info_by_topic(topic) for topic in topics))
+    assert until(lambda: all(camera.get_publishers_info_by_topic(topic) for topic in topics))
     offered = {topic: camera.get_publishers_info_by_topic(topic)[0].qos_profile for topic in topics}
     camera.destroy_node()
     rclpy.shutdown()
@@ -215,11 +209,12 @@ def test_images_of_another_drivers_topic_come_in_the_own_frames_with_its_camera_
     executor = SingleThreadedExecutor()
     for each in (node, camera):
         executor.add_node(each)
-    end = time.monotonic() + 60
-    while not (images and infos and infos[-1].k[0] == 5.0) and time.monotonic() < end:
+
+    def arrived():
         info.publish(CameraInfo(width=6, height=4, k=[5.0, 0.0, 3.0, 0.0, 5.0, 2.0, 0.0, 0.0, 1.0]))
         publisher.publish(message)
-        executor.spin_once(timeout_sec=0.05)
+        return images and infos and infos[-1].k[0] == 5.0
+    assert until(arrived, executor)
     assert images[-1].header.frame_id == 'pad_camera_optical' and images[-1].header.stamp.sec == 1
     assert (images[-1].width, images[-1].height, set(images[-1].data)) == (6, 4, {90}) and infos[-1].k[0] == 5.0
     executor.shutdown()

@@ -18,6 +18,7 @@ from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.taxel_array_node import TaxelArrayNode
 from tactile_driver.parameters.table import Parameter
 from tactile_driver.sources.capture import CaptureStatus
+from waiting import until
 
 BLOCKED_S = 1.0
 
@@ -38,9 +39,7 @@ def ages():
         shared[node.resolve_topic_name('image_raw')].attach(take)
         node.trigger_configure()
         node.trigger_activate()
-        end = time.monotonic() + 60.0
-        while len(found) < 60 and time.monotonic() < end:
-            time.sleep(0.01)
+        until(lambda: len(found) >= 60)
         node.destroy_node()
         return found
     yield of

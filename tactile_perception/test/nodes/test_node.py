@@ -37,6 +37,7 @@ from tactile_perception.press.parameters import POINT_PARAMETERS  # noqa: E402
 from tactile_perception.finger.parameters import PSD_PARAMETERS  # noqa: E402
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS  # noqa: E402
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS  # noqa: E402
+from waiting import until  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -61,11 +62,8 @@ class Bench:
         self.seen[topic] = []
         return self.bench.create_subscription(kind, topic, self.seen[topic].append, 10)
 
-    def until(self, condition, seconds=60.0):
-        end = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end:
-            self.executor.spin_once(timeout_sec=0.05)
-        return condition()
+    def until(self, condition):
+        return until(condition, self.executor)
 
     def show(self, scene_time, spoil=None):
         """Publish the scene at that time; whether both topics went out to somebody."""
@@ -196,10 +194,7 @@ def test_a_slow_node_drops_messages_and_reports_it(ros):
     sending = threading.Thread(target=send, daemon=True)
     sending.start()
     try:
-        end = time.monotonic() + 60
-        while node.log.shed <= 20 or len(heard) < 20:
-            assert time.monotonic() < end, (node.log.shed, len(heard))
-            executor.spin_once(timeout_sec=0.05)
+        assert until(lambda: node.log.shed > 20 and len(heard) >= 20, executor), (node.log.shed, len(heard))
         health = node._examine()
     finally:
         ended.set(), sending.join()
@@ -264,17 +259,12 @@ def test_a_defect_is_counted_and_reported_and_the_stage_restarts(ros, monkeypatc
     sender.create_subscription(DiagnosticArray, '/diagnostics', reports.append, 10)
     executor.add_node(node), executor.add_node(sender)
 
-    def until(condition):
-        end = time.monotonic() + 60
-        while not condition() and time.monotonic() < end:
-            executor.spin_once(timeout_sec=0.05)
-        assert condition()
     try:
-        until(lambda: voltages.get_subscription_count() == 1)
+        assert until(lambda: voltages.get_subscription_count() == 1, executor)
         for number in (7.0, 1.0):
             voltages.publish(PsdVoltages(header=header_of(time.time_ns(), 'tip'), voltages=[number]))
-        until(lambda: heard and node.stage.resets == 1)
-        until(lambda: any('defect of this software' in pair.value
-                          for report in reports for status in report.status for pair in status.values))
+        assert until(lambda: heard and node.stage.resets == 1, executor)
+        assert until(lambda: any('defect of this software' in pair.value
+                                 for report in reports for status in report.status for pair in status.values), executor)
     finally:
         executor.shutdown(), node.destroy_node(), sender.destroy_node()
