@@ -14,7 +14,7 @@ from ..simulation.taxel.scene import open_taxel_scene
 from ..sources.source import NS, Clock, EndOfSource, EvenPace, SceneSource, Source, StampPace, stamp_of, wait_until
 from .clock import DeviceClock
 from .frames import MATRIX, BinaryReader, CountFrame, Expected
-from .port import FrameReader, SerialSource
+from .port import SerialSource
 from .table import read_table
 
 _DEAF_BYTES = 65536  # so many bytes without a frame mean a wrong size or baud rate; chosen
@@ -27,7 +27,7 @@ class TaxelSerialSource(SerialSource):
         self._shape = shape
         super().__init__(device, baud, clock, _DEAF_BYTES)
 
-    def _new_reader(self) -> FrameReader:
+    def _new_reader(self) -> BinaryReader:
         return BinaryReader(Expected(MATRIX, *self._shape), self._counts)
 
     def _begin(self) -> None:
