@@ -41,7 +41,7 @@ def finger(bench, bus, nodes):
     """(namespace, voltages as they come) of a finger that runs."""
     space = bench.fresh('finger')
     heard = bench.ear.hear(PsdVoltages, f'{space}/voltages')
-    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
+    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1, patient=True)
     nodes(PsdNode, space, source='device', device='A1', batch_period=0.02)
     return space, heard
 

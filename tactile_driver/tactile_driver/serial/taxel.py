@@ -81,7 +81,8 @@ class TaxelFileSource(Source):
 
     def open(self) -> None:
         """Read the file. Raises BadRecording if it is missing, broken or holds no frames."""
-        readers = {'.npz': self._read_npz, '.npy': self._read_npy, **dict.fromkeys(('.csv', '.tsv', '.txt'), self._read_csv)}
+        readers = {'.npz': self._read_npz, '.npy': lambda: (np.load(self._path), None),
+                   **dict.fromkeys(('.csv', '.tsv', '.txt'), lambda: read_table(self._path, self._shape))}
         if self._path.suffix not in readers:
             raise BadRecording(f'path: {self._path} is none of {", ".join(readers)}')
         try:
@@ -103,12 +104,6 @@ class TaxelFileSource(Source):
                 raise BadRecording(f'path: {self._path} holds the arrays {", ".join(found) or "none of frames"}; name one as topic')
             times = next((stored[name] * unit for name, unit in _TIMES.items() if name in stored.files), None)
             return stored[wanted[0]], times
-
-    def _read_npy(self) -> tuple[np.ndarray, None]:
-        return np.load(self._path), None
-
-    def _read_csv(self) -> tuple[np.ndarray, np.ndarray | None]:
-        return read_table(self._path, self._shape)
 
     def read(self, wanted: bool = True) -> Frame | None:
         """The next frame, when it is due. Raises EndOfSource, or BadFrame for one that cannot be published."""
