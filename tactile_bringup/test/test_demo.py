@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import rclpy
 from geometry_msgs.msg import Point32, Polygon, Vector3, WrenchStamped
-from tactile_bringup.demo import main, summary as video
+from tactile_bringup.demo import main
 from tactile_bringup.demo.summary import Moments, Reading, Summary, Video, reading_of
 from tactile_driver.errors import BadArgument
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
@@ -70,10 +70,8 @@ def frames_of(path):
         found.append(int(frame.mean() + 0.5))
 
 
-@pytest.mark.parametrize('forms', [(('.mp4', 'mp4v'),), (('.avi', 'MJPG'),)])
-def test_it_plays_at_the_speed_of_the_stamps(tmp_path, monkeypatch, forms):
-    monkeypatch.setattr(video, '_FORMS', forms)
-    it = Video(tmp_path / 'demo')
+def test_it_plays_at_the_speed_of_the_stamps(tmp_path):
+    it = Video(tmp_path / 'demo.mp4')
     for k in range(60):
         it.add(100.0 + k / 30, np.full((48, 64, 3), 4 * k, np.uint8))
     it.close()

@@ -11,7 +11,7 @@ import yaml
 from ament_index_python.packages import get_package_share_directory
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.bags import main, write_scene
-from tactile_bringup.simulate.calibrations import calibrate_specimen, main as main_calibrations
+from tactile_bringup.simulate.calibrations import calibrate_specimen
 from tactile_driver.nodes.messages.ground_truth import TRUTH
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader
@@ -142,8 +142,3 @@ def test_it_is_made_again_the_same(sensor, tmp_path):
     again, ours = (read_touch(path, sensor) for path in (tmp_path / 'again.yaml', shipped(sensor)))
     assert again.best == ours.best
     np.testing.assert_allclose(*(numbers_of(file.file.fitted) for file in (again, ours)), rtol=1e-3, atol=1e-6)
-
-
-def test_an_unknown_type_is_one_line(tmp_path, capsys):
-    assert main_calibrations([str(tmp_path), 'touchpad']) == 1
-    assert capsys.readouterr().err.count('\n') == 1

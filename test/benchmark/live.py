@@ -1,14 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sensors over ROS as a user starts them: latency from the stamp, lost frames, CPU and memory; with faults, also what comes back and grows.
+"""Sensors over ROS as a user starts them: latency from the stamp, lost frames, CPU and memory.
 
-    python3 test/benchmark/live.py [thumb index tip array palm] [--composed true] [--share 1.0] [--duration 20] [--faults 10]
+    python3 test/benchmark/live.py [thumb index tip array palm] [--composed true] [--share 1.0] [--duration 20]
 
 The sensors: thumb and index, touchpads of 640 x 480 at 60 frames/s; tip, a PSD finger at 5 kHz; array, a taxel array at 500 frames/s; palm,
 a sheet with two cameras at 30; --share scales all rates. They are started by hand.launch.py, with simulated cameras that play films
 (films/) and emulated serial ports. This process subscribes to the last result of each. Latency: from the stamp to the receipt here (a PSD
-message is stamped with its first sample). A frame without a result is lost. --faults PERIOD: every so many s, a sensor is killed or a port
-is spoilt.
+message is stamped with its first sample). A frame without a result is lost.
 """
 from __future__ import annotations
 
@@ -22,7 +21,6 @@ import sys
 import tempfile
 import time
 from dataclasses import dataclass, field
-from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -44,18 +42,16 @@ SENSORS = {'thumb': ('touchpad', 60, 60, 'demo', 'contact_region', ContactRegion
            'palm': ('areal_dual', 30, 30, 'areal_dual_demo', 'contacts', Contacts)}
 PORTS = ('tip', 'array')
 PERCENTILES = (50, 95, 100)
-SPOILT = ('garbage', 'unplug', 'drop', 'pause')
 DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 97))
-_FILM_S, _STARTED_S, _SETTLE_S, _QUIET_S, _ENDED_S = 6.0, 180.0, 8.0, 30.0, 60.0
+_FILM_S, _STARTED_S, _SETTLE_S, _ENDED_S = 6.0, 180.0, 8.0, 60.0
 
 
 @dataclass
 class Heard:
-    """Of one sensor: stamps (ns) and latencies (s) of its results; kills: [when it was killed, ns; after how many s it was back]."""
+    """Of one sensor: stamps (ns) and latencies (s) of its results."""
 
     stamps: list = field(default_factory=list)
     latencies: list = field(default_factory=list)
-    kills: list = field(default_factory=list)
 
     def take(self, data: bytes) -> None:
         """A result as bytes, which begin with the stamp of its header."""
@@ -63,8 +59,6 @@ class Heard:
         stamp, now = seconds * 10**9 + nanoseconds, time.time_ns()
         self.stamps.append(stamp)
         self.latencies.append(1e-9 * (now - stamp))
-        if self.kills and self.kills[-1][1] is None and stamp > self.kills[-1][0] + 10**8:  # a batch may still have been in transit
-            self.kills[-1][1] = 1e-9 * (now - self.kills[-1][0])
 
 
 def film(folder: Path, names: list[str], share: float) -> None:
@@ -145,7 +139,7 @@ def _own_memory(pid: int) -> float:
 
 
 def run(given: argparse.Namespace, folder: Path) -> dict:
-    """Start everything, listen, let the faults happen, end it; the figures. Raises TimeoutError where a sensor is not heard at all."""
+    """Start everything, listen, end it; the figures. Raises TimeoutError where a sensor is not heard at all."""
     heard = {name: Heard() for name in given.sensors}
     rclpy.init(domain_id=DOMAIN)
     node, executor = Node('live_benchmark'), SingleThreadedExecutor()
@@ -165,10 +159,7 @@ def run(given: argparse.Namespace, folder: Path) -> dict:
                 raise TimeoutError(f'nothing came from {silent}; see {system.logs}')
             spin(_SETTLE_S)
             begin_ns, first = time.time_ns(), system.usage()
-            if given.faults:
-                _with_faults(given, system, heard, spin)
-            else:
-                spin(given.duration)
+            spin(given.duration)
             last = system.usage()
     finally:
         node.destroy_node()
@@ -178,51 +169,25 @@ def run(given: argparse.Namespace, folder: Path) -> dict:
         name: _figures(name, heard[name], given, begin_ns, first, last) for name in given.sensors}}
 
 
-def _with_faults(given: argparse.Namespace, system: System, heard: dict[str, Heard], spin) -> None:
-    """A fault every given.faults s, none in the last 30 s: a process is killed, a port is spoilt, in turn."""
-    victims, spoilt = cycle(given.sensors), cycle([(name, fault) for fault in SPOILT for name in system.emulators] or [None])
-    end = time.monotonic() + given.duration
-    for number in range(10**9):
-        left = end - time.monotonic()
-        if left <= _QUIET_S:
-            break
-        spin(min(given.faults, left - _QUIET_S))
-        port = next(spoilt) if number % 2 else None
-        if port:
-            emulator = system.emulators[port[0]]
-            emulator.stdin.write(f'{port[1]}\n')
-            emulator.stdin.flush()
-        else:
-            victim = next(victims)
-            if processes := system.of(victim):
-                heard[victim].kills.append([time.time_ns(), None])
-                processes[0].kill()
-    spin(end - time.monotonic())
-
-
 def _figures(name: str, heard: Heard, given: argparse.Namespace, begin_ns: int, first: dict, last: dict) -> dict:
-    """Lost frames, latency, CPU (% of a core), memory and its growth (MB) of the processes that lived all the time, and recoveries, s."""
+    """Lost frames, latency, CPU (% of a core), memory and its growth (MB)."""
     counted = {stamp: late for stamp, late in zip(heard.stamps, heard.latencies) if begin_ns <= stamp < begin_ns + given.duration * 1e9}
     latency = 1e3 * np.array(list(counted.values()))
     lived = [pid for pid, (owner, *_) in last.items() if owner == name and pid in first]
     cpu, grown = (sum(last[pid][k] - first[pid][k] for pid in lived) for k in (1, 2))
     return {'lost %': max(0.0, 100 * (1 - len(counted) / (SENSORS[name][2] * given.share * given.duration))),
             'latency ms': [float(np.percentile(latency, p)) for p in PERCENTILES] if len(latency) else None,
-            'CPU %': 100 * cpu / given.duration, 'memory MB': sum(last[pid][2] for pid in lived), 'growth MB': grown,
-            'killed': len(heard.kills), 'back after s': [back for _, back in heard.kills]}
+            'CPU %': 100 * cpu / given.duration, 'memory MB': sum(last[pid][2] for pid in lived), 'growth MB': grown}
 
 
 def text(result: dict) -> str:
     """The result as Markdown."""
     lines = [f'composed:={result["composed"]}, {result["share"]:g} times the full rates, {result["duration"]:g} s, '
              f'{result["tracebacks"]} tracebacks', '',
-             '| sensor | latency 50 / 95 / 100 %, ms | lost, % | CPU, % of a core | memory, MB | growth | killed, back after s |',
-             '|' + '---|' * 7]
+             '| sensor | latency 50 / 95 / 100 %, ms | lost, % | CPU, % of a core | memory, MB | growth |', '|' + '---|' * 6]
     for name, one in result['sensors'].items():
         late = ' / '.join(f'{value:.1f}' for value in one['latency ms'] or ())
-        back = ', '.join('never' if seconds is None else f'{seconds:.1f}' for seconds in one['back after s'])
-        lines.append(f'| {name} | {late} | {one["lost %"]:.1f} | {one["CPU %"]:.0f} | {one["memory MB"]:.0f} | {one["growth MB"]:+.1f} | '
-                     f'{one["killed"]}{": " if back else ""}{back} |')
+        lines.append(f'| {name} | {late} | {one["lost %"]:.1f} | {one["CPU %"]:.0f} | {one["memory MB"]:.0f} | {one["growth MB"]:+.1f} |')
     return '\n'.join(lines) + '\n'
 
 
@@ -233,7 +198,6 @@ def main() -> None:
     parser.add_argument('--composed', default='true', choices=('true', 'false'), help='a process for each sensor, or for each node')
     parser.add_argument('--share', type=float, default=1.0, help='of the full rates')
     parser.add_argument('--duration', type=float, default=20.0, help='s that count')
-    parser.add_argument('--faults', type=float, default=0.0, metavar='PERIOD', help='s from one fault to the next; 0: none')
     parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for live.md, live.json and the logs')
     given = parser.parse_args()
     given.out = given.out.absolute()

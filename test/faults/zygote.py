@@ -42,7 +42,7 @@ class Process:
         if self.poll() is None:
             os.kill(self.pid, number)
 
-    def wait(self, seconds: float = 20.0) -> int:
+    def wait(self, seconds: float = 60.0) -> int:
         """The exit code once it has ended."""
         end = time.monotonic() + seconds
         while self.poll() is None:

@@ -11,6 +11,7 @@ import time
 
 import pytest
 from ros_domain import claimed
+from waiting import until
 
 _NUMBERS = itertools.count()
 
@@ -58,7 +59,7 @@ class Launched:
     def interrupt(self):
         """Ctrl-C, as a terminal sends it to all processes; the exit code."""
         os.killpg(self.process.pid, signal.SIGINT)
-        return self.wait(30)
+        return self.wait(90)
 
     def kill(self):
         if self.process.poll() is None:
@@ -104,20 +105,7 @@ class Listener:
 
     def wait_for(self, condition, seconds):
         """Whether condition() came true within so many s."""
-        end = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end:
-            time.sleep(0.05)
-        return condition()
-
-    def ask(self, client, request, seconds=30):
-        """The answer of a service, None after so many s. It asks again every 3 s, since the middleware may lose the answer to a client that
-        the server has only just met; a request may thus come twice."""
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            answer = client.call_async(request)
-            if self.wait_for(answer.done, 3):
-                return answer.result()
-        return None
+        return until(condition, patience_s=seconds)
 
     def stamps(self, topic):
         """ns of the messages heard on a topic; one of stamp 0, as of a warning among the markers, is left out."""

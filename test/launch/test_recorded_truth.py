@@ -1,8 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """A driver plays the ground truth of a recording, and offers none where a recording has none."""
-import time
-
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
@@ -21,13 +19,14 @@ from tactile_msgs.msg import Contacts  # noqa: E402
 from tactile_driver.recordings.reader import BagReader  # noqa: E402
 from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_driver.recordings.writer import BagWriter  # noqa: E402
+from waiting import until  # noqa: E402
 
 pytestmark = pytest.mark.ros
 DRIVERS = {
     'one camera': (CameraNode, lambda path: write_scene(path, 'areal_single_press', 3.0, frames=9, namespace='pad'),
-                   {'topic': 'image_raw'}),
+                   {'topic': 'image_raw', 'rate': 30.0}),
     'two cameras': (DualCameraNode, lambda path: write_scene(path, 'areal_dual_press', 3.0, frames=9, namespace='pad'),
-                    {'topic': '/pad/left/image_raw', 'right_topic': '/pad/right/image_raw'}),
+                    {'topic': '/pad/left/image_raw', 'right_topic': '/pad/right/image_raw', 'rate': 30.0}),
     'finger': (PsdNode, lambda path: write_psd_scene(path, 'taps', 1000.0, namespace='pad'), {'topic': 'voltages'})}
 
 
@@ -46,11 +45,8 @@ class Played:
             self.executor.add_node(node)
         self.listener.create_subscription(Contacts, '/finger/tip/ground_truth/contacts', self.heard.append, QoSProfile(depth=1000))
 
-    def until(self, condition, seconds=60.0):
-        end = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end:
-            self.executor.spin_once(timeout_sec=0.05)
-        return condition()
+    def until(self, condition):
+        return until(condition, self.executor)
 
     def offered(self):
         names = self.driver.get_publisher_names_and_types_by_node(self.driver.get_name(), '/finger/tip')

@@ -38,7 +38,7 @@ def test_a_launch_ends_with_its_recording_and_nothing_of_it_is_lost(ros2, listen
     launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'source:=file', f'path:={video}', params('marker_video.yaml'),
                     'record:=bag', 'rate:=4')
     ear = listen({'/diagnostics': DiagnosticArray})
-    assert launched.wait(90) == 0, launched.log
+    assert launched.wait(120) == 0, launched.log
     assert launched.complaints == [] and launched.log.count('the recording is over') == 1, launched.log
     said = {status.message.split(':')[0] for message in ear.heard['/diagnostics'] for status in message.status}
     assert 'ended' in said, said

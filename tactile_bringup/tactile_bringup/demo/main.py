@@ -53,7 +53,7 @@ class DemoNode(Node):
         except OSError as error:
             raise BadArgument(f'parameter out: {self._out} cannot be made: {error}') from error
         self.failed, self._over = '', False
-        self._summary, self._moments, self._video = Summary(), Moments(), Video(self._out / 'demo')
+        self._summary, self._moments, self._video = Summary(), Moments(), Video(self._out / 'demo.mp4')
         self._reading: Reading | None = None
         self._begin_s = self._arrival_s = time.monotonic()
         self._drawn_s, self._shown = -math.inf, None
@@ -138,7 +138,7 @@ class DemoNode(Node):
             path = self._out / f'{name}.png'
             cv2.imwrite(str(path), picture.image)
             print(f'{picture.stamp_s - self._summary.first_s:5.1f} s  {name:21s} {path}', flush=True)
-        if self._video.path:
+        if self._video.frames:
             print(f'         video                 {self._video.path}', flush=True)
 
 

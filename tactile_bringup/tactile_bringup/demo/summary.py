@@ -167,18 +167,16 @@ class Moments:
 
 
 _LONGEST_STILL = 30  # frames, 2 s: a longer gap in the stamps is cut to this
-_FORMS = (('.mp4', 'mp4v'), ('.avi', 'MJPG'))
 
 
 class Video:
-    """Writes frames by their stamps at 15 frames/s as MP4, or as AVI where OpenCV cannot write MP4. path: without extension."""
+    """Writes frames by their stamps at 15 frames/s as MP4, path, once there is one."""
 
     def __init__(self, path: Path):
-        self._base = path
+        self.path = path
         self._writer: cv2.VideoWriter | None = None
         self._size: tuple[int, int] | None = None
         self._first_s = 0.0
-        self.path: Path | None = None
         self.frames = 0
 
     def add(self, stamp_s: float, image: np.ndarray) -> None:
@@ -199,9 +197,6 @@ class Video:
 
     def _open(self, image: np.ndarray, stamp_s: float) -> None:
         self._size, self._first_s = image.shape[1::-1], stamp_s
-        for ending, code in _FORMS:
-            self.path = self._base.with_suffix(ending)
-            self._writer = cv2.VideoWriter(str(self.path), cv2.VideoWriter_fourcc(*code), VIDEO_RATE, self._size)
-            if self._writer.isOpened():
-                return
-        raise BadArgument(f'video: OpenCV can write neither {" nor ".join(code for _, code in _FORMS)} to {self._base.parent}')
+        self._writer = cv2.VideoWriter(str(self.path), cv2.VideoWriter_fourcc(*'mp4v'), VIDEO_RATE, self._size)
+        if not self._writer.isOpened():
+            raise BadArgument(f'video: OpenCV cannot write {self.path}; see whether there is room')

@@ -6,12 +6,10 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from geometry_msgs.msg import Quaternion, TransformStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.time import Time
 from tactile_driver.errors import BadArgument
-from tactile_driver.nodes.messages.conversions import vector
+from tactile_driver.nodes.messages.conversions import static_transform
 from tactile_driver.nodes.runtime.defect_guard import guard_services
 from tactile_driver.nodes.runtime.diagnostics import OK, Health, NodeDiagnostics, common_values
 from tactile_driver.nodes.runtime.host import Host
@@ -19,19 +17,8 @@ from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.run import run_node
 from tf2_msgs.msg import TFMessage
 
-from ..hand.description import Hand, read_hand
+from ..hand.description import read_hand
 from ..parameters.table import HAND_FRAMES_PARAMETERS
-
-def mounting_transforms(hand: Hand, stamp: Time) -> list[TransformStamped]:
-    """Transforms from the parent frame of each sensor to its sensor frame."""
-    found = []
-    for sensor in hand.sensors:
-        mounting = TransformStamped(child_frame_id=sensor.frame)
-        mounting.header.frame_id, mounting.header.stamp = sensor.parent, stamp.to_msg()
-        mounting.transform.translation = vector(sensor.xyz)
-        mounting.transform.rotation = Quaternion(**dict(zip('xyzw', sensor.quaternion)))
-        found.append(mounting)
-    return found
 
 
 class HandFramesNode(Node):
@@ -45,7 +32,9 @@ class HandFramesNode(Node):
         self._hand = read_hand(Path(settings['hand']))
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._output = self.create_publisher(TFMessage, '/tf_static', latched)
-        self._output.publish(TFMessage(transforms=mounting_transforms(self._hand, self.get_clock().now())))
+        self._output.publish(TFMessage(transforms=[
+            static_transform(sensor.parent, sensor.frame, sensor.xyz, sensor.quaternion, self.get_clock().now().to_msg())
+            for sensor in self._hand.sensors]))
         self._diagnostics = NodeDiagnostics(self, 'frames', self._hand.frame, self._examine)
         guard_services(self)
 

@@ -128,16 +128,12 @@ class RecordNode(Node):
         type_name = type_name_of(message_type(kind, name))
         AdaptiveSubscription(self, kind, topic, lambda data, _received_ns: self._write(name, type_name, data), qos, raw=True)
 
-    def _add_topic(self, topic: str, type_name: str) -> None:
-        """Add a topic with the QoS of its publishers, which are known once the first message has been received."""
-        self._topics.add(topic)
-        self._writer.add_topic(topic, type_name, [recorded_qos(each.qos_profile) for each in self.get_publishers_info_by_topic(topic)])
-
     def _write(self, topic: str, type_name: str, data: bytes) -> None:
         if self._writer is None:
             return
-        if topic not in self._topics:
-            self._add_topic(topic, type_name)
+        if topic not in self._topics:  # the QoS of its publishers is known once the first message has been received
+            self._topics.add(topic)
+            self._writer.add_topic(topic, type_name, [recorded_qos(each.qos_profile) for each in self.get_publishers_info_by_topic(topic)])
         try:
             self._writer.write(topic, type_name, self.get_clock().now().nanoseconds, data)
         except OSError as error:

@@ -167,16 +167,12 @@ def watch(node: StatusNode, status: HandStatus, once: bool, patience_s: float) -
             executor.spin_once(timeout_sec=0.1)
             now = time.monotonic()
             if once and (node.is_complete() or now - begin > patience_s):
-                return _print_once(status, now)
+                print(_text(status, now, sys.stdout.isatty()), end='')
+                return 1 if status.empty or status.faulty(now) else 0
             if not once and now - shown > _PERIOD_S:
                 shown = now
                 terminal = sys.stdout.isatty()
                 print((_CLEAR if terminal else '') + _text(status, now, terminal), flush=True)
-
-
-def _print_once(status: HandStatus, now: float) -> int:
-    print(_text(status, now, sys.stdout.isatty()), end='')
-    return 1 if status.empty or status.faulty(now) else 0
 
 
 def _text(status: HandStatus, now: float, colour: bool) -> str:

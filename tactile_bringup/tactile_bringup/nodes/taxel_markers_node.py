@@ -85,17 +85,14 @@ class TaxelMarkers(MarkerSet):
 
     def _lines(self, region: ContactRegion) -> None:
         """Draw outlines, holes and principal axes of the region."""
-        width = 0.3 * self._array_sizes['pitch']
-        for ns, rings, colour in zip(('outlines', 'holes'), rings_of(region), (colours.REGION, colours.HOLE)):
-            if rings:
-                ends = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1).reshape(-1, 3) for ring in rings]
-                self._add(ns, Marker.LINE_LIST, (width, 0.0, 0.0), _colour(colour), points_of(np.concatenate(ends)))
+        self._region(region)
         middle = np.array([region.centroid.x, region.centroid.y, region.centroid.z])
         if np.isfinite(region.orientation):
             along = np.array([np.cos(region.orientation), np.sin(region.orientation), 0.0])
             across = np.array([-along[1], along[0], 0.0])
             ends = [middle + side * 0.5 * length * axis for axis, length in ((along, region.major_axis), (across, region.minor_axis))
                     for side in (-1, 1)]
+            width = 0.5 * self._array_sizes['pitch']
             self._add('axes', Marker.LINE_LIST, (width, 0.0, 0.0), _colour(colours.CONTACT), points_of(np.array(ends)))
 
     def _flow(self, slip: Slip) -> None:

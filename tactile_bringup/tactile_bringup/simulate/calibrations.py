@@ -8,15 +8,12 @@ A file for a sheet or dome holds the best touch method only, and the errors of a
 """
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tactile_driver.command import tells_errors
 from tactile_perception.calibration.files.format import read_calibration, write_calibration
 from tactile_perception.press.calibration import METHODS, best_method
-from tactile_perception.errors import BadArgument
 from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.press.tools import calibrate_markers
 from tactile_perception.finger.tools import calibrate_psd
@@ -33,44 +30,21 @@ SPECIMENS = {**{name: (calibrate_markers, write_scene, f'{name}_calibration', 3.
 
 
 def calibrate_specimen(sensor_type: str, output: Path) -> str:
-    """Simulate the calibration scene of a sensor type, calibrate, and write the calibration to output; the report.
-
-    Raises TactileError for a type without a simulated specimen.
-    """
-    if sensor_type not in SPECIMENS:
-        raise BadArgument(f'no simulated specimen of type {sensor_type!r}; there are {", ".join(SPECIMENS)}')
+    """Simulate the calibration scene of a sensor type of SPECIMENS, calibrate, and write the calibration to output; the report."""
     calibrate, write, scene, rate = SPECIMENS[sensor_type]
     with TemporaryDirectory() as folder:
         bag = Path(folder) / sensor_type
         write(bag, scene, rate)
         reported = calibrate([bag], Path(share('params', f'{sensor_type}_sim.yaml')), output)
     if sensor_type in MARKER_SENSORS:
-        keep_best(output, sensor_type)
+        file = read_calibration(output, sensor_type)
+        best = best_method(file.residuals, file.fitted[METHODS])
+        file.fitted[METHODS] = {best: file.fitted[METHODS][best]}
+        write_calibration(output, file)
     output.write_text(LICENCE + output.read_text())  # for a file that ships
     return reported
 
 
-def keep_best(path: Path, sensor_type: str) -> None:
-    """Keep only the best touch method in a calibration file."""
-    file = read_calibration(path, sensor_type)
-    methods = file.fitted[METHODS]
-    best = best_method(file.residuals, methods)
-    file.fitted[METHODS] = {best: methods[best]}
-    write_calibration(path, file)
-
-
-@tells_errors('simulated_calibrations')
-def main(args: list[str] | None = None) -> int:
-    """Run the command; exit code 1 and one error line on failure."""
-    parser = argparse.ArgumentParser('simulated_calibrations', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('folder', type=Path)
-    parser.add_argument('types', nargs='*', default=list(SPECIMENS), help=f'of {", ".join(SPECIMENS)}; all where none is given')
-    given = parser.parse_args(args)
-    given.folder.mkdir(parents=True, exist_ok=True)
-    for sensor_type in given.types:
-        print(calibrate_specimen(sensor_type, given.folder / f'{sensor_type}_sim.yaml'), flush=True)
-    return 0
-
-
 if __name__ == '__main__':
-    sys.exit(main())
+    for name in sys.argv[2:] or SPECIMENS:
+        print(calibrate_specimen(name, Path(sys.argv[1], f'{name}_sim.yaml')), flush=True)

@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node that draws, somebody who looks at it, and the time that both need."""
 import threading
-import time
+from functools import partial
 
 import pytest
+from waiting import until
 
 
 @pytest.fixture
 def bench():
-    """bench(make) -> (other node, until(condition, seconds) -> whether it came true)."""
+    """bench(make) -> (other node, until(condition) -> whether it came true)."""
     rclpy = pytest.importorskip('rclpy')
     from rclpy.executors import SingleThreadedExecutor
     made = []
@@ -21,12 +22,7 @@ def bench():
         for node in made[1:]:
             executor.add_node(node)
 
-        def until(condition, seconds=15.0):
-            end = time.monotonic() + seconds
-            while not condition() and time.monotonic() < end:
-                executor.spin_once(timeout_sec=0.05)
-            return condition()
-        return made[2], until
+        return made[2], partial(until, executor=executor)
     yield begin
     if made:
         made[0].shutdown()

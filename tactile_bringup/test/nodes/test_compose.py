@@ -78,7 +78,7 @@ class Listener:
         self.node.create_subscription(ContactRegion, '/pad/contact_region', self.regions.append, 50)
 
     def until(self, condition):
-        end = time.monotonic() + 30
+        end = time.monotonic() + 60
         while not condition() and time.monotonic() < end:
             self._own.spin_once(timeout_sec=0.02)
             self._executor.spin_once(timeout_sec=0.02)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings of a running sensor, whatever the disk does."""
 
+import itertools
 import os
 import time
 
@@ -18,6 +19,7 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_msgs.msg import DotTracks
 from tf2_msgs.msg import TFMessage
+from waiting import until
 
 SIZE = 100_000
 
@@ -59,13 +61,14 @@ def test_messages_are_written_as_they_were_sent(tmp_path):
     outputs = sender.create_publisher(DotTracks, 'dots', 10), sender.create_publisher(Image, 'image_raw', 10)
     listener = sender.create_subscription(Image, 'image_raw', lambda _message: None, 10)
     sent = DotTracks(rows=2, columns=3, id=[1, 5], u=[1.5, 2.5])
-    end = time.monotonic() + 20
-    heard = 0
-    while (heard < 6 or node.written < 6) and time.monotonic() < end:
-        heard += outputs[1].get_subscription_count() == 2  # the recorder too: it takes raw data after those who work on it
+    heard = itertools.count()
+
+    def recorded():
         outputs[0].publish(sent)
         outputs[1].publish(Image(height=1, width=2, encoding='mono8', step=2, data=[7, 8]))
-        executor.spin_once(timeout_sec=0.05)
+        # The recorder too: it takes raw data after those who work on it.
+        return outputs[1].get_subscription_count() == 2 and next(heard) >= 6 and node.written >= 6
+    assert until(recorded, executor)
     written = node.written
     executor.shutdown()
     node.destroy_node()
@@ -91,7 +94,7 @@ def test_the_bag_carries_what_was_offered_and_what_was_latched_before(tmp_path):
     places.publish(TFMessage())
     images = sender.create_publisher(Image, 'image_raw', best_effort)
     others = [(sender.create_publisher(kind, topic, 5), kind()) for topic, kind in (('/tf', TFMessage), ('/joint_states', JointState))]
-    end, enough = time.monotonic() + 20, 40
+    end, enough = time.monotonic() + 60, 40
     while node.written < enough and time.monotonic() < end:
         for publisher, message in others:
             publisher.publish(message)

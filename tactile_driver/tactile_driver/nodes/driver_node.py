@@ -231,7 +231,9 @@ class DriverNode(LifecycleNode):
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Open the source. FAILURE if it is missing or a parameter is wrong: the node stays unconfigured and reports why."""
         try:
-            self._stream = self._opened_stream()
+            if self._settings.problems:
+                raise BadArgument('; '.join(self._settings.problems.values()) + '; correct it with ros2 param set, or start again')
+            self._stream = self.open_stream(self._settings.values())
         except DeviceLost as error:
             self._refuse(str(error), time.monotonic() + RETRY_S)
             return TransitionCallbackReturn.FAILURE
@@ -281,11 +283,6 @@ class DriverNode(LifecycleNode):
         """Close the source and end its threads, then destroy the node."""
         self._close()
         super().destroy_node()
-
-    def _opened_stream(self) -> BaseStream:
-        if self._settings.problems:
-            raise BadArgument('; '.join(self._settings.problems.values()) + '; correct it with ros2 param set, or start again')
-        return self.open_stream(self._settings.values())
 
     def now_ns(self) -> int:
         """Time of the node's clock, ns."""

@@ -17,7 +17,7 @@ from ..frame_names import optical_frame
 from ..parameters.drivers import DUAL_CAMERA_PARAMETERS, check_pair
 from ..sources.registry import make_dual_source
 from ..stitching.calibration import Stitching, load_stitching
-from ..stitching.methods import MiddleStitcher, Stitcher, make_stitcher
+from ..stitching.methods import MiddleStitcher, make_stitcher
 from .camera_node import CalibratedNode, ImagePublishers, ImageTopic, info_of_size, size_remark
 from .driver_node import BaseStream
 from .messages.conversions import RIGHT_TIME, header_of, right_time_message
@@ -115,7 +115,7 @@ class DualStream(BaseStream):
         self._calibrations = tuple(known[name] for name in NAMES)
         self._sizes.pop(prefix.strip('/'), None)
 
-    def _side_by_side(self, pair: PairFrame) -> Stitcher:
+    def _side_by_side(self, pair: PairFrame) -> MiddleStitcher:
         """A stitcher without calibration: it cuts half of the overlap off each view."""
         sizes = tuple(self._sizes.get(name) or next(iter(pair.sizes.values())) for name in NAMES)
         half = self._values['overlap'] / 2

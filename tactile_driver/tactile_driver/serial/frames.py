@@ -47,24 +47,6 @@ class FrameCounts:
     stranger: str = ''
 
 
-class SequenceCheck:
-    """Counts lost frames and restarts by sequence numbers, into counts. longest_gap: frames; a longer gap counts as a restart."""
-
-    def __init__(self, counts: FrameCounts, longest_gap: int = 2**16):
-        self._counts, self._longest_gap = counts, longest_gap
-        self._last: int | None = None
-
-    def take(self, sequence: int) -> None:
-        """Process the sequence number of the next valid frame."""
-        if self._last is not None:
-            step = (sequence - self._last) % 2**32
-            if 0 < step <= self._longest_gap:
-                self._counts.missing += step - 1
-            else:
-                self._counts.resets += 1
-        self._last = sequence
-
-
 # The values below are those of the protocol, doc/serial_protocol.md.
 SAMPLES, MATRIX = 1, 2
 SYNC, END = b'\xa5\x5a', 0x7e
@@ -74,6 +56,7 @@ _CHECK = struct.Struct('<H')
 _HEAD = _HEADER.size + _CHECK.size
 _TAIL = _CHECK.size + 1
 _START = 0xffff
+_LONGEST_GAP = 2**16  # frames; a longer one is a restart. Chosen
 
 
 @dataclass(frozen=True)
@@ -121,7 +104,7 @@ class BinaryReader:
     def __init__(self, expected: Expected, counts: FrameCounts | None = None):
         self.counts = counts or FrameCounts()
         self._expected, self._buffer = expected, bytearray()
-        self._sequence = SequenceCheck(self.counts)
+        self._last: int | None = None  # sequence number
 
     def feed(self, data: bytes) -> list[CountFrame]:
         """The frames completed by these bytes, in order."""
@@ -175,7 +158,11 @@ class BinaryReader:
             return len(SYNC), None
         self.counts.frames += 1
         self.counts.stranger = ''
-        self._sequence.take(sequence)
+        if self._last is not None:
+            step = (sequence - self._last) % 2**32
+            self.counts.missing += step - 1 if 0 < step <= _LONGEST_GAP else 0
+            self.counts.resets += not 0 < step <= _LONGEST_GAP
+        self._last = sequence
         return size, CountFrame(values, time_us, interval_ns, sequence, bits)
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Protocol
 
 import serial
 from serial.tools import list_ports
 
 from ..errors import BadArgument, DeviceLost
 from ..sources.source import Clock, NothingYet, Source
-from .frames import CountFrame, FrameCounts
+from .frames import BinaryReader, CountFrame, FrameCounts, LineReader
 
 _WAIT_S = 0.1
 _BY_ID = Path('/dev', 'serial', 'by-id')
@@ -83,13 +82,6 @@ class SerialPort:
                 pass
 
 
-class FrameReader(Protocol):
-    """Parses bytes into frames."""
-
-    def feed(self, data: bytes) -> list[CountFrame]:
-        """The frames that are complete with data."""
-
-
 class SerialSource(Source):
     """device: see serial_port.find_port; baud: bit/s; clock: ns for the stamps; deaf_bytes: so many bytes without a frame mean wrong
     settings. Subclasses return a new reader from _new_reader and fill _ready in _poll.
@@ -102,7 +94,7 @@ class SerialSource(Source):
         self._counts = FrameCounts()
         self._begin()
 
-    def _new_reader(self) -> FrameReader:
+    def _new_reader(self) -> BinaryReader | LineReader:
         raise NotImplementedError
 
     def _begin(self) -> None:

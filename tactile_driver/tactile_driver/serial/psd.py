@@ -14,7 +14,7 @@ from ..simulation.psd.scene import open_psd_scene
 from ..sources.source import NS, Clock, EvenPace, SceneSource, stamp_of, wait_until
 from .clock import SampleAssembler
 from .frames import SAMPLES, BinaryReader, Expected, LineReader
-from .port import FrameReader, SerialSource
+from .port import SerialSource
 
 
 class Demodulator:
@@ -81,7 +81,7 @@ class PsdSerialSource(SerialSource):
         self._demodulator = Demodulator(settings.saturation) if settings.modulation else None
         super().__init__(device, settings.baud, clock, _DEAF_BYTES)
 
-    def _new_reader(self) -> FrameReader:
+    def _new_reader(self) -> BinaryReader | LineReader:
         return BinaryReader(Expected(SAMPLES, columns=self._columns), self._counts) if self._settings.format == 'binary' \
             else LineReader(self._columns, self._settings.bits, self._counts)
 

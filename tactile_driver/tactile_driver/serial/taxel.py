@@ -14,7 +14,7 @@ from ..simulation.taxel.scene import open_taxel_scene
 from ..sources.source import NS, Clock, EndOfSource, EvenPace, SceneSource, Source, StampPace, stamp_of, wait_until
 from .clock import DeviceClock
 from .frames import MATRIX, BinaryReader, CountFrame, Expected
-from .port import FrameReader, SerialSource
+from .port import SerialSource
 from .table import read_table
 
 _DEAF_BYTES = 65536  # so many bytes without a frame mean a wrong size or baud rate; chosen
@@ -27,7 +27,7 @@ class TaxelSerialSource(SerialSource):
         self._shape = shape
         super().__init__(device, baud, clock, _DEAF_BYTES)
 
-    def _new_reader(self) -> FrameReader:
+    def _new_reader(self) -> BinaryReader:
         return BinaryReader(Expected(MATRIX, *self._shape), self._counts)
 
     def _begin(self) -> None:
@@ -81,7 +81,8 @@ class TaxelFileSource(Source):
 
     def open(self) -> None:
         """Read the file. Raises BadRecording if it is missing, broken or holds no frames."""
-        readers = {'.npz': self._read_npz, '.npy': self._read_npy, **dict.fromkeys(('.csv', '.tsv', '.txt'), self._read_csv)}
+        readers = {'.npz': self._read_npz, '.npy': lambda: (np.load(self._path), None),
+                   **dict.fromkeys(('.csv', '.tsv', '.txt'), lambda: read_table(self._path, self._shape))}
         if self._path.suffix not in readers:
             raise BadRecording(f'path: {self._path} is none of {", ".join(readers)}')
         try:
@@ -103,12 +104,6 @@ class TaxelFileSource(Source):
                 raise BadRecording(f'path: {self._path} holds the arrays {", ".join(found) or "none of frames"}; name one as topic')
             times = next((stored[name] * unit for name, unit in _TIMES.items() if name in stored.files), None)
             return stored[wanted[0]], times
-
-    def _read_npy(self) -> tuple[np.ndarray, None]:
-        return np.load(self._path), None
-
-    def _read_csv(self) -> tuple[np.ndarray, np.ndarray | None]:
-        return read_table(self._path, self._shape)
 
     def read(self, wanted: bool = True) -> Frame | None:
         """The next frame, when it is due. Raises EndOfSource, or BadFrame for one that cannot be published."""

@@ -34,7 +34,9 @@ class FrameQueue:
     def add(self, frame: object) -> None:
         """Append a frame; the oldest ones make room for it."""
         while len(self._frames) >= self._keep:
-            self._leave_out()
+            self._frames.popleft()
+            self.left_out += 1
+            self._passed.append((time.monotonic(), False))
         self._frames.append((time.monotonic(), frame))
 
     def take(self) -> object | None:
@@ -57,11 +59,6 @@ class FrameQueue:
         now = time.monotonic()
         recent = [taken for passed, taken in self._passed if now - passed < _WINDOW_S]
         return recent.count(False) / len(recent) if recent else 0.0
-
-    def _leave_out(self) -> None:
-        self._frames.popleft()
-        self.left_out += 1
-        self._passed.append((time.monotonic(), False))
 
 
 RETRY_S = 0.2  # between two tries to open a device that is missing: it is back soon after it was plugged in; chosen

@@ -1,9 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Stitching methods, by name."""
-from __future__ import annotations
+"""Stitching methods, by name.
 
-from typing import Protocol
+A stitcher's size is (width, height) px of its result. Its stitch makes the image, uint8 (H, W, 3) or (H, W), of two uint8 images, both
+colour or both grey; the part of a missing one (None) is black. It raises BadFrame for another size than that of the calibration, for two
+kinds, and if both are missing.
+"""
+from __future__ import annotations
 
 import cv2
 import numpy as np
@@ -13,16 +16,6 @@ from ..errors import BadArgument, BadFrame
 
 
 _BAND = 64  # rows remapped at once, so that they stay in the processor's cache; chosen
-
-
-class Stitcher(Protocol):
-    """Stitches two images to one; size: (width, height) px of the result."""
-
-    size: tuple[int, int]
-
-    def stitch(self, left: np.ndarray | None, right: np.ndarray | None) -> np.ndarray:
-        """The stitched image, uint8 (H, W, 3) or (H, W), of two uint8 images, both colour or both grey; the part of a missing image
-        (None) is black. Raises BadFrame for another size than that of the calibration, for two kinds, and if both are missing."""
 
 
 class MiddleStitcher:
@@ -39,7 +32,7 @@ class MiddleStitcher:
         self.size = self._cut[0] + right - self._cut[1], height
 
     def stitch(self, left: np.ndarray | None, right: np.ndarray | None) -> np.ndarray:
-        """See Stitcher."""
+        """The stitched image of two, either of which may be None."""
         picture = _empty_picture((left, right), self._sizes, self.size)
         if left is not None:
             picture[:, :self._cut[0]] = left[:, :self._cut[0]]
@@ -58,7 +51,7 @@ class PlaneStitcher:
                        for side, columns in zip(self._sides, (slice(0, first), slice(first, stitching.size[0])))]
 
     def stitch(self, left: np.ndarray | None, right: np.ndarray | None) -> np.ndarray:
-        """See Stitcher."""
+        """The stitched image of two, either of which may be None."""
         picture = _empty_picture((left, right), [side.size for side in self._sides], self.size)
         for image, side, bands in zip((left, right), self._sides, self._bands):
             for place, maps in bands if image is not None else ():
@@ -98,18 +91,11 @@ def _empty_picture(images: tuple, sizes, size: tuple[int, int]) -> np.ndarray:
     return make((size[1], size[0]) + present[0][0].shape[2:], np.uint8)
 
 
-def _plane(stitching: Stitching) -> Stitcher:
-    return PlaneStitcher(stitching)
+STITCHERS = {'plane': PlaneStitcher,
+             'middle': lambda stitching: MiddleStitcher((stitching.left.size, stitching.right.size), stitching.cut)}
 
 
-def _middle(stitching: Stitching) -> Stitcher:
-    return MiddleStitcher((stitching.left.size, stitching.right.size), stitching.cut)
-
-
-STITCHERS = {'plane': _plane, 'middle': _middle}
-
-
-def make_stitcher(method: str, stitching: Stitching) -> Stitcher:
+def make_stitcher(method: str, stitching: Stitching) -> MiddleStitcher | PlaneStitcher:
     """The stitcher of that name. Raises BadArgument, listing the names, for an unknown one."""
     if method not in STITCHERS:
         raise BadArgument(f'stitching method {method!r} is unknown; choose one of {", ".join(STITCHERS)}')

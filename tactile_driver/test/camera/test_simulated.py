@@ -3,26 +3,34 @@
 """Simulated cameras as sources."""
 
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from tactile_driver.camera import simulated
 from tactile_driver.camera.simulated import DualSimulatedSource, SimulatedSource
 from tactile_driver.errors import BadArgument
+from tactile_driver.sources import source as pacing
+
+
+MS = 1_000_000
 
 
 class FakeScene:
-    """A scene that notes the times it is rendered at."""
+    """A scene on a clock by which a frame is rendered in 10 ms and a step computed ahead in 1 ms."""
 
-    def __init__(self, slow=0.0):
-        self.times, self.slow, self.ahead = [], slow, 0
+    def __init__(self):
+        self.now, self.ahead = 10**12, 0
+
+    def sleep(self, seconds):
+        self.now += round(seconds * 1e9)
 
     def render(self, t):
-        self.times.append(t)
-        time.sleep(self.slow)
+        self.now += 10 * MS
         return simulated_frame(t)
 
     def observe_ahead(self, number):
+        self.now += MS
         self.ahead += self.ahead < number
         return self.ahead < number
 
@@ -35,35 +43,36 @@ def simulated_frame(t):
 def scene(monkeypatch):
     fake = FakeScene()
     monkeypatch.setattr(simulated.scenes, 'open_scene', lambda *_: fake)
+    for module in (simulated, pacing):  # there alone: threads of other tests sleep too
+        monkeypatch.setattr(module, 'time', SimpleNamespace(monotonic_ns=lambda: fake.now, sleep=fake.sleep))
     return fake
 
 
-def opened(rate=50.0):
-    source = SimulatedSource('demo', rate, 0, (0, 0), time.time_ns)
+def opened(scene, rate):
+    source = SimulatedSource('demo', rate, 0, (0, 0), lambda: scene.now)
     source.open()
     return source
 
 
 def test_the_time_before_a_frame_is_used_for_three_seconds_of_the_scene(scene):
-    source = opened(10.0)
+    source = opened(scene, 10.0)
     for steps in (0, 32, 33):  # the first frame is due at once
         source.read()
         assert scene.ahead == steps
 
 
 def test_nothing_is_computed_ahead_where_no_time_is_left(scene):
-    source = opened(100.0)
+    source = opened(scene, 100.0)
     source.read()
     source.read()
     assert scene.ahead == 0
 
 
 def test_a_frame_is_handed_over_when_it_shows_not_when_it_is_rendered(scene):
-    scene.slow = 0.01
-    source = opened(25.0)
+    source = opened(scene, 25.0)
     source.read()
-    lateness = [time.time_ns() - source.read().stamp_ns for _ in range(5)]
-    assert np.median(lateness) < 8e6
+    stamps = [(source.read().stamp_ns, scene.now) for _ in range(5)]
+    assert all(stamp == now for stamp, now in stamps) and {b - a for (a, _), (b, _) in zip(stamps, stamps[1:])} == {40 * MS}
 
 
 def test_the_touchpad_itself():

@@ -16,6 +16,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from waiting import until
 
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE, SHUTDOWN_ACTIVE = 1, 2, 3, 4, 7
 ERROR = b'\x02'
@@ -32,16 +33,13 @@ class Watcher:
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
 
-    def collect(self, kind, topic, qos=qos_profile_sensor_data):
+    def collect(self, kind, topic, qos=100):
         messages = []
         self.node.create_subscription(kind, topic, messages.append, qos)
         return messages
 
-    def until(self, condition, seconds=20.0):
-        end = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end:
-            self.executor.spin_once(timeout_sec=0.05)
-        assert condition()
+    def until(self, condition):
+        assert until(condition, self.executor)
 
     def spin(self, seconds):
         end = time.monotonic() + seconds
@@ -50,7 +48,7 @@ class Watcher:
 
     def call(self, kind, name, request):
         client = self.node.create_client(kind, name)
-        assert client.wait_for_service(timeout_sec=20.0)
+        assert client.wait_for_service(timeout_sec=60.0)
         future = client.call_async(request)
         self.until(future.done)
         return future.result()
@@ -58,8 +56,8 @@ class Watcher:
     def state(self):
         """Asked again every 3 s: the middleware may lose the answer to a client that the server has only just met."""
         client = self.node.create_client(GetState, f'/{self.name}/get_state')
-        assert client.wait_for_service(timeout_sec=20.0)
-        for _ in range(7):
+        assert client.wait_for_service(timeout_sec=60.0)
+        for _ in range(20):
             future = client.call_async(GetState.Request())
             self.executor.spin_until_future_complete(future, timeout_sec=3.0)
             if future.done():
@@ -98,9 +96,7 @@ class Streamed:
         for name, kind in topics:
             self.node.create_subscription(kind, name, messages[name].append, qos_profile_sensor_data)
         self.stream.resume()
-        end = time.monotonic() + 10
-        while not all(messages.values()) and time.monotonic() < end:
-            self.executor.spin_once(timeout_sec=0.05)
+        assert until(lambda: all(messages.values()), self.executor)
         self.executor.shutdown()
         self.stream.stop()
         return [messages[name][0] for name, _ in topics]
@@ -116,7 +112,7 @@ def started(name, parameters):
 def ended(process, which=signal.SIGINT):
     """(exit code, what was logged) after a signal."""
     process.send_signal(which)
-    log = process.communicate(timeout=20)[1]
+    log = process.communicate(timeout=60)[1]
     return process.returncode, log
 
 

@@ -27,6 +27,7 @@ from tactile_driver.nodes.topic_source import topic_source
 from tactile_driver.parameters.drivers import CAMERA_PARAMETERS
 from tactile_driver.parameters.table import defaults
 from tactile_driver.sources.source import Source
+from waiting import until
 from watching import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, ERROR, SHUTDOWN_ACTIVE, Streamed, Watcher, ended, stamps
 
 
@@ -59,9 +60,9 @@ def streamed(node, calibration=None, **values):
 def test_nothing_is_decoded_for_nobody(node):
     stream = streamed(node).stream
     stream.resume()
-    time.sleep(0.2)
+    assert until(lambda: len(stream.source.wanted) > 5)
     stream.stop()
-    assert len(stream.source.wanted) > 5 and not any(stream.source.wanted)
+    assert not any(stream.source.wanted)
 
 
 def test_the_end_of_ros_is_no_failure_of_the_camera(node):
@@ -69,8 +70,8 @@ def test_the_end_of_ros_is_no_failure_of_the_camera(node):
     stream.resume()
     rclpy.shutdown(context=node.context)
     before = len(stream.source.wanted)
-    time.sleep(0.2)
-    assert len(stream.source.wanted) > before + 3 and stream.status.state == 'running'
+    assert until(lambda: len(stream.source.wanted) > before + 3)
+    assert stream.status.state == 'running'
     stream.stop()
 
 
@@ -136,11 +137,15 @@ def test_a_video_is_a_camera(watcher, camera, video):
     assert ended(process) == (0, '')
 
 
-def test_publishers_are_reliable_and_only_slow_facts_are_latched(watcher, camera):
-    camera(scene='rest', width=320, height=240)
+def test_publishers_are_reliable_and_only_slow_facts_are_latched():
+    rclpy.init()
+    camera = camera_node.CameraNode(Host(parameters={'scene': 'rest', 'width': 320, 'height': 240, 'autostart': False}))
+    camera.trigger_configure()
     topics = ('image_raw', 'camera_info', 'description', 'ground_truth/slip')
-    watcher.until(lambda: all(watcher.node.get_publishers_info_by_topic(topic) for topic in topics))
-    offered = {topic: watcher.node.get_publishers_info_by_topic(topic)[0].qos_profile for topic in topics}
+    assert until(lambda: all(camera.get_publishers_info_by_topic(topic) for topic in topics))
+    offered = {topic: camera.get_publishers_info_by_topic(topic)[0].qos_profile for topic in topics}
+    camera.destroy_node()
+    rclpy.shutdown()
     assert {each.reliability for each in offered.values()} == {ReliabilityPolicy.RELIABLE}
     assert [topic for topic in topics if offered[topic].durability == DurabilityPolicy.TRANSIENT_LOCAL] == ['camera_info', 'description']
     assert offered['image_raw'].durability == offered['ground_truth/slip'].durability == DurabilityPolicy.VOLATILE
@@ -181,17 +186,10 @@ def test_a_missing_device_is_reported_and_does_not_end_the_node(watcher, camera,
 
 def test_nonsense_is_named_once_and_ends_it(camera):
     process = camera(rate='abc', width=-5, source='nonsense')
-    log = process.communicate(timeout=30)[1]
+    log = process.communicate(timeout=60)[1]
     assert process.returncode == WRONG
     for part in ("parameter rate is 'abc'", 'parameter width is -5', '0 to 8192 px', "parameter source is 'nonsense'"):
         assert log.count(part) == 1
-
-
-@pytest.mark.parametrize('parameters', [{'source': 'file', 'path': '/nowhere.avi'}, {'scene': 'nowhere'}])
-def test_what_is_missing_is_named_and_ends_it(camera, parameters):
-    process = camera(**parameters)
-    log = process.communicate(timeout=30)[1]
-    assert process.returncode == WRONG and len(log.splitlines()) == 1 and '[FATAL]' in log and 'nowhere' in log
 
 
 @pytest.mark.parametrize('topic', ['/foreign/image_raw', '/foreign/image_raw/compressed'])
@@ -211,11 +209,12 @@ def test_images_of_another_drivers_topic_come_in_the_own_frames_with_its_camera_
     executor = SingleThreadedExecutor()
     for each in (node, camera):
         executor.add_node(each)
-    end = time.monotonic() + 30
-    while not (images and infos and infos[-1].k[0] == 5.0) and time.monotonic() < end:
+
+    def arrived():
         info.publish(CameraInfo(width=6, height=4, k=[5.0, 0.0, 3.0, 0.0, 5.0, 2.0, 0.0, 0.0, 1.0]))
         publisher.publish(message)
-        executor.spin_once(timeout_sec=0.05)
+        return images and infos and infos[-1].k[0] == 5.0
+    assert until(arrived, executor)
     assert images[-1].header.frame_id == 'pad_camera_optical' and images[-1].header.stamp.sec == 1
     assert (images[-1].width, images[-1].height, set(images[-1].data)) == (6, 4, {90}) and infos[-1].k[0] == 5.0
     executor.shutdown()

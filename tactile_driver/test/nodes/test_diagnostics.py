@@ -3,7 +3,6 @@
 """Health, repeated messages, defects and parameters of a node."""
 
 import math
-import time
 
 import pytest
 import rclpy
@@ -21,6 +20,7 @@ from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_service
 from tactile_driver.nodes.runtime.diagnostics import OK, WARN, Health, LogOnce, NodeDiagnostics
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.parameters.table import Parameter as Declared
+from waiting import until
 
 
 @pytest.fixture
@@ -39,10 +39,7 @@ def test_health_is_published(node):
     diagnostics = NodeDiagnostics(node, 'camera', 'A111', lambda: Health(WARN, 'slow; more light', {'rate (Hz)': 14.23456, 'frames': 7}))
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
-    end = time.monotonic() + 10
-    while not any(s.message.startswith('slow') for m in received for s in m.status) and time.monotonic() < end:
-        diagnostics.update()
-        executor.spin_once(timeout_sec=0.1)
+    assert until(lambda: diagnostics.update() or any(s.message.startswith('slow') for m in received for s in m.status), executor)
     executor.shutdown()
     status = next(s for m in received for s in m.status if s.message.startswith('slow'))
     assert (status.name, status.level, status.hardware_id) == ('/diagnosed: camera', WARN, 'A111')

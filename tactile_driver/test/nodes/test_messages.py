@@ -145,12 +145,12 @@ def test_a_huge_image_in_few_bytes_is_refused_before_it_is_decoded():
     head = struct.pack('>IIBBBBB', 30000, 30000, 8, 0, 0, 0, 0)
     parts = [(b'IHDR', head), (b'IDAT', zlib.compress(bytes(1000))), (b'IEND', b'')]
     data = b'\x89PNG\r\n\x1a\n' + b''.join(struct.pack('>I', len(d)) + n + d + struct.pack('>I', zlib.crc32(n + d)) for n, d in parts)
-    with pytest.raises(BadFrame, match='30000 x 30000 px is not decoded'):
+    with pytest.raises(BadFrame, match='MAX_IMAGE_PIXELS'):
         image_to_array(CompressedImage(data=array('B', data)))
     jpeg = bytes(compressed(COLOUR, '.jpg').data)
     start = jpeg.index(b'\xff\xc0')
     jpeg = jpeg[:start + 5] + struct.pack('>HH', 65500, 65500) + jpeg[start + 9:]
-    with pytest.raises(BadFrame, match='65500 x 65500 px is not decoded'):
+    with pytest.raises(BadFrame, match='MAX_IMAGE_PIXELS'):
         image_to_array(CompressedImage(data=array('B', jpeg)))
 
 

@@ -7,6 +7,8 @@ from tactile_driver.simulation.gel.contact import GelContact, Indenter
 from tactile_driver.simulation.gel.elements import Material
 from tactile_driver.simulation.sensors.scenes import open_scene
 
+pytestmark = pytest.mark.full  # each takes seconds of a core
+
 NOWHERE = np.zeros(2)
 
 

@@ -99,6 +99,7 @@ def test_one_of_two_objects_is_dragged_until_it_slips_and_the_other_rests(two_ob
     assert abs(y[0][1]) < 1e-6 and y[1][1] == pytest.approx(-0.004, abs=0.5e-3)
 
 
+@pytest.mark.full
 def test_wrench_is_the_sum_of_the_nodes_forces(drag):
     membrane, _, _, frames = drag
     truth, state, _ = frames[60]
@@ -217,6 +218,7 @@ def test_scene_repeats_but_its_noise_does_not(scene):
     np.testing.assert_array_equal(scene.render_clean(1.9).image, scene.render_clean(1.9 + scene.duration).image)
 
 
+@pytest.mark.full
 def test_a_slow_camera_sees_the_same_presses():
     slow, quick = (open_scene('sphere_press', rate=rate, width=320, height=240) for rate in (3, 30))
     assert slow.frames * 10 == pytest.approx(quick.frames, abs=10)
@@ -234,6 +236,7 @@ def test_a_fast_drag_slides_at_coulombs_friction():
     assert ratios.min() > 0.26 and ratios.max() < 0.39 and ratios.mean() == pytest.approx(0.35, abs=0.03)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize('sign', [1, -1])
 def test_right_camera_sees_the_tool_at_its_own_time(sign):
     scene = open_dual_scene('areal_dual_press', rate=10.0, shutters=Shutters(sign * 0.025))

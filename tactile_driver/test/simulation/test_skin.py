@@ -77,6 +77,7 @@ def test_pressed_sheet_is_in_balance_and_lies_on_the_tip(sheet, deep):
     assert places[:, 2].min() == pytest.approx(-0.009, abs=1.5e-4) and state.pressure == 0
 
 
+@pytest.mark.full
 @pytest.mark.parametrize('depths', [(0.0, 0.009, 0.009), (0.0, 0.012, 0.006)])
 def test_the_force_of_a_press_is_that_of_its_depth_however_large_the_steps(sheet, depths):
     """While it deepens, where it stops, and while it is lifted."""

@@ -54,7 +54,7 @@ def test_traction_stays_within_friction_and_slip_begins_at_the_border():
     assert slipping[0] < 0.1 < slipping[1] < 0.6 and slipping[2] == 1
 
 
-def played(name, rate=50.0, until=None):
+def played(name, rate=25.0, until=None):
     scene = open_taxel_scene(name, rate)
     return [scene.render(k / rate) for k in range(scene.frames if until is None else round(until * rate))]
 

@@ -81,6 +81,7 @@ def test_a_damaged_message_is_counted_and_the_rest_judged(tmp_path):
     assert '/pad/contacts: 9 bytes' in reason and count == 1
 
 
+@pytest.mark.full
 def test_computed_anew_each_stage_is_timed(pressed_bag):
     bag = JudgedBag(pressed_bag, params=pressed_bag.with_name('disc.yaml'))
     found = list(bag.instants())

@@ -35,6 +35,7 @@ def test_a_touch_is_noticed_and_freezes():
     assert np.abs(duv - DENT).max() < 0.12
 
 
+@pytest.mark.full
 def test_what_a_touch_leaves_behind_is_followed_slowly():
     reference = Reference(time_constant_s=10.0)
     run(reference, 20)
@@ -59,6 +60,7 @@ def test_after_a_residue_the_next_touch_freezes_at_once():
     np.testing.assert_array_equal(reference.uv, before)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize('deepest, held', [(0.15, 0.15), (0.5, 0.5), (1.0, 1.0), (1.0, 0.5)])
 def test_a_contact_that_is_held_stays_frozen(deepest, held):
     reference = Reference(time_constant_s=1.0)

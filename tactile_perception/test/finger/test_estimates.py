@@ -98,6 +98,7 @@ def test_the_creep_of_the_cover_is_taken_off_a_contact_that_slides(model):
     assert 0.1 < without[1].mean() < 2, 'the covariance holds the creep of a typical cover'
 
 
+@pytest.mark.full
 def test_the_covariance_of_single_samples_in_motion_is_honest_and_lies_along_the_surface(model):
     creeps = replace(model, creep=replace(model.creep, share=0.06))  # takes some 2 degrees off
     assert 0.5 < circling(model, VALUES | {'results': 'sample'})[1].mean() < 2, 'normalised squared error'

@@ -35,6 +35,7 @@ def grid(model):
     return finger, samples, truth
 
 
+@pytest.mark.full
 def test_positions_are_accurate_to_the_rim(grid):
     found, true = touched(*grid)
     error = np.degrees(error_angle(np.array([t.normal for t in found]), true))

@@ -3,12 +3,9 @@
 """calibrate and process_bag on bags of the simulated finger: the map, honest fall-backs, the same bytes each time; a recording folder
 becomes a bag, and the calibrated finger is exact on it."""
 import json
-import os
 from contextlib import redirect_stdout
-from pathlib import Path
 
 import numpy as np
-import played
 import pytest
 
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
@@ -18,18 +15,13 @@ from psd_bags import write_psd  # noqa: E402
 from tactile_driver.recordings.reader import BagReader  # noqa: E402
 from tactile_driver.recordings.serialization import decode  # noqa: E402
 from tactile_perception.errors import BadRecording  # noqa: E402
-from tactile_perception.finger.calibration import find_presses, fit_finger  # noqa: E402
-from tactile_perception.finger.map import error_angle  # noqa: E402
 from tactile_perception.finger.model import read_psd  # noqa: E402
-from tactile_perception.finger.parameters import PsdFinger  # noqa: E402
 from tactile_perception.finger.tools import PsdRecording, read_recording  # noqa: E402
 from tactile_perception.tools import process_bag  # noqa: E402
 from tactile_perception.tools.calibrate import command as calibrate  # noqa: E402
 from tactile_perception.tools.convert import command as convert_recording  # noqa: E402
 
-pytestmark = pytest.mark.ros
-FOLDER = Path(os.environ.get('TACTILE_RECORDINGS', 'nowhere'), 'simulated')
-needs_recordings = pytest.mark.skipif(not (FOLDER / 'psd_grid25').is_dir(), reason='TACTILE_RECORDINGS names no folder with psd_grid25')
+pytestmark = [pytest.mark.ros, pytest.mark.full]
 
 
 @pytest.fixture(scope='module')
@@ -117,20 +109,3 @@ def test_a_broken_folder(folder):
     (folder / 'truth.npz').write_bytes(b'nothing')
     with pytest.raises(BadRecording, match='rec'):
         PsdRecording(folder)
-
-
-@needs_recordings
-@pytest.mark.full
-def test_independent_recordings_are_exact_to_the_rim(tmp_path):
-    recordings = {}
-    for name in ('psd_cal_dense', 'psd_grid25'):
-        assert convert_recording.main([str(FOLDER / name), str(tmp_path / name), '--namespace', 'finger']) == 0
-        recordings[name] = read_recording(tmp_path / name, '')
-    finger = PsdFinger(fit_finger(find_presses([recordings['psd_cal_dense']], 4.9)).model)
-    grid = recordings['psd_grid25']
-    samples = finger.detect(grid.volts, grid.period_s)
-    runs = [run for run in played.runs(samples) if samples.contact[run].any()]
-    held = [slice(run.start + 20, run.stop - 20) for run in runs]
-    error = np.degrees([error_angle(played.touch(finger, samples, r).normal, grid.normal[r.start]) for r in held])
-    assert len(error) == 25 and np.mean(error) < 0.4 and np.max(error) < 1.2
-    assert (samples.contact != grid.touching).mean() < 0.01

@@ -100,6 +100,7 @@ def test_the_part_of_a_balls_contact_that_slips(friction):
     assert estimator_of(gel, rng, **{'gel.friction': 0.0}).process(gel.tracks(states[0], rng), 1.0).slip is None
 
 
+@pytest.mark.full
 def test_a_contact_keeps_its_number_and_tells_the_edge():
     rng = np.random.default_rng(10)
     gel = pressed_gel(rng, middle=(5e-3, 0.0), way=(3e-3, 0.0))

@@ -13,6 +13,8 @@ from tactile_perception.errors import BadCalibration, BadFrame
 from tactile_perception.gel.pins import PinEstimator, PinModel, fit_pins, smoothed
 from tactile_perception.parameters.touchpad import REGION_PARAMETERS
 
+pytestmark = pytest.mark.full  # each takes seconds of a core
+
 METRES = 3e-5  # a pixel
 PINS = pins(np.random.default_rng(3))
 REST = PINS[:, :2] / METRES + 320

@@ -24,6 +24,7 @@ def values_of(**changes):
             'gel.poisson_ratio': gel.MATERIAL.poisson, 'camera.translation': [0.0, 0.0, distance]} | changes
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(('scene', 'changes'), [('gel_demo', {}), ('gel_random', {'rows': 0, 'columns': 0})])
 def test_images_of_a_gel_become_contacts_and_forces(scene, changes):
     scene = open_scene(scene, RATE, seed=4)

@@ -111,4 +111,5 @@ def test_pairs_that_show_nothing_are_named(tmp_path, params, capsys):
     with pytest.raises(BadCalibration, match='left image'):
         find_stitching([bag], params, SENSOR, '')
     assert calibrate.main([str(bag), '--params', str(params), '--output', str(tmp_path / 'out.yaml')]) == 1
-    assert len(capsys.readouterr().err.strip().splitlines()) <= 2
+    said = capsys.readouterr().err
+    assert said.count('calibrate: ') == 1 and 'Traceback' not in said  # where it is slow, it also says how far it is

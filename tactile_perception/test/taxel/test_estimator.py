@@ -149,6 +149,7 @@ def test_unknown_method_lists_the_known():
         TaxelEstimator(ARRAY, SoftPad(), TaxelSettings(method='magic'))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize('thickness', [2e-3, 3e-3])
 def test_the_moment_of_a_heavy_grasp(thickness):
     """Of a pad that is bonded: the pressure on the taxels lies off that on the surface, by the thickness times friction over load."""

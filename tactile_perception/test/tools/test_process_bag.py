@@ -105,7 +105,7 @@ def test_bad_frames_are_named_and_counted_and_the_next_good_one_is_done(tmp_path
 def test_without_one_usable_frame_there_is_nothing(tmp_path, capsys):
     assert run(write_taxels(tmp_path / 'bad', change=lambda *_: b'none'), tmp_path / 'out') == module.FAILED
     said = capsys.readouterr()
-    assert '30 of image_raw: 4 bytes are no' in said.out and said.err == 'process_bag: no result could be computed\n'
+    assert '30 of image_raw: 4 bytes are no' in said.out and said.err.endswith('process_bag: no result could be computed\n')
 
 
 def test_a_bag_that_is_cut_off_is_done_as_far_as_it_goes(tmp_path, capsys):

@@ -94,6 +94,7 @@ def tracks_of(truth, frame, rest_uv):
     return DotTracks(23, 23, np.arange(count), uv, np.full(count, 100.0), np.full(count, 0.02), uv - rest_uv)
 
 
+@pytest.mark.full
 def test_recordings_calibrated_by_their_presses_and_judged_on_other_scenes():
     camera, truth, images = recording('tp_calib')
     rest_uv = camera.project(truth['dot_rest_xyz'].astype(float))

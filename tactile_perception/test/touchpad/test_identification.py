@@ -8,6 +8,8 @@ from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.water import RING, WIDE
 from tactile_perception.touchpad.identification import OpticsPrior, as_ring_colours, fit, fit_rest, predict, rest_colours, update_constants
 
+pytestmark = pytest.mark.full  # each takes seconds of a core
+
 PADS = [{}, {'window': -0.004, 'lamp_radius': 0.020, 'absorption': (30, 24, 2)}, {'window': -0.018, 'lamp_radius': 0.010}]
 
 

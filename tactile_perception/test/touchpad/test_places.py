@@ -141,12 +141,14 @@ def located(glaring, ball):
     return np.array(found)
 
 
+@pytest.mark.full
 def test_places_of_a_pad_with_glare_and_drift(glaring, ball):
     off = located(glaring, ball)
     assert off[:14].max() < 0.04e-3  # untouched
     assert np.median(off[17:]) < 0.1e-3 and off.max() < 0.15e-3
 
 
+@pytest.mark.full
 @pytest.mark.parametrize('seed', [1, 2, 3])
 def test_places_below_white_highlights_that_hide_the_ground_around_them(seed, ball):
     lighting = dataclasses.replace(Lighting(), gloss=660.0, gloss_width=0.01, sheen=0.19, sheen_width=0.041, sheen_water=0.0)

@@ -86,6 +86,7 @@ def test_bad_frames_and_arguments(pad):
         slip.process(dots, [], ways[:3], 2.0)
 
 
+@pytest.mark.full
 def test_whatever_dots_come_nothing_breaks(pad):
     chain, rng = Chain(pad), np.random.default_rng(0)
     for _ in range(150):

@@ -36,6 +36,7 @@ def test_where_nothing_fits_it_is_said():
         find_sphere_radius(misfit)
 
 
+@pytest.mark.full
 def test_dots_on_the_sphere_are_truly_there(water_pad):
     pad = water_pad()
     model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
@@ -47,6 +48,7 @@ def test_dots_on_the_sphere_are_truly_there(water_pad):
     assert group.select(np.arange(len(away)) < 3).colours.ratios.shape == (3, 2)
 
 
+@pytest.mark.full
 def test_a_sphere_outside_of_the_pad_holds_no_dot(water_pad):
     pad = water_pad()
     model = fit_rest(pad.image(), pad.rest_uv, pad.camera)

@@ -6,7 +6,6 @@ Jazzy's cv_bridge and the pure Python one of PyPI give the same arrays.
 """
 from __future__ import annotations
 
-import struct
 from array import array
 from collections.abc import Collection
 from types import SimpleNamespace
@@ -33,9 +32,7 @@ _BY_OPENCV = {
 PICTURES = (*_AS_THEY_ARE, *_TO_BGR, *_BY_OPENCV)
 GREY = ('mono8', '8UC1', 'mono16', '16UC1')
 _TO_8_BITS = 255 / 65535  # derived: scale from 16 to 8 bits
-_MOST_PIXELS = 2**25  # of a compressed image; chosen: beyond any camera's, and 100 MB in colour
-_PNG_HEAD, _PNG_END = b'\x89PNG\r\n\x1a\n', b'IEND\xaeB`\x82'
-_JPEG_HEAD, _JPEG_END = b'\xff\xd8', b'\xff\xd9'
+_ENDS = {b'\x89PNG\r\n\x1a\n': b'IEND\xaeB`\x82', b'\xff\xd8\xff': b'\xff\xd9'}  # of PNG and JPEG: first bytes -> last ones
 
 
 def message_type(kind: type, topic: str) -> type:
@@ -99,9 +96,11 @@ def _decoded(message: Image, place: str, usable: Collection[str]) -> np.ndarray:
 def _decompressed(message: CompressedImage, place: str) -> np.ndarray:
     """BGR or grey pixels, uint8 or uint16, of a JPEG or PNG image, whatever message.format says."""
     data = bytes(message.data)
-    width, height = _compressed_size(data, place)
-    if not 0 < width * height <= _MOST_PIXELS:
-        raise BadFrame(f'{place}: a compressed image of {width} x {height} px is not decoded; at most {_MOST_PIXELS} px are')
+    end = next((end for head, end in _ENDS.items() if data.startswith(head)), None)
+    if end is None:
+        raise BadFrame(f'{place}: {len(data)} bytes of a compressed image are neither JPEG nor PNG; set image_transport to one of both')
+    if not data.rstrip(b'\0').endswith(end):  # some cameras pad a JPEG with zeros
+        raise BadFrame(f'{place}: a compressed image ends within its {len(data)} bytes; the frame is cut')
     try:
         # As Jazzy's cv_bridge decodes it; PyPI's reduces it to 8 bits.
         pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
@@ -110,33 +109,3 @@ def _decompressed(message: CompressedImage, place: str) -> np.ndarray:
     if pixels is None:
         raise BadFrame(f'{place}: {len(data)} bytes of a compressed image cannot be decoded; it is skipped')
     return cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR) if pixels.ndim == 3 and pixels.shape[2] == 4 else pixels
-
-
-def _compressed_size(data: bytes, place: str) -> tuple[int, int]:
-    """(width, height) in the head of a JPEG or PNG image, before it is decoded. Raises BadFrame for other data, and for cut ones."""
-    end = {_PNG_HEAD: _PNG_END, _JPEG_HEAD + b'\xff': _JPEG_END}
-    head = next((head for head in end if data.startswith(head)), None)
-    if head is None:
-        raise BadFrame(f'{place}: {len(data)} bytes of a compressed image are neither JPEG nor PNG; set image_transport to one of both')
-    if not data.rstrip(b'\0').endswith(end[head]):  # some cameras pad a JPEG with zeros
-        raise BadFrame(f'{place}: a compressed image ends within its {len(data)} bytes; the frame is cut')
-    if head == _PNG_HEAD:
-        return struct.unpack_from('>II', data, 16) if len(data) >= 24 else (0, 0)
-    return _jpeg_size(data)
-
-
-def _jpeg_size(data: bytes) -> tuple[int, int]:
-    """(width, height) in the frame header of a JPEG image, (0, 0) without one."""
-    at = len(_JPEG_HEAD)
-    while at + 9 <= len(data) and data[at] == 0xff:
-        marker, length = data[at + 1], int.from_bytes(data[at + 2:at + 4], 'big')
-        if 0xc0 <= marker <= 0xcf and marker not in (0xc4, 0xc8, 0xcc):  # start of frame; not a table, an extension, conditioning
-            height, width = struct.unpack_from('>HH', data, at + 5)
-            return width, height
-        if marker == 0xff:  # a fill byte
-            at += 1
-        elif marker == 0x01 or 0xd0 <= marker <= 0xd7:  # without a content
-            at += 2
-        else:
-            at += 2 + length
-    return 0, 0

@@ -71,15 +71,11 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
             node.destroy_node()
         rclpy.try_shutdown()
         faulthandler.cancel_dump_traceback_later()
-        _ignore_signals()
+        # The interpreter closes down: it puts back the default handling of signals that have a handler, and launch sends a SIGINT after
+        # that of the terminal.
+        for number in _ENDING:
+            signal.signal(number, signal.SIG_IGN)
     return 0
-
-
-def _ignore_signals() -> None:
-    """Let no signal end the interpreter while it closes down: it puts back the default handling of those that have a handler, and launch
-    sends a SIGINT after that of the terminal."""
-    for number in _ENDING:
-        signal.signal(number, signal.SIG_IGN)
 
 
 def _call_on_signals(end: Callable[[], None]) -> None:
