@@ -252,8 +252,7 @@ void bind_membrane(py::module_& module) {
         .def_readwrite("tail", &MembraneModel::tail)
         .def_readwrite("smoothed", &MembraneModel::smoothed)
         .def_readwrite("residual", &MembraneModel::residual)
-        .def_readwrite("correlated", &MembraneModel::correlated)
-        .def_readwrite("finest_scale", &MembraneModel::finest_scale);
+        .def_readwrite("correlated", &MembraneModel::correlated);
     py::class_<MembraneState>(module, "MembraneState",
                               "The membrane in one frame: all K dots of the grid by number, unseen ones interpolated.")
         .def_property_readonly("xyz", rows(&MembraneState::xyz), "(K, 3) m, sensor frame")

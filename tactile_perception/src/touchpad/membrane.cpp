@@ -457,7 +457,7 @@ void Membrane::learn_scale(const std::vector<double>& displaced, Lean lean) {
     const Leaning leaning = lean();
     const double information = leaning.curvature / (model_.residual * model_.residual) / model_.correlated;
     if (!(information > 0)) return;
-    scale_precision_ = std::min(scale_precision_ + information, 1 / (model_.finest_scale * model_.finest_scale));
+    scale_precision_ += information;
     const double best = std::clamp(-leaning.gradient / leaning.curvature, -LARGEST_SCALE, LARGEST_SCALE);
     scale_error_ = std::clamp(scale_error_ + information / scale_precision_ * best, -LARGEST_SCALE, LARGEST_SCALE);
 }

@@ -51,7 +51,6 @@ struct MembraneModel {
     double smoothed = 18.0;    // by how much the balance around a dot makes the variance smaller that range errors give its load
     double residual = 0.2;     // standard deviation of a free dot's tangential residual, over the pressure, by other causes than the scale
     double correlated = 50.0;  // number of dots and frames over which such a cause is correlated
-    double finest_scale = 0.008;  // least standard deviation of the scale
 };
 
 class Membrane {

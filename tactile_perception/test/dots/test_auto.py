@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from tactile_perception.dots.auto import place_dots
+from tactile_perception import _core
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadArgument, BadFrame
@@ -86,11 +86,11 @@ def photographed(draw_dots, noise=2.0, bright=True, ground=40.0):
 @pytest.mark.parametrize('bright', [True, False])
 def test_dots_are_placed_from_rough_places(draw_dots, bright):
     start = OFF_GRID + np.random.default_rng(3).uniform(-2, 2, OFF_GRID.shape)
-    dots = place_dots(photographed(draw_dots, bright=bright), 1 if bright else -1, start, 22.0)
-    assert np.sqrt(((dots.uv - OFF_GRID)**2).mean()) < 0.13
-    np.testing.assert_allclose(2 * np.sqrt(dots.area / np.pi), DIAMETERS, rtol=0.1)
+    dots = _core.dots.place_dots(photographed(draw_dots, bright=bright), start, sign=1 if bright else -1, diameter=22.0, noise=2.0)
+    assert np.sqrt(((dots.uv - OFF_GRID)**2).mean()) < 0.03
+    np.testing.assert_allclose(2 * np.sqrt(dots.area / np.pi), DIAMETERS, rtol=0.02)
 
 
 def test_no_texture_gives_no_numbers_that_are_not_finite(draw_dots):
-    dots = place_dots(np.full((220, 320), 70, np.uint8), 1, OFF_GRID, 22.0)
+    dots = _core.dots.place_dots(np.full((220, 320), 70, np.uint8), OFF_GRID, sign=1, diameter=22.0, noise=0.0)
     assert np.isfinite(dots.uv).all() and np.isfinite(dots.sigma).all() and (dots.area > 0).all()
