@@ -241,7 +241,7 @@ def _starts(library: DomeLibrary) -> np.ndarray:
     return np.array(starts)
 
 
-NUMBERS = ('place_error', 'depth_share', 'depth_error', 'wider', 'deeper', 'deeper_far', 'deeper_shallow', 'deepest', 'farthest', 'quiet')
+NUMBERS = ('place_error', 'depth_share', 'wider', 'deeper', 'deeper_far', 'deeper_shallow', 'deepest', 'farthest', 'quiet')
 SHALLOW = 0.2           # of the deepest press: above it, model errors are in proportion to depth. Chosen
 
 
@@ -249,9 +249,8 @@ SHALLOW = 0.2           # of the deepest press: above it, model errors are in pr
 class DomeCalibration:
     """library; material; rest: (K, 2) m, and camera_centres (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of
     fields, with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth
-    over depth; depth_error: m, that of depth where presses are shallow; wider: fitted distance from the axis over the true one; deeper,
-    deeper_far, deeper_shallow: see depth_scale; deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest
-    match of an untouched frame.
+    over depth; wider: fitted distance from the axis over the true one; deeper, deeper_far, deeper_shallow: see depth_scale; deepest,
+    farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an untouched frame.
     """
 
     library: DomeLibrary
@@ -261,7 +260,6 @@ class DomeCalibration:
     noise: FieldNoise
     place_error: float
     depth_share: float
-    depth_error: float
     wider: float
     deeper: float
     deeper_far: float
@@ -327,11 +325,6 @@ class DomeModelMethod:
         """What comes next is another touch."""
         self._last: DomeFound | None = None
         self._choice = choice.Choice()
-
-    @classmethod
-    def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> DomeModelMethod:
-        """The method with its parameters from a calibration file. Raises BadCalibration where they are invalid."""
-        return cls(DomeCalibration.from_numbers(fitted), sensor)
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and where the markers move too little to tell a place. Raises BadArgument for
@@ -402,7 +395,7 @@ class DomeModelMethod:
         aside, deeper = (share * pressed * float(np.hypot(*press[DRAG])) for share in CONSTANTS.not_linear)
         share = calibration.depth_share + CONSTANTS.scaled * abs(scale - 1)
         aside += calibration.place_error + CONSTANTS.scaled * float(np.hypot(*(first - press[[X, Y]])))
-        deeper = np.hypot(share * depth + abs(sunk) + deeper, calibration.depth_error)
+        deeper += share * depth + abs(sunk)
         part = slice(PRESS * number, PRESS * (number + 1))
         covariance = self._carried(press, found.covariance[part, part], np.array([aside, aside, deeper]), scale)
         reach = calibration.library.plan.reach

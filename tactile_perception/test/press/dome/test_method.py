@@ -17,8 +17,8 @@ pytestmark = pytest.mark.full  # simulates a small library
 
 @pytest.fixture(scope='module')
 def calibration():
-    return DomeCalibration(small_library(), MATERIAL, seen(markers()), EYES, FieldNoise(1.5e-5, 0.003, 0.002), 1e-4, 0.01, 0.0, 1.0,
-                           1.0, 1.0, 0.0, 0.035, 0.08, 1.0)
+    return DomeCalibration(small_library(), MATERIAL, seen(markers()), EYES, FieldNoise(1.5e-5, 0.003, 0.002), 1e-4, 0.01, 1.0, 1.0,
+                           1.0, 0.0, 0.035, 0.08, 1.0)
 
 
 def touch_height(one):
@@ -104,11 +104,11 @@ def test_markers_are_lowered_under_the_tip(method):
 
 def test_what_does_not_fit_is_refused(method, calibration):
     numbers = calibration.numbers()
-    again = DomeModelMethod.from_fitted(numbers, DOME)
+    again = DomeModelMethod(DomeCalibration.from_numbers(numbers), DOME)
     assert np.allclose(again.solver.points, method.solver.points, equal_nan=True) and EYE[2] < 0
     for wrong in ({key: value for key, value in numbers.items() if key != 'noise'}, {**numbers, 'camera_centre': [[0, 0, 0]]}):
         with pytest.raises(BadCalibration, match='run calibrate again'):
-            DomeModelMethod.from_fitted(wrong, DOME)
+            DomeCalibration.from_numbers(wrong)
     with pytest.raises(BadArgument, match='289 markers'):
         field = library_field()
         method.estimate(type(field)(*(getattr(field, part.name)[:50] for part in dataclasses.fields(field))))
