@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-EVALUATIONS = 12  # on the coarse mesh, at most, beside the first slopes. Chosen
-LAST = 4          # on the fine mesh, of which the first is where the coarse one has led
+EVALUATIONS = 10  # at most, beside the first slopes. Chosen
 GAINED = 0.005    # of the cost: a step that gains less is the last. Chosen
 STEP = 0.15       # finite difference over the prior's standard deviation. Chosen: simulations converge to less
 
@@ -42,16 +41,13 @@ def identify(residuals: Residuals, starts: list[np.ndarray], prior: Prior) -> np
 
     begin = [np.clip((start - prior.mean) / prior.sigma, low + 1e-6, high - 1e-6) for start in starts]
     at = begin[int(np.argmin([rest @ rest for rest in left(begin, True)]))]
-    for coarse, evaluations in ((True, EVALUATIONS), (False, LAST)):
-        steps = np.where(at + STEP > high, -STEP, STEP)
-        here, *moved = left([at, *(at + step for step in np.diag(steps))], True)
-        slope = (np.array(moved) - here).T / steps
-        at = _least_squares(lambda units, coarse=coarse: left([units], coarse)[0], at, slope, (low, high), evaluations)
-    return prior.mean + prior.sigma * at
+    steps = np.where(at + STEP > high, -STEP, STEP)
+    here, *moved = left([at, *(at + step for step in np.diag(steps))], True)
+    slope = (np.array(moved) - here).T / steps
+    return prior.mean + prior.sigma * _least_squares(lambda units: left([units], False)[0], at, slope, (low, high))
 
 
-def _least_squares(left: Callable[[np.ndarray], np.ndarray], start: np.ndarray, slope: np.ndarray, bounds: tuple,
-                   evaluations: int) -> np.ndarray:
+def _least_squares(left: Callable[[np.ndarray], np.ndarray], start: np.ndarray, slope: np.ndarray, bounds: tuple) -> np.ndarray:
     """Where left is least; slope: its slopes at the start."""
     from scipy.optimize import least_squares  # calibration alone needs it
     known, last = {}, []
@@ -70,7 +66,7 @@ def _least_squares(left: Callable[[np.ndarray], np.ndarray], start: np.ndarray, 
         last = [(units.copy(), now)]
         return slope
 
-    return least_squares(value, start, slopes, bounds=bounds, ftol=GAINED, xtol=1e-3, max_nfev=evaluations).x
+    return least_squares(value, start, slopes, bounds=bounds, ftol=GAINED, xtol=1e-3, max_nfev=EVALUATIONS).x
 
 
 def beyond(errors: np.ndarray, variances: np.ndarray) -> float:

@@ -7,26 +7,37 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from ..errors import BadArgument
-from .dome.calibration import fit_dome
-from .dome.model import DomeModelMethod
+from .dome.calibration import calibrate_dome
+from .dome.model import DomeCalibration, DomeModelMethod
 from .estimate import TouchMethod
+from .presses import Presses
 from .published import PaperCushion, PaperTouch
 from .sensor import MarkerSensor
-from .sheet.calibration import fit_sheet
-from .sheet.model import SheetModelMethod
+from .sheet.calibration import calibrate_sheet
+from .sheet.model import SheetCalibration, SheetModelMethod
 
 
 class Model(NamedTuple):
-    """fit: presses, sensor and numbers fitted before or None -> numbers of the calibration file; from_fitted: of these and the sensor, the
-    TouchMethod."""
+    """A method by mechanics. calibrate: presses, sensor, and a calibration whose simulated library is kept, or None -> a calibration, which
+    is of the class calibration; method: of one and the sensor, the TouchMethod."""
 
-    fit: Callable
-    from_fitted: Callable
+    calibrate: Callable
+    calibration: type
+    method: Callable
+
+    def fit(self, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> dict:
+        """Numbers for the calibration file; fitted: those of more presses of the same sensor, whose simulated library is kept, as a few
+        numbers determine it. Raises BadCalibration where the presses do not determine the model."""
+        return self.calibrate(presses, sensor, self.calibration.from_numbers(fitted) if fitted else None).numbers()
+
+    def from_fitted(self, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
+        """The method of numbers from a calibration file. Raises BadCalibration where they are invalid."""
+        return self.method(self.calibration.from_numbers(fitted), sensor)
 
 
 #: Name -> method, of each kind of surface.
-SHEET_METHODS = {'paper': PaperTouch, 'model': Model(fit_sheet, SheetModelMethod.from_fitted)}
-DOME_METHODS = {'paper_cushion': PaperCushion, 'model': Model(fit_dome, DomeModelMethod.from_fitted)}
+SHEET_METHODS = {'paper': PaperTouch, 'model': Model(calibrate_sheet, SheetCalibration, SheetModelMethod)}
+DOME_METHODS = {'paper_cushion': PaperCushion, 'model': Model(calibrate_dome, DomeCalibration, DomeModelMethod)}
 #: Names of all methods.
 METHOD_NAMES = tuple(dict.fromkeys((*SHEET_METHODS, *DOME_METHODS)))
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Touches at other noises and frame rates, and with other constants than those that are written: they degrade as the noise says."""
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ class OnDome:
 
     def __init__(self):
         calibration = dome.DomeCalibration(small_library(), RUBBER, seen(markers()), EYES, dome.FieldNoise(NOISE, 0.003, 0.002), 1e-4, 0.01,
-                                           0.0, 1.0, 1.0, 1.0, 0.0, 0.035, 0.08, 1.0)
+                                           1.0, 1.0, 1.0, 0.0, 0.035, 0.08, 1.0)
         self.method = dome.DomeModelMethod(calibration, DOME)
 
     def scene(self, number, noise):
@@ -69,31 +69,21 @@ def right(surface, noise=1.0):
     return np.mean(reported)
 
 
-def times_of(value, times):
-    return tuple(times * part for part in value) if isinstance(value, tuple) else times * value
-
-
 @pytest.mark.full  # simulates a small dome
-@pytest.mark.parametrize('times', [0.5, 2.0])
-@pytest.mark.parametrize('room, name', [*((sheet, one.name) for one in fields(sheet.SheetConstants)),
-                                        *((dome, one.name) for one in fields(dome.DomeConstants)), (choice, 'ALIKE')])
-def test_half_and_double_of_a_constant_that_decides_change_little(monkeypatch, room, name, times):
-    if room is choice:
-        monkeypatch.setattr(choice, name, times * getattr(choice, name))
-    else:
-        monkeypatch.setattr(room, 'CONSTANTS', replace(room.CONSTANTS, **{name: times_of(getattr(room.CONSTANTS, name), times)}))
-    for surface in {sheet: [OnSheet], dome: [OnDome]}.get(room, [OnSheet, OnDome]):
-        assert right(surface) > 0.9
+@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('surface, room', [(OnSheet, sheet), (OnDome, dome)])
+def test_constants_that_decide_may_be_others(monkeypatch, surface, room, seed):
+    """All at once, each between half and double."""
+    def other(value):
+        return tuple(map(other, value)) if isinstance(value, tuple) else value * 2**draw.uniform(-1, 1)
 
-
-@pytest.mark.full  # simulates a small dome
-@pytest.mark.parametrize('surface', [OnSheet, OnDome])
-@pytest.mark.parametrize('prior', ['STRAIGHT', 'TWO'])
-def test_half_and_double_of_a_prior_change_little(monkeypatch, surface, prior):
-    known = getattr(choice, prior)
-    for times in (0.5, 2.0):
-        monkeypatch.setattr(choice, prior, known._replace(prior=known.prior + np.log(times)))
-        assert right(surface) > 0.9
+    draw = np.random.default_rng(seed)
+    monkeypatch.setattr(room, 'CONSTANTS', replace(room.CONSTANTS, **{one: other(value) for one, value in vars(room.CONSTANTS).items()}))
+    monkeypatch.setattr(choice, 'ALIKE', other(choice.ALIKE))
+    for name in ('STRAIGHT', 'TWO'):
+        known = getattr(choice, name)
+        monkeypatch.setattr(choice, name, known._replace(prior=known.prior + np.log(other(1.0))))
+    assert right(surface) > 0.8
 
 
 @pytest.mark.full  # simulates a small dome

@@ -3,7 +3,6 @@
 """Calibration of the dome model: identification, library of simulated presses, noise and remaining errors."""
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -29,7 +28,7 @@ COARSE = MeshPlan(even=10, rings=18, width=0.0145, harmonics=3, around=8)  # of 
 #: Prior of the logs of tension over shear modulus and thickness, of gas, and of friction: sealed air at 1.5 kPa, or any other gas
 LIKELY, SIGMA = np.log([0.3, 70.0, 0.5]), np.array([1.5, 6.0, 0.7])
 TIP = 0.03              # prior standard deviation of the log radius of the tip, which heights tell. Chosen
-TENSIONS = 0.3, 0.12, 0.05  # starts. Chosen
+TENSIONS = 1.0, 0.3, 0.1  # starts: of a soap film to a skin that is hardly stretched. Chosen
 GASES = 70.0, 2.0, 0.01     # starts: of sealed air at 1.5 kPa, of air with a reservoir, and of a pressure that is held. Chosen
 TRUST = 0.002           # relative error of the model. Chosen
 UNSOLVED = 0.2          # relative error of presses whose simulation does not converge. Chosen
@@ -110,12 +109,6 @@ SAME = replace(STRAIGHT, rougher=0.0, wider=0.0)  # of presses by the tip and wi
 REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
 
 
-def fit_dome(presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> dict:
-    """Numbers for the calibration file; fitted: those of more presses of the same dome, whose simulated library is kept, as a few numbers
-    determine it. Raises BadCalibration where the presses do not determine the model."""
-    return calibrate_dome(presses, sensor, DomeCalibration.from_numbers(fitted) if fitted else None).numbers()
-
-
 def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibration | None = None) -> DomeCalibration:
     """Calibrate a dome from presses by one round tip; known: a calibration whose library is taken. Raises BadCalibration where the presses
     do not determine it.
@@ -129,7 +122,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     library, material = (known.library, known.material) if known else _simulated(straight, rest, camera_centres, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
     noise = FieldNoise(_still(still), *SHARES)
-    first = DomeCalibration(library, material, rest, camera_centres, noise, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest,
+    first = DomeCalibration(library, material, rest, camera_centres, noise, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest,
                             reached + max(sensor.pitch), 0.0)
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST_PRESSES).astype(int)))
     first = replace(first, noise=_with_model_error(first.inverse(sensor), some))
@@ -199,8 +192,7 @@ def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], press
     estimates show beyond their covariances and scales.
 
     Tip radius, depth and distance from the axis are reported together: errors of the model show there, most where a press is shallow. One
-    exact
-    press at the farthest is added: presses near the axis hardly tell what is there.
+    exact press at the farthest is added: presses near the axis hardly tell what is there.
     """
     deep = presses.depth > SHALLOW * presses.depth.max()
     reported, true = np.array([one.presses[0] for one in found])[deep], presses.position[deep, :2]
@@ -216,20 +208,8 @@ def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], press
                      deeper_shallow=float(deeper_shallow))
     variance = np.array([np.diag(one.covariance)[:3] for one in found])[deep]
     scale = np.array([scaled.depth_scale(place, fitted) for place, fitted in zip(true, depth)])
-    scaled = replace(scaled, place_error=beyond(places / wider - true, variance[:, :2]),
-                     depth_share=beyond((depth / presses.depth[deep] - scale)[:, None], variance[:, 2:]))
-    return replace(scaled, depth_error=_shallow_error(scaled, [one for one, kept in zip(found, deep) if not kept], presses.select(~deep)))
-
-
-def _shallow_error(known: DomeCalibration, found: list[DomeFound], presses: Presses) -> float:
-    """m: standard deviation that depths of shallow presses, of which the scales know nothing, show beyond their covariances; 0 of too
-    few."""
-    if len(found) < FEWEST:
-        return 0.0
-    reported = np.exp([one.presses[0, DEPTH] for one in found])
-    scales = [known.depth_scale(place, depth) for place, depth in zip(presses.position[:, :2], reported)]
-    variance = [one.covariance[DEPTH, DEPTH] for one in found] * reported**2
-    return beyond((reported / scales - presses.depth)[:, None], variance[:, None])
+    return replace(scaled, place_error=beyond(places / wider - true, variance[:, :2]),
+                   depth_share=beyond((depth / presses.depth[deep] - scale)[:, None], variance[:, 2:]))
 
 
 def _least_absolute(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -241,7 +241,7 @@ def _starts(library: DomeLibrary) -> np.ndarray:
     return np.array(starts)
 
 
-NUMBERS = ('place_error', 'depth_share', 'depth_error', 'wider', 'deeper', 'deeper_far', 'deeper_shallow', 'deepest', 'farthest', 'quiet')
+NUMBERS = ('place_error', 'depth_share', 'wider', 'deeper', 'deeper_far', 'deeper_shallow', 'deepest', 'farthest', 'quiet')
 SHALLOW = 0.2           # of the deepest press: above it, model errors are in proportion to depth. Chosen
 
 
@@ -249,9 +249,8 @@ SHALLOW = 0.2           # of the deepest press: above it, model errors are in pr
 class DomeCalibration:
     """library; material; rest: (K, 2) m, and camera_centres (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of
     fields, with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth
-    over depth; depth_error: m, that of depth where presses are shallow; wider: fitted distance from the axis over the true one; deeper,
-    deeper_far, deeper_shallow: see depth_scale; deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest
-    match of an untouched frame.
+    over depth; wider: fitted distance from the axis over the true one; deeper, deeper_far, deeper_shallow: see depth_scale; deepest,
+    farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an untouched frame.
     """
 
     library: DomeLibrary
@@ -261,7 +260,6 @@ class DomeCalibration:
     noise: FieldNoise
     place_error: float
     depth_share: float
-    depth_error: float
     wider: float
     deeper: float
     deeper_far: float
@@ -310,6 +308,7 @@ LEANS = 0.5          # share of the slope that one of two presses gives the skin
 BESIDE = 3e-3        # m, over which that slope is taken. Chosen
 NEAR = 0.05          # gap between skin and tip over the tip's radius, beyond the least one, up to which the skin counts as touching
 ACROSS = 15          # points across a tip at which the skin is looked at for its contact
+DIFFERENCE = 1e-6    # of a number of a press, for derivatives
 OFF_CENTRE = 0.15    # error of a contact's centre over its distance from the lowest point
 
 
@@ -326,11 +325,6 @@ class DomeModelMethod:
         """What comes next is another touch."""
         self._last: DomeFound | None = None
         self._choice = choice.Choice()
-
-    @classmethod
-    def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> DomeModelMethod:
-        """The method with its parameters from a calibration file. Raises BadCalibration where they are invalid."""
-        return cls(DomeCalibration.from_numbers(fitted), sensor)
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and where the markers move too little to tell a place. Raises BadArgument for
@@ -393,33 +387,45 @@ class DomeModelMethod:
 
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
         press, calibration = found.presses[number], self.calibration
-        part = slice(PRESS * number, PRESS * (number + 1))
         radius, pressed = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS])), float(np.exp(press[DEPTH]))
         first = press[[X, Y]] / calibration.wider
         (sunk, slopes), scale = self._by_others(found, number, radius), calibration.depth_scale(first, pressed)
-        low = first_touch_height(self._inside(first), radius, self.sensor)[0] - pressed / scale - sunk
-        place = self._inside(first + pressed * press[DRAG])  # where the drag has carried it
-        depth = float(first_touch_height(place, radius, self.sensor)[0] - low)
-        onto = self._onto(press, radius, scale)
-        covariance = onto @ found.covariance[part, part] @ onto.T
+        tip = self._tips(press[None], scale, sunk)[0]
+        lowest, depth = tip[:3], float(tip[3])
         aside, deeper = (share * pressed * float(np.hypot(*press[DRAG])) for share in CONSTANTS.not_linear)
         share = calibration.depth_share + CONSTANTS.scaled * abs(scale - 1)
         aside += calibration.place_error + CONSTANTS.scaled * float(np.hypot(*(first - press[[X, Y]])))
-        extra = np.array([aside, aside, np.hypot(share * depth + abs(sunk) + deeper, calibration.depth_error)])
-        covariance = covariance + np.diag(extra**2)
-        if not np.isfinite(covariance).all():
-            covariance = np.diag([self.sensor.rim_radius**2] * 3)
+        deeper += share * depth + abs(sunk)
+        part = slice(PRESS * number, PRESS * (number + 1))
+        covariance = self._carried(press, found.covariance[part, part], np.array([aside, aside, deeper]), scale)
         reach = calibration.library.plan.reach
         at_edge = np.hypot(*press[[X, Y]]) > EDGE * reach or np.hypot(*first) > calibration.farthest
         flags = OUT_OF_RANGE * (depth > BEYOND * calibration.deepest) | AT_EDGE * bool(at_edge)
         flags |= AMBIGUOUS * (found.misfit > CONSTANTS.unexplained)
-        lowest = np.append(place, low)
         if len(found.presses) > 1:
             position, wrench = lowest + self._centre(press, radius, slopes), np.full(6, np.nan)
         else:
             position, wrench = lowest, self._wrench(press, lowest, radius)
-        sigma = float(np.sqrt(covariance[2, 2]))
-        return TouchEstimate(position, depth, covariance, sigma, radius, int(flags), wrench=wrench, lowest=lowest)
+        sigma = float(np.sqrt(covariance[3, 3]))
+        return TouchEstimate(position, depth, covariance[:3, :3], sigma, radius, int(flags), wrench=wrench, lowest=lowest)
+
+    def _tips(self, presses: np.ndarray, scale: float, sunk: float = 0.0, off: np.ndarray = np.zeros(3)) -> np.ndarray:
+        """(n, 4) m: lowest points and depths of presses (n, 7); scale: of their depths; sunk: m, of the skin by others; off: (..., 3) m,
+        errors of place and depth."""
+        radius, pressed = self.calibration.library.plan.radius * np.exp(RADIUS_SPREAD * presses[:, RADIUS]), np.exp(presses[:, DEPTH])
+        first = presses[:, [X, Y]] / self.calibration.wider + off[..., :2]
+        low = first_touch_height(self._inside(first), radius, self.sensor) - pressed / scale - sunk - off[..., 2]
+        place = self._inside(first + pressed[:, None] * presses[:, DRAG])  # where the drag has carried it
+        return np.column_stack([place, low, first_touch_height(place, radius, self.sensor) - low])
+
+    def _carried(self, press: np.ndarray, covariance: np.ndarray, off: np.ndarray, scale: float) -> np.ndarray:
+        """(4, 4) m^2, covariance of lowest point and depth of a press (7,) with that covariance (7, 7), and with standard deviations off
+        (3,), m, of place and depth."""
+        steps = DIFFERENCE * np.eye(PRESS + 3)
+        later, before = (self._tips(press + way * steps[:, :PRESS], scale, off=way * steps[:, PRESS:]) for way in (1, -1))
+        by = (later - before).T / (2 * DIFFERENCE)
+        found = by[:, :PRESS] @ covariance @ by[:, :PRESS].T + by[:, PRESS:] * off**2 @ by[:, PRESS:].T
+        return found if np.isfinite(found).all() else np.diag([self.sensor.rim_radius**2] * 4)
 
     def _centre(self, press: np.ndarray, radius: float, slopes: np.ndarray) -> np.ndarray:
         """(3,) m, from the lowest point of a press's tip of that radius, m, to the centre of its contact, on the tip: the mean of the skin
@@ -439,22 +445,9 @@ class DomeModelMethod:
         centre = centre / np.linalg.norm(centre) - LEANS * np.append(slopes, 0.0)
         return radius * centre / np.linalg.norm(centre) + [0.0, 0.0, radius]
 
-    def _inside(self, place: np.ndarray) -> np.ndarray:
-        """(2,) m, the place (2,), not beyond the rim."""
-        return place * min(1.0, 0.95 * self.sensor.rim_radius / max(np.hypot(*place), 1e-9))
-
-    def _onto(self, press: np.ndarray, radius: float, scale: float) -> np.ndarray:
-        """(3, PRESS): derivatives of place and height under first touch (m) by the numbers of a press (7,); scale: of its depth."""
-        pressed, size = np.exp(press[DEPTH]), self.calibration.library.plan.cap.curvature_radius + radius
-        place = press[[X, Y]] + pressed * press[DRAG]
-        onto = np.zeros((3, PRESS))
-        onto[:2, [X, Y]], onto[:2, DRAG], onto[:2, DEPTH] = np.eye(2), pressed * np.eye(2), pressed * press[DRAG]
-        # The height of first touch falls from the axis outwards, on a sphere.
-        falls, fell = (at / np.sqrt(max(size**2 - at @ at, 1e-12)) for at in (place, press[[X, Y]]))
-        onto[2] = falls @ onto[:2]
-        onto[2, [X, Y]] -= fell
-        onto[2, DEPTH] -= pressed / scale
-        return onto
+    def _inside(self, places: np.ndarray) -> np.ndarray:
+        """(..., 2) m, the places (..., 2), not beyond the rim."""
+        return places * np.minimum(1.0, 0.95 * self.sensor.rim_radius / np.maximum(np.linalg.norm(places, axis=-1, keepdims=True), 1e-9))
 
     def _wrench(self, press: np.ndarray, position: np.ndarray, radius: float) -> np.ndarray:
         """(6,) m and m^2, wrench at the origin over the shear modulus and thickness: the force acts where the tip first touched it."""

@@ -3,7 +3,6 @@
 """Calibration of the sheet model: identification, library of simulated presses, noise and remaining errors."""
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict, replace
 from functools import partial
 
@@ -113,12 +112,6 @@ FEWEST_TOUCHING = 6   # presses needed. Chosen
 TURN = 5e-3           # rad: prior standard deviation of the print's turn. Chosen: half a pitch over a large sheet
 ROUNDS = 3            # of placing the print: the clamp's place makes each step a fifth too long
 FINE = {'n': 8, 'order': 4, 'levels': 10, 'substeps': 2}
-
-
-def fit_sheet(presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> dict:
-    """Numbers for the calibration file; fitted: those of more presses of the same sheet, whose simulated library is kept, as a few numbers
-    determine it. Raises BadCalibration where the presses do not determine the model."""
-    return calibrate_sheet(presses, sensor, SheetCalibration.from_numbers(fitted) if fitted else None).numbers()
 
 
 def calibrate_sheet(presses: Presses, sensor: MarkerSensor, known: SheetCalibration | None = None) -> SheetCalibration:

@@ -323,11 +323,6 @@ class SheetModelMethod:
         self._before: np.ndarray | None = None
         self._lasts = False
 
-    @classmethod
-    def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> SheetModelMethod:
-        """The method with its parameters from a calibration file. Raises BadCalibration where they are invalid."""
-        return cls(SheetCalibration.from_numbers(fitted), sensor)
-
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and with two cameras in the first frame of a touch that no press explains: they
         may show it at different moments. Of the frames before, only the drag counts, and the motion of a

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from sheet_scenes import EYE, GRID, MATERIAL, PLAN, SENSOR, field_of, library, pressed
 from tactile_perception.errors import BadCalibration
-from tactile_perception.press.sheet.calibration import fit_sheet
+from tactile_perception.press.sheet.calibration import calibrate_sheet
 from tactile_perception.press.sheet.mechanics import SheetMesh, press_sheet
 from tactile_perception.press.sheet.model import CameraShifts, FieldNoise, SheetCalibration, SheetModelMethod, show
 from tactile_perception.press.sheet.library import Press
@@ -171,13 +171,13 @@ def test_a_print_that_is_aside_and_turned_is_reported_by_all_presses():
     shift, turn = np.array([3e-4, -2e-4]), 8e-3
     position = np.column_stack([at[:, 0] - turn * at[:, 1] + shift[0], at[:, 1] + turn * at[:, 0] + shift[1], -at[:, 2]])
     presses = Presses(fields, position, at[:, 2])
-    camera_centres = SheetCalibration.from_numbers(fit_sheet(presses, SENSOR, fitted().numbers())).camera_centres
+    camera_centres = calibrate_sheet(presses, SENSOR, fitted()).camera_centres
     assert camera_centres.printed == pytest.approx(shift, abs=5e-5) and camera_centres.turned == pytest.approx(turn, abs=2e-3)
 
 
 def test_a_broken_calibration_is_refused():
     with pytest.raises(BadCalibration, match='calibrate again'):
-        SheetModelMethod.from_fitted({'noise': {}}, SENSOR)
+        SheetCalibration.from_numbers({'noise': {}})
 
 
 def test_the_wrench_is_that_of_the_mechanics():
