@@ -22,6 +22,7 @@ constexpr double OTHER = 0.25;                            // of the rise: what a
 constexpr double PLATEAU = 0.9, GLARE = 1.3;              // of a dot's level, between which a pixel tells its slope
 constexpr double COARSE = 4;                              // px, radius from which every second pixel tells a dot's size
 constexpr double FEWEST = 12, STEEPEST = 0.05;            // px of that, and bound of the slope: per px
+constexpr double LEAST_LEVEL = 0.5;                       // of the level of the middle part, to which a slope may fall
 constexpr double SMALLER = 0.5, LARGER = 1.8;             // times the radius that was given: bounds of a dot's own
 constexpr double HIDDEN = 5, LEAST_HIDDEN = 0.02;         // robust deviations of solidity, and of 1, from which a dot is hidden in part
 constexpr double OF_SHIFT = 0.2, OF_SHAPE = 0.7;          // errors: of the shift by sloping light; of a radius by missing solidity
@@ -36,7 +37,7 @@ struct Sums {
         xx += weight * u * u, yy += weight * v * v, xy += weight * u * v;
     }
     double area() const { return std::max(n, 1.0); }
-    // Central second moments over the area squared; of an ellipse 1 / (4 pi)^2.
+    // Of the central second moments, px^4; of an ellipse (area / (4 pi))^2.
     double determinant() const {
         const double a = area(), u = x / a, v = y / a;
         const double uv = xy / a - u * v;
@@ -47,7 +48,7 @@ struct Sums {
 // A dot's level, relative to the rise from the ground, as a plane about a place; variance: about it.
 struct Level {
     double mean = 1, along = 0, down = 0, u = 0, v = 0, variance = 0;
-    double at(double x, double y) const { return std::max(mean + along * (x - u) + down * (y - v), INNER); }
+    double at(double x, double y) const { return std::max(mean + along * (x - u) + down * (y - v), LEAST_LEVEL); }
 };
 
 struct Placed {
@@ -185,7 +186,7 @@ std::vector<Dot> place_dots(const Image& image, int sign, const double* places, 
         placed.push_back(placer.place(i));
         blurs.push_back((1 / placed[i].solidity - 1) * placed[i].dot.area);
     }
-    const double blur = median(blurs);
+    const double blur = std::max(median(blurs), 0.0);
     for (const Placed& one : placed) {
         missing.push_back(1 / (1 + blur / one.dot.area) - one.solidity);
         sizes.push_back(std::abs(missing.back()));

@@ -152,12 +152,12 @@ def _compression(rows, images, half):
     flat = flat / np.linalg.norm(flat, axis=1, keepdims=True)
     images = images / np.linalg.norm(images, axis=1, keepdims=True)
     even = np.full((1, rows.shape[2]), rows.shape[2] ** -0.5)
-    directions = np.concatenate([flat, np.sqrt(_MODELS_FIRST) * images, np.sqrt(_MODELS_FIRST * len(images)) * even])
+    directions = np.concatenate([flat, np.sqrt(_MODELS_FIRST) * images, np.sqrt(_MODELS_FIRST * len(images)) * even]).astype(np.float32)
     parts = []
     for parity, dimensions in _SECTORS.items():
         mirrored = _mirrored(parity, half)
-        part = directions @ mirrored
-        parts.append(mirrored @ np.linalg.eigh(part.T @ part)[1][:, :-dimensions - 1:-1])
+        part = directions @ mirrored.astype(np.float32)
+        parts.append(mirrored @ np.linalg.eigh(part.T.astype(float) @ part)[1][:, :-dimensions - 1:-1])
     basis = np.concatenate(parts, axis=1)
     folded = basis.reshape(2 * half + 1, 2 * half + 1, -1)[half:, half:].copy()
     folded[0] /= 2

@@ -37,7 +37,7 @@ _SAMPLE = 50  # dots that tell blur and sizes: bounds the time
 _STEPS = 5  # of their fit
 _BLUR, _LEAST_BLUR = 0.9, 0.2  # px, start and bound
 _FARTHEST, _LONGEST, _LONGEST_BLUR = 1.0, 0.15, 0.3  # longest steps: px, diameters, px
-_NODES = 4.0  # diameters per px at which the fit is linearised
+_NODES = 2.0  # diameters per px at which the fit is linearised
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def _explained(found: Peaks, diameter: float, lowest: float, least: float) -> fl
     if disc.sum() < FEWEST:
         return 0.0
     typical = np.median(found.amplitude[disc])
-    alike = np.mean((found.amplitude[disc] > 0.5 * typical) & (found.amplitude[disc] < 2 * typical))
+    alike = np.count_nonzero((found.amplitude[disc] > 0.5 * typical) & (found.amplitude[disc] < 2 * typical)) / disc.sum()
     many = min(1.0, disc.sum() / _MANY)
     return float((np.minimum(found.amplitude[disc], typical)**2 * found.correlation[disc]**8).sum() * (diameter * alike * many)**2)
 

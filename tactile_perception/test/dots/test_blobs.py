@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+from tactile_perception import _core
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.errors import BadFrame
 
@@ -99,6 +100,11 @@ def test_glare_on_a_marker_moves_it_little(draw_dots, markers):
     error, nearest = errors(DotDetector('bright', 'blobs').detect(noisy(image, 2.0)), uv)
     assert len(error) >= 29
     assert np.hypot(*error.T).max() < 0.4
+
+
+def test_no_texture_gives_no_numbers_that_are_not_finite(markers):
+    dots = _core.dots.place_dots(np.full(SHAPE, 70, np.uint8), markers[0], sign=1, diameter=20.0, noise=0.0)
+    assert np.isfinite(dots.uv).all() and np.isfinite(dots.sigma).all() and (dots.area > 0).all()
 
 
 def test_frames_without_markers():
