@@ -132,18 +132,32 @@ def score(found: Found, presses: Presses) -> dict[str, float]:
     shallow to be located; the mean of the medians over straight presses and over drags, where there are both. NaN where no press was
     detected. presses, missed, split: number of presses, of those not detected, and of those detected as several touches.
     """
-    judged = [k for k in np.flatnonzero(presses.touching) if found[k] is not None]
+    judged, errors = _compared(found, presses)
     numbers = {'presses': len(judged), 'missed': sum(not found[k] for k in judged), 'split': sum(len(found[k]) > 1 for k in judged)}
-    judged = [k for k in judged if found[k]]
-    errors = np.array([_errors(_nearest(found[k], presses.position[k]), presses.position[k], presses.depth[k]) for k in judged])
-    if not judged:
+    straight, errors = (part[np.isfinite(errors[:, 0])] for part in (presses.straight()[judged], np.abs(errors)))
+    if not len(errors):
         return numbers | dict.fromkeys(('place_mean', 'place_95', 'depth_mean', 'depth_95', 'squares', 'place_median', 'depth_median'),
                                        float('nan'))
-    straight = presses.straight()[judged]
     middle = np.mean([np.median(errors[straight == down], axis=0) for down in set(straight)], axis=0)
     (place, deep, squares), (place_95, deep_95, _) = errors.mean(0).tolist(), np.percentile(errors, 95, axis=0).tolist()
     return numbers | {'place_mean': place, 'place_95': place_95, 'depth_mean': deep, 'depth_95': deep_95, 'squares': squares,
                       'place_median': float(middle[0]), 'depth_median': float(middle[1])}
+
+
+def _compared(found: Found, presses: Presses) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers (J,) of the presses that are judged, and of the nearest touch at each (J, 3): errors of place and of depth, m, and normalised
+    squared error of the three together; NaN without one."""
+    judged = np.array([k for k in np.flatnonzero(presses.touching) if found[k] is not None], int)
+    errors = np.full((len(judged), 3), np.nan)
+    for row, k in enumerate(judged):
+        off = [(touch.position - presses.position[k])[:2] for touch in found[k]]
+        if off:
+            nearest = int(np.argmin(np.linalg.norm(off, axis=1)))
+            off, touch = off[nearest], found[k][nearest]
+            deep = touch.depth - presses.depth[k]
+            squares = off @ np.linalg.solve(touch.covariance[:2, :2], off) + (deep / touch.depth_sigma)**2
+            errors[row] = np.hypot(*off), deep, squares / 3
+    return judged, errors
 
 
 def held_out(method, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> Found:
@@ -164,26 +178,12 @@ def held_out(method, presses: Presses, sensor: MarkerSensor, fitted: Mapping | N
     return found
 
 
-def _nearest(touches: list[TouchEstimate], position: np.ndarray) -> TouchEstimate:
-    return min(touches, key=lambda touch: np.hypot(*(touch.position - position)[:2]))
-
-
-def _errors(touch: TouchEstimate, position: np.ndarray, depth: float) -> tuple[float, float, float]:
-    """Errors of place and depth, m, and the normalised squared error of the three together."""
-    off = (touch.position - position)[:2]
-    deep = touch.depth - depth
-    squares = off @ np.linalg.solve(touch.covariance[:2, :2], off) + (deep / touch.depth_sigma)**2
-    return float(np.hypot(*off)), abs(float(deep)), float(squares / 3)
-
-
 def rms_errors(method: TouchMethod, presses: Presses) -> tuple[float, float]:
     """RMS errors, m, of a method's place (per axis) and depth at the presses that it detects; NaN where it detects none."""
-    reported = [(touch, position, depth) for field, position, depth in zip(presses.fields, presses.position, presses.depth)
-            if depth > 0 for touch in method.estimate(field)[:1]]
-    if not reported:
-        return float('nan'), float('nan')
-    place = np.mean([(touch.position - position)[:2]**2 for touch, position, _ in reported])
-    return float(np.sqrt(place)), float(np.sqrt(np.mean([(touch.depth - depth)**2 for touch, _, depth in reported])))
+    errors = _compared([method.estimate(field) for field in presses.fields], presses)[1]
+    squares = errors[np.isfinite(errors[:, 0]), :2]**2
+    place, depth = np.sqrt(squares.mean(0) / [2, 1]).tolist() if len(squares) else (float('nan'), float('nan'))
+    return place, depth
 
 
 _FEWEST_PLACES = 3  # chosen: cross-validation holds out one of three positions
@@ -210,11 +210,6 @@ def marker_residuals(found: Found, presses: Presses, names: Sequence[str]) -> li
 
     names: recording and time of each press.
     """
-    judged = [k for k in np.flatnonzero(presses.touching) if found[k] is not None]
-    off, deep = np.full((2, len(judged)), np.nan)
-    for row, k in enumerate(judged):
-        if found[k]:
-            nearest = _nearest(found[k], presses.position[k])
-            off[row], deep[row] = np.hypot(*(nearest.position - presses.position[k])[:2]), nearest.depth - presses.depth[k]
+    judged, errors = _compared(found, presses)
     places, when = 1e3 * presses.position[judged, :2], [names[k] for k in judged]
-    return [Residuals('place', 'mm', 1e3 * off, places, _AXES, when), Residuals('depth', 'mm', 1e3 * deep, places, _AXES, when)]
+    return [Residuals(name, 'mm', 1e3 * errors[:, column], places, _AXES, when) for column, name in enumerate(('place', 'depth'))]

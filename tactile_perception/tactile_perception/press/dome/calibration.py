@@ -20,7 +20,7 @@ from .library import DomeLibrary, DomePlan, build_library
 from .mechanics import DomeMaterial, DomeMesh, MeshPlan, OnMesh, appear_at, centres_of, outlines, press_dome, shift_of
 from .model import DEPTH, SHALLOW, STRAIGHT, DomeCalibration, DomeFound, DomeInverse, FieldNoise, shallowness
 
-LOAD_STEPS = 10         # of a press to the deepest. Chosen: friction depends on the path
+LOAD_STEPS = 18         # of a press to the deepest. Chosen: friction depends on the path
 DEPTH_POWER = 1.3       # grading of the load steps. Chosen
 PLACES = 3              # simulated at most, evenly over their distances from the axis. Chosen
 DEPTHS = 4              # of a place at most. Chosen

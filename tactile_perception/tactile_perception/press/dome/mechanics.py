@@ -172,9 +172,7 @@ class OnMesh:
         return np.where(self._inside, np.stack(moved, axis=1), 0.0)
 
 
-#: 1/m^2 times the tension over G, penalty stiffness of contact: penetration is some tens of micrometres. Chosen: of twice as much, fields
-#: differ by 8 micrometres RMS, and a tip without friction takes nearly twice as many Newton steps.
-STIFF = 2e6
+STIFF = 4e6      # 1/m^2 times the tension over G, penalty stiffness of contact: penetration is some ten micrometres. Chosen
 SOFT = 10e-6     # m: half width of the transition into contact. Chosen
 STEPS = 24       # Newton steps at most, before the load step is halved. Chosen
 WHOLE = 12       # first Newton steps in full length; later ones are halved, which ends cycles of stick and slip. Chosen

@@ -75,7 +75,7 @@ def test_tension_gas_and_friction_are_reported_from_simulated_presses(monkeypatc
             moved = OnMesh(mesh, rest.reshape(-1, 3)).displaced(field).reshape(rest.shape)
             shown.shift[known] = (appear_at(rest + moved, eyes) - appear_at(rest, eyes)) * (DOME.plane_z - eyes[:, 2:])
     material, radius = identify_dome(presses, **GIVEN)
-    assert material.gas < 1.0 and 1 - material.squeeze == pytest.approx(0.6, rel=0.2)
+    assert material.gas < 3.0 and 1 - material.squeeze == pytest.approx(0.6, rel=0.2)
     assert material.friction == pytest.approx(0.4, rel=0.2) and radius == pytest.approx(TIP, rel=0.03)
 
 
