@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "bindings/border.hpp"
-#include "dots/centroids.hpp"
+#include "dots/blobs.hpp"
 #include "dots/finder.hpp"
 #include "dots/lattice.hpp"
 
@@ -87,13 +87,26 @@ py::array_t<double> positions(const std::vector<Result>& results) {
     return values;
 }
 
-FoundDots centroids(const py::object& image, const py::object& places, int sign, double diameter, double noise) {
-    const Input<std::uint8_t> pixels(image, "image", {ANY, ANY});
-    const Input<double> near(places, "places", {ANY, 2});
-    check_places(near, "places");
-    within(diameter, "diameter", 0.5, LARGEST_DISC);
-    within(noise, "noise", 0, LARGEST_LEVEL);
-    return without_gil([&] { return FoundDots{place_dots(as_image(pixels), sign, near.data(), near.length(), diameter, noise), false}; });
+Blobs blobs(const py::object& image, const py::object& small, const py::object& labels, const py::object& box, const py::object& centre,
+            const py::object& label, int step) {
+    const Input<std::uint8_t> pixels(image, "image", {ANY, ANY}), few(small, "small", {ANY, ANY});
+    const Input<std::uint16_t> named(labels, "labels", {few.length(0), few.length(1)});
+    const Input<std::int32_t> boxes(box, "box", {ANY, 4});
+    const Input<double> centres(centre, "centre", {boxes.length(), 2});
+    const Input<std::uint16_t> names(label, "label", {boxes.length()});
+    within(step, "step", 1, 2);
+    check_places(centres, "centre");
+    std::vector<BlobRegion> regions;
+    for (py::ssize_t n = 0; n < boxes.length(); ++n) {
+        const std::int32_t* at = boxes.data() + 4 * n;
+        for (int axis = 0; axis < 2; ++axis) {
+            const double length = static_cast<double>(few.length(1 - axis));
+            within(at[axis], "box", 1, length - 2);
+            within(at[2 + axis], "box", 1, length - 1 - at[axis]);
+        }
+        regions.push_back({at[0], at[1], at[2], at[3], centres.data()[2 * n], centres.data()[2 * n + 1], names.data()[n]});
+    }
+    return without_gil([&] { return fit_blobs(as_image(pixels), as_image(few), step, named.data(), regions); });
 }
 
 Lattice lattice(const py::object& places, double angle_hint) {
@@ -137,11 +150,26 @@ void bind_detection(py::module_& module) {
     finder.def("find", &found_dots, py::arg("image"), py::arg("candidates"),
                "Dots near candidates (N, 2) float64, px, of an image (H, W) uint8, reduced as the look says, in px of the whole image.");
     copyable(finder);
+    py::class_<Blobs>(module, "Blobs", "Large bright markers.")
+        .def_property_readonly(
+            "uv", [](const Blobs& found) { return positions(found.blobs); }, "(N, 2) px")
+        .def_property_readonly(
+            "area", [](const Blobs& found) { return each(found.blobs, &Blob::area); }, "(N,) px^2")
+        .def_property_readonly(
+            "sigma", [](const Blobs& found) { return each(found.blobs, &Blob::sigma); }, "(N,) px, per axis")
+        .def_property_readonly(
+            "amplitude", [](const Blobs& found) { return each(found.blobs, &Blob::amplitude); }, "(N,) grey levels over the ground")
+        .def_property_readonly(
+            "solidity", [](const Blobs& found) { return each(found.blobs, &Blob::solidity); },
+            "(N,) area over that of the ellipse with the same second moments")
+        .def_readonly("blur", &Blobs::blur, "px, of the edges");
     module.def(
-        "place_dots", &centroids, py::arg("image"), py::arg("places"), py::kw_only(), py::arg("sign"), py::arg("diameter"),
-        py::arg("noise"),
-        "Centroids of dots of an image (H, W) uint8 near places (N, 2) float64, px, of discs of about that diameter, px; sign: 1 for\n"
-        "bright dots, -1 for dark ones; noise: grey levels, of a pixel. Those that something hides in part are left out.");
+        "fit_blobs", &blobs, py::arg("image"), py::arg("small"), py::arg("labels"), py::arg("box"), py::arg("centre"), py::arg("label"),
+        py::kw_only(), py::arg("step"),
+        "Large bright markers of an image (H, W) uint8, by moments of weights that rise from ground to plateau on a marker's edge.\n\n"
+        "small: (h, w) uint8, the image reduced by step (1 or 2); labels: (h, w) uint16, its regions, grown by a pixel; box: (N, 4)\n"
+        "int32, left, top, width, height of the regions as they were, inside it by a pixel or more; centre: (N, 2) float64; label:\n"
+        "(N,) uint16, of each region.");
 }
 
 void bind_lattice(py::module_& module) {

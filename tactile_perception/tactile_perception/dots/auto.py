@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import scipy
 
-from .. import _core
 from ..common.dots import Dots
 from ..errors import BadFrame
 from .look import FEWEST, LOWER, Kind, describe_dots, find_kind, find_peaks, select_channel
@@ -19,16 +19,19 @@ from .look import FEWEST, LOWER, Kind, describe_dots, find_kind, find_peaks, sel
 _ALIKE = 0.4, 2.2  # of the neighbours' contrast: light varies by less from dot to dot, lamps have more
 _NEIGHBOURS = 8
 _SIZES = 0.45, 1.8  # of the typical diameter: dots of several sizes
-_AS_MANY = 0.9  # of the dots, from which the likelihood fit takes over
 _SMALLER, _SMALLEST = 0.6, 3.0  # diameters at which smaller dots are searched, too; px, none smaller
+_AS_MANY = 0.9  # of the dots, from which the likelihood fit takes over
 _LOST_SHARE = 0.6  # of the dots at the last measurement; with fewer, everything is measured anew
+_ROUNDS = 3  # of centroids, each in a window about the last
+_INSIDE, _GROUND = 0.65, (0.6, 0.9)  # diameters from a dot's middle: radius of that window, and of the ring of ground around it
+_UNSURE = 0.01  # of the diameter, standard deviation of a centroid: worn dots have 0.003 from frame to frame, and jumps of 0.03
 
 
 class AutoDetector:
     """Dots of any polarity and size; sign: 1 for bright dots, -1 for dark ones, 0 for those that the first image has; make_fit: (sign,
     Look) -> an exact detector with detect_all(image) -> Dots."""
 
-    def __init__(self, sign: int, make_fit: Callable | None = None):
+    def __init__(self, sign: int, make_fit: Callable):
         self._signs, self._make_fit = (sign,) if sign else (-1, 1), make_fit
         self._kind: Kind | None = None
         self._fit, self._count, self._diameter = None, 0, 0.0
@@ -63,8 +66,6 @@ class AutoDetector:
             if self._kind is None:
                 raise
             return before
-        smaller = _SMALLER * kind.diameter
-        kind = replace(kind, smaller=smaller if smaller > _SMALLEST else 0.0)
         dots = self._find(image, kind)
         if len(dots) < max(FEWEST, len(before)):
             return before
@@ -78,13 +79,11 @@ class AutoDetector:
         self._diameter = float(np.sqrt(4 / np.pi * np.median(dots.area)))
         if fit is None and kind.smaller and len(self._find(image, replace(kind, smaller=0.0))) > len(dots) - FEWEST:
             kind = replace(kind, smaller=0.0)
-        self._kind, self._fit, self._count = kind, fit, len(dots)
+        self._kind, self._fit, self._count = replace(kind, diameter=self._diameter), fit, len(dots)
         return dots
 
     def _fit_of(self, image, kind, dots):
         """An exact detector of dots like these; None where their appearance cannot be measured."""
-        if self._make_fit is None:
-            return None
         try:
             return self._make_fit(kind.sign, describe_dots(select_channel(image, kind.channel), dots.uv, kind))
         except BadFrame:
@@ -92,15 +91,21 @@ class AutoDetector:
 
 
 def _discs(grey, kind) -> Dots:
-    """Discs of about a diameter, and smaller ones where the kind has such."""
-    sizes = [size for size in (kind.diameter, kind.smaller) if size]
-    found = [find_peaks(grey, (kind.sign,), size)[kind.sign] for size in sizes]
-    uv, score = np.concatenate([part.uv for part in found]), np.concatenate([part.correlation for part in found])
-    size = np.repeat(sizes, [len(part.uv) for part in found])
-    disc = np.flatnonzero(score > kind.lowest)
-    disc = disc[_without_doubles(uv[disc], (score * np.where(size == kind.diameter, 1.1, 1.0))[disc], 0.6 * kind.diameter)]
-    dots = [_core.dots.place_dots(grey, uv[disc][size[disc] == one], sign=kind.sign, diameter=one, noise=kind.noise) for one in sizes]
-    return Dots(*(np.concatenate([getattr(part, name) for part in dots]) for name in ('uv', 'area', 'sigma')))
+    """Discs of about a diameter, of several sizes where there are."""
+    parts, scores = [], []
+    for diameter in (_SMALLER * kind.diameter, kind.diameter):
+        if diameter < _SMALLEST and diameter < kind.diameter:
+            continue
+        found = find_peaks(grey, (kind.sign,), diameter)[kind.sign]
+        disc = found.correlation > kind.lowest
+        if disc.any():
+            parts.append(place_dots(grey, kind.sign, found.uv[disc], diameter))
+            scores.append(found.correlation[disc] * (1.1 if diameter == kind.diameter else 1.0))
+    if not parts:
+        return Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+    uv, area, sigma = (np.concatenate([getattr(part, name) for part in parts]) for name in ('uv', 'area', 'sigma'))
+    kept = _without_doubles(uv, np.concatenate(scores), 0.6 * kind.diameter)
+    return Dots(uv[kept], area[kept], sigma[kept])
 
 
 def _alike(dots: Dots, grey, sign) -> Dots:
@@ -136,3 +141,28 @@ def _without_doubles(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndar
         if kept[a] and kept[b]:
             kept[a if score[a] < score[b] else b] = False
     return kept
+
+
+def place_dots(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: float) -> Dots:
+    """Dots of an image (H, W) uint8 near positions uv (N, 2) px of discs of about that diameter, px, as centroids of what is brighter than
+    the ground around them, darker for sign -1."""
+    half, most = int(np.ceil(_GROUND[1] * diameter)), np.array(grey.shape[::-1]) - 1
+    y, x = np.mgrid[-half:half + 1, -half:half + 1].reshape(2, -1)
+    padded = cv2.copyMakeBorder(grey, half, half, half, half, cv2.BORDER_REPLICATE).astype(np.float32) * sign
+    far = np.hypot(x, y)
+    ring, disc = (far > _GROUND[0] * diameter) & (far < _GROUND[1] * diameter), far < _INSIDE * diameter + 1.5
+
+    def pixels(middle, some):
+        """(N, P) of those about each of middle (N, 2)."""
+        return padded[middle[:, 1, None] + half + y[some], middle[:, 0, None] + half + x[some]]
+    place = np.array(uv, float)
+    ground = np.median(pixels(np.clip(np.rint(place).astype(int), 0, most), ring), axis=1)[:, None]
+    for _ in range(_ROUNDS):
+        middle = np.clip(np.rint(place).astype(int), 0, most)
+        off = (place - middle).astype(np.float32)
+        away = np.hypot(x[disc].astype(np.float32) - off[:, :1], y[disc].astype(np.float32) - off[:, 1:])
+        weight = np.maximum(pixels(middle, disc) - ground, 0) * np.clip(_INSIDE * diameter + 0.5 - away, 0, 1)
+        total = np.maximum(weight.sum(axis=1), 1e-3)
+        place = middle + np.stack([weight @ x[disc], weight @ y[disc]], axis=1) / total[:, None]
+    level = np.maximum((weight**2).sum(axis=1) / total, 1.0)[:, None]
+    return Dots(place, np.maximum(np.minimum(weight / level, 1).sum(axis=1), 1.0), np.full(len(place), _UNSURE * diameter))

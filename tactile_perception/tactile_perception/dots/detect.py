@@ -3,14 +3,16 @@
 """Detectors of dots and markers, by name."""
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import cv2
 import numpy as np
+import scipy
 
 from .. import _core
 from ..common.dots import Dots
+from ..common.statistics import upper_median
 from ..errors import BadArgument, BadFrame
 from .auto import AutoDetector
 from .fit import DiscModel
@@ -26,6 +28,23 @@ _FEWEST = 4  # dots; with fewer, the appearance is measured again
 _MOST_GROWTH = 2.2  # times the typical diameter: the largest diameter searched
 _HALVED = 5.0  # px: dots from this diameter on are searched in an image of half the size
 _WEAKEST, _ABOVE_NOISE = 0.14, 2.0  # lowest peak: of the contrast, which admits a small dot in a third of the light; of the noise
+
+# The detector of large markers
+_ALIKE = 0.6  # ratio of channel contrasts from which channels are averaged, since their noise is independent
+_FIRST_BOX = 0.1  # of the image's longer side: box of the local mean before the pitch is known
+_WIDEST_BOX, _NARROWEST_BOX = 255, 9  # px, bounds of that box
+_PER_PITCH = 1.1  # pitches, side of that box afterwards: a little over one marker with its ground
+_SMALLEST_SEGMENTED = 8.0  # px: smaller markers are segmented in the full image
+_LOWEST = 0.15  # of the markers' contrast, threshold of the segmentation
+_LEAST_CONTRAST = 6.0  # grey levels
+_SOLID = (0.975, 1.05)  # solidity of one whole marker; others are partly hidden or overlap
+_SMALL_SOLID = (0.8, 1.25)  # the same for small markers, whose pixels are coarse
+_LOST_SHARE = 0.6  # of the markers at the last measurement of the appearance; with fewer, it is measured anew
+_LARGE = 1.35  # typical areas, from which a region may hold overlapping markers
+_FAINT = 0.15  # of the typical amplitude, least of a marker
+_LEAST, _MOST = 0.2, 5.0  # median areas, smallest and largest region that is a marker
+_SPECK = 2  # px of the small image, largest region that the median area ignores
+_NECK = 0.72  # of a region's largest distance to its border: narrower parts are necks between overlapping markers
 _SQUARE = np.ones((3, 3), np.uint8)
 
 
@@ -136,5 +155,152 @@ def _candidates(grey: np.ndarray, look: Look) -> np.ndarray:
     return (places + 0.5) * step - 0.5
 
 
-METHODS = {'auto': partial(AutoDetector, make_fit=LikelihoodDetector), 'likelihood': LikelihoodDetector, 'blobs': AutoDetector,
+@dataclass
+class _Appearance:
+    """channel: of a BGR image, -1 for grey; step: reduction of the small image; box: its px, of the local mean; lowest: grey levels,
+    threshold; count: of markers."""
+
+    channel: int
+    step: int
+    box: int
+    lowest: float
+    count: int
+
+
+class BlobDetector:
+    """Markers by grey-weighted moments of regions; sign: 1 for bright markers, -1 for dark. The first frame gives channel and size."""
+
+    def __init__(self, sign: int):
+        self._sign = sign
+        self._appearance: _Appearance | None = None
+
+    def detect(self, image: np.ndarray) -> Dots:
+        """Markers of one checked uint8 image. Raises BadFrame without a marker."""
+        blobs = None if self._appearance is None else self._find(image)
+        if blobs is None or len(blobs) < _LOST_SHARE * self._appearance.count:
+            self._appearance = _measure_appearance(image, self._sign)
+            blobs = self._find(image)
+            self._appearance.count = 0 if blobs is None else len(blobs)
+        if blobs is None or not len(blobs):
+            raise BadFrame('no marker found in the frame: check light, focus and the parameter polarity')
+        return blobs
+
+    def _find(self, image):
+        appearance = self._appearance
+        grey = _plane(image, appearance.channel, self._sign)
+        small, above = _above(grey, appearance.step, appearance.box)
+        mask = cv2.threshold(above, appearance.lowest, 255, cv2.THRESH_BINARY)[1]
+        least, most = _SOLID if appearance.step == 2 else _SMALL_SOLID
+        for last in (False, True):
+            regions = _find_regions(mask)
+            if not len(regions.box):
+                return None
+            blobs = _core.dots.fit_blobs(grey, small, _grown(regions.labels), regions.box, regions.centre, regions.label,
+                                         step=appearance.step)
+            several = np.flatnonzero((blobs.solidity < least) & (blobs.area > _LARGE * upper_median(blobs.area)))
+            if last or not sum(_cut_necks(mask, box) for box in regions.box[several]):
+                break
+        solidity, amplitude = blobs.solidity, blobs.amplitude
+        good = (solidity > least) & (solidity < most) & (amplitude > _FAINT * upper_median(amplitude))
+        return Dots(blobs.uv[good], blobs.area[good], blobs.sigma[good])
+
+
+def _plane(image, channel, sign):
+    """One channel, or grey for -1, inverted for dark markers."""
+    if image.ndim == 3:
+        image = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if channel < 0 else cv2.extractChannel(image, channel)
+    return image if sign > 0 else cv2.bitwise_not(image)
+
+
+def _above(grey, step, box):
+    """The small image, and its excess over the local mean."""
+    small = cv2.resize(grey, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) if step == 2 else grey
+    return small, cv2.subtract(small, cv2.blur(small, (box, box)))
+
+
+def _best_channel(image) -> int:
+    if image.ndim == 2:
+        return -1
+    spread = cv2.meanStdDev(image)[1][:, 0]
+    return -1 if spread.min() > _ALIKE * spread.max() else int(spread.argmax())
+
+
+def _measure_appearance(image, sign) -> _Appearance:
+    """Appearance of markers, from regions over Otsu's threshold of the excess over the local mean. Raises BadFrame without markers."""
+    channel = _best_channel(image)
+    grey = _plane(image, channel, sign)
+    box = _odd(_FIRST_BOX * max(grey.shape))
+    for _ in range(2):  # the second time with a box that fits the pitch
+        _, above = _above(grey, 1, box)
+        threshold = cv2.threshold(above, 0, 255, cv2.THRESH_OTSU)[0]
+        smooth = cv2.GaussianBlur(above, (3, 3), 0)
+        regions = _find_regions(cv2.threshold(smooth, max(threshold, _LEAST_CONTRAST), 255, cv2.THRESH_BINARY)[1])
+        if len(regions.box) < 2:
+            raise BadFrame('fewer than two markers found in the frame: check light, focus and the parameter polarity')
+        pitch = float(np.median(scipy.spatial.cKDTree(regions.centre).query(regions.centre, 2)[0][:, 1]))
+        box = _odd(_PER_PITCH * pitch)
+    step = 2 if np.sqrt(4 / np.pi * np.median(regions.area)) >= _SMALLEST_SEGMENTED else 1
+    contrast = float(above[above > threshold].mean())
+    lowest = max(_LOWEST * contrast, _LEAST_CONTRAST)
+    return _Appearance(channel, step, _odd(box / step), lowest, 0)
+
+
+def _odd(length) -> int:
+    return int(np.clip(length, _NARROWEST_BOX, _WIDEST_BOX)) // 2 * 2 + 1
+
+
+@dataclass
+class _Regions:
+    """Regions inside a small image, px of it. box: (N, 4) left, top, width, height; centre: (N, 2); area: (N,); label: (N,); labels: (H, W)
+    uint16 of all regions, 0 ground."""
+
+    box: np.ndarray
+    centre: np.ndarray
+    area: np.ndarray
+    label: np.ndarray
+    labels: np.ndarray
+
+
+def _find_regions(mask: np.ndarray) -> _Regions:
+    """Regions of a marker's size in a mask (H, W) uint8 that its border does not cut."""
+    _, labels, stats, centre = cv2.connectedComponentsWithStatsWithAlgorithm(mask, 8, cv2.CV_32S, cv2.CCL_GRANA)
+    left, top, width, height, area = stats.T
+    counted = np.flatnonzero(area[1:] > _SPECK) + 1
+    typical = upper_median(area[counted]) if len(counted) else 0.0
+    good = (left > 0) & (top > 0) & (left + width < mask.shape[1]) & (top + height < mask.shape[0])
+    good &= (area > _LEAST * typical) & (area < _MOST * typical)
+    good[0] = False
+    label = np.flatnonzero(good)
+    label = label[np.lexsort((left[label], top[label]))]  # an order that does not depend on the number of threads
+    return _Regions(stats[label, :4], centre[label], area[label], label.astype(np.uint16), labels.astype(np.uint16))
+
+
+def _grown(labels: np.ndarray) -> np.ndarray:
+    """Labels (H, W) uint16 of regions grown by a pixel, except where two would meet."""
+    highest, lowest = np.pad(labels, 1), np.pad(labels - np.uint16(1), 1, constant_values=65535)  # less one: the ground is highest
+    highest, lowest = (most(most(part[:-2], part[1:-1]), part[2:]) for part, most in ((highest, np.maximum), (lowest, np.minimum)))
+    highest, lowest = (most(most(part[:, :-2], part[:, 1:-1]), part[:, 2:]) for part, most in ((highest, np.maximum), (lowest, np.minimum)))
+    return highest * (highest - np.uint16(1) == lowest)
+
+
+def _cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:
+    """Clear the necks of the region in box (left, top, width, height) of a mask, in place; returns whether there were any."""
+    left, top, width, height = box
+    at = np.s_[top: top + height, left: left + width]
+    region = cv2.copyMakeBorder(mask[at], 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
+    inside = cv2.distanceTransform(region, cv2.DIST_L2, 5)
+    count, seeds = cv2.connectedComponents((inside > _NECK * inside.max()).astype(np.uint8))
+    if count <= 2:
+        return False
+    away = np.stack([cv2.distanceTransform((seeds != k).astype(np.uint8), cv2.DIST_L2, 5) for k in range(1, count)])
+    nearest = (away.argmin(axis=0) + 1).astype(np.uint8) * (region > 0)
+    nearest[nearest == 0] = 255
+    low = cv2.erode(nearest, _SQUARE) < nearest
+    nearest[nearest == 255] = 0
+    cut = low | (cv2.dilate(nearest, _SQUARE) > nearest)  # on both sides; the dilation by a pixel restores it
+    mask[at][(cut & (nearest > 0))[1:-1, 1:-1]] = 0
+    return True
+
+
+METHODS = {'auto': partial(AutoDetector, make_fit=LikelihoodDetector), 'likelihood': LikelihoodDetector, 'blobs': BlobDetector,
            'paper': PaperDetector, 'paper_areal': PaperArealDetector, 'paper_cushion': PaperCushionDetector}

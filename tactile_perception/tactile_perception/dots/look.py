@@ -61,15 +61,12 @@ class Look:
 
 @dataclass(frozen=True)
 class Kind:
-    """sign: 1 for bright dots, -1 for dark; diameter: px; lowest: least correlation with a disc; noise: grey levels, of a pixel;
-    smaller: px, of smaller dots, 0 without."""
+    """sign: 1 for bright dots, -1 for dark; diameter: px; lowest: least correlation with a disc."""
 
     sign: int
     channel: str
     diameter: float
     lowest: float
-    noise: float
-    smaller: float = 0.0
 
 
 @dataclass
@@ -117,11 +114,10 @@ def _best_kind(image, channels, signs, diameters) -> Kind | None:
     scores = {}
     for channel in channels:
         grey = select_channel(image, channel)
-        noise = _noise(grey)
+        least = _OVER_NOISE * _noise(grey)
         for diameter in diameters.tolist():
             for sign, peaks in find_peaks(grey, signs, diameter).items():
-                scores |= {Kind(sign, channel, diameter, lowest, noise): _explained(peaks, diameter, lowest, _OVER_NOISE * noise)
-                           for lowest in _CORRELATED}
+                scores |= {Kind(sign, channel, diameter, lowest): _explained(peaks, diameter, lowest, least) for lowest in _CORRELATED}
     best = max(scores, key=scores.get, default=None)
     return best if best is not None and scores[best] > 0 else None
 

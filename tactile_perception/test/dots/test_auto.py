@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from tactile_perception.dots.auto import place_dots
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadArgument, BadFrame
@@ -69,3 +70,27 @@ def test_real_dots_are_found_without_a_parameter(name, count, kind):
     detector = DotDetector('any', 'auto')
     assert count <= len(detector.detect(cv2.imread(str(RECORDINGS / name)))) <= 1.03 * count
     assert detector.found.split()[1] == kind
+
+
+RNG = np.random.default_rng(1)
+OFF_GRID = np.stack(np.divmod(np.arange(24), 4), 1) * 46.0 + 40.3 + RNG.uniform(-0.5, 0.5, (24, 2))
+DIAMETERS = RNG.uniform(20, 24, 24)
+
+
+def photographed(draw_dots, noise=2.0, bright=True, ground=40.0):
+    discs = draw_dots(OFF_GRID, DIAMETERS, (220, 320), 1.0, 0.0, 1.0)
+    image = (ground + 120 * discs if bright else 200 - 120 * discs) + np.random.default_rng(2).normal(0, noise, discs.shape)
+    return np.clip(np.rint(image), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize('bright', [True, False])
+def test_dots_are_placed_from_rough_places(draw_dots, bright):
+    start = OFF_GRID + np.random.default_rng(3).uniform(-2, 2, OFF_GRID.shape)
+    dots = place_dots(photographed(draw_dots, bright=bright), 1 if bright else -1, start, 22.0)
+    assert np.sqrt(((dots.uv - OFF_GRID)**2).mean()) < 0.13
+    np.testing.assert_allclose(2 * np.sqrt(dots.area / np.pi), DIAMETERS, rtol=0.1)
+
+
+def test_no_texture_gives_no_numbers_that_are_not_finite(draw_dots):
+    dots = place_dots(np.full((220, 320), 70, np.uint8), 1, OFF_GRID, 22.0)
+    assert np.isfinite(dots.uv).all() and np.isfinite(dots.sigma).all() and (dots.area > 0).all()

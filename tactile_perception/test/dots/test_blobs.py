@@ -7,7 +7,6 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_perception import _core
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.errors import BadFrame
 
@@ -56,6 +55,9 @@ def test_the_channel_with_the_contrast_is_taken(draw_dots, markers):
         image = np.dstack([noisy(15 + (180 if k == channel else 20) * inside, 2.0, k) for k in range(3)])
         dots, alone = DotDetector('bright', 'blobs').detect(image), DotDetector('bright', 'blobs').detect(image[:, :, channel].copy())
         assert np.array_equal(dots.uv, alone.uv)
+    grey = np.dstack([noisy(15 + 180 * inside, 12.0, k) for k in range(3)])
+    error = [errors(DotDetector('bright', 'blobs').detect(image), uv)[0].std() for image in (grey, grey[:, :, 1].copy())]
+    assert error[0] < 0.8 * error[1]  # the channels' noise is their own
 
 
 def test_markers_that_touch_are_reported_apart(draw_dots, markers):
@@ -75,10 +77,10 @@ def test_ellipses(draw_dots):
         centre = np.array([40.3 + 60.1 * (k % 4), 35.6 + 60.3 * (k // 4)])
         x, y = u - centre[0], v - centre[1]
         along, across = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
-        inside[(along / 11)**2 + (across / 6.5)**2 < 1] = 1
+        inside[(along / 12)**2 + (across / 5)**2 < 1] = 1
         truth.append(centre)
     inside = cv2.resize(cv2.GaussianBlur(inside, (0, 0), 4), SHAPE[::-1], interpolation=cv2.INTER_AREA)
-    check(DotDetector('bright', 'blobs').detect(noisy(15 + 180 * inside, 2.0)), np.array(truth), np.full(12, np.pi * 71.5), 0.05, 0.03)
+    check(DotDetector('bright', 'blobs').detect(noisy(15 + 180 * inside, 2.0)), np.array(truth), np.full(12, np.pi * 60), 0.05, 0.03)
 
 
 def test_cut_hidden_and_false_ones_are_left_out(draw_dots, markers):
@@ -102,11 +104,6 @@ def test_glare_on_a_marker_moves_it_little(draw_dots, markers):
     assert np.hypot(*error.T).max() < 0.4
 
 
-def test_no_texture_gives_no_numbers_that_are_not_finite(markers):
-    dots = _core.dots.place_dots(np.full(SHAPE, 70, np.uint8), markers[0], sign=1, diameter=20.0, noise=0.0)
-    assert np.isfinite(dots.uv).all() and np.isfinite(dots.sigma).all() and (dots.area > 0).all()
-
-
 def test_frames_without_markers():
     detector = DotDetector('bright', 'blobs')
     for image in (np.full(SHAPE, 90.0), np.where(np.arange(SHAPE[1]) < 100, 40.0, 160.0) * np.ones(SHAPE)):
@@ -115,8 +112,8 @@ def test_frames_without_markers():
 
 
 @pytest.mark.skipif(not (SIMULATED / 'as_test').is_dir(), reason='TACTILE_RECORDINGS holds no simulated/as_test')
-@pytest.mark.parametrize('name, side, limit, of_area', [('as_test', '', 0.02, 0.008), ('ad_test', '_left', 0.015, 0.007),
-                                                       ('ad_test', '_right', 0.015, 0.007), ('ac_test', '', 0.04, 0.02)])
+@pytest.mark.parametrize('name, side, limit, of_area', [('as_test', '', 0.02, 0.005), ('ad_test', '_left', 0.015, 0.005),
+                                                       ('ad_test', '_right', 0.015, 0.005), ('ac_test', '', 0.04, 0.012)])
 def test_recorded_markers(name, side, limit, of_area):
     truth = np.load(SIMULATED / name / 'truth.npz')
     detector, all_errors, normal, ratio, found = DotDetector('bright', 'blobs'), [], [], [], 0
@@ -130,5 +127,5 @@ def test_recorded_markers(name, side, limit, of_area):
         ratio.append(dots.area / truth['area_px' + side][k][seen][nearest])
     assert found == sum(map(len, all_errors)) >= truth['visible' + side].sum() - 1
     assert np.sqrt((np.vstack(all_errors)**2).sum(1).mean()) < limit
-    assert 0.35 < (np.vstack(normal)**2).mean() < 1.5
+    assert 0.5 < (np.vstack(normal)**2).mean() < 1.5
     assert np.percentile(np.abs(np.concatenate(ratio) - 1), 95) < of_area
