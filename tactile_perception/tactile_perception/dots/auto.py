@@ -77,8 +77,6 @@ class AutoDetector:
             fit, kind = None, replace(kind, lowest=LOWER * kind.lowest)
             dots = self._find(image, kind)
         self._diameter = float(np.sqrt(4 / np.pi * np.median(dots.area)))
-        if fit is None and kind.smaller and len(self._find(image, replace(kind, smaller=0.0))) > len(dots) - FEWEST:
-            kind = replace(kind, smaller=0.0)
         self._kind, self._fit, self._count = replace(kind, diameter=self._diameter), fit, len(dots)
         return dots
 

@@ -37,7 +37,7 @@ _SAMPLE = 50  # dots that tell blur and sizes: bounds the time
 _STEPS = 5  # of their fit
 _BLUR, _LEAST_BLUR = 0.9, 0.2  # px, start and bound
 _FARTHEST, _LONGEST, _LONGEST_BLUR = 1.0, 0.15, 0.3  # longest steps: px, diameters, px
-_NODES = 2.0  # diameters per px at which the fit is linearised
+_NODES = 4.0  # diameters per px at which the fit is linearised
 
 
 @dataclass(frozen=True)
