@@ -110,6 +110,12 @@ def _test() -> tuple[Act, ...]:
     return one_after_the_other([act for tool in tools for act in _presses(tool, _places(4, 0.068, rng), 0.040, 3, rng)], pause=0.3)
 
 
+def _two() -> tuple[Act, ...]:
+    """Two fists, 3 to 5 pitches apart."""
+    return one_after_the_other([partial(press, f'fists_{mm}mm', x, y, 0.012, 0.024, move=0.5)
+                                for mm, x, y in ((70, 0.0, 0.0), (56, 0.010, -0.020), (42, -0.015, 0.015))], pause=0.5)
+
+
 def _steadily(x: float, y: float, *depths: float, start: float) -> Act:
     """A stage presses the tip in at x, y, m, at one speed, and stops at each of the depths, m."""
     places, t = [], 0.0
@@ -132,6 +138,7 @@ AIR_CUSHION_SCENES: dict[str, Script] = {
     'air_cushion_demo': Script(air_cushion, _demo()),
     'air_cushion_rest': Script(air_cushion, duration=10.0),
     'air_cushion_press': Script(air_cushion, one_after_the_other([partial(press, _TIP, 0.030, -0.020, 0.015, 0.035, move=0.5)])),
+    'air_cushion_two': Script(air_cushion, _two()),
     'air_cushion_calibration': Script(air_cushion, _calibration()),
     'air_cushion_test': Script(air_cushion, _test()),
     'air_cushion_session': Script(air_cushion, one_after_the_other(session(_TIP, _places(12, 0.075, np.random.default_rng(8)),

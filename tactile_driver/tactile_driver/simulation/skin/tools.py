@@ -104,7 +104,7 @@ TOOLS = {tool.name: tool for tool in (
     *(_pair(f'fingertips_{mm}mm', 0.0050, mm * 1e-3) for mm in (11, 14, 18, 23, 28, 37, 46)),
     *(_fingers(f'fingers_4_and_9mm_{mm}mm', (0.004, 0.009), mm * 1e-3) for mm in (20, 26)),
     *(_fingers(f'fingers_6_and_12mm_{mm}mm', (0.006, 0.012), mm * 1e-3) for mm in (30, 42)),
-    _pair('fists_70mm', 0.0150, 0.070),
+    *(_pair(f'fists_{mm}mm', 0.0150, mm * 1e-3) for mm in (42, 56, 70)),
     *(Tool(f'plate_{2e3 * x:.0f}x{2e3 * y:.0f}mm', (partial(block, half_x=x, half_y=y, rounding=0.0),), plate=(x, y))
       for x, y in ((0.0285, 0.0195), (0.0635, 0.0435))),
 )}
