@@ -18,7 +18,7 @@ from .library import LibraryPlan, Press, build_library, field_appearance
 from .mechanics import SheetMaterial, SheetMesh, least_length, may_be_pressed, press_sheet, uniform
 from .model import CameraShifts, FieldNoise, Seen, SheetCalibration, SheetInverse, SheetNumbers
 
-PLACES, DEPTHS = 3, 5  # used for the fit, at most. Chosen: its time is in proportion
+PLACES, DEPTHS = 6, 5  # used for the fit, at most. Chosen: three places leave material and tip to each other
 COARSE = {'n': 7, 'levels': 7, 'substeps': 2}  # mesh and steps of the identification, but for its end
 UNSOLVED = 3.0         # normalised residual of presses whose simulation does not converge. Chosen
 SHIFT, GROWTH = 1e-5, 4e-3  # m and 1: model error of a marker's position and log area, beside its noise. Chosen
