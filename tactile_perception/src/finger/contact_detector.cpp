@@ -12,7 +12,7 @@ namespace {
 // Chosen, in standard deviations of the untouched total: thresholds of an object. The tests fail with ON of 2.5 and 10, and pass with OFF
 // of 1.5 to 6.
 constexpr double ON = 5, OFF = 3;
-constexpr double HALF = 1.5;  // standard deviations of the untouched total: half the hysteresis of contact. Chosen
+constexpr double HALF = 3;  // standard deviations of the untouched total: half the hysteresis. Derived: noise crosses it once in 700 samples
 constexpr double RISEN = 3;  // standard deviations by which light must have risen before an onset. Chosen: the tests fail at 1.5, pass at 6
 constexpr double BEFORE_S = 0.002, BEFORE = 4;  // s, and samples at least, in which that rise is looked for. Chosen
 constexpr double JUDGE_S = 0.02, JUDGE = 6;     // s, and samples at least, that a sudden onset is watched. Derived: two periods of lamps on
