@@ -77,8 +77,7 @@ class TractionFit:
         sparse Bayesian learning); the first ones are of a linear fit of pressures and shears that are alike everywhere. Given lean and
         spread, the pressures are a least-squares fit without negatives, with the uneven shear integrated out.
         """
-        from scipy.optimize import nnls  # needed here alone
-        from scipy.sparse.linalg import lsqr
+        from scipy.sparse.linalg import lsqr  # needed here alone
         moved = moved[used]
         sigma = np.repeat(np.hypot(sigma, _LINEAR * np.linalg.norm(moved, axis=1)), 2)
         rows, data = rows[used].reshape(-1, len(self.places), 3) / sigma[:, None, None], moved.ravel() / sigma
@@ -90,67 +89,64 @@ class TractionFit:
             at = np.flatnonzero(spread > _FAINT**2 * spread.max())
             if not len(at):
                 return Tractions(np.zeros((len(spread), 3)), used, np.full((3, 3), np.nan), np.full((2, 2), np.nan))
-            normal = _Normal(rows[:, at], data, 1 / spread[at])
-            matrix, goal = normal.of_pressure(lean)
-            root = np.linalg.cholesky(matrix)
-            share = nnls(root.T, np.linalg.solve(root, goal))[0]
-            lean = normal.lean(share)
-        return self._loads_of(normal, share, lean, at, used)
+            white = _Whitened(rows[:, at], data, 1 / spread[at])
+            share = white.pressures(lean)
+            lean = white.lean(share)
+        return self._loads_of(white, share, lean, at, used)
 
-    def _loads_of(self, normal: _Normal, share: np.ndarray, lean: np.ndarray, at: np.ndarray, used: np.ndarray) -> Tractions:
+    def _loads_of(self, white: _Whitened, share: np.ndarray, lean: np.ndarray, at: np.ndarray, used: np.ndarray) -> Tractions:
         """The loads with the uneven shear, and their covariances; share: (A,) m^2, pressures of the places with the indices at (A,)."""
         force, total, count = np.zeros((len(self.places), 3)), share.sum(), len(at)
         if not total > 0:
             return Tractions(force, used, np.full((3, 3), np.nan), np.full((2, 2), np.nan))
-        force[at, :2], force[at, 2] = share[:, None] * lean + normal.uneven(share, lean), -share
-        sums = np.zeros((5, 3 * count + 2))
-        sums[:2, :count], sums[2, :count] = lean[:, None], -1.0
-        sums[3:, :count] = (self.places[at] - share @ self.places[at] / total).T / total
+        force[at, :2], force[at, 2] = share[:, None] * lean + white.uneven(share, lean), -share
+        of_pressure, of_lean, of_uneven = np.zeros((5, count)), np.zeros((5, 2)), np.zeros((5, 2 * count))
+        of_pressure[:2], of_pressure[2] = lean[:, None], -1.0
+        of_pressure[3:] = (self.places[at] - share @ self.places[at] / total).T / total
         for axis in (0, 1):
-            sums[axis, count + axis], sums[axis, count + 2 + axis::2] = total, 1.0
-        both = sums @ np.linalg.solve(normal.about(share, lean), sums.T)
+            of_lean[axis, axis], of_uneven[axis, axis::2] = total, 1.0
+        both = white.covariance(share, lean, of_pressure, of_lean, of_uneven)
         return Tractions(force, used, both[:3, :3] + np.diag((_MODEL * force.sum(axis=0))**2), both[3:, 3:])
 
 
-class _Normal:
-    """Normal equations of loads at A places. rows: (N, A, 3), data: (N,), both over sigma; weight: (A,), one over variances."""
+class _Whitened:
+    """Loads at A places, with the uneven shear as noise that dots beside each other share; its covariance and that of the displacements is
+    whitened. rows: (N, A, 3), data: (N,), both over sigma; weight: (A,), one over variances."""
 
     def __init__(self, rows: np.ndarray, data: np.ndarray, weight: np.ndarray):
-        count = len(weight)
-        flat = rows.reshape(len(data), -1)
-        self._square = (flat.T @ flat).reshape(count, 3, count, 3)
-        self._data = (flat.T @ data).reshape(count, 3)
-        self._weight = weight
-        self._free = self._square[:, :2, :, :2].reshape(2 * count, -1) + np.diag(np.repeat(weight, 2) / _UNEVEN**2)
-        self._cross = self._square[:, :, :, :2].reshape(count, 3, -1)
-        taken = np.linalg.solve(self._free, np.column_stack([self._cross.reshape(3 * count, -1).T, self._data[:, :2].ravel()]))
-        self._taken, self._taken_data = taken[:, :-1].reshape(-1, count, 3), taken[:, -1]
+        self._rows, self._weight, self._variance = rows, weight, np.repeat(_UNEVEN**2 / weight, 2)
+        self._shear = rows[:, :, :2].reshape(len(data), -1)
+        self._root = np.linalg.cholesky(np.eye(len(data)) + (self._shear * self._variance) @ self._shear.T)
+        self._data = self._white(data)
 
-    def of_pressure(self, lean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(A, A) and (A,): of the pressures with the shear that they share, the uneven shear integrated out."""
-        mix = np.append(lean, 1.0)
-        cross = np.einsum('akr,k->ar', self._cross, mix)
-        matrix = np.einsum('akbl,k,l->ab', self._square, mix, mix, optimize=True) - cross @ (self._taken @ mix)
-        return matrix + np.diag(self._weight), self._data @ mix - cross @ self._taken_data
+    def _white(self, columns: np.ndarray, transposed: bool = False) -> np.ndarray:
+        from scipy.linalg import solve_triangular  # needed here alone
+        return solve_triangular(self._root, columns, lower=True, trans=int(transposed), check_finite=False)
+
+    def pressures(self, lean: np.ndarray) -> np.ndarray:
+        """(A,) m^2: the pressures, none negative, with the shear that they share."""
+        from scipy.optimize import nnls
+        rows = self._white(self._rows @ np.append(lean, 1.0))
+        root = np.linalg.cholesky(rows.T @ rows + np.diag(self._weight))
+        return nnls(root.T, np.linalg.solve(root, rows.T @ self._data))[0]
 
     def lean(self, share: np.ndarray) -> np.ndarray:
         """(2,): the shear over the pressure that the places share, given their pressures (A,)."""
-        cross = np.einsum('akr,a->kr', self._cross, share)
-        square = np.einsum('akbl,a,b->kl', self._square, share, share, optimize=True) - cross @ np.einsum('rak,a->rk', self._taken, share)
-        goal = share @ self._data - cross @ self._taken_data
-        return np.linalg.lstsq(square[:2, :2], goal[:2] - square[:2, 2], rcond=1e-9)[0]
+        rows = self._white(share @ self._rows)
+        return np.linalg.lstsq(rows[:, :2], self._data - rows[:, 2], rcond=1e-4)[0]
 
     def uneven(self, share: np.ndarray, lean: np.ndarray) -> np.ndarray:
         """(A, 2) m^2: the rest of the shear."""
-        return (self._taken_data - np.einsum('rak,a,k->r', self._taken, share, np.append(lean, 1.0))).reshape(-1, 2)
+        rest = self._data - self._white(share @ self._rows @ np.append(lean, 1.0))
+        return (self._variance * (self._white(rest, transposed=True) @ self._shear)).reshape(-1, 2)
 
-    def about(self, share: np.ndarray, lean: np.ndarray) -> np.ndarray:
-        """(3 A + 2,) square: of changes of pressures, lean and uneven shears about a solution."""
-        count, mix = len(share), np.append(lean, 1.0)
-        turn = np.zeros((count, 3, 3 * count + 2))
-        turn[np.arange(count), :, np.arange(count)] = mix
-        turn[:, [0, 1], [count, count + 1]] = share[:, None]
-        turn[np.repeat(np.arange(count), 2), np.tile([0, 1], count), count + 2 + np.arange(2 * count)] = 1.0
-        turn = turn.reshape(3 * count, -1)
-        prior = np.concatenate([self._weight, [0, 0], np.repeat(self._weight, 2) / _UNEVEN**2])
-        return turn.T @ self._square.reshape(3 * count, -1) @ turn + np.diag(prior)
+    def covariance(self, share: np.ndarray, lean: np.ndarray, of_pressure: np.ndarray, of_lean: np.ndarray,
+                   of_uneven: np.ndarray) -> np.ndarray:
+        """(K, K) of sums of pressures (K, A), of the lean (K, 2), which has no prior, and of uneven shears (K, 2 A) about a solution."""
+        rows, leans = self._white(self._rows @ np.append(lean, 1.0)), self._white((share @ self._rows)[:, :2])
+        pressure, uneven = of_pressure / self._weight, of_uneven * self._variance
+        root = np.linalg.cholesky(np.eye(len(rows)) + (rows / self._weight) @ rows.T)
+        seen = np.linalg.solve(root, rows @ pressure.T + self._white(self._shear @ uneven.T))
+        leans = np.linalg.solve(root, leans)
+        rest = of_lean - seen.T @ leans
+        return of_pressure @ pressure.T + of_uneven @ uneven.T - seen.T @ seen + rest @ np.linalg.solve(leans.T @ leans, rest.T)
