@@ -23,6 +23,7 @@ _CELLS = 1.5  # places for loads to a pitch; more changes forces by 1 %, for twi
 _MOST = 400  # places: into more no gel is divided, for time; with 800, forces change by less than 1 %
 _DRIFTED = 0.25  # px: a dot whose place at rest drifts farther is laid out anew; it changes displacements by less than a hundredth
 SIGNIFICANT = 5.0  # sigmas that three dots must have moved: one of 1,000 does by chance in a thousand frames, three no mistaken dot
+SET, RECOVERY_S = 0.1, 10.0  # prior: of a touch's displacement, what a silicone keeps after it; s in which that falls to a third
 _EDGE = 0.2  # of the greatest pressure: where the region ends. Between a ball's, which fades, and a stamp's; both blurred by the dots
 FARTHEST_PX = 1e5  # no camera has so many
 _COARSEST, _FINEST = 4.0, 0.02  # thicknesses from place to place: beyond, loads of neighbours do not meet, or all lie on one spot
@@ -52,20 +53,26 @@ class GelResult:
 
 
 class DotNoise:
-    """Standard deviation of a coordinate of the dots, px, from what they do between two frames in which nothing touches."""
+    """Standard deviation of a coordinate of the dots, px, from what they do between two frames in which nothing touches; and what a touch
+    leaves behind in the skin for a while."""
 
     def __init__(self):
         self._last, self._sum, self._count = None, _UNSEEN_SIGMA**2, 1.0
+        self._farthest, self._stamp_s = 0.0, 0.0
 
     @property
     def sigma(self) -> float:
         """px."""
         return max(float(np.sqrt(self._sum / self._count)), _LEAST_SIGMA)
 
-    def touched(self, tracks: DotTracks) -> bool:
-        """Whether something touches: three dots of the next frame have moved by SIGNIFICANT; if not, its noise is taken."""
-        if np.sort(np.abs(tracks.duv).max(axis=1))[-3] > SIGNIFICANT * self.sigma:
-            self._last = None
+    def touched(self, tracks: DotTracks, stamp_s: float) -> bool:
+        """Whether something touches: three dots of the next frame have moved by SIGNIFICANT, and by more than the last touch may have left;
+        if not, its noise is taken."""
+        moved = float(np.sort(np.abs(tracks.duv).max(axis=1))[-3])
+        self._farthest *= float(np.exp(-max(stamp_s - self._stamp_s, 0.0) / RECOVERY_S))
+        self._stamp_s = stamp_s
+        if moved > SIGNIFICANT * self.sigma + SET * self._farthest:
+            self._last, self._farthest = None, max(moved, self._farthest)
             return True
         if self._last is not None:
             _, now, before = np.intersect1d(tracks.id, self._last[0], return_indices=True)
@@ -131,7 +138,7 @@ class GelEstimator:
         if self._laid is None or (tracks.rows, tracks.columns) != self._grid:
             self._laid = _LaidOut(tracks, self.layer, self._pitch, self._scale, self._centre, self._focal)
             self._grid, self._noise = (tracks.rows, tracks.columns), DotNoise()
-        touched, sigma, metres = self._noise.touched(tracks), self._noise.sigma, self._laid.metres
+        touched, sigma, metres = self._noise.touched(tracks, stamp_s), self._noise.sigma, self._laid.metres
         try:
             found = self._laid.fit.solve(self._laid.rows_of(tracks), tracks.duv * metres, sigma * metres) if touched else None
         except (np.linalg.LinAlgError, RuntimeError) as error:  # of nnls: no end

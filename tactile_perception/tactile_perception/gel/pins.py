@@ -169,7 +169,7 @@ class PinEstimator:
         """Contact in one frame. Raises BadFrame for too few pins whose places at rest are known."""
         tracks = known_dots(tracks, 'pins')
         way = np.linalg.norm(tracks.duv, axis=1)
-        touched = self._noise.touched(tracks)
+        touched = self._noise.touched(tracks, stamp_s)
         metres = self._metres(tracks)
         rest = (tracks.rest_uv - (tracks.rest_uv.min(axis=0) + tracks.rest_uv.max(axis=0)) / 2) * metres
         region = ContactRegionEstimate(tracks.id, np.full(len(tracks), NON_CONTACT, np.uint8))

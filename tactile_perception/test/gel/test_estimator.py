@@ -111,6 +111,18 @@ def test_a_contact_keeps_its_number_and_tells_the_edge():
     assert not estimator.process(gel.tracks(None, rng), 9.0).contacts
 
 
+@pytest.mark.parametrize(('share', 'touches'), [(0.07, False), (0.25, True)])
+def test_what_a_gel_keeps_of_a_touch_for_a_while_is_no_contact(share, touches):
+    rng = np.random.default_rng(14)
+    gel = pressed_gel(rng, depth=1e-3)
+    estimator, pressed = estimator_of(gel, rng), gel.tracks(gel.states[0], rng)
+    assert estimator.process(pressed, 1.0).contacts
+    left = copy.deepcopy(pressed)
+    left.uv, left.duv = pressed.rest_uv + share * pressed.duv, share * pressed.duv
+    assert bool(estimator.process(left, 1.5).contacts) == touches
+    assert estimator.process(left, 60.0).contacts, 'a minute later it is a touch'
+
+
 def test_lost_hidden_and_mistaken_dots():
     rng = np.random.default_rng(11)
     gel = pressed_gel(rng, middle=(1e-3, 0.0), way=(2e-4, 0.0))
