@@ -24,7 +24,7 @@ class Session:
 
     def run(self, command: str) -> None:
         """One line. Raises AssertionError, with what was printed, where it fails."""
-        if command.startswith(_LASTING) or '_emulator' in command or '_node ' in command:
+        if command.startswith(_LASTING) or ' run ' in command and ('_emulator' in command or '_node ' in command):
             self._begin(command)
         elif command.startswith('ros2 topic hz'):
             self._measure(command)
