@@ -29,7 +29,7 @@ def test_a_processed_bag_is_judged_by_the_truth_it_carries_as_if_computed_here(p
 
 
 @pytest.mark.parametrize('arguments, message', [
-    (['none'], 'no such file'), (['disc'], 'no estimates'), (['disc', '--namespace', 'elsewhere'], 'no such sensor'),
+    (['none'], 'no such file'), (['disc'], 'no estimates'), (['disc', '--namespace', 'elsewhere'], 'no /elsewhere/'),
     (['disc', '--calibration', 'x.yaml'], 'needs --params')])
 def test_what_cannot_be_evaluated_is_said_in_one_line(pressed_bag, capsys, arguments, message):
     assert module.main([str(pressed_bag.parent / arguments[0]), *arguments[1:]]) == 1
