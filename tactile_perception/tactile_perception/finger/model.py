@@ -53,8 +53,7 @@ class FingerModel:
     light adds to it; deviation: rad, standard deviation of the paper's map; reach: half widths, distance from a calibrated contact within
     which positions are in range; level: coefficients of the light at first contact, V; level_limits: its smallest and largest value, V, and
     the largest calibrated distance from the detector's centre, half widths; cross: coefficients of the cross term over the total for a
-    single contact; cross_volts: V, standard deviation; force, depth: coefficients of log N and log m (features); shot: V, variance
-    of an output per V of its signal; room: (4,) V, untouched outputs at the calibration; creep: of the cover.
+    single contact; cross_volts: V, standard deviation; force, depth: coefficients of log N and log m (features); room: (4,) V, untouched outputs at the calibration; creep: of the cover.
     """
 
     paper: EquidistantMap = field(default_factory=lambda: EquidistantMap(np.zeros(2), NOMINAL_BETA))
@@ -68,7 +67,6 @@ class FingerModel:
     cross_volts: float = 0.0
     force: np.ndarray | None = None
     depth: np.ndarray | None = None
-    shot: float = 0.0
     room: np.ndarray | None = None
     creep: Creep | None = None
 
@@ -153,8 +151,8 @@ UNITS = {'places': 'half widths of the detector', 'angles and errors, slopes': '
          'typical': 'logarithm of V', 'force': 'logarithm of N', 'depth': 'logarithm of m', 'force_relative, depth_relative': '1',
          'creep': 'share of a place that comes late, and its time constant, s'}
 _ARRAYS = {'level': None, 'cross': (6,), 'force': (8,), 'depth': (8,), 'room': (4,)}
-_NUMBERS = ('deviation', 'reach', 'cross_volts', 'shot')
-_SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 'slopes', 'weights', 'noise', 'left_out')
+_NUMBERS = ('deviation', 'reach', 'cross_volts')
+_SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 'slopes', 'weights', 'noise')
 
 
 def write_psd(path: str | Path, fit: FingerFit, left_out: list[str], specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
@@ -213,10 +211,8 @@ def _creep(fitted: list) -> Creep:
 
 
 def _smooth(fitted: dict) -> SmoothMap:
-    place, slopes, weights, noise, left_out = (np.array(fitted[name], float) for name in _SMOOTH_ARRAYS)
-    count = len(place)
-    pairs, singles = (place, weights), (noise, left_out)
-    if any(part.shape != (count, 2) for part in pairs) or any(part.shape != (count,) for part in singles) or \
+    place, slopes, weights, noise = (np.array(fitted[name], float) for name in _SMOOTH_ARRAYS)
+    if place.shape != (len(place), 2) or weights.shape != place.shape or noise.shape != place.shape[:1] or \
             slopes.shape not in ((3, 2), (5, 2)):
         raise ValueError('the map of the distortion does not fit together')
-    return SmoothMap(place, slopes, weights, *(float(fitted[name]) for name in _SMOOTH_NUMBERS), noise, left_out)
+    return SmoothMap(place, slopes, weights, *(float(fitted[name]) for name in _SMOOTH_NUMBERS), noise)

@@ -11,7 +11,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from .._core import taxel as _kernel
 from .pressure import TaxelArray
 from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, read_calibration, write_calibration
 from ..errors import BadArgument, BadCalibration
@@ -120,10 +119,21 @@ class Hysteresis:
             self._late += (self._load - self._late) * gone[:, None, None]
             shown = (shown - np.tensordot(np.float32(loop.late), self._late, 1)) / np.float32(loop.at_once)
         held = self._held + (self._load - self._held) * np.float32(-math.expm1(-interval_s / loop.relaxation))
-        hidden, self._held = _kernel.hide(shown, held, share=loop.share, reach=loop.reach, relative=loop.relative)
+        load = self._behind(shown, held)
+        most = np.float32(loop.reach) + np.float32(loop.relative) * np.maximum(load, 0)
+        self._held = np.minimum(np.maximum(held, load - most), load + most)
         # Neighbours show together what is hidden, so that it adds little noise.
-        self._load = shown + cv2.GaussianBlur(hidden, (0, 0), _SMOOTH, borderType=cv2.BORDER_REPLICATE)
+        self._load = shown + cv2.GaussianBlur(load - shown, (0, 0), _SMOOTH, borderType=cv2.BORDER_REPLICATE)
         return self._load
+
+    def _behind(self, shown: np.ndarray, held: np.ndarray) -> np.ndarray:
+        """The load of which a layer with that held load shows this: where the held load stays, or follows from below or above."""
+        share, reach, relative = (np.float32(part) for part in (self._loop.share, self._loop.reach, self._loop.relative))
+        stays = (shown - share * held) / (1 - share)
+        most = reach + relative * np.maximum(stays, 0)
+        up, down = shown + share * reach, shown - share * reach
+        rising, falling = (np.where(load > 0, load / (1 - sign * share * relative), load) for load, sign in ((up, 1), (down, -1)))
+        return np.where(stays - held > most, rising, np.where(stays - held < -most, falling, stays))
 
 
 @dataclass(frozen=True)
