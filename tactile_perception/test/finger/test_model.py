@@ -57,13 +57,13 @@ def test_the_papers_alone(tmp_path):
     assert found.smooth is None and found.level is None and found.room is None and found.creep is None and found.paper.beta == 1.6
 
 
-@pytest.mark.parametrize('spoil', [lambda f: f.pop('paper'), lambda f: f['map'].pop('place'), lambda f: f['map'].update(noise=[1.0]),
-                                   lambda f: f.update(force=[1.0]), lambda f: f.update(reach='far'), lambda f: f.update(creep=[1.0, 0.03]),
-                                   lambda f: f.update(creep=[0.05, 0.0]),
-                                   lambda f: f.update(light_shift={'typical': [1.0] * 5, 'slopes': [[1.0, 2.0]]})])
+@pytest.mark.parametrize('spoil', [lambda f: f.pop('paper'), lambda f: f['smooth'].pop('place'), lambda f: f['smooth'].update(noise=[1.0]),
+                                   lambda f: f.update(force=[1.0]), lambda f: f.update(reach='far'), lambda f: f['creep'].update(share=1.0),
+                                   lambda f: f['creep'].update(seconds=0.0),
+                                   lambda f: f.update(shift={'typical': [1.0] * 5, 'slopes': [[1.0, 2.0]]})])
 def test_what_is_missing_or_wrong_is_reported(tmp_path, spoil):
     smooth, _ = fit_smooth_map(PLACE, 1.6 * PLACE, np.full(30, 1e-3))
-    written(tmp_path / 'a.yaml', smooth=smooth)
+    written(tmp_path / 'a.yaml', smooth=smooth, creep=Creep(0.05, 0.03))
     page = yaml.safe_load((tmp_path / 'a.yaml').read_text())
     spoil(page['fitted'])
     (tmp_path / 'a.yaml').write_text(yaml.safe_dump(page))

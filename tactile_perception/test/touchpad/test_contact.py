@@ -99,7 +99,7 @@ def random_loads(seed):
 
 def scored(places, normals, load):
     flat = np.ascontiguousarray(places.reshape(-1, 3)), np.ascontiguousarray(normals.reshape(-1, 3)), np.ascontiguousarray(load.ravel())
-    loads = _core.DotLoads(flat[0], np.ones(load.size, bool), flat[1], 0 * flat[0], flat[2])
+    loads = _core.DotLoads(flat[0], np.ones(load.size, bool), flat[1], np.zeros_like(flat[0]), flat[2])
     return border_network().scores(loads, rows=load.shape[0], columns=load.shape[1], pitch=PITCH).reshape(load.shape)
 
 

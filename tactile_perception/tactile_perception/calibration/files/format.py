@@ -216,6 +216,21 @@ def read_calibration(path: str | Path, sensor: str, values: Mapping | None = Non
     return found
 
 
+def fitted_arrays(fitted: Mapping, shapes: Mapping[str, tuple], path: str | Path) -> dict[str, np.ndarray | float]:
+    """Fitted numbers by name, of these shapes, in which None is any length; floats of shape (). Raises BadCalibration for one that is
+    missing, no number, or of another shape."""
+    found = {}
+    for name, shape in shapes.items():
+        try:
+            array = np.asarray(fitted[name], float)
+        except (KeyError, TypeError, ValueError):
+            raise BadCalibration(f'{path}: fitted.{name} is missing or no number; {AGAIN}') from None
+        if array.ndim != len(shape) or any(length not in (None, own) for length, own in zip(shape, array.shape)):
+            raise BadCalibration(f'{path}: fitted.{name} has shape {array.shape}, not {shape}; {AGAIN}')
+        found[name] = array if shape else float(array)
+    return found
+
+
 def _parameters(section: dict, path: Path) -> dict:
     """Parameters in a file. Raises BadCalibration when they do not match their hash."""
     if not section:
