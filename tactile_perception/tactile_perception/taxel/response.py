@@ -94,7 +94,6 @@ def followed(loads: np.ndarray, intervals: np.ndarray, time: float) -> np.ndarra
     return found
 
 
-
 class Hysteresis:
     """Undoes a loop frame by frame."""
 
