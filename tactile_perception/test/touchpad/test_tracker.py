@@ -22,15 +22,6 @@ class Finder(ContactFinder):
         return self.process(dots, find_regions(dots), self.stamp_s)
 
 
-def test_a_number_lasts_with_the_touch_and_outlasts_a_frame_without_it(pad):
-    finder = Finder(pad.cap)
-    assert {finder.see(pad.disc(centre=(0.4e-3 * k, 0)))[0].id for k in range(10)} == {1}
-    for lost, number in ((1, 1), (5, 2), (1, 2)):
-        for _ in range(lost):
-            assert finder.see(pad.disc(radius=-1e-2)) == []
-        assert finder.see(pad.disc())[0].id == number
-
-
 def test_a_fast_drag_keeps_the_number(pad):
     finder = Finder(pad.cap)
     assert [finder.see(discs(pad, (x, 0)))[0].id for x in (0, 4.5e-3, 0)] == [1, 1, 1]
@@ -61,11 +52,6 @@ def test_edge_and_range_are_flagged(pad):
     assert Finder(pad.cap).see(pad.disc(centre=(10e-3, 0)))[0].flags & AT_EDGE
 
 
-def test_refuses_bad_arguments(pad):
-    with pytest.raises(BadArgument):
-        ContactFinder(pad.cap, calibrated_depth=0)
-
-
 @pytest.mark.parametrize('name', ['tp_rect_drag', 'tp_disc_twist'])
 def test_one_number_through_a_recording(recording, name, pad):
     truth, finder, errors = recording(name), Finder(pad.cap), []
@@ -81,3 +67,8 @@ def test_one_number_through_a_recording(recording, name, pad):
     depth, place = np.median(np.abs(errors), axis=0)
     assert depth < 10e-6
     assert place < 0.15e-3
+
+
+def test_refuses_bad_arguments(pad):
+    with pytest.raises(BadArgument):
+        ContactFinder(pad.cap, calibrated_depth=0)
