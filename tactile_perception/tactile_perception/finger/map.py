@@ -79,11 +79,11 @@ class EquidistantMap:
 CELLS = 128  # along each axis. Measured: interpolation then adds under 0.02 degrees to a normal (a test holds it)
 
 
-def tabulated(evaluate: Callable[[np.ndarray], np.ndarray], cells: int = CELLS) -> np.ndarray:
+def tabulated(evaluate: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Table (nodes, nodes, channels) of evaluate(places (N, 2)) -> (N, channels) on a grid of nodes over the square from -1 to 1, rows
     along y: what the kernels interpolate bilinearly (src/finger/detector.hpp)."""
-    line = np.linspace(-1, 1, cells + 1)
-    return evaluate(np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)).reshape(cells + 1, cells + 1, -1).astype(float).copy()
+    line = np.linspace(-1, 1, CELLS + 1)
+    return evaluate(np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)).reshape(CELLS + 1, CELLS + 1, -1).astype(float).copy()
 
 
 # Grid of hyperparameters that the likelihood chooses from. Chosen: from the spacing of a dense calibration to the detector's half width,

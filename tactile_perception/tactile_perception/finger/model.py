@@ -6,14 +6,14 @@ Map from detector to sphere, light at first contact, force and depth from light,
 """
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, fitted_arrays, read_calibration, write_calibration
+from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, fitted_arrays, read_calibration
 from ..errors import BadCalibration
 from .map import NOMINAL_BETA, EquidistantMap, LightShift, SmoothMap, exp_map, level_basis, tabulated
 
@@ -161,13 +161,13 @@ _SHAPES = {'deviation': (), 'reach': (), 'cross_volts': (), 'level': (None,), 'l
 _NEEDED = 'paper', 'deviation', 'reach', 'cross_volts'
 
 
-def write_psd(path: str | Path, fit: FingerFit, left_out: list[str], specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
-    """Write a fit; left_out, outliers: one line each. Raises BadCalibration or OSError as write_calibration does."""
+def psd_file(fit: FingerFit, left_out: list[str], specimen: Specimen = Specimen()) -> CalibrationFile:
+    """The calibration file of a fit; left_out: one line each."""
     known = {name: getattr(fit.model, name) for name in (*_PARTS, *_SHAPES) if getattr(fit.model, name) is not None}
     fitted = {name: {own: np.asarray(number, float).tolist() for own, number in vars(value).items()} if name in _PARTS else
               np.asarray(value, float).tolist() for name, value in known.items() if name in _PARTS or np.isfinite(value).all()}
-    write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, fit.residuals, fit.span, [*fit.notes, *left_out], serial=specimen.serial,
-                                            parameters=specimen.parameters(SENSOR), outliers=list(outliers)))
+    return CalibrationFile(SENSOR, UNITS, fitted, fit.residuals, fit.span, [*fit.notes, *left_out], serial=specimen.serial,
+                           parameters=specimen.parameters(SENSOR))
 
 
 def read_psd(path: str | Path, values: Mapping | None = None) -> FingerModel:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from .pressure import TaxelArray
-from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, read_calibration, write_calibration
+from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, read_calibration
 from ..errors import BadArgument, BadCalibration
 
 SENSOR = 'taxel_array'
@@ -171,16 +171,14 @@ class Response:
         return first + 2 * second * abs(value) + third * (self.knee / (abs(value) + self.knee))**2
 
 
-def write_taxels(path: str | Path, response: Response, residuals: dict, span: dict, left_out: list[str],
-                 specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
-    """Write a response; left_out, outliers: one line each. Raises BadCalibration or OSError as write_calibration does."""
+def taxel_file(response: Response, residuals: dict, span: dict, left_out: list[str], specimen: Specimen = Specimen()) -> CalibrationFile:
+    """The calibration file of a response; left_out: one line each."""
     fitted = {'scale': [float(value) for value in response.scale], 'knee': float(response.knee),
               'loop': {name: np.asarray(value, float).tolist() for name, value in asdict(response.loop).items()}}
     for name in ('gain', 'zero'):
         if getattr(response, name) is not None:
             fitted[name] = np.asarray(getattr(response, name), float)
-    write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, residuals, span, left_out, serial=specimen.serial,
-                                            parameters=specimen.parameters(SENSOR), outliers=list(outliers)))
+    return CalibrationFile(SENSOR, UNITS, fitted, residuals, span, left_out, serial=specimen.serial, parameters=specimen.parameters(SENSOR))
 
 
 def read_taxels(path: str | Path, array: TaxelArray, values: Mapping | None = None) -> Response:

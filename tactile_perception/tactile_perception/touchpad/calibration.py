@@ -3,15 +3,15 @@
 """Calibration of a touchpad by presses of a sphere at known places, and its file."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import scipy
 
-from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, fitted_arrays, read_calibration, write_calibration
-from ..calibration.residuals import Residuals, outliers
+from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, fitted_arrays, read_calibration
+from ..calibration.residuals import Residuals
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.geometry import Cap, sphere_ranges
@@ -276,9 +276,9 @@ _POSITIVE = 'ring', 'absorptions', 'curvature_radius', 'height', 'scale_sigma', 
 POSE_TOLERANCE = 2e-4  # m, chosen: largest difference of the camera's position from that of the calibration
 
 
-def write_touchpad(path: str | Path, calibration: TouchpadCalibration, image_size: tuple[int, int],
-                   specimen: Specimen = Specimen()) -> None:
-    """Write a calibration for images of image_size (width, height) px. Raises BadCalibration or OSError as write_calibration does."""
+def touchpad_file(calibration: TouchpadCalibration, image_size: tuple[int, int], left_out: Sequence[str] = (),
+                  specimen: Specimen = Specimen()) -> CalibrationFile:
+    """The calibration file for images of image_size (width, height) px; left_out: one line each."""
     model = calibration.model
     values = {**dict(zip(_LIGHT, model.path.numbers)), 'ring': model.ring, 'scale_sigma': model.scale_sigma,
               'curvature_radius': model.cap.curvature_radius, 'height': model.cap.height, 'constants': model.constants,
@@ -289,9 +289,8 @@ def write_touchpad(path: str | Path, calibration: TouchpadCalibration, image_siz
                  'presses': calibration.presses, 'dots': calibration.dots, 'sphere_radius': calibration.sphere_radius}
     low, high = np.asarray(calibration.place_range, float).tolist()
     span = {'depth': [float(v) for v in calibration.depth_range], 'x': [low[0], high[0]], 'y': [low[1], high[1]]}
-    write_calibration(path, CalibrationFile(
-        SENSOR, UNITS, fitted, residuals, span, calibration.left_out, serial=specimen.serial, parameters=specimen.parameters(SENSOR),
-        outliers=outliers(calibration.held_out)))
+    return CalibrationFile(SENSOR, UNITS, fitted, residuals, span, [*left_out, *calibration.left_out], serial=specimen.serial,
+                           parameters=specimen.parameters(SENSOR))
 
 
 def read_touchpad(path: str | Path, camera: CameraModel, image_size: tuple[int, int] | None = None) -> WaterModel:

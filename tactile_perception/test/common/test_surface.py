@@ -89,7 +89,7 @@ def test_refuses_shapes_that_do_not_fit():
     with pytest.raises(BadArgument):
         region_outlines(np.zeros((22, 23)), flat())
     with pytest.raises(BadArgument):
-        region_outlines(np.zeros((23, 23)), flat(), refine=0)
+        region_outlines(np.zeros((23, 23)), flat(), 1.0)
     for start in ([0, 3], [0, 5, 5, 9]):
         with pytest.raises(ValueError, match='^start: '):
             _core.region_axes(np.ones(6), np.zeros((9, 3)), np.array(start), pitch=1e-3)

@@ -6,9 +6,10 @@ import played
 import pytest
 import yaml
 
+from tactile_perception.calibration.files.format import write_calibration
 from tactile_perception.errors import BadCalibration
 from tactile_perception.finger.map import EquidistantMap, LightShift, error_angle, fit_smooth_map, position
-from tactile_perception.finger.model import Creep, FingerFit, FingerModel, read_psd, write_psd
+from tactile_perception.finger.model import Creep, FingerFit, FingerModel, psd_file, read_psd
 from tactile_perception.finger.parameters import PsdFinger
 
 PLACE = np.random.default_rng(0).uniform(-0.7, 0.7, (30, 2))
@@ -32,8 +33,9 @@ def test_a_table_that_is_none_is_refused(model):
 
 def written(path, **numbers):
     model = FingerModel(EquidistantMap(np.array([0.1, -0.2]), 1.6), **numbers)
-    write_psd(path, FingerFit(model, 30, np.zeros(1), np.zeros(1), {'places': 30}, {'theta': [0.0, 1.0]}, ['few'],
-                              np.array([[0, 0, 1.0]]), np.array(['x at 1.0 s'])), ['one'])
+    fit = FingerFit(model, 30, np.zeros(1), np.zeros(1), {'places': 30}, {'theta': [0.0, 1.0]}, ['few'], np.array([[0, 0, 1.0]]),
+                    np.array(['x at 1.0 s']))
+    write_calibration(path, psd_file(fit, ['one']))
     return model
 
 

@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 import yaml
-from tactile_perception.touchpad.calibration import read_touchpad, write_touchpad, TouchpadCalibration
+from tactile_perception.calibration.files.format import write_calibration
+from tactile_perception.touchpad.calibration import TouchpadCalibration, read_touchpad, touchpad_file
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.errors import BadCalibration
 from tactile_perception.touchpad.water import WaterModel, LightPath
@@ -23,7 +24,7 @@ def model():
 def path(tmp_path, model):
     calibration = TouchpadCalibration(model, 0.008, 36, 565, 3e-5, -3e-7, np.nan, (0.001, 0.004),
                                       np.array([[-0.005, -0.005], [0.005, 0.005]]), ['x'])
-    write_touchpad(tmp_path / 'pad.yaml', calibration, SIZE)
+    write_calibration(tmp_path / 'pad.yaml', touchpad_file(calibration, SIZE))
     return tmp_path / 'pad.yaml'
 
 
