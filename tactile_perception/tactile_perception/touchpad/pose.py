@@ -8,7 +8,7 @@ import numpy as np
 from ..common.rigid_motion import RigidMotion
 
 _SAME_S = 1e-6  # s, up to which two stamps are one
-_KEPT_S = 4.5   # s, that poses are kept: motions reach back over 4 s at most (PaperRegion's horizon_s)
+_KEPT_S = 4.5   # s, that poses are kept: motions reach back over 4 s at most (published.py: _HORIZON_S)
 
 Pose = tuple[np.ndarray, np.ndarray]
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from tactile_perception.common.geometry import rotation_matrix
 from tactile_perception.common.rigid_motion import fit_rigid
-from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.pose import ObjectPose
 from tactile_perception.touchpad.published import PaperRegion
 
@@ -38,12 +37,12 @@ def test_finds_a_pressed_disc_and_its_motion(pad):
 
 
 def test_states_stay_while_held_and_go_when_released(pad):
-    region = PaperRegion(23, 23, horizon_s=0.5)
+    region = PaperRegion(23, 23)
     dots, last = press(region, pad, 12)
     for k in range(12, 40):
-        held = region.process(dots.ids, dots.xyz, pad.rest, k / 30)
+        held = region.process(dots.ids, dots.xyz, pad.rest, 0.5 * k)
     assert (held.state > 0).sum() >= 0.9 * (last.state > 0).sum()
-    assert not region.process(pad.ids, pad.rest, pad.rest, 2.0).state.any()
+    assert not region.process(pad.ids, pad.rest, pad.rest, 30.0).state.any()
 
 
 def test_equation_7_holds_for_a_turning_object(pad):
@@ -83,24 +82,6 @@ def test_missing_dots_keep_their_state(pad):
     assert len(partly.state) == len(half)
     assert np.mean(partly.state == last.state[half]) > 0.9
     assert not len(region.process(np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3)), 11 / 30).state)
-
-
-@pytest.mark.parametrize('stamp', [0.0, -1.0, np.nan])
-def test_stamp_must_grow(pad, stamp):
-    region = PaperRegion(23, 23)
-    region.process(pad.ids, pad.rest, pad.rest, 0.0)
-    with pytest.raises(BadFrame):
-        region.process(pad.ids, pad.rest, pad.rest, stamp)
-    region.process(pad.ids, pad.rest, pad.rest, 0.1)
-
-
-def test_refuses_bad_arguments(pad):
-    with pytest.raises(BadArgument):
-        PaperRegion(23, 23, d_max=0)
-    with pytest.raises(BadArgument):
-        PaperRegion(2, 23)
-    with pytest.raises(BadArgument):
-        PaperRegion(23, 23).process(pad.ids, pad.rest[:-1], pad.rest, 0.0)
 
 
 @pytest.mark.parametrize('name, least', [('tp_rect_drag', 0.75), ('tp_disc_twist', 0.85), ('tp_ring_press', 0.35)])
