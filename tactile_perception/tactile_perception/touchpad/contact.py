@@ -14,10 +14,10 @@ from scipy.special import ndtr
 
 from .. import _core
 from ..common.geometry import lie_on_a_line
-from ..common.rigid_motion import RigidMotion
 from ..common.surface import label_score, to_grid
 from ..errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
+from .pose import RigidMotion
 from .published import PaperRegion, smooth_shape
 
 _BORDER_NOISE = 0.2  # pitches, of the network's distances from the border: measured on random scenes (docs/stick_slip.md)

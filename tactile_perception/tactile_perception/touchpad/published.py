@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..common.surface import grid_normals, to_grid
-from ..common.rigid_motion import RigidMotion, fit_rigid
-from ..errors import DegenerateFit
+from .pose import RigidMotion, fit_rigid
 
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 _HORIZON_S = 4.0  # s, in which t_p is searched
@@ -73,9 +72,8 @@ class PaperRegion:
             return PaperStates(self._state[ids], self._reference(moved), None, np.nan)
         both = np.isfinite(before[:, 0]) & np.isfinite(now[:, 0])
         reference = self._reference(np.where(both, moved, np.nan))
-        try:
-            motion = self._object_motion(reference, before, now, both)
-        except DegenerateFit:
+        motion = self._object_motion(reference, before, now, both)
+        if motion is None:
             return PaperStates(self._state[ids], reference, None, np.nan)
         self._decide(reference, motion, before, now, both)
         return PaperStates(self._state[ids], reference, motion, stamp_s - since)
@@ -93,7 +91,7 @@ class PaperRegion:
         """Number of the dot farthest from its untouched position (eq 2); -1 if no dot can be compared."""
         return int(np.nanargmax(moved)) if np.isfinite(moved).any() else -1
 
-    def _object_motion(self, reference: int, before, now, both) -> RigidMotion:
+    def _object_motion(self, reference: int, before, now, both) -> RigidMotion | None:
         """The object's motion from the seen dots nearest to the reference dot on the grid, assumed to stick (eq 3)."""
         seen = np.flatnonzero(both)
         row, column = np.divmod(seen, self.columns)

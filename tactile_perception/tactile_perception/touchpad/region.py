@@ -14,10 +14,10 @@ from .. import _core
 from ..common.contact_tracker import ContactTracker
 from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, to_grid
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
-from ..common.rigid_motion import RigidMotion
 from ..common.geometry import Cap, deepest_notch, quaternion
 from ..common.statistics import all_within
 from ..errors import BadArgument
+from .pose import RigidMotion
 
 _MASK_SCALE = 8  # pixels a pitch, of the mask that assigns dots to regions; chosen
 
