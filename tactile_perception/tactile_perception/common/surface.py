@@ -99,12 +99,10 @@ class DotSurface:
     """The surface through dots at xyz (rows, columns, 3), m; unseen dots (NaN) are filled from their neighbours.
 
     xyz: the same without NaN; wide: (rows + 4, columns + 4, 3), with two nodes more on each side, extrapolated linearly from the last two.
-    Raises BadArgument for other shapes or where no dot is known.
+    Raises BadArgument where no dot is known.
     """
 
     def __init__(self, xyz: np.ndarray):
-        if xyz.ndim != 3 or xyz.shape[2] != 3 or min(xyz.shape[:2]) < 2:
-            raise BadArgument(f'dot surface: need xyz (rows, columns, 3), 2 x 2 dots or more, got {xyz.shape}')
         self.xyz = fill_unseen(xyz)
         if np.isnan(self.xyz[0, 0, 0]):
             raise BadArgument('dot surface: no dot is known')
@@ -201,10 +199,8 @@ def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5) 
     the mean distance of neighbouring dots, m, in the part of the surface that they cover.
 
     Unseen dots (NaN) are filled from their neighbours. score is clipped to 0 and 1, so that the border is independent of the pressure of an
-    edge. Regions at the pattern's border are closed half a pitch outside the last dots. Raises BadArgument for shapes that do not fit.
+    edge. Regions at the pattern's border are closed half a pitch outside the last dots.
     """
-    if score.shape != surface.shape or not 0 < level < 1:
-        raise BadArgument(f'region_outlines: need score {surface.shape} and 0 < level < 1, got {score.shape}, {level}')
     places, start, region, points, moments, pitch = _core.find_outlines(fill_unseen(score), surface.wide, level=level, ceiling=1.0,
                                                                         refine=REFINE)
     return grouped(places, points, start, region), [Moments(float(sums[0]), sums[1:4], sums[4:7], sums[7:]) for sums in moments], pitch

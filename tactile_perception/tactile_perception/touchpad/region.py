@@ -146,9 +146,6 @@ class ContactFinder:
     calibrated_radius: m, largest calibrated depth and distance from the z axis; None: unknown."""
 
     def __init__(self, cap: Cap, calibrated_depth: float | None = None, calibrated_radius: float | None = None):
-        for name, value in (('calibrated_depth', calibrated_depth), ('calibrated_radius', calibrated_radius)):
-            if value is not None and not 0 < value < np.inf:
-                raise BadArgument(f'contacts: {name} must be positive, m, got {value}')
         self._cap, self._depth, self._radius = cap, calibrated_depth, calibrated_radius
         self._tracker = ContactTracker()
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from tactile_perception.common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE
-from tactile_perception.errors import BadArgument
 from tactile_perception.touchpad.region import ContactFinder, find_regions
 
 
@@ -67,8 +66,3 @@ def test_one_number_through_a_recording(recording, name, pad):
     depth, place = np.median(np.abs(errors), axis=0)
     assert depth < 10e-6
     assert place < 0.15e-3
-
-
-def test_refuses_bad_arguments(pad):
-    with pytest.raises(BadArgument):
-        ContactFinder(pad.cap, calibrated_depth=0)
