@@ -4,20 +4,21 @@
 from __future__ import annotations
 
 import resource
+from bisect import bisect_left, insort
 from collections import Counter, defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from tactile_driver.recordings.reader import BagReader, RawMessage
 from tactile_driver.recordings.serialization import decode
 
+from ..common.estimates import ContactEstimate
 from ..common.progress import Progress
 from ..errors import BadFrame, BadRecording
 from ..evaluation.evaluation import Instant
 from ..nodes.messages.estimates import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
-from .sampled_truth import SampledTruth
 from .stamped import choose_prefix, find_prefix
 from .stream import FrameDone, Skipped, Task, stream
 
@@ -27,6 +28,7 @@ _FIELDS = {'contacts': ('contacts', contacts_from_message), 'contact_region': ('
            'slip': ('slip', slip_from_message), 'wrench': ('wrench', wrench_from_message)}
 _RAW = {'image_raw', 'left/image_raw', 'voltages'}
 _MOST_WAITING = 1000  # chosen: stamps that wait for their remaining messages
+_LONGEST_NS = 60_000_000  # between two known stamps. Derived: a little more than the longest batch of psd_node
 _SAME_CLOCK_S = 60.0  # chosen: a longer latency means that the stamps come from another clock
 
 
@@ -54,6 +56,42 @@ class Times:
 def _spread(seconds: list[float]) -> dict[str, float]:
     middle, most, worst = 1e3 * np.percentile(seconds, [50, 95, 100])
     return {'median': float(middle), 'within_95': float(most), 'worst': float(worst), 'count': len(seconds)}
+
+
+class SampledTruth:
+    """True contacts at and between stamps, for estimates that carry the mean time of several samples. used: the stamps between which some
+    were asked for."""
+
+    def __init__(self):
+        self._known: dict[int, list[ContactEstimate]] = {}
+        self._stamps: list[int] = []
+        self.used: set[int] = set()
+
+    def add(self, stamp: int, contacts: list[ContactEstimate]) -> None:
+        """Contacts at a stamp, ns."""
+        if stamp not in self._known:
+            insort(self._stamps, stamp)
+        self._known[stamp] = contacts
+
+    def at(self, stamp: int) -> list[ContactEstimate] | None:
+        """Contacts at a stamp between two known ones that are not far apart, None elsewhere: moved evenly from one to the other where they
+        are the same, otherwise those of the earlier stamp."""
+        place = bisect_left(self._stamps, stamp)
+        if not 0 < place < len(self._stamps) or self._stamps[place] - self._stamps[place - 1] > _LONGEST_NS:
+            return None
+        first, last = self._stamps[place - 1], self._stamps[place]
+        self.used |= {first, last}
+        before, after = self._known[first], {contact.id: contact for contact in self._known[last]}
+        if {contact.id for contact in before} != set(after):
+            return before
+        return [_between(contact, after[contact.id], (stamp - first) / (last - first)) for contact in before]
+
+
+def _between(one: ContactEstimate, other: ContactEstimate, part: float) -> ContactEstimate:
+    position, normal, depth, force = ((1 - part) * getattr(one, name) + part * getattr(other, name)
+                                      for name in ('position', 'normal', 'depth', 'force'))
+    length = np.linalg.norm(normal)
+    return replace(one, position=position, normal=normal / length if length > 0 else normal, depth=depth, force=force)
 
 
 @dataclass
