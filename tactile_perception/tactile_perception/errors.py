@@ -5,7 +5,7 @@ to do.
 """
 from tactile_driver.errors import BadArgument, BadFrame, BadRecording, TactileError
 
-__all__ = ['BadArgument', 'BadCalibration', 'BadFrame', 'BadRecording', 'ClockSetBack', 'DegenerateFit', 'TactileError']
+__all__ = ['BadArgument', 'BadCalibration', 'BadFrame', 'BadRecording', 'ClockSetBack', 'TactileError']
 
 
 class BadCalibration(TactileError, ValueError):
@@ -14,11 +14,3 @@ class BadCalibration(TactileError, ValueError):
 
 class ClockSetBack(BadFrame):
     """Stamps went back far, as where a recording begins again; what is known begins anew if the next frame goes on from there."""
-
-
-class DegenerateFit(TactileError):
-    """A fit has no single answer from these points; `reason` names why (too_few, coincident, collinear, reflection)."""
-
-    def __init__(self, reason: str, message: str):
-        super().__init__(f'{reason}: {message}')
-        self.reason = reason

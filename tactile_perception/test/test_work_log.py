@@ -40,13 +40,6 @@ def test_a_refused_frame_is_an_error_until_a_good_one_comes():
     assert log.health(idle=False).values['last error'] == 'the frame is black'
 
 
-def test_silence_is_a_warning_that_names_the_topic_and_idleness_is_none():
-    log = WorkLog('image_raw')
-    silent = log.health(idle=False)
-    assert silent.level == WARN and 'image_raw' in silent.message and math.isnan(silent.values['time per frame (ms)'])
-    assert log.health(idle=True).level == OK
-
-
 def test_between_nodes_of_one_process_the_publisher_alone_tells_what_is_missing():
     log, period = WorkLog('dots', by_call=True), 33_333_333
     health = log.health(idle=False)
@@ -72,19 +65,6 @@ def test_lost_frames_are_counted_and_a_warning():
     assert log.health(False).values['lost frames'] == 10, 'nobody listened meanwhile'
 
 
-def test_dropped_frames_are_counted_and_a_warning_with_their_share():
-    log = WorkLog('dots')
-    for _ in range(30):
-        log.add(0.001, 0.002)
-    for _ in range(3):
-        log.drop()
-    assert log.health(False).level == OK, 'a moment is no news'
-    for _ in range(7):
-        log.drop()
-    health = log.health(False)
-    assert health.level == WARN and health.message.startswith('25 % of dots is dropped') and health.values['dropped'] == 10
-
-
 def test_refused_frames_between_good_ones_are_a_warning_with_their_share():
     log = WorkLog('dots')
     for _ in range(10):
@@ -92,3 +72,10 @@ def test_refused_frames_between_good_ones_are_a_warning_with_their_share():
         log.add(0.001, 0.002)
     health = log.health(False)
     assert health.level == WARN and health.message == '50 % of dots is refused: dots: an index appears twice in id'
+
+
+def test_silence_is_a_warning_that_names_the_topic_and_idleness_is_none():
+    log = WorkLog('image_raw')
+    silent = log.health(idle=False)
+    assert silent.level == WARN and 'image_raw' in silent.message and math.isnan(silent.values['time per frame (ms)'])
+    assert log.health(idle=True).level == OK

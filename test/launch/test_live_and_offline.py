@@ -101,7 +101,7 @@ def frames_of(items):
     found, frame = [], {}
     for item in items:
         if isinstance(item, RawMessage) and item.topic.split('/', 2)[-1] not in KEPT and item.topic not in KEPT:
-            frame.setdefault(item.topic, []).append((item.type_name, item.data))
+            frame.setdefault(item.topic, []).append(encode(item.message))
         elif isinstance(item, FrameDone):
             found.append(frame)
             frame = {}

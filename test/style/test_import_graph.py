@@ -13,7 +13,7 @@ ROOMS = {
         'recordings', 'stitching', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.gel', 'simulation.scene',
         'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources', 'camera', 'serial', 'sources.registry',
         'emulators', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes'),
-    'tactile_perception': ('errors', 'sensors', 'common', 'dots', 'press.sensor', 'calibration', 'calibration.files', 'touchpad', 'gel',
+    'tactile_perception': ('errors', 'sensors', 'common', 'dots', 'press.sensor', 'calibration.files', 'calibration', 'touchpad', 'gel',
         'finger', 'taxel',
         'parameters', 'press', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage', 'finger.stage', 'taxel.stage',
         'press.stage', 'touchpad.stage', 'dots.stage', 'shedding', 'work_log', 'node', 'bags', 'finger.tools', 'press.tools',

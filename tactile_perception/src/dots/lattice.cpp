@@ -154,16 +154,25 @@ struct Pair {
     Complex step;  // px; after turn_upright real along a row or column
 };
 
+using Places = Eigen::Map<const Eigen::Array2Xd>;  // u and v, px
+
+// Width and height of the rectangle around places.
+Eigen::Array2d size_of(const Places& places) {
+    return places.rowwise().maxCoeff() - places.rowwise().minCoeff();
+}
+
 // Mean values over blocks of three by three cells of the image, which dilute a single outlier.
 class CellMeans {
  public:
-    CellMeans(const double* places, std::ptrdiff_t count, double side) : at_(count) {
-        const Bounds bounds(places, count);
-        const double area = (bounds.wide() + side) * (bounds.high() + side);
-        side = std::max(side, std::sqrt(area / static_cast<double>(MOST_CELLS * count)));
-        columns_ = static_cast<std::ptrdiff_t>(bounds.wide() / side) + 3;  // a margin, so that each cell has eight neighbours
-        rows_ = static_cast<std::ptrdiff_t>(bounds.high() / side) + 3;
-        for (std::ptrdiff_t i = 0; i < count; ++i) at_[i] = bounds.cell(places + 2 * i, side, columns_);
+    CellMeans(const Places& places, double side) : at_(places.cols()) {
+        const Eigen::Array2d size = size_of(places), corner = places.rowwise().minCoeff();
+        side = std::max(side, std::sqrt((size + side).prod() / static_cast<double>(MOST_CELLS * places.cols())));
+        columns_ = static_cast<std::ptrdiff_t>(size[0] / side) + 3;  // a margin, so that each cell has eight neighbours
+        rows_ = static_cast<std::ptrdiff_t>(size[1] / side) + 3;
+        for (std::ptrdiff_t i = 0; i < places.cols(); ++i) {
+            const Eigen::Array2d cell = (places.col(i) - corner) / side;
+            at_[i] = (static_cast<std::ptrdiff_t>(cell[1]) + 1) * columns_ + static_cast<std::ptrdiff_t>(cell[0]) + 1;
+        }
         clear();
     }
 
@@ -249,7 +258,7 @@ class Search {
         if (count_ < 4 || !find_pairs()) return lattice;
         if (!find_direction(hint, lattice.angle)) return lattice;
         turn_upright(lattice.angle);
-        CellMeans cells(places_, count_, CELL * pitch_);
+        CellMeans cells({places_, 2, count_}, CELL * pitch_);
         std::vector<Complex> steps[2];
         for (int axis = 0; axis < 2; ++axis) {
             if (!typical_steps(axes_[axis], cells, steps[axis])) return lattice;
@@ -270,8 +279,7 @@ class Search {
     // Finds the pairs within reach; false if there are none, or if the dots are too far apart for a grid of their pitch.
     bool find_pairs() {
         pitch_ = typical_distance(places_, count_);
-        const Bounds bounds(places_, count_);
-        const double wide = std::max(bounds.wide(), bounds.high());
+        const double wide = size_of({places_, 2, count_}).maxCoeff();
         if (!(pitch_ > 0) || !(pitch_ * static_cast<double>(count_) > wide)) return false;  // wider than count dots in one row
         const auto near = near_pairs(places_, count_, REACH * pitch_);
         pairs_.reserve(near.size());

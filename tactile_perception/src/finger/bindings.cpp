@@ -48,7 +48,6 @@ std::shared_ptr<const FingerModel> as_model(const py::object& given) {
     model->table.assign(table.data(), table.data() + nodes * nodes * CHANNELS);
     model->nodes = nodes;
     model->load_terms = Eigen::Map<const Eigen::Matrix<double, 2, 8, Eigen::RowMajor>>(loads.data());
-    model->shot = within(given.attr("shot").cast<double>(), "shot", 0, LARGEST);
     model->cross_volts = within(given.attr("cross_volts").cast<double>(), "cross_volts", 0, LARGEST);
     model->room.setConstant(finger::UNKNOWN);
     if (const py::object room = given.attr("room"); !room.is_none())
@@ -118,10 +117,10 @@ py::array_t<double> normals(const PsdFinger& finger, const Samples& samples) {
     return rows_of(found);
 }
 
-Eigen::Matrix2d covariance_of_centroid(const py::object& place, double total, const py::object& noise, double shot) {
+Eigen::Matrix2d covariance_of_centroid(const py::object& place, double total, const py::object& noise) {
     const Input<double> at(place, "place", {2}), sums(noise, "noise", {4, 4});
     const Eigen::Map<const Eigen::Matrix4d> spread(sums.data());
-    return finger::centroid_covariance(Eigen::Map<const Eigen::Vector2d>(at.data()), total, spread, shot);
+    return finger::centroid_covariance(Eigen::Map<const Eigen::Vector2d>(at.data()), total, spread);
 }
 
 void bind_results(py::module_& module) {
@@ -164,9 +163,9 @@ void bind_finger(py::module_& parent) {
     module.attr("SATURATED") = static_cast<int>(finger::SATURATED);
     bind_results(module);
     module.def(
-        "centroid_covariance", &covariance_of_centroid, py::arg("place"), py::arg("total"), py::arg("noise"), py::arg("shot"),
+        "centroid_covariance", &covariance_of_centroid, py::arg("place"), py::arg("total"), py::arg("noise"),
         "Covariance (2, 2), half widths squared, of a centroid (2,) that is measured with that total, V (eq 1 to first order). noise:\n"
-        "(4, 4) covariance of the sums, V^2; shot: V, variance of an output per V of its signal.");
+        "(4, 4) covariance of the sums, V^2.");
     const FingerSettings usual;
     py::class_<FingerSettings>(
         module, "FingerSettings",

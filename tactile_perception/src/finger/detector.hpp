@@ -50,7 +50,6 @@ struct FingerModel {
     std::vector<double> table;               // (nodes, nodes, CHANNELS) on a grid over -1 to 1 half widths, rows along y
     std::ptrdiff_t nodes;                    // along each axis, 2 or more
     Eigen::Matrix<double, 2, 8> load_terms;  // coefficients of log N and log m; NaN where not calibrated
-    double shot;                             // V, variance of an output per V of its signal
     double cross_volts;                      // V, standard deviation of the cross term of a single contact
     Eigen::Vector4d room;                    // V, untouched outputs at the calibration; NaN where not known
     Creep creep;

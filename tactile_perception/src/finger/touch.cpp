@@ -28,8 +28,8 @@ double relative_light(const Cell& cell, double total) {
 
 // Covariance of a centroid: of the mean's noise; of light of the room that is taken off wrongly, which moves it towards or away from the
 // room's centroid; and what it would move by without the light that may be a lamp's.
-Eigen::Matrix2d place_spread(const MeanLight& mean, const Eigen::Vector2d& place, const LightErrors& errors, double shot) {
-    Eigen::Matrix2d found = centroid_covariance(place, mean.sums[TOTAL], errors.noise, shot) / static_cast<double>(mean.used);
+Eigen::Matrix2d place_spread(const MeanLight& mean, const Eigen::Vector2d& place, const LightErrors& errors) {
+    Eigen::Matrix2d found = centroid_covariance(place, mean.sums[TOTAL], errors.noise) / static_cast<double>(mean.used);
     const Eigen::Vector2d room = centroid(errors.room);
     if (!room.hasNaN()) {
         const Eigen::Vector2d moved = errors.room_volts / mean.sums[TOTAL] * (room - place);
@@ -53,12 +53,12 @@ double load(const FingerModel& model, int which, double at_place, const Eigen::V
 
 }  // namespace
 
-Eigen::Matrix2d centroid_covariance(const Eigen::Vector2d& place, double total, const Eigen::Matrix4d& noise, double shot) {
+Eigen::Matrix2d centroid_covariance(const Eigen::Vector2d& place, double total, const Eigen::Matrix4d& noise) {
     const double x = place.x(), y = place.y(), square = total * total, tt = noise(TOTAL, TOTAL);
     const double xy = (noise(X, Y) - x * noise(Y, TOTAL) - y * noise(X, TOTAL) + x * y * tt) / square;
     Eigen::Matrix2d found;
-    found << (noise(X, X) - 2 * x * noise(X, TOTAL) + x * x * tt + shot * total * (1 - x * x)) / square, xy, xy,
-        (noise(Y, Y) - 2 * y * noise(Y, TOTAL) + y * y * tt + shot * total * (1 - y * y)) / square;
+    found << (noise(X, X) - 2 * x * noise(X, TOTAL) + x * x * tt) / square, xy, xy,
+        (noise(Y, Y) - 2 * y * noise(Y, TOTAL) + y * y * tt) / square;
     return found;
 }
 
@@ -82,7 +82,7 @@ Touch estimate_touch(const MeanLight& mean, const LightErrors& errors, const Fin
     found.position = radius * found.normal;
     const Eigen::Matrix3d along = across(found.normal);
     const Eigen::Matrix<double, 3, 2> slopes = along * (cells / length * (cell.slopes(NORMAL) + relative * cell.slopes(BEND)));
-    const Eigen::Matrix3d of_place = slopes * place_spread(mean, place, errors, model.shot) * slopes.transpose();
+    const Eigen::Matrix3d of_place = slopes * place_spread(mean, place, errors) * slopes.transpose();
     found.covariance = radius * radius * (of_place + deviation * deviation * along);
     if (cell.value(INSIDE) < 0.5 || place.cwiseAbs().maxCoeff() >= 1) found.flags |= OUT_OF_RANGE;
     const double apart = mean.sums[CROSS] - cell.value(CROSS_PART) * total;

@@ -44,8 +44,8 @@ struct LightErrors {
 Touch estimate_touch(const MeanLight& mean, const LightErrors& errors, const FingerModel& model, double radius);
 
 // Covariance, half widths squared, of a centroid that is measured with that total, V: first-order propagation of eq 1. noise: of the sums,
-// V^2; shot: V, variance of an output per V of its signal.
-Eigen::Matrix2d centroid_covariance(const Eigen::Vector2d& place, double total, const Eigen::Matrix4d& noise, double shot);
+// V^2.
+Eigen::Matrix2d centroid_covariance(const Eigen::Vector2d& place, double total, const Eigen::Matrix4d& noise);
 
 // The unit normal of a single sample of light with these sums.
 Eigen::Vector3d normal_of(const Eigen::Vector4d& sums, const FingerModel& model);

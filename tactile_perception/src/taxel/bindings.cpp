@@ -6,7 +6,6 @@
 #include <pybind11/eigen.h>
 
 #include "bindings/border.hpp"
-#include "taxel/hysteresis.hpp"
 #include "taxel/keyframe.hpp"
 #include "taxel/path.hpp"
 #include "taxel/region.hpp"
@@ -41,18 +40,6 @@ taxel::Outlines outlines(const py::object& score, const py::object& labels, doub
     within(level, "level", 1e-6, LONGEST);
     within(pitch, "pitch", 1e-9, LONGEST);
     return without_gil([&] { return taxel::outlines_of(given.data(), regions.data(), given.length(0), given.length(1), level, pitch); });
-}
-
-std::pair<py::array_t<float>, py::array_t<float>> hide(const py::object& shown, const py::object& held, double share, double reach,
-                                                       double relative) {
-    const Input<float> given(shown, "shown", {ANY, ANY}), before(held, "held", {given.length(0), given.length(1)});
-    const taxel::Play play{static_cast<float>(within(share, "share", 0, 0.999)),
-                           static_cast<float>(within(reach, "reach", 0, LARGEST_NUMBER)),
-                           static_cast<float>(within(relative, "relative", 0, 1))};
-    const py::ssize_t taxels = given.length(0) * given.length(1);
-    std::vector<float> now(before.data(), before.data() + taxels), hidden(taxels);
-    taxel::hide(given.data(), taxels, play, now.data(), hidden.data());
-    return {kept(std::move(hidden), {given.length(0), given.length(1)}), kept(std::move(now), {given.length(0), given.length(1)})};
 }
 
 taxel::Path make_path(double window, double reported, int fewest, double least_noise, double bound, double evident,
@@ -131,11 +118,6 @@ void bind_taxel(py::module_& parent) {
                "reach: taxels, thickness of the pad; least: level of pressure that counts;\n"
                "share: pressure at a flat face's border over the level inside; ramp: taxels, the same of a curved face over the level's "
                "slope.");
-    module.def(
-        "hide", &hide, py::arg("shown"), py::arg("held"), py::kw_only(), py::arg("share"), py::arg("reach"), py::arg("relative"),
-        "The part of a load that a sensing layer hides, and the load that it holds, (rows, columns) float32 each, after what is shown "
-        "and\nthe held load before. share: of the held load in what is shown; reach, in the unit of pressure, and relative, of the "
-        "load:\nfarthest distance of load and held load.");
     using taxel::Outlines;
     py::class_<Outlines>(module, "Outlines",
                          "Outlines of the regions of an array: M vertices of L polygons, each region's outline and its holes.")

@@ -4,31 +4,31 @@
 from __future__ import annotations
 
 import resource
-import time
+from bisect import bisect_left, insort
 from collections import Counter, defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from tactile_driver.recordings.reader import BagReader, RawMessage
 from tactile_driver.recordings.serialization import decode
 
+from ..common.estimates import ContactEstimate
 from ..common.progress import Progress
-from ..errors import BadFrame, BadRecording, TactileError
+from ..errors import BadFrame, BadRecording
 from ..evaluation.evaluation import Instant
 from ..nodes.messages.estimates import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
-from .chain import Chain, make_chain
-from .sampled_truth import SampledTruth
-from .stamped import IMAGE, VOLTAGES, find_prefix
-from .stitched_bag import bag_opener
+from .stamped import choose_prefix, find_prefix
+from .stream import FrameDone, Skipped, Task, stream
 
 TRUE = 'ground_truth/'
 #: topic -> field of Instant, and the conversion of its message
 _FIELDS = {'contacts': ('contacts', contacts_from_message), 'contact_region': ('region', region_from_message),
            'slip': ('slip', slip_from_message), 'wrench': ('wrench', wrench_from_message)}
-_RAW = {'image_raw': IMAGE, 'left/image_raw': IMAGE, 'voltages': VOLTAGES}
+_RAW = {'image_raw', 'left/image_raw', 'voltages'}
 _MOST_WAITING = 1000  # chosen: stamps that wait for their remaining messages
+_LONGEST_NS = 60_000_000  # between two known stamps. Derived: a little more than the longest batch of psd_node
 _SAME_CLOCK_S = 60.0  # chosen: a longer latency means that the stamps come from another clock
 
 
@@ -58,6 +58,42 @@ def _spread(seconds: list[float]) -> dict[str, float]:
     return {'median': float(middle), 'within_95': float(most), 'worst': float(worst), 'count': len(seconds)}
 
 
+class SampledTruth:
+    """True contacts at and between stamps, for estimates that carry the mean time of several samples. used: the stamps between which some
+    were asked for."""
+
+    def __init__(self):
+        self._known: dict[int, list[ContactEstimate]] = {}
+        self._stamps: list[int] = []
+        self.used: set[int] = set()
+
+    def add(self, stamp: int, contacts: list[ContactEstimate]) -> None:
+        """Contacts at a stamp, ns."""
+        if stamp not in self._known:
+            insort(self._stamps, stamp)
+        self._known[stamp] = contacts
+
+    def at(self, stamp: int) -> list[ContactEstimate] | None:
+        """Contacts at a stamp between two known ones that are not far apart, None elsewhere: moved evenly from one to the other where they
+        are the same, otherwise those of the earlier stamp."""
+        place = bisect_left(self._stamps, stamp)
+        if not 0 < place < len(self._stamps) or self._stamps[place] - self._stamps[place - 1] > _LONGEST_NS:
+            return None
+        first, last = self._stamps[place - 1], self._stamps[place]
+        self.used |= {first, last}
+        before, after = self._known[first], {contact.id: contact for contact in self._known[last]}
+        if {contact.id for contact in before} != set(after):
+            return before
+        return [_between(contact, after[contact.id], (stamp - first) / (last - first)) for contact in before]
+
+
+def _between(one: ContactEstimate, other: ContactEstimate, part: float) -> ContactEstimate:
+    position, normal, depth, force = ((1 - part) * getattr(one, name) + part * getattr(other, name)
+                                      for name in ('position', 'normal', 'depth', 'force'))
+    length = np.linalg.norm(normal)
+    return replace(one, position=position, normal=normal / length if length > 0 else normal, depth=depth, force=force)
+
+
 @dataclass
 class _Waiting:
     reported: Instant = field(default_factory=Instant)
@@ -76,19 +112,18 @@ class JudgedBag:
 
     def __init__(self, bag: Path, namespace: str = '', params: Path | None = None, calibration: Path | None = None):
         self._bag, self.times, self.unmatched = bag, Times(), Counter()
-        self._chain = make_chain(params, calibration) if params else None
-        self._open = bag_opener(params, self._chain.stitching) if params else BagReader
-        with self._open(bag) as reader:
+        self._task = Task(bag, params, calibration, namespace, _FIELDS) if params else None
+        chain = self._task and self._task.chain()
+        with self._task.open(chain) if chain else BagReader(bag) as reader:
             topics = reader.topics
-        self.prefix = _find_sensor(topics, namespace) if self._chain is None else find_prefix(topics, namespace, self._chain.raw,
-                                                                                               self._chain.raw_type)
+        self.prefix = find_prefix(topics, namespace, chain.raw, chain.raw_type) if chain else _find_sensor(topics, namespace)
         mine = {topic.removeprefix(self.prefix) for topic in topics if topic.startswith(self.prefix)}
-        self._live = bool(mine & set(_RAW))
+        self._live = bool(mine & _RAW)
         self.true = [name for name in _FIELDS if TRUE + name in mine]
         self.reported = [name for name in _FIELDS if name in mine]
         if not self.true:
             raise BadRecording(f'{bag}: no {self.prefix}{TRUE}*: nothing says what is true')
-        if self._chain is None and not self.reported:
+        if not (chain or self.reported):
             raise BadRecording(f'{bag}: no estimates in it ({", ".join(_FIELDS)}): make them by process_bag, or name --params FILE '
                                '(and --calibration FILE), and they are computed here')
 
@@ -97,7 +132,7 @@ class JudgedBag:
         stamps of their ground truth too: of a PSD finger each estimate carries the mean time of its samples."""
         truth, alone = SampledTruth(), set()
         waiting: dict[int, _Waiting] = defaultdict(_Waiting)
-        for name, message in self._anew() if self._chain else self._recorded():
+        for name, message in self._anew() if self._task else self._recorded():
             stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
             at, (part, read) = waiting[stamp], _FIELDS[name.removeprefix(TRUE)]
             try:
@@ -143,21 +178,16 @@ class JudgedBag:
 
     def _anew(self) -> Iterator[tuple[str, object]]:
         """Yield (topic, message) of the truth, and of estimates computed from raw data."""
-        chain = self._chain
-        names = chain.raw, *chain.side_topics, *(TRUE + name for name in self.true)
-        topics = {name if name.startswith('/') else self.prefix + name for name in names}
-        with self._open(self._bag) as reader:
-            for raw in Progress(reader.messages(topics), 'messages'):
-                name = raw.topic.removeprefix(self.prefix)
-                begin = time.thread_time()
-                message = self._decoded(raw)
-                if message is None:
-                    continue
-                if name in chain.side_topics:
-                    chain.take(name, message)
-                elif name == chain.raw:
-                    yield from self._timed(chain, message, begin)
-                else:
+        wanted = {*_FIELDS, *(TRUE + name for name in self.true)}
+        for item in Progress(stream(self._task), 'messages'):
+            if isinstance(item, Skipped):
+                self.times.refused[item.reason] += 1
+            elif isinstance(item, FrameDone):
+                for name, seconds in (*item.seconds.items(), ('all', sum(item.seconds.values()))) if item.seconds else ():
+                    self.times.stages[name].append(seconds)
+            elif isinstance(item, RawMessage) and (name := item.topic.removeprefix(self.prefix)) in wanted:
+                message = item.message or self._decoded(item)
+                if message is not None:
                     yield name, message
         self.times.memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
@@ -169,33 +199,11 @@ class JudgedBag:
             self.times.refused[f'{raw.topic}: {error}'] += 1
             return None
 
-    def _timed(self, chain: Chain, message, begin: float) -> Iterator[tuple[str, object]]:
-        """Estimates from one raw message; begin: thread time at which its decoding began, s."""
-        marks, found = {'decoding': time.thread_time() - begin}, []
-        last = time.thread_time()
-        for stage, topic, result in chain.process(message, topics=_FIELDS):
-            if isinstance(result, TactileError):
-                self.times.refused[str(result)] += 1
-                return
-            now, name = time.thread_time(), 'dots' if 'dots' in stage.outputs else 'contact'
-            marks[name] = marks.get(name, 0.0) + now - last
-            last = now
-            found.append((topic, result))
-        for name, seconds in (*marks.items(), ('all', sum(marks.values()))):
-            self.times.stages[name].append(seconds)
-        yield from ((topic, result) for topic, result in found if topic in _FIELDS)
-
 
 def _find_sensor(topics: dict[str, str], namespace: str) -> str:
     """'/ns/' of the sensor with ground truth among topics. Raises BadRecording without one, and for several without a namespace."""
-    found = sorted({topic.partition(TRUE)[0] for topic in topics if '/' + TRUE in topic})
-    wanted = f'/{namespace.strip("/")}/'.replace('//', '/')
-    if namespace and wanted in found:
-        return wanted
+    found = {topic.partition(TRUE)[0] for topic in topics if '/' + TRUE in topic}
     if not found:
         raise BadRecording(f'no */{TRUE}* in the bag: nothing says what is true; record a simulated sensor, or what a stage or a '
                            'force/torque sensor reads')
-    if namespace or len(found) > 1:
-        wrong = 'no such sensor' if namespace else 'several sensors'
-        raise BadRecording(f'{wrong} in the bag; name one of {", ".join(found)} with --namespace')
-    return found[0]
+    return choose_prefix(found, namespace, TRUE + '*')

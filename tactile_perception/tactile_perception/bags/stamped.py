@@ -50,10 +50,15 @@ def find_prefix(topics: dict[str, str], namespace: str, images: str = 'image_raw
     Raises BadRecording without one, and for several without a namespace.
     """
     kinds = IMAGES if raw_type == IMAGE else (raw_type,)
-    found = sorted(t.removesuffix(images) for t, kind in topics.items() if t.endswith('/' + images) and kind in kinds)
-    wanted = f'/{namespace.strip("/")}/'.replace('//', '/')
+    found = {topic.removesuffix(images) for topic, kind in topics.items() if topic.endswith('/' + images) and kind in kinds}
+    return choose_prefix(found, namespace, images)
+
+
+def choose_prefix(found: set[str], namespace: str, topic: str) -> str:
+    """'/ns/' of the namespace among those found, which have the topic; of the only one without a namespace. Raises BadRecording."""
+    wanted, known = f'/{namespace.strip("/")}/'.replace('//', '/'), ', '.join(sorted(prefix + topic for prefix in found))
     if namespace and wanted not in found:
-        raise BadRecording(f'no {wanted}{images} in the bag; it has {", ".join(p + images for p in found) or f"no {images} at all"}')
+        raise BadRecording(f'no {wanted}{topic} in the bag; it has {known or f"no {topic} at all"}')
     if not namespace and len(found) != 1:
-        raise BadRecording(f'the bag has {len(found)} topics {images} ({", ".join(found) or "none"}): name one with --namespace')
-    return wanted if namespace else found[0]
+        raise BadRecording(f'the bag has {len(found)} topics {topic} ({known or "none"}): name one with --namespace')
+    return wanted if namespace else next(iter(found))

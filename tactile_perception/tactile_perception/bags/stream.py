@@ -3,14 +3,15 @@
 """Streams a recording with the results that the stages of a sensor compute from it."""
 from __future__ import annotations
 
-from collections.abc import Iterator
+import time
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 from tactile_driver.recordings.reader import BagReader, LeftOut, RawMessage, recorded_frame
-from tactile_driver.recordings.serialization import decode, encode, unusable
+from tactile_driver.recordings.serialization import decode, unusable
 
 from ..errors import BadFrame, BadRecording, TactileError
 from .chain import Chain, make_chain
@@ -44,7 +45,9 @@ class Skipped(NamedTuple):
 
 
 class FrameDone(NamedTuple):
-    """Marks the end of the results of one raw message."""
+    """Marks the end of the results of one raw message. seconds: of thread time, by stage; {} where it was refused."""
+
+    seconds: dict[str, float]
 
 
 Item = Head | RawMessage | Skipped | FrameDone | LeftOut
@@ -52,12 +55,14 @@ Item = Head | RawMessage | Skipped | FrameDone | LeftOut
 
 @dataclass(frozen=True)
 class Task:
-    """A recording to process. source: bag; params, calibration: files as for make_chain; namespace: of the sensor, '' for the only one."""
+    """A recording to process. source: bag; params, calibration: files as for make_chain; namespace: of the sensor, '' for the only one;
+    topics: estimates that are wanted, None for all."""
 
     source: Path
     params: Path
     calibration: Path | None = None
     namespace: str = ''
+    topics: Collection[str] | None = None
 
     def chain(self) -> Chain:
         """The stages of the sensor. Raises TactileError."""
@@ -69,7 +74,8 @@ class Task:
 
 
 def stream(task: Task) -> Iterator[Item]:
-    """Yield a Head, then messages and results, and at last what of the bag could not be read. Raises TactileError for an unusable bag."""
+    """Yield a Head, then messages, and results, which are not serialised yet, and at last what of the bag could not be read. Raises
+    TactileError for an unusable bag."""
     chain = task.chain()
     with task.open(chain) as reader:
         prefix = find_prefix(reader.topics, task.namespace, chain.raw, chain.raw_type)
@@ -85,7 +91,7 @@ def stream(task: Task) -> Iterator[Item]:
         yield head
         _begin(chain, head)
         for item in reader.messages(set(names)):
-            yield from _used(item, names[item.topic], chain, prefix)
+            yield from _used(item, names[item.topic], chain, prefix, task.topics)
         yield reader.left_out
 
 
@@ -96,7 +102,7 @@ def _begin(chain: Chain, head: Head) -> None:
             chain.take('camera_info', decode(head.camera.data, head.camera.type_name))
 
 
-def _used(item: RawMessage, name: str, chain: Chain, prefix: str) -> Iterator[Item]:
+def _used(item: RawMessage, name: str, chain: Chain, prefix: str, topics: Collection[str] | None) -> Iterator[Item]:
     """Yield the items that result from one message of a topic called name: itself if it is kept, estimates if it is a raw one.
 
     An unusable message is skipped. A camera_info that contradicts the calibration raises BadCalibration, because no result would be valid.
@@ -112,20 +118,27 @@ def _used(item: RawMessage, name: str, chain: Chain, prefix: str) -> Iterator[It
     if name in KEPT:
         yield item
     elif name == chain.raw:
-        yield from _estimated(item, chain, prefix)
-        yield FrameDone()
+        yield from _estimated(item, chain, prefix, topics)
 
 
-def _estimated(item: RawMessage, chain: Chain, prefix: str) -> Iterator[Item]:
-    """Yield the estimates of one raw message."""
+def _estimated(item: RawMessage, chain: Chain, prefix: str, topics: Collection[str] | None) -> Iterator[Item]:
+    """Yield the estimates of one raw message, and that it is done."""
+    last, seconds, refused = time.thread_time(), {}, False
     try:
         message = item.message or decode(item.data, item.type_name)
     except BadFrame as error:
         yield Skipped(chain.raw, str(error), item.stamp_ns)
+        yield FrameDone({})
         return
-    for _stage, topic, result in chain.process(message):
+    seconds['decoding'] = time.thread_time() - last
+    last = time.thread_time()
+    for stage, topic, result in chain.process(message, topics=topics):
+        name = 'dots' if 'dots' in stage.outputs else 'contact'
+        seconds[name] = seconds.get(name, 0.0) + time.thread_time() - last
         if isinstance(result, TactileError):
+            refused = True
             yield Skipped(topic, str(result), item.stamp_ns)
         else:
-            type_name, data = encode(result)
-            yield RawMessage(prefix + topic, type_name, item.stamp_ns, data, result)
+            yield RawMessage(prefix + topic, '', item.stamp_ns, b'', result)
+        last = time.thread_time()
+    yield FrameDone({} if refused else seconds)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..common.statistics import robust_sigma
+from .files.format import CalibrationFile, write_calibration
 
 _FAR = 6.0  # chosen: robust standard deviations (1.4826 MAD) beyond the median error
 _FEWEST = 5  # chosen: presses, fewer have no meaningful median
@@ -80,6 +81,16 @@ def draw_residuals(path: Path, title: str, found: Sequence[Residuals]) -> None:
         figure.savefig(path, dpi=90)
     finally:
         pyplot.close(figure)
+
+
+def write_and_report(output: Path, content: CalibrationFile, found: Sequence[Residuals], lines: Sequence[str],
+                     also: Sequence[Residuals] = ()) -> str:
+    """Write a calibration with the outliers of the residuals found, and beside it the plot of these and of what also is to be drawn.
+    Returns the report: lines, what was left out, and where all is. Raises BadCalibration or OSError as write_calibration does."""
+    content.outliers = outliers(found)
+    write_calibration(output, content)
+    return '\n'.join([*lines, *(f'left out: {line}' for line in content.left_out), f'written: {output}',
+                      *report_residuals([*found, *also], content.outliers, output, content.sensor)])
 
 
 def report_residuals(found: Sequence[Residuals], standing_out: Sequence[str], output: Path, sensor: str) -> list[str]:

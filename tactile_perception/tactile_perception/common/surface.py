@@ -99,12 +99,10 @@ class DotSurface:
     """The surface through dots at xyz (rows, columns, 3), m; unseen dots (NaN) are filled from their neighbours.
 
     xyz: the same without NaN; wide: (rows + 4, columns + 4, 3), with two nodes more on each side, extrapolated linearly from the last two.
-    Raises BadArgument for other shapes or where no dot is known.
+    Raises BadArgument where no dot is known.
     """
 
     def __init__(self, xyz: np.ndarray):
-        if xyz.ndim != 3 or xyz.shape[2] != 3 or min(xyz.shape[:2]) < 2:
-            raise BadArgument(f'dot surface: need xyz (rows, columns, 3), 2 x 2 dots or more, got {xyz.shape}')
         self.xyz = fill_unseen(xyz)
         if np.isnan(self.xyz[0, 0, 0]):
             raise BadArgument('dot surface: no dot is known')
@@ -196,20 +194,15 @@ def label_score(contact: np.ndarray) -> np.ndarray:
     return cv2.sepFilter2D(filled, -1, _LABEL_SPREAD, _LABEL_SPREAD, borderType=cv2.BORDER_REPLICATE)
 
 
-def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, refine: int = REFINE,
-                    ceiling: float = 1.0) -> tuple[list[Outline], list[Moments], float]:
+def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5) -> tuple[list[Outline], list[Moments], float]:
     """Regions where score (rows, columns) is above level, largest first: outlines on the surface, moments without the holes, and
     the mean distance of neighbouring dots, m, in the part of the surface that they cover.
 
-    Unseen dots (NaN) are filled from their neighbours. score is clipped to 0 and ceiling, so that the border is independent of the pressure
-    of an edge. Outlines have refine steps per pitch. Regions at the pattern's border are closed half a pitch outside the last dots.
-    Raises BadArgument for shapes that do not fit.
+    Unseen dots (NaN) are filled from their neighbours. score is clipped to 0 and 1, so that the border is independent of the pressure of an
+    edge. Regions at the pattern's border are closed half a pitch outside the last dots.
     """
-    if score.shape != surface.shape or refine < 1 or not 0 < level < ceiling:
-        raise BadArgument(f'region_outlines: need score {surface.shape}, refine >= 1 and 0 < level < ceiling, '
-                          f'got {score.shape}, {refine}, {level}, {ceiling}')
-    places, start, region, points, moments, pitch = _core.find_outlines(fill_unseen(score), surface.wide, level=level, ceiling=ceiling,
-                                                                        refine=refine)
+    places, start, region, points, moments, pitch = _core.find_outlines(fill_unseen(score), surface.wide, level=level, ceiling=1.0,
+                                                                        refine=REFINE)
     return grouped(places, points, start, region), [Moments(float(sums[0]), sums[1:4], sums[4:7], sums[7:]) for sums in moments], pitch
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from scipy.special import chdtr  # of chi-square; scipy.stats takes seconds to import
 
 from .evaluation import DOT_STATES, QUANTITIES, SLIP_STATES, Evaluation, Quantity, spread
 
@@ -17,18 +16,16 @@ _TITLES = {
     'errors_over_time': f'errors over time\npoints: each frame; red: median of the nearest {_WINDOW}; grey: something touches',
     'errors_over_surface': 'size of errors over the sensor\neach point: where a touch truly was, the worst on top; y down, as in the image',
     'states': 'estimated states for each true one\nper cent of the row, and how many',
-    'covariance': 'are stated covariances consistent?\nleft of the red line: too cautious; right of it: too sure',
-    'times': 'time',
 }
 
 
-def draw(evaluation: Evaluation, times: dict, name: str, folder: Path) -> list[Path]:
-    """Write the plots that have data to the folder; their paths. times: of the report; name: of the recording."""
+def draw(evaluation: Evaluation, name: str, folder: Path) -> list[Path]:
+    """Write the plots that have data to the folder; their paths. name: of the recording."""
     import matplotlib
     matplotlib.use('Agg')
     from matplotlib import pyplot
     made = {'errors_over_time': over_time(pyplot, evaluation), 'errors_over_surface': over_surface(pyplot, evaluation),
-            'states': states(pyplot, evaluation), 'covariance': covariance(pyplot, evaluation), 'times': spent(pyplot, times)}
+            'states': states(pyplot, evaluation)}
     paths = []
     for file, figure in made.items():
         if figure is None:
@@ -147,45 +144,4 @@ def states(pyplot, evaluation: Evaluation):
                        color='white' if share[row, column] > 60 else 'black', fontsize='small')
         panel.set(title=title, xlabel='estimated', ylabel='true', xticks=range(len(columns)), xticklabels=columns, yticks=range(len(names)))
         panel.set_yticklabels(names, rotation=90, va='center')
-    return figure
-
-
-def covariance(pyplot, evaluation: Evaluation):
-    """Histogram of the normalised squared position errors, with the chi-square distribution of consistent covariances."""
-    squares = evaluation.touches.squares
-    if len(squares) < 2:
-        return None
-    values = np.array([square / directions for square, directions in squares])
-    usual = int(np.median([directions for _, directions in squares]))
-    figure, panel = pyplot.subplots(figsize=(8, 4.4), layout='constrained')
-    edges = np.logspace(-3, max(2, np.ceil(np.log10(values.max() + 1e-9))), 50)
-    panel.hist(np.clip(values, edges[0], edges[-1]), edges, weights=np.full(len(values), 100 / len(values)), color=_POINT, alpha=0.7,
-               label=f'found, mean {values.mean():.2f}')
-    panel.stairs(100 * np.diff(chdtr(usual, usual * edges)), edges, color=_MIDDLE, linewidth=1.5, label='consistent covariances, mean 1')
-    panel.set(xscale='log', xlabel='squared error of the place over its stated variance, mean of the directions', ylabel='% of touches')
-    panel.grid(alpha=0.3)
-    panel.legend()
-    return figure
-
-
-def spent(pyplot, times: dict):
-    """Bars of latencies and run times by stage: median and 95th percentile. None without times."""
-    groups = [(title, found) for title, found in (('latency, from the stamp to receipt', times['latency_ms']),
-                                                  ('time of one thread a frame', times['stages_ms'])) if found]
-    if not groups:
-        return None
-    bars = sum(len(found) for _, found in groups)
-    figure, panels = pyplot.subplots(len(groups), 1, figsize=(8, 1.6 + 0.45 * bars + 0.6 * len(groups)), layout='constrained',
-                                     squeeze=False, height_ratios=[len(found) + 1 for _, found in groups])
-    for panel, (title, found) in zip(panels[:, 0], groups):
-        names = list(found)[::-1]
-        panel.barh(names, [found[name]['within_95'] for name in names], color='#aec7e8', label='95 % within')
-        panel.barh(names, [found[name]['median'] for name in names], color=_POINT, label='median')
-        for row, name in enumerate(names):
-            panel.text(found[name]['within_95'], row, f' {found[name]["median"]:.1f} / {found[name]["within_95"]:.1f} ms', va='center',
-                       fontsize='small')
-        panel.set(title=title, xlabel='ms')
-        panel.margins(x=0.3)
-        panel.grid(alpha=0.3, axis='x')
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), fontsize='small', loc='upper right')
     return figure

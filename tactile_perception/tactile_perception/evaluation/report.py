@@ -55,11 +55,9 @@ def _states(title: str, states: dict | None) -> str:
 def _covariance(found: dict) -> str:
     if not found['count']:
         return f'position covariance: unknown for {found["not_stated"]} touches' if found['not_stated'] else ''
-    low, high = found['range_95']
-    honest = ' to '.join(_format(value) for value in found['honest_range_95'])
-    return (f'position covariance: normalised squared error {_format(found["mean"])} in the mean (consistent: 1), 95 % from '
-            f'{_format(low)} to {_format(high)} (consistent: {honest}); {100 * found["within_honest_range"]:.0f} % of {found["count"]} '
-            'touches in the consistent range' + (f'; unknown for {found["not_stated"]}' if found['not_stated'] else ''))
+    return (f'position covariance: normalised squared error {_format(found["mean"])} in the mean (consistent: 1), '
+            f'{100 * found["within_95"]:.0f} % of {found["count"]} touches within its 95 %' +
+            (f'; unknown for {found["not_stated"]}' if found['not_stated'] else ''))
 
 
 def _times(times: dict) -> str:

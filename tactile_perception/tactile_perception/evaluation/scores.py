@@ -1,23 +1,16 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Scores of one frame: F1 of labels, overlap of regions, errors of vectors with unknown components."""
+"""Scores of one frame: F1 of labels, overlap of regions, errors over their covariance."""
 from __future__ import annotations
 
 import cv2
 import numpy as np
-from scipy.special import chdtri  # of chi-square; scipy.stats takes seconds to import
 
 
 def f1(true_positive: int, false_positive: int, false_negative: int) -> float:
     """F1 score, the harmonic mean of precision and recall; NaN without any positive."""
     total = 2 * true_positive + false_positive + false_negative
     return 2 * true_positive / total if total else np.nan
-
-
-def counts(found: np.ndarray, there: np.ndarray, judged: np.ndarray | None = None) -> np.ndarray:
-    """True positives, false positives and false negatives (3,) among judged entries; all arrays (N,) bool."""
-    judged = np.ones(len(found), bool) if judged is None else judged
-    return np.array([(found & there & judged).sum(), (found & ~there & judged).sum(), (~found & there & judged).sum()])
 
 
 def label_f1(confusion: np.ndarray) -> np.ndarray:
@@ -69,13 +62,6 @@ def _raster(loops: list[np.ndarray], origin: np.ndarray, pixel: float, shape: tu
 _FLAT = 1e-9  # chosen, of the largest variance: a direction with less is fixed by the sensor's geometry, not estimated
 
 
-def relative_errors(reported: np.ndarray, true: np.ndarray) -> np.ndarray:
-    """Relative errors (N,): norm of the error over the true norm, both of the known components; inf without one. reported, true: (N, 3)."""
-    known = np.isfinite(reported)
-    off, size = (np.linalg.norm(np.where(known, values, 0.0), axis=1) for values in (reported - true, true))
-    return np.where(known.any(axis=1), off / np.maximum(size, 1e-12), np.inf)
-
-
 def normalised_square(error: np.ndarray, covariance: np.ndarray) -> tuple[float, int]:
     """Normalised estimation error squared, and its degrees of freedom: its mean over many frames is one per degree of freedom for
     consistent covariances (Bar-Shalom et al., Estimation with applications, 2001, section 5.4).
@@ -91,8 +77,3 @@ def normalised_square(error: np.ndarray, covariance: np.ndarray) -> tuple[float,
         return np.nan, 0
     along = axes.T @ error
     return float((along[~held]**2 / variances[~held]).sum()), int((~held).sum())
-
-
-def honest_range(directions: int) -> tuple[float, float]:
-    """95 % interval of normalised_square for a consistent estimator, per degree of freedom."""
-    return tuple((chdtri(directions, [0.975, 0.025]) / directions).tolist())

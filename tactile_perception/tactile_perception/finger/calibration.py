@@ -76,8 +76,8 @@ class Recording:
 class Segments:
     """Short segments of contact, each at one position.
 
-    sums: (N, 4) mean net voltages @ MIX; count: (N,) samples; normal: (N, 3); force, depth: (N,) means; scatter: (N,) V^2, variance of an
-    output from sample to sample, and output: (N,) V, its mean; when: (N,) names by recording and time.
+    sums: (N, 4) mean net voltages @ MIX; count: (N,) samples; normal: (N, 3); force, depth: (N,) means; when: (N,) names by recording and
+    time.
     """
 
     sums: np.ndarray
@@ -85,8 +85,6 @@ class Segments:
     normal: np.ndarray
     force: np.ndarray
     depth: np.ndarray
-    scatter: np.ndarray
-    output: np.ndarray
     when: np.ndarray
 
 
@@ -200,16 +198,15 @@ def _segments(recording: Recording, sums: np.ndarray, begin: int, end: int, satu
     while len(place):
         near = np.linalg.norm(normal[place] - normal[place[0]], axis=1) < _ONE_PLACE
         chosen = place[:longest][np.logical_and.accumulate(near[:longest])]
-        rows.append(_row(recording, sums, volts, chosen, begin))
+        rows.append(_row(recording, sums, chosen, begin))
         place = place[len(chosen):]
     return rows
 
 
-def _row(recording: Recording, sums: np.ndarray, volts: np.ndarray, chosen: np.ndarray, begin: int) -> tuple:
+def _row(recording: Recording, sums: np.ndarray, chosen: np.ndarray, begin: int) -> tuple:
     mean = recording.normal[begin + chosen].mean(0)
-    scatter = np.var(np.diff(volts[chosen], n=2, axis=0)) / 6 if len(chosen) > 8 else np.nan
     return (sums[chosen].mean(0), len(chosen), mean / np.linalg.norm(mean), recording.force[begin + chosen].mean(),
-            recording.depth[begin + chosen].mean(), scatter, sums[chosen, TOTAL].mean() / 4, recording.when(begin + int(chosen[0])))
+            recording.depth[begin + chosen].mean(), recording.when(begin + int(chosen[0])))
 
 
 def fit_finger(presses: Presses) -> FingerFit:
@@ -221,7 +218,6 @@ def fit_finger(presses: Presses) -> FingerFit:
     smooth, shift, errors, more = _smooth(place, normal, noise * paper.beta, light, paper_errors)
     if smooth is None:
         errors = _leave_one_out_equidistant(place, normal)
-    shot = _shot(segments, presses.noise)
     level, level_limits, level_notes = _level(presses)
     cross, cross_volts = _cross(segments, presses.noise[CROSS, CROSS])
     force, force_error, force_notes = _load(segments, segments.force, 'force')
@@ -229,7 +225,7 @@ def fit_finger(presses: Presses) -> FingerFit:
     creep = fit_creep(presses.lights)
     creep_notes = [] if creep else ['creep of the cover: the presses do not show it; a contact that slides is reported behind the object']
     model = FingerModel(paper, smooth, shift, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(place), level, level_limits, cross,
-                        cross_volts, force, depth, shot, presses.room, creep)
+                        cross_volts, force, depth, presses.room, creep)
     theta = np.linalg.norm(log_map(normal), axis=1)
     residuals = {'places': len(place), 'left_out_mean': float(errors.mean()), 'left_out_largest': float(errors.max()),
                  'paper_mean': float(paper_errors.mean()), 'paper_largest': float(paper_errors.max()),
@@ -253,7 +249,7 @@ def _places(segments: Segments, noise: np.ndarray) -> tuple[np.ndarray, ...]:
         sums = np.average(segments.sums[same], axis=0, weights=weight)[None]
         place = position(sums)
         normal = np.average(segments.normal[same], axis=0, weights=weight)
-        covariance = finger.centroid_covariance(place[0], float(sums[0, TOTAL]), noise, 0.0) / weight.sum()
+        covariance = finger.centroid_covariance(place[0], float(sums[0, TOTAL]), noise) / weight.sum()
         found.append((place[0], normal / np.linalg.norm(normal), np.sqrt(0.5 * np.trace(covariance)),
                       sums[0, TOTAL], segments.when[first]))
         free &= ~same
@@ -305,15 +301,6 @@ def _reach(place: np.ndarray) -> float:
         return _REACH_MOST
     distance = np.sort(np.linalg.norm(place[:, None] - place[None], axis=-1), axis=1)
     return float(np.clip(_REACH_SPACINGS * np.median(distance[:, 3]), _REACH_LEAST, _REACH_MOST))
-
-
-def _shot(segments: Segments, noise: np.ndarray) -> float:
-    """V: variance of an output per V of its signal."""
-    known = np.isfinite(segments.scatter)
-    if known.sum() < 5:
-        return 0.0
-    output = segments.output[known]
-    return float(max((output @ (segments.scatter[known] - noise[TOTAL, TOTAL] / 4)) / (output @ output), 0.0))
 
 
 def _level(presses: Presses):

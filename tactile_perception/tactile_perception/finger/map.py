@@ -79,11 +79,11 @@ class EquidistantMap:
 CELLS = 128  # along each axis. Measured: interpolation then adds under 0.02 degrees to a normal (a test holds it)
 
 
-def tabulated(evaluate: Callable[[np.ndarray], np.ndarray], cells: int = CELLS) -> np.ndarray:
+def tabulated(evaluate: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Table (nodes, nodes, channels) of evaluate(places (N, 2)) -> (N, channels) on a grid of nodes over the square from -1 to 1, rows
     along y: what the kernels interpolate bilinearly (src/finger/detector.hpp)."""
-    line = np.linspace(-1, 1, cells + 1)
-    return evaluate(np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)).reshape(cells + 1, cells + 1, -1).astype(float).copy()
+    line = np.linspace(-1, 1, CELLS + 1)
+    return evaluate(np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)).reshape(CELLS + 1, CELLS + 1, -1).astype(float).copy()
 
 
 # Grid of hyperparameters that the likelihood chooses from. Chosen: from the spacing of a dense calibration to the detector's half width,
@@ -91,9 +91,6 @@ def tabulated(evaluate: Callable[[np.ndarray], np.ndarray], cells: int = CELLS) 
 _LENGTHS = (0.15, 0.25, 0.4, 0.65, 1.0)  # half widths
 _AMPLITUDES = (0.003, 0.01, 0.03, 0.1)  # rad
 _EXTRA = (0.0005, 0.001, 0.002, 0.004, 0.008)  # rad: errors of positions and labels beside the noise of the light
-
-
-_AROUND, _EVERYWHERE = 0.15, 1e-2  # half widths around a position whose residuals count, and the weight of all others. Chosen
 
 
 def trend(place: np.ndarray, terms: int) -> np.ndarray:
@@ -112,9 +109,7 @@ class SmoothMap:
     """Gaussian process (squared exponential kernel) with a polynomial trend.
 
     place: (N, 2) half widths, training positions; slopes: (terms, 2) of the trend; weights: (N, 2) of the kernels; length: half widths, of
-    the kernel; amplitude: rad, its standard deviation; extra: rad, of the labels; noise: (N,) rad, of each position by the light's noise;
-    left_out: (N,) root mean square of the two residuals where the map is fitted to all other positions, over the deviation that is then
-    predicted.
+    the kernel; amplitude: rad, its standard deviation; extra: rad, of the labels; noise: (N,) rad, of each position by the light's noise.
     """
 
     place: np.ndarray
@@ -124,15 +119,13 @@ class SmoothMap:
     amplitude: float
     extra: float
     noise: np.ndarray
-    left_out: np.ndarray
 
     def values(self, place: np.ndarray) -> np.ndarray:
         """Predicted values (M, 2), rad, at positions (M, 2)."""
         return trend(place, len(self.slopes)) @ self.slopes + self.amplitude**2 * _kernel(place, self.place, self.length) @ self.weights
 
     def deviation(self, place: np.ndarray) -> np.ndarray:
-        """Standard deviation (M,), rad, of either value at positions (M, 2), without the noise of the light: that of the
-        process, times what it is wrong by for the positions around, which is less at the pole than at the rim."""
+        """Standard deviation (M,), rad, of either value at positions (M, 2), without the noise of the light."""
         inverse = np.linalg.inv(self._covariance())
         cross = self.amplitude**2 * _kernel(place, self.place, self.length)
         explained = (cross @ inverse * cross).sum(1)
@@ -140,9 +133,7 @@ class SmoothMap:
         free = trend(place, len(self.slopes)) - cross @ (inverse @ basis)
         freedom = np.linalg.pinv(basis.T @ inverse @ basis)
         variance = self.amplitude**2 - explained + ((free @ freedom) * free).sum(1)
-        near = _kernel(place, self.place, _AROUND) + _EVERYWHERE
-        around = near @ self.left_out**2 / near.sum(1)
-        return np.sqrt((np.maximum(variance, 0.0) + self.extra**2) * around)
+        return np.sqrt(np.maximum(variance, 0.0) + self.extra**2)
 
     def precision(self) -> np.ndarray:
         """Inverse covariance (N, N), rad^-2, of either value at the training positions, with the trend projected out."""
@@ -164,8 +155,7 @@ def _without_trend(inverse: np.ndarray, basis: np.ndarray, normal: np.ndarray) -
 
 
 def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int, hyper: tuple[float, float, float]):
-    """(log restricted likelihood, slopes, weights, leave-one-out residuals (N, 2), their predicted deviations (N,)) for hyper = length,
-    amplitude, extra."""
+    """(log restricted likelihood, slopes, weights, leave-one-out residuals (N, 2)) for hyper = length, amplitude, extra."""
     covariance = _covariance_of(place, noise, *hyper)
     basis = trend(place, terms)
     inverse = np.linalg.inv(covariance)
@@ -178,7 +168,7 @@ def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int
     fit = 0.5 * ((values - basis @ slopes) * weights).sum()
     count = values.shape[1]
     likelihood = -fit - 0.5 * count * np.linalg.slogdet(covariance)[1] - 0.5 * count * np.linalg.slogdet(normal)[1]
-    return likelihood, slopes, weights, left_out, 1 / np.sqrt(np.diag(precision))
+    return likelihood, slopes, weights, left_out
 
 
 def fit_smooth_map(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int = 5) -> tuple[SmoothMap, np.ndarray]:
@@ -188,8 +178,8 @@ def fit_smooth_map(place: np.ndarray, values: np.ndarray, noise: np.ndarray, ter
     """
     choices = itertools.product(_LENGTHS, _AMPLITUDES, _EXTRA)
     best = max(choices, key=lambda hyper: _solved(place, values, noise, terms, hyper)[0])
-    _, slopes, weights, left_out, predicted = _solved(place, values, noise, terms, best)
-    return SmoothMap(place, slopes, weights, *best, noise, np.sqrt(np.mean(left_out**2, axis=1)) / predicted), left_out
+    _, slopes, weights, left_out = _solved(place, values, noise, terms, best)
+    return SmoothMap(place, slopes, weights, *best, noise), left_out
 
 
 def level_basis(place: np.ndarray, terms: int) -> np.ndarray:

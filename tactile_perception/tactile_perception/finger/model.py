@@ -6,14 +6,14 @@ Map from detector to sphere, light at first contact, force and depth from light,
 """
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, read_calibration, write_calibration
+from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, fitted_arrays, read_calibration
 from ..errors import BadCalibration
 from .map import NOMINAL_BETA, EquidistantMap, LightShift, SmoothMap, exp_map, level_basis, tabulated
 
@@ -53,8 +53,8 @@ class FingerModel:
     light adds to it; deviation: rad, standard deviation of the paper's map; reach: half widths, distance from a calibrated contact within
     which positions are in range; level: coefficients of the light at first contact, V; level_limits: its smallest and largest value, V, and
     the largest calibrated distance from the detector's centre, half widths; cross: coefficients of the cross term over the total for a
-    single contact; cross_volts: V, standard deviation; force, depth: coefficients of log N and log m (features); shot: V, variance
-    of an output per V of its signal; room: (4,) V, untouched outputs at the calibration; creep: of the cover.
+    single contact; cross_volts: V, standard deviation; force, depth: coefficients of log N and log m (features); room:
+    (4,) V, untouched outputs at the calibration; creep: of the cover.
     """
 
     paper: EquidistantMap = field(default_factory=lambda: EquidistantMap(np.zeros(2), NOMINAL_BETA))
@@ -68,7 +68,6 @@ class FingerModel:
     cross_volts: float = 0.0
     force: np.ndarray | None = None
     depth: np.ndarray | None = None
-    shot: float = 0.0
     room: np.ndarray | None = None
     creep: Creep | None = None
 
@@ -152,28 +151,23 @@ SENSOR = 'psd_finger'
 UNITS = {'places': 'half widths of the detector', 'angles and errors, slopes': 'rad', 'light, level, room': 'V',
          'typical': 'logarithm of V', 'force': 'logarithm of N', 'depth': 'logarithm of m', 'force_relative, depth_relative': '1',
          'creep': 'share of a place that comes late, and its time constant, s'}
-_ARRAYS = {'level': None, 'cross': (6,), 'force': (8,), 'depth': (8,), 'room': (4,)}
-_NUMBERS = ('deviation', 'reach', 'cross_volts', 'shot')
-_SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 'slopes', 'weights', 'noise', 'left_out')
+#: Parts of a model by name, and the shapes of their numbers.
+_PARTS = {'paper': (EquidistantMap, {'offset': (2,), 'beta': ()}), 'creep': (Creep, {'share': (), 'seconds': ()}),
+          'shift': (LightShift, {'typical': (5,), 'slopes': (4, 2)}),
+          'smooth': (SmoothMap, {'place': (None, 2), 'slopes': (None, 2), 'weights': (None, 2), 'length': (), 'amplitude': (), 'extra': (),
+                                 'noise': (None,)})}
+_SHAPES = {'deviation': (), 'reach': (), 'cross_volts': (), 'level': (None,), 'level_limits': (3,), 'cross': (6,), 'force': (8,),
+           'depth': (8,), 'room': (4,)}
+_NEEDED = 'paper', 'deviation', 'reach', 'cross_volts'
 
 
-def write_psd(path: str | Path, fit: FingerFit, left_out: list[str], specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
-    """Write a fit; left_out, outliers: one line each. Raises BadCalibration or OSError as write_calibration does."""
-    model = fit.model
-    fitted = {'paper': {'offset': model.paper.offset.tolist(), 'beta': model.paper.beta}}
-    if model.smooth is not None:
-        fitted['map'] = {name: float(getattr(model.smooth, name)) for name in _SMOOTH_NUMBERS} | {
-            name: getattr(model.smooth, name).tolist() for name in _SMOOTH_ARRAYS}
-    if model.shift is not None:
-        fitted['light_shift'] = {'typical': model.shift.typical.tolist(), 'slopes': model.shift.slopes.tolist()}
-    fitted |= {name: float(getattr(model, name)) for name in _NUMBERS}
-    fitted |= {name: np.asarray(getattr(model, name)).tolist() for name in _ARRAYS if getattr(model, name) is not None}
-    if model.creep is not None:
-        fitted['creep'] = [model.creep.share, model.creep.seconds]
-    if model.level is not None:
-        fitted['level_limits'] = [float(v) for v in model.level_limits]
-    write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, fit.residuals, fit.span, [*fit.notes, *left_out], serial=specimen.serial,
-                                            parameters=specimen.parameters(SENSOR), outliers=list(outliers)))
+def psd_file(fit: FingerFit, left_out: list[str], specimen: Specimen = Specimen()) -> CalibrationFile:
+    """The calibration file of a fit; left_out: one line each."""
+    known = {name: getattr(fit.model, name) for name in (*_PARTS, *_SHAPES) if getattr(fit.model, name) is not None}
+    fitted = {name: {own: np.asarray(number, float).tolist() for own, number in vars(value).items()} if name in _PARTS else
+              np.asarray(value, float).tolist() for name, value in known.items() if name in _PARTS or np.isfinite(value).all()}
+    return CalibrationFile(SENSOR, UNITS, fitted, fit.residuals, fit.span, [*fit.notes, *left_out], serial=specimen.serial,
+                           parameters=specimen.parameters(SENSOR))
 
 
 def read_psd(path: str | Path, values: Mapping | None = None) -> FingerModel:
@@ -181,42 +175,10 @@ def read_psd(path: str | Path, values: Mapping | None = None) -> FingerModel:
     are missing or of a wrong shape.
     """
     fitted = read_calibration(path, SENSOR, values).fitted
-    try:
-        paper = EquidistantMap(_array(fitted['paper']['offset'], (2,)), float(fitted['paper']['beta']))
-        smooth = _smooth(fitted['map']) if 'map' in fitted else None
-        shift = _shift(fitted['light_shift']) if 'light_shift' in fitted else None
-        arrays = {name: _array(fitted[name], shape) for name, shape in _ARRAYS.items() if name in fitted}
-        limits = tuple(_array(fitted['level_limits'], (3,)).tolist()) if 'level' in arrays else FingerModel.level_limits
-        creep = _creep(fitted['creep']) if 'creep' in fitted else None
-        numbers = {name: float(fitted[name]) for name in _NUMBERS}
-    except (KeyError, TypeError, ValueError) as error:
-        raise BadCalibration(f'{path}: fitted numbers are missing or wrong ({error}); {AGAIN}') from None
-    return FingerModel(paper=paper, smooth=smooth, shift=shift, level_limits=limits, creep=creep, **numbers, **arrays)
-
-
-def _array(values, shape: tuple[int, ...] | None) -> np.ndarray:
-    found = np.array(values, float)
-    if shape is not None and found.shape != shape or found.ndim == 0:
-        raise ValueError(f'shape {found.shape} instead of {shape}')
-    return found
-
-
-def _shift(fitted: dict) -> LightShift:
-    return LightShift(_array(fitted['typical'], (5,)), _array(fitted['slopes'], (4, 2)))
-
-
-def _creep(fitted: list) -> Creep:
-    share, seconds = _array(fitted, (2,)).tolist()
-    if not (0 <= share < 1 and seconds > 0):
-        raise ValueError('creep: the share is from 0 to 1, the time constant above 0')
-    return Creep(share, seconds)
-
-
-def _smooth(fitted: dict) -> SmoothMap:
-    place, slopes, weights, noise, left_out = (np.array(fitted[name], float) for name in _SMOOTH_ARRAYS)
-    count = len(place)
-    pairs, singles = (place, weights), (noise, left_out)
-    if any(part.shape != (count, 2) for part in pairs) or any(part.shape != (count,) for part in singles) or \
-            slopes.shape not in ((3, 2), (5, 2)):
-        raise ValueError('the map of the distortion does not fit together')
-    return SmoothMap(place, slopes, weights, *(float(fitted[name]) for name in _SMOOTH_NUMBERS), noise, left_out)
+    parts = {name: kind(**fitted_arrays(fitted[name], shapes, path)) for name, (kind, shapes) in _PARTS.items() if name in fitted}
+    numbers = fitted_arrays(fitted, {name: shape for name, shape in _SHAPES.items() if name in fitted}, path)
+    missing, smooth, creep = set(_NEEDED) - set(fitted), parts.get('smooth'), parts.get('creep', Creep(0.0, 1.0))
+    if missing or not (0 <= creep.share < 1 and creep.seconds > 0) or smooth and not (
+            len(smooth.place) == len(smooth.weights) == len(smooth.noise) and len(smooth.slopes) in (3, 5)):
+        raise BadCalibration(f'{path}: fitted numbers are missing ({", ".join(missing) or "none"}) or do not fit together; {AGAIN}')
+    return FingerModel(**parts, **numbers)

@@ -20,14 +20,14 @@ from tactile_driver.simulation.truth import Touch
 
 from ..bags.stamped import TRUTH, VOLTAGES, find_prefix
 from ..calibration.files.format import Specimen
-from ..calibration.residuals import Residuals, outliers, report_residuals
+from ..calibration.residuals import Residuals, write_and_report
 from ..common.progress import Progress
 from ..errors import BadCalibration, BadRecording
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
 from .calibration import FingerFit, Recording, find_presses, fit_finger
 from .map import direction, log_map
-from .model import write_psd
+from .model import psd_file
 from .parameters import PSD_PARAMETERS
 
 _LONGEST_S = 0.25  # chosen: the latest ground truth holds at most this long
@@ -90,20 +90,13 @@ def calibrate_psd(bags: list[Path], params: Path, output: Path, namespace: str =
     values = read_parameters(params, 'psd_contact_node', PSD_PARAMETERS)
     presses = find_presses([read_recording(bag, namespace) for bag in bags], values['saturation'])
     fit = fit_finger(presses)
-    residuals = held_out_residuals(fit)
-    standing_out = outliers(residuals)
-    write_psd(output, fit, presses.left_out, Specimen(serial, values), standing_out)
-    return '\n'.join([report(fit, presses.left_out, output), *report_residuals(residuals, standing_out, output, 'PSD finger')])
+    residuals = Residuals('normal', 'degrees', np.degrees(fit.errors), np.degrees(log_map(fit.normal)),
+                          ('tilt along x (degrees)', 'tilt along y (degrees)'), fit.when)
+    return write_and_report(output, psd_file(fit, presses.left_out, Specimen(serial, values)), [residuals], report(fit))
 
 
-def held_out_residuals(fit: FingerFit) -> list[Residuals]:
-    """Cross-validation errors of the map over the tilt of the normal."""
-    tilt = np.degrees(log_map(fit.normal))
-    return [Residuals('normal', 'degrees', np.degrees(fit.errors), tilt, ('tilt along x (degrees)', 'tilt along y (degrees)'), fit.when)]
-
-
-def report(fit: FingerFit, left_out: list[str], output: Path) -> str:
-    """The report of the fit."""
+def report(fit: FingerFit) -> list[str]:
+    """Lines about the fit."""
     def angle(errors: np.ndarray) -> str:
         return f'{np.degrees(errors.mean()):.2f} degrees mean, {np.degrees(errors.max()):.2f} degrees largest'
     low, high = np.degrees(fit.span['theta'])
@@ -117,8 +110,7 @@ def report(fit: FingerFit, left_out: list[str], output: Path) -> str:
     creep = fit.model.creep
     if creep is not None:
         lines.append(f'creep of the cover: {creep.share:.1%} of a place comes late, within {creep.seconds * 1e3:.0f} ms')
-    lines += [f'note: {line}' for line in fit.notes] + [f'left out: {line}' for line in left_out]
-    return '\n'.join([*lines, f'written: {output}'])
+    return lines
 
 
 _BLOCK_S = 0.005  # duration of one message, the default of psd_node

@@ -15,6 +15,7 @@ from functools import partial
 import cv2
 import numpy as np
 
+from ..calibration.files.format import AGAIN, fitted_arrays
 from ..common.dots import DotTracks
 from ..common.estimates import OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.surface_points import NON_CONTACT, STICKING, dot_points
@@ -28,6 +29,8 @@ _RIDGES = 10.0 ** np.arange(-4.0, 2.0, 0.5)  # candidates, of the largest singul
 _BEYOND = 3.0  # times what displacements at a calibrated press left unexplained: another object, or a place between none of the presses
 _SIGMAS = 2.0  # of place and depth, by which a result may lie outside what was calibrated
 SENSOR = 'pin_dome'  # sensor type, of its calibration
+_SHAPES = {'rest': (None, 2), 'spacing': (), 'directions': (None, None), 'weights': (None, 3), 'curve': (3,), 'covariance': (3, 3),
+           'unexplained': (), 'depth': (2,), 'outline': (None, 2), 'height': (6,)}
 
 
 @dataclass(frozen=True)
@@ -51,13 +54,9 @@ class PinModel:
     @classmethod
     def from_dict(cls, fitted: Mapping) -> PinModel:
         """Inverse of to_dict. Raises BadCalibration."""
-        try:
-            model = cls(**{name: np.asarray(fitted[name], float) for name in cls.__dataclass_fields__})
-        except (KeyError, TypeError, ValueError) as error:
-            raise BadCalibration(f'the calibration is not of pins ({error}); run calibrate again') from error
-        count, rank = len(model.rest), len(model.directions)
-        if (model.rest.shape, model.directions.shape, model.weights.shape) != ((count, 2), (rank, 2 * count), (rank, 3)):
-            raise BadCalibration('the calibration of pins does not fit together; run calibrate again')
+        model = cls(**fitted_arrays(fitted, _SHAPES, 'calibration of pins'))
+        if (len(model.directions), 2 * len(model.rest)) != (len(model.weights), model.directions.shape[1]):
+            raise BadCalibration(f'the calibration of pins does not fit together; {AGAIN}')
         return model
 
     def to_dict(self) -> dict:
@@ -66,7 +65,7 @@ class PinModel:
 
     def displacements(self, tracks: DotTracks) -> np.ndarray:
         """(2 M,) px, of the calibrated pins, from those in the frame: smoothed, and filled in where some are missing."""
-        return smoothed(self.rest, float(self.spacing), tracks)
+        return smoothed(self.rest, self.spacing, tracks)
 
     def estimate(self, moved: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, bool]:
         """Place (3,) m, depth, m, covariance (3, 3) of the place, and whether these lie within what was calibrated."""

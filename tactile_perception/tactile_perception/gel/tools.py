@@ -9,8 +9,8 @@ import numpy as np
 from tactile_driver.nodes.messages.images import image_to_array
 
 from ..bags.stamped import TRUTH, pairs_of
-from ..calibration.files.format import CalibrationFile, Specimen, write_calibration
-from ..calibration.residuals import Residuals, outliers, report_residuals
+from ..calibration.files.format import CalibrationFile, Specimen
+from ..calibration.residuals import Residuals, write_and_report
 from ..dots.tracker import make_tracker
 from ..errors import BadCalibration, BadFrame
 from ..nodes.messages import conversions as convert
@@ -48,15 +48,12 @@ def calibrate_pins(bags: list[Path], params: Path, output: Path, namespace: str 
     off = np.linalg.norm(error[:, :2], axis=1)
     place, axes = 1e3 * position[:, :2], ('x, mm', 'y, mm')
     residuals = [Residuals(name, 'mm', 1e3 * value, place, axes, names) for name, value in (('position', off), ('depth', error[:, 2]))]
-    standing_out = outliers(residuals)
     numbers = {'position_mean': off.mean(), 'position_95': np.percentile(off, 95), 'depth_rms': np.sqrt(np.mean(error[:, 2]**2))}
     span = {'depth': depth, 'x': position[:, 0], 'y': position[:, 1]}
-    write_calibration(output, CalibrationFile(
+    content = CalibrationFile(
         SENSOR, {'lengths': 'm', 'rest': 'px', 'residuals': 'm'}, model.to_dict(), {name: float(value) for name, value in numbers.items()},
         {name: [float(value.min()), float(value.max())] for name, value in span.items()}, left_out, serial=serial,
-        parameters=Specimen(serial, values).parameters(SENSOR), outliers=standing_out))
-    reported = report_residuals(residuals, standing_out, output, SENSOR)
-    return '\n'.join([
+        parameters=Specimen(serial, values).parameters(SENSOR))
+    return write_and_report(output, content, residuals, [
         f'{len(rows)} frames of presses', f'errors at left-out places: position {1e3 * off.mean():.2f} mm mean, '
-        f'{1e3 * np.percentile(off, 95):.2f} mm at 95 %, depth {1e3 * numbers["depth_rms"]:.3f} mm RMS',
-        *(f'left out: {line}' for line in left_out), f'written: {output}', *reported])
+        f'{1e3 * np.percentile(off, 95):.2f} mm at 95 %, depth {1e3 * numbers["depth_rms"]:.3f} mm RMS'])

@@ -4,16 +4,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from .._core import taxel as _kernel
 from .pressure import TaxelArray
-from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, read_calibration, write_calibration
+from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, read_calibration
 from ..errors import BadArgument, BadCalibration
 
 SENSOR = 'taxel_array'
@@ -95,7 +94,6 @@ def followed(loads: np.ndarray, intervals: np.ndarray, time: float) -> np.ndarra
     return found
 
 
-
 class Hysteresis:
     """Undoes a loop frame by frame."""
 
@@ -120,10 +118,21 @@ class Hysteresis:
             self._late += (self._load - self._late) * gone[:, None, None]
             shown = (shown - np.tensordot(np.float32(loop.late), self._late, 1)) / np.float32(loop.at_once)
         held = self._held + (self._load - self._held) * np.float32(-math.expm1(-interval_s / loop.relaxation))
-        hidden, self._held = _kernel.hide(shown, held, share=loop.share, reach=loop.reach, relative=loop.relative)
+        load = self._behind(shown, held)
+        most = np.float32(loop.reach) + np.float32(loop.relative) * np.maximum(load, 0)
+        self._held = np.minimum(np.maximum(held, load - most), load + most)
         # Neighbours show together what is hidden, so that it adds little noise.
-        self._load = shown + cv2.GaussianBlur(hidden, (0, 0), _SMOOTH, borderType=cv2.BORDER_REPLICATE)
+        self._load = shown + cv2.GaussianBlur(load - shown, (0, 0), _SMOOTH, borderType=cv2.BORDER_REPLICATE)
         return self._load
+
+    def _behind(self, shown: np.ndarray, held: np.ndarray) -> np.ndarray:
+        """The load of which a layer with that held load shows this: where the held load stays, or follows from below or above."""
+        share, reach, relative = (np.float32(part) for part in (self._loop.share, self._loop.reach, self._loop.relative))
+        stays = (shown - share * held) / (1 - share)
+        most = reach + relative * np.maximum(stays, 0)
+        up, down = shown + share * reach, shown - share * reach
+        rising, falling = (np.where(load > 0, load / (1 - sign * share * relative), load) for load, sign in ((up, 1), (down, -1)))
+        return np.where(stays - held > most, rising, np.where(stays - held < -most, falling, stays))
 
 
 @dataclass(frozen=True)
@@ -162,16 +171,14 @@ class Response:
         return first + 2 * second * abs(value) + third * (self.knee / (abs(value) + self.knee))**2
 
 
-def write_taxels(path: str | Path, response: Response, residuals: dict, span: dict, left_out: list[str],
-                 specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
-    """Write a response; left_out, outliers: one line each. Raises BadCalibration or OSError as write_calibration does."""
+def taxel_file(response: Response, residuals: dict, span: dict, left_out: list[str], specimen: Specimen = Specimen()) -> CalibrationFile:
+    """The calibration file of a response; left_out: one line each."""
     fitted = {'scale': [float(value) for value in response.scale], 'knee': float(response.knee),
               'loop': {name: np.asarray(value, float).tolist() for name, value in asdict(response.loop).items()}}
     for name in ('gain', 'zero'):
         if getattr(response, name) is not None:
             fitted[name] = np.asarray(getattr(response, name), float)
-    write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, residuals, span, left_out, serial=specimen.serial,
-                                            parameters=specimen.parameters(SENSOR), outliers=list(outliers)))
+    return CalibrationFile(SENSOR, UNITS, fitted, residuals, span, left_out, serial=specimen.serial, parameters=specimen.parameters(SENSOR))
 
 
 def read_taxels(path: str | Path, array: TaxelArray, values: Mapping | None = None) -> Response:

@@ -13,10 +13,10 @@ from tactile_driver.recordings.serialization import decode
 from .calibration import Loads, calibrated_response, find_loop, fit_gains, held_out_errors, loaded_areas
 from .parameters import TAXEL_PARAMETERS, taxel_array
 from .pressure import TaxelArray, fill
-from .response import Response, write_taxels
+from .response import Response, taxel_file
 from ..bags.stamped import TRUE_WRENCH, find_prefix
 from ..calibration.files.format import Specimen
-from ..calibration.residuals import Residuals, outliers, report_residuals
+from ..calibration.residuals import Residuals, write_and_report
 from ..common.progress import Progress
 from ..errors import BadCalibration, BadFrame
 from ..nodes.messages import conversions as convert
@@ -99,11 +99,9 @@ def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: st
     pressed = loads.forces[loads.forces > 0]
     span = {'force': [float(pressed.min()), float(pressed.max())]}
     most = float(np.max(loads.forces / loaded_areas(loads, array.taxel_area)))
-    held_out = held_out_residuals(loads, array, errors)
-    standing_out = outliers(held_out[:1])
-    write_taxels(output, response, residuals, span, loads.left_out, Specimen(serial, values), standing_out)
-    shown = [*held_out, *_gains(response, array)]
-    return '\n'.join([report(loads, response, residuals, output, most), *report_residuals(shown, standing_out, output, 'taxel array')])
+    by_force, *others = held_out_residuals(loads, array, errors)
+    return write_and_report(output, taxel_file(response, residuals, span, loads.left_out, Specimen(serial, values)), [by_force],
+                            report(loads, response, residuals, most), [*others, *_gains(response, array)])
 
 
 def held_out_residuals(loads: Loads, array: TaxelArray, errors: np.ndarray) -> list[Residuals]:
@@ -130,10 +128,10 @@ def _gains(response: Response, array: TaxelArray) -> list[Residuals]:
     return [Residuals('gain, off from 1', '%', 100 * (response.gain.ravel() - 1), np.stack([x, y], axis=1), ('x (mm)', 'y (mm)'), ())]
 
 
-def report(loads: Loads, response: Response, residuals: dict, output: Path, most: float) -> str:
-    """The report of the fit; most: Pa, largest load."""
+def report(loads: Loads, response: Response, residuals: dict, most: float) -> list[str]:
+    """Lines about the fit; most: Pa, largest load."""
     pressed, loop = loads.forces > 0, response.loop
-    lines = [f'{len(np.unique(loads.levels[pressed]))} loads, {loads.forces[pressed].min():.3g} to {loads.forces.max():.3g} N',
+    return [f'{len(np.unique(loads.levels[pressed]))} loads, {loads.forces[pressed].min():.3g} to {loads.forces.max():.3g} N',
              'gain of each taxel: ' + ('from loads that cover all of them' if response.gain is not None else 'unknown, no load covered all '
                                        'of them evenly; taken as equal'),
              'untouched values: ' + ('known' if loads.zero is not None else 'not recorded; taken from the first frames at start'),
@@ -143,4 +141,3 @@ def report(loads: Loads, response: Response, residuals: dict, output: Path, most
                                'nothing'),
              f'normal force of held-out loads: error {residuals["held_out_force_mean"]:.1%} mean, '
              f'{residuals["held_out_force_largest"]:.1%} largest']
-    return '\n'.join([*lines, *[f'left out: {line}' for line in loads.left_out[:10]], f'written: {output}'])

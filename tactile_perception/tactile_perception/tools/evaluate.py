@@ -38,7 +38,7 @@ def write(evaluation: Evaluation, report: dict, name: str, folder: Path) -> list
     folder.mkdir(parents=True, exist_ok=True)
     (folder / 'report.json').write_text(json.dumps(plain(report), indent=1) + '\n')
     (folder / 'report.txt').write_text(f'{name}\n\n{text(report)}\n')
-    return [folder / 'report.json', folder / 'report.txt', *draw(evaluation, report['times'], name, folder)]
+    return [folder / 'report.json', folder / 'report.txt', *draw(evaluation, name, folder)]
 
 
 @tells_errors('evaluate')

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tactile_driver.recordings.reader import LeftOut, RawMessage
+from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import COMPRESSED, BagWriter
 
 from ..bags.stream import KEPT, Head, Skipped, Task, stream
@@ -89,7 +90,8 @@ class _Output:
         if message.topic in self._unusable:
             self._summary.left_out.add(topic, self._unusable[message.topic], message.stamp_ns)
             return
-        self._writer.write(*message[:4])
+        type_name, data = (message.type_name, message.data) if message.data else encode(message.message)
+        self._writer.write(message.topic, type_name, message.stamp_ns, data)
         self._summary.written[topic] += 1
 
 

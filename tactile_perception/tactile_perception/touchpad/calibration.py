@@ -3,21 +3,20 @@
 """Calibration of a touchpad by presses of a sphere at known places, and its file."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import scipy
 
-from ..calibration.files.format import CalibrationFile, Specimen, read_calibration, write_calibration
-from ..calibration.residuals import Residuals, outliers
+from ..calibration.files.format import AGAIN, CalibrationFile, Specimen, fitted_arrays, read_calibration
+from ..calibration.residuals import Residuals
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.geometry import Cap, sphere_ranges
-from ..common.statistics import robust_sigma
 from ..errors import BadArgument, BadCalibration, BadFrame
-from .identification import Colours, OpticsPrior, as_ring_colours, fit, fit_rest, model_from, rest_colours, ring_covariances
+from .identification import Colours, as_ring_colours, fit, fit_rest, model_from, rest_colours, ring_covariances
 from .water import RING_PIXELS, LightPath, RingColours, WaterModel, log_ratios
 
 SMALLEST, LARGEST = 2e-3, 30e-3  # m, chosen: bounds of the sphere's radius
@@ -85,10 +84,6 @@ class OnSphere:
     depth: float
     label: str = ''
 
-    def select(self, keep: np.ndarray) -> 'OnSphere':
-        """The same press with only the dots where keep, (M,) bool, is True."""
-        return OnSphere(self.colours.select(keep), self.count[keep], self.tip, self.depth, self.label)
-
 
 def dots_on_sphere(press: Press, radius: float, model: WaterModel, camera: CameraModel) -> OnSphere:
     """Dots of a press whose sampling rings lie on the sphere (radius, m): where it is deep inside the cap at rest (PENETRATION).
@@ -116,7 +111,6 @@ MINIMUM_SPREAD = 2e-3  # m, chosen: between the positions pressed
 MINIMUM_DOTS = 20     # on the sphere, over all presses; chosen
 LARGEST_SCALE_SIGMA = 0.03  # chosen: largest relative standard deviation of the depth scale
 SCALE_FLOOR = 0.005   # chosen: relative error of the depth scale that the light path model itself leaves
-OUTLIER = 4.0         # robust standard deviations, chosen: a dot farther from the sphere after the first fit does not lie on it
 
 
 @dataclass
@@ -142,8 +136,7 @@ class TouchpadCalibration:
     held_out: list[Residuals] = field(default_factory=list)
 
 
-def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap = Cap(),
-                 prior: OpticsPrior = OpticsPrior()) -> TouchpadCalibration:
+def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap = Cap()) -> TouchpadCalibration:
     """Fit the absorption and light path to untouched frames and presses of a sphere of sphere_radius (m) at known positions and depths.
 
     Needs at least one untouched frame, three presses, positions that span at least 2 mm, depths that span at least 1 mm. Raises
@@ -151,9 +144,9 @@ def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float
     """
     if not (np.isfinite(sphere_radius) and sphere_radius > 0):
         raise BadCalibration(f'touchpad calibration: sphere radius must be a positive number of metres, got {sphere_radius}')
-    model, ground, groups, left_out = _solve(presses, camera, sphere_radius, cap, prior)
+    model, ground, groups, left_out = _solve(presses, camera, sphere_radius, cap)
     errors = np.concatenate([range_errors(model, group) for group in groups])
-    held_out = _held_out(ground, groups, model, camera, prior)
+    held_out = _held_out(ground, groups, model, camera)
     tips = np.array([group.tip for group in groups])
     depths = [group.depth for group in groups]
     return TouchpadCalibration(model, sphere_radius, len(groups), len(errors), _rms(errors), float(errors.mean()),
@@ -163,16 +156,16 @@ def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float
 
 def sphere_misfit(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap = Cap()) -> float:
     """RMS range error, m, of a fit with a sphere of this radius (m); raises as fit_touchpad does."""
-    model, _, groups, _ = _solve(presses, camera, sphere_radius, cap, OpticsPrior())
+    model, _, groups, _ = _solve(presses, camera, sphere_radius, cap)
     return _rms(np.concatenate([range_errors(model, group) for group in groups]))
 
 
-def _solve(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap, prior: OpticsPrior) -> tuple:
-    """Model, colours at rest, dots on the sphere of each press, and one line per press or group of dots left out."""
+def _solve(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap) -> tuple:
+    """Model, colours at rest, dots on the sphere of each press, and one line per press left out."""
     rest = [p for p in presses if not p.touching]
     used, left_out = _usable([p for p in presses if p.touching])
     _require_coverage(rest, used, left_out)
-    first = fit_rest(rest[0].image, rest[0].tracks.uv, camera, cap, prior)
+    first = fit_rest(rest[0].image, rest[0].tracks.uv, camera, cap)
     image = np.mean([p.image for p in rest], axis=0, dtype=np.float32)
     ground = as_ring_colours(rest_colours(image, camera, cap, first.ring, first.noise * (RING_PIXELS / len(rest))), first, camera.centre)
     on_sphere, empty = _read(used, first, camera, sphere_radius)
@@ -180,13 +173,11 @@ def _solve(presses: list[Press], camera: CameraModel, sphere_radius: float, cap:
     if dots < MINIMUM_DOTS:
         raise BadCalibration(f'touchpad calibration: only {dots} dots lie on the sphere, {MINIMUM_DOTS} needed; check sphere radius and '
                              f'ground_truth/contacts, add presses deeper than 1 mm ({"; ".join(empty) or "no press is empty"})')
-    model = _fit(ground, on_sphere, first, camera, prior)
-    on_sphere, dropped = _trim(on_sphere, model)
-    model = _fit(ground, on_sphere, first, camera, prior)
+    model = _fit(ground, on_sphere, first, camera)
     if model.scale_sigma > LARGEST_SCALE_SIGMA:
         raise BadCalibration(f'touchpad calibration: a dent\'s depth stays uncertain by {model.scale_sigma:.1%}, '
                              f'{LARGEST_SCALE_SIGMA:.0%} allowed; add deeper presses at more places')
-    return model, ground, on_sphere, left_out + empty + dropped
+    return model, ground, on_sphere, left_out + empty
 
 
 def _usable(presses: list[Press]) -> tuple[list[Press], list[str]]:
@@ -236,9 +227,9 @@ def _read(presses: list[Press], model: WaterModel, camera: CameraModel, radius: 
     return found, empty
 
 
-def _fit(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: CameraModel, prior: OpticsPrior) -> WaterModel:
+def _fit(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: CameraModel) -> WaterModel:
     """Model fitted to the colours at rest and on the sphere."""
-    q, covariance, _ = fit(ground.joined([group.colours for group in groups]), camera, prior)
+    q, covariance = fit(ground.joined([group.colours for group in groups]), camera)
     model = model_from(q, covariance, first.noise, first.ring, camera, first.cap)
     return replace(model, scale_sigma=float(np.hypot(model.scale_sigma, SCALE_FLOOR)), ring_share=first.ring_share)
 
@@ -251,25 +242,14 @@ def range_errors(model: WaterModel, group: OnSphere) -> np.ndarray:
     return (length - true) / slope
 
 
-def _trim(groups: list[OnSphere], model: WaterModel) -> tuple[list[OnSphere], list[str]]:
-    """Groups without the dots that are not on the sphere, and a line with the number removed."""
-    errors = [range_errors(model, group) for group in groups]
-    size = np.abs(np.concatenate(errors) - np.median(np.concatenate(errors)))
-    limit = OUTLIER * robust_sigma(size)
-    kept = [group.select(np.abs(error) <= limit) for group, error in zip(groups, errors)]
-    gone = sum(len(g.count) for g in groups) - sum(len(g.count) for g in kept)
-    line = [f'{gone} dots at the edge of a contact, over {limit * 1e3:.2f} mm off the sphere'] if gone else []
-    return [group for group in kept if len(group.count)], line
-
-
-def _held_out(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: CameraModel, prior: OpticsPrior) -> list[np.ndarray]:
+def _held_out(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: CameraModel) -> list[np.ndarray]:
     """Cross-validation range errors (M,), m, of each press in a fit without the presses near it; NaN for fewer than three positions."""
     places = np.array([np.round(group.tip[:2] / MINIMUM_SPREAD) for group in groups])
     keys = np.unique(places, axis=0)
     errors = [np.full(1, np.nan)] * len(groups)
     for key in keys if len(keys) >= 3 else ():
         out = (places == key).all(1)
-        model = _fit(ground, [g for g, leave in zip(groups, out) if not leave], first, camera, prior)
+        model = _fit(ground, [g for g, leave in zip(groups, out) if not leave], first, camera)
         for k in np.flatnonzero(out):
             errors[k] = range_errors(model, groups[k])
     return errors
@@ -289,68 +269,50 @@ def _rms(values: np.ndarray) -> float:
 SENSOR = 'touchpad'
 UNITS = {'lengths': 'm', 'absorptions': '1/m', 'ring': 'px', 'image_size': 'px', 'constants': 'log ratio blue/red, green/red',
          'noise': 'variance of log ratios', 'scale_sigma': '1', 'camera_centre': 'm'}
-NUMBERS = ('window_z', 'lamp_z', 'lamp_radius', 'ambient', 'ring', 'ring_offset', 'scale_sigma', 'offset_sigma',
-           'curvature_radius', 'height')
-ARRAYS = {'constants': (2,), 'absorptions': (2,), 'noise': (2, 2), 'camera_centre': (3,), 'image_size': (2,)}
-POSITIVE = ('ring', 'absorptions', 'curvature_radius', 'height', 'scale_sigma', 'image_size')
+_LIGHT = 'window_z', 'lamp_z', 'lamp_radius', 'ambient'
+_SHAPES = {**dict.fromkeys((*_LIGHT, 'ring', 'scale_sigma', 'curvature_radius', 'height'), ()), 'constants': (2,), 'absorptions': (2,),
+           'noise': (2, 2), 'camera_centre': (3,), 'image_size': (2,)}
+_POSITIVE = 'ring', 'absorptions', 'curvature_radius', 'height', 'scale_sigma', 'image_size'
 POSE_TOLERANCE = 2e-4  # m, chosen: largest difference of the camera's position from that of the calibration
 
 
-def write_touchpad(path: str | Path, calibration: TouchpadCalibration, image_size: tuple[int, int],
-                   specimen: Specimen = Specimen()) -> None:
-    """Write a calibration for images of image_size (width, height) px. Raises BadCalibration or OSError as write_calibration does."""
+def touchpad_file(calibration: TouchpadCalibration, image_size: tuple[int, int], left_out: Sequence[str] = (),
+                  specimen: Specimen = Specimen()) -> CalibrationFile:
+    """The calibration file for images of image_size (width, height) px; left_out: one line each."""
     model = calibration.model
-    light = model.path
-    values = {'window_z': light.window_z, 'lamp_z': light.lamp_z, 'lamp_radius': light.lamp_radius, 'ambient': light.ambient,
-              'ring': model.ring, 'ring_offset': model.ring_offset, 'scale_sigma': model.scale_sigma, 'offset_sigma': model.offset_sigma,
-              'curvature_radius': model.cap.curvature_radius, 'height': model.cap.height}
-    fitted = {name: float(value) for name, value in values.items()}
-    arrays = {'constants': model.constants, 'absorptions': model.absorptions, 'noise': model.noise, 'camera_centre': light.centre,
-              'image_size': image_size}
-    fitted |= {name: np.asarray(value).tolist() for name, value in arrays.items()}
+    values = {**dict(zip(_LIGHT, model.path.numbers)), 'ring': model.ring, 'scale_sigma': model.scale_sigma,
+              'curvature_radius': model.cap.curvature_radius, 'height': model.cap.height, 'constants': model.constants,
+              'absorptions': model.absorptions, 'noise': model.noise, 'camera_centre': model.path.centre, 'image_size': image_size}
+    fitted = {name: np.asarray(value, float).tolist() for name, value in values.items()}
     residuals = {'range_rms': calibration.residual_rms, 'range_bias': calibration.residual_bias,
                  'held_out_places_range_rms': calibration.held_out_rms,
                  'presses': calibration.presses, 'dots': calibration.dots, 'sphere_radius': calibration.sphere_radius}
     low, high = np.asarray(calibration.place_range, float).tolist()
     span = {'depth': [float(v) for v in calibration.depth_range], 'x': [low[0], high[0]], 'y': [low[1], high[1]]}
-    write_calibration(path, CalibrationFile(
-        SENSOR, UNITS, fitted, residuals, span, calibration.left_out, serial=specimen.serial, parameters=specimen.parameters(SENSOR),
-        outliers=outliers(calibration.held_out)))
+    return CalibrationFile(SENSOR, UNITS, fitted, residuals, span, [*left_out, *calibration.left_out], serial=specimen.serial,
+                           parameters=specimen.parameters(SENSOR))
 
 
 def read_touchpad(path: str | Path, camera: CameraModel, image_size: tuple[int, int] | None = None) -> WaterModel:
     """Read the model. Raises BadCalibration for a bad file (read_calibration), a number that is missing or must be positive and is not, and
     another camera position or image_size (width, height) px; None skips the check of the size.
     """
-    fitted = read_calibration(path, SENSOR).fitted
-    values = _check(fitted, path)
-    if image_size is not None and tuple(fitted['image_size']) != tuple(image_size):
-        raise BadCalibration(f'{path}: made for images of {fitted["image_size"]} px, these are {list(image_size)}; calibrate at this size')
+    values = fitted_arrays(read_calibration(path, SENSOR).fitted, _SHAPES, path)
+    for name in _POSITIVE:
+        if not np.all(values[name] > 0):
+            raise BadCalibration(f'{path}: fitted.{name} is {values[name]}, must be positive; {AGAIN}')
+    if not (np.linalg.eigvalsh(values['noise']) > 0).all():
+        raise BadCalibration(f'{path}: fitted.noise is no covariance; {AGAIN}')
+    made_for = values['image_size'].astype(int).tolist()
+    if image_size is not None and made_for != list(image_size):
+        raise BadCalibration(f'{path}: made for images of {made_for} px, these are {list(image_size)}; calibrate at this size')
     moved = float(np.linalg.norm(values['camera_centre'] - camera.centre))
     if moved > POSE_TOLERANCE:
         raise BadCalibration(f'{path}: the camera stood {moved * 1e3:.2f} mm from where the parameters put it; correct the pose '
                              'or calibrate again')
-    light = LightPath(*(fitted[name] for name in ('window_z', 'lamp_z', 'lamp_radius', 'ambient')), tuple(values['camera_centre']))
+    light = LightPath(*(values[name] for name in _LIGHT), tuple(values['camera_centre'].tolist()))
     try:
-        cap = Cap(fitted['curvature_radius'], fitted['height'])
-        return WaterModel(light, values['constants'], values['absorptions'], values['noise'], fitted['ring'], cap,
-                          fitted['ring_offset'], fitted['scale_sigma'], fitted['offset_sigma'])
+        cap = Cap(values['curvature_radius'], values['height'])
+        return WaterModel(light, values['constants'], values['absorptions'], values['noise'], values['ring'], cap, values['scale_sigma'])
     except BadArgument as error:
         raise BadCalibration(f'{path}: {error}') from None
-
-
-def _check(fitted: dict, path) -> dict[str, np.ndarray]:
-    """Arrays among the fitted numbers, after checking that all numbers exist, have their shapes, and are positive where required."""
-    missing = [name for name in (*NUMBERS, *ARRAYS) if name not in fitted]
-    if missing:
-        raise BadCalibration(f'{path}: no {", ".join(missing)} under fitted; calibrate again')
-    arrays = {name: np.asarray(fitted[name], float) for name in ARRAYS}
-    for name, shape in ARRAYS.items():
-        if arrays[name].shape != shape:
-            raise BadCalibration(f'{path}: fitted.{name} has shape {arrays[name].shape}, not {shape}; calibrate again')
-    for name in POSITIVE:
-        if not (np.asarray(fitted[name]) > 0).all():
-            raise BadCalibration(f'{path}: fitted.{name} is {fitted[name]}, must be positive; calibrate again')
-    if not (np.linalg.eigvalsh(arrays['noise']) > 0).all():
-        raise BadCalibration(f'{path}: fitted.noise is no covariance; calibrate again')
-    return arrays

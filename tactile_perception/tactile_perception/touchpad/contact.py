@@ -14,10 +14,10 @@ from scipy.special import ndtr
 
 from .. import _core
 from ..common.geometry import lie_on_a_line
-from ..common.rigid_motion import RigidMotion
 from ..common.surface import label_score, to_grid
 from ..errors import BadFrame
 from .membrane import Membrane, MembraneMaterial
+from .pose import RigidMotion
 from .published import PaperRegion, smooth_shape
 
 _BORDER_NOISE = 0.2  # pitches, of the network's distances from the border: measured on random scenes (docs/stick_slip.md)
@@ -97,13 +97,12 @@ class MembraneMethod:
             self.core.take_rest(self._membrane.core)
 
     def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
-        """Classify dots ids (N,) at xyz (N, 3), m. Raises BadFrame for dots on a line, which span no membrane, BadArgument for ids outside
-        the grid."""
+        """Classify dots ids (N,) at xyz (N, 3), m. Raises BadFrame for dots on a line, which span no membrane."""
         xyz = np.asarray(xyz, float)
         if len(ids) > 2 and lie_on_a_line(xyz, thinnest=_THINNEST):
             raise BadFrame('the 3D positions of all dots lie on a line; check the camera, or take a new reference')
         seconds = stamp_s - self._stamp_s if stamp_s > self._stamp_s else 0.0
-        found = self.core.classify(self._membrane.checked(ids), xyz, seconds)
+        found = self.core.classify(ids, xyz, seconds)
         self._stamp_s = stamp_s
         every = AllDots(found.loads.xyz, found.score, found.state, found.force)
         confidence = state_confidence(every.score[ids], every.state[ids], found.slipping[ids])

@@ -20,29 +20,22 @@ from .water import (
 
 MODEL_FLOOR = 5e-4  # standard deviation of the path model's error in a log ratio; chosen
 CHECK_LIGHT = 'check light and exposure (too dark, or red saturated)'
-_STEP = 1e-4  # of the prior's standard deviations, for finite differences; chosen
+_HUBER = 3.0  # standard deviations, from which residuals count by their size
 _ENOUGH = 1e-6  # relative decrease of the sum of squares that ends the fit; chosen
 RIM_MARGIN = 0.04  # of the cap's height; chosen: nearer to the rim the image is blurred with the outside
 
 
-@dataclass(frozen=True)
-class OpticsPrior:
-    """Prior of the design: (mean, standard deviation) each, in units of the camera's distance from the rim plane (as_lengths).
+# Prior of the design: a ring light around the lens and a window somewhere between lens and rim. Means and standard deviations of the
+# window's height, the lamps' height over the camera and their radius, in units of the camera's distance from the rim plane, and of the
+# ambient share. They matter for a fit to the untouched pad alone, in which window and ring light are nearly confounded.
+_DESIGN = np.array([-0.20, 0.0, 0.375, 0.25]), np.array([0.20, 0.075, 0.15, 0.15])
 
-    The defaults, chosen, describe a ring light around the lens and a window somewhere between lens and rim. They matter for a fit to the
-    untouched pad alone, in which window and ring light are nearly confounded.
-    """
 
-    window: tuple[float, float] = (-0.20, 0.20)
-    lamp_height: tuple[float, float] = (0.0, 0.075)
-    lamp_radius: tuple[float, float] = (0.375, 0.15)
-    ambient: tuple[float, float] = (0.25, 0.15)
-
-    def as_lengths(self, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
-        """Means (4,) and standard deviations (4,) of window_z, lamp_z, lamp_radius (m) and ambient for this camera."""
-        unit = abs(camera.centre[2])
-        mean = np.array([self.window[0] * unit, camera.centre[2] + self.lamp_height[0] * unit, self.lamp_radius[0] * unit, self.ambient[0]])
-        return mean, np.array([self.window[1] * unit, self.lamp_height[1] * unit, self.lamp_radius[1] * unit, self.ambient[1]])
+def design_prior(camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
+    """Means (4,) and standard deviations (4,) of window_z, lamp_z, lamp_radius (m) and ambient for this camera."""
+    (mean, sd), height = _DESIGN, camera.centre[2]
+    units = np.array([abs(height)] * 3 + [1.0])
+    return mean * units + [0.0, height, 0.0, 0.0], sd * units
 
 
 @dataclass
@@ -53,10 +46,6 @@ class Colours:
     covariances: np.ndarray
     places: np.ndarray
     normals: np.ndarray
-
-    def select(self, keep: np.ndarray) -> 'Colours':
-        """Those where keep (M,) bool."""
-        return Colours(self.ratios[keep], self.covariances[keep], self.places[keep], self.normals[keep])
 
     def joined(self, others: list['Colours']) -> 'Colours':
         """These and others together."""
@@ -76,64 +65,23 @@ def predict(q: np.ndarray, places: np.ndarray, normals: np.ndarray, centre: np.n
     return q[:2] - path.lengths(places, normals)[0][:, None] * q[2:4]
 
 
-class _Misfit:
-    """Whitened residuals of colours for parameters q (8,) of predict, with square root of Huber's loss, the prior's at the end."""
+def fit(colours: Colours, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
+    """Most likely parameters q (8,) of predict, and their covariance (8, 8); cells with glare count by Huber's loss."""
+    (mean, sd), centre = design_prior(camera), tuple(camera.centre)
+    root, rays = np.linalg.inv(np.linalg.cholesky(colours.covariances)), rays_from(centre, colours.places)
 
-    def __init__(self, colours: Colours, camera: CameraModel, prior: OpticsPrior):
-        self._colours, self._centre = colours, tuple(camera.centre)
-        self.mean, self.sd = prior.as_lengths(camera)
-        root = np.linalg.inv(np.linalg.cholesky(colours.covariances))
-        self._root = [np.ascontiguousarray(root[:, i, j]) for i, j in ((0, 0), (1, 0), (1, 1))]
-        self._ratios = np.ascontiguousarray(colours.ratios.T)
-        self._rays = rays_from(self._centre, colours.places)
+    def lengths(light: np.ndarray) -> np.ndarray:
+        return LightPath(*light, centre).lengths(colours.places, colours.normals, rays)[0]
 
-    def lengths(self, light: np.ndarray) -> np.ndarray:
-        """Lengths (M,), m, of the paths to all colours' places; light: (4,) window_z, lamp_z, lamp_radius, ambient."""
-        return LightPath(*light, self._centre).lengths(self._colours.places, self._colours.normals, self._rays)[0]
+    def residuals(q: np.ndarray) -> np.ndarray:
+        first, second = (q[:2] - lengths(q[4:])[:, None] * q[2:4] - colours.ratios).T
+        return np.concatenate([root[:, 0, 0] * first, root[:, 1, 0] * first + root[:, 1, 1] * second, (q[4:] - mean) / sd])
 
-    def _whitened(self, q: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-        """(2, M)."""
-        (first, second), (a, b, c) = q[:2, None] - lengths * q[2:4, None] - self._ratios, self._root
-        return np.stack([a * first, b * first + c * second])
-
-    def residuals(self, q: np.ndarray) -> np.ndarray:
-        """(2 M + 4,): of the first log ratios, of the second ones, of the prior."""
-        plain = self._whitened(q, self.lengths(q[4:]))
-        return np.concatenate([np.copysign(_soften(np.abs(plain)), plain).ravel(), (q[4:] - self.mean) / self.sd])
-
-    def jacobian(self, q: np.ndarray) -> np.ndarray:
-        """(2 M + 4, 8) derivatives of the residuals: analytic for constants and absorptions, finite differences for the light path."""
-        lengths, (a, b, c) = self.lengths(q[4:]), self._root
-        size = np.abs(self._whitened(q, lengths))
-        soft = np.where(size <= 3, 1.0, 3 / _soften(size))
-        both = soft * np.stack([a, b]), soft * np.stack([np.zeros_like(c), c])
-        dyed = q[2] * both[0] + q[3] * both[1]
-        changes = [(self.lengths(q[4:] + step) - lengths) / step.sum() for step in np.diag(_STEP * self.sd)]
-        slopes = np.zeros((8, 2 * len(lengths) + 4))
-        slopes[:, :-4] = np.reshape([*both, *(-lengths * part for part in both), *(-change * dyed for change in changes)], (8, -1))
-        slopes[4:, -4:] = np.diag(1 / self.sd)
-        return slopes.T
-
-
-def fit(colours: Colours, camera: CameraModel, prior: OpticsPrior) -> tuple[np.ndarray, np.ndarray, float]:
-    """Most likely parameters q (8,), their covariance (8, 8) and the root mean square of the whitened residuals."""
-    misfit = _Misfit(colours, camera, prior)
-    start = _start(colours, misfit)
-    scale = np.concatenate([[1, 1], np.abs(start[2:4]) + 1, misfit.sd])
-    result = scipy.optimize.least_squares(misfit.residuals, start, misfit.jacobian, x_scale=scale, max_nfev=60, ftol=_ENOUGH)
-    noise = float(np.sqrt(np.mean(result.fun[:-4] ** 2)))
-    return result.x, np.linalg.pinv(result.jac.T @ result.jac), noise
-
-
-def _soften(size: np.ndarray) -> np.ndarray:
-    """Residuals up to 3 unchanged, larger ones by the square root of Huber's loss: robust to cells with glare."""
-    return np.where(size <= 3, size, np.sqrt(np.maximum(6 * size - 9, 0)))
-
-
-def _start(colours: Colours, misfit: _Misfit) -> np.ndarray:
-    """Parameters (8,) to start from: prior geometry, constants and absorptions by linear regression."""
-    line = np.polyfit(misfit.lengths(misfit.mean), colours.ratios, 1)
-    return np.concatenate([line[1], np.maximum(-line[0], 1.0), misfit.mean])
+    line = np.polyfit(lengths(mean), colours.ratios, 1)
+    start = np.concatenate([line[1], np.maximum(-line[0], 1.0), mean])
+    scale = np.concatenate([[1, 1], np.abs(start[2:4]) + 1, sd])
+    found = scipy.optimize.least_squares(residuals, start, x_scale=scale, loss='huber', f_scale=_HUBER, max_nfev=60, ftol=_ENOUGH)
+    return found.x, np.linalg.pinv(found.jac.T @ found.jac)
 
 
 def rest_colours(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float, noise: np.ndarray) -> Colours:
@@ -144,8 +92,7 @@ def rest_colours(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float
 
 def _plain(ground: _Ground, camera: CameraModel, noise: np.ndarray) -> Colours:
     """See rest_colours."""
-    (window_z, lamp_z, lamp_radius, ambient), _ = OpticsPrior().as_lengths(camera)
-    irradiance = LightPath(window_z, lamp_z, lamp_radius, ambient, tuple(camera.centre)).irradiance(ground.places, ground.normals)
+    irradiance = LightPath(*design_prior(camera)[0], tuple(camera.centre)).irradiance(ground.places, ground.normals)
     plain = ~smooth_light(ground.rays, ground.brightness - np.log(irradiance))[2]
     covariances = noise / ground.pixels[plain][:, None, None] + np.eye(2) * MODEL_FLOOR**2
     return Colours(ground.ratios[plain], covariances, ground.places[plain], ground.normals[plain])
@@ -179,7 +126,7 @@ def identify(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap,
     """Model and glare of a pad from its untouched image (H, W, 3) uint8 BGR with dots at uv (N, 2), px: the calibrated model adapted to
     it, else fit_rest; None where there is next to no glare. Raises BadFrame and BadArgument as fit_rest does."""
     if calibrated is None:
-        model, ground = _fit_rest(image, uv, camera, cap, OpticsPrior())
+        model, ground = _fit_rest(image, uv, camera, cap)
     else:
         model = update_constants(calibrated, image, uv, camera)
         ground = _ground(image, camera, model.cap, model.ring)
@@ -204,22 +151,22 @@ def _find_glare(model: WaterModel, ground: _Ground, image: np.ndarray, uv: np.nd
     return None
 
 
-def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = Cap(), prior: OpticsPrior = OpticsPrior()) -> WaterModel:
+def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = Cap()) -> WaterModel:
     """The WaterModel of a pad from its untouched image alone.
 
     image: (H, W, 3) uint8 BGR, untouched; uv: (N, 2) px, its dots; camera, cap: known. Raises BadFrame where the image shows too little,
     BadArgument where the water leaves no colour.
     """
-    return _fit_rest(image, uv, camera, cap, prior)[0]
+    return _fit_rest(image, uv, camera, cap)[0]
 
 
-def _fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap, prior: OpticsPrior) -> tuple[WaterModel, _Ground]:
+def _fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap) -> tuple[WaterModel, _Ground]:
     """See fit_rest; and the ground that the model was fitted to."""
     share = ring_share(check_image(image), uv)
     radius = share * pitch_px(uv)
     noise = _noise_at_rest(log_ratios(image, uv, radius), uv, camera, cap)
     ground = _ground(image, camera, cap, radius)
-    q, covariance, _ = fit(_plain(ground, camera, noise * RING_PIXELS), camera, prior)
+    q, covariance = fit(_plain(ground, camera, noise * RING_PIXELS), camera)
     model = replace(model_from(q, covariance, noise, radius, camera, cap), ring_share=share)
     return update_constants(model, image, uv, camera) if share > RING else model, ground
 
@@ -257,17 +204,7 @@ def model_from(q: np.ndarray, covariance: np.ndarray, noise: np.ndarray, radius:
     if (q[2:4] <= 0).any():
         raise BadArgument(f'surface: the water leaves no colour (absorptions {q[2:4]} 1/m); check channel order and light, fill red water')
     path = LightPath(*(float(v) for v in q[4:8]), tuple(float(v) for v in camera.centre))
-    return WaterModel(path, q[:2], q[2:4], noise, radius, cap, ring_offset(radius, camera, cap), scale_sigma(q, covariance, camera, cap))
-
-
-def ring_offset(radius: float, camera: CameraModel, cap: Cap) -> float:
-    """Mean range over a ring of radius px minus the range at its centre, m, on the cap at rest: the median over the cap."""
-    side = np.linspace(-0.5, 0.5, 5) * cap.rim_radius
-    x, y = (part.ravel() for part in np.meshgrid(side, side))
-    uv = camera.project(np.column_stack([x, y, np.full(x.size, 0.7 * cap.height)]))
-    ring = np.array([[1, 0], [-1, 0], [0, 1], [0, -1.0]]) * radius
-    around = cap.ranges(camera.centre, camera.rays((uv[:, None] + ring).reshape(-1, 2))).reshape(-1, 4).mean(1)
-    return float(np.nanmedian(around - cap.ranges(camera.centre, camera.rays(uv))))
+    return WaterModel(path, q[:2], q[2:4], noise, radius, cap, scale_sigma(q, covariance, camera, cap))
 
 
 def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap: Cap, dent: float = 2e-3) -> float:
@@ -295,7 +232,7 @@ def update_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camer
     """
     share, pitch = ring_share(check_image(image), uv), pitch_px(uv)
     if share > model.ring / pitch + 0.02:
-        model = replace(model, ring=share * pitch, ring_offset=ring_offset(share * pitch, camera, model.cap))
+        model = replace(model, ring=share * pitch)
     model = replace(model, ring_share=model.ring / pitch)
     colours = log_ratios(image, uv, model.ring)
     ratios = colours.ratios
@@ -304,7 +241,6 @@ def update_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camer
     if known.sum() < 30:
         raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; {CHECK_LIGHT}')
     normals = (places[known] - [0, 0, model.cap.centre_z]) / model.cap.curvature_radius
-    length, slope = model.path.lengths(places[known], normals)
-    length = length + model.ring_offset * slope
+    length = model.path.lengths(places[known], normals)[0]
     constants = np.median(ratios[known] + length[:, None] * model.absorptions, axis=0)
     return replace(model, constants=constants, noise=_noise_at_rest(colours, uv, camera, model.cap))

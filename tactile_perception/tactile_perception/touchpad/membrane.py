@@ -54,15 +54,12 @@ class Membrane:
     origin: (3,) m, camera centre.
 
     core: the running membrane (_core.Membrane), which holds the last frame. NaN rows of rest_xyz (dots missing from the reference) are
-    interpolated. Raises BadArgument for a wrong shape, too few or too many dots, or less than half of the rest positions.
+    interpolated. Raises BadArgument for too many dots, or less than half of the rest positions.
     Kernel: src/touchpad/membrane.cpp.
     """
 
     def __init__(self, rest_xyz: np.ndarray, rows: int, columns: int, origin: np.ndarray, material: MembraneMaterial | None = None,
                  model: _core.MembraneModel | None = None):
-        if rows < 3 or columns < 3:
-            raise BadArgument(f'membrane: a grid of at least 3 x 3 dots is needed, got {rows} x {columns}; '
-                              'check parameters rows and columns')
         if rows * columns > _MOST:
             raise BadArgument(f'membrane: {rows} x {columns} dots are more than the maximum of {_MOST}; check rows and columns')
         self.rows, self.columns = rows, columns
@@ -71,8 +68,6 @@ class Membrane:
 
     def _at(self, rest_xyz: np.ndarray) -> _core.Membrane:
         size, rest = self.rows * self.columns, np.asarray(rest_xyz, float)
-        if rest.shape != (size, 3):
-            raise BadArgument(f'membrane: rest_xyz must be ({size}, 3) for {self.rows} x {self.columns} dots, got {rest.shape}')
         known = np.isfinite(rest).all(1)
         if known.sum() < size / 2:
             raise BadArgument(f'membrane: only {known.sum()} of {size} dots have a rest place; take a new reference')
@@ -88,18 +83,9 @@ class Membrane:
     def solve(self, rays: np.ndarray, ranges: np.ndarray, sigma: np.ndarray, ids: np.ndarray) -> _core.MembraneState:
         """The state of the next frame from measured ranges (N,) m along unit rays (N, 3) from the origin to the dots ids (N,).
 
-        sigma: (N,) m, independent error of each range, without the errors that neighbours share; a NaN range is interpolated. Raises
-        BadArgument for ids outside the grid.
+        sigma: (N,) m, independent error of each range, without the errors that neighbours share; a NaN range is interpolated.
         """
-        return self.core.solve(np.asarray(rays, float), np.asarray(ranges, float), np.asarray(sigma, float), self.checked(ids))
-
-    def checked(self, ids: np.ndarray) -> np.ndarray:
-        """ids (N,) as int64. Raises BadArgument for some outside the grid."""
-        ids, size = np.asarray(ids, np.int64), self.rows * self.columns
-        if len(ids) and not 0 <= ids.min() <= ids.max() < size:
-            raise BadArgument(f'membrane: dot numbers {ids.min()} to {ids.max()} are outside the grid of {size} dots; '
-                              'check parameters rows and columns')
-        return ids
+        return self.core.solve(rays, ranges, sigma, ids)
 
 
 def fill_rest(rest: np.ndarray, known: np.ndarray, columns: int) -> np.ndarray:

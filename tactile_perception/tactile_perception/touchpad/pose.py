@@ -1,16 +1,37 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The object's pose since it touched (paper touchpad_contact_region, eq 4): its motions, one after the other."""
+"""Motion of the object between two frames, and its pose since it touched (paper touchpad_contact_region, eq 4)."""
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..common.rigid_motion import RigidMotion
+from ..common.geometry import lie_on_a_line
 
 _SAME_S = 1e-6  # s, up to which two stamps are one
-_KEPT_S = 4.5   # s, that poses are kept: motions reach back over 4 s at most (PaperRegion's horizon_s)
+_KEPT_S = 4.5   # s, that poses are kept: motions reach back over 4 s at most (published.py: _HORIZON_S)
+_NARROW = 1e-3  # least width over length of points; below, the turn about their line is open. Chosen
 
 Pose = tuple[np.ndarray, np.ndarray]
+
+
+@dataclass(frozen=True)
+class RigidMotion:
+    """q = rotation @ p + translation. rotation: (3, 3); translation: (3,) m."""
+
+    rotation: np.ndarray
+    translation: np.ndarray
+
+
+def fit_rigid(p: np.ndarray, q: np.ndarray) -> RigidMotion | None:
+    """Least squares over p (N, 3) and q (N, 3), m, finite (Kabsch 1976); None where fewer than three points, or points on a line, leave it
+    open."""
+    if len(p) < 3 or any(lie_on_a_line(points, thinnest=_NARROW) for points in (p, q)):
+        return None
+    u, _, v = np.linalg.svd((p - p.mean(axis=0)).T @ (q - q.mean(axis=0)))
+    rotation = (u * [1, 1, np.sign(np.linalg.det(u @ v))] @ v).T
+    return RigidMotion(rotation, q.mean(axis=0) - rotation @ p.mean(axis=0))
 
 
 class ObjectPose:

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..common.surface import grid_normals, to_grid
-from ..common.rigid_motion import RigidMotion, fit_rigid
-from ..errors import BadArgument, BadFrame, DegenerateFit
+from .pose import RigidMotion, fit_rigid
 
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
+_HORIZON_S = 4.0  # s, in which t_p is searched
 _AROUND = 9  # dots around the reference dot that are assumed to stick (section 3.2: "at least a set of nine dots")
 
 
@@ -42,42 +42,26 @@ class PaperRegion:
     """States of dots on a rows x columns grid, frame by frame.
 
     d_max: m, largest displacement that makes an interval long enough (D_max, eq 10); delta_d: m, threshold of the tests (eqs 12, 14):
-    the paper's 12.0 and 2.5 px in m. horizon_s: s, time in which t_p is searched. While no frame in it is d_max away, the states stay;
-    once no dot is d_max from its untouched position, none is in contact.
+    the paper's 12.0 and 2.5 px in m. While no frame of the last seconds is d_max away, the states stay; once no dot is d_max from its
+    untouched position, none is in contact.
     """
 
-    def __init__(self, rows: int, columns: int, d_max: float = 0.91e-3, delta_d: float = 0.19e-3, horizon_s: float = 4.0):
-        if min(rows, columns) < 3 or not (0 < delta_d < np.inf and 0 < d_max < np.inf and 0 < horizon_s < np.inf):
-            raise BadArgument(f'paper_region: need a grid of 3 x 3 or more and positive d_max, delta_d, horizon_s, got {rows} x {columns}, '
-                              f'{d_max}, {delta_d}, {horizon_s}')
-        self.rows, self.columns = rows, columns
-        self.d_max, self.delta_d, self.horizon_s = d_max, delta_d, horizon_s
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget all frames and states, as after a new reference."""
+    def __init__(self, rows: int, columns: int, d_max: float = 0.91e-3, delta_d: float = 0.19e-3):
+        self.rows, self.columns, self.d_max, self.delta_d = rows, columns, d_max, delta_d
         self._past: deque[tuple[float, np.ndarray]] = deque()
-        self._state = np.zeros(self.rows * self.columns, np.uint8)
+        self._state = np.zeros(rows * columns, np.uint8)
 
     def process(self, ids: np.ndarray, xyz: np.ndarray, rest_xyz: np.ndarray, stamp_s: float) -> PaperStates:
         """States of the dots ids (N,) at xyz (N, 3), untouched at rest_xyz (N, 3), sensor frame, m, at stamp_s.
 
-        Dots with NaN in xyz count as unseen. Raises BadFrame for a stamp that is not later than the last, BadArgument for wrong shapes.
+        Dots with NaN in xyz count as unseen.
         """
-        now, moved = self._laid_out(ids, xyz, rest_xyz, stamp_s)
-        try:
-            return self._judge(ids, now, moved, stamp_s)
-        finally:
-            self._remember(stamp_s, now)
-
-    def _laid_out(self, ids, xyz, rest_xyz, stamp_s) -> tuple[np.ndarray, np.ndarray]:
-        if np.shape(xyz) != (len(ids), 3) or np.shape(rest_xyz) != np.shape(xyz):
-            raise BadArgument(f'paper_region: need xyz and rest_xyz ({len(ids)}, 3), got {np.shape(xyz)}, {np.shape(rest_xyz)}')
-        if not np.isfinite(stamp_s) or (self._past and stamp_s <= self._past[-1][0]):
-            raise BadFrame(f'paper_region: stamp {stamp_s} s is not later than the last; frame skipped')
-        now = to_grid(ids, xyz, self.rows, self.columns).reshape(-1, 3)
-        rest = to_grid(ids, rest_xyz, self.rows, self.columns).reshape(-1, 3)
-        return now, np.linalg.norm(now - rest, axis=1)
+        now, rest = (to_grid(ids, places, self.rows, self.columns).reshape(-1, 3) for places in (xyz, rest_xyz))
+        found = self._judge(ids, now, np.linalg.norm(now - rest, axis=1), stamp_s)
+        self._past.append((stamp_s, now))
+        while self._past[0][0] < stamp_s - _HORIZON_S:
+            self._past.popleft()
+        return found
 
     def _judge(self, ids, now, moved, stamp_s) -> PaperStates:
         if not np.isfinite(moved).any() or np.nanmax(moved) < self.d_max:
@@ -88,9 +72,8 @@ class PaperRegion:
             return PaperStates(self._state[ids], self._reference(moved), None, np.nan)
         both = np.isfinite(before[:, 0]) & np.isfinite(now[:, 0])
         reference = self._reference(np.where(both, moved, np.nan))
-        try:
-            motion = self._object_motion(reference, before, now, both)
-        except DegenerateFit:
+        motion = self._object_motion(reference, before, now, both)
+        if motion is None:
             return PaperStates(self._state[ids], reference, None, np.nan)
         self._decide(reference, motion, before, now, both)
         return PaperStates(self._state[ids], reference, motion, stamp_s - since)
@@ -108,7 +91,7 @@ class PaperRegion:
         """Number of the dot farthest from its untouched position (eq 2); -1 if no dot can be compared."""
         return int(np.nanargmax(moved)) if np.isfinite(moved).any() else -1
 
-    def _object_motion(self, reference: int, before, now, both) -> RigidMotion:
+    def _object_motion(self, reference: int, before, now, both) -> RigidMotion | None:
         """The object's motion from the seen dots nearest to the reference dot on the grid, assumed to stick (eq 3)."""
         seen = np.flatnonzero(both)
         row, column = np.divmod(seen, self.columns)
@@ -129,8 +112,3 @@ class PaperRegion:
         contact = np.where(self._state == NON_CONTACT, sticks, touches | sticks)
         state = np.where(contact, np.where(sticks, STICKING, SLIPPING), NON_CONTACT)
         self._state = np.where(both, state, self._state).astype(np.uint8)
-
-    def _remember(self, stamp_s: float, now: np.ndarray) -> None:
-        self._past.append((stamp_s, now))
-        while self._past and self._past[0][0] < stamp_s - self.horizon_s:
-            self._past.popleft()

@@ -14,10 +14,10 @@ from .. import _core
 from ..common.contact_tracker import ContactTracker
 from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, to_grid
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
-from ..common.rigid_motion import RigidMotion
 from ..common.geometry import Cap, deepest_notch, quaternion
 from ..common.statistics import all_within
 from ..errors import BadArgument
+from .pose import RigidMotion
 
 _MASK_SCALE = 8  # pixels a pitch, of the mask that assigns dots to regions; chosen
 
@@ -146,9 +146,6 @@ class ContactFinder:
     calibrated_radius: m, largest calibrated depth and distance from the z axis; None: unknown."""
 
     def __init__(self, cap: Cap, calibrated_depth: float | None = None, calibrated_radius: float | None = None):
-        for name, value in (('calibrated_depth', calibrated_depth), ('calibrated_radius', calibrated_radius)):
-            if value is not None and not 0 < value < np.inf:
-                raise BadArgument(f'contacts: {name} must be positive, m, got {value}')
         self._cap, self._depth, self._radius = cap, calibrated_depth, calibrated_radius
         self._tracker = ContactTracker()
 

@@ -11,14 +11,14 @@ from tactile_driver.nodes.messages.images import image_to_array
 
 from ..bags.stamped import TRUTH, pairs_of
 from ..calibration.files.format import Specimen
-from ..calibration.residuals import outliers, report_residuals
+from ..calibration.residuals import write_and_report
 from ..common.camera import CameraModel
 from ..errors import BadCalibration, BadFrame
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
 from ..parameters.touchpad import DOT_PARAMETERS
 from ..dots.tracker import make_tracker
-from .calibration import Press, TouchpadCalibration, find_sphere_radius, fit_touchpad, sphere_misfit, write_touchpad
+from .calibration import Press, TouchpadCalibration, find_sphere_radius, fit_touchpad, sphere_misfit, touchpad_file
 from .sensor import Touchpad
 
 _MOST_PRESSES, _MOST_REST = 80, 10  # frames fitted, chosen
@@ -77,19 +77,17 @@ def _evenly(items: list, most: int) -> list:
     return [items[k] for k in np.unique(np.linspace(0, len(items) - 1, min(most, len(items))).round().astype(int))] if items else []
 
 
-def report(found: TouchpadCalibration, left_out: list[str], output: Path) -> str:
-    """The report of the fit."""
+def report(found: TouchpadCalibration) -> list[str]:
+    """Lines about the fit."""
     model = found.model
     shallow, deep = (1e3 * depth for depth in found.depth_range)
-    lines = [
+    return [
         f'{found.presses} presses, {found.dots} dots on a sphere of {found.sphere_radius * 1e3:.2f} mm radius',
         f'range residual: {found.residual_rms * 1e3:.3f} mm RMS, {found.residual_bias * 1e3:+.3f} mm mean; '
         f'cross-validation {found.held_out_rms * 1e3:.3f} mm RMS',
         f'absorption relative to red: blue {model.absorptions[0]:.2f}, green {model.absorptions[1]:.2f} 1/m',
         f'standard deviation of the depth scale {model.scale_sigma:.1%}; calibrated for depths of {shallow:.2f} to {deep:.2f} mm',
     ]
-    lines += [f'left out: {line}' for line in left_out + found.left_out]
-    return '\n'.join([*lines, f'written: {output}'])
 
 
 def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',
@@ -110,6 +108,5 @@ def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: 
         sphere_radius = find_sphere_radius(lambda radius: sphere_misfit(few, reader.camera, radius, cap))
     found = fit_touchpad(presses, reader.camera, sphere_radius, cap)
     height, width = presses[0].image.shape[:2]
-    write_touchpad(output, found, (width, height), Specimen(serial, values))
-    reported = report_residuals(found.held_out, outliers(found.held_out), output, 'touchpad')
-    return '\n'.join([report(found, reader.left_out, output), *reported])
+    content = touchpad_file(found, (width, height), reader.left_out, Specimen(serial, values))
+    return write_and_report(output, content, found.held_out, report(found))

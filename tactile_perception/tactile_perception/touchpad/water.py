@@ -333,9 +333,8 @@ class WaterModel:
     """Colour -> range. From identification.fit_rest (untouched pad alone) or calibration.fit_touchpad.
 
     constants: (2,) log blue/red and green/red without water; absorptions: (2,) 1/m, of blue and green minus that of red; noise: (2, 2)
-    covariance of the two log ratios of a whole ring; ring: radius of the sampling ring, px; ring_offset: m, mean range over that ring
-    minus the range at its centre, on the cap at rest; scale_sigma: standard deviation of the common relative error of (range - range at
-    rest); offset_sigma: m, of the common offset of the ranges; ring_share: radius of the ring over the dots' pitch. Raises BadArgument.
+    covariance of the two log ratios of a whole ring; ring: radius of the sampling ring, px; scale_sigma: standard deviation of the common
+    relative error of (range - range at rest); ring_share: radius of the ring over the dots' pitch. Raises BadArgument.
     """
 
     path: LightPath
@@ -344,9 +343,7 @@ class WaterModel:
     noise: np.ndarray
     ring: float
     cap: Cap = Cap()
-    ring_offset: float = 0.0
     scale_sigma: float = 0.05
-    offset_sigma: float = 1e-5
     ring_share: float = RING
 
     def __post_init__(self):
@@ -357,7 +354,7 @@ class WaterModel:
     def depths(self, image: np.ndarray, tracks: DotTracks, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
         """Ranges (N,) of the dots, m along the unit ray from the camera's centre, and their standard deviations (N,), m.
 
-        image: (H, W, 3) uint8 BGR; the standard deviations exclude the common errors (scale_sigma, offset_sigma). Both are NaN for a dot
+        image: (H, W, 3) uint8 BGR; the standard deviations exclude the common errors (scale_sigma). Both are NaN for a dot
         without a usable colour. Raises BadFrame for an image without colour.
         """
         rest = self.at_rest(self.cap.meet(camera.centre, camera.rays(tracks.rest_uv)))
@@ -378,7 +375,7 @@ class WaterModel:
         ranges, slope = water_ranges(
             self.path.numbers, length, rays=rays, id=tracks.id, rest_ranges=rest.ranges, rest_normals=rest.normals, rows=tracks.rows,
             columns=tracks.columns, ring_share=self.ring_share)
-        return ranges - self.ring_offset, sigma / slope
+        return ranges, sigma / slope
 
     def path_lengths(self, colours: RingColours, glare: SeenGlare | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Path lengths (N,), m, by weighted least squares from both log ratios, and their standard deviations, m.

@@ -9,7 +9,8 @@ from tactile_driver.nodes.messages.conversions import header_of, image_to_messag
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_msgs.msg import Contact, Contacts, Slip
-from tactile_perception.bags.judged_bag import JudgedBag
+from tactile_perception.bags.judged_bag import JudgedBag, SampledTruth
+from tactile_perception.common.estimates import ContactEstimate
 from tactile_perception.errors import BadArgument, BadRecording
 
 MS = 10**6
@@ -96,8 +97,8 @@ def test_computed_anew_each_stage_is_timed(pressed_bag):
 @pytest.mark.parametrize('topics, namespace, message', [
     (['/pad/contacts'], '', 'nothing says what is true'),
     (['/pad/ground_truth/contacts', '/pad/image_raw'], '', 'process_bag'),
-    (['/a/contacts', '/a/ground_truth/contacts', '/b/ground_truth/contacts'], '', 'several sensors.*/a/, /b/'),
-    (['/a/contacts', '/a/ground_truth/contacts'], 'c', 'no such sensor.*/a/')])
+    (['/a/contacts', '/a/ground_truth/contacts', '/b/ground_truth/contacts'], '', '2 topics .*/a/.*, /b/'),
+    (['/a/contacts', '/a/ground_truth/contacts'], 'c', 'no /c/.*/a/')])
 def test_what_cannot_be_judged_is_said(tmp_path, topics, namespace, message):
     made = {topic: image(0) if topic.endswith('raw') else contacts(0.0) for topic in topics}
     path = write(tmp_path / 'bag', [(1, 1, topic, m) for topic, m in made.items()])
@@ -108,3 +109,32 @@ def test_what_cannot_be_judged_is_said(tmp_path, topics, namespace, message):
 def test_a_parameter_file_that_is_not_there_is_said(pressed_bag, tmp_path):
     with pytest.raises(BadArgument, match='none.yaml'):
         JudgedBag(pressed_bag, params=tmp_path / 'none.yaml')
+
+
+def true_contact(x, number=1):
+    return ContactEstimate(number, np.array([x, 0.0, 0.0]), np.array([0.0, x, 1.0]), 0.1 * x, x, np.zeros((3, 3)), 0, np.zeros(0, bool))
+
+
+def test_a_contact_that_lasts_moves_evenly():
+    truth = SampledTruth()
+    truth.add(40 * MS, [true_contact(3.0)])
+    truth.add(20 * MS, [true_contact(1.0)])
+    found, = truth.at(25 * MS)
+    assert found.position[0] == found.force == pytest.approx(1.5) and found.depth == pytest.approx(0.15)
+    assert np.linalg.norm(found.normal) == pytest.approx(1) and found.normal[1] / found.normal[2] == pytest.approx(1.5)
+    assert truth.used == {20 * MS, 40 * MS}
+
+
+def test_another_contact_begins_at_its_stamp():
+    truth = SampledTruth()
+    for stamp, known in ((0, []), (20, [true_contact(1.0)]), (30, [true_contact(2.0, 2)])):
+        truth.add(stamp * MS, known)
+    assert truth.at(19 * MS) == [] and truth.at(29 * MS)[0].position[0] == 1.0
+
+
+def test_beyond_what_is_known_nothing_is():
+    truth = SampledTruth()
+    assert truth.at(5) is None
+    truth.add(10 * MS, [])
+    truth.add(100 * MS, [])
+    assert [truth.at(stamp * MS) for stamp in (5, 50, 101)] == [None] * 3 and truth.used == set()

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
-from tactile_perception.common.geometry import (Cap, FrameTree, cross, deepest_notch, lie_on_a_line, matrix_of_quaternion, quaternion,
+from tactile_perception.common.geometry import (Cap, FrameTree, deepest_notch, lie_on_a_line, matrix_of_quaternion, quaternion,
                                                 rotation_matrix, rotation_vector, sphere_ranges, spline_fit, tangents)
 from tactile_perception.errors import BadArgument, BadFrame
 
@@ -23,14 +23,6 @@ def test_quaternion_is_that_of_the_rotation(vector):
     found = quaternion(rotation_matrix(np.array(vector, float)))
     np.testing.assert_allclose(found, [*np.sin(angle / 2) * axis, np.cos(angle / 2)], atol=1e-9)
     np.testing.assert_allclose(matrix_of_quaternion(found), rotation_matrix(np.array(vector, float)), atol=1e-12)
-
-
-A, B = np.random.default_rng(0).normal(size=(2, 3, 4, 5))
-
-
-def test_products_are_those_of_numpy():
-    assert cross(A, B) == pytest.approx(np.cross(A, B, axis=0))
-    assert cross(A[:, 0, 0], B[:, 0, 0]) == pytest.approx(np.cross(A[:, 0, 0], B[:, 0, 0]))
 
 
 @pytest.mark.parametrize('normal', [[0, 0, 1.0], [0, 1.0, 0], [-0.6, 0, 0.8]])

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tactile_perception._core import path_lengths, skin_light, water_lengths
+from tactile_perception._core import water_lengths
 
 CONSTANTS, ABSORPTIONS = np.array([-0.5, -0.4]), np.array([35.0, 27.0])
 NOISE = np.array([[9e-6, 4e-6], [4e-6, 7e-6]])
-PATH = np.array([-0.005, -0.038, 0.018, 0.2, 0.0, 0.0, -0.04])
 
 
 def lengths_of(ratios, excess, sigma=0.02, probability=0.3, size=0.1, colour=(0.5, 0.6), count=16, patchiness=0.0):
@@ -53,18 +52,3 @@ def test_where_glare_and_shape_cannot_be_reported_apart_the_deviation_says_so():
 def test_glare_of_an_unknown_colour_is_not_taken_off(colour):
     ratios = mirrored(0.033, 0.2)
     assert lengths_of(ratios, np.log1p(0.2), colour=(0.5, colour)) == lengths_of(ratios, np.nan)
-
-
-def test_the_light_on_a_skin_is_that_of_each_place_with_its_normal():
-    y, x = np.meshgrid(*[1e-3 * np.arange(-3, 4)] * 2, indexing='ij')
-    places = np.stack([x, y, 0.01 + 0.2 * x], axis=-1).reshape(-1, 3)
-    normals = np.tile(np.array([-0.2, 0, 1]) / np.hypot(0.2, 1), (49, 1))
-    irradiance, lengths = skin_light(PATH, places, normals, rows=7, columns=7)
-    rays = places - PATH[4:]
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    expected = path_lengths(PATH, places, normals, rays)
-    np.testing.assert_allclose(irradiance, expected[2], rtol=1e-9)
-    np.testing.assert_allclose(lengths, expected[0], rtol=1e-9)
-    wrong_border = skin_light(PATH, places, np.tile([0.0, 0.0, 1.0], (49, 1)), rows=7, columns=7)[0].reshape(7, 7)
-    np.testing.assert_allclose(wrong_border[1:-1, 1:-1], irradiance.reshape(7, 7)[1:-1, 1:-1], rtol=1e-12)
-    assert np.abs(wrong_border[0] - irradiance.reshape(7, 7)[0]).min() > 0

@@ -70,19 +70,6 @@ def test_markers_that_touch_are_reported_apart(draw_dots, markers):
     assert np.hypot(*error.T).max() < 0.35
 
 
-def test_ellipses(draw_dots):
-    v, u = np.mgrid[:SHAPE[0] * 4, :SHAPE[1] * 4] / 4 - 0.375
-    inside, truth = np.zeros(u.shape, np.float32), []
-    for k, angle in enumerate(np.linspace(0, np.pi, 12, endpoint=False)):
-        centre = np.array([40.3 + 60.1 * (k % 4), 35.6 + 60.3 * (k // 4)])
-        x, y = u - centre[0], v - centre[1]
-        along, across = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
-        inside[(along / 12)**2 + (across / 5)**2 < 1] = 1
-        truth.append(centre)
-    inside = cv2.resize(cv2.GaussianBlur(inside, (0, 0), 4), SHAPE[::-1], interpolation=cv2.INTER_AREA)
-    check(DotDetector('bright', 'blobs').detect(noisy(15 + 180 * inside, 2.0)), np.array(truth), np.full(12, np.pi * 60), 0.05, 0.03)
-
-
 def test_cut_hidden_and_false_ones_are_left_out(draw_dots, markers):
     uv, diameter = markers[0] - [29, 0], markers[1]  # the first column lies on the border
     image = 15 + 180 * draw_dots(uv, diameter, SHAPE, 1.0, 0.0, 1.0)

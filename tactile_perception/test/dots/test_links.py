@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Links between two sets of places, and tracks."""
-import copy
 
 import numpy as np
 from hypothesis import given, settings, strategies as st
@@ -63,12 +62,3 @@ def test_no_dots():
     assert len(linker.update(np.zeros((0, 2)), 0.0)) == 0
     assert linker.update(scattered(5), 1.0).tolist() == [0, 1, 2, 3, 4]
     assert len(linker.update(np.zeros((0, 2)), 1.1)) == 0
-
-
-def test_a_copy_goes_on_alone():
-    uv, linker = scattered(30), Linker()
-    linker.update(uv, 0.0)
-    other = copy.deepcopy(linker)
-    assert other.update(np.vstack([uv + 3, uv[:1] + 60]), 0.1)[:30].tolist() == linker.update(uv + 3, 0.1).tolist() == list(range(30))
-    linker.reset()
-    assert linker.update(uv, 1.0).tolist() == list(range(30, 60)), 'ids are not used again'

@@ -110,11 +110,6 @@ def test_the_first_frame_numbers_all_that_follow(uv):
     assert np.array_equal(numbers.update(dots(uv[order] + [9, 3]), 900.0), order)
 
 
-def test_a_calibrated_pattern_numbers_the_first_frame_too(uv):
-    order = np.random.default_rng(1).permutation(60)
-    assert np.array_equal(PatternNumbers(uv).update(dots(uv[order] + 2), 0.0), order)
-
-
 def test_a_first_frame_of_few_dots_is_a_bad_one(uv):
     numbers = PatternNumbers()
     with pytest.raises(BadFrame, match='at least 8'):

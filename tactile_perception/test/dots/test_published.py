@@ -19,21 +19,6 @@ def test_brightness_centres_lie_near_the_dots(draw_dots, lattice, sign, ground, 
     assert np.isnan(dots.sigma).all()
 
 
-def test_the_centre_is_the_first_moment_of_inverted_brightness():
-    image = np.full((64, 64), 200, np.uint8)
-    image[20:24, 30:32] = 100
-    image[20:24, 32:34] = 50
-    dots = PaperDetector(-1).detect(image)
-    weights = np.array([155.0, 155.0, 205.0, 205.0])
-    assert dots.uv[0] == pytest.approx([(weights * np.arange(30, 34)).sum() / weights.sum(), 21.5])
-    assert dots.area[0] == 16
-
-
-def test_an_even_frame_has_no_dots():
-    with pytest.raises(BadFrame):
-        PaperDetector(-1).detect(np.full((64, 64), 90, np.uint8))
-
-
 SHAPE = (120, 160)
 
 

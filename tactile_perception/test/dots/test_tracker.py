@@ -64,16 +64,6 @@ def test_stamps_that_do_not_go_on(stamp):
     assert len(tracker.process(IMAGE, 1.1)) == 108
 
 
-@pytest.mark.parametrize('image', [None, np.zeros((0, 0), np.uint8), np.zeros((480, 640)), np.zeros((240, 320), np.uint8),
-                                   np.zeros((480, 640, 3), np.uint8)])
-def test_images_that_cannot_be_used(image):
-    tracker = DotTracker(9, 12, detector=Given(grid()))
-    tracker.process(IMAGE, 0.0)
-    with pytest.raises(BadFrame):
-        tracker.process(image, 0.1)
-    assert len(tracker.process(IMAGE, 0.1)) == 108
-
-
 def test_another_pattern_and_no_dots_then_recovery():
     detector = Given(grid(10, 12))
     tracker = DotTracker(9, 12, detector=detector)
@@ -167,3 +157,13 @@ def test_a_pattern_that_is_no_grid_is_registered_by_name():
     np.testing.assert_allclose(tracks.duv, np.tile([-12.0, -5.0], (108, 1)))
     with pytest.raises(BadArgument, match='numbering'):
         DotTracker(0, 0, numbering='walk')
+
+
+@pytest.mark.parametrize('image', [None, np.zeros((0, 0), np.uint8), np.zeros((480, 640)), np.zeros((240, 320), np.uint8),
+                                   np.zeros((480, 640, 3), np.uint8)])
+def test_images_that_cannot_be_used(image):
+    tracker = DotTracker(9, 12, detector=Given(grid()))
+    tracker.process(IMAGE, 0.0)
+    with pytest.raises(BadFrame):
+        tracker.process(image, 0.1)
+    assert len(tracker.process(IMAGE, 0.1)) == 108

@@ -10,8 +10,6 @@ from tactile_perception.evaluation.plots import draw
 
 from made import contact, region, slip
 
-NO_TIMES = {'latency_ms': {}, 'stages_ms': {}}
-
 
 def evaluation():
     found, rng = Evaluation(), np.random.default_rng(0)
@@ -26,19 +24,18 @@ def evaluation():
 
 @pytest.mark.full
 def test_all_pictures(tmp_path):
-    times = {'latency_ms': {'contacts': {'median': 12.0, 'within_95': 20.0}}, 'stages_ms': {'dots': {'median': 2.0, 'within_95': 3.0}}}
-    paths = draw(evaluation(), times, 'a_bag', tmp_path)
-    assert [path.name for path in paths] == ['errors_over_time.png', 'errors_over_surface.png', 'states.png', 'covariance.png', 'times.png']
+    paths = draw(evaluation(), 'a_bag', tmp_path)
+    assert [path.name for path in paths] == ['errors_over_time.png', 'errors_over_surface.png', 'states.png']
     for path in paths:
         picture = cv2.imread(str(path))
         assert picture.shape[0] > 200 and np.ptp(picture) == 255 and path.stat().st_size < 400_000
 
 
 def test_nothing_is_drawn_of_nothing(tmp_path):
-    assert draw(Evaluation(), NO_TIMES, 'a_bag', tmp_path) == []
+    assert draw(Evaluation(), 'a_bag', tmp_path) == []
 
 
 def test_a_single_error_can_be_drawn(tmp_path):
     one = Evaluation()
     one.add(0.0, Instant([contact(0, 0)]), Instant([contact(0, 0)]))
-    assert [path.name for path in draw(one, NO_TIMES, 'a_bag', tmp_path)] == ['errors_over_time.png', 'errors_over_surface.png']
+    assert [path.name for path in draw(one, 'a_bag', tmp_path)] == ['errors_over_time.png', 'errors_over_surface.png']

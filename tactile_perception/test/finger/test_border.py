@@ -109,4 +109,4 @@ def test_settings_that_are_not_positive(name, value):
 def test_arrays_of_the_smaller_functions_are_checked():
     for place, noise in ((np.zeros(3), np.eye(4)), (np.zeros(2), np.eye(3)), (None, np.eye(4))):
         with pytest.raises(ValueError, match='^(place|noise): '):
-            centroid_covariance(place, 1.0, noise, 0.0)
+            centroid_covariance(place, 1.0, noise)

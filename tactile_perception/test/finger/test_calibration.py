@@ -10,6 +10,7 @@ from tactile_perception.finger.calibration import Recording, find_presses, fit_c
 from tactile_perception.finger.map import TOTAL, level_basis
 from tactile_perception.finger.model import Creep, features, place_part
 
+
 def fitted(chosen, seed=0):
     return fit_finger(find_presses([played.recording('calibration', seed, chosen)], 4.9))
 

@@ -13,7 +13,7 @@ from tactile_driver.simulation.psd.scene import open_psd_scene  # noqa: E402
 from tactile_msgs.msg import PsdVoltages  # noqa: E402
 
 from tactile_perception.errors import BadFrame, ClockSetBack  # noqa: E402
-from tactile_perception.finger.stage import FingerStage, later  # noqa: E402
+from tactile_perception.finger.stage import FingerStage  # noqa: E402
 
 BATCH = 10
 
@@ -72,13 +72,6 @@ def test_a_stuck_output_is_reported_and_a_new_reference_taken(stage, blocks):
     assert 'x2' in stage.health()[0]
     stage.set_reference()
     assert stage.health()[1]['reference'] == 'being taken'
-
-
-def test_stamps_within_a_block():
-    header = header_of(1_999_999_000, 'f')
-    moved = later(header, 5e-3)
-    assert (moved.stamp.sec, moved.stamp.nanosec, moved.frame_id) == (2, 4_999_000, 'f')
-    assert later(header, 0.0) is header
 
 
 @pytest.mark.parametrize(('samples', 'period', 'covered'), [(5, 0.001, 5_000_000), (5, 0.0, 0), (5, float('nan'), 0), (5, float('inf'), 0),

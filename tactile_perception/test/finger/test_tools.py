@@ -7,13 +7,17 @@ from contextlib import redirect_stdout
 
 import numpy as np
 import pytest
+import yaml
 
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from psd_bags import write_psd  # noqa: E402
-
+from tactile_driver.nodes.messages.conversions import header_of, voltages_message  # noqa: E402
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message  # noqa: E402
 from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode  # noqa: E402
+from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
+from tactile_driver.recordings.writer import BagWriter  # noqa: E402
+from tactile_driver.samples import SampleBlock  # noqa: E402
+from tactile_driver.simulation.psd.scene import open_psd_scene  # noqa: E402
 from tactile_perception.errors import BadRecording  # noqa: E402
 from tactile_perception.finger.model import read_psd  # noqa: E402
 from tactile_perception.finger.tools import PsdRecording, read_recording  # noqa: E402
@@ -22,6 +26,27 @@ from tactile_perception.tools.calibrate import command as calibrate  # noqa: E40
 from tactile_perception.tools.convert import command as convert_recording  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
+
+
+def write_psd(path, name, begin=0, end=None, truth_every=1):
+    """Samples begin to end of a scene at 1 kHz with their truth, and path.yaml beside it."""
+    scene, numbers = open_psd_scene(name, 1000.0), TouchNumbers()
+    counts, truth = scene.play(0, scene.samples)
+    volts = (counts * (5 / 4096)).astype(np.float32)
+
+    def write(topic, stamp, message):
+        type_name, data = encode(message)
+        writer.write(f'/finger/{topic}', type_name, stamp, data)
+    with BagWriter(path) as writer:
+        for first in range(begin, end or len(volts), 20):
+            stamp = 10**9 + first * 1_000_000
+            write('voltages', stamp, voltages_message(SampleBlock(volts[first:first + 20], stamp, 1e-3), 'finger'))
+            last = min(first + 20, len(volts))
+            changes = np.flatnonzero(np.diff(truth.touching[first:last])) + 1 + first
+            for k in sorted({*range(first, last, truth_every), *changes.tolist()}):
+                touches, at = truth.touches(k), 10**9 + k * 1_000_000
+                write('ground_truth/contacts', at, contacts_message(touches, numbers.assign(touches), header_of(at, 'finger')))
+    path.with_name(path.name + '.yaml').write_text(yaml.safe_dump({'/**': {'ros__parameters': {'sensor_type': 'psd_finger'}}}))
 
 
 @pytest.fixture(scope='module')

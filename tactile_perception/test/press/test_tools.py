@@ -20,6 +20,7 @@ from tactile_perception.press.tools import find_stitching, fit_wrench, tell_trut
 from tactile_perception.tools import process_bag
 from tactile_perception.tools.calibrate import command as calibrate
 
+
 class Pushes:
     """A model of a skin of 50 N/m that finds every press."""
 

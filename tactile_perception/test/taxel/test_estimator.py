@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, Key, TaxelScene, TaxelScript
-from tactile_perception.common.estimates import AMBIGUOUS, NONE, SATURATED
+from tactile_perception.common.estimates import AMBIGUOUS, GROSS, NONE, SATURATED
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.evaluation.scores import macro_f1
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
@@ -183,11 +183,10 @@ def test_the_area_of_a_face_that_saturates_taxels(face):
     assert found.region.area == pytest.approx(truth.area, rel=0.1)
 
 
-@pytest.mark.full
-@pytest.mark.parametrize('rate, noise', [(50.0, 3), (200.0, 1)])
-def test_slip_and_its_confidence_at_other_rates_and_under_noise(rate, noise):
+def played(name, rate, noise=1, seed=7):
+    """Of a scene while something touches: table of true and found states of slip; confidence and whether it is right, of each frame."""
     specimen = PadSpecimen()
-    scene = TaxelScene(TAXEL_SCENES['drag'], rate, 7, specimen, InkSpecimen(uneven=0.0, loop=0.0, memory=0.0, noise=0.6 * noise))
+    scene = TaxelScene(TAXEL_SCENES[name], rate, seed, specimen, InkSpecimen(uneven=0.0, loop=0.0, memory=0.0, noise=0.6 * noise))
     pad = SoftPad(specimen.thickness, specimen.press * specimen.thickness, specimen.pull * specimen.thickness, specimen.grip)
     estimator, confusion, stated = TaxelEstimator(ARRAY, pad, KNOWN), np.zeros((3, 3), int), []
     for k in range(scene.frames):
@@ -196,11 +195,23 @@ def test_slip_and_its_confidence_at_other_rates_and_under_noise(rate, noise):
         if truth.area > 0:
             confusion[truth.slip_state, found.state] += 1
             stated.append((found.confidence, truth.slip_state == found.state))
+    return confusion, *np.array(stated).T
+
+
+@pytest.mark.full
+@pytest.mark.parametrize('rate, noise', [(50.0, 3), (200.0, 1)])
+def test_slip_and_its_confidence_at_other_rates_and_under_noise(rate, noise):
+    confusion, confidence, right = played('drag', rate, noise)
     assert macro_f1(confusion) > 0.8
-    confidence, right = np.array(stated).T
     doubtful = confidence < 0.97
     assert right[~doubtful].mean() > 0.95 and doubtful.sum() > 10
     assert right[doubtful].mean() == pytest.approx(confidence[doubtful].mean(), abs=0.2)
+
+
+def test_a_roller_that_rolls_does_not_slip_and_a_smooth_bar_does():
+    confusion, _, right = played('roll', 50.0)
+    assert confusion[NONE, NONE] > 150 and right.all()
+    assert macro_f1(played('smooth', 50.0)[0][[[NONE], [GROSS]], [NONE, GROSS]]) > 0.9
 
 
 def test_a_copy_goes_on_by_itself_as_the_original():

@@ -33,8 +33,6 @@ CALLS = {
                       {'pressure': PRESSURE, 'full': TOUCHED}),
     'outlines': (lambda score=PRESSURE, labels=TOUCHED.astype(np.int32): [taxel.outlines(score, labels, level=1e4, pitch=1e-3).points],
                  {'score': PRESSURE, 'labels': TOUCHED.astype(np.int32)}),
-    'hide': (lambda shown=PRESSURE, held=PRESSURE / 2: taxel.hide(shown, held, share=0.5, reach=5.0, relative=0.1),
-             {'shown': PRESSURE, 'held': PRESSURE / 2}),
     'add': (lambda pose=np.zeros(3), arm=np.ones(2): [path().add(1.0, pose, arm, 1.0).pose], {'pose': np.zeros(3), 'arm': np.ones(2)}),
     'Keyframe': (lambda pressure=PRESSURE: [taxel.Keyframe(pressure, scale=1 / 3e4, steep=0.08, rim=1, most=250).normal],
                  {'pressure': PRESSURE}),

@@ -5,7 +5,7 @@ import pytest
 from tactile_perception.taxel.pressure import SoftPad
 from tactile_perception.taxel.motion import CentroidKeyframe, EdgeKeyframe
 from tactile_perception.taxel.region import ContactScore
-from taxel_pictures import ARRAY, bar, disc, picture
+from taxel_pictures import ARRAY, bar, picture
 
 SCORE = ContactScore(ARRAY, SoftPad())
 
@@ -20,22 +20,6 @@ def test_shift_and_turn_of_a_bar(shift, turn):
     seen = key.motion(score(bar(*shift, 0.3 + turn)))
     about_origin = seen.fit[:2] - seen.turn * np.array([-(key.middle - 21.5)[1], (key.middle - 21.5)[0]])
     assert about_origin == pytest.approx(shift, abs=0.04) and seen.turn == pytest.approx(turn, abs=0.004)
-
-
-def test_disc_tells_no_turn():
-    seen = EdgeKeyframe(score(disc())).motion(score(disc(0.4, 0.0)))
-    assert np.isnan(seen.turn) and seen.fit[:2] == pytest.approx([0.4, 0.0], abs=0.04)
-
-
-def test_growth_is_no_shift():
-    seen = EdgeKeyframe(score(bar())).motion(score(bar(length=21, width=9)))
-    assert seen.fit[3] == pytest.approx(0.5, abs=0.15) and np.abs(seen.fit[:2]).max() < 0.1
-
-
-def test_a_straight_edge_and_nothing_tell_no_motion():
-    half = score(lambda x, y: x > 3)
-    assert EdgeKeyframe(half).motion(half) is None
-    assert EdgeKeyframe(np.zeros((44, 44), np.float32)).motion(half) is None
 
 
 def test_a_contact_of_few_taxels_moves_as_its_pressure_does():

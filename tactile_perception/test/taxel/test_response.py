@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+from tactile_perception.calibration.files.format import write_calibration
 from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.taxel.calibration import fit_gains, fit_loop, fit_response
 from tactile_perception.taxel.pressure import TaxelArray
-from tactile_perception.taxel.response import Hysteresis, Loop, Response, read_taxels, write_taxels
+from tactile_perception.taxel.response import Hysteresis, Loop, Response, read_taxels, taxel_file
 from taxel_pictures import bar, picture
 
 GAIN = 1 + 0.08 * np.random.default_rng(2).normal(size=(44, 44))
@@ -113,7 +114,7 @@ RESPONSE = Response((400.0, 0.3, 150.0), 12.5, np.linspace(0.9, 1.1, 12).reshape
 
 @pytest.fixture
 def path(tmp_path):
-    write_taxels(tmp_path / 'c.yaml', RESPONSE, {'held_out_force_mean': 0.03}, {'force': [1.0, 9.0]}, [])
+    write_calibration(tmp_path / 'c.yaml', taxel_file(RESPONSE, {'held_out_force_mean': 0.03}, {'force': [1.0, 9.0]}, []))
     return tmp_path / 'c.yaml'
 
 

@@ -26,13 +26,3 @@ def test_centre_of_rotation_and_velocities():
     found = TaxelSlip(ARRAY).process(motion(TOUCHED, linear, turn), TOUCHED)
     assert found.rotation_center[:2] == pytest.approx(centre) and found.angular[2] == turn
     assert found.vx == pytest.approx(-turn * (found.y - centre[1])) and found.vy == pytest.approx(turn * (found.x - centre[0]))
-
-
-def test_a_translation_has_no_centre():
-    found = TaxelSlip(ARRAY).process(motion(TOUCHED, (0.01, 0.0), 0.01), TOUCHED)
-    assert np.isnan(found.rotation_center).all() and found.linear == pytest.approx([0.01, 0, 0])
-
-
-def test_while_all_sticks_the_object_stands_still():
-    found = TaxelSlip(ARRAY).process(motion(TOUCHED & False, (1e-4, 0.0)), TOUCHED)
-    assert not found.linear.any() and not len(found.x)

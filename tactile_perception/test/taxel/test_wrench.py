@@ -35,11 +35,3 @@ def test_moments_about_the_taxels_balance_under_friction_though_no_tension_is_se
     arm = thickness * np.hypot(*friction) / normal
     by_the_seen_alone = pressure_centre(shown, touched, ARRAY, pad) - thickness * friction / normal
     assert np.hypot(*(found - centre)) < 0.06 * arm and np.hypot(*(by_the_seen_alone - centre)) > 0.1 * arm
-
-
-def test_without_friction_or_load_pressure_acts_where_it_is():
-    touched = picture(bar()) > 0.5
-    none = under_friction(picture(bar()), touched, np.zeros(2), ARRAY, PAD)
-    assert none == pytest.approx(pressure_centre(picture(bar()), touched, ARRAY, PAD))
-    assert np.isnan(under_friction(np.zeros((44, 44), np.float32), touched, np.ones(2), ARRAY, PAD)).all()
-    assert np.isnan(under_friction(picture(bar()), touched, np.full(2, 1e6), ARRAY, PAD)).all()

@@ -27,7 +27,7 @@ def test_untouched_ranges_are_those_of_the_cap_within_their_sigma(pad, model):
     ranges, sigma = model.depths(pad.image(), pad.tracks(), pad.camera)
     error = ranges - pad.ranges()
     assert rms(error) < 3e-5
-    assert abs(np.nanmean(error)) < 1e-5
+    assert abs(np.nanmean(error)) < 1.5e-5
     assert 0.6 < np.nanstd(error / sigma) < 1.4
 
 

@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 import pytest
 from tactile_perception.errors import BadFrame
-from tactile_perception.touchpad.water import POINTS, RING, WIDE, background_ratios, check_image, log_ratios, pitch_px, ring_share
+from tactile_perception.touchpad.water import POINTS, RING, WIDE, check_image, log_ratios, pitch_px, ring_share
 
 GROUND = np.array([50, 75, 200])
 RATIOS = np.log(GROUND[:2] / GROUND[2])
@@ -38,10 +38,6 @@ def test_colour_that_bleeds_takes_a_wider_ring_and_noise_does_not(noise, stored_
     assert ring_share(stored_420(image), uv) == ring_share(stored_jpeg(image), uv) == WIDE
 
 
-def test_a_black_image_takes_the_narrow_ring():
-    assert ring_share(np.zeros((240, 320, 3), np.uint8), dotted()[1]) == RING
-
-
 def test_ratios_of_a_plain_ground_are_exact_beside_dark_dots():
     image = plain()
     image[57:64, 77:84] = 6
@@ -59,28 +55,6 @@ def test_ink_of_a_neighbour_is_left_out():
     assert 8 <= rings.count[0] < 16
 
 
-def test_a_specular_spot_is_left_out():
-    image = plain()
-    image[48:56, 74:82] = np.minimum(GROUND + 50, 255)
-    rings = log_ratios(image, np.array([[80.0, 60.0]]), 8.0)
-    assert rings.ratios[0] == pytest.approx(RATIOS, abs=0.03)
-    assert rings.count[0] < 16
-
-
-def test_faint_glare_shows_as_patches():
-    image = plain()
-    even = log_ratios(image, np.array([[80.0, 60.0]]), 8.0).patchiness[0]
-    image[48:56, 74:82] += 6
-    assert even < 1e-8
-    assert log_ratios(image, np.array([[80.0, 60.0]]), 8.0).patchiness[0] > 2e-4
-
-
-@pytest.mark.parametrize('level', [0, 255])
-def test_black_and_white_give_nan(level):
-    rings = log_ratios(np.full((120, 160, 3), level, np.uint8), np.array([[80.0, 60.0]]), 8.0)
-    assert np.isnan(rings.ratios).all()
-
-
 def test_dots_at_the_border_use_what_is_inside():
     rings = log_ratios(plain(), np.array([[0.0, 60.0], [159.0, 119.0], [400.0, 60.0]]), 8.0)
     assert rings.ratios[0] == pytest.approx(RATIOS, abs=1e-6)
@@ -88,24 +62,7 @@ def test_dots_at_the_border_use_what_is_inside():
     assert np.isnan(rings.ratios[2]).all()
 
 
-def test_no_dots_give_empty_arrays():
-    rings = log_ratios(plain(), np.zeros((0, 2)), 8.0)
-    assert rings.ratios.shape == (0, 2) and len(rings.count) == 0
-
-
 @pytest.mark.parametrize('image', [np.zeros((9, 9), np.uint8), np.zeros((9, 9, 3)), None])
 def test_images_without_colour_are_named(image):
     with pytest.raises(BadFrame, match='colour image'):
         check_image(image)
-
-
-def test_background_leaves_dots_out():
-    image = plain()
-    for v in range(9, 120, 18):
-        for u in range(9, 160, 18):
-            image[v - 4:v + 5, u - 4:u + 5] = (6, 9, 26)
-    ground = background_ratios(image, 8.0)
-    assert len(ground.uv) > 100
-    assert ground.ratios == pytest.approx(np.broadcast_to(RATIOS, ground.ratios.shape), abs=1e-4)
-    assert ground.brightness == pytest.approx(np.full(len(ground.uv), np.log(GROUND[2])), abs=1e-4)
-    assert ground.pixels.min() >= 16

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.common.rigid_motion import fit_rigid
-from tactile_perception.common.geometry import rotation_matrix
 from tactile_perception.errors import BadArgument
 from tactile_perception.touchpad.region import ContactDots, describe, find_regions
 
@@ -23,10 +21,6 @@ def test_nothing_touches(pad):
     assert len(estimate.dot_state) == 529 and not estimate.dot_state.any()
     for name in ('centroid', 'normal', 'orientation', 'major_axis', 'motion_rotation', 'motion_interval'):
         assert np.isnan(getattr(estimate, name)).all()
-
-
-def test_no_dots_at_all(pad):
-    assert find_regions(ContactDots(23, 23, np.zeros(0, int), np.zeros((0, 3)), np.zeros(0), np.zeros(0, np.uint8))) == []
 
 
 def test_one_dot_is_a_region(pad):
@@ -65,15 +59,6 @@ def test_ring_has_a_hole_and_no_direction(pad):
     assert estimate.area == pytest.approx(np.pi * (42.25 - 12.25) * 1e-6, rel=0.04)
     assert np.isnan(estimate.orientation)
     np.testing.assert_array_equal(region.members, dots.score > 0.5)
-
-
-def test_motion_is_carried(pad):
-    dots = pad.disc()
-    motion = fit_rigid(dots.xyz, dots.xyz @ rotation_matrix([0, 0, 0.2]).T + [1e-3, 0, 0])
-    estimate = describe(dots, find_regions(dots), motion, 0.1)
-    np.testing.assert_allclose(estimate.motion_rotation, [0, 0, np.sin(0.1), np.cos(0.1)], atol=1e-9)
-    np.testing.assert_allclose(estimate.motion_translation, [1e-3, 0, 0], atol=1e-12)
-    assert estimate.motion_interval == 0.1
 
 
 def test_missing_dots_change_little(pad):

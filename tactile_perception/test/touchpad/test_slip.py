@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE, planar_twist
+from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.region import ContactDots, ContactFinder, describe, find_regions
 from tactile_perception.touchpad.slip import SlipEstimator
@@ -61,19 +61,6 @@ def test_a_turn_has_its_centre(pad):
     estimate = chain.process(dots, ways)
     np.testing.assert_allclose(estimate.rotation_center[:2], [1e-3, -0.5e-3], atol=1e-6)
     assert estimate.state == GROSS and estimate.angular[2] == pytest.approx(0.6)
-
-
-def test_twist_of_a_field():
-    place = np.random.default_rng(0).uniform(-4e-3, 4e-3, (30, 2))
-    centre = np.array([1e-3, 2e-3])
-    arm = place - centre
-    linear, turn, found = planar_twist(place, 0.7 * np.stack([-arm[:, 1], arm[:, 0]], axis=1))
-    assert turn == pytest.approx(0.7)
-    np.testing.assert_allclose(found, centre, atol=1e-9)
-    np.testing.assert_allclose(linear, [0.7 * 2e-3, -0.7 * 1e-3], atol=1e-9)
-    linear, turn, found = planar_twist(place, np.tile([1e-3, -2e-3], (30, 1)))
-    np.testing.assert_allclose([*linear, turn], [1e-3, -2e-3, 0], atol=1e-12)
-    assert np.isnan(found).all()
 
 
 def test_bad_frames_and_arguments(pad):

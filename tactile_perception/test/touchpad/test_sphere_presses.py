@@ -4,7 +4,7 @@
 Which dots lie on the sphere, and where that puts them."""
 import numpy as np
 import pytest
-from tactile_perception.touchpad.calibration import LARGEST, SMALLEST, TOLERANCE, Press, dots_on_sphere, find_sphere_radius
+from tactile_perception.touchpad.calibration import TOLERANCE, Press, dots_on_sphere, find_sphere_radius
 from tactile_perception.errors import BadCalibration
 from tactile_perception.touchpad.identification import fit_rest
 
@@ -29,13 +29,6 @@ def test_no_least_misfit_within_bounds_is_said(misfit):
         find_sphere_radius(misfit)
 
 
-def test_where_nothing_fits_it_is_said():
-    def misfit(_radius):
-        raise BadCalibration('x')
-    with pytest.raises(BadCalibration, match=f'{SMALLEST * 1e3:.0f} to {LARGEST * 1e3:.0f} mm'):
-        find_sphere_radius(misfit)
-
-
 @pytest.mark.full
 def test_dots_on_the_sphere_are_truly_there(water_pad):
     pad = water_pad()
@@ -45,7 +38,6 @@ def test_dots_on_the_sphere_are_truly_there(water_pad):
     assert 6 <= len(group.count) <= 20
     away = np.linalg.norm(group.colours.places - tip - [0, 0, 0.008], axis=1)
     assert away == pytest.approx(np.full(len(away), 0.008), abs=6e-5)
-    assert group.select(np.arange(len(away)) < 3).colours.ratios.shape == (3, 2)
 
 
 @pytest.mark.full

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from tactile_perception.common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE
-from tactile_perception.errors import BadArgument
 from tactile_perception.touchpad.region import ContactFinder, find_regions
 
 
@@ -20,15 +19,6 @@ class Finder(ContactFinder):
     def see(self, dots):
         self.stamp_s += 1 / 30
         return self.process(dots, find_regions(dots), self.stamp_s)
-
-
-def test_a_number_lasts_with_the_touch_and_outlasts_a_frame_without_it(pad):
-    finder = Finder(pad.cap)
-    assert {finder.see(pad.disc(centre=(0.4e-3 * k, 0)))[0].id for k in range(10)} == {1}
-    for lost, number in ((1, 1), (5, 2), (1, 2)):
-        for _ in range(lost):
-            assert finder.see(pad.disc(radius=-1e-2)) == []
-        assert finder.see(pad.disc())[0].id == number
 
 
 def test_a_fast_drag_keeps_the_number(pad):
@@ -59,11 +49,6 @@ def test_edge_and_range_are_flagged(pad):
     assert finder.see(pad.disc(height=9e-3))[0].flags == OUT_OF_RANGE
     assert finder.see(pad.disc(centre=(6e-3, 0)))[0].flags == OUT_OF_RANGE
     assert Finder(pad.cap).see(pad.disc(centre=(10e-3, 0)))[0].flags & AT_EDGE
-
-
-def test_refuses_bad_arguments(pad):
-    with pytest.raises(BadArgument):
-        ContactFinder(pad.cap, calibrated_depth=0)
 
 
 @pytest.mark.parametrize('name', ['tp_rect_drag', 'tp_disc_twist'])

@@ -12,7 +12,6 @@ import json
 import logging
 import math
 import os
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
@@ -133,15 +132,11 @@ def _replace(path: Path, content: bytes) -> None:
     os.replace(partial, path)
 
 
-def _described(array: np.ndarray) -> str:
-    return f'array {" x ".join(map(str, array.shape))} {array.dtype}'
-
-
 def _without_arrays(value, name: str, arrays: dict[str, np.ndarray]):
     """value with a description of each array in its place; the arrays are added to arrays, by their place in value."""
     if isinstance(value, np.ndarray):
         arrays[name] = value
-        return _described(value)
+        return f'array {" x ".join(map(str, value.shape))} {value.dtype}'
     if isinstance(value, Mapping):
         return {key: _without_arrays(part, f'{name}.{key}'.lstrip('.'), arrays) for key, part in value.items()}
     if isinstance(value, (list, tuple)):
@@ -149,16 +144,14 @@ def _without_arrays(value, name: str, arrays: dict[str, np.ndarray]):
     return value
 
 
-def _with_arrays(value, name: str, arrays: Mapping[str, np.ndarray], path: Path):
-    """Inverse of _without_arrays. Raises BadCalibration for an array that is missing or another."""
-    if isinstance(value, str) and value.startswith('array '):
-        if name not in arrays or _described(arrays[name]) != value:
-            raise BadCalibration(f'{path}: fitted.{name}: the .npz file has no such {value}; {AGAIN}')
-        return arrays[name]
+def _with_arrays(value, name: str, arrays: Mapping[str, np.ndarray]):
+    """Inverse of _without_arrays."""
+    if isinstance(value, str):
+        return arrays.get(name, value)
     if isinstance(value, dict):
-        return {key: _with_arrays(part, f'{name}.{key}'.lstrip('.'), arrays, path) for key, part in value.items()}
+        return {key: _with_arrays(part, f'{name}.{key}'.lstrip('.'), arrays) for key, part in value.items()}
     if isinstance(value, list):
-        return [_with_arrays(part, f'{name}.{index}', arrays, path) for index, part in enumerate(value)]
+        return [_with_arrays(part, f'{name}.{index}', arrays) for index, part in enumerate(value)]
     return value
 
 
@@ -175,11 +168,8 @@ def _arrays(section: object, path: Path) -> dict[str, np.ndarray]:
                              f'{AGAIN}') from None
     if hashlib.sha256(content).hexdigest() != section.get('sha256'):
         raise BadCalibration(f'{path}: {section["file"]} is damaged or of another calibration; copy both files of one, or {AGAIN}')
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as found:
-            return dict(found)
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
-        raise BadCalibration(f'{path}: {section["file"]} cannot be read ({error}); {AGAIN}') from None
+    with np.load(io.BytesIO(content), allow_pickle=False) as found:
+        return dict(found)
 
 
 def _rounded(value):
@@ -207,12 +197,27 @@ def read_calibration(path: str | Path, sensor: str, values: Mapping | None = Non
         raise BadCalibration(f'{path}: truncated or edited: no usable {", ".join(missing or ["end mark"])}; {AGAIN}')
     if page['sensor'] != sensor:
         raise BadCalibration(f'{path}: for sensor type {page["sensor"]!r}, this is {sensor!r}; give this sensor\'s own file')
-    page['fitted'] = _with_arrays(page['fitted'], '', _arrays(page.get(ARRAYS), path), path)
+    page['fitted'] = _with_arrays(page['fitted'], '', _arrays(page.get(ARRAYS), path))
     check_numbers(page['fitted'], 'fitted', path)
     page['parameters'] = _parameters(page['parameters'], path)
     found = CalibrationFile(**{name: page[name] for name in SECTIONS})
     if values is not None:
         _compare(found, values, path)
+    return found
+
+
+def fitted_arrays(fitted: Mapping, shapes: Mapping[str, tuple], path: str | Path) -> dict[str, np.ndarray | float]:
+    """Fitted numbers by name, of these shapes, in which None is any length; floats of shape (). Raises BadCalibration for one that is
+    missing, no number, or of another shape."""
+    found = {}
+    for name, shape in shapes.items():
+        try:
+            array = np.asarray(fitted[name], float)
+        except (KeyError, TypeError, ValueError):
+            raise BadCalibration(f'{path}: fitted.{name} is missing or no number; {AGAIN}') from None
+        if array.ndim != len(shape) or any(length not in (None, own) for length, own in zip(shape, array.shape)):
+            raise BadCalibration(f'{path}: fitted.{name} has shape {array.shape}, not {shape}; {AGAIN}')
+        found[name] = array if shape else float(array)
     return found
 
 
@@ -243,9 +248,7 @@ def _parse(path: Path) -> dict:
         page = yaml.load(path.read_text(encoding='utf-8'), _LOADER)
     except FileNotFoundError:
         raise BadCalibration(f'{path}: no such file; give a file that `calibrate` wrote, or leave the parameter empty') from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadCalibration(f'{path}: cannot be read ({error}); {AGAIN}') from None
-    except yaml.YAMLError as error:
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise BadCalibration(f'{path}: no valid YAML, perhaps truncated ({str(error).splitlines()[0]}); {AGAIN}') from None
     if not isinstance(page, dict):
         raise BadCalibration(f'{path}: empty or no mapping; {AGAIN}')

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from tactile_driver.nodes.messages.conversions import stamp_ns_of
-from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
 from ...errors import BadFrame
 
@@ -23,11 +23,6 @@ _FARTHEST_M = 100.0  # from the origin, which is on the sensor
 _LARGEST = 1e9  # of forces, velocities, covariances in SI units
 _IN_IMAGE, _PLACES = ('u', 'v', 'du', 'dv', 'area'), ('x', 'y', 'z')
 _DOT_LIMITS = np.array([_FARTHEST_PX] * 4 + [_LARGEST_PX2] + [_FARTHEST_M] * 3)
-
-
-def check_dots(message: DotTracks) -> None:
-    """Check dots as dot_numbers does. Raises BadFrame."""
-    dot_numbers(message)
 
 
 def dot_numbers(message: DotTracks) -> tuple[np.ndarray, np.ndarray]:
@@ -47,69 +42,60 @@ def dot_numbers(message: DotTracks) -> tuple[np.ndarray, np.ndarray]:
     limits = _DOT_LIMITS[:len(names)]
     if (np.abs(numbers) > limits[:, None]).any() or np.isnan(numbers[:2]).any():
         for name, values, limit in zip(names, numbers, limits):
-            _check_numbers(f'dots: {name}', values, limit, known=name in 'uv')
+            _check_values(f'dots: {name}', values, limit, known=name in 'uv')
     if (numbers[_IN_IMAGE.index('area')] <= 0).any():
         raise BadFrame('dots: an area is not above 0; publish NaN where it is not known')
     return ids, numbers
 
 
-def check_region(message: ContactRegion) -> None:
-    """Check a region: as many states as dots, finite outlines, the rest finite or NaN. Raises BadFrame."""
-    states = np.asarray(message.dot_state, np.int64)
-    if len(message.dot_id) != len(states) or (states > ContactRegion.SLIPPING).any():
-        raise BadFrame(f'contact_region: {len(message.dot_id)} dots with {len(states)} states of 0 to {ContactRegion.SLIPPING}; both '
-                       'arrays must have the same length')
-    for name in ('outlines', 'holes'):
-        for loop in getattr(message, name):
-            _check_numbers(f'contact_region: {name}', [c for p in loop.points for c in (p.x, p.y, p.z)], _FARTHEST_M, known=True)
-    if len(message.dot_confidence) not in (0, len(states)):
-        raise BadFrame(f'contact_region: {len(message.dot_confidence)} confidences of {len(states)} dots; one each, or none at all')
-    for name, values in (('centroid', _xyz(message.centroid)), ('normal', _xyz(message.normal)), ('motion', _transform(message.motion)),
-                         ('pose', _transform(message.pose)), ('area', (message.area,)), ('dot_confidence', message.dot_confidence),
-                         ('axes', (message.orientation, message.major_axis, message.minor_axis))):
-        _check_numbers(f'contact_region: {name}', values, _FARTHEST_M)
-    _check_numbers('contact_region: motion_interval', (message.motion_interval,), _LARGEST)
-
-
-def _transform(transform) -> tuple[float, ...]:
-    return *_xyz(transform.translation), *_xyz(transform.rotation), transform.rotation.w
-
-
-def check_contacts(message: Contacts) -> None:
-    """Check contacts: numbers finite or NaN. Raises BadFrame."""
-    for contact in message.contacts:
-        _check_numbers('contacts: position', _xyz(contact.position), _FARTHEST_M)
-        for name, values in (('normal', _xyz(contact.normal)), ('depth', (contact.depth,)), ('force', (contact.force,)),
-                             ('position_covariance', contact.position_covariance)):
-            _check_numbers(f'contacts: {name}', values, _LARGEST)
-
-
-def check_slip(message: Slip) -> None:
-    """Check slip: a defined state, as many velocities as places, numbers finite or NaN. Raises BadFrame."""
-    if message.state > Slip.GROSS:
-        raise BadFrame(f'slip: state {message.state} is none of 0 to {Slip.GROSS}')
-    _check_lengths('slip', message, ('y', 'vx', 'vy'), len(message.x), 'x')
-    for name in ('x', 'y', 'vx', 'vy'):
-        _check_numbers(f'slip: {name}', getattr(message, name), _LARGEST)
-    for name, values in (('slipping_fraction', (message.slipping_fraction,)), ('confidence', (message.confidence,)),
-                         ('rotation_center', _xyz(message.rotation_center)),
-                         ('velocity', (*_xyz(message.velocity.linear), *_xyz(message.velocity.angular)))):
-        _check_numbers(f'slip: {name}', values, _LARGEST)
-
-
-def check_wrench(message: WrenchStamped) -> None:
-    """Check a wrench: numbers finite or NaN. Raises BadFrame."""
-    _check_numbers('wrench', (*_xyz(message.wrench.force), *_xyz(message.wrench.torque)), _LARGEST)
-
-
-_CHECKS = {DotTracks: check_dots, ContactRegion: check_region, Contacts: check_contacts, Slip: check_slip, WrenchStamped: check_wrench}
+#: Type of a message -> name of a field or of one within it, and the largest magnitude of its numbers.
+_LIMITS = {
+    ContactRegion: {**dict.fromkeys(('centroid', 'normal', 'motion', 'pose', 'area', 'dot_confidence', 'orientation', 'major_axis',
+                                     'minor_axis'), _FARTHEST_M), 'motion_interval': _LARGEST},
+    Contact: {'position': _FARTHEST_M, **dict.fromkeys(('normal', 'depth', 'force', 'position_covariance'), _LARGEST)},
+    Slip: dict.fromkeys(('x', 'y', 'vx', 'vy', 'slipping_fraction', 'confidence', 'rotation_center', 'velocity'), _LARGEST),
+    WrenchStamped: {'wrench': _LARGEST},
+}
 
 
 def check_message(message) -> None:
     """Check the stamp of any message, and the numbers of a result; images are checked by image_to_array. Raises BadFrame."""
     stamp_ns_of(message.header)
-    if type(message) in _CHECKS:
-        _CHECKS[type(message)](message)
+    check_numbers(message)
+
+
+def check_numbers(message) -> None:
+    """Check the numbers of dots or of a result: arrays that belong together are equally long, states are defined, numbers finite or NaN.
+    Raises BadFrame."""
+    if isinstance(message, DotTracks):
+        dot_numbers(message)
+    elif isinstance(message, ContactRegion):
+        count, states = len(message.dot_id), np.asarray(message.dot_state, np.int64)
+        if count != len(states) or (states > ContactRegion.SLIPPING).any():
+            raise BadFrame(f'contact_region: {count} dots with {len(states)} states of 0 to {ContactRegion.SLIPPING}; both arrays must '
+                           'have the same length')
+        if len(message.dot_confidence) not in (0, count):
+            raise BadFrame(f'contact_region: {len(message.dot_confidence)} confidences of {count} dots; one each, or none at all')
+        for name in ('outlines', 'holes'):
+            for loop in getattr(message, name):
+                _check_values(f'contact_region: {name}', [c for p in loop.points for c in (p.x, p.y, p.z)], _FARTHEST_M, known=True)
+    elif isinstance(message, Slip):
+        if message.state > Slip.GROSS:
+            raise BadFrame(f'slip: state {message.state} is none of 0 to {Slip.GROSS}')
+        _check_lengths('slip', message, ('y', 'vx', 'vy'), len(message.x), 'x')
+    for part in message.contacts if isinstance(message, Contacts) else (message,):
+        for name, limit in _LIMITS.get(type(part), {}).items():
+            _check_values(f'{_TOPICS[type(part)]}: {name}', _numbers(getattr(part, name)), limit)
+
+
+_TOPICS = {ContactRegion: 'contact_region', Contact: 'contacts', Slip: 'slip', WrenchStamped: 'wrench'}
+
+
+def _numbers(value) -> Sequence[float]:
+    """All numbers of a field."""
+    if hasattr(value, 'get_fields_and_field_types'):
+        return [number for name in value.get_fields_and_field_types() for number in _numbers(getattr(value, name))]
+    return np.atleast_1d(value)
 
 
 def _check_lengths(topic: str, message, names: Sequence[str], count: int, like: str = 'id') -> None:
@@ -127,7 +113,7 @@ def _check_ids(topic: str, ids: np.ndarray, count: int) -> None:
         raise BadFrame(f'{topic}: an index appears twice in id; each dot has its own')
 
 
-def _check_numbers(what: str, values, limit: float, known: bool = False) -> None:
+def _check_values(what: str, values, limit: float, known: bool = False) -> None:
     """Raise BadFrame for a magnitude above limit, and for NaN where the value must be known."""
     values = np.asarray(values, float)
     bad = ~(np.abs(values) <= limit)
@@ -135,7 +121,3 @@ def _check_numbers(what: str, values, limit: float, known: bool = False) -> None
         bad &= ~np.isnan(values)
     if bad.any():
         raise BadFrame(f'{what} holds {values[bad][0]:g}; allowed are magnitudes up to {limit:g}{"" if known else ", and NaN: not known"}')
-
-
-def _xyz(vector) -> tuple[float, float, float]:
-    return vector.x, vector.y, vector.z

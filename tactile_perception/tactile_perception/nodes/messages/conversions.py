@@ -79,7 +79,7 @@ def tracks_to_message(tracks: dots.DotTracks, header) -> DotTracks:
 
 
 def tracks_from_message(message: DotTracks) -> dots.DotTracks:
-    """DotTracks of a message; sigma, which the message does not carry, is NaN. Raises BadFrame for dots that fail check_dots."""
+    """DotTracks of a message; sigma, which the message does not carry, is NaN. Raises BadFrame for invalid ones (dot_numbers)."""
     ids, numbers = dot_numbers(message)
     uv, duv, xyz = (np.ascontiguousarray(numbers[part].T) for part in (slice(0, 2), slice(2, 4), slice(5, 8)))
     return dots.DotTracks(message.rows, message.columns, ids, uv, numbers[4], np.full(len(ids), np.nan), duv,

@@ -7,20 +7,20 @@ import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from tactile_msgs.msg import ContactRegion, Contacts, Slip
 
-from .checks import check_contacts, check_region, check_slip, check_wrench
+from .checks import check_numbers
 from ...common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
 
 
 def contacts_from_message(message: Contacts) -> list[ContactEstimate]:
     """The contacts; members, which the message does not carry, are empty. Raises BadFrame for invalid numbers."""
-    check_contacts(message)
+    check_numbers(message)
     return [ContactEstimate(c.id, _xyz(c.position), _xyz(c.normal), c.depth, c.force, np.array(c.position_covariance).reshape(3, 3),
                             c.flags, np.zeros(0, bool)) for c in message.contacts]
 
 
 def region_from_message(message: ContactRegion) -> ContactRegionEstimate:
     """The region. Raises BadFrame for different numbers of dots and states, an undefined state, or an invalid number."""
-    check_region(message)
+    check_numbers(message)
     ids, states = np.array(message.dot_id, np.int64), np.array(message.dot_state, np.uint8)
     return ContactRegionEstimate(ids, states, [_loop(loop) for loop in message.outlines], [_loop(loop) for loop in message.holes],
                                  message.area, _xyz(message.centroid), _xyz(message.normal), message.orientation, message.major_axis,
@@ -30,7 +30,7 @@ def region_from_message(message: ContactRegion) -> ContactRegionEstimate:
 
 def slip_from_message(message: Slip) -> SlipEstimate:
     """The slip. Raises BadFrame for an undefined state, arrays of different lengths, or an infinite number."""
-    check_slip(message)
+    check_numbers(message)
     places = (np.array(getattr(message, name), float) for name in ('x', 'y', 'vx', 'vy'))
     return SlipEstimate(message.state, message.slipping_fraction, _xyz(message.velocity.linear), _xyz(message.velocity.angular),
                         _xyz(message.rotation_center), *places, message.confidence)
@@ -38,7 +38,7 @@ def slip_from_message(message: Slip) -> SlipEstimate:
 
 def wrench_from_message(message: WrenchStamped) -> np.ndarray:
     """(6,) N and N m. Raises BadFrame for an infinite number."""
-    check_wrench(message)
+    check_numbers(message)
     return np.concatenate([_xyz(message.wrench.force), _xyz(message.wrench.torque)])
 
 

@@ -18,6 +18,8 @@ from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP, SLIPPING,
 from ...errors import BadRecording
 from ...sensors import MARKER_SENSOR_TYPES
 
+#: What recordings tell of the ground truth.
+KNOWN = 'contacts', 'contact_region', 'slip', 'wrench'
 # Slipping fraction from which the ground truth is incipient slip, and from which gross slip; chosen.
 _INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
 
@@ -43,7 +45,7 @@ class Recording:
     def __init__(self, folder: str | Path):
         self.path = Path(folder)
         self.sensor = self._read('sensor.json', lambda path: json.loads(path.read_text()))
-        self._truth = self._read('truth.npz', _arrays)
+        self._truth = self._read('truth.npz', read_arrays)
         self.stamps = self._truth['timestamps']
         cameras = self.sensor['cameras']
         names = [''] if len(cameras) == 1 else [camera['name'] for camera in cameras]
@@ -153,7 +155,8 @@ class Recording:
         return [_touch(place, truth['depth'], truth['force'])]
 
 
-def _arrays(path: Path) -> dict[str, np.ndarray]:
+def read_arrays(path: Path) -> dict[str, np.ndarray]:
+    """All arrays of an .npz file."""
     with np.load(path) as stored:
         return {name: stored[name] for name in stored.files}
 

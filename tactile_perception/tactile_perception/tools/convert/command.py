@@ -18,11 +18,11 @@ from tactile_driver.command import tells_errors
 from tactile_driver.frame import Frame
 from tactile_driver.frame_names import optical_frame
 from tactile_driver.nodes.messages.conversions import camera_transforms, header_of, image_to_message, static_transform
-from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.recordings.writer import write_messages
 
 from ...taxel.response import SENSOR as TAXEL_ARRAY
-from .camera import Recording
+from .camera import KNOWN, Recording
 from ...common.progress import Progress
 from ...nodes.messages.conversions import camera_info_message, description_messages
 from ...parameters.touchpad import DOT_PARAMETERS
@@ -85,10 +85,8 @@ def _messages(recording: Recording, frame_id: str) -> Iterator[tuple[int, str, o
         stamp_ns = round((stamp + shift) * 1e9)
         header, truth = header_of(stamp_ns, frame_id), recording.truth(index)
         yield from _views(recording, index, shift, frame_id)
-        yield stamp_ns, 'ground_truth/contacts', contacts_message(truth.contacts, numbers.assign(truth.contacts), header)
-        yield stamp_ns, 'ground_truth/contact_region', region_message(truth, recording.interval, header)
-        yield stamp_ns, 'ground_truth/slip', slip_message(truth, header)
-        yield stamp_ns, 'ground_truth/wrench', wrench_message(truth, header)
+        for name, message in truth_messages(truth, numbers.assign(truth.contacts), recording.interval, header, KNOWN).items():
+            yield stamp_ns, f'ground_truth/{name}', message
 
 
 def _views(recording: Recording, index: int, shift: float, frame_id: str) -> Iterator[tuple[int, str, object]]:

@@ -14,10 +14,11 @@ import cv2
 import numpy as np
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
-from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.simulation.truth import Touch, TruthFrame
 
 from ...errors import BadRecording
+from .camera import KNOWN, read_arrays
 
 _FIRST_S = 1.0  # chosen: much of ROS takes a stamp of zero for an unknown time
 _GRAVITY = 9.81  # m/s^2
@@ -45,7 +46,7 @@ class TaxelRecording:
     def __init__(self, path: str | Path):
         self.path, self.meta = Path(path), {}
         try:
-            self._rows = _imprints(_arrays(self.path)) if self.path.suffix == '.npz' else self._folder()
+            self._rows = _imprints(read_arrays(self.path)) if self.path.suffix == '.npz' else self._folder()
         except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
             raise BadRecording(f'recording {self.path}: {error!r}') from error
         if not self._rows:
@@ -64,10 +65,9 @@ class TaxelRecording:
             encoding = 'mono8' if row.values.dtype == np.uint8 else 'mono16'
             yield stamp_ns, 'image_raw', image_to_message(Frame(row.values, stamp_ns, encoding), '', header)
             if row.truth is not None:
-                yield stamp_ns, 'ground_truth/contacts', contacts_message(row.truth.contacts, numbers.assign(row.truth.contacts), header)
-                yield stamp_ns, 'ground_truth/contact_region', region_message(row.truth, row.stamp - (last or row.stamp), header)
-                yield stamp_ns, 'ground_truth/slip', slip_message(row.truth, header)
-                yield stamp_ns, 'ground_truth/wrench', wrench_message(row.truth, header)
+                number, interval = numbers.assign(row.truth.contacts), row.stamp - (last or row.stamp)
+                for name, message in truth_messages(row.truth, number, interval, header, KNOWN).items():
+                    yield stamp_ns, f'ground_truth/{name}', message
             last = row.stamp
 
     def parameters(self) -> dict[str, object]:
@@ -88,14 +88,9 @@ class TaxelRecording:
 
     def _folder(self) -> list[_Row]:
         self.meta = json.loads((self.path / 'meta.json').read_text())
-        found, truth = (_arrays(self.path / name) for name in ('input.npz', 'truth.npz'))
+        found, truth = (read_arrays(self.path / name) for name in ('input.npz', 'truth.npz'))
         return [_Row(np.ascontiguousarray(values), float(stamp), _truth({name: v[k] for name, v in truth.items()}, self.meta['pitch_m']))
                 for k, (values, stamp) in enumerate(zip(found['frames'], found['t']))]
-
-
-def _arrays(path: Path) -> dict[str, np.ndarray]:
-    with np.load(path) as stored:
-        return {name: stored[name] for name in stored.files}
 
 
 def _truth(of: dict, pitch: float) -> TruthFrame:

@@ -1,8 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Calibration files: written whole, read back the same, and every way of being broken named."""
-import hashlib
-import io
 import logging
 import math
 import time
@@ -32,13 +30,6 @@ def test_what_was_written_is_read_back(path):
     assert content.parameters == {'rows': 23, 'camera.translation': [0.0, 0.0, 0.3]}
     assert content.date.endswith('Z') and len(content.date) == 20
     assert [p.name for p in path.parent.iterdir()] == ['pad.yaml']
-
-
-def test_numbers_have_nine_digits_and_lists_of_them_few_lines(tmp_path):
-    path = tmp_path / 'pad.yaml'
-    write_calibration(path, CalibrationFile('touchpad', {}, {'a': [(0.1 + 0.2) * 10**k for k in range(-9, 9)]}, {}, {}))
-    assert read_calibration(path, 'touchpad').fitted['a'] == pytest.approx([0.3 * 10**k for k in range(-9, 9)], rel=1e-12)
-    assert len(path.read_text().splitlines()) < 24
 
 
 ARRAYS = {'one': {'digits': np.arange(6, dtype=np.uint16).reshape(2, 3)}, 'several': [np.array([0.1 + 0.2, np.nan]), 7]}
@@ -80,36 +71,6 @@ def test_an_array_file_that_is_missing_damaged_or_another_is_named(with_arrays, 
         read_calibration(with_arrays, 'areal_single')
 
 
-def with_content(path, content, digits='array 2 x 3 uint16'):
-    """Replace the arrays of a file, the hash reported right."""
-    page = yaml.safe_load(path.read_text())
-    page['fitted']['one']['digits'] = digits
-    page['arrays']['sha256'] = hashlib.sha256(content).hexdigest()
-    path.write_text(yaml.safe_dump(page))
-    path.with_suffix('.npz').write_bytes(content)
-
-
-def npz(**arrays):
-    file = io.BytesIO()
-    np.savez(file, **arrays)
-    return file.getvalue()
-
-
-def test_arrays_that_do_not_fit_the_file_are_named(with_arrays):
-    several = {'several.0': ARRAYS['several'][0]}
-    for content in (npz(**several), npz(**several, **{'one.digits': np.zeros((3, 2), np.uint16)})):
-        with_content(with_arrays, content)
-        with pytest.raises(BadCalibration, match=r'fitted\.one\.digits: the .npz file has no such array 2 x 3 uint16'):
-            read_calibration(with_arrays, 'areal_single')
-    with_content(with_arrays, npz(**several, **{'one.digits': np.full(2, np.inf)}), 'array 2 float64')
-    with pytest.raises(BadCalibration, match='one.digits has numbers that are not finite'):
-        read_calibration(with_arrays, 'areal_single')
-    for content in (b'no archive', npz(**{'one.digits': np.array([print])})):
-        with_content(with_arrays, content)
-        with pytest.raises(BadCalibration, match='sheet.npz cannot be read'):
-            read_calibration(with_arrays, 'areal_single')
-
-
 @pytest.mark.parametrize('name', ['../sheet.npz', '/etc/passwd', 3, None])
 def test_arrays_come_from_beside_the_file_only(with_arrays, name):
     page = yaml.safe_load(with_arrays.read_text())
@@ -117,11 +78,6 @@ def test_arrays_come_from_beside_the_file_only(with_arrays, name):
     with_arrays.write_text(yaml.safe_dump(page))
     with pytest.raises(BadCalibration, match='names no file beside this one'):
         read_calibration(with_arrays, 'areal_single')
-
-
-def test_a_missing_file(tmp_path):
-    with pytest.raises(BadCalibration, match='no such file'):
-        read_calibration(tmp_path / 'none.yaml', 'touchpad')
 
 
 def test_a_file_cut_anywhere_is_never_taken_for_whole(path):
@@ -140,12 +96,6 @@ def test_files_of_another_kind(path, text):
         read_calibration(path, 'touchpad')
 
 
-def test_bytes_that_are_no_text(path):
-    path.write_bytes(b'\xff\xfe\x80')
-    with pytest.raises(BadCalibration, match='cannot be read'):
-        read_calibration(path, 'touchpad')
-
-
 @pytest.mark.parametrize('value', [float('nan'), float('inf'), 'seven', None, True])
 def test_numbers_that_are_none(path, value):
     page = yaml.safe_load(path.read_text())
@@ -155,9 +105,10 @@ def test_numbers_that_are_none(path, value):
         read_calibration(path, 'touchpad')
 
 
-def test_not_finite_numbers_are_not_even_written(tmp_path):
+@pytest.mark.parametrize('value', [float('nan'), np.full(2, np.inf)])
+def test_not_finite_numbers_are_not_even_written(tmp_path, value):
     with pytest.raises(BadCalibration, match=r'fitted\.a'):
-        write_calibration(tmp_path / 'pad.yaml', CalibrationFile('touchpad', {}, {'a': float('nan')}, {}, {}))
+        write_calibration(tmp_path / 'pad.yaml', CalibrationFile('touchpad', {}, {'a': value}, {}, {}))
     assert not list(tmp_path.iterdir())
 
 

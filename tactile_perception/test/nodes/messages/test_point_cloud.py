@@ -7,7 +7,6 @@ import pytest
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 from sensor_msgs.msg import PointField  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
-from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
 from tactile_perception.common.surface_points import UNKNOWN, SurfacePoints  # noqa: E402
 from tactile_perception.nodes.messages.point_cloud import points_to_message  # noqa: E402
 
@@ -56,12 +55,6 @@ def test_a_cloud_with_a_point_that_has_no_place_is_not_dense():
     assert not points_to_message(points, Header()).is_dense
 
 
-def test_no_points():
-    nothing = np.zeros((0, 3))
-    message = points_to_message(SurfacePoints((1, 0), nothing, nothing, nothing, nothing, np.zeros(0), np.zeros(0, np.uint8)), Header())
-    assert (message.height, message.width, len(message.data)) == (1, 0, 0)
-
-
 def test_sensor_msgs_py_reads_it():
     reader = pytest.importorskip('sensor_msgs_py.point_cloud2')
     points = some_points()
@@ -70,10 +63,3 @@ def test_sensor_msgs_py_reads_it():
     for name in NAMES:
         np.testing.assert_array_equal(found[name].ravel(), columns(points)[name], name)
     np.testing.assert_array_equal(reader.read_points_numpy(message, ['x', 'y', 'z']), points.xyz.astype(np.float32))
-
-
-def test_the_same_points_give_the_same_bytes():
-    first, second = (encode(points_to_message(some_points(), Header())) for _ in range(2))
-    assert first == second and first[0] == 'sensor_msgs/msg/PointCloud2'
-    back = decode(first[1], first[0])
-    np.testing.assert_array_equal(read(back)['force_y'], columns(some_points())['force_y'])

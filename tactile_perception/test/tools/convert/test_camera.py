@@ -33,15 +33,10 @@ def test_incipient_slip_is_some_but_not_all(recording_folder):
     assert frame.slip_state == INCIPIENT and frame.slipping_fraction == pytest.approx(0.25)
 
 
-def test_a_static_recording_tells_places_by_the_tools_tip(recording_folder):
+@pytest.mark.parametrize('changes', [{'static': True}, {'sensor': 'areal_single'}])
+def test_a_static_recording_and_a_round_tip_on_a_sheet_tell_places_by_the_tools_tip(recording_folder, changes):
     sensor = json.loads((recording_folder / 'sensor.json').read_text())
-    (recording_folder / 'sensor.json').write_text(json.dumps({**sensor, 'static': True}))
-    np.testing.assert_allclose(Recording(recording_folder).truth(1).contacts[0].position, [3e-3, 0, 11e-3], rtol=1e-6)
-
-
-def test_a_round_tip_that_moves_on_a_sheet_is_where_its_tip_is(recording_folder):
-    sensor = json.loads((recording_folder / 'sensor.json').read_text())
-    (recording_folder / 'sensor.json').write_text(json.dumps({**sensor, 'sensor': 'areal_single'}))
+    (recording_folder / 'sensor.json').write_text(json.dumps(sensor | changes))
     np.testing.assert_allclose(Recording(recording_folder).truth(1).contacts[0].position, [3e-3, 0, 11e-3], rtol=1e-6)
 
 
