@@ -13,11 +13,14 @@ import dots
 import parts
 import printed_dots
 import taxel_slip
-from judged import calibrated, judge, recorded, recording_folder, touchpad_scene
+from judged import Case, calibrated, judge, recorded, recording_folder, touchpad_scene
+from tactile_bringup.installed import share
+from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_perception.bags.stream import Task
 from tactile_perception.errors import BadArgument
+from tactile_perception.gel.tools import calibrate_pins
 from tactile_perception.tools.process_bag import process_bag
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', 'nowhere'))
@@ -89,6 +92,17 @@ def test_nothing_touches_in_the_touchpads_recording_of_noise(tmp_path):
 def test_the_touchpad_in_our_own_scenes(tmp_path, name, least, overlap):
     found = touchpad(tmp_path, f'scene:{name}')
     check_touchpad(found, least, *((0.75, 0.55) if name == 'two_objects' else (np.nan, np.nan)), overlap)
+
+
+def test_pins_calibrated_by_the_commands_of_their_page(tmp_path):
+    presses, demo, params = tmp_path / 'pins_calib', tmp_path / 'pins_demo', Path(share('params', 'pin_dome.yaml'))
+    for bag in (presses, demo):
+        write_scene(bag, bag.name, 4.0)
+    calibrate_pins([presses], params, tmp_path / 'pins.yaml')
+    judged = judge([Case(demo, params)], tmp_path / 'pins.yaml')
+    assert judged.medians()['place'] < 0.3 and judged.medians()['depth'] < 0.1  # mm
+    frames = judged.evaluation.summary()['frames']
+    assert (frames['missed'], frames['false']) == (0, 0)
 
 
 @pytest.mark.parametrize('name', printed_dots.NAMES)
