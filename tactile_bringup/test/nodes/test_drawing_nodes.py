@@ -74,11 +74,14 @@ class Lookers(DrawingNode):
     def __init__(self):
         super().__init__('lookers', (Parameter('frame_id', str, 'pad', '', 'sensor frame'),))
         self.looking, self.markers = [], self
+        self.drawn_s = self.gone_s = 0.0
 
     def nothing(self, header):
+        self.gone_s = time.monotonic()
         return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
 
     def frame(self, header, _found):
+        self.drawn_s = time.monotonic()
         return MarkerArray(markers=[Marker(header=header, ns='dots')])
 
     def draw(self):
@@ -110,19 +113,18 @@ def test_markers_go_when_nothing_new_has_come_for_two_seconds_and_when_the_node_
     made = []
     other, until = bench(lambda: made.append(Lookers()) or made[0])
     node, seen = made[0], []
-    other.create_subscription(MarkerArray, 'markers', lambda message: seen.append((time.monotonic(), message.markers[0])), 10)
+    other.create_subscription(MarkerArray, 'markers', lambda message: seen.append(message.markers[0]), 10)
     assert until(lambda: node.looking[-1:] == [1])
     node.draw()
     assert until(lambda: len(seen) == 2)
-    (drawn_s, _), (gone_s, gone) = seen
-    assert gone.action == Marker.DELETEALL and gone.header.frame_id == 'pad' and gone_s - drawn_s > 0.5
+    assert seen[1].action == Marker.DELETEALL and seen[1].header.frame_id == 'pad' and node.gone_s - node.drawn_s > 0.5
     until(lambda: False, patience_s=0.6)
     assert len(seen) == 2, 'once'
     node.draw()
     assert until(lambda: len(seen) == 3)
     node.destroy_node()
     node.destroy_node = lambda: None  # bench does it again
-    assert until(lambda: len(seen) == 4) and seen[-1][1].action == Marker.DELETEALL
+    assert until(lambda: len(seen) == 4) and seen[-1].action == Marker.DELETEALL
 
 
 def test_what_the_nodes_of_the_sensor_warn_of_is_shown_without_data(bench):
@@ -136,9 +138,12 @@ def test_what_the_nodes_of_the_sensor_warn_of_is_shown_without_data(bench):
 
     def report(name, level, text):
         reports.publish(DiagnosticArray(status=[DiagnosticStatus(name=f'{name}: task', level=level, message=text)]))
-    report('/thumb/dot_tracker_node', DiagnosticStatus.WARN, 'of another sensor')
-    report('/dot_tracker_node', DiagnosticStatus.WARN, 'something presses; let go')
-    assert until(lambda: node.warning == 'something presses; let go' and seen)
+
+    def warned():
+        report('/thumb/dot_tracker_node', DiagnosticStatus.WARN, 'of another sensor')
+        report('/dot_tracker_node', DiagnosticStatus.WARN, 'something presses; let go')
+        return node.warning == 'something presses; let go' and seen
+    assert until(warned)
     report('/dot_tracker_node', DiagnosticStatus.OK, '30 Hz')
     assert until(lambda: node.warning == '')
 
@@ -187,7 +192,7 @@ def test_nothing_is_subscribed_for_nobody_and_frames_are_drawn_for_somebody(benc
     other.create_subscription(MarkerArray, 'markers', seen.append, 10)
     assert until(lambda: dots.get_subscription_count() == 1 and region.get_subscription_count() == 1)
     stamp = 1
-    while not seen and stamp < 20:
+    while not seen and stamp < 60:
         stamp += 1
         message = sent_dots(stamp)
         dots.publish(message)
@@ -211,4 +216,4 @@ def test_pictures_are_drawn_at_most_as_often_as_asked_for(bench):
         images.publish(Image(header=message.header, encoding='mono8', height=48, width=64, step=64, data=bytes(48 * 64)))
         until(lambda: bool(seen) and seen[-1] == message.header.stamp, patience_s=0.5)
     frames = [round(stamp.nanosec / 33_333_333) for stamp in seen]
-    assert len(frames) > 3 and set(later - earlier for earlier, later in zip(frames, frames[1:])) == {2}
+    assert len(frames) > 3 and min(later - earlier for earlier, later in zip(frames, frames[1:])) == 2
