@@ -21,7 +21,6 @@ from launch_testing.actions import ReadyToTest
 from launch_testing_ros import WaitForTopics
 from tactile_perception.sensors import SENSOR_TYPES
 from tactile_msgs.msg import Contacts
-from waiting import until
 
 FOLDER = Path(get_package_share_directory('tactile_bringup')) / 'launch'
 HAND = {'sensors': [{'name': 'left/pad', 'type': 'taxel_array', 'rate': 50}, {'name': 'tip', 'type': 'psd_finger', 'rate': 500}]}
@@ -31,7 +30,7 @@ RESULTS = {**{name: [(f'/{name}/contacts', Contacts)] for name in SENSOR_TYPES},
            'calibrate': [('/stage/wrench', WrenchStamped)],
            'demo': [('/touchpad/contacts', Contacts)]}
 #: launch file -> the node of a process beside the sensors'
-BESIDE = {'hand': 'hand_frames_node', 'calibrate': 'calibrate_node', 'demo': 'demo'}
+BESIDE = {'hand': '/hand_frames_node', 'calibrate': '/areal_single/calibrate_node', 'demo': '/touchpad/demo'}
 _WRITTEN = tempfile.TemporaryDirectory()
 
 
@@ -64,7 +63,7 @@ class TestResults(unittest.TestCase):
         """An interrupt ends a process that has not, by the signal."""
         rclpy.init()
         node = rclpy.create_node('looker')
-        self.assertTrue(until(lambda: BESIDE.get(name, 'looker') in node.get_node_names()))
+        self.assertTrue(node.wait_for_node(BESIDE.get(name, '/looker'), 60.0))
         node.destroy_node()
         rclpy.shutdown()
 
