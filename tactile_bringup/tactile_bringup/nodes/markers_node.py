@@ -113,8 +113,7 @@ class MarkersNode(DrawingNode):
 
     def picture(self, found: dict) -> np.ndarray:
         """See DrawingNode."""
-        image = image_to_array(found['image_raw'])
-        return annotate(image, annotation_of(found, self._camera, image))
+        return annotate(image_to_array(found['image_raw']), annotation_of(found, self._camera))
 
 
 def _stitching_in(calibration: str) -> Stitching | None:
