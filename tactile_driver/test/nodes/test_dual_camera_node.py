@@ -15,7 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import CameraInfo, Image, TimeReference
 from stitchings import SIZE, stitching, view
-from tactile_driver.camera.pairs import DualSource, ShutterOffset
+from tactile_driver.camera.pairs import DualSource
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame
 from tactile_driver.nodes.dual_camera_node import DualPublishers, DualStream
@@ -33,8 +33,7 @@ class TwoCameras(DualSource):
 
     live = True
 
-    def __init__(self, size=SIZE, sides=('left', 'right'), shutters=None):
-        self.shutters = shutters
+    def __init__(self, size=SIZE, sides=('left', 'right')):
         self.size, self.sides, self.count, self.exposures = size, sides, 0, []
 
     def read(self, wanted=True):
@@ -68,32 +67,25 @@ def stamp(message):
     return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
 
 
-def test_each_view_has_its_stamp_and_the_picture_the_left_ones(node):
-    two = streamed(node, TwoCameras(), frame_id='pad')
-    found = two.received(('left/image_raw', Image), ('right/image_raw', Image), ('image_raw', Image))
-    left, right, whole = found
-    assert (stamp(left) % 10**7, stamp(right) % 10**7, stamp(whole) % 10**7) == (0, 10**6, 0)
+def test_each_view_has_its_stamp_and_its_calibration_and_the_picture_the_left_stamp(node):
+    known = tuple(CameraCalibration(*SIZE, (k,) * 9) for k in (7.0, 8.0))
+    two = streamed(node, TwoCameras(), frame_id='pad', calibrations=known)
+    *images, exposed, left_info, right_info = two.received(
+        ('left/image_raw', Image), ('right/image_raw', Image), ('image_raw', Image), ('right/time_reference', TimeReference),
+        ('left/camera_info', CameraInfo), ('right/camera_info', CameraInfo))
+    left, right, whole = images
+    assert [stamp(message) % 10**7 for message in (*images, exposed)] == [0, 10**6, 0, 0]
+    assert exposed.time_ref.sec * 10**9 + exposed.time_ref.nanosec == stamp(exposed) + 10**6 and exposed.source == 'right camera'
     assert set(left.data) == {50} and set(right.data) == {90} and {50, 90} <= set(whole.data)
-    assert (whole.width, whole.height) == (121, 61) and {m.header.frame_id for m in found} == {
+    assert (whole.width, whole.height) == (121, 61) and {m.header.frame_id for m in (*images, exposed)} == {
         f'pad_{view}camera_optical' for view in ('', 'left_', 'right_')}
-    assert two.stream.remark == ''
-
-
-def test_the_right_exposure_of_each_picture_is_reported(node):
-    found, image = streamed(node, TwoCameras(), frame_id='pad').received(('right/time_reference', TimeReference), ('image_raw', Image))
-    assert stamp(found) % 10**7 == 0 and found.header.frame_id == image.header.frame_id == 'pad_camera_optical'
-    assert found.source == 'right camera'
-    assert found.time_ref.sec * 10**9 + found.time_ref.nanosec == stamp(found) + 10**6
+    assert set(left_info.k) == {7.0} and set(right_info.k) == {8.0} and two.stream.remark == ''
 
 
 def test_diagnostics_tell_the_offset(node):
-    shutters = ShutterOffset(limit_ns=8e6)
-    for _ in range(20):
-        shutters.add(9_000_000)
-    stream = streamed(node, TwoCameras(shutters=shutters)).stream
-    assert stream.health().values['shutter offset (ms)'] == pytest.approx(9.0) and 'max_skew' in shutters.remark
-    stream.source.shutters = None
-    assert 'shutter offset (ms)' not in stream.health().values
+    stream = streamed(node, TwoCameras()).stream
+    stream.source.offset_ms = 9.0
+    assert stream.health().values['shutter offset (ms)'] == pytest.approx(9.0)
     stream.stop()
 
 
@@ -107,13 +99,6 @@ def test_without_a_stitching_the_views_are_put_side_by_side_and_that_is_said(nod
     whole, = two.received(('image_raw', Image))
     expected = np.repeat([50, 90], SIZE[0] - 10)
     assert (picture_of(whole) == expected).all() and 'stitching_path is empty' in two.stream.remark
-
-
-def test_a_calibration_of_each_camera_is_published(node):
-    known = tuple(CameraCalibration(*SIZE, (k,) * 9) for k in (7.0, 8.0))
-    left, right = streamed(node, TwoCameras(), calibrations=known).received(
-        ('left/camera_info', CameraInfo), ('right/camera_info', CameraInfo))
-    assert set(left.k) == {7.0} and set(right.k) == {8.0}
 
 
 def test_views_of_another_size_are_remarked_and_not_stitched(node):
