@@ -3,6 +3,7 @@
 """What the nodes that draw for RViz share: markers and pictures on demand, messages of equal stamp, the frame of a part, diagnostics."""
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
@@ -23,7 +24,7 @@ from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_service
 from tactile_driver.nodes.runtime.diagnostics import OK, Health, LogOnce, NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
-from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, steady_timer
+from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS, STREAM_QOS
 from tactile_driver.parameters.table import Parameter
 from tactile_perception.nodes.messages.checks import check_message
 from tactile_perception.nodes.messages.conversions import stamp_seconds
@@ -69,14 +70,13 @@ class StampSync:
             del self._sets[min(self._sets)]
 
 
-_LOOK_S = 0.25  # chosen: interval between two checks for markers out of date
 _WARNED_S = 3.0  # chosen: so long a warning holds, of which nodes report once a second
 
 
 class DrawingNode(Node):
     """Publishes markers and image_annotated, each while it has subscribers.
 
-    Subclasses set self.markers, with methods frame (draws) and nothing (clears), and implement picture and follow_demand.
+    Subclasses set self.markers, with methods frame (of messages) and alone (of the warning), and implement picture and follow_demand.
 
     What the other nodes of the sensor's namespace warn of on /diagnostics becomes self.markers.warning, which is shown even when nothing
     else is.
@@ -92,9 +92,7 @@ class DrawingNode(Node):
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
         self.say, self.log, self.guard = LogOnce(self), WorkLog('results', by_call=self.host.shares), DefectGuard(self)
         self.marker_output, self.picture_output = self._demanded(MarkerArray, 'markers'), self._demanded(Image, 'image_annotated')
-        self._drawn_s: float | None = None  # time of the last published markers that are still shown
-        self._stale_timer = steady_timer(self, _LOOK_S, self._clear_stale)  # while markers are shown: each call wakes the executor
-        self._stale_timer.cancel()
+        self._drawn_s = -math.inf  # when markers were last published
         self._reported: dict[str, tuple[str, float]] = {}  # node -> its warning, '' for none, and when it came
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, 10)
         self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self._examine)
@@ -114,8 +112,6 @@ class DrawingNode(Node):
         """Publish the markers of messages by topic, if somebody looks at them; header: of the data drawn."""
         if self.marker_output.get_subscription_count():
             self._publish(self.marker_output, header, lambda: self.markers.frame(header, found))
-            if self._drawn_s is None:
-                self._stale_timer.reset()
             self._drawn_s = time.monotonic()
 
     def draw_picture(self, header: Header, found: dict) -> None:
@@ -137,13 +133,6 @@ class DrawingNode(Node):
         output.publish(draw())
         self.log.add(time.perf_counter() - begin, 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(header))
 
-    def _clear_stale(self) -> None:
-        """Clear markers that are out of date."""
-        if self._drawn_s is not None and time.monotonic() - self._drawn_s > STALE_S:
-            self._drawn_s = None
-            self._stale_timer.cancel()
-            self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
-
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         if not self.marker_output.get_subscription_count():
             return
@@ -154,8 +143,8 @@ class DrawingNode(Node):
                 self._reported[status.name] = '' if status.level == OK else status.message, now
         warnings = [text for text, reported_s in self._reported.values() if text and now - reported_s < _WARNED_S]
         self.markers.warning = warnings[0] if warnings else ''
-        if warnings and self._drawn_s is None:
-            self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
+        if warnings and now - self._drawn_s > STALE_S:
+            self.marker_output.publish(self.markers.alone(Header(frame_id=self.settings['frame_id'])))
 
     def _examine(self) -> Health:
         return self.log.health(not self.watched, values={'defects met': self.guard.caught})
@@ -189,13 +178,6 @@ class DrawingNode(Node):
         transform = static_transform(frame, f'{frame}_{name}', translation, stamp=self.get_clock().now().to_msg())
         self._transform_output = self.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)
         self._transform_output.publish(TFMessage(transforms=[transform]))
-
-    def destroy_node(self) -> None:
-        """Clear the markers, then destroy the node."""
-        if self.context.ok() and self.marker_output.get_subscription_count():
-            self.markers.warning = ''
-            self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
-        super().destroy_node()
 
 
 _KEPT = 20  # messages per topic, chosen: among these the node looks for equal stamps

@@ -88,7 +88,7 @@ class MarkerSet:
     """Makes the markers of each frame. Each array first deletes all markers, so that it is whole whichever of those before it were lost;
     RViz handles an array at once, between two pictures.
 
-    RViz itself removes markers that nothing has renewed for STALE_S, for example after a node was killed.
+    RViz removes markers that nothing has renewed for STALE_S, whatever has ended.
     warning: shown beside the sensor, '' for none.
     sizes: dot_size (m), dot_colour, full_depth (m), normal_length (m), force_length (m), full_force (N), full_torque (N m), and the
     untouched surface: sensor_type, cap.curvature_radius, cap.height, dome.rim_radius, dome.height (m).
@@ -119,8 +119,8 @@ class MarkerSet:
             self._slip(found['slip'], region)
         return self._array(found, np.abs(places[np.isfinite(places).all(axis=1), :2]).max(axis=0, initial=0.0))
 
-    def nothing(self, header: Header) -> MarkerArray:
-        """Marker array that deletes all markers, and shows the warning if there is one."""
+    def alone(self, header: Header) -> MarkerArray:
+        """The warning alone."""
         self._header, self._made = header, []
         self._warning()
         return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL), *self._made])
