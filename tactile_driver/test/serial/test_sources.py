@@ -14,7 +14,7 @@ from tactile_driver.errors import BadArgument, BadFrame, BadRecording, DeviceLos
 from tactile_driver.samples import SampleBlock
 from tactile_driver.serial import port as serial_port
 from tactile_driver.serial.port import SerialPort, SerialSource, find_port
-from tactile_driver.serial.psd import Demodulator, PsdSerialSource, PsdSimulatedSource, SerialSettings
+from tactile_driver.serial.psd import Demodulator, PsdSerialSource, SerialSettings
 from tactile_driver.serial.taxel import TaxelFileSource
 from tactile_driver.sources import source as pacing
 from tactile_driver.sources.source import EndOfSource, NothingYet
@@ -178,13 +178,6 @@ def test_without_a_known_period_or_light_there_is_nothing():
     made = Demodulator(4.9)
     assert made.net(SampleBlock(samples(5, np.zeros(5)), 10**9, float('nan'))) == []
     assert made.net(SampleBlock(samples(8, np.zeros(8), np.zeros(8, bool)), 2 * 10**9, 1 / RATE)) == []
-
-
-def test_wrong_settings_simulated():
-    with pytest.raises(BadArgument, match='real time'):
-        PsdSimulatedSource('demo', 0, 0, 0.01, time.time_ns)
-    with pytest.raises(BadArgument, match='taps'):
-        PsdSimulatedSource('nowhere', -1, 0, 0.01, time.time_ns).open()
 
 
 FRAMES = np.arange(3 * 2 * 4, dtype=np.uint8).reshape(3, 2, 4)
