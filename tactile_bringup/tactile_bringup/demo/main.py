@@ -59,8 +59,8 @@ class DemoNode(Node):
         self._begin_s = self._arrival_s = time.monotonic()
         self._drawn_s, self._shown = -math.inf, None
         self._expected: set[str] = set()
-        self._sync = StampSync(self._on_results, lambda: self._expected or _TOPICS, patience=30)
-        self._picture_sync = StampSync(self._on_picture, lambda: (_READING, _PICTURE), patience=30)
+        self._sync = StampSync(self._on_results, lambda: self._expected or _TOPICS)
+        self._picture_sync = StampSync(self._on_picture, lambda: (_READING, _PICTURE))
         self._say = LogOnce(self)
         for topic, kind in {**_TOPICS, _PICTURE: Image}.items():
             self.create_subscription(kind, topic, lambda message, topic=topic: self._on_message(topic, message), _QUEUE)

@@ -22,9 +22,9 @@ MS = 1_000_000
 
 
 class Collected:
-    def __init__(self, *expected, patience=3):
+    def __init__(self, *expected):
         self.expected, self.sets = set(expected), []
-        self.sync = StampSync(self.sets.append, lambda: self.expected, patience)
+        self.sync = StampSync(self.sets.append, lambda: self.expected)
 
     def add(self, topic, ms):
         self.sync.add(topic, ms * MS, f'{topic}{ms}')
