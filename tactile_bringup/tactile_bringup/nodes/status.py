@@ -22,7 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from tactile_driver.command import tells_errors
 
-from ..hand.description import names_in
+from ..hand.description import read_hand
 
 OK, WARN, ERROR, SILENT = range(4)
 _WORDS = ('ok', 'warning', 'ERROR', 'SILENT')
@@ -175,7 +175,7 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--once', action='store_true', help='print the table once and end; the exit code is 1 when something is wrong')
     parser.add_argument('--patience', type=float, default=10.0, help='with --once: longest time to wait for all reports, s')
     given = parser.parse_args(remove_ros_args(sys.argv if args is None else ['status', *args])[1:])
-    status = HandStatus(names_in(given.hand))
+    status = HandStatus([sensor.name for sensor in read_hand(given.hand).sensors] if given.hand else ())
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     node = StatusNode(status)
     try:

@@ -19,7 +19,7 @@ from tactile_bringup.launch.arguments import (
     Playing, SensorPlan, check, completed, driver_parameters, end_if_wrong, hand_frames, processes, sensor_actions,
     sensor_arguments, sensor_plan)
 from tactile_bringup.launch.recorded import bag_of, recorded_topics
-from tactile_driver.errors import BadArgument
+from tactile_driver.errors import BadArgument, BadRecording
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
@@ -296,5 +296,5 @@ def test_what_is_not_there_is_reported(tmp_path):
     whole = write(tmp_path / 'whole', thumb=('touchpad', 'sim'))
     with pytest.raises(BadArgument, match='/palm.*/thumb/description'):
         bag_of(whole, 'palm')
-    with pytest.raises(BadArgument, match='no such file'):
+    with pytest.raises(BadRecording, match='no such file'):
         bag_of(str(tmp_path / 'nowhere'), 'palm')
