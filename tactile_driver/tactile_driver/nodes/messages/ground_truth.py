@@ -96,12 +96,10 @@ def truth_messages(truth: TruthFrame, ids: list[int], interval: float, header: H
 
 
 class GroundTruth:
-    """The publishers of ground_truth/*; a message is made only if its topic has subscribers. names: topics that are published."""
+    """The publishers of ground_truth/*; a message is made only if its topic has subscribers."""
 
-    def __init__(self, node: Node, names: Sequence[str] = ()):
-        self._node, self._publishers = node, {}
-        self._numbers = TouchNumbers()
-        self.offer(names)
+    def __init__(self, node: Node):
+        self._node, self._publishers, self._numbers = node, {}, TouchNumbers()
 
     def offer(self, names: Sequence[str]) -> None:
         """Publish these topics, of TRUTH, and no others."""
