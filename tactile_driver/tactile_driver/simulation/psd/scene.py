@@ -277,15 +277,9 @@ def _session() -> PsdScript:
     return PsdScript(acts, acts[-1].end + 0.5)
 
 
-def _taps() -> PsdScript:
-    """Taps of 78 ms at 3.2 Hz (paper psd_finger, section 6.3)."""
-    acts = [_press(0.5 + k / 3.2, 40.0 * k, 20.0 + 4 * (k % 8), 3.0e-4, 0.1, 0.05) for k in range(16)]
-    return PsdScript(acts, acts[-1].end + 0.5)
-
-
-def _slow_taps() -> PsdScript:
-    """Taps of 250 ms at 0.88 Hz (paper psd_finger, section 6.3)."""
-    acts = [_press(0.5 + k / 0.88, 40.0 * k, 20.0 + 4 * (k % 8), 3.0e-4, 0.272, 0.05) for k in range(8)]
+def _taps(count: int, rate: float, last: float) -> PsdScript:
+    """Taps at rate Hz that last so many s (paper psd_finger, section 6.3)."""
+    acts = [_press(0.5 + k / rate, 40.0 * k, 20.0 + 4 * (k % 8), 3.0e-4, last, 0.05) for k in range(count)]
     return PsdScript(acts, acts[-1].end + 0.5)
 
 
@@ -294,11 +288,6 @@ def _grid(ambient: Ambient = Ambient()) -> PsdScript:
     places = [(0.0, 0.0)] + [(phi + 11.0, theta) for theta in (15.0, 30.0, 45.0, 60.0) for phi in range(0, 360, 60)]
     acts = [_press(0.5 + 0.45 * k, phi, theta, 2.8e-4) for k, (phi, theta) in enumerate(places)]
     return PsdScript(acts, acts[-1].end + 0.5, ambient)
-
-
-def _bright() -> PsdScript:
-    """The grid in a bright room."""
-    return _grid(Ambient(1.3, 0.15, 9.0, 0.07, shade=0.06))
 
 
 def _demo() -> PsdScript:
@@ -323,10 +312,11 @@ def _two() -> PsdScript:
     return PsdScript([_press(0.5, 45, 40, 3.0e-4, 2.0), _press(1.2, 225, 40, 3.0e-4, 0.8)], 3.0)
 
 
+#: taps are felt for 78 ms and 250 ms; bright: the grid in a bright room
 PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
-    'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'session': _session, 'grid': _grid, 'taps': _taps,
-    'slow_taps': _slow_taps, 'slide': _slide,
-    'light': _light, 'two': _two, 'bright': _bright}
+    'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'session': _session, 'grid': _grid,
+    'taps': lambda: _taps(16, 3.2, 0.1), 'slow_taps': lambda: _taps(8, 0.88, 0.272), 'slide': _slide, 'light': _light, 'two': _two,
+    'bright': lambda: _grid(Ambient(1.3, 0.15, 9.0, 0.07, shade=0.06))}
 
 
 def open_psd_scene(name: str, rate: float, seed: int = 0) -> PsdScene:
