@@ -3,7 +3,6 @@
 """Launch of one sensor: arguments, processes, recordings."""
 
 import sys
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,7 +15,7 @@ from std_msgs.msg import String
 from tactile_bringup.installed import share
 from tactile_bringup.launch import arguments as module
 from tactile_bringup.launch.arguments import (
-    Playing, SensorPlan, check, completed, driver_parameters, end_if_wrong, hand_frames, processes, sensor_actions,
+    Playing, SensorPlan, check, completed, driver_parameters, end_if_wrong, processes, sensor_actions,
     sensor_arguments, sensor_plan)
 from tactile_bringup.launch.recorded import bag_of, recorded_topics
 from tactile_driver.errors import BadArgument, BadRecording
@@ -191,16 +190,6 @@ def test_each_node_has_its_own_parameters_with_their_types(plan, tmp_path):
     page = yaml.safe_load((tmp_path / 'left_pad_parameters.yaml').read_text())
     assert page == {'/left/pad/camera_node': {'ros__parameters': NODES['camera_node']},
                     '/left/pad/markers_node': {'ros__parameters': {'frame_id': 'left_pad'}}}
-
-
-def test_sensors_are_started_again_and_recorders_are_not(plan):
-    def again(node):
-        return node._ExecuteLocal__respawn
-    sensor, recorder = processes(plan, True, Playing(1))
-    assert again(sensor) and not again(recorder) and again(hand_frames('hand.yaml'))
-    playing = replace(plan, ends=True)
-    assert not again(processes(playing, True, Playing(1))[0]), 'it would play its recording from the beginning'
-    assert [again(node) for node in processes(playing, False, Playing(1))] == [False, True, True, False]
 
 
 @pytest.mark.parametrize(('given', 'ends'), [({'source': 'sim'}, False), ({}, True), ({'loop': 'true'}, False), ({'stay': 'true'}, False)])
