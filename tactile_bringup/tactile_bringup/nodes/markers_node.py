@@ -6,11 +6,11 @@ from __future__ import annotations
 import sys
 
 import numpy as np
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.nodes.runtime.host import AdaptiveSubscription, Host
+from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.stitching.calibration import Stitching, load_stitching
 from tactile_msgs.msg import DotTracks
@@ -23,7 +23,6 @@ from ..visualization.annotation import Projection, annotation_of
 from ..visualization.markers import MarkerSet
 
 _INPUTS = {'dots': DotTracks, **RESULTS}
-_INFO_QUEUE = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class MarkersNode(DrawingNode):
@@ -44,7 +43,7 @@ class MarkersNode(DrawingNode):
         """See DrawingNode; with images comes camera_info."""
         super().follow_demand()
         if 'image_raw' in self.inputs and self._info is None:
-            self._info = AdaptiveSubscription(self, CameraInfo, 'camera_info', self._on_camera_info, _INFO_QUEUE)
+            self._info = AdaptiveSubscription(self, CameraInfo, 'camera_info', self._on_camera_info, LATCHED_QOS)
         elif 'image_raw' not in self.inputs and self._info is not None:
             self._info.close()
             self._info = None
