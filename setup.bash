@@ -47,7 +47,7 @@ _tactile_check_python() {
     python3 - <<'PYTHON' || printf 'setup: type: rosdep install --from-paths %s --ignore-src\n' "$1" >&2
 import importlib.util
 import sys
-modules = ('cv2', 'cv_bridge', 'diagnostic_updater', 'matplotlib', 'numpy', 'psutil', 'rclpy', 'rosbag2_py', 'scipy',
+modules = ('cv2', 'cv_bridge', 'matplotlib', 'numpy', 'psutil', 'rclpy', 'rosbag2_py', 'scipy',
            'serial', 'yaml')
 missing = [name for name in modules if importlib.util.find_spec(name) is None]
 if missing:

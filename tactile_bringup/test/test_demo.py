@@ -15,10 +15,10 @@ from tactile_driver.errors import BadArgument
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
 
-def filled(count=91, rate=30.0, **values):
+def filled(count=91, rate=30.0):
     summary = Summary()
     for k in range(count):
-        summary.add(Reading(k / rate, 0.01 + 1e-4 * k, **values))
+        summary.add(Reading(k / rate, 0.01 + 1e-4 * k, values={'area': 1e-6 * k, 'depth': math.nan}))
     return summary
 
 
@@ -28,6 +28,7 @@ def test_rate_and_latency():
     assert summary.latency_ms(50) == pytest.approx(10 + 0.1 * (10 + 89 / 2))
     assert summary.latency_ms(50, lately=False) == pytest.approx(10 + 0.1 * 99 / 2)
     assert math.isnan(Summary().rate) and math.isnan(Summary().latency_ms(50))
+    assert summary.report()[1] == 'largest area 99 mm2'
 
 
 def test_all_messages_of_a_touch():
@@ -38,12 +39,11 @@ def test_all_messages_of_a_touch():
              'contacts': Contacts(contacts=[Contact(depth=1e-3), Contact(depth=float('nan'))]), 'wrench': wrench,
              'slip': Slip(state=Slip.GROSS, slipping_fraction=0.75)}
     reading = reading_of(found, 5.0, 0.02)
-    assert (reading.stamp_s, reading.latency_s, reading.displacement, reading.area, reading.depth) == (5.0, 0.02, 5.0, 4e-5, 1e-3)
-    assert (reading.force, reading.slipping) == (5.0, 2)
+    assert (reading.stamp_s, reading.latency_s, reading.values) == (5.0, 0.02, {'displacement': 5.0, 'area': 4e-5, 'depth': 1e-3})
     assert filled().line(reading).split(' | ')[1:-1] == [
         '3 dots, largest displacement 5.0 px', '40 mm2, 1.0 mm deep, 5.0 N, gross slip, 0 stick, 2 slip']
     array = reading_of({name: found[name] for name in ('contacts', 'slip')} | {'contact_region': ContactRegion()}, 5.0, 0.02)
-    assert array.words == ('nothing touches',) and array.slipping == 0.75
+    assert array.words == ('nothing touches',)
     assert 'nan' not in filled().line(reading_of({'contacts': Contacts()}, 5.0, math.nan))
 
 
@@ -54,11 +54,10 @@ def image(k):
 def test_the_best_frame_of_each_moment_is_kept():
     moments = Moments()
     for k, area in enumerate((0.0, 1e-5, 9e-5, 3e-5, 0.0)):
-        moments.add(Reading(float(k), area=area, slipping=5.0 * (k == 3)), image(k))
+        moments.add(Reading(float(k), values={'area': area, 'depth': 1e-3 * (k == 3)}), image(k))
     found = moments.pictures()
-    assert list(found) == ['first', 'largest_contact', 'most_slip', 'last']
-    assert [p.stamp_s for p in found.values()] == [0.0, 2.0, 3.0, 4.0]
-    assert found['most_slip'].image[0, 0, 0] == 3
+    assert list(found) == ['first', 'largest_contact', 'deepest_contact', 'last']
+    assert [stamp for stamp, _ in found.values()] == [0.0, 2.0, 3.0, 4.0] and found['deepest_contact'][1][0, 0, 0] == 3
 
 
 def frames_of(path):

@@ -20,6 +20,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from tactile_driver.nodes.runtime.diagnostics import NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
@@ -28,6 +29,7 @@ from zygote import Zygote
 
 OK, WARN, ERROR = 0, 1, 2
 PATIENCE = 60.0  # s, for what takes a second on an idle machine
+NodeDiagnostics.period_s = 0.2  # so that tests need not wait
 
 
 class Heard(NamedTuple):
@@ -181,5 +183,5 @@ class Beside:
 
 
 def host(namespace: str, **parameters) -> Host:
-    """Under a namespace, with parameters; it reports more often than once a second, so that tests need not wait."""
-    return Host(['-r', f'__ns:={namespace}'], {'diagnostic_updater.period': 0.2, **parameters})
+    """Under a namespace, with parameters."""
+    return Host(['-r', f'__ns:={namespace}'], parameters)

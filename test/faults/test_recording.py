@@ -78,7 +78,7 @@ def record_more(bench, space):
 
 def test_the_disk_is_full_for_a_while(bench, beside, finger, disk):
     space, heard = finger
-    recorder = bench.zygote.start(RECORDER, space, bag=disk / 'bag', patience=0.0, **{'diagnostic_updater.period': 0.2})
+    recorder = bench.zygote.start(RECORDER, space, bag=disk / 'bag', patience=0.0)
     bench.until(lambda: bench.recorded(space) > 50)
     before = time.monotonic()
     record_more(bench, space)

@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 from tactile_driver.errors import BadArgument, TactileError
+from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.nodes.runtime.diagnostics import LogOnce
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
@@ -58,9 +59,8 @@ class DemoNode(Node):
         self._begin_s = self._arrival_s = time.monotonic()
         self._drawn_s, self._shown = -math.inf, None
         self._expected: set[str] = set()
-        self._sync = StampSync(self._on_results, lambda: self._expected or _TOPICS, patience=30)
-        self._picture_sync = StampSync(self._on_picture, lambda: (_READING, _PICTURE), patience=30)
-        self._latest: dict[int, float] = {}
+        self._sync = StampSync(self._on_results, lambda: self._expected or _TOPICS)
+        self._picture_sync = StampSync(self._on_picture, lambda: (_READING, _PICTURE))
         self._say = LogOnce(self)
         for topic, kind in {**_TOPICS, _PICTURE: Image}.items():
             self.create_subscription(kind, topic, lambda message, topic=topic: self._on_message(topic, message), _QUEUE)
@@ -83,21 +83,19 @@ class DemoNode(Node):
             self._say.settle(topic)
 
     def _add(self, topic: str, message) -> None:
-        stamp_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        stamp_ns = stamp_ns_of(message.header)
         if topic == _PICTURE:
             self._picture_sync.add(topic, stamp_ns, image_to_array(message))
-            return
-        self._latest[stamp_ns] = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
-        self._sync.add(topic, stamp_ns, message)
+        else:
+            self._sync.add(topic, stamp_ns, message)
 
     def _on_results(self, found: dict) -> None:
         header = next(iter(found.values())).header
-        stamp_ns = header.stamp.sec * 1_000_000_000 + header.stamp.nanosec
-        self._reading = reading_of(found, stamp_seconds(header), self._latest.get(stamp_ns, math.nan))
-        self._latest = {stamp: latency for stamp, latency in self._latest.items() if stamp > stamp_ns}
+        stamp_s = stamp_seconds(header)
+        self._reading = reading_of(found, stamp_s, 1e-9 * self.get_clock().now().nanoseconds - stamp_s)
         self._arrival_s = time.monotonic()
         self._summary.add(self._reading)
-        self._picture_sync.add(_READING, stamp_ns, self._reading)
+        self._picture_sync.add(_READING, stamp_ns_of(header), self._reading)
 
     def _on_picture(self, found: dict) -> None:
         """Keep a picture with the numbers of its frame; not every frame has one."""
@@ -134,10 +132,10 @@ class DemoNode(Node):
             print(f'demo: {self.failed}', file=sys.stderr, flush=True)
             return
         print('\n'.join(self._summary.report()), flush=True)
-        for name, picture in self._moments.pictures().items():
+        for name, (stamp_s, image) in self._moments.pictures().items():
             path = self._out / f'{name}.png'
-            cv2.imwrite(str(path), picture.image)
-            print(f'{picture.stamp_s - self._summary.first_s:5.1f} s  {name:21s} {path}', flush=True)
+            cv2.imwrite(str(path), image)
+            print(f'{stamp_s - self._summary.first_s:5.1f} s  {name:21s} {path}', flush=True)
         if self._video.frames:
             print(f'         video                 {self._video.path}', flush=True)
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import cv2
 import numpy as np
 from tactile_driver.errors import BadArgument
-from tactile_msgs.msg import ContactRegion
 
 from ..parameters.table import VIDEO_RATE
 from ..visualization.annotation import contact_line, text_of
@@ -21,24 +20,23 @@ from ..visualization.markers import touch_words
 _NAN = float('nan')
 _RECENT = 90  # frames, 3 s at 30 Hz
 _LONGEST_LATENCY_S = 60.0  # chosen: older stamps are those of a recording, of which no latency is known
+#: Value of a frame -> name of the picture of the frame where it is largest; unit, factor and format of the value in the report.
+VALUES = {'displacement': ('largest_displacement', 'px', 1.0, '.1f'), 'area': ('largest_contact', 'mm2', 1e6, '.0f'),
+          'depth': ('deepest_contact', 'mm', 1e3, '.1f')}
 
 
 @dataclass(frozen=True)
 class Reading:
-    """The results of one frame; unknown is NaN.
+    """The results of one frame.
 
-    stamp_s: of exposure; latency_s: from exposure to receipt of the last result; words: the results as text; displacement: largest, px;
-    area: m^2; depth: m, deepest contact; force: N; slipping: number of slipping dots, of an array the slipping fraction.
+    stamp_s: of exposure; latency_s: from exposure to receipt of the last result, NaN unknown; words: the results as text; values: those of
+    VALUES that are known: largest displacement, px, area, m^2, depth of the deepest contact, m.
     """
 
     stamp_s: float
     latency_s: float = _NAN
     words: tuple[str, ...] = ()
-    displacement: float = _NAN
-    area: float = _NAN
-    depth: float = _NAN
-    force: float = _NAN
-    slipping: float = _NAN
+    values: Mapping[str, float] = field(default_factory=dict)
 
 
 class Summary:
@@ -47,7 +45,7 @@ class Summary:
     def __init__(self):
         self.frames = self.refused = 0
         self.first_s = self.last_s = _NAN
-        self.largest: dict[str, float] = {}
+        self._largest: dict[str, float] = {}
         self._latencies: list[float] = []
         self._stamps: deque[float] = deque(maxlen=_RECENT)
 
@@ -58,10 +56,9 @@ class Summary:
         self.frames, self.last_s = self.frames + 1, reading.stamp_s
         self._stamps.append(reading.stamp_s)
         self._latencies.append(reading.latency_s)
-        for name in ('displacement', 'area', 'depth', 'force'):
-            value = getattr(reading, name)
-            if value > self.largest.get(name, 0.0):
-                self.largest[name] = value
+        for name, value in reading.values.items():
+            if value > self._largest.get(name, 0.0):
+                self._largest[name] = value
 
     @property
     def rate(self) -> float:
@@ -83,9 +80,8 @@ class Summary:
 
     def report(self) -> list[str]:
         """The last lines: frames, rate, latency, maxima, refused messages."""
-        units = {'displacement': ('px', 1.0, '.1f'), 'area': ('mm2', 1e6, '.0f'), 'depth': ('mm', 1e3, '.1f'), 'force': ('N', 1.0, '.1f')}
-        largest = [f'{name} {factor * self.largest[name]:{form}} {unit}'
-                   for name, (unit, factor, form) in units.items() if name in self.largest]
+        largest = [f'{name} {factor * self._largest[name]:{form}} {unit}' for name, (_, unit, factor, form) in VALUES.items()
+                   if name in self._largest]
         mean = (self.frames - 1) / (self.last_s - self.first_s) if self.last_s > self.first_s else _NAN
         return [f'{self.frames} frames, {number(mean, ".1f")} Hz, latency {number(self.latency_ms(50, False), ".0f")} ms '
                 f'(95 %: {number(self.latency_ms(95, False), ".0f")} ms)', 'largest ' + (', '.join(largest) or 'values unknown'),
@@ -102,68 +98,37 @@ def reading_of(found: Mapping, stamp_s: float, latency_s: float) -> Reading:
     be missing."""
     words, values = text_of(found) if 'dots' in found else [], {}
     if 'dots' in found:
-        moved = np.hypot(found['dots'].du, found['dots'].dv)
-        values['displacement'] = float(np.nanmax(moved)) if np.isfinite(moved).any() else _NAN
+        values['displacement'] = np.nanmax(np.hypot(found['dots'].du, found['dots'].dv), initial=0.0)
     elif 'contact_region' in found:
         words = [contact_line(found, found['contact_region'])]
     elif 'contacts' in found:
         words = [', '.join(touch_words(found)) or ('touched' if found['contacts'].contacts else 'nothing touches')]
     if 'contact_region' in found:
-        slipping = np.count_nonzero(np.asarray(found['contact_region'].dot_state) == ContactRegion.SLIPPING)
-        values.update(area=found['contact_region'].area, slipping=float(slipping))
-    if 'contacts' in found and found['contacts'].contacts:
-        values['depth'] = max((c.depth for c in found['contacts'].contacts if np.isfinite(c.depth)), default=_NAN)
-        if 'wrench' in found:
-            force = found['wrench'].wrench.force
-            values['force'] = float(np.linalg.norm((force.x, force.y, force.z)))
-        if 'slip' in found and 'dots' not in found:
-            values['slipping'] = found['slip'].slipping_fraction
-    return Reading(stamp_s, latency_s, tuple(words), **values)
-
-
-_GAIN = 1.05  # chosen: a frame replaces a picture only if its value is 5 % larger, which spares most copies while a value grows
-
-
-#: Name of the picture -> value of a frame; the frame with the largest value above 0 is kept.
-MOMENTS: dict[str, Callable[[Reading], float]] = {
-    'largest_displacement': lambda reading: reading.displacement if reading.displacement > 1.0 else 0.0,
-    'largest_contact': lambda reading: reading.area,
-    'deepest_contact': lambda reading: reading.depth,
-    'most_slip': lambda reading: reading.slipping,
-}
-
-
-@dataclass
-class Picture:
-    """A frame that is kept. value: that it was selected by; stamp_s: of exposure; image: (H, W, 3) uint8 BGR."""
-
-    value: float
-    stamp_s: float
-    image: np.ndarray
+        values['area'] = found['contact_region'].area
+    if 'contacts' in found:
+        values['depth'] = max((c.depth for c in found['contacts'].contacts if np.isfinite(c.depth)), default=0.0)
+    return Reading(stamp_s, latency_s, tuple(words), values)
 
 
 class Moments:
-    """Keeps the frame with the largest value of each of MOMENTS, and the first and the last frame."""
+    """The first and the last frame, and the one where each of VALUES is largest. kept: name of the picture -> (stamp s, image)."""
 
     def __init__(self):
-        self.kept: dict[str, Picture] = {}
+        self.kept: dict[str, tuple[float, np.ndarray]] = {}
+        self._largest: dict[str, float] = {}
 
     def add(self, reading: Reading, image: np.ndarray) -> None:
         """Add one frame with its annotated image (H, W, 3) uint8; the image is kept, not copied."""
-        for name, value_of in MOMENTS.items():
-            value = float(value_of(reading))
-            if math.isfinite(value) and value > 0 and (name not in self.kept or value > _GAIN * self.kept[name].value):
-                self.kept[name] = Picture(value, reading.stamp_s, image)
-        if 'first' not in self.kept:
-            self.kept['first'] = Picture(0.0, reading.stamp_s, image)
-        self.kept['last'] = Picture(0.0, reading.stamp_s, image)
+        for name, value in reading.values.items():
+            if value > self._largest.get(name, 0.0):
+                self._largest[name], self.kept[VALUES[name][0]] = value, (reading.stamp_s, image)
+        self.kept.setdefault('first', (reading.stamp_s, image))
+        self.kept['last'] = reading.stamp_s, image
 
-    def pictures(self) -> dict[str, Picture]:
-        """Name -> picture in the order of time; a frame kept under several names appears once."""
-        found: dict[float, str] = {}
-        for name, picture in self.kept.items():
-            found.setdefault(picture.stamp_s, name)
-        return {name: self.kept[name] for _, name in sorted(found.items())}
+    def pictures(self) -> dict[str, tuple[float, np.ndarray]]:
+        """Those kept, in the order of time; a frame kept under several names appears once."""
+        once = {stamp: name for name, (stamp, _) in reversed(self.kept.items())}
+        return {name: self.kept[name] for _, name in sorted(once.items())}
 
 
 _LONGEST_STILL = 30  # frames, 2 s: a longer gap in the stamps is cut to this

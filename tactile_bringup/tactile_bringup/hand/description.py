@@ -64,11 +64,6 @@ def read_hand(path: str | Path) -> Hand:
         raise BadArgument(f'hand {path}: {error}') from error
 
 
-def names_in(path: Path | None) -> list[str]:
-    """Names of the sensors in a hand file; empty without a file. Raises BadArgument."""
-    return [sensor.name for sensor in read_hand(path).sensors] if path else []
-
-
 def _hand(page: object, folder: Path) -> Hand:
     _check_keys(page, ('frame', 'sensors'), 'the file')
     frame = _name(page.get('frame', 'hand'), 'frame')

@@ -1,6 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The launch file of any sensor type, from the table of sensor types: its arguments, its nodes, and the processes that run them."""
+"""The launch file of any sensor type, from the table of sensor types: its arguments, its nodes, and the processes that run them.
+
+An exception ends a launch, which prints its message: one line for the user.
+"""
 from __future__ import annotations
 
 import json
@@ -17,7 +20,7 @@ from launch.events.process import ProcessExited
 from launch.logging import launch_config
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
-from tactile_driver.errors import TactileError
+from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame_names import sensor_frame
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.parameters.table import Parameter
@@ -27,10 +30,6 @@ from ..installed import share
 from tactile_perception.sensors import NODES, SENSOR_TYPES
 
 _RESPAWN_S = 0.5
-
-
-class LaunchError(ValueError):
-    """A wrong launch argument; the message is one line for the user. It ends the launch."""
 
 
 @dataclass(frozen=True)
@@ -54,13 +53,13 @@ class Playing:
         self._left = count
 
     def on_exit(self, event: ProcessExited, context: LaunchContext) -> list:
-        """The actions when the process that plays a recording exits. Raises LaunchError when it did not exit because it was over: started
+        """The actions when the process that plays a recording exits. Raises BadArgument when it did not exit because it was over: started
         again, it would play the recording from its beginning."""
         end_if_wrong(event, context)
         if context.is_shutdown:
             return []
         if event.returncode:
-            raise LaunchError(f'{event.process_name}: died with exit code {event.returncode} while it played a recording')
+            raise BadArgument(f'{event.process_name}: died with exit code {event.returncode} while it played a recording')
         self._left -= 1
         over = 'the recording is over; stay:=true keeps the nodes, loop:=true plays it again'
         return [] if self._left else [LogInfo(msg=over), Shutdown(reason='the recording is over')]
@@ -98,9 +97,9 @@ def hand_frames(hand: str | Path) -> Node:
 
 
 def end_if_wrong(event: ProcessExited, context: LaunchContext) -> None:
-    """End the launch when a process exits because of a wrong parameter or file. Raises LaunchError, with which launch fails."""
+    """End the launch when a process exits because of a wrong parameter or file. Raises BadArgument, with which launch fails."""
     if event.returncode == WRONG and not context.is_shutdown:
-        raise LaunchError(f'{event.process_name}: what it was given is wrong, see above')
+        raise BadArgument(f'{event.process_name}: what it was given is wrong, see above')
 
 
 def written(name: str, text: str) -> str:
@@ -156,7 +155,7 @@ def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
 
 
 def values_of(context: LaunchContext, arguments: Sequence[DeclareLaunchArgument]) -> dict[str, str]:
-    """Name -> value of the declared arguments. Raises LaunchError for an undeclared one."""
+    """Name -> value of the declared arguments. Raises BadArgument for an undeclared one."""
     known = [argument.name for argument in arguments]
     # launch ignores undeclared names. A launch file that includes this one may have arguments of its own.
     file = Path(getattr(context.locals, 'current_launch_file_path', 'none')).name if context.argv else ''
@@ -164,7 +163,7 @@ def values_of(context: LaunchContext, arguments: Sequence[DeclareLaunchArgument]
         for word in context.argv:
             name = word.partition(':=')[0]
             if name not in known:
-                raise LaunchError(f'{word}: there is no launch argument {name}; known are {", ".join(known)}')
+                raise BadArgument(f'{word}: there is no launch argument {name}; known are {", ".join(known)}')
     return {name: LaunchConfiguration(name).perform(context) for name in known}
 
 
@@ -173,7 +172,7 @@ def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[Decl
     """The actions for the arguments in context. more: further arguments of the launch file; drawn: parameters of the node that draws;
     apart: a simulated sensor has a process of its own, since it computes as much as all other nodes.
 
-    Raises LaunchError.
+    Raises BadArgument.
     """
     values = values_of(context, [*sensor_arguments(sensor_type), *more])
     plan = sensor_plan(values, sensor_type)
@@ -185,7 +184,7 @@ def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[Decl
 
 
 def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
-    """The nodes of a sensor for the values of its arguments. Raises LaunchError."""
+    """The nodes of a sensor for the values of its arguments. Raises BadArgument."""
     kind = SENSOR_TYPES[sensor_type]
     check(values, kind.sources)
     values = completed(values, sensor_type)
@@ -206,46 +205,43 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
 
 
 def check(values: Mapping[str, str], sources: Sequence[str]) -> None:
-    """Check the values before any file is read. Raises LaunchError."""
+    """Check the values before any file is read. Raises BadArgument."""
     for name, choices in {'source': sources, 'rviz': _BOOLEANS, 'loop': ('', *_BOOLEANS), 'stay': ('', *_BOOLEANS),
                           'autostart': ('', *_BOOLEANS), 'composed': _BOOLEANS}.items():
         check_choice(name, values[name], choices)
     if values['source'] in ('file', 'bag'):
         if not values['path']:
-            raise LaunchError(f'source:={values["source"]} needs the recording: path:=...')
+            raise BadArgument(f'source:={values["source"]} needs the recording: path:=...')
         if not Path(values['path']).expanduser().exists():
-            raise LaunchError(f'path:={values["path"]} does not exist')
+            raise BadArgument(f'path:={values["path"]} does not exist')
     for name in ('params', 'calibration'):
         if values[name] and not Path(values[name]).is_file():
-            raise LaunchError(f'{name}:={values[name]} is no file')
+            raise BadArgument(f'{name}:={values[name]} is no file')
     check_new(values['record'])
 
 
 def check_choice(name: str, value: str, choices: Sequence[str]) -> None:
-    """Raises LaunchError where the value of an argument is none of the choices."""
+    """Raises BadArgument where the value of an argument is none of the choices."""
     if value not in choices:
-        raise LaunchError(f'{name}:={value} is none of {", ".join(filter(None, choices))}')
+        raise BadArgument(f'{name}:={value} is none of {", ".join(filter(None, choices))}')
 
 
 def check_new(record: str) -> None:
-    """Raises LaunchError for a recording that exists."""
+    """Raises BadArgument for a recording that exists."""
     if record and Path(record).exists():
-        raise LaunchError(f'record:={record} exists already: choose another name or remove it')
+        raise BadArgument(f'record:={record} exists already: choose another name or remove it')
 
 
 def completed(values: Mapping[str, str], sensor_type: str) -> dict[str, str]:
     """values with the topics of a recording, and with the parameter and calibration files of this package where the user names none.
 
-    The simulated specimen has files of its own. Raises LaunchError.
+    The simulated specimen has files of its own. Raises TactileError.
     """
     simulated, topics = values['source'] == 'sim', {}
     if values['source'] == 'bag':
         from .recorded import recorded_topics  # takes half a second; only this source needs it
         given = {name: values[name] for name in SENSOR_TYPES[sensor_type].raw}
-        try:
-            topics, simulated = recorded_topics(values['path'], sensor_type, values['namespace'], given)
-        except TactileError as error:
-            raise LaunchError(str(error)) from error
+        topics, simulated = recorded_topics(values['path'], sensor_type, values['namespace'], given)
     own = share('calibration', f'{sensor_type}_sim.yaml')
     return {**values, **topics,
             'params': values['params'] or share('params', f'{sensor_type}_sim.yaml' if simulated else f'{sensor_type}.yaml'),
@@ -253,7 +249,7 @@ def completed(values: Mapping[str, str], sensor_type: str) -> dict[str, str]:
 
 
 def driver_parameters(values: Mapping[str, str], sensor_type: str) -> dict:
-    """The driver parameters that the arguments set. Raises LaunchError for a rate that is no number."""
+    """The driver parameters that the arguments set. Raises BadArgument for a rate that is no number."""
     kind = SENSOR_TYPES[sensor_type]
     names = ('source', 'device', 'path', 'topic', 'scene', *kind.arguments)
     chosen = {name: values[name] for name in names if values[name]}
@@ -264,13 +260,13 @@ def driver_parameters(values: Mapping[str, str], sensor_type: str) -> dict:
 
 
 def number(name: str, text: str) -> float:
-    """The number that an argument gives, 0 or more. Raises LaunchError."""
+    """The number that an argument gives, 0 or more. Raises BadArgument."""
     try:
         value = float(text)
     except ValueError:
-        raise LaunchError(f'{name}:={text} is no number') from None
+        raise BadArgument(f'{name}:={text} is no number') from None
     if not 0.0 <= value < math.inf:
-        raise LaunchError(f'{name}:={text} must be 0 or more')
+        raise BadArgument(f'{name}:={text} must be 0 or more')
     return value
 
 
@@ -283,7 +279,7 @@ def _has_contact_model(_params: str, calibration: str) -> bool:
 
 
 def _has_surface(params: str, _calibration: str) -> bool:
-    """Whether a parameter file has a surface model, which the contact region needs. Raises LaunchError."""
+    """Whether a parameter file has a surface model, which the contact region needs. Raises BadArgument."""
     return _parameter(params, 'dot_tracker_node', _SURFACE) != 'none'
 
 
@@ -291,11 +287,11 @@ _NEEDS: dict[str, Callable[[str, str], bool]] = {'': lambda *_: True, 'surface':
 
 
 def _parameter(params: str, node: str, table: tuple[Parameter]) -> str:
-    """The value of the table's only parameter that a parameter file sets for a node. Raises LaunchError."""
+    """The value of the table's only parameter that a parameter file sets for a node. Raises BadArgument."""
     try:
         return read_parameters(params, node, table)[table[0].name]
     except TactileError as error:
-        raise LaunchError(' '.join(str(error).split())) from error  # a parser's message has many lines
+        raise BadArgument(' '.join(str(error).split())) from error  # a parser's message has many lines
 
 
 def _rviz(values: Mapping[str, str], sensor_type: str, frame: str) -> list:

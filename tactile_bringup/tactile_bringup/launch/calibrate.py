@@ -8,11 +8,12 @@ from pathlib import Path
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch_ros.actions import Node
+from tactile_driver.errors import BadArgument
 from tactile_driver.frame_names import sensor_frame
 from tactile_perception.sensors import SENSOR_TYPES
 
 from ..installed import share
-from .arguments import LaunchError, check_choice, sensor_actions, sensor_arguments, values_of
+from .arguments import check_choice, sensor_actions, sensor_arguments, values_of
 
 _OWN = {
     'type': ('areal_single', f'sensor type: {", ".join(SENSOR_TYPES)}'),
@@ -54,7 +55,7 @@ def _actions(context: LaunchContext, own: list[DeclareLaunchArgument]) -> list:
              'weights': _numbers(values, 'weights'), 'tip_radius': _numbers(values, 'tip_radius', (0, 1))[:1],
              'find': values['find'] == 'true', **{name: _numbers(values, name) for name in ('holes', 'collars')}}
     if not (given['probe'] or given['holes'] or values['type'] == 'taxel_array'):
-        raise LaunchError("probe:= is empty: name the frame of /tf at the probe's tip, or give the holes of a guide plate")
+        raise BadArgument("probe:= is empty: name the frame of /tf at the probe's tip, or give the holes of a guide plate")
     given = {name: value for name, value in given.items() if value != []}  # launch cannot tell the type of an empty list
     if 'tip_radius' in given:
         given['tip_radius'], = given['tip_radius']
@@ -68,11 +69,11 @@ def _actions(context: LaunchContext, own: list[DeclareLaunchArgument]) -> list:
 
 
 def _numbers(values: dict[str, str], name: str, counts: tuple[int, ...] = ()) -> list[float]:
-    """The numbers of an argument. Raises LaunchError for words, and for another count than these."""
+    """The numbers of an argument. Raises BadArgument for words, and for another count than these."""
     try:
         found = [float(word) for word in values[name].split()]
     except ValueError:
-        raise LaunchError(f'{name}:={values[name]} has a word that is no number') from None
+        raise BadArgument(f'{name}:={values[name]} has a word that is no number') from None
     if counts and len(found) not in counts:
-        raise LaunchError(f'{name}:={values[name]} has {len(found)} numbers; give {counts[-1]}')
+        raise BadArgument(f'{name}:={values[name]} has {len(found)} numbers; give {counts[-1]}')
     return found

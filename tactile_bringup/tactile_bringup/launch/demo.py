@@ -37,7 +37,7 @@ def demo_arguments() -> list[DeclareLaunchArgument]:
 
 
 def demo_actions(context: LaunchContext) -> list:
-    """The actions of the sensor and the demo; launch ends with the demo. Raises LaunchError."""
+    """The actions of the sensor and the demo; launch ends with the demo. Raises BadArgument."""
     given = values_of(context, demo_arguments())
     kind = given['type'] or ('taxel_array' if Path(given['path']).suffix in _ARRAY_FILES else TYPES[0])
     check_choice('type', kind, TYPES)
@@ -54,7 +54,7 @@ def demo_actions(context: LaunchContext) -> list:
 
 
 def duration(given: dict[str, str]) -> float:
-    """How long the demo lasts, s, 0 for a recording's whole length. Raises LaunchError for what is no number."""
+    """How long the demo lasts, s, 0 for a recording's whole length. Raises BadArgument for what is no number."""
     if not given['seconds']:
         return 0.0 if given['source'] in ('file', 'bag') else _LIVE_S
     return number('seconds', given['seconds'])

@@ -8,11 +8,10 @@ from pathlib import Path
 
 from launch import LaunchContext
 from launch.actions import DeclareLaunchArgument, LogInfo
-from tactile_driver.errors import TactileError
+from tactile_driver.errors import BadArgument, TactileError
 
 from .arguments import (
-    LaunchError, Playing, SensorPlan, check_choice, check_new, hand_frames, optional, processes, sensor_arguments, sensor_plan, values_of,
-    written)
+    Playing, SensorPlan, check_choice, check_new, hand_frames, optional, processes, sensor_arguments, sensor_plan, values_of, written)
 from ..hand.configurations import aggregator_configuration, rviz_configuration
 from ..hand.description import Hand, HandSensor, read_hand
 from ..installed import share
@@ -40,15 +39,12 @@ def hand_arguments() -> list[DeclareLaunchArgument]:
 
 
 def hand_actions(context: LaunchContext) -> list:
-    """The actions for the arguments in context. Raises LaunchError."""
+    """The actions for the arguments in context. Raises BadArgument."""
     values = values_of(context, hand_arguments())
     for name, choices in _CHOICES.items():
         check_choice(name, values[name], choices)
     check_new(values['record'])
-    try:
-        hand = read_hand(values['hand'])
-    except TactileError as error:
-        raise LaunchError(str(error)) from error
+    hand = read_hand(values['hand'])
     plans = [planned_sensor(sensor, values) for sensor in hand.sensors]
     playing = Playing(sum(plan.ends for plan in plans))
     return [*(LogInfo(msg=note) for plan in plans for note in plan.notes),
@@ -57,11 +53,11 @@ def hand_actions(context: LaunchContext) -> list:
 
 
 def planned_sensor(sensor: HandSensor, given: dict[str, str]) -> SensorPlan:
-    """The nodes of a sensor, for the arguments given for the hand. Raises LaunchError, which names the sensor."""
+    """The nodes of a sensor, for the arguments given for the hand. Raises BadArgument, which names the sensor."""
     try:
         plan = sensor_plan(sensor_values(sensor, given), sensor.type)
-    except (LaunchError, TactileError) as error:
-        raise LaunchError(f'hand {given["hand"]}: sensor {sensor.name}: {" ".join(str(error).split())}') from error
+    except TactileError as error:
+        raise BadArgument(f'hand {given["hand"]}: sensor {sensor.name}: {" ".join(str(error).split())}') from error
     return replace(plan, notes=tuple(f'{sensor.name}: {note}' for note in plan.notes))
 
 
@@ -76,7 +72,7 @@ def sensor_values(sensor: HandSensor, given: dict[str, str]) -> dict[str, str]:
     if given['source'] == 'bag':
         from .recorded import bag_of, recorded_topics  # takes half a second; only this source needs it
         if not given['path']:
-            raise LaunchError('source:=bag needs the recording: path:=...')
+            raise BadArgument('source:=bag needs the recording: path:=...')
         path = bag_of(given['path'], sensor.name)
         topics = {name: f'/{sensor.name}/{topic}' for name, topic in SENSOR_TYPES[sensor.type].raw.items()}
         values.update(topics, path=path, loop=given['loop'], rate='')

@@ -6,43 +6,39 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from tactile_driver.errors import BadArgument, TactileError
+from tactile_driver.errors import BadArgument
 from tactile_driver.frame import COMPRESSED
-from tactile_driver.recordings.reader import BagReader, descriptions
+from tactile_driver.recordings.reader import BagReader, recorded_description
 
 from tactile_perception.sensors import SENSOR_TYPES
 
 
 def bag_of(recording: str, namespace: str) -> str:
-    """The bag with a sensor's topics: the recording itself, or the bag in it that is named like the sensor frame. Raises BadArgument when
-    it has no topic under that namespace."""
+    """The bag with a sensor's topics: the recording itself, or the bag in it that is named like the sensor frame. Raises BadRecording, and
+    BadArgument when it has no topic under that namespace."""
     whole = Path(recording).expanduser()
     own = whole / namespace.replace('/', '_')
     path = own if own.is_dir() else whole
-    topics = topics_of(path)
-    if not any(topic.startswith(f'/{namespace}/') for topic in topics):
-        raise BadArgument(f'{path} has no topic under /{namespace}; it has {", ".join(sorted(topics)) or "none"}')
+    with BagReader(path) as bag:
+        if not any(topic.startswith(f'/{namespace}/') for topic in bag.topics):
+            raise BadArgument(f'{path} has no topic under /{namespace}; it has {", ".join(sorted(bag.topics)) or "none"}')
     return str(path)
-
-
-def topics_of(path: str | Path) -> set[str]:
-    """The topics of a bag. Raises BadArgument for one that cannot be read."""
-    try:
-        with BagReader(Path(path).expanduser()) as bag:
-            return set(bag.topics)
-    except TactileError as error:
-        raise BadArgument(' '.join(str(error).split())) from error
 
 
 def recorded_topics(path: str, sensor_type: str, namespace: str, given: Mapping[str, str]) -> tuple[dict[str, str], bool]:
     """The driver parameters that name the topics to play, and whether the sensor was simulated; given: topics that the user names.
 
     The sensor is that of the given topic, else the one in namespace, else the only one of sensor_type. Without topics of the usual names
-    nothing is added: the driver then chooses the topic. Raises BadArgument for another type of sensor, or for several sensors.
+    nothing is added: the driver then chooses the topic. Raises BadRecording, and BadArgument for another type of sensor, or for several
+    sensors.
     """
     given = {name: topic for name, topic in given.items() if topic}
-    kinds, simulated = _described(path)
-    fitting = _fitting(topics_of(path), SENSOR_TYPES[sensor_type].raw, given.get('topic', ''), f'/{namespace.strip("/")}/')
+    with BagReader(Path(path).expanduser()) as bag:
+        topics = set(bag.topics)
+        described = [topic.removesuffix('description') for topic in topics if topic.endswith('/description')]
+        about = {prefix: recorded_description(bag, prefix + 'image_raw') for prefix in described}  # by '/ns/'
+    kinds = {prefix: one['sensor_type'] for prefix, one in about.items() if one.get('sensor_type') in SENSOR_TYPES}
+    fitting = _fitting(topics, SENSOR_TYPES[sensor_type].raw, given.get('topic', ''), f'/{namespace.strip("/")}/')
     views = [prefix for prefix in fitting if any(prefix != other and prefix.startswith(other) for other in kinds)]
     fitting = [prefix for prefix in fitting if prefix not in views or given]
     others = sorted({kinds[prefix] for prefix in (fitting or kinds) if kinds.get(prefix, sensor_type) != sensor_type})
@@ -52,7 +48,7 @@ def recorded_topics(path: str, sensor_type: str, namespace: str, given: Mapping[
     if len(fitting) > 1:
         raise BadArgument(f'path:={path} has several sensors ({", ".join(fitting)}); choose one with namespace:= or topic:=')
     chosen = {name: prefix + topic for prefix in fitting for name, topic in SENSOR_TYPES[sensor_type].raw.items()}
-    return chosen | given, any(prefix in simulated for prefix in fitting)
+    return chosen | given, any(about.get(prefix, {}).get('source') == 'sim' for prefix in fitting)
 
 
 def _fitting(topics: set[str], raw: Mapping[str, str], given: str, own: str) -> list[str]:
@@ -62,12 +58,3 @@ def _fitting(topics: set[str], raw: Mapping[str, str], given: str, own: str) -> 
     if given:
         return [prefix for prefix in found if prefix + raw['topic'] == given.removesuffix(COMPRESSED)]
     return [own] if own in found else found
-
-
-def _described(path: str) -> tuple[dict[str, str], set[str]]:
-    """'/ns/' -> sensor type, of those known here, as their descriptions in a bag say; which of all were simulated."""
-    prefixes = [topic.removesuffix('description') for topic in topics_of(path) if topic.endswith('/description')]
-    about = {prefix: next(descriptions(path, prefix.strip('/')), {}) for prefix in prefixes}
-    kinds = {prefix: reported.get('sensor_type') for prefix, reported in about.items()}
-    return ({prefix: kind for prefix, kind in kinds.items() if kind in SENSOR_TYPES},
-            {prefix for prefix, reported in about.items() if reported.get('source') == 'sim'})

@@ -3,6 +3,7 @@
 """What the nodes that draw for RViz share: markers and pictures on demand, messages of equal stamp, the frame of a part, diagnostics."""
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
@@ -12,16 +13,15 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message, stamp_ns_of, static_transform
-from tactile_driver.nodes.messages.images import message_type
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 from tactile_driver.nodes.runtime.diagnostics import OK, Health, LogOnce, NodeDiagnostics
-from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.host import AdaptiveSubscription, Host
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, steady_timer
 from tactile_driver.parameters.table import Parameter
@@ -31,20 +31,22 @@ from tactile_perception.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from ..visualization.markers import STALE_S, MarkerSet
+from ..visualization.markers import STALE_S
 
 _BACK_NS, _SILENT_NS = 1_000_000_000, 2_000_000_000  # chosen
+_MOST_SETS = 30  # that wait; chosen
+_EARLY = 0.75  # of a period: stamps jitter by half a frame where every second one is passed on
 
 
 class StampSync:
     """Collects messages by stamp and passes on the sets that are complete, and no others.
 
     done: called with a dict of messages by topic; expected: returns the topics of a complete set; one that had nothing for 2 s of stamps
-    is left out; patience: number of waiting sets above which the oldest is dropped. Sets older than the one passed on are dropped, too.
+    is left out; rate: Hz of stamps at which sets are passed on at most, 0 for all. Sets older than the one passed on are dropped.
     """
 
-    def __init__(self, done: Callable[[dict], None], expected: Callable[[], Collection[str]], patience: int = 30):
-        self._done, self._expected, self._patience = done, expected, patience
+    def __init__(self, done: Callable[[dict], None], expected: Callable[[], Collection[str]], rate: float = 0.0):
+        self._done, self._expected, self._least_ns, self._done_ns = done, expected, _EARLY * 1e9 / rate if rate else 0.0, -math.inf
         self._begin_anew(0)
 
     def _begin_anew(self, stamp_ns: int) -> None:
@@ -64,25 +66,38 @@ class StampSync:
         if found.keys() >= {name for name in self._expected() if stamp_ns - self._heard.get(name, self._begin) < _SILENT_NS}:
             self._last = stamp_ns
             self._sets = {stamp: kept for stamp, kept in self._sets.items() if stamp > stamp_ns}
-            self._done(found)
-        elif len(self._sets) > self._patience:
+            if not 0 <= stamp_ns - self._done_ns < self._least_ns:
+                self._done_ns = stamp_ns
+                self._done(found)
+        elif len(self._sets) > _MOST_SETS:
             del self._sets[min(self._sets)]
 
 
-_LOOK_S = 0.25  # chosen: interval between two checks for markers out of date
 _WARNED_S = 3.0  # chosen: so long a warning holds, of which nodes report once a second
 
 
-class DrawingNode(Node):
-    """Publishes markers and image_annotated, each while it has subscribers.
+_QUEUE = QoSProfile(depth=10)
+_LOOK_S = 0.2  # chosen: interval between two checks for publishers and subscribers
+_PATIENCE_S = 15.0  # chosen: longest wait for those who work on raw data to subscribe to them, which takes long on a busy machine
+_RAW = 'image_raw'
 
-    Subclasses set self.markers, with methods frame (draws) and nothing (clears), and implement picture and follow_demand.
+
+class DrawingNode(Node):
+    """Publishes markers and image_annotated, each while it has subscribers, of messages of one stamp from all topics that come.
+
+    Subclasses set self.markers, with methods frame (of messages) and alone (of the warning), and implement picture; marked, pictured:
+    topic -> type of what markers and pictures show; marker_rate, picture_rate: names of the parameters that tell how often they are drawn
+    at most, by the stamps; '' for each set.
 
     What the other nodes of the sensor's namespace warn of on /diagnostics becomes self.markers.warning, which is shown even when nothing
     else is.
 
     table: the node's parameters; host: of the process. Raises BadArgument for an invalid parameter.
     """
+
+    marked: Mapping[str, type] = {}
+    pictured: Mapping[str, type] = {}
+    marker_rate = picture_rate = ''
 
     def __init__(self, name: str, table: Sequence[Parameter], host: Host | None = None):
         self.host = host or Host()
@@ -91,10 +106,15 @@ class DrawingNode(Node):
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
         self.say, self.log, self.guard = LogOnce(self), WorkLog('results', by_call=self.host.shares), DefectGuard(self)
+        self.inputs: dict[str, AdaptiveSubscription] = {}
+        self._expected: set[str] = set()
+        self._asked_s = math.nan  # since when somebody looks
+        marker_rate, picture_rate = (self.settings[name] if name else 0.0 for name in (self.marker_rate, self.picture_rate))
+        self._marker_sync = StampSync(self._draw_markers, lambda: self._expected & self.marked.keys(), marker_rate)
+        self._picture_sync = StampSync(self._draw_picture, lambda: self._expected & self.pictured.keys(), picture_rate)
         self.marker_output, self.picture_output = self._demanded(MarkerArray, 'markers'), self._demanded(Image, 'image_annotated')
-        self._drawn_s: float | None = None  # time of the last published markers that are still shown
-        self._stale_timer = steady_timer(self, _LOOK_S, self._clear_stale)  # while markers are shown: each call wakes the executor
-        self._stale_timer.cancel()
+        self._look_timer = steady_timer(self, _LOOK_S, self.follow_demand)  # while there is demand: each call wakes the executor
+        self._drawn_s = -math.inf  # when markers were last published
         self._reported: dict[str, tuple[str, float]] = {}  # node -> its warning, '' for none, and when it came
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, 10)
         self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self._examine)
@@ -110,18 +130,47 @@ class DrawingNode(Node):
         """Whether somebody looks at markers or pictures."""
         return self.marker_output.get_subscription_count() > 0 or self.picture_output.get_subscription_count() > 0
 
-    def draw_markers(self, header: Header, found: dict) -> None:
-        """Publish the markers of messages by topic, if somebody looks at them; header: of the data drawn."""
-        if self.marker_output.get_subscription_count():
-            self._publish(self.marker_output, header, lambda: self.markers.frame(header, found))
-            if self._drawn_s is None:
-                self._stale_timer.reset()
-            self._drawn_s = time.monotonic()
+    def follow_demand(self) -> None:
+        """Subscribe to the inputs of the outputs that have subscribers, and to no others, and note which of them have publishers."""
+        wanted = {**(self.marked if self.marker_output.get_subscription_count() else {}),
+                  **(self.pictured if self.picture_output.get_subscription_count() else {})}
+        self._expected = {topic for topic in wanted if topic == _RAW or self.count_publishers(topic)}
+        if math.isnan(self._asked_s):
+            self._asked_s = time.monotonic()
+        # Subscribe to raw data after those who work on them: a played recording starts with its first subscriber.
+        worked_on = self.count_subscribers(_RAW) or self.host.has_takers(self, _RAW)
+        if not worked_on and time.monotonic() - self._asked_s < _PATIENCE_S:
+            wanted.pop(_RAW, None)
+        for topic in wanted.keys() - self.inputs.keys():
+            self.inputs[topic] = AdaptiveSubscription(self, wanted[topic], topic, partial(self._take, topic), _QUEUE)
+        for topic in self.inputs.keys() - wanted.keys():
+            self.inputs.pop(topic).close()
+        if not self.watched:
+            self._asked_s = math.nan
+            self._look_timer.cancel()
+        elif self._look_timer.is_canceled():
+            self._look_timer.reset()
 
-    def draw_picture(self, header: Header, found: dict) -> None:
-        """Publish the picture of messages by topic, if somebody looks at it. One that cannot be drawn is counted and logged once."""
-        if not self.picture_output.get_subscription_count():
+    def _take(self, topic: str, message, _received_ns: int) -> None:
+        self.try_message(topic, message, lambda: self._add(topic, stamp_ns_of(message.header), message))
+
+    def _add(self, topic: str, stamp_ns: int, message) -> None:
+        if topic in self.marked and self.marker_output.get_subscription_count():
+            self._marker_sync.add(topic, stamp_ns, message)
+        if self.picture_output.get_subscription_count():
+            self._picture_sync.add(topic, stamp_ns, message)
+
+    def _draw_markers(self, found: dict) -> None:
+        """Publish the markers of messages by topic; a camera's image is in another frame than results."""
+        header = next((message for topic, message in found.items() if topic != _RAW), found.get(_RAW)).header
+        self._publish(self.marker_output, header, lambda: self.markers.frame(header, found))
+        self._drawn_s = time.monotonic()
+
+    def _draw_picture(self, found: dict) -> None:
+        """Publish the picture of messages by topic. One that cannot be drawn is counted and logged once."""
+        if _RAW in self.pictured and _RAW not in found:
             return
+        header = (found.get(_RAW) or next(iter(found.values()))).header
         try:
             self._publish(self.picture_output, header,
                           lambda: image_to_message(Frame(self.picture(found), 0, 'bgr8'), 'bgr8', header))
@@ -137,13 +186,6 @@ class DrawingNode(Node):
         output.publish(draw())
         self.log.add(time.perf_counter() - begin, 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(header))
 
-    def _clear_stale(self) -> None:
-        """Clear markers that are out of date."""
-        if self._drawn_s is not None and time.monotonic() - self._drawn_s > STALE_S:
-            self._drawn_s = None
-            self._stale_timer.cancel()
-            self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
-
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         if not self.marker_output.get_subscription_count():
             return
@@ -154,8 +196,8 @@ class DrawingNode(Node):
                 self._reported[status.name] = '' if status.level == OK else status.message, now
         warnings = [text for text, reported_s in self._reported.values() if text and now - reported_s < _WARNED_S]
         self.markers.warning = warnings[0] if warnings else ''
-        if warnings and self._drawn_s is None:
-            self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
+        if warnings and now - self._drawn_s > STALE_S:
+            self.marker_output.publish(self.markers.alone(Header(frame_id=self.settings['frame_id'])))
 
     def _examine(self) -> Health:
         return self.log.health(not self.watched, values={'defects met': self.guard.caught})
@@ -175,10 +217,6 @@ class DrawingNode(Node):
         else:
             self.say.settle(topic)
 
-    def follow_demand(self) -> None:
-        """Subscribe to the inputs of the outputs that have subscribers, and to no others."""
-        raise NotImplementedError
-
     def picture(self, found: dict) -> np.ndarray:
         """The annotated picture (H, W, 3) uint8 BGR of messages by topic. Raises TactileError."""
         raise NotImplementedError
@@ -189,48 +227,3 @@ class DrawingNode(Node):
         transform = static_transform(frame, f'{frame}_{name}', translation, stamp=self.get_clock().now().to_msg())
         self._transform_output = self.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)
         self._transform_output.publish(TFMessage(transforms=[transform]))
-
-    def destroy_node(self) -> None:
-        """Clear the markers, then destroy the node."""
-        if self.context.ok() and self.marker_output.get_subscription_count():
-            self.markers.warning = ''
-            self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
-        super().destroy_node()
-
-
-_KEPT = 20  # messages per topic, chosen: among these the node looks for equal stamps
-
-
-class ResultsDrawingNode(DrawingNode):
-    """Draws what has all inputs of one stamp, at most as often as parameter rate says. inputs: topic -> type; markers: made of the
-    settings; other parameters: as of DrawingNode."""
-
-    inputs: Mapping[str, type]
-
-    def __init__(self, name: str, table: Sequence[Parameter], markers: Callable[[NodeParameters], MarkerSet], host: Host | None = None):
-        super().__init__(name, table, host)
-        self.markers = markers(self.settings)
-        self._subscriptions_kept, self._due_s = [], 0.0
-        self._sync = StampSync(self._complete, lambda: self.inputs, _KEPT)
-        self.follow_demand()
-
-    def follow_demand(self) -> None:
-        """Subscribe while somebody looks."""
-        kept = self._subscriptions_kept
-        if self.watched and not kept:
-            for topic, kind in self.inputs.items():
-                qos = qos_profile_sensor_data if topic == 'image_raw' else QoSProfile(depth=_KEPT)
-                kind = message_type(kind, self.resolve_topic_name(topic))
-                kept.append(self.create_subscription(kind, topic, partial(self._take, topic), qos))
-        while kept and not self.watched:
-            self.destroy_subscription(kept.pop())
-
-    def _take(self, topic: str, message) -> None:
-        self.try_message(topic, message, lambda: self._sync.add(topic, stamp_ns_of(message.header), message))
-
-    def _complete(self, found: dict) -> None:
-        now = time.monotonic()
-        if found.keys() == self.inputs.keys() and now >= self._due_s:
-            self._due_s = now + 1 / self.settings['rate']
-            self.draw_markers(found['contacts'].header, found)
-            self.draw_picture(found.get('image_raw', found['contacts']).header, found)

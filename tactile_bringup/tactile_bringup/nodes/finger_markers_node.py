@@ -19,7 +19,7 @@ from ..parameters.table import FINGER_MARKERS_PARAMETERS
 from ..visualization import pictures as colours
 from ..visualization.markers import MarkerSet, points_of, touch_words
 from ..visualization.pictures import Annotation, annotate
-from .drawing_node import ResultsDrawingNode
+from .drawing_node import DrawingNode
 
 _GLASS = np.array([0.80, 0.86, 0.92])  # colour of the hemisphere, chosen
 
@@ -57,13 +57,15 @@ class FingerMarkers(MarkerSet):
         return self._array(found, np.full(2, self._finger['radius']))
 
 
-class FingerMarkersNode(ResultsDrawingNode):
+class FingerMarkersNode(DrawingNode):
     """Draws the contacts."""
 
-    inputs = {'contacts': Contacts}
+    marked = pictured = {'contacts': Contacts}
+    marker_rate = picture_rate = 'rate'
 
     def __init__(self, host: Host | None = None):
-        super().__init__('finger_markers_node', FINGER_MARKERS_PARAMETERS, FingerMarkers, host)
+        super().__init__('finger_markers_node', FINGER_MARKERS_PARAMETERS, host)
+        self.markers = FingerMarkers(self.settings)
         self.publish_place('tip', (0.0, 0.0, self.settings['radius']))
 
     def picture(self, found: Mapping) -> np.ndarray:

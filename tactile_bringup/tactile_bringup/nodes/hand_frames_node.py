@@ -7,13 +7,13 @@ import sys
 from pathlib import Path
 
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.messages.conversions import static_transform
 from tactile_driver.nodes.runtime.defect_guard import guard_services
 from tactile_driver.nodes.runtime.diagnostics import OK, Health, NodeDiagnostics, common_values
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
+from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
 from tactile_driver.nodes.runtime.run import run_node
 from tf2_msgs.msg import TFMessage
 
@@ -30,8 +30,7 @@ class HandFramesNode(Node):
         if settings.problems or not settings['hand']:
             raise BadArgument('hand_frames_node: ' + ('; '.join(settings.problems.values()) or 'parameter hand is empty; name the file'))
         self._hand = read_hand(Path(settings['hand']))
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._output = self.create_publisher(TFMessage, '/tf_static', latched)
+        self._output = self.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)
         self._output.publish(TFMessage(transforms=[
             static_transform(sensor.parent, sensor.frame, sensor.xyz, sensor.quaternion, self.get_clock().now().to_msg())
             for sensor in self._hand.sensors]))

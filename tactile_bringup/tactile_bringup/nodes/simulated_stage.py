@@ -6,11 +6,11 @@ from __future__ import annotations
 import sys
 
 import numpy as np
-from geometry_msgs.msg import PointStamped, Quaternion, TransformStamped, WrenchStamped
+from geometry_msgs.msg import PointStamped, WrenchStamped
 from rclpy.node import Node
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
-from tactile_driver.nodes.messages.conversions import vector
+from tactile_driver.nodes.messages.conversions import static_transform, vector
 from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import Contacts
@@ -66,12 +66,11 @@ class SimulatedStage(Node):
         stamp = header.stamp
         if header.frame_id != self._sensor:
             self._sensor = header.frame_id
-            mounted = _moved(stamp, BASE, self._sensor, self._origin)
-            x, y, z, w = self._turn.as_quat()
-            mounted.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
+            mounted = static_transform(BASE, self._sensor, self._origin, self._turn.as_quat(), stamp)
             self._mounted.publish(TFMessage(transforms=[mounted]))
         tip = self._turn.apply(self._tip) + self._origin
-        self._transforms.publish(TFMessage(transforms=[_moved(stamp, BASE, PROBE, tip), _moved(stamp, PROBE, FORCE, _FORCE_ABOVE)]))
+        self._transforms.publish(TFMessage(transforms=[static_transform(BASE, PROBE, tip, stamp=stamp),
+                                                       static_transform(PROBE, FORCE, _FORCE_ABOVE, stamp=stamp)]))
 
     def _press(self, message: WrenchStamped) -> None:
         """The reaction, in the frame and at the origin of the force sensor, with its offset and noise."""
@@ -82,12 +81,6 @@ class SimulatedStage(Node):
         reported = WrenchStamped(header=Header(stamp=message.header.stamp, frame_id=FORCE))
         reported.wrench.force, reported.wrench.torque = vector(felt[:3]), vector(felt[3:])
         self._forces.publish(reported)
-
-
-def _moved(stamp, parent: str, child: str, place: np.ndarray) -> TransformStamped:
-    message = TransformStamped(header=Header(stamp=stamp, frame_id=parent), child_frame_id=child)
-    message.transform.translation, message.transform.rotation.w = vector(place), 1.0
-    return message
 
 
 def main(args: list[str] | None = None) -> None:

@@ -22,12 +22,10 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from tactile_driver.command import tells_errors
 
-from ..hand.description import names_in
+from ..hand.description import read_hand
 
 OK, WARN, ERROR, SILENT = range(4)
 _WORDS = ('ok', 'warning', 'ERROR', 'SILENT')
-_COLOURS = ('\033[32m', '\033[33m', '\033[31m', '\033[31m')
-_PLAIN = '\033[0m'
 _SILENCE_S = 3.5  # chosen: three missed reports (nodes report once a second), plus the delay of a busy machine
 _HEADS = ('sensor', 'node', 'state', 'rate Hz', 'latency ms', 'age s', 'dropped', 'lost', '')
 #: Key in /diagnostics and number format. The last _COUNTERS count since the start; the others are current values.
@@ -84,32 +82,27 @@ class HandStatus:
         """Number of nodes in error or silent, plus missing sensors."""
         return sum(self.level_of(report, now_s) >= ERROR for report in self._reports.values()) + len(self.missing)
 
-    def text(self, now_s: float, colour: bool = False) -> str:
+    def text(self, now_s: float) -> str:
         """The table with one line per node, followed by one line per present or past fault."""
-        lines = [_row(('', *_HEADS))]
+        if self.empty:
+            return 'no node reports on /diagnostics; is a sensor launched, in this ROS domain?\n'
+        lines, faults = [_row(_HEADS)], []
         for (sensor, node), report in sorted(self._reports.items()):
-            level = self.level_of(report, now_s)
-            mark = f'{_COLOURS[level]}{_WORDS[level]}{_PLAIN}' if colour else _WORDS[level]
+            level, where = self.level_of(report, now_s), f'{sensor}/{node}'
             state = 'silent' if level == SILENT else report.values.get('state', '')
             numbers = [_number(report.values.get(key), how) for key, how in _NUMBERS]
             if state == 'idle':  # without subscribers rate, latency and age are out of date
                 numbers[:-_COUNTERS] = ['-'] * (len(numbers) - _COUNTERS)
-            lines.append(_row(('', sensor or '-', node, state, *numbers, mark)))
-        lines += [_row(('', name, '-', 'missing', *'-' * len(_NUMBERS), 'no node reports under this name; has the sensor been launched?'))
-                  for name in self.missing]
-        return '\n'.join([*lines, '', *self._faults(now_s)]).rstrip() + '\n'
-
-    def _faults(self, now_s: float) -> list[str]:
-        lines = []
-        for (sensor, node), report in sorted(self._reports.items()):
-            where, level = f'{sensor}/{node}', self.level_of(report, now_s)
+            lines.append(_row((sensor or '-', node, state, *numbers, _WORDS[level])))
             if level == SILENT:
-                lines.append(f'{where}: silent for {now_s - report.time_s:.0f} s; has its process ended?')
+                faults.append(f'{where}: silent for {now_s - report.time_s:.0f} s; has its process ended?')
             elif level != OK:
-                lines.append(f'{where}: {report.message}')
+                faults.append(f'{where}: {report.message}')
             elif report.fault:
-                lines.append(f'{where}: {now_s - report.fault_s:.0f} s ago: {report.fault}')
-        return lines
+                faults.append(f'{where}: {now_s - report.fault_s:.0f} s ago: {report.fault}')
+        lines += [_row((name, '-', 'missing', *'-' * len(_NUMBERS), 'no node reports under this name; has the sensor been launched?'))
+                  for name in self.missing]
+        return '\n'.join([*lines, '', *faults]).rstrip() + '\n'
 
 
 def _number(text: str | None, how: str) -> str:
@@ -122,7 +115,7 @@ def _number(text: str | None, how: str) -> str:
 
 
 def _row(cells: Collection[str]) -> str:
-    _, sensor, node, state, *numbers, last = cells
+    sensor, node, state, *numbers, last = cells
     return f'{sensor:<14} {node:<20} {state:<12}' + ''.join(f'{number:>11}' for number in numbers) + f'  {last}'
 
 
@@ -167,18 +160,11 @@ def watch(node: StatusNode, status: HandStatus, once: bool, patience_s: float) -
             executor.spin_once(timeout_sec=0.1)
             now = time.monotonic()
             if once and (node.is_complete() or now - begin > patience_s):
-                print(_text(status, now, sys.stdout.isatty()), end='')
+                print(status.text(now), end='')
                 return 1 if status.empty or status.faulty(now) else 0
             if not once and now - shown > _PERIOD_S:
                 shown = now
-                terminal = sys.stdout.isatty()
-                print((_CLEAR if terminal else '') + _text(status, now, terminal), flush=True)
-
-
-def _text(status: HandStatus, now: float, colour: bool) -> str:
-    if status.empty:
-        return 'no node reports on /diagnostics; is a sensor launched, in this ROS domain?\n'
-    return status.text(now, colour)
+                print((_CLEAR if sys.stdout.isatty() else '') + status.text(now), flush=True)
 
 
 @tells_errors('status')
@@ -189,7 +175,7 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--once', action='store_true', help='print the table once and end; the exit code is 1 when something is wrong')
     parser.add_argument('--patience', type=float, default=10.0, help='with --once: longest time to wait for all reports, s')
     given = parser.parse_args(remove_ros_args(sys.argv if args is None else ['status', *args])[1:])
-    status = HandStatus(names_in(given.hand))
+    status = HandStatus([sensor.name for sensor in read_hand(given.hand).sensors] if given.hand else ())
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     node = StatusNode(status)
     try:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 from geometry_msgs.msg import Vector3, Wrench
 from sensor_msgs.msg import Image
-from std_msgs.msg import ColorRGBA, Header
+from std_msgs.msg import Header
 from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import run_node
@@ -19,19 +19,15 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from ..parameters.table import TAXEL_MARKERS_PARAMETERS
 from ..visualization import pictures as colours
-from ..visualization.markers import SLIP_NAMES, MarkerSet, force_word, points_of, rings_of
+from ..visualization.markers import SLIP_NAMES, MarkerSet, colour_of, force_word, points_of, rings_of
 from ..visualization.pictures import Annotation, annotate
-from .drawing_node import ResultsDrawingNode
+from .drawing_node import DrawingNode
 
 _MOST_ARROWS = 200  # chosen
 _TONES = 64  # steps of the cells' colours, chosen: finer than the eye resolves
 _FAINT = 0.025  # of the full value, chosen: a fainter cell is drawn as untouched
 _UNDER = 1e-4  # m, chosen: from the outlines down to the cells, and from these to the plate of the untouched ones
 _SHARED = ('normal_length', 'force_length', 'full_force', 'full_torque')
-
-
-def _colour(rgb, opacity: float = 1.0) -> ColorRGBA:
-    return ColorRGBA(r=float(rgb[0]), g=float(rgb[1]), b=float(rgb[2]), a=opacity)
 
 
 def _known(wrench: Wrench) -> Wrench:
@@ -48,7 +44,7 @@ class TaxelMarkers(MarkerSet):
     def __init__(self, sizes: Mapping):
         super().__init__({'dot_size': sizes['pitch'], **{name: sizes[name] for name in _SHARED}})
         self._array_sizes = sizes
-        self._tones = [_colour(rgb) for rgb in colours.of_depth(np.linspace(0.0, 1.0, _TONES)).tolist()]
+        self._tones = [colour_of(rgb) for rgb in colours.of_depth(np.linspace(0.0, 1.0, _TONES)).tolist()]
         self._shape: tuple[int, ...] = ()  # of the array
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
@@ -79,7 +75,7 @@ class TaxelMarkers(MarkerSet):
         if len(row):
             places = np.column_stack([column - 0.5 * (columns - 1), row - 0.5 * (rows - 1)]) * pitch
             tone = np.clip(np.round((_TONES - 1) * values[row, column] / full), 0, _TONES - 1).astype(int)
-            cells = self._add('cells', Marker.POINTS, (pitch, pitch, 0.0), _colour(colours.TEXT),
+            cells = self._add('cells', Marker.POINTS, (pitch, pitch, 0.0), colour_of(colours.TEXT),
                               points_of(np.column_stack([places, np.full(len(places), -_UNDER)])))
             cells.colors = [self._tones[k] for k in tone.tolist()]
 
@@ -93,7 +89,7 @@ class TaxelMarkers(MarkerSet):
             ends = [middle + side * 0.5 * length * axis for axis, length in ((along, region.major_axis), (across, region.minor_axis))
                     for side in (-1, 1)]
             width = 0.5 * self._array_sizes['pitch']
-            self._add('axes', Marker.LINE_LIST, (width, 0.0, 0.0), _colour(colours.CONTACT), points_of(np.array(ends)))
+            self._add('axes', Marker.LINE_LIST, (width, 0.0, 0.0), colour_of(colours.CONTACT), points_of(np.array(ends)))
 
     def _flow(self, slip: Slip) -> None:
         """Draw the slip velocity at each slipping point as a line."""
@@ -104,7 +100,7 @@ class TaxelMarkers(MarkerSet):
         known = known[::1 + len(known) // _MOST_ARROWS]
         if len(known):
             ends = np.stack([at[known], at[known] + scale * by[known]], axis=1).reshape(-1, 3)
-            self._add('flow', Marker.LINE_LIST, (0.15 * size, 0.0, 0.0), _colour(colours.ARROW), points_of(ends))
+            self._add('flow', Marker.LINE_LIST, (0.15 * size, 0.0, 0.0), colour_of(colours.ARROW), points_of(ends))
 
 
 _LEGEND = [('untouched', tuple(colours.of_depth(np.zeros(1))[0])), ('full', tuple(colours.of_depth(np.ones(1))[0])),
@@ -156,13 +152,15 @@ def _lines(found: Mapping, region: ContactRegion, contacts: int) -> list[str]:
     return [', '.join(filter(None, first)), SLIP_NAMES.get(found['slip'].state, '') if 'slip' in found else '']
 
 
-class TaxelMarkersNode(ResultsDrawingNode):
+class TaxelMarkersNode(DrawingNode):
     """Draws the array and its results."""
 
-    inputs = {'image_raw': Image, **RESULTS}
+    marked = pictured = {'image_raw': Image, **RESULTS}
+    marker_rate = picture_rate = 'rate'
 
     def __init__(self, host: Host | None = None):
-        super().__init__('taxel_markers_node', TAXEL_MARKERS_PARAMETERS, TaxelMarkers, host)
+        super().__init__('taxel_markers_node', TAXEL_MARKERS_PARAMETERS, host)
+        self.markers = TaxelMarkers(self.settings)
         self.publish_place('taxels', (0.0, 0.0, -self.settings['cell_height']))
 
     def picture(self, found: Mapping) -> np.ndarray:

@@ -44,7 +44,7 @@ FINGER_MARKERS_PARAMETERS = (
     Parameter('point_size', float, 0.0015, 'm', 'diameter of a contact among the markers; lines and arrows are in proportion', 1e-5, 1.0,
               read_only=True),
     Parameter('normal_length', float, 0.008, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
-    Parameter('rate', float, 30.0, 'Hz', 'how often markers are drawn', 0.1, 1000.0, read_only=True),
+    Parameter('rate', float, 30.0, 'Hz', 'markers and pictures are drawn at most so often, by the stamps', 0.1, 1000.0, read_only=True),
 )
 
 TAXEL_MARKERS_PARAMETERS = (
@@ -55,7 +55,7 @@ TAXEL_MARKERS_PARAMETERS = (
     Parameter('normal_length', float, 0.006, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
     *_arrows(0.009, 120.0, 1.0, read_only=True),
     Parameter('flow_scale', float, 0.5, 's', 'length of the flow arrows for each m/s', 0.0, 1e3, read_only=True),
-    Parameter('rate', float, 30.0, 'Hz', 'how often markers are drawn', 0.1, 1000.0, read_only=True),
+    Parameter('rate', float, 30.0, 'Hz', 'markers and pictures are drawn at most so often, by the stamps', 0.1, 1000.0, read_only=True),
 )
 
 RECORD_PARAMETERS = (

@@ -28,11 +28,11 @@ from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.shutters import Shutters
 from tactile_driver.simulation.sensors.scenes import LAYER_SCENES, SCENES, open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
+from tactile_driver.sources.source import NS
 from tactile_perception.nodes.messages.conversions import description_messages
 from tactile_perception.sensors import MARKER_SENSOR_TYPES
 
 _FIRST_NS = 10**9  # chosen: much of ROS takes a stamp of zero for an unknown time
-_SECOND_NS = 10**9
 _TWO_CAMERAS = tuple(f'{name}_' for name, kind in MARKER_SENSOR_TYPES.items() if kind.cameras == 2)  # prefixes of the scenes' names
 
 
@@ -47,28 +47,28 @@ def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: st
     scene = open_dual_scene(name, rate, seed, shutters) if name.startswith(_TWO_CAMERAS) else open_scene(
         name, rate, seed, width=size[0], height=size[1])
     numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
-    described = _description(scene, namespace, {'scene': name, 'seed': seed, 'rate': rate})
-    frames_of = chain.from_iterable(camera_messages(scene, number, numbers, namespace) for number in range(count))
-    write_messages(path, namespace, chain(described, frames_of))
+    two = isinstance(scene, TwoCameraScene)
+    cameras = dict(zip(NAMES, scene.cameras)) if two else {'': scene.camera}
+    poses = {view: (cv2.Rodrigues(camera.rotation)[0].ravel(), camera.translation) for view, camera in cameras.items()}
+    about = {} if two else {'width': scene.camera.width, 'height': scene.camera.height}
+    _write(path, scene.sensor, namespace, {'scene': name, 'seed': seed, 'rate': rate, **about, 'encoding': 'bgr8'},
+           camera_transforms(namespace, poses),
+           chain.from_iterable(camera_messages(scene, number, numbers, namespace) for number in range(count)))
     return count
 
 
-def _description(scene, frame_id: str, about: dict) -> Iterator[tuple[int, str, object]]:
-    """The description, and the poses of the cameras."""
-    two = isinstance(scene, TwoCameraScene)
-    cameras = dict(zip(NAMES, scene.cameras)) if two else {'': scene.camera}
-    poses = {name: (cv2.Rodrigues(camera.rotation)[0].ravel(), camera.translation) for name, camera in cameras.items()}
-    size = {} if two else {'width': scene.camera.width, 'height': scene.camera.height}
-    about = {'source': 'sim', 'device': f'simulated {scene.sensor}', **about, **size, 'encoding': 'bgr8'}
-    return description_messages(_FIRST_NS, scene.sensor, frame_id, about, camera_transforms(frame_id, poses))
+def _write(path: Path, sensor: str, namespace: str, about: dict, transforms: list, messages: Iterator[tuple[int, str, object]]) -> None:
+    """Write messages to a new bag, after the description, about, and where the sensor's parts are."""
+    about = {'source': 'sim', 'device': f'simulated {sensor}', **about}
+    write_messages(path, namespace, chain(description_messages(_FIRST_NS, sensor, namespace, about, transforms), messages))
 
 
 def camera_messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[int, str, object]]:
     """Yield (stamp in ns, topic, message) of one frame of a camera scene; ground truth has the stamp of the only or the left view."""
-    stamp_ns = _FIRST_NS + round(number / scene.rate * _SECOND_NS)
+    stamp_ns = _stamp(number, scene.rate)
     if isinstance(scene, TwoCameraScene):
         left, right, truth = scene.render(number / scene.rate)
-        right_ns = stamp_ns + round(scene.right_delay(number) * _SECOND_NS)
+        right_ns = stamp_ns + round(scene.right_delay(number) * NS)
         views = (('left', left, scene.cameras[0], stamp_ns), ('right', right, scene.cameras[1], right_ns))
     else:
         seen = scene.render(number / scene.rate)
@@ -94,10 +94,8 @@ def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace
     Raises BadArgument for an unknown scene or an existing bag.
     """
     scene = open_psd_scene(name, rate, seed)
-    about = {'source': 'sim', 'device': f'simulated {PSD_FINGER}', 'scene': name, 'seed': seed, 'rate': rate}
-    described = description_messages(_SECOND_NS, PSD_FINGER, namespace, about,
-                                     [static_transform(namespace, f'{namespace}_tip', (0.0, 0.0, COVER_RADIUS))])
-    write_messages(path, namespace, chain(described, psd_messages(scene, rate, namespace)))
+    _write(path, PSD_FINGER, namespace, {'scene': name, 'seed': seed, 'rate': rate},
+           [static_transform(namespace, f'{namespace}_tip', (0.0, 0.0, COVER_RADIUS))], psd_messages(scene, rate, namespace))
     return scene.samples
 
 
@@ -115,8 +113,8 @@ def psd_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, 
 
 
 def _stamp(number: int, rate: float) -> int:
-    """Stamp, ns, of a sample; the first is 1 s, because much of ROS takes a stamp of zero for an unknown time."""
-    return _SECOND_NS + round(number / rate * _SECOND_NS)
+    """Stamp, ns, of a frame or sample."""
+    return _FIRST_NS + round(number / rate * NS)
 
 
 TAXEL_ARRAY = 'taxel_array'
@@ -130,11 +128,9 @@ def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespa
     """
     scene = scene or open_taxel_scene(name, rate, seed)
     pad = scene.specimen
-    about = {'source': 'sim', 'device': f'simulated {TAXEL_ARRAY}', 'scene': name, 'seed': seed, 'rate': rate, 'width': pad.columns,
-             'height': pad.rows, 'encoding': 'mono8'}
-    described = description_messages(_SECOND_NS, TAXEL_ARRAY, namespace, about,
-                                     [static_transform(namespace, f'{namespace}_taxels', (0.0, 0.0, -pad.thickness))])
-    write_messages(path, namespace, chain(described, taxel_messages(scene, rate, namespace)))
+    about = {'scene': name, 'seed': seed, 'rate': rate, 'width': pad.columns, 'height': pad.rows, 'encoding': 'mono8'}
+    _write(path, TAXEL_ARRAY, namespace, about, [static_transform(namespace, f'{namespace}_taxels', (0.0, 0.0, -pad.thickness))],
+           taxel_messages(scene, rate, namespace))
     return scene.frames
 
 
@@ -142,7 +138,7 @@ def taxel_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str
     """Yield (stamp in ns, topic, message) of all frames of a taxel scene."""
     numbers = TouchNumbers()
     for number in range(scene.frames):
-        stamp = _SECOND_NS + round(number / rate * _SECOND_NS)  # much of ROS takes a stamp of zero for an unknown time
+        stamp = _stamp(number, rate)
         header, (values, truth) = header_of(stamp, frame_id), scene.render(number / rate)
         yield stamp, 'image_raw', image_to_message(Frame(values, stamp, 'mono8'), '', header)
         for name, message in truth_messages(truth, numbers.assign(truth.contacts), 1 / rate, header).items():

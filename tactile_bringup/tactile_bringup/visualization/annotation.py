@@ -61,17 +61,14 @@ def stitched_places(stitching: Stitching, xyz: np.ndarray) -> np.ndarray:
     return right if stitching.side_of(left.mean(axis=0))[0] else left
 
 
-def annotation_of(found: Mapping, camera: Projection | None, image: np.ndarray | None = None) -> Annotation:
-    """Convert messages by topic (dots, contact_region, contacts, slip, wrench; any may be missing) to an annotation; image: in which the
-    dots were found, (H, W) or (H, W, 3) uint8, tells whether they are bright or dark."""
+def annotation_of(found: Mapping, camera: Projection | None) -> Annotation:
+    """Convert messages by topic (dots, contact_region, contacts, slip, wrench; any may be missing) to an annotation."""
     dots, region = found.get('dots') or DotTracks(), found.get('contact_region') or ContactRegion()
     id = np.asarray(dots.id, np.int64)
     what = Annotation(dots.rows, dots.columns, id, np.column_stack([dots.u, dots.v]).astype(float).reshape(-1, 2),
                       np.column_stack([dots.du, dots.dv]).astype(float).reshape(-1, 2),
                       states_of(id, np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64)), text=text_of(found),
                       legend=_LEGEND)
-    if image is not None and np.isfinite(dots.area).any():
-        what.text[0] = what.text[0].replace('dots', look_of(dots, np.nan_to_num(what.uv), image), 1)
     if np.isfinite(dots.area).any():
         what.radius = float(np.sqrt(np.nanmedian(dots.area) / np.pi))
     if camera is not None:
@@ -81,18 +78,6 @@ def annotation_of(found: Mapping, camera: Projection | None, image: np.ndarray |
         what.contacts = np.array([camera.places(np.array([(c.position.x, c.position.y, c.position.z)], float))[0] for c in contacts],
                                  float).reshape(-1, 2)
     return what
-
-
-def look_of(dots: DotTracks, uv: np.ndarray, image: np.ndarray) -> str:
-    """'bright dots of 9 px, no grid'; uv: (N, 2) px, of the dots in the image."""
-    grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-    radius, angle = float(np.sqrt(np.nanmedian(dots.area) / np.pi)), np.arange(8) * np.pi / 4
-    ring = uv[:, None] + (1.5 * radius + 1) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    most = np.array(grey.shape[::-1]) - 1
-    middle, around = (grey[tuple(np.rint(at).astype(int).clip(0, most).T)[::-1]] for at in (uv, ring.reshape(-1, 2)))
-    name = 'bright' if np.median(middle) > np.median(around) else 'dark'
-    grid = f'grid of {dots.rows} x {dots.columns}' if dots.rows else 'no grid'
-    return f'{name} dots of {2 * radius:.0f} px, {grid}'
 
 
 def text_of(found: Mapping) -> list[str]:

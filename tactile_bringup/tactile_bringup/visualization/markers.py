@@ -55,11 +55,12 @@ _LINE = 36  # letters in a line of a warning. Chosen
 _SLIP_COLOURS = {Slip.NONE: colours.TEXT, Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
 
 
-def _colour(rgb: tuple[float, float, float], opacity: float = 1.0) -> ColorRGBA:
+def colour_of(rgb: tuple[float, float, float], opacity: float = 1.0) -> ColorRGBA:
+    """A colour (r, g, b), 0 to 1, as a message."""
     return ColorRGBA(r=rgb[0], g=rgb[1], b=rgb[2], a=opacity)
 
 
-_STATES = [_colour(rgb) for rgb in colours.STATE_COLOURS]
+_STATES = [colour_of(rgb) for rgb in colours.STATE_COLOURS]
 
 
 def points_of(places: np.ndarray) -> list[Point]:
@@ -88,7 +89,7 @@ class MarkerSet:
     """Makes the markers of each frame. Each array first deletes all markers, so that it is whole whichever of those before it were lost;
     RViz handles an array at once, between two pictures.
 
-    RViz itself removes markers that nothing has renewed for STALE_S, for example after a node was killed.
+    RViz removes markers that nothing has renewed for STALE_S, whatever has ended.
     warning: shown beside the sensor, '' for none.
     sizes: dot_size (m), dot_colour, full_depth (m), normal_length (m), force_length (m), full_force (N), full_torque (N m), and the
     untouched surface: sensor_type, cap.curvature_radius, cap.height, dome.rim_radius, dome.height (m).
@@ -119,8 +120,8 @@ class MarkerSet:
             self._slip(found['slip'], region)
         return self._array(found, np.abs(places[np.isfinite(places).all(axis=1), :2]).max(axis=0, initial=0.0))
 
-    def nothing(self, header: Header) -> MarkerArray:
-        """Marker array that deletes all markers, and shows the warning if there is one."""
+    def alone(self, header: Header) -> MarkerArray:
+        """The warning alone."""
         self._header, self._made = header, []
         self._warning()
         return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL), *self._made])
@@ -142,7 +143,7 @@ class MarkerSet:
     def _text(self, ns: str, text: str, place: tuple[float, float, float], colour: tuple[float, float, float]) -> None:
         height = _LETTERS * float(self._half.max())
         # scale.x is the width of a space, which RViz otherwise takes from letters 1 m high.
-        marker = self._add(ns, Marker.TEXT_VIEW_FACING, (0.5 * height, 0.0, height), _colour(colour), [])
+        marker = self._add(ns, Marker.TEXT_VIEW_FACING, (0.5 * height, 0.0, height), colour_of(colour), [])
         marker.text, marker.pose.position = text, Point(x=place[0], y=place[1], z=place[2])
 
     def _add(self, ns: str, kind: int, scale: tuple[float, float, float], colour: ColorRGBA, points: list[Point],
@@ -162,7 +163,7 @@ class MarkerSet:
     def _dot_colours(self, id: np.ndarray, share: np.ndarray, region: ContactRegion) -> list[ColorRGBA]:
         """Colours of the dots id (N,) with relative depths share (N,), by state or by depth."""
         if self._sizes['dot_colour'] == 'depth':
-            return [_colour(rgb) for rgb in colours.of_depth(share).tolist()]
+            return [colour_of(rgb) for rgb in colours.of_depth(share).tolist()]
         state = states_of(id, np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64))
         return [_STATES[max(s, 0)] for s in state.tolist()]
 
@@ -179,13 +180,13 @@ class MarkerSet:
             if rings:
                 ends = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1).reshape(-1, 3) for ring in rings]
                 lines = np.concatenate(ends) + (0.0, 0.0, _LIFTED)
-                self._add(ns, Marker.LINE_LIST, (0.5 * self._sizes['dot_size'], 0.0, 0.0), _colour(colour), points_of(lines))
+                self._add(ns, Marker.LINE_LIST, (0.5 * self._sizes['dot_size'], 0.0, 0.0), colour_of(colour), points_of(lines))
 
     def _arrow(self, ns: str, number: int, ends: np.ndarray, colour: tuple[float, float, float]) -> None:
         if np.isfinite(ends).all() and np.ptp(ends, axis=0).any():
             # A short arrow is thinner, so that it keeps its shaft; RViz would make it all head.
             size = min(self._sizes['dot_size'], 0.2 * float(np.linalg.norm(ends[1] - ends[0])))
-            self._add(ns, Marker.ARROW, (0.6 * size, 1.5 * size, 2.0 * size), _colour(colour), points_of(ends), number)
+            self._add(ns, Marker.ARROW, (0.6 * size, 1.5 * size, 2.0 * size), colour_of(colour), points_of(ends), number)
 
     def _contacts(self, contacts: Contacts) -> None:
         for contact in contacts.contacts:
@@ -200,7 +201,7 @@ class MarkerSet:
         variances, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
         axes[:, 0] *= np.sign(np.linalg.det(axes))
         across = 2 * _WITHIN_95 * np.sqrt(np.maximum(variances, 0.0)).clip(_THINNEST)
-        marker = self._add('covariances', Marker.SPHERE, tuple(across.tolist()), _colour(colours.CONTACT, 0.5), [], number)
+        marker = self._add('covariances', Marker.SPHERE, tuple(across.tolist()), colour_of(colours.CONTACT, 0.5), [], number)
         marker.pose.position = points_of(place[None])[0]
         from scipy.spatial.transform import Rotation  # imported only when markers are drawn
         orientation = Rotation.from_matrix(axes).as_quat().tolist()

@@ -8,6 +8,7 @@ from std_srvs.srv import Trigger
 from tactile_bringup.nodes.calibrate_node import CalibrateNode
 from tactile_bringup.nodes.simulated_stage import BASE, MOUNTING, PROBE, SimulatedStage
 from tactile_perception.sensors import SENSOR_TYPES
+from waiting import until
 
 SHARE = get_package_share_directory('tactile_bringup')
 TIPS = {'touchpad': 0.008, 'air_cushion': 0.030}
@@ -32,12 +33,8 @@ class Lab:
         self._followed = ['ground_truth/contacts'] if sensor_type == 'psd_finger' else ['ground_truth/tip', 'ground_truth/wrench']
         self._publishers = {}
 
-    def until(self, condition, most=1000):
-        for _ in range(most):
-            if condition():
-                return
-            self._executor.spin_once(timeout_sec=0.05)
-        raise AssertionError('not in this time')
+    def until(self, condition):
+        assert until(condition, self._executor)
 
     def call(self, service):
         client = self.driver.create_client(Trigger, f'calibrate_node/{service}')

@@ -10,6 +10,7 @@ import unittest
 from pathlib import Path
 
 import launch_testing
+import rclpy
 import yaml
 from ament_index_python.packages import get_package_share_directory
 from geometry_msgs.msg import WrenchStamped
@@ -28,6 +29,8 @@ RESULTS = {**{name: [(f'/{name}/contacts', Contacts)] for name in SENSOR_TYPES},
            'hand': [('/left/pad/contacts', Contacts), ('/tip/contacts', Contacts)],
            'calibrate': [('/stage/wrench', WrenchStamped)],
            'demo': [('/touchpad/contacts', Contacts)]}
+#: launch file -> the node of a process beside the sensors'
+BESIDE = {'hand': '/hand_frames_node', 'calibrate': '/areal_single/calibrate_node', 'demo': '/touchpad/demo'}
 _WRITTEN = tempfile.TemporaryDirectory()
 
 
@@ -53,8 +56,16 @@ class TestResults(unittest.TestCase):
     """While the processes run."""
 
     def test_first_results_come(self, name):
-        with WaitForTopics(RESULTS[name], timeout=60.0) as topics:
+        with WaitForTopics(RESULTS[name], timeout=180.0) as topics:
             self.assertEqual(topics.topics_not_received(), set())
+
+    def test_all_nodes_have_begun(self, name):
+        """An interrupt ends a process that has not, by the signal."""
+        rclpy.init()
+        node = rclpy.create_node('looker')
+        self.assertTrue(node.wait_for_node(BESIDE.get(name, '/looker'), 60.0))
+        node.destroy_node()
+        rclpy.shutdown()
 
 
 @launch_testing.post_shutdown_test()

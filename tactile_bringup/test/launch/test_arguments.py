@@ -3,7 +3,6 @@
 """Launch of one sensor: arguments, processes, recordings."""
 
 import sys
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,10 +15,10 @@ from std_msgs.msg import String
 from tactile_bringup.installed import share
 from tactile_bringup.launch import arguments as module
 from tactile_bringup.launch.arguments import (
-    LaunchError, Playing, SensorPlan, check, completed, driver_parameters, end_if_wrong, hand_frames, processes, sensor_actions,
+    Playing, SensorPlan, check, completed, driver_parameters, end_if_wrong, processes, sensor_actions,
     sensor_arguments, sensor_plan)
 from tactile_bringup.launch.recorded import bag_of, recorded_topics
-from tactile_driver.errors import BadArgument
+from tactile_driver.errors import BadArgument, BadRecording
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
@@ -98,7 +97,7 @@ def test_a_contact_region_needs_a_surface(files):
 def test_a_broken_parameter_file_is_reported_in_one_line(tmp_path, files, sensor_type, text):
     path = tmp_path / 'broken.yaml'
     path.write_text(text)
-    with pytest.raises(LaunchError, match='broken.yaml') as raised:
+    with pytest.raises(BadArgument, match='broken.yaml') as raised:
         sensor_plan(values(sensor_type, params=str(path), **files[0]), sensor_type)
     assert '\n' not in str(raised.value)
 
@@ -112,13 +111,13 @@ def test_a_broken_parameter_file_is_reported_in_one_line(tmp_path, files, sensor
     ({'composed': 'sensor'}, 'composed:=sensor is none of true, false'),
     ({'calibration': 'no.yaml'}, 'calibration:=no.yaml'), ({'record': __file__}, 'exists already')])
 def test_a_wrong_value_is_reported_in_one_line(wrong, reported):
-    with pytest.raises(LaunchError, match=reported) as raised:
+    with pytest.raises(BadArgument, match=reported) as raised:
         check(values(**wrong), SOURCES)
     assert '\n' not in str(raised.value)
 
 
 def test_not_every_sensor_has_every_source():
-    with pytest.raises(LaunchError, match='source:='):
+    with pytest.raises(BadArgument, match='source:='):
         sensor_plan(values('psd_finger', source='file', path='x'), 'psd_finger')
     assert sensor_plan(values('areal_dual', source='topics', topic='a', right_topic='b'), 'areal_dual').nodes['dual_camera_node'] == {
         'source': 'topics', 'topic': 'a', 'right_topic': 'b', 'frame_id': 'areal_dual'}
@@ -135,7 +134,7 @@ def run_with(monkeypatch, words, file='touchpad.launch.py'):
 
 
 def test_an_argument_that_nobody_knows_is_refused_with_those_known(monkeypatch):
-    with pytest.raises(LaunchError, match='origin.*namespace'):
+    with pytest.raises(BadArgument, match='origin.*namespace'):
         run_with(monkeypatch, ['origin:=bag'])
     assert run_with(monkeypatch, ['source:=sim'])
     assert run_with(monkeypatch, ['origin:=bag'], file='of_others.launch.py'), 'which includes this one and has arguments of its own'
@@ -186,27 +185,11 @@ def plan(monkeypatch, tmp_path):
     return SensorPlan('left_pad', '/left/pad', 'a.yaml', NODES, 'bag')
 
 
-@pytest.mark.parametrize(('composed', 'expected'), [(True, [list(NODES), ['record_node']]),
-                                                    (False, [[name] for name in (*NODES, 'record_node')])])
-def test_who_shares_a_process(processes_of, plan, composed, expected):
-    assert processes_of(processes(plan, composed, Playing(1))) == expected
-
-
 def test_each_node_has_its_own_parameters_with_their_types(plan, tmp_path):
     processes(plan, True, Playing(1))
     page = yaml.safe_load((tmp_path / 'left_pad_parameters.yaml').read_text())
     assert page == {'/left/pad/camera_node': {'ros__parameters': NODES['camera_node']},
                     '/left/pad/markers_node': {'ros__parameters': {'frame_id': 'left_pad'}}}
-
-
-def test_sensors_are_started_again_and_recorders_are_not(plan):
-    def again(node):
-        return node._ExecuteLocal__respawn
-    sensor, recorder = processes(plan, True, Playing(1))
-    assert again(sensor) and not again(recorder) and again(hand_frames('hand.yaml'))
-    playing = replace(plan, ends=True)
-    assert not again(processes(playing, True, Playing(1))[0]), 'it would play its recording from the beginning'
-    assert [again(node) for node in processes(playing, False, Playing(1))] == [False, True, True, False]
 
 
 @pytest.mark.parametrize(('given', 'ends'), [({'source': 'sim'}, False), ({}, True), ({'loop': 'true'}, False), ({'stay': 'true'}, False)])
@@ -226,14 +209,14 @@ def test_a_launch_ends_with_the_last_of_its_recordings():
 @pytest.mark.parametrize(('code', 'said'), [(-11, 'thumb-1: died with exit code -11'), (WRONG, 'wrong')])
 def test_a_process_that_dies_while_it_plays_a_recording_ends_the_launch(code, said):
     event = SimpleNamespace(returncode=code, process_name='thumb-1')
-    with pytest.raises(LaunchError, match=said):
+    with pytest.raises(BadArgument, match=said):
         Playing(2).on_exit(event, SimpleNamespace(is_shutdown=False))
     assert Playing(1).on_exit(event, SimpleNamespace(is_shutdown=True)) == []
 
 
 def test_what_is_wrong_ends_the_launch_and_what_dies_does_not():
     running, closing = SimpleNamespace(is_shutdown=False), SimpleNamespace(is_shutdown=True)
-    with pytest.raises(LaunchError, match='thumb-1'):
+    with pytest.raises(BadArgument, match='thumb-1'):
         end_if_wrong(SimpleNamespace(returncode=WRONG, process_name='thumb-1'), running)
     end_if_wrong(SimpleNamespace(returncode=WRONG, process_name='thumb-1'), closing)
     end_if_wrong(SimpleNamespace(returncode=-9, process_name='thumb-1'), running)
@@ -302,5 +285,5 @@ def test_what_is_not_there_is_reported(tmp_path):
     whole = write(tmp_path / 'whole', thumb=('touchpad', 'sim'))
     with pytest.raises(BadArgument, match='/palm.*/thumb/description'):
         bag_of(whole, 'palm')
-    with pytest.raises(BadArgument, match='no such file'):
+    with pytest.raises(BadRecording, match='no such file'):
         bag_of(str(tmp_path / 'nowhere'), 'palm')

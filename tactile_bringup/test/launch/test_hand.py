@@ -9,7 +9,6 @@ from launch import LaunchContext
 from launch.actions import LogInfo
 from tactile_bringup.hand.description import HandSensor
 from tactile_bringup.launch import arguments as processes, recorded
-from tactile_bringup.launch.arguments import LaunchError
 from tactile_bringup.launch.hand import hand_actions, hand_arguments, planned_sensor, sensor_values
 from tactile_driver.errors import BadArgument
 
@@ -70,7 +69,7 @@ def test_a_recorded_sensor_plays_its_own_topics_with_the_parameters_of_what_was_
     ({'source': 'bag'}, 'needs the recording'),
     ({'autostart': 'perhaps'}, 'sensor thumb: autostart:=perhaps is none of')])
 def test_a_wrong_argument_is_reported(given, reported):
-    with pytest.raises(LaunchError, match=reported) as raised:
+    with pytest.raises(BadArgument, match=reported) as raised:
         actions(**given)
     assert '\n' not in str(raised.value)
 
@@ -78,10 +77,10 @@ def test_a_wrong_argument_is_reported(given, reported):
 def test_what_is_wrong_with_a_sensor_names_it(tmp_path):
     path = tmp_path / 'hand.yaml'
     path.write_text(yaml.safe_dump({'sensors': [{'name': 'palm', 'type': 'areal_single', 'calibration': 'none.yaml', 'device': '0'}]}))
-    with pytest.raises(LaunchError, match='palm.*none.yaml'):
+    with pytest.raises(BadArgument, match='palm.*none.yaml'):
         actions(hand=str(path), source='device')
     path.write_text(yaml.safe_dump({'sensors': [{'name': 'palm', 'type': 'areal_single', 'device': '0', 'rate': 'fast'}]}))
-    with pytest.raises(LaunchError, match='palm.*rate:=fast'):
+    with pytest.raises(BadArgument, match='palm.*rate:=fast'):
         actions(hand=str(path), source='device')
 
 
@@ -96,11 +95,3 @@ def test_what_is_not_installed_is_left_out_with_a_word_and_the_files_are_there(p
     assert [note for note in notes(found) if 'is not installed' in note] == [
         'package rviz2 is not installed: rviz2 is left out, everything else is started',
         'package diagnostic_aggregator is not installed: aggregator_node is left out, everything else is started']
-
-
-def test_a_recording_without_the_sensor_names_it(monkeypatch):
-    def nothing(recording, name):
-        raise BadArgument(f'{recording} has no topic under /{name}')
-    monkeypatch.setattr(recorded, 'bag_of', nothing)
-    with pytest.raises(LaunchError, match='/thumb'):
-        actions(source='bag', path='bag')

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Nodes that draw, what they collect, and what they show."""
 
-import time
 
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Image
-from std_msgs.msg import Header
 from tactile_bringup.nodes.drawing_node import DrawingNode, StampSync
 from tactile_bringup.nodes.markers_node import MarkersNode
 from tactile_driver.errors import BadArgument
@@ -24,9 +22,9 @@ MS = 1_000_000
 
 
 class Collected:
-    def __init__(self, *expected, patience=3):
+    def __init__(self, *expected):
         self.expected, self.sets = set(expected), []
-        self.sync = StampSync(self.sets.append, lambda: self.expected, patience)
+        self.sync = StampSync(self.sets.append, lambda: self.expected)
 
     def add(self, topic, ms):
         self.sync.add(topic, ms * MS, f'{topic}{ms}')
@@ -69,20 +67,14 @@ def test_a_recording_that_begins_anew_is_followed():
 
 
 class Lookers(DrawingNode):
-    """Notes how many look; draws a marker, and takes it away."""
+    """Notes how many look; shows an empty warning."""
 
     def __init__(self):
         super().__init__('lookers', (Parameter('frame_id', str, 'pad', '', 'sensor frame'),))
         self.looking, self.markers = [], self
 
-    def nothing(self, header):
-        return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
-
-    def frame(self, header, _found):
-        return MarkerArray(markers=[Marker(header=header, ns='dots')])
-
-    def draw(self):
-        self.draw_markers(Header(frame_id='pad'), {})
+    def alone(self, header):
+        return MarkerArray(markers=[Marker(header=header)])
 
     def follow_demand(self):
         self.looking.append(self.marker_output.get_subscription_count())
@@ -105,26 +97,6 @@ def test_those_who_look_are_heard_of_and_a_place_is_latched(bench):
     assert until(lambda: node.looking[-1:] == [0])
 
 
-@pytest.mark.full
-def test_markers_go_when_nothing_new_has_come_for_two_seconds_and_when_the_node_ends(bench):
-    made = []
-    other, until = bench(lambda: made.append(Lookers()) or made[0])
-    node, seen = made[0], []
-    other.create_subscription(MarkerArray, 'markers', lambda message: seen.append((time.monotonic(), message.markers[0])), 10)
-    assert until(lambda: node.looking[-1:] == [1])
-    node.draw()
-    assert until(lambda: len(seen) == 2)
-    (drawn_s, _), (gone_s, gone) = seen
-    assert gone.action == Marker.DELETEALL and gone.header.frame_id == 'pad' and gone_s - drawn_s > 0.5
-    until(lambda: False, patience_s=0.6)
-    assert len(seen) == 2, 'once'
-    node.draw()
-    assert until(lambda: len(seen) == 3)
-    node.destroy_node()
-    node.destroy_node = lambda: None  # bench does it again
-    assert until(lambda: len(seen) == 4) and seen[-1][1].action == Marker.DELETEALL
-
-
 def test_what_the_nodes_of_the_sensor_warn_of_is_shown_without_data(bench):
     made = []
     other, until = bench(lambda: made.append(Lookers()) or made[0])
@@ -136,9 +108,12 @@ def test_what_the_nodes_of_the_sensor_warn_of_is_shown_without_data(bench):
 
     def report(name, level, text):
         reports.publish(DiagnosticArray(status=[DiagnosticStatus(name=f'{name}: task', level=level, message=text)]))
-    report('/thumb/dot_tracker_node', DiagnosticStatus.WARN, 'of another sensor')
-    report('/dot_tracker_node', DiagnosticStatus.WARN, 'something presses; let go')
-    assert until(lambda: node.warning == 'something presses; let go' and seen)
+
+    def warned():
+        report('/thumb/dot_tracker_node', DiagnosticStatus.WARN, 'of another sensor')
+        report('/dot_tracker_node', DiagnosticStatus.WARN, 'something presses; let go')
+        return node.warning == 'something presses; let go' and seen
+    assert until(warned)
     report('/dot_tracker_node', DiagnosticStatus.OK, '30 Hz')
     assert until(lambda: node.warning == '')
 
@@ -187,7 +162,7 @@ def test_nothing_is_subscribed_for_nobody_and_frames_are_drawn_for_somebody(benc
     other.create_subscription(MarkerArray, 'markers', seen.append, 10)
     assert until(lambda: dots.get_subscription_count() == 1 and region.get_subscription_count() == 1)
     stamp = 1
-    while not seen and stamp < 20:
+    while not seen and stamp < 60:
         stamp += 1
         message = sent_dots(stamp)
         dots.publish(message)
@@ -210,5 +185,6 @@ def test_pictures_are_drawn_at_most_as_often_as_asked_for(bench):
         dots.publish(message)
         images.publish(Image(header=message.header, encoding='mono8', height=48, width=64, step=64, data=bytes(48 * 64)))
         until(lambda: bool(seen) and seen[-1] == message.header.stamp, patience_s=0.5)
+    assert until(lambda: len(seen) > 3)
     frames = [round(stamp.nanosec / 33_333_333) for stamp in seen]
-    assert len(frames) > 3 and set(later - earlier for earlier, later in zip(frames, frames[1:])) == {2}
+    assert min(later - earlier for earlier, later in zip(frames, frames[1:])) == 2

@@ -9,6 +9,7 @@ import time
 import pytest
 import rclpy
 import yaml
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image, JointState
@@ -100,7 +101,8 @@ def test_the_bag_carries_what_was_offered_and_what_was_latched_before(tmp_path):
             publisher.publish(message)
         images.publish(Image(height=1, width=2, encoding='mono8', step=2, data=[7, 8]))
         executor.spin_once(timeout_sec=0.05)
-        if not all(one.get_subscription_count() for one in (said, places, images)):  # topics are joined one after the other
+        joined = all(one.get_subscription_count() for one in (said, places, images, *(publisher for publisher, _ in others)))
+        if not joined or not all(one.wait_for_all_acked(Duration()) for one in (said, places)):
             enough = node.written + 200
     executor.shutdown()
     node.destroy_node()

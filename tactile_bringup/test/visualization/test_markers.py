@@ -115,7 +115,7 @@ def test_name_numbers_and_state_stand_in_front_of_the_sensor():
 def test_a_warning_is_shown_with_and_without_data_until_it_is_over():
     it = MarkerSet(SIZES)
     it.warning = 'the first dots are off their untouched positions, something may press; let go and call set_reference'
-    for made in (it.frame(HEADER, touch()), it.nothing(HEADER)):
+    for made in (it.frame(HEADER, touch()), it.alone(HEADER)):
         assert by_name(made)['warning'].text.replace('\n', ' ') == it.warning
     it.warning = ''
     assert 'warning' not in by_name(it.frame(HEADER, touch()))

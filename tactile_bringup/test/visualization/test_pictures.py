@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Annotated images."""
 
-import cv2
 import numpy as np
 import pytest
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped
@@ -113,15 +112,6 @@ def test_all_that_is_known_comes_into_the_picture():
     assert what.outlines[0] == pytest.approx(np.array([(420, 240), (320, 340), (220, 240)]))
     assert what.contacts.tolist() == [[320, 240]]
     assert what.text == ['2 dots, largest displacement 5.0 px', '50 mm2, 2.0 mm deep, 0.00 N, 0 stick, 1 slip']
-
-
-@pytest.mark.parametrize('dot, name', [(40, 'dark'), (250, 'bright')])
-def test_the_picture_says_what_the_dots_are(dot, name):
-    image = np.full((40, 60, 3), 120, np.uint8)
-    for u, v in ((20, 10), (40, 12)):
-        cv2.circle(image, (u, v), 4, (dot,) * 3, -1)
-    dots = DotTracks(id=[0, 1], u=[20.0, 40.0], v=[10.0, 12.0], du=[0.0, 0.0], dv=[0.0, 0.0], area=[64.0, 64.0])
-    assert annotation_of({'dots': dots}, None, image).text[0] == f'2 {name} dots of 9 px, no grid, largest displacement 0.0 px'
 
 
 SIZES = {'pitch': 1e-3, 'flow_scale': 0.5}

@@ -16,42 +16,8 @@ from ..frame import CameraCalibration, Frame, PairFrame
 from ..sources.capture import Capture, CaptureStatus
 from ..sources.source import NS, EndOfSource, NothingYet, Source
 
-_PAIRS = 150  # latest pairs that are measured: 5 s at 30 Hz; chosen
-_FEWEST = 10  # pairs from which there is a result; chosen
-
-
-class ShutterOffset:
-    """Offset of the right exposures from the left ones, from pairs of stamps.
-
-    limit_ns: largest offset, ns, at which frames are paired; used for the warning.
-    """
-
-    def __init__(self, limit_ns: float = math.inf):
-        self._limit = limit_ns
-        self._offsets: deque[int] = deque(maxlen=_PAIRS)  # ns
-
-    def add(self, offset_ns: int, period_ns: float = math.inf) -> None:
-        """Add the offset, ns, of two nearest frames. A leap of half a period means that they pair in another way: measuring restarts."""
-        if self._offsets and abs(offset_ns - self._offsets[-1]) > period_ns / 2:
-            self._offsets.clear()
-        self._offsets.append(offset_ns)
-
-    @property
-    def milliseconds(self) -> float:
-        """Median offset of the latest pairs, ms, positive where the right camera is later; NaN before there are enough."""
-        return 1e-6 * float(np.median(self._offsets)) if len(self._offsets) >= _FEWEST else math.nan
-
-    @property
-    def remark(self) -> str:
-        """Warning of an offset beyond the limit; '' for none."""
-        offset = abs(self.milliseconds)
-        if not offset > 1e-6 * self._limit:
-            return ''
-        return (f'the exposures of the two cameras are {offset:.1f} ms apart, but max_skew is {1e-6 * self._limit:.1f} ms: no '
-                'image_raw; set max_skew to -1 (half a frame period), or trigger the cameras')
-
-
 LEFT, RIGHT = 0, 1
+_SKEWS, _FEWEST_SKEWS = 150, 10  # latest pairs whose offset is reported, 5 s at 30 Hz; from how many on; chosen
 _LONGEST_QUEUE = 8  # frames of one camera that may wait for their counterparts; chosen
 _INTERVALS, _FEWEST_INTERVALS = 30, 4  # latest intervals that determine the period; how many are needed; chosen
 _SHORT = 20  # percentile of the intervals used as the period, below the median because lost frames lengthen intervals; chosen
@@ -65,15 +31,13 @@ class Pairer:
     max_skew_ns: negative for half a period. At a skew beyond half a period an adjacent frame would match better, and that frame may be late
     or lost. So no pair is formed before the period is known. Near half a period, where jitter would pair a frame now with the one before
     and now with the one after it, a hysteresis keeps the order of the last pair. nominal_ns: period reported by the cameras, ns, None if
-    unknown; the period is measured as well. unpaired: number of frames without a counterpart or out of order; shutters: offset of the
-    nearest frames, also where it is beyond max_skew_ns.
+    unknown; the period is measured as well. unpaired: number of frames without a counterpart or out of order.
     """
 
     def __init__(self, max_skew_ns: int, nominal_ns: float | None = None):
         self.unpaired = 0
         self._max_skew, self._nominal = max_skew_ns if max_skew_ns >= 0 else np.inf, nominal_ns
-        self.shutters = ShutterOffset(self._max_skew)
-        self._skew = 0  # ns, of the last nearest frames
+        self._skews: deque[int] = deque(maxlen=_SKEWS)  # ns, of the latest nearest frames, also beyond max_skew
         self._queues: tuple[deque[Frame], deque[Frame]] = deque(), deque()
         self._intervals = deque(maxlen=_INTERVALS), deque(maxlen=_INTERVALS)
         self._last: list[int | None] = [None, None]
@@ -106,8 +70,9 @@ class Pairer:
                 return None
             skew = right[0].stamp_ns - left[0].stamp_ns
             if self._are_nearest(skew):
-                self._skew = skew
-                self.shutters.add(skew, self.period_ns or np.inf)
+                if self._skews and abs(skew - self._skews[-1]) > (self.period_ns or np.inf) / 2:
+                    self._skews.clear()  # they pair in another way
+                self._skews.append(skew)
                 if abs(skew) <= self._max_skew:
                     return PairFrame(left[0], right.popleft(), left.popleft().truth)
             self._drop(LEFT if skew > 0 else RIGHT)
@@ -116,7 +81,21 @@ class Pairer:
     def _are_nearest(self, skew: int) -> bool:
         """Whether no adjacent frame matches better than one with this skew, ns."""
         period = self.period_ns
-        return period is None or abs(skew - np.sign(self._skew) * _HYSTERESIS * period) <= period / 2
+        last = self._skews[-1] if self._skews else 0
+        return period is None or abs(skew - np.sign(last) * _HYSTERESIS * period) <= period / 2
+
+    @property
+    def offset_ms(self) -> float:
+        """Median offset of the latest nearest frames, ms, positive where the right camera is later; NaN before there are enough."""
+        return 1e-6 * float(np.median(self._skews)) if len(self._skews) >= _FEWEST_SKEWS else math.nan
+
+    @property
+    def remark(self) -> str:
+        """Warning of an offset beyond max_skew_ns; '' for none."""
+        if not abs(self.offset_ms) > 1e-6 * self._max_skew:
+            return ''
+        return (f'the exposures of the two cameras are {abs(self.offset_ms):.1f} ms apart, but max_skew is {1e-6 * self._max_skew:.1f} ms: '
+                'no image_raw; set max_skew to -1 (half a frame period), or trigger the cameras')
 
     def take_single(self, side: int) -> PairFrame | None:
         """The next frame of one camera as an incomplete pair, or None; used while the other camera is lost."""
@@ -158,12 +137,9 @@ _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods, and s: a camera s
 
 
 class DualSource(Source):
-    """A source whose frames are PairFrames.
+    """A source whose frames are PairFrames. offset_ms: how much later the right camera exposes, ms, NaN where that is not known."""
 
-    shutters: how far apart the two cameras expose; None where each pair has one stamp.
-    """
-
-    shutters: ShutterOffset | None = None
+    offset_ms = math.nan
 
     def calibrations(self) -> Calibrations:
         """Calibrations of the left and the right camera, None where unknown; valid once open."""
@@ -315,12 +291,12 @@ class PairedSource(DualSource):
     def remark(self) -> str:
         """Warnings about missing cameras and faulty images, '' without any."""
         reported = (self._reported(*camera) for camera in zip(NAMES, self._captures, self._sources))
-        return '; '.join(text for text in (*reported, self.shutters.remark) if text)
+        return '; '.join(text for text in (*reported, self._pairer.remark) if text)
 
     @property
-    def shutters(self) -> ShutterOffset:
+    def offset_ms(self) -> float:
         """See DualSource."""
-        return self._pairer.shutters
+        return self._pairer.offset_ms
 
     @property
     def truths(self) -> tuple[str, ...]:

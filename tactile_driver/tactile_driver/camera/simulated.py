@@ -3,12 +3,12 @@
 """Simulated sensors with one or two cameras as sources, with ground truth for every frame."""
 from __future__ import annotations
 
+import math
 import time
 
 from ..frame import CameraCalibration, Frame, PairFrame, pinhole_calibration
 from ..simulation.sensors import scenes
 from ..sources.source import NS, Clock, SceneSource, wait_until
-from .pairs import ShutterOffset
 
 _SIZE = (640, 480)  # (width, height), px; the image size of the touchpad paper (touchpad_contact_region, section 2)
 _AHEAD_S = 3.0  # of the scene that is computed ahead; chosen
@@ -49,12 +49,12 @@ class SimulatedSource(SceneSource):
 
 
 class DualSimulatedSource(SimulatedSource):
-    """A scene of a simulated sensor with two cameras, which expose at different times. Parameters as in SimulatedSource, without size;
-    shutters: see DualSource."""
+    """A scene of a simulated sensor with two cameras, which expose at different times. Parameters as in SimulatedSource, without size."""
+
+    offset_ms = math.nan
 
     def __init__(self, scene: str, rate: float, seed: int, clock: Clock):
         super().__init__(scene, rate, seed, (0, 0), clock)
-        self.shutters: ShutterOffset | None = ShutterOffset()
 
     def _open_scene(self):
         return scenes.open_dual_scene(self._name, self.rate, self._seed)
@@ -66,7 +66,7 @@ class DualSimulatedSource(SimulatedSource):
         left, right, truth, delay_ns = made
         wait_until(due_ns + delay_ns)
         stamp_ns = self._stamp(due_ns)
-        self.shutters.add(delay_ns)
+        self.offset_ms = 1e-6 * delay_ns
         return PairFrame(Frame(left, stamp_ns, 'bgr8'), Frame(right, stamp_ns + delay_ns, 'bgr8'), truth)
 
     def calibrations(self) -> tuple[CameraCalibration | None, CameraCalibration | None]:

@@ -249,7 +249,7 @@ class DriverNode(LifecycleNode):
             self._log.forget(self._problem)
         self._problem = ''
         about = self._stream.source.describe()
-        self._diagnostics.set_hardware_id(str(about.get('serial') or about.get('by_id') or about.get('path') or about.get('device')))
+        self._diagnostics.hardware_id = str(about.get('serial') or about.get('by_id') or about.get('path') or about.get('device'))
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:

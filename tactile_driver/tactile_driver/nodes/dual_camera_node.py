@@ -70,15 +70,9 @@ class DualStream(BaseStream):
                          'pair and give its file')
 
     def health(self) -> Health:
-        """For /diagnostics: with the offset of the cameras' exposures; an offset at which frames do not pair is logged too."""
-        health, shutters = super().health(), self.source.shutters
-        if shutters is None:
-            return health
-        if shutters.remark:
-            self._log.warning('shutters', shutters.remark)
-        else:
-            self._log.forget('shutters')
-        return replace(health, values={**health.values, 'shutter offset (ms)': shutters.milliseconds})
+        """For /diagnostics: with the offset of the cameras' exposures."""
+        health = super().health()
+        return replace(health, values={**health.values, 'shutter offset (ms)': self.source.offset_ms})
 
     def _publish(self, pair: PairFrame) -> None:
         header = header_of(pair.stamp_ns, optical_frame(self._values['frame_id']))

@@ -208,15 +208,13 @@ def recorded_description(reader: BagReader, raw_topic: str) -> dict:
     return {}
 
 
-def descriptions(bag: str | Path, namespace: str = '') -> Iterator[dict]:
-    """Descriptions in a bag of the sensor in namespace ('': of any sensor); for a replayed sensor the original one.
+def descriptions(bag: str | Path) -> Iterator[dict]:
+    """Descriptions of sensors in a bag; for a replayed sensor the original one.
 
     Messages without a YAML mapping are skipped. Raises BadRecording.
     """
-    end = '/description'
     with BagReader(bag) as reader:
-        yield from _reported(reader, {topic for topic in reader.topics
-                                  if (topic == f'/{namespace}{end}' if namespace else topic.endswith(end))})
+        yield from _reported(reader, {topic for topic in reader.topics if topic.endswith('/description')})
 
 
 def recorded_frame(reader: BagReader, prefix: str) -> str:

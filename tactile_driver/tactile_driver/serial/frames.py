@@ -170,11 +170,11 @@ _LONGEST = 256  # bytes; longer data without an end of line is discarded; chosen
 _SPLIT = re.compile(rb'[,;\s]+')
 
 
-def write_line(values: list[int], time_us: int | None = None, check: bool = True) -> bytes:
-    """One line: the device time, us (optional), the counts and the checksum (if check)."""
+def write_line(values: list[int], time_us: int | None = None) -> bytes:
+    """One line: the device time, us (optional), the counts and the checksum."""
     fields = [*([] if time_us is None else [time_us % 2**32]), *values]
     text = ','.join(map(str, fields)).encode()
-    return text + (b'*%04X\n' % crc_hqx(text, _START) if check else b'\n')
+    return text + b'*%04X\n' % crc_hqx(text, _START)
 
 
 class LineReader:

@@ -113,7 +113,7 @@ class TaxelFileSource(Source):
         number, self._next = self._next, self._next + 1
         due = 0
         if not self.on_demand:
-            due = self._pace.next() if isinstance(self._pace, EvenPace) else self._pace.next(round(float(self._times[number]) * NS))
+            due = self._pace.next(0 if self._times is None else round(float(self._times[number]) * NS))
             wait_until(due)
         if not wanted:
             return None

@@ -103,7 +103,7 @@ class BagSource(Source):
         found, truth = self._next()
         message = self._decoded(found)
         stamp = message.header.stamp.sec * NS + message.header.stamp.nanosec or found.stamp_ns
-        due = 0 if self._pace is None else self._pace.next() if self._rate > 0 else self._pace.next(stamp)
+        due = 0 if self._pace is None else self._pace.next(stamp)
         frame = self._frame(message, stamp) if wanted else None
         if frame is not None and truth is not None:
             frame = replace(frame, truth=truth)

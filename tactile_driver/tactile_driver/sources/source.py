@@ -88,6 +88,9 @@ def wait_until(due_ns: int) -> None:
         time.sleep(left / NS)
 
 
+_LONGEST_GAP_NS = 5 * NS  # chosen
+
+
 class EvenPace:
     """Due times at a fixed rate, Hz, without drift.
 
@@ -102,8 +105,8 @@ class EvenPace:
         self._origin = None
         self._count = 0
 
-    def next(self) -> int:
-        """The next due time, ns of time.monotonic_ns(); does not wait."""
+    def next(self, _stamp_ns: int = 0) -> int:
+        """The next due time, ns of time.monotonic_ns(), whatever the recorded stamp; does not wait."""
         now = time.monotonic_ns()
         if self._origin is None:
             self._origin = now
@@ -119,17 +122,16 @@ class EvenPace:
 
 
 class StampPace:
-    """Due times with the intervals of recorded stamps; shifted if the caller is late or the stamps jump by more than longest_gap_s."""
+    """Due times with the intervals of recorded stamps; shifted if the caller is late or the stamps jump by more than 5 s."""
 
-    def __init__(self, longest_gap_s: float = 5.0):
-        self._longest_gap = int(longest_gap_s * NS)
+    def __init__(self):
         self._last = None
 
     def next(self, stamp_ns: int) -> int:
         """The due time, ns of time.monotonic_ns(), of the frame stamped stamp_ns; does not wait."""
         now = time.monotonic_ns()
         due = now
-        if self._last is not None and 0 <= stamp_ns - self._last[0] <= self._longest_gap:
+        if self._last is not None and 0 <= stamp_ns - self._last[0] <= _LONGEST_GAP_NS:
             due = self._last[1] + stamp_ns - self._last[0]
         # Late by over 0.1 s (chosen; the node was paused): continue from here instead of catching up.
         due = due if now - due < NS // 10 else now

@@ -161,11 +161,6 @@ def test_a_frame_whose_mate_is_broken_is_dropped(folders, broken):
     assert found == [(0, 0), (1, 1), (3, 3), (4, 4)] and source.describe()['unpaired'] == source.skipped == 1
 
 
-def test_a_missing_file_is_named(folders):
-    with pytest.raises(BadRecording, match='nowhere'):
-        TwoFilesSource(str(folders / 'left'), '/nowhere', 0, False, time.time_ns).open()
-
-
 def test_unwanted_pairs_are_passed_over(folders):
     source = opened_file(folders)
     assert source.read(False) is None and numbers(source.read()) == (1, 1)

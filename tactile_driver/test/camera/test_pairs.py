@@ -8,26 +8,13 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from tactile_driver.camera.pairs import LEFT, RIGHT, PairedSource, Pairer, ShutterOffset
+from tactile_driver.camera.pairs import LEFT, RIGHT, PairedSource, Pairer
 from tactile_driver.errors import BadRecording, DeviceLost
 from tactile_driver.frame import CameraCalibration, Frame
 from tactile_driver.sources.source import EndOfSource, NothingYet
 
 MS = 1_000_000
 PERIOD = 33_333_333
-
-
-def measured(offsets_ms):
-    shutters = ShutterOffset()
-    for offset in offsets_ms:
-        shutters.add(round(offset * MS), PERIOD)
-    return shutters.milliseconds
-
-
-def test_the_offset_of_the_latest_pairs_is_reported_once_there_are_enough():
-    assert measured(5.0 + np.random.default_rng(1).normal(0, 0.3, 300)) == pytest.approx(5.0, abs=0.1)
-    assert np.isnan(measured([5.0] * 9))
-    assert measured([16.0] * 50 + [-17.0] * 10) == -17.0, 'frames that pair in another way are measured anew'
 
 
 def frame(stamp, number=0):
@@ -69,6 +56,21 @@ def test_only_frames_of_one_instant_are_paired(period, lost, seed):
     assert len(pairs) >= 0.95 * len(both) - 1
     waiting = pairer.waiting(LEFT) + pairer.waiting(RIGHT)
     assert pairer.unpaired == len(events) - 2 * len(pairs) - waiting
+
+
+def measured(offsets_ms):
+    """The offset after pairs with these, ms."""
+    pairer = Pairer(-1, PERIOD)
+    for k, offset in enumerate(offsets_ms):
+        pairer.add(LEFT, frame(10**9 + k * PERIOD))
+        pairer.add(RIGHT, frame(10**9 + k * PERIOD + round(offset * MS)))
+        pairer.take()
+    return pairer.offset_ms
+
+
+def test_the_offset_of_the_latest_pairs_is_reported_once_there_are_enough():
+    assert measured(5.0 + np.random.default_rng(1).normal(0, 0.3, 300)) == pytest.approx(5.0, abs=0.1)
+    assert np.isnan(measured([5.0] * 9))
 
 
 def test_the_first_pair_waits_until_the_period_is_known():

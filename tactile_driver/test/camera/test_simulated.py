@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from tactile_driver.camera import simulated
 from tactile_driver.camera.simulated import DualSimulatedSource, SimulatedSource
-from tactile_driver.errors import BadArgument
 from tactile_driver.sources import source as pacing
 
 
@@ -85,13 +84,6 @@ def test_the_touchpad_itself():
     assert (about['width'], about['height'], about['rate']) == (320, 240, 100.0)
     assert (calibration.width, calibration.height, calibration.model) == (320, 240, 'plumb_bob')
     assert calibration.k[0] > 100
-
-
-def test_an_unknown_scene_and_no_rate():
-    with pytest.raises(BadArgument, match='demo'):
-        SimulatedSource('nix', 30.0, 0, (0, 0), time.time_ns).open()
-    with pytest.raises(BadArgument, match='rate'):
-        SimulatedSource('demo', 0.0, 0, (0, 0), time.time_ns)
 
 
 @pytest.mark.parametrize('delay', [0.0035, -0.006])

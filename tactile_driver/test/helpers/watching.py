@@ -47,8 +47,10 @@ class Watcher:
             self.executor.spin_once(timeout_sec=0.02)
 
     def call(self, kind, name, request):
+        """The middleware announces clients in their order: a server that answers state() knows this one, and its answer is not lost."""
         client = self.node.create_client(kind, name)
         assert client.wait_for_service(timeout_sec=60.0)
+        self.state()
         future = client.call_async(request)
         self.until(future.done)
         return future.result()

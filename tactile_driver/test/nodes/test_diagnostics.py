@@ -14,10 +14,9 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode
 from rclpy.node import Node
-from rclpy.parameter import Parameter, Parameter as RosParameter
-from tactile_driver.errors import BadArgument
+from rclpy.parameter import Parameter as RosParameter
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
-from tactile_driver.nodes.runtime.diagnostics import OK, WARN, Health, LogOnce, NodeDiagnostics
+from tactile_driver.nodes.runtime.diagnostics import WARN, Health, LogOnce, NodeDiagnostics
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.parameters.table import Parameter as Declared
 from waiting import until
@@ -44,24 +43,6 @@ def test_health_is_published(node):
     status = next(s for m in received for s in m.status if s.message.startswith('slow'))
     assert (status.name, status.level, status.hardware_id) == ('/diagnosed: camera', WARN, 'A111')
     assert {v.key: v.value for v in status.values} == {'rate (Hz)': '14.23', 'frames': '7', 'what to do': 'more light'}
-
-
-@pytest.mark.parametrize('name, value', [('period', math.nan), ('period', math.inf), ('period', -1.0), ('period', 0.0),
-                                         ('period', 'a second'), ('use_fqn', 'no')])
-def test_a_wrong_parameter_is_refused_at_the_start(node, name, value):
-    name = f'diagnostic_updater.{name}'
-    node._parameter_overrides[name] = Parameter(name, value=value)
-    with pytest.raises(BadArgument, match=name):
-        NodeDiagnostics(node, 'camera', 'A111', lambda: Health(OK, ''))
-
-
-def test_the_period_is_fixed_at_the_start(node):
-    name = 'diagnostic_updater.period'
-    node._parameter_overrides[name] = Parameter(name, value=0.5)
-    NodeDiagnostics(node, 'camera', 'A111', lambda: Health(OK, ''))
-    for value in (math.inf, math.nan, 2.0):
-        assert not node.set_parameters([Parameter(name, value=value)])[0].successful
-    assert node.get_parameter(name).value == 0.5
 
 
 class Log:

@@ -104,7 +104,7 @@ def test_what_has_come_meanwhile_is_taken_in_order_until_the_listener_ends(node,
     assert until(publisher.get_subscription_count)
     for word in 'abcdef':
         publisher.publish(String(data=word))
-    until(lambda: 'd' in taken, executor)
+    assert until(lambda: 'd' in taken, executor)
     assert taken == ['a', 'b', 'c', 'd'] and is_free(node, executor)
 
 
@@ -171,7 +171,7 @@ def test_it_follows_what_publishers_offer_as_they_come_and_go(bench):
     assert bench.hears(careful, 'careful') and bench.hears(careless, 'still') and subscription.policies[0] == BEST_EFFORT
     bench.sender.destroy_publisher(careless)
     assert bench.until(lambda: subscription.policies[0] == RELIABLE) and bench.hears(careful, 'alone')
-    assert len(list(bench.listener.subscriptions)) == 1
+    assert bench.until(lambda: len(list(bench.listener.subscriptions)) == 1)
     subscription.close()
     assert bench.until(lambda: not list(bench.listener.subscriptions))
 

@@ -44,7 +44,6 @@ def started(program):
 def test_a_signal_ends_the_process_cleanly():
     process = started(PROGRAM)
     assert process.stdout.readline() == 'up\n'
-    time.sleep(0.3)
     process.send_signal(signal.SIGTERM)
     out, err = process.communicate(timeout=60)
     assert (process.returncode, out, err) == (0, 'released\n', '')
@@ -53,9 +52,10 @@ def test_a_signal_ends_the_process_cleanly():
 @pytest.mark.ros
 @pytest.mark.full
 def test_what_a_node_does_is_not_interrupted():
-    process = started('import time' + PROGRAM.replace("print('up', flush=True)", """self.create_timer(0.05, self.work)
+    process = started('import time' + PROGRAM.replace("print('up', flush=True)", """self.timer = self.create_timer(0.05, self.work)
 
     def work(self):
+        self.timer.cancel()
         print('working', flush=True); time.sleep(0.5); print('done', flush=True)"""))
     assert process.stdout.readline() == 'working\n'
     process.send_signal(signal.SIGINT)
@@ -69,7 +69,6 @@ def test_further_interrupts_do_not_tear_what_is_put_away():
     last = "print('released', flush=True)"
     process = started('import time' + PROGRAM.replace(last, f"print('putting away', flush=True); time.sleep(0.5); {last}"))
     assert process.stdout.readline() == 'up\n'
-    time.sleep(0.3)
     process.send_signal(signal.SIGINT)
     assert process.stdout.readline() == 'putting away\n'
     process.send_signal(signal.SIGINT)
@@ -92,7 +91,6 @@ sys.last_to_go = Last()
 """
     process = started(last + PROGRAM)
     assert process.stdout.readline() == 'up\n'
-    time.sleep(0.3)
     process.send_signal(signal.SIGINT)
     assert [process.stdout.readline() for _ in range(2)] == ['released\n', 'closing down\n']
     process.send_signal(signal.SIGINT)
@@ -101,26 +99,16 @@ sys.last_to_go = Last()
 
 @pytest.mark.ros
 @pytest.mark.full
-def test_an_exception_that_nothing_catches_ends_the_process_with_its_traceback():
-    failing = PROGRAM.replace("print('up', flush=True)", """self.create_timer(0.05, self.fail)
+@pytest.mark.parametrize(('error', 'code', 'traceback'), [("RuntimeError('no such thing')", 1, True),
+                                                          ("BadArgument('path: no such thing')", run.WRONG, False)])
+def test_an_exception_while_it_spins_ends_the_process_and_what_was_given_and_is_wrong_in_one_line(error, code, traceback):
+    failing = PROGRAM.replace("print('up', flush=True)", f"""self.create_timer(0.05, self.fail)
 
     def fail(self):
-        raise RuntimeError('no such thing')""")
+        raise {error}""").replace('import sys', 'import sys\nfrom tactile_driver.errors import BadArgument')
     process = started(failing)
     out, err = process.communicate(timeout=60)
-    assert process.returncode == 1 and out == 'released\n' and "RuntimeError: no such thing" in err
-
-
-@pytest.mark.ros
-@pytest.mark.full
-def test_what_was_given_and_cannot_be_used_ends_the_process_while_it_spins():
-    wrong = PROGRAM.replace("print('up', flush=True)", """self.create_timer(0.05, self.refuse)
-
-    def refuse(self):
-        raise BadArgument('path: is none')""").replace('import sys', 'import sys\nfrom tactile_driver.errors import BadArgument')
-    process = started(wrong)
-    out, err = process.communicate(timeout=60)
-    assert (process.returncode, out) == (run.WRONG, 'released\n') and 'path: is none' in err and 'Traceback' not in err
+    assert (process.returncode, out) == (code, 'released\n') and 'no such thing' in err and ('Traceback' in err) == traceback
 
 
 @pytest.mark.parametrize('chosen', run._CHOSEN_BY)

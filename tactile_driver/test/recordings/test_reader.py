@@ -136,18 +136,13 @@ def topics_of(path, **messages):
     return names
 
 
-def test_a_bag_without_raw_images(tmp_path):
-    found = topics_of(tmp_path / 'bag', image_raw__compressed=CompressedImage(), description=String())
-    assert found == {'/pad/image_raw': 'sensor_msgs/msg/CompressedImage', '/pad/description': 'std_msgs/msg/String'}
-
-
-def test_a_bag_with_both(tmp_path):
-    found = topics_of(tmp_path / 'bag', image_raw__compressed=CompressedImage(), image_raw=Image())
-    assert found == {'/pad/image_raw': 'sensor_msgs/msg/Image', '/pad/image_raw/compressed': 'sensor_msgs/msg/CompressedImage'}
-
-
-def test_other_types_of_such_a_name_stay(tmp_path):
-    assert topics_of(tmp_path / 'bag', words__compressed=String()) == {'/pad/words/compressed': 'std_msgs/msg/String'}
+def test_compressed_images_have_the_name_of_raw_ones_where_there_are_none(tmp_path):
+    compressed, image = 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/Image'
+    assert topics_of(tmp_path / 'without', image_raw__compressed=CompressedImage(), description=String()) == {
+        '/pad/image_raw': compressed, '/pad/description': 'std_msgs/msg/String'}
+    assert topics_of(tmp_path / 'with', image_raw__compressed=CompressedImage(), image_raw=Image()) == {
+        '/pad/image_raw': image, '/pad/image_raw/compressed': compressed}
+    assert topics_of(tmp_path / 'other', words__compressed=String()) == {'/pad/words/compressed': 'std_msgs/msg/String'}
 
 
 def test_reasons_that_differ_in_their_numbers_count_as_one():
@@ -169,56 +164,28 @@ def test_so_many_reasons_are_reported_apart_and_no_more():
 
 
 SIMULATED = {'sensor_type': 'touchpad', 'source': 'sim', 'scene': 'rest'}
-
-
-@pytest.fixture
-def described(tmp_path):
-    """What a bag with these texts on topics says of the sensor with a raw topic."""
-    def found(raw_topic, **texts):
-        write_messages(tmp_path / 'bag', '', ((10**9, '/' + name.replace('__', '/'), String(data=text)) for name, text in texts.items()))
-        with BagReader(tmp_path / 'bag') as reader:
-            return recorded_description(reader, raw_topic)
-    return found
+REPLAYED = {'sensor_type': 'touchpad', 'source': 'bag', 'path': 'first', 'recorded': SIMULATED}
 
 
 @pytest.mark.parametrize('raw_topic', ['/pad/image_raw', '/pad/left/image_raw'])
-def test_the_description_beside_the_raw_topic_or_above_it(described, raw_topic):
-    assert described(raw_topic, pad__description=yaml.safe_dump(SIMULATED), other__description='sensor_type: psd_finger') == SIMULATED
-
-
-def test_a_recording_of_a_replay_keeps_the_description_of_the_sensor(described):
-    replay = {'sensor_type': 'touchpad', 'source': 'bag', 'path': 'first', 'recorded': SIMULATED}
-    assert described('/pad/image_raw', pad__description=yaml.safe_dump(replay)) == SIMULATED
+@pytest.mark.parametrize(('text', 'expected'), [(yaml.safe_dump(SIMULATED), SIMULATED), (yaml.safe_dump(REPLAYED), SIMULATED),
+                                                ('a text', {}), ('[1, 2', {}), ('', {})])
+def test_the_description_of_the_sensor_itself_beside_the_raw_topic_or_above_it(tmp_path, raw_topic, text, expected):
+    said = (('/pad/description', text), ('/other/description', 'sensor_type: psd_finger'))
+    write_messages(tmp_path / 'bag', '', ((10**9, topic, String(data=words)) for topic, words in said))
+    with BagReader(tmp_path / 'bag') as reader:
+        assert recorded_description(reader, raw_topic) == expected
 
 
 def test_what_was_not_replayed_is_original():
-    assert original(SIMULATED) == SIMULATED == original({'source': 'bag', 'recorded': SIMULATED})
-    assert original({'recorded': 'by somebody else'}) == {'recorded': 'by somebody else'}
+    assert original(SIMULATED) == SIMULATED and original({'recorded': 'by somebody else'}) == {'recorded': 'by somebody else'}
 
 
-@pytest.mark.parametrize('text', ['a text', '[1, 2', ''])
-def test_no_description_is_an_empty_one(described, text):
-    assert described('/pad/image_raw', pad__description=text) == {}
-
-
-@pytest.fixture
-def bag(tmp_path):
+def test_descriptions_of_all_sensors_in_order_without_what_is_none(tmp_path):
     said = [('thumb/description', 'source: sim'), ('index/description', 'source: device\nserial: A1'), ('thumb/description', '[cut'),
             ('thumb/description', 'only words'), ('thumb/note', 'source: bag')]
     write_messages(tmp_path / 'bag', 'hand', ((k + 1, topic, String(data=text)) for k, (topic, text) in enumerate(said)))
-    return tmp_path / 'bag'
-
-
-def test_of_any_sensor_in_order_without_what_is_none(bag):
-    assert list(descriptions(bag)) == [{'source': 'sim'}, {'source': 'device', 'serial': 'A1'}]
-
-
-def test_of_one_sensor(bag):
-    assert list(descriptions(bag, 'hand/index')) == [{'source': 'device', 'serial': 'A1'}]
-    assert list(descriptions(bag, 'hand/palm')) == []
-
-
-def test_a_recording_that_is_none_is_reported(tmp_path):
+    assert list(descriptions(tmp_path / 'bag')) == [{'source': 'sim'}, {'source': 'device', 'serial': 'A1'}]
     with pytest.raises(BadRecording):
         list(descriptions(tmp_path / 'nowhere'))
 

@@ -99,17 +99,6 @@ def test_one_of_two_objects_is_dragged_until_it_slips_and_the_other_rests(two_ob
     assert abs(y[0][1]) < 1e-6 and y[1][1] == pytest.approx(-0.004, abs=0.5e-3)
 
 
-@pytest.mark.full
-def test_wrench_is_the_sum_of_the_nodes_forces(drag):
-    membrane, _, _, frames = drag
-    truth, state, _ = frames[60]
-    nodes = state.shape.reshape(-1, 3)[membrane.inner][state.touching]
-    np.testing.assert_allclose(truth.wrench[:3], state.force.sum(axis=0), atol=1e-12)
-    np.testing.assert_allclose(truth.wrench[3:], np.cross(nodes, state.force).sum(axis=0), atol=1e-12)
-    assert truth.wrench[2] < -0.4 and truth.wrench[0] > 0.1
-    assert truth.contacts[0].force == pytest.approx(-truth.wrench[:3] @ truth.normal)
-
-
 def test_membrane_s_rim_and_water_carry_the_wrench(drag):
     membrane, _, _, frames = drag
     truth, state, _ = frames[33]
@@ -215,7 +204,6 @@ def test_scene_repeats_but_its_noise_does_not(scene):
     early, late = scene.render(1.9), scene.render(1.9 + scene.duration)
     np.testing.assert_array_equal(early.truth.dot_xyz, late.truth.dot_xyz)
     assert (early.image != late.image).mean() > 0.2
-    np.testing.assert_array_equal(scene.render_clean(1.9).image, scene.render_clean(1.9 + scene.duration).image)
 
 
 @pytest.mark.full

@@ -63,7 +63,7 @@ def deepest(scene):
 
 def test_markers_are_seen_where_the_truth_says_at_rest_and_pressed(scene, deepest):
     for number, limit in ((0, 0.1), (deepest, 0.25)):
-        image, uv = scene.render_clean(number / scene.rate).image, scene.observe(number).truth.dot_uv
+        image, uv = scene.render(number / scene.rate).image, scene.observe(number).truth.dot_uv
         found, _ = bright_spots(image, uv, 13)
         off = np.linalg.norm(found - uv, axis=1)
         assert np.median(off) < limit and np.percentile(off, 95) < 4 * limit
@@ -101,7 +101,7 @@ def inside(uv, margin):
 
 @pytest.mark.parametrize('number', [0, 51])
 def test_markers_are_seen_by_both_where_the_truth_says(scene_areal, number):
-    left, right, truth = scene_areal.render_clean(number / scene_areal.rate)
+    left, right, truth = scene_areal.render(number / scene_areal.rate)
     for image, uv in ((left, truth.dot_uv), (right, scene_areal.right_dot_uv(number))):
         seen = uv[inside(uv, 20)]
         off = np.linalg.norm(bright_spots(image, seen, 17)[0] - seen, axis=1)
@@ -137,7 +137,7 @@ def test_circles_are_a_grid_without_corners_and_all_in_the_picture(cushion):
 
 def test_circles_are_seen_where_the_truth_says(cushion, deepest_air):
     for number in (0, deepest_air):
-        image, uv = cushion.render_clean(number / cushion.rate).image, cushion.observe(number).truth.dot_uv
+        image, uv = cushion.render(number / cushion.rate).image, cushion.observe(number).truth.dot_uv
         found, _ = bright_spots(image, uv, 9)
         assert np.median(np.linalg.norm(found - uv, axis=1)) < 0.25
 

@@ -194,7 +194,7 @@ def test_a_camera_that_gives_another_size_for_good_is_set_up_anew(captured, monk
     assert until(lambda: len(it.reports) == 3 and it.capture.status.received > 3)
     (_, skipped), (_, lost), (_, back) = it.reports
     assert 'skipped' in skipped and '8 x 8 px among frames of 6 x 4 px, and no others any more' in lost and 'back' in back
-    assert it.capture.take(20.0).image.shape == (8, 8, 3) and not it.capture.status.failing
+    assert until(lambda: it.capture.take(20.0).image.shape == (8, 8, 3) and not it.capture.status.failing)
 
 
 def test_a_lost_camera_is_opened_again(captured):
@@ -205,7 +205,7 @@ def test_a_lost_camera_is_opened_again(captured):
     assert until(lambda: len(it.reports) == 2)
     assert source.opened == 3
     assert until(lambda: it.capture.status.state == 'running')
-    assert it.take_all(1)[0] >= 3
+    assert until(lambda: it.take_all(1)[0] >= 3)
     assert it.reports[0] == ('error', 'pulled out')
     assert it.reports[-1][0] == 'info' and 'back' in it.reports[-1][1]
 

@@ -43,11 +43,6 @@ def test_each_kind_of_two_cameras(name, kind, live):
     source.close()
 
 
-def test_a_scene_of_one_camera_is_none_of_two():
-    with pytest.raises(BadArgument, match='one camera'):
-        made(source='sim', scene='demo').open()
-
-
 def test_left_and_right_are_what_was_asked_for():
     assert made(source='device').describe()['path'] == 'A1 + B2'
     about = made(source='bag', right_path='').describe()

@@ -124,9 +124,14 @@ def camera_transforms(frame_id: str, poses: Mapping[str, Pose], stamp: Time | No
     return [static_transform(frame_id, optical_frame(frame_id, view), *_inverse(*pose), stamp) for view, pose in poses.items()]
 
 
+def quaternion_of(turn: Sequence[float]) -> tuple[float, float, float, float]:
+    """The quaternion x, y, z, w of a rotation vector (3,), rad."""
+    turn = np.asarray(turn, float)
+    angle = float(np.linalg.norm(turn))
+    return *(turn * (np.sin(angle / 2) / angle if angle else 0.5)).tolist(), float(np.cos(angle / 2))
+
+
 def _inverse(rotation: Sequence[float], translation: Sequence[float]) -> tuple[np.ndarray, tuple[float, float, float, float]]:
     """The pose of a camera in the sensor frame: translation (3,), m, and quaternion x, y, z, w."""
-    rotation, translation = np.asarray(rotation, float), np.asarray(translation, float)
-    angle = float(np.linalg.norm(rotation))
-    axis = -rotation * (np.sin(angle / 2) / angle) if angle else np.zeros(3)
-    return -cv2.Rodrigues(rotation)[0].T @ translation, (*axis, np.cos(angle / 2))
+    rotation = np.asarray(rotation, float)
+    return -cv2.Rodrigues(rotation)[0].T @ np.asarray(translation, float), quaternion_of(-rotation)

@@ -14,7 +14,7 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
 
-from .conversions import point, polygon, vector
+from .conversions import point, polygon, quaternion_of, vector
 from ...recordings.reader import RecordedTruth
 from ...simulation.truth import Touch, TruthFrame
 
@@ -55,10 +55,8 @@ def contacts_message(touches: list[Touch], numbers: list[int], header: Header) -
 
 def _transform(motion: np.ndarray) -> Transform:
     """A motion (6,), m and rad (rotation vector), of the point at the origin, as p(now) = rotation p(before) + translation."""
-    turn = np.asarray(motion[3:], float)
-    angle = float(np.linalg.norm(turn))
-    x, y, z = turn * (0.5 if angle == 0 else np.sin(angle / 2) / angle)
-    return Transform(translation=vector(motion[:3]), rotation=Quaternion(x=float(x), y=float(y), z=float(z), w=float(np.cos(angle / 2))))
+    x, y, z, w = quaternion_of(motion[3:])
+    return Transform(translation=vector(motion[:3]), rotation=Quaternion(x=x, y=y, z=z, w=w))
 
 
 def region_message(truth: TruthFrame, interval: float, header: Header) -> ContactRegion:
@@ -96,12 +94,10 @@ def truth_messages(truth: TruthFrame, ids: list[int], interval: float, header: H
 
 
 class GroundTruth:
-    """The publishers of ground_truth/*; a message is made only if its topic has subscribers. names: topics that are published."""
+    """The publishers of ground_truth/*; a message is made only if its topic has subscribers."""
 
-    def __init__(self, node: Node, names: Sequence[str] = ()):
-        self._node, self._publishers = node, {}
-        self._numbers = TouchNumbers()
-        self.offer(names)
+    def __init__(self, node: Node):
+        self._node, self._publishers, self._numbers = node, {}, TouchNumbers()
 
     def offer(self, names: Sequence[str]) -> None:
         """Publish these topics, of TRUTH, and no others."""

@@ -8,20 +8,13 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-import diagnostic_updater
-from diagnostic_msgs.msg import DiagnosticStatus
-from rcl_interfaces.msg import SetParametersResult
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
+from std_msgs.msg import Header
 
-from .parameter_server import descriptor_of
 from .ros_defaults import steady_timer
-from ...errors import BadArgument
-from ...parameters.table import Parameter
 
 _CALM_S = 1.0  # chosen
-#: of diagnostic_updater, which declares it without a range
-_PERIOD = Parameter('diagnostic_updater.period', float, 1.0, 's', 'time between two messages on /diagnostics', 0.01, 3600.0, read_only=True)
 OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
 
 
@@ -46,55 +39,25 @@ def remedy_of(health: Health) -> str:
 
 
 class NodeDiagnostics:
-    """Publishes what examine() returns, once a second and on update(), under the node's full name. hardware_id: of the sensor, such as its
-    serial number. Raises BadArgument for a parameter diagnostic_updater.period out of its range."""
+    """Publishes what examine() returns, every period_s seconds and on update(), under the node's full name: a hand has several
+    camera_nodes. hardware_id: of the sensor, such as its serial number; an empty one is published as 'none'."""
+
+    period_s = 1.0
 
     def __init__(self, node: Node, task: str, hardware_id: str, examine: Callable[[], Health]):
-        self._updater = _updater(node)
-        self._updater.node_name = node.get_fully_qualified_name()  # a hand has several camera_nodes
-        self._examine = examine
-        self.set_hardware_id(hardware_id)
-        self._updater.add(task, self._run)
-        node.destroy_timer(self._updater.timer)  # it runs on the node's clock
-        self._updater.timer = steady_timer(node, self._updater.period, self._updater.update)
-
-    def set_hardware_id(self, hardware_id: str) -> None:
-        """Set the sensor's name; an empty one is published as 'none'."""
-        self._updater.setHardwareID(hardware_id or 'none')
+        self.hardware_id = hardware_id
+        self._node, self._task, self._examine = node, task, examine
+        self._output = node.create_publisher(DiagnosticArray, '/diagnostics', 1)
+        steady_timer(node, self.period_s, self.update)
 
     def update(self) -> None:
         """Publish now."""
-        self._updater.force_update()
-
-    def _run(self, status: diagnostic_updater.DiagnosticStatusWrapper) -> diagnostic_updater.DiagnosticStatusWrapper:
         health = self._examine()
-        status.summary(health.level, health.message)
-        for name, value in {**health.values, 'what to do': remedy_of(health)}.items():
-            status.add(name, f'{value:.4g}' if isinstance(value, float) else str(value))
-        return status
-
-
-def _updater(node: Node) -> diagnostic_updater.Updater:
-    """The updater of a node, whose parameters are checked while it declares them and fixed afterwards."""
-    node.add_on_set_parameters_callback(_check_period)
-    try:
-        updater = diagnostic_updater.Updater(node)
-    except (InvalidParameterTypeException, InvalidParameterValueException) as error:
-        raise BadArgument(str(error)) from error
-    finally:
-        node.remove_on_set_parameters_callback(_check_period)
-    node.set_descriptor(_PERIOD.name, descriptor_of(_PERIOD))
-    return updater
-
-
-def _check_period(parameters: list) -> SetParametersResult:
-    try:
-        for parameter in parameters:
-            if parameter.name == _PERIOD.name:
-                _PERIOD.checked(parameter.value)
-    except BadArgument as error:
-        return SetParametersResult(successful=False, reason=str(error))
-    return SetParametersResult(successful=True)
+        shown = {name: f'{value:.4g}' if isinstance(value, float) else str(value) for name, value in health.values.items()}
+        values = [KeyValue(key=name, value=text) for name, text in (shown | {'what to do': remedy_of(health)}).items()]
+        status = DiagnosticStatus(level=health.level, name=f'{self._node.get_fully_qualified_name()}: {self._task}', message=health.message,
+                                  hardware_id=self.hardware_id or 'none', values=values)
+        self._output.publish(DiagnosticArray(header=Header(stamp=self._node.get_clock().now().to_msg()), status=[status]))
 
 
 class LogOnce:

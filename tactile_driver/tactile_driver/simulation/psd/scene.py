@@ -38,30 +38,19 @@ class Material:
     creep: float = 0.03
 
 
-@dataclass(frozen=True)
-class Design:
-    """A kind of finger. reach: radius of the rim's image, in half widths of the detector; squeeze: how much more the plate magnifies at the
-    rim; irregular: factor of the plate's irregularities."""
-
-    reach: float = 0.66
-    squeeze: float = 0.10
-    irregular: float = 1.0
-    material: Material = Material()
-
-
 class FingerSpecimen:
-    """One finger of a design; seed: of its irregularities."""
+    """One finger; seed: of its irregularities."""
 
-    def __init__(self, seed: int = 0, design: Design = Design()):
+    def __init__(self, seed: int = 0):
         rng = np.random.default_rng([20260, seed])
-        self.material = design.material
-        self._reach = design.reach * (1 + 0.03 * rng.standard_normal())
-        self._squeeze = design.squeeze + 0.03 * rng.standard_normal()
+        self.material = Material()
+        self._reach = 0.66 * (1 + 0.03 * rng.standard_normal())  # radius of the rim's image, in half widths of the detector
+        self._squeeze = 0.10 + 0.03 * rng.standard_normal()  # how much more the plate magnifies at the rim
         self._oval = rng.normal(0, 0.015, (3, 2))
         self._twist = rng.normal(0, 0.015)
         self._waves = rng.normal(0, 2.2, (_MODES, 2))
         self._phases = rng.uniform(0, 2 * math.pi, (_MODES, 2))
-        self._heights = design.irregular * rng.normal(0, 0.0022, (_MODES, 2))
+        self._heights = rng.normal(0, 0.0022, (_MODES, 2))
         self._turn, self._shift = rng.normal(0, 0.015), rng.normal(0, 0.03, 2)
         self._lamps = rng.normal(0, 0.06, 2)
         self.gains = 1 + rng.normal(0, 0.006, 4)
@@ -218,10 +207,10 @@ class PsdScene:
 
     sensor = 'psd_finger'
 
-    def __init__(self, script: PsdScript, rate: float, seed: int = 0, electronics: Electronics = Electronics()):
+    def __init__(self, script: PsdScript, rate: float, seed: int = 0):
         if not 0 < rate < math.inf:
             raise BadArgument(f'simulation: rate is {rate!r}; give samples per second, more than 0')
-        self.specimen, self.electronics, self.rate = FingerSpecimen(seed), electronics, rate
+        self.specimen, self.electronics, self.rate = FingerSpecimen(seed), Electronics(), rate
         self.script, self._rng = script, np.random.default_rng([7, seed])
 
     @property
@@ -288,34 +277,17 @@ def _session() -> PsdScript:
     return PsdScript(acts, acts[-1].end + 0.5)
 
 
-def _taps() -> PsdScript:
-    """Taps of 78 ms at 3.2 Hz (paper psd_finger, section 6.3)."""
-    acts = [_press(0.5 + k / 3.2, 40.0 * k, 20.0 + 4 * (k % 8), 3.0e-4, 0.1, 0.05) for k in range(16)]
+def _taps(count: int, rate: float, last: float) -> PsdScript:
+    """Taps at rate Hz that last so many s (paper psd_finger, section 6.3)."""
+    acts = [_press(0.5 + k / rate, 40.0 * k, 20.0 + 4 * (k % 8), 3.0e-4, last, 0.05) for k in range(count)]
     return PsdScript(acts, acts[-1].end + 0.5)
 
 
-def _slow_taps() -> PsdScript:
-    """Taps of 250 ms at 0.88 Hz (paper psd_finger, section 6.3)."""
-    acts = [_press(0.5 + k / 0.88, 40.0 * k, 20.0 + 4 * (k % 8), 3.0e-4, 0.272, 0.05) for k in range(8)]
-    return PsdScript(acts, acts[-1].end + 0.5)
-
-
-def _grid(depth: float = 2.8e-4, ambient: Ambient = Ambient()) -> PsdScript:
+def _grid(ambient: Ambient = Ambient()) -> PsdScript:
     """The pole and six azimuths at four polar angles (paper psd_finger, section 6.2): 25 places, other than those of the calibration."""
     places = [(0.0, 0.0)] + [(phi + 11.0, theta) for theta in (15.0, 30.0, 45.0, 60.0) for phi in range(0, 360, 60)]
-    acts = [_press(0.5 + 0.45 * k, phi, theta, depth) for k, (phi, theta) in enumerate(places)]
+    acts = [_press(0.5 + 0.45 * k, phi, theta, 2.8e-4) for k, (phi, theta) in enumerate(places)]
     return PsdScript(acts, acts[-1].end + 0.5, ambient)
-
-
-def _bright() -> PsdScript:
-    """The grid in a bright room."""
-    return _grid(ambient=Ambient(1.3, 0.15, 9.0, 0.07, shade=0.06))
-
-
-def _lamp() -> PsdScript:
-    """A lamp is switched on while an object rests on the finger, and off during the next touch."""
-    acts = [_press(0.5, 40, 50, 3.0e-4, 2.0), _press(3.5, 200, 35, 2.6e-4, 2.0)]
-    return PsdScript(acts, 6.5, Ambient(0.35, steps=((1.5, 0.6), (4.5, -0.6)), rise=0.02, shade=0.05))
 
 
 def _demo() -> PsdScript:
@@ -340,10 +312,11 @@ def _two() -> PsdScript:
     return PsdScript([_press(0.5, 45, 40, 3.0e-4, 2.0), _press(1.2, 225, 40, 3.0e-4, 0.8)], 3.0)
 
 
+#: taps are felt for 78 ms and 250 ms; bright: the grid in a bright room
 PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
-    'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'session': _session, 'grid': _grid, 'taps': _taps,
-    'slow_taps': _slow_taps, 'slide': _slide,
-    'light': _light, 'two': _two, 'bright': _bright, 'weak': lambda: _grid(1.9e-4), 'lamp': _lamp}
+    'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'session': _session, 'grid': _grid,
+    'taps': lambda: _taps(16, 3.2, 0.1), 'slow_taps': lambda: _taps(8, 0.88, 0.272), 'slide': _slide, 'light': _light, 'two': _two,
+    'bright': lambda: _grid(Ambient(1.3, 0.15, 9.0, 0.07, shade=0.06))}
 
 
 def open_psd_scene(name: str, rate: float, seed: int = 0) -> PsdScene:

@@ -58,11 +58,6 @@ class Scene(FramesInOrder[Observation]):
         image = self._renderer.draw(seen.shape, seen.truth.dot_uv, seen.spread, self._pattern.radius, number)
         return SimulatedFrame(image, seen.truth)
 
-    def render_clean(self, t: float) -> SimulatedFrame:
-        """As render, without sensor noise."""
-        seen = self.observe(math.floor(t * self.rate + 0.5))
-        return SimulatedFrame(self._renderer.draw(seen.shape, seen.truth.dot_uv, seen.spread, self._pattern.radius, None), seen.truth)
-
     def _next(self) -> Observation:
         """Compute the next frame."""
         end = len(self._known) / self.rate
@@ -123,11 +118,11 @@ class TwoCameraScene(Scene):
         The truth refers to the left exposure, and its dot_uv to the left camera.
         """
         number = math.floor(t * self.rate + 0.5)
-        return self._draw(number, number)
-
-    def render_clean(self, t: float) -> tuple[np.ndarray, np.ndarray, TruthFrame]:
-        """As render, without sensor noise."""
-        return self._draw(math.floor(t * self.rate + 0.5), None)
+        seen = self.observe(number)
+        right = self._known_right[number % self.frames]
+        left_image = self._renderers[0].draw(seen.shape, seen.truth.dot_uv, seen.spread, self._pattern.radius, number)
+        right_image = self._renderers[1].draw(right.shape, right.uv, right.spread, self._pattern.radius, number)
+        return left_image, right_image, seen.truth
 
     def right_delay(self, number: int) -> float:
         """Time, s, from the left to the right exposure of the frame number; negative where the right one is earlier."""
@@ -137,13 +132,6 @@ class TwoCameraScene(Scene):
         """Pixels (K, 2) of the dots in the right image of the frame number."""
         self.observe(number)
         return self._known_right[number % self.frames].uv
-
-    def _draw(self, number: int, noise: int | None) -> tuple[np.ndarray, np.ndarray, TruthFrame]:
-        seen = self.observe(number)
-        right = self._known_right[number % self.frames]
-        left_image = self._renderers[0].draw(seen.shape, seen.truth.dot_uv, seen.spread, self._pattern.radius, noise)
-        right_image = self._renderers[1].draw(right.shape, right.uv, right.spread, self._pattern.radius, noise)
-        return left_image, right_image, seen.truth
 
     def _next(self) -> Observation:
         """Compute the next frame: both views, in the order of their exposures."""

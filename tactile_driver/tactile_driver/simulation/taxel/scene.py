@@ -41,9 +41,9 @@ class TaxelScript:
     smoothness: float = 1.0
 
 
-def _held(face: str, x: float = 0.0, y: float = 0.0, turn: float = 0.3, depth: float = 3e-4, **more) -> TaxelScript:
-    keys = ((0.0, -1e-4), (0.5, -1e-4), (1.0, depth), (3.0, depth), (3.4, -1e-4), (4.0, -1e-4))
-    return TaxelScript(face, tuple(Key(time, x, y, turn, d) for time, d in keys), **more)
+def _held(face: str, **more) -> TaxelScript:
+    keys = ((0.0, -1e-4), (0.5, -1e-4), (1.0, 3e-4), (3.0, 3e-4), (3.4, -1e-4), (4.0, -1e-4))
+    return TaxelScript(face, tuple(Key(time, 0.0, 0.0, 0.3, d) for time, d in keys), **more)
 
 
 def _dragged(face: str, dx: float, dy: float, turn: float) -> TaxelScript:
