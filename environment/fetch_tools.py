@@ -21,9 +21,8 @@ WHEEL = 'isaacsim-ros2==6.2.0.0'
 SHA256 = '34910c880e452528f5771e0f31673b08703e522f2d09cdb173216be7cd89844f'
 INSIDE = 'isaacsim/exts/isaacsim.ros2.core/jazzy/'
 PYTHON_PACKAGES = (
-    'diagnostic_updater', 'launch', 'launch_ros', 'launch_testing', 'launch_testing_ros', 'launch_xml', 'launch_yaml', 'message_filters',
-    'osrf_pycommon', 'ros2cli', 'ros2node', 'ros2param', 'ros2pkg', 'ros2run', 'ros2service', 'ros2topic', 'rosidl_runtime_py',
-    'sensor_msgs_py',
+    'launch', 'launch_ros', 'launch_testing', 'launch_testing_ros', 'launch_xml', 'launch_yaml', 'osrf_pycommon', 'ros2cli', 'ros2node',
+    'ros2param', 'ros2pkg', 'ros2run', 'ros2service', 'ros2topic', 'rosidl_runtime_py', 'sensor_msgs_py',
 )
 PYTHON_MODULES = ('launch_testing_ros_pytest_entrypoint.py',)
 # Of the interface packages only what is used: each definition takes a compiler seconds.

@@ -11,7 +11,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 IMPORT_ALL = """
 import importlib, re, sys
-BLOCKED = re.compile(r'(rclpy|launch\\w*|cv_bridge|message_filters|diagnostic_updater|ament_index_python|rosbag2_py|rosidl\\w*|'
+BLOCKED = re.compile(r'(rclpy|launch\\w*|cv_bridge|message_filters|ament_index_python|rosbag2_py|rosidl\\w*|'
                      r'\\w+_msgs|\\w+_srvs)(\\.|$)')
 
 class Block:

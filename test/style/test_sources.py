@@ -12,7 +12,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HEADER = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
 ROS_MODULES = re.compile(
-    r'(rclpy|launch\w*|cv_bridge|message_filters|diagnostic_updater|ament_index_python|rosbag2_py|rosidl\w*|\w+_msgs|\w+_srvs)(\.|$)')
+    r'(rclpy|launch\w*|cv_bridge|message_filters|ament_index_python|rosbag2_py|rosidl\w*|\w+_msgs|\w+_srvs)(\.|$)')
 MAY_IMPORT_ROS = re.compile(
     r'(tactile_\w+/tactile_\w+/nodes/|tactile_driver/tactile_driver/recordings/|tactile_perception/tactile_perception/'
     r'(\w+/)?(node|stage|camera_stage|work_log)\.py|'
