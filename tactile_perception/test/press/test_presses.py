@@ -94,8 +94,8 @@ class Off:
 
 
 def test_the_spread_is_that_of_the_presses(bell_presses):
-    place, depth = rms_errors(Off(), bell_presses([(0, 0), (0, 0.002), (0, -0.002)], depths=(1e-3, 3e-3)))
-    assert depth == pytest.approx(1e-3) and place == pytest.approx(np.sqrt((3 * 1e-6 + 2 * 4e-6) / 6))
+    found = rms_errors(Off(), bell_presses([(0, 0), (0, 0.002), (0, -0.002)], depths=(1e-3, 3e-3)))
+    assert found['depth_sigma'] == pytest.approx(1e-3) and found['place_sigma'] == pytest.approx(np.sqrt((3 * 1e-6 + 2 * 4e-6) / 6))
 
 
 def presses_at(places):

@@ -119,10 +119,10 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
                              f'{sensor.type}')
     rest, camera_centres = common_rest(presses.fields)
     deepest, reached = float(straight.depth.max()), float(np.hypot(*straight.position[:, :2].T).max())
-    library, material = (known.library, known.material) if known else _simulated(straight, rest, camera_centres, sensor, deepest, reached)
+    library = known.library if known else _simulated(straight, rest, camera_centres, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
     noise = FieldNoise(_still(still), *SHARES)
-    first = DomeCalibration(library, material, rest, camera_centres, noise, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest,
+    first = DomeCalibration(library, rest, camera_centres, noise, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest,
                             reached + max(sensor.pitch), 0.0)
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST_PRESSES).astype(int)))
     first = replace(first, noise=_with_model_error(first.inverse(sensor), some))
@@ -133,16 +133,16 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
 
 
 def _simulated(presses: Presses, rest: np.ndarray, camera_centres: np.ndarray, sensor: MarkerSensor, deepest: float,
-               reached: float) -> tuple[DomeLibrary, DomeMaterial]:
-    """Library and material of the dome."""
+               reached: float) -> DomeLibrary:
+    """The library of the dome."""
     marker, cap = _marker_radius(presses.fields[0], rest_points(rest, camera_centres, sensor), camera_centres, sensor), dome_cap(sensor)
     points = centres_of(rest, camera_centres, marker, sensor)
     material, radius = identify_dome(presses, points, np.nan_to_num(camera_centres), cap, sensor.plane_z, marker,
                                      _tip_radius(presses, sensor))
     reach = min(reached + FARTHER * max(sensor.pitch), 0.9 * sensor.rim_radius)
     camera_centre = float(np.nanmedian(camera_centres[:, 2]))
-    plan = DomePlan(sensor.rim_radius, sensor.height, radius, material.friction, DEEPER * deepest, reach, marker, camera_centre)
-    return build_library(plan, material), material
+    plan = DomePlan(sensor.rim_radius, sensor.height, radius, DEEPER * deepest, reach, marker, camera_centre)
+    return build_library(plan, material)
 
 
 def _marker_radius(field: MarkerField, points: np.ndarray, camera_centres: np.ndarray, sensor: MarkerSensor) -> float:

@@ -3,7 +3,7 @@
 """Calibration of the sheet model: identification, library of simulated presses, noise and remaining errors."""
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..presses import Presses
 from ..sensor import MarkerSensor
 from .library import LibraryPlan, Press, build_library, field_appearance
 from .mechanics import SheetMaterial, SheetMesh, least_length, may_be_pressed, press_sheet, uniform
-from .model import CameraShifts, FieldNoise, Seen, SheetCalibration, SheetInverse, SheetNumbers
+from .model import CameraShifts, FieldNoise, Seen, SheetCalibration, SheetInverse
 
 PLACES, DEPTHS = 6, 5  # used for the fit, at most. Chosen: three places leave material and tip to each other
 COARSE = {'n': 7, 'levels': 7, 'substeps': 2}  # mesh and steps of the identification, but for its end
@@ -28,6 +28,16 @@ LIKELY = np.log([7.5e-3, 0.03, 0.5, 2.5e-7]), np.array([0.7, 0.7, 0.5, 0.7])
 STARTS = ((1.0, 1.0, 1.0, 1.0), (1.0, 3.0, 1.0, 5.0), (1.0, 10.0, 0.7, 20.0))  # times the likely ones: a thin sheet to a thick one. Chosen
 FARTHEST = 5.0         # standard deviations of the prior within which every value stays. Chosen
 PLACED = 3e-4          # m: prior standard deviation of the shifts of camera centres and print. Chosen
+
+
+@dataclass(frozen=True)
+class SheetNumbers:
+    """radius: m, of the calibrated tip; material; marker_radius: m; camera_centres: camera positions."""
+
+    radius: float
+    material: SheetMaterial
+    marker_radius: float
+    camera_centres: CameraShifts
 
 
 def fit_numbers(presses: Presses, plan: LibraryPlan) -> SheetNumbers:
@@ -129,21 +139,23 @@ def calibrate_sheet(presses: Presses, sensor: MarkerSensor, known: SheetCalibrat
                              f'{FEWEST_TOUCHING} are needed')
     straight = usable & presses.straight()
     touching = presses.select(straight if straight.sum() >= max(FEWEST_TOUCHING, usable.sum() / 3) else usable)
-    numbers = fit_numbers(touching, plan) if known is None else known.found
-    library = build_library(replace(plan, radius=numbers.radius), numbers.material) if known is None else known.library
+    if known is None:
+        numbers = fit_numbers(touching, plan)
+        library = build_library(replace(plan, radius=numbers.radius), numbers.material)
+        marker_radius, camera_centres = numbers.marker_radius, numbers.camera_centres
+    else:
+        library, marker_radius, camera_centres = known.library, known.marker_radius, known.camera_centres
     truths = [Press(position[:2], float(depth)) for position, depth in zip(touching.position, touching.depth)]
-    first = SheetInverse(library, STILL, numbers.marker_radius, max(sensor.pitch))
-    numbers = replace(numbers, camera_centres=_placed(numbers.camera_centres, touching, truths, first))
-    still = [numbers.camera_centres.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
-    fields = [numbers.camera_centres.shifted(field) for field in touching.fields]
+    first = SheetInverse(library, STILL, marker_radius, max(sensor.pitch))
+    camera_centres = _placed(camera_centres, touching, truths, first)
+    still = [camera_centres.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
+    fields = [camera_centres.shifted(field) for field in touching.fields]
     noise = _noise(still, fields, truths, first)
-    inverse = SheetInverse(library, noise, numbers.marker_radius, max(sensor.pitch))
+    inverse = SheetInverse(library, noise, marker_radius, max(sensor.pitch))
     found = [inverse.solve(Seen(field), [truth]) for field, truth in zip(fields, truths)]
     place_error, depth_share = _remaining_errors(found, truths)
     covered = np.stack([touching.position[:, :2].min(0), touching.position[:, :2].max(0)])
-    return SheetCalibration(library, numbers.material, numbers.marker_radius, numbers.camera_centres, noise, place_error, depth_share,
-                            covered,
-                            deepest)
+    return SheetCalibration(library, marker_radius, camera_centres, noise, place_error, depth_share, covered, deepest)
 
 
 def _placed(camera_centres: CameraShifts, presses: Presses, truths: list[Press], inverse: SheetInverse) -> CameraShifts:

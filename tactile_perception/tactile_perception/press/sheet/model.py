@@ -4,20 +4,17 @@
 coarse place by a matched filter."""
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, astuple, dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
 from ...common.geometry import cross
-from ...errors import BadCalibration
 from ..choice import DRAGGED, Choice, Evidence
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..field import MarkerField
 from ..sensor import MarkerSensor
-from .library import Press, SheetLibrary, library_from_numbers, library_numbers
-from .mechanics import SheetMaterial
+from .library import Press, SheetLibrary
 
 SIZE = 6    # of a press's vector
 NEAR = 2.5  # marker pitches from a press within which markers are discs; farther away points. Chosen
@@ -252,24 +249,13 @@ class CameraShifts:
 
 
 @dataclass(frozen=True)
-class SheetNumbers:
-    """radius: m, of the calibrated tip; material; marker_radius: m; camera_centres: camera positions."""
-
-    radius: float
-    material: SheetMaterial
-    marker_radius: float
-    camera_centres: CameraShifts
-
-
-@dataclass(frozen=True)
 class SheetCalibration:
-    """library: centred on the calibrated tip radius; material; marker_radius: m; camera centres; noise: of fields, with the model error;
-    place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth; place_range: (2, 2) m,
-    calibrated minimum and maximum of x and y; deepest: m, calibrated.
+    """library: centred on the calibrated tip radius; marker_radius: m; camera centres; noise: of fields, with the model error; place_error:
+    m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth; place_range: (2, 2) m, calibrated
+    minimum and maximum of x and y; deepest: m, calibrated.
     """
 
     library: SheetLibrary
-    material: SheetMaterial
     marker_radius: float
     camera_centres: CameraShifts
     noise: FieldNoise
@@ -277,37 +263,6 @@ class SheetCalibration:
     depth_share: float
     place_range: np.ndarray
     deepest: float
-
-    @property
-    def found(self) -> SheetNumbers:
-        """The identified parameters."""
-        return SheetNumbers(self.library.plan.radius, self.material, self.marker_radius, self.camera_centres)
-
-    def numbers(self) -> dict:
-        """As numbers and arrays, for a calibration file."""
-        return {'material': asdict(self.material), 'marker_radius': self.marker_radius,
-                'camera_centres': self.camera_centres.camera_centres.tolist(),
-                'camera_centre_shifts': self.camera_centres.shifts.tolist(), 'printed': self.camera_centres.printed.tolist(),
-                'turned': self.camera_centres.turned,
-                'noise': asdict(self.noise), 'place_error': self.place_error, 'depth_share': self.depth_share,
-                'place_range': self.place_range.tolist(), 'deepest': self.deepest, 'library': library_numbers(self.library)}
-
-    @classmethod
-    def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
-        """From these numbers. Raises BadCalibration where one is missing or invalid."""
-        try:
-            arrays = (np.array(numbers[name], float).reshape(-1, width) for name, width in
-                      (('camera_centres', 3), ('camera_centre_shifts', 2)))
-            camera_centres = CameraShifts(*arrays, np.array(numbers['printed'], float).reshape(2), float(numbers['turned']))
-            material = SheetMaterial(**numbers['material'])
-            library = library_from_numbers(numbers['library'], material)
-            marker_radius, place_error, depth_share, deepest = (
-                float(numbers[name]) for name in ('marker_radius', 'place_error', 'depth_share', 'deepest'))
-            place_range = np.array(numbers['place_range'], float).reshape(2, 2)
-            noise = FieldNoise(**numbers['noise'])
-            return cls(library, material, marker_radius, camera_centres, noise, place_error, depth_share, place_range, deepest)
-        except (KeyError, TypeError, ValueError) as error:
-            raise BadCalibration(f"the sheet model in the calibration file cannot be read ({error}); run calibrate again") from None
 
 
 class SheetModelMethod:

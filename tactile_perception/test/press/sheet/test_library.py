@@ -9,9 +9,9 @@ from tactile_perception.calibration.files.format import CalibrationFile, read_ca
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.sheet import library as module
 from tactile_perception.press.sheet.model import show
-from tactile_perception.press.sheet.library import (LibraryPlan, Press, build_library, field_appearance, library_from_numbers,
-                                                    library_numbers)
+from tactile_perception.press.sheet.library import LibraryPlan, Press, SheetLibrary, build_library, field_appearance
 from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, press_sheet, uniform
+from tactile_perception.press.stored import restored, stored
 
 
 @pytest.mark.parametrize('place, depth, radius, drag', [
@@ -75,8 +75,8 @@ def test_a_few_that_cannot_be_solved_go_on_in_a_straight_line(monkeypatch):
 
 
 def test_the_library_survives_a_calibration_file(tmp_path):
-    write_calibration(tmp_path / 'file.yaml', CalibrationFile('areal_single', {}, library_numbers(library()), {}, {}))
-    again = library_from_numbers(read_calibration(tmp_path / 'file.yaml', 'areal_single').fitted, MATERIAL)
+    write_calibration(tmp_path / 'file.yaml', CalibrationFile('areal_single', {}, stored(library()), {}, {}))
+    again = restored(SheetLibrary, read_calibration(tmp_path / 'file.yaml', 'areal_single').fitted)
     press = Press(np.array([0.01, -0.004]), 5e-3, 0.1, (0.3, 0.1))
     fields = [show(one, [press], GRID, EYE)[1][:, 0] for one in (library(), again)]
     assert np.abs(fields[1] - fields[0]).max() < 5e-6

@@ -13,6 +13,7 @@ from tactile_perception.press.sheet.model import CameraShifts, FieldNoise, Sheet
 from tactile_perception.press.sheet.library import Press
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.estimate import AMBIGUOUS, OUT_OF_RANGE
+from tactile_perception.press.stored import restored
 
 NOISE = FieldNoise(5e-6, 5e-3, 3e-3, 1.5)
 COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
@@ -20,7 +21,7 @@ COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
 
 @functools.cache
 def fitted():
-    return SheetCalibration(library(), MATERIAL, 1.2e-3, CameraShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE, 3e-5, 0.01,
+    return SheetCalibration(library(), 1.2e-3, CameraShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE, 3e-5, 0.01,
                             COVERED, 6e-3)
 
 
@@ -177,7 +178,7 @@ def test_a_print_that_is_aside_and_turned_is_reported_by_all_presses():
 
 def test_a_broken_calibration_is_refused():
     with pytest.raises(BadCalibration, match='calibrate again'):
-        SheetCalibration.from_numbers({'noise': {}})
+        restored(SheetCalibration, {'noise': {}})
 
 
 def test_the_wrench_is_that_of_the_mechanics():
