@@ -199,13 +199,14 @@ class DomeMaterial:
 
 @dataclass
 class _Touch:
-    """Contact at the points: which are in contact (n, P), force and place of sticking (n, P, 3), tangent (n, P, 3, 3), and that where all
-    of it sticks."""
+    """Contact at the points: which are in contact (n, P), force and place of sticking (n, P, 3), tangent (n, P, 3, 3) for Newton's method,
+    and those where all of it rubs and sticks."""
 
     on: np.ndarray
     force: np.ndarray
     stick_place: np.ndarray
     tangent: np.ndarray
+    rubbed: np.ndarray
     stuck: np.ndarray
 
 
@@ -364,7 +365,7 @@ class _Press:
         odd, aside, tangent = axis == 1, np.eye(3)[axis] * way, self._tangent.copy()
         push = np.zeros_like(self._u) if odd else self._swelling  # mirror symmetry keeps the gas out of the odd field
         rubs = self._material.friction == 0
-        held = tangent[..., :3, :3] = (self._touching.tangent if rubs else self._touching.stuck) * self._area[..., None]
+        held = tangent[..., :3, :3] = (self._touching.rubbed if rubs else self._touching.stuck) * self._area[..., None]
 
         def answer(load):
             return self._with_gas(tangent, self._mesh.gathered(load[None], odd), push, odd)
@@ -391,7 +392,8 @@ class _Press:
     def _touch(self, offset: np.ndarray, exact: bool) -> _Touch:
         """Contact pressure and Coulomb friction (return mapping, elastic stick) at points offset (n, P, 3), m, from the tip's centre.
 
-        exact: whether the tangent of what slips is exact, else its secant."""
+        exact: whether the tangent of what slips is exact, else its secant. That the direction of the pressure turns is left out of it: on a
+        slope without friction, points of the border would come and go."""
         distance = np.linalg.norm(offset, axis=-1)
         normal, deep, friction = offset / distance[..., None], self._radius + SOFT - distance, self._material.friction
         on, held = deep > 0, self._held & (deep > 0)
@@ -404,13 +406,13 @@ class _Press:
         rub = sticks[..., None] * slid
         way, up = slid / np.maximum(amount, 1e-30)[..., None], normal[..., :, None] * normal[..., None, :]
         flat = np.eye(3) - up
-        stuck = stiff[..., None, None] * up + (stick - pressure / distance)[..., None, None] * flat
-        tangent = stiff[..., None, None] * up + (sticks * held - pressure / distance)[..., None, None] * flat
+        rubbed = np.where(on[..., None, None], stiff[..., None, None] * up - (pressure / distance)[..., None, None] * flat, 0.0)
+        tangent = stiff[..., None, None] * up + (sticks * held)[..., None, None] * flat
         if exact:
             sliding = sticks[..., None] * way + (friction * stiff)[..., None] * normal
             tangent -= np.where(((sticks < stick) & held)[..., None, None], way[..., :, None] * sliding[..., None, :], 0.0)
-        return _Touch(on, rub - pressure[..., None] * normal, offset - rub / stick,
-                      np.where(on[..., None, None], tangent, 0.0), np.where(on[..., None, None], stuck, 0.0))
+        return _Touch(on, rub - pressure[..., None] * normal, offset - rub / stick, tangent, rubbed,
+                      rubbed + (stick * on)[..., None, None] * flat)
 
 
 def _cross_matrix(a: np.ndarray) -> np.ndarray:

@@ -19,7 +19,6 @@ from .mechanics import SheetMaterial, SheetMesh, least_length, may_be_pressed, p
 from .model import CameraShifts, FieldNoise, Seen, SheetCalibration, SheetInverse
 
 PLACES, DEPTHS = 6, 5  # used for the fit, at most. Chosen: three places leave material and tip to each other
-COARSE = {'n': 7, 'levels': 7, 'substeps': 2}  # mesh and steps of the identification, but for its end
 UNSOLVED = 3.0         # normalised residual of presses whose simulation does not converge. Chosen
 SHIFT, GROWTH = 1e-5, 4e-3  # m and 1: model error of a marker's position and log area, beside its noise. Chosen
 SHARE = 2e-3           # model error over depth (of growth: per mm). Chosen
@@ -41,8 +40,7 @@ class SheetNumbers:
 
 
 def fit_numbers(presses: Presses, plan: LibraryPlan) -> SheetNumbers:
-    """Maximum a posteriori parameters for the presses, with a weak prior for a rubber sheet and a fingertip: on a coarse mesh, and from
-    there on the plan's.
+    """Maximum a posteriori parameters for the presses, with a weak prior for a rubber sheet and a fingertip.
 
     Raises BadCalibration where there are no presses within plan.reach, or the simulation does not converge.
     """
@@ -71,19 +69,17 @@ class _NumbersFit:
         camera_centres = replace(self.camera_centres, shifts=values[4:-2].reshape(-1, 2), printed=values[-2:])
         return SheetNumbers(radius, SheetMaterial(1 + stretch, bending, friction), self._marker, camera_centres)
 
-    def residuals(self, several: list[np.ndarray], coarse: bool) -> list[np.ndarray]:
-        """The normalised residual (N,) at each of several values, on a coarse mesh or the plan's. Raises BadCalibration where no simulation
-        converges."""
-        plan = replace(self._plan, **{name: min(value, getattr(self._plan, name)) for name, value in COARSE.items()} if coarse else {})
+    def residuals(self, several: list[np.ndarray]) -> list[np.ndarray]:
+        """The normalised residual (N,) at each of several values. Raises BadCalibration where no simulation converges."""
         wanted = {tuple(values[:4]): self.numbers(values) for values in several}  # shifts need no simulation
-        solved = in_parallel(partial(_solve, plan), [(numbers, group) for numbers in wanted.values() for group in self._groups],
+        solved = in_parallel(partial(_solve, self._plan), [(numbers, group) for numbers in wanted.values() for group in self._groups],
                              'places simulated for the identification')
         count = len(self._groups)
         fields = {key: solved[count * k:count * (k + 1)] for k, key in enumerate(wanted)}
-        return [self._residual(plan, self.numbers(values), fields[tuple(values[:4])]) for values in several]
+        return [self._residual(self.numbers(values), fields[tuple(values[:4])]) for values in several]
 
-    def _residual(self, plan: LibraryPlan, numbers: SheetNumbers, solved: list[np.ndarray]) -> np.ndarray:
-        parts = [self._part(plan, numbers.camera_centres.shifted(field), depth, pressed, group.position[0, :2])
+    def _residual(self, numbers: SheetNumbers, solved: list[np.ndarray]) -> np.ndarray:
+        parts = [self._part(numbers.camera_centres.shifted(field), depth, pressed, group.position[0, :2])
                  for group, fields in zip(self._groups, solved)
                  for field, depth, pressed in zip(group.fields, group.depth, fields)]
         residual = np.concatenate(parts, axis=None)
@@ -92,10 +88,10 @@ class _NumbersFit:
         residual = np.where(np.isinf(residual), UNSOLVED, residual)
         return residual * np.minimum(1, np.sqrt(3 / np.maximum(np.abs(residual), 3)))  # robust: by the root beyond 3 sigma
 
-    def _part(self, plan: LibraryPlan, field: MarkerField, depth: float, pressed: np.ndarray, place: np.ndarray) -> np.ndarray:
+    def _part(self, field: MarkerField, depth: float, pressed: np.ndarray, place: np.ndarray) -> np.ndarray:
         seen, radius = field.seen, self._marker
         rest = field.rest[seen]
-        shown = field_appearance(pressed, plan, place, rest, field.camera_centre[seen], radius)
+        shown = field_appearance(pressed, self._plan, place, rest, field.camera_centre[seen], radius)
         difference = np.where(np.isfinite(pressed).all(), np.nan_to_num(shown - np.column_stack([field.shift, field.growth])[seen]), np.inf)
         shift = np.sqrt(SHIFT**2 + np.nan_to_num(field.sigma[seen])**2 + (SHARE * depth)**2)
         growth = np.full_like(shift, np.hypot(GROWTH, SHARE * depth * 1e3))

@@ -58,7 +58,7 @@ GIVEN = dict(points=POINTS, camera_centres=np.nan_to_num(EYES), cap=CAP, plane_z
 @pytest.mark.full  # simulates presses
 def test_tension_gas_and_friction_are_reported_from_simulated_presses(monkeypatch):
     """Where the pressure is held, though sealed gas is likelier."""
-    for name, value in {'GASES': (70.0, 0.01), 'MeshPlan': lambda: MESH, 'COARSE': MESH}.items():
+    for name, value in {'GASES': (70.0, 0.01), 'MeshPlan': lambda: MESH}.items():
         monkeypatch.setattr(calibration, name, value)  # coarse and few
     presses, true = dome_presses([(0.0, 0.0), (0.05, 0.0)], (0.012, 0.025), still=0), DomeMaterial(0.4, 0.0, 0.4)
     known = np.isfinite(POINTS).all(1)

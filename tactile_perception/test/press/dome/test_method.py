@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from dome_library import EYES, PLAN, library_field, press, small_library
+from dome_library import EYES, PLAN, inverse, library_field, press, small_library
 from dome_scenes import DOME, EYE, seen, markers
 from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.press.dome.library import RADIUS_SPREAD
-from tactile_perception.press.dome.model import DomeCalibration, DomeModelMethod, FieldNoise
+from tactile_perception.press.dome.model import DEPTH, STRAIGHT, UNKNOWN_FRICTION, DomeCalibration, DomeModelMethod, FieldNoise
 from tactile_perception.press.estimate import OUT_OF_RANGE
 from tactile_perception.press.sensor import first_touch_height
 from tactile_perception.press.stored import restored, stored
@@ -116,3 +116,12 @@ def test_what_does_not_fit_is_refused(method, calibration):
     with pytest.raises(BadArgument, match='289 markers'):
         field = library_field()
         method.estimate(type(field)(*(getattr(field, part.name)[:50] for part in dataclasses.fields(field))))
+
+
+def test_a_straight_press_may_have_any_friction_and_the_covariance_says_so():
+    squares = []
+    for seed, number in enumerate(-np.abs(np.random.default_rng(3).normal(0, UNKNOWN_FRICTION, 30))):
+        true = press(0.022, -0.031, 0.021, 0.3, number)
+        found = inverse().solve(library_field(true, seed=seed), true[None], STRAIGHT)
+        squares.append((found.presses[0, DEPTH] - true[DEPTH])**2 / found.covariance[DEPTH, DEPTH])
+    assert 0.3 < np.mean(squares) < 2.0
