@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import cv2
 import numpy as np
@@ -58,16 +57,6 @@ FEWEST = 12  # markers needed for a pose. Chosen
 FARTHEST_PX = 1e5  # px: farther positions are invalid. Chosen: far outside any image
 
 
-class MarkerView(Protocol):
-    """Maps image positions to apparent positions in the viewing plane."""
-
-    metres_per_px: float
-
-    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(N, 3): apparent x and y, m, of uv (N, 2), px, and the area of a pixel there, m^2, NaN where uv is; the camera_centres (N, 3), m,
-        that see them, or the one that sees all (1, 3)."""
-
-
 class CameraView:
     """One camera, with lens distortion, that views the plane z = plane_z, m, of the sensor frame."""
 
@@ -78,7 +67,8 @@ class CameraView:
                              farthest=farthest_square(camera.distortion), plane_z=plane_z)
 
     def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """See MarkerView."""
+        """(N, 3): apparent x and y, m, of uv (N, 2), px, and the area of a pixel there, m^2, NaN where uv is; the camera_centres (N, 3), m,
+        that see them, or the one that sees all (1, 3)."""
         return _core.back_project(np.asarray(uv, float), **self._numbers), self.camera.centre[None]
 
 
@@ -96,10 +86,13 @@ class StitchedView:
     camera_centres: np.ndarray
 
     def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """See MarkerView."""
+        """As CameraView."""
         uv = np.asarray(uv, float).reshape(-1, 2)
         camera_centre = np.asarray(self.camera_centres, float)[(uv[:, 0] > self.seam).astype(int)]
         return np.column_stack([(uv - self.origin) * self.metres_per_px, np.full(len(uv), self.metres_per_px**2)]), camera_centre
+
+
+MarkerView = CameraView | StitchedView
 
 
 def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray, sensor: MarkerSensor) -> CameraView:

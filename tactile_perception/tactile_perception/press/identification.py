@@ -12,7 +12,7 @@ EVALUATIONS = 10  # at most, beside the first slopes. Chosen
 GAINED = 0.005    # of the cost: a step that gains less is the last. Chosen
 STEP = 0.15       # finite difference over the prior's standard deviation. Chosen: simulations converge to less
 
-Residuals = Callable[[list[np.ndarray], bool], list[np.ndarray]]
+Residuals = Callable[[list[np.ndarray]], list[np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -26,25 +26,26 @@ class Prior:
 
 
 def identify(residuals: Residuals, starts: list[np.ndarray], prior: Prior) -> np.ndarray:
-    """The numbers (V,) of least squares from the best of starts, the prior's included: on a coarse mesh, and from there on a fine one.
+    """The numbers (V,) of least squares from the best of starts, the prior's included.
 
-    residuals: of several numbers at once, so that all cores are busy, on the coarse mesh or not: (N,) each, in standard deviations. Steps
-    are limited by a trust region in units of the prior (scipy.optimize.least_squares). Slopes are finite differences on the coarse mesh
-    at the start of both, and then follow what the steps have shown (Broyden 1965): each value of the residuals takes simulated presses.
+    residuals: of several numbers at once, so that all cores are busy: (N,) each, in standard deviations. Steps are limited by a trust
+    region in units of the prior (scipy.optimize.least_squares). Slopes are finite differences at the start, and then follow what the steps
+    have shown (Broyden 1965): each value of the residuals takes simulated presses.
     """
     low, high = ((bound - prior.mean) / prior.sigma for bound in (prior.least, prior.most))
 
-    def left(several: list[np.ndarray], coarse: bool) -> list[np.ndarray]:
+    def left(several: list[np.ndarray]) -> list[np.ndarray]:
         """(N + V,) residuals each, the prior's last."""
-        found = residuals([prior.mean + prior.sigma * units for units in several], coarse)
+        found = residuals([prior.mean + prior.sigma * units for units in several])
         return [np.append(rest, units) for rest, units in zip(found, several)]
 
     begin = [np.clip((start - prior.mean) / prior.sigma, low + 1e-6, high - 1e-6) for start in starts]
-    at = begin[int(np.argmin([rest @ rest for rest in left(begin, True)]))]
+    tried = left(begin)
+    best = int(np.argmin([rest @ rest for rest in tried]))
+    at, here = begin[best], tried[best]
     steps = np.where(at + STEP > high, -STEP, STEP)
-    here, *moved = left([at, *(at + step for step in np.diag(steps))], True)
-    slope = (np.array(moved) - here).T / steps
-    return prior.mean + prior.sigma * _least_squares(lambda units: left([units], False)[0], at, slope, (low, high))
+    slope = (np.array(left([at + step for step in np.diag(steps)])) - here).T / steps
+    return prior.mean + prior.sigma * _least_squares(lambda units: left([units])[0], at, slope, (low, high))
 
 
 def _least_squares(left: Callable[[np.ndarray], np.ndarray], start: np.ndarray, slope: np.ndarray, bounds: tuple) -> np.ndarray:

@@ -11,15 +11,16 @@ from .dome.calibration import calibrate_dome
 from .dome.model import DomeCalibration, DomeModelMethod
 from .estimate import TouchMethod
 from .presses import Presses
-from .published import PaperCushion, PaperTouch
+from .published import CushionCalibration, PaperCalibration, PaperCushion, PaperTouch, calibrate_cushion, calibrate_paper
 from .sensor import MarkerSensor
 from .sheet.calibration import calibrate_sheet
 from .sheet.model import SheetCalibration, SheetModelMethod
+from .stored import restored, stored
 
 
-class Model(NamedTuple):
-    """A method by mechanics. calibrate: presses, sensor, and a calibration whose simulated library is kept, or None -> a calibration, which
-    is of the class calibration; method: of one and the sensor, the TouchMethod."""
+class Method(NamedTuple):
+    """calibrate: presses, sensor, and a calibration whose simulated library is kept, or None -> a calibration, a dataclass of the class
+    calibration; method: of one and the sensor, the TouchMethod."""
 
     calibrate: Callable
     calibration: type
@@ -27,17 +28,19 @@ class Model(NamedTuple):
 
     def fit(self, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> dict:
         """Numbers for the calibration file; fitted: those of more presses of the same sensor, whose simulated library is kept, as a few
-        numbers determine it. Raises BadCalibration where the presses do not determine the model."""
-        return self.calibrate(presses, sensor, self.calibration.from_numbers(fitted) if fitted else None).numbers()
+        numbers determine it. Raises BadCalibration where the presses do not determine the method."""
+        return stored(self.calibrate(presses, sensor, restored(self.calibration, fitted) if fitted else None))
 
     def from_fitted(self, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
         """The method of numbers from a calibration file. Raises BadCalibration where they are invalid."""
-        return self.method(self.calibration.from_numbers(fitted), sensor)
+        return self.method(restored(self.calibration, fitted), sensor)
 
 
 #: Name -> method, of each kind of surface.
-SHEET_METHODS = {'paper': PaperTouch, 'model': Model(calibrate_sheet, SheetCalibration, SheetModelMethod)}
-DOME_METHODS = {'paper_cushion': PaperCushion, 'model': Model(calibrate_dome, DomeCalibration, DomeModelMethod)}
+SHEET_METHODS = {'paper': Method(calibrate_paper, PaperCalibration, PaperTouch),
+                 'model': Method(calibrate_sheet, SheetCalibration, SheetModelMethod)}
+DOME_METHODS = {'paper_cushion': Method(calibrate_cushion, CushionCalibration, PaperCushion),
+                'model': Method(calibrate_dome, DomeCalibration, DomeModelMethod)}
 #: Names of all methods.
 METHOD_NAMES = tuple(dict.fromkeys((*SHEET_METHODS, *DOME_METHODS)))
 

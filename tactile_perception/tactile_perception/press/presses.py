@@ -178,12 +178,12 @@ def held_out(method, presses: Presses, sensor: MarkerSensor, fitted: Mapping | N
     return found
 
 
-def rms_errors(method: TouchMethod, presses: Presses) -> tuple[float, float]:
-    """RMS errors, m, of a method's place (per axis) and depth at the presses that it detects; NaN where it detects none."""
+def rms_errors(method: TouchMethod, presses: Presses) -> dict[str, float]:
+    """RMS errors, m, of a method's place (per axis) and depth at the presses that it detects, as place_sigma and depth_sigma; NaN where it
+    detects none."""
     errors = _compared([method.estimate(field) for field in presses.fields], presses)[1]
     squares = errors[np.isfinite(errors[:, 0]), :2]**2
-    place, depth = np.sqrt(squares.mean(0) / [2, 1]).tolist() if len(squares) else (float('nan'), float('nan'))
-    return place, depth
+    return dict(zip(('place_sigma', 'depth_sigma'), np.sqrt(squares.mean(0) / [2, 1]).tolist() if len(squares) else [np.nan] * 2))
 
 
 _FEWEST_PLACES = 3  # chosen: cross-validation holds out one of three positions

@@ -3,8 +3,7 @@
 """The published methods: of a sheet, paper areal_sensor_contact_position; of a dome, paper air_cushion_contact."""
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +27,10 @@ class Cubics:
     coefficients: np.ndarray
     low: np.ndarray
     high: np.ndarray
+
+    def __post_init__(self):
+        if self.coefficients.shape != (len(self.low), DEGREE + 1) or self.low.shape != self.high.shape:
+            raise ValueError(f'coefficients {self.coefficients.shape} of {len(self.low)} markers')
 
     @classmethod
     def fit(cls, x: np.ndarray, depth: np.ndarray, tolerance: float = np.inf) -> Cubics:
@@ -54,18 +57,6 @@ class Cubics:
         part = (x - self.low) / (self.high - self.low)
         inside = np.clip(part, 0.0, 1.0)
         return (self.coefficients * inside[:, None] ** np.arange(DEGREE + 1)).sum(1), (part > 1.0) | (part < -_BELOW)
-
-    def numbers(self) -> dict:
-        """For the calibration file."""
-        return {'coefficients': self.coefficients, 'low': self.low, 'high': self.high}
-
-    @classmethod
-    def from_numbers(cls, numbers: Mapping) -> Cubics:
-        """From the calibration file. Raises KeyError, TypeError or ValueError for what is none."""
-        coefficients, low, high = (np.array(numbers[name], float) for name in ('coefficients', 'low', 'high'))
-        if coefficients.shape != (len(low), DEGREE + 1) or low.shape != high.shape:
-            raise ValueError(f'coefficients {coefficients.shape} of {len(low)} markers')
-        return cls(coefficients, low, high)
 
 
 def _monotone(x: np.ndarray, depth: np.ndarray) -> np.ndarray:
@@ -135,15 +126,6 @@ class MarkerDepths:
         weight = sigma[:, 1] / np.maximum(sigma.sum(1), 1e-12)
         apart = np.nan_to_num(np.hypot(*(rest[:, None] - rest[known]).transpose(2, 0, 1)), nan=np.inf)
         return weight[apart.argmin(1)]
-
-    def numbers(self) -> dict:
-        """For the calibration file."""
-        return {'area': self.area.numbers(), 'shift': self.shift.numbers(), 'weight': self.weight}
-
-    @classmethod
-    def from_numbers(cls, numbers: Mapping) -> MarkerDepths:
-        """From the calibration file. Raises KeyError, TypeError or ValueError for what is none."""
-        return cls(Cubics.from_numbers(numbers['area']), Cubics.from_numbers(numbers['shift']), np.array(numbers['weight'], float))
 
 
 _STEPS = 3  # depths of a plate that, with the untouched sheet, determine a cubic
@@ -239,48 +221,47 @@ QUIET = 2.0     # detection threshold over the greatest depth, or change of dist
 LEAST = 2e-4    # m, least detection threshold. Chosen
 
 
+@dataclass(frozen=True)
+class PaperCalibration:
+    """depths: of the markers; quiet: m, detection threshold; place_sigma, depth_sigma: m, RMS errors at the presses of the calibration."""
+
+    depths: MarkerDepths
+    quiet: float
+    place_sigma: float
+    depth_sigma: float
+
+
 class PaperTouch:
     """The paper's method on a sheet with a regular grid; detects one touch at most."""
 
-    def __init__(self, depths: MarkerDepths, sensor: MarkerSensor, quiet: float, place_sigma: float, depth_sigma: float):
-        if not sensor.is_sheet or sensor.rows * sensor.columns != len(depths.weight):
-            raise BadArgument(f'the paper\'s method needs a sheet with a grid of {len(depths.weight)} markers, got {sensor}')
-        self.depths, self.sensor, self.quiet = depths, sensor, quiet
-        self.place_sigma, self.depth_sigma = place_sigma, depth_sigma
+    def __init__(self, calibration: PaperCalibration, sensor: MarkerSensor):
+        if not sensor.is_sheet or sensor.rows * sensor.columns != len(calibration.depths.weight):
+            raise BadArgument(f'the paper\'s method needs a sheet with a grid of {len(calibration.depths.weight)} markers, got {sensor}')
+        self.calibration, self.sensor = calibration, sensor
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touch of one frame, with the RMS errors at the presses of the calibration as covariance; empty without contact."""
-        depth, outside = self.depths.depths(field)
+        known = self.calibration
+        depth, outside = known.depths.depths(field)
         shape = self.sensor.rows, self.sensor.columns
         point = grid_point(depth.reshape(shape), field.rest.reshape(shape + (2,)))
-        if point is None or not point.depth > self.quiet:
+        if point is None or not point.depth > known.quiet:
             return []
         half = np.array(self.sensor.size) / 2
         place = np.clip(point.place, -half, half)
         flags = (OUT_OF_RANGE if outside[np.nanargmax(depth)] else 0) | (AT_EDGE if point.at_edge else 0)
-        variance = np.square([self.place_sigma, self.place_sigma, self.depth_sigma])
-        return [TouchEstimate(np.append(place, -point.depth), point.depth, np.diag(variance), self.depth_sigma, flags=flags)]
+        variance = np.square([known.place_sigma, known.place_sigma, known.depth_sigma])
+        return [TouchEstimate(np.append(place, -point.depth), point.depth, np.diag(variance), known.depth_sigma, flags=flags)]
 
-    @classmethod
-    def fit(cls, presses: Presses, sensor: MarkerSensor, _fitted: Mapping | None = None) -> dict:
-        """Parameters for the calibration file. Raises BadCalibration without a plate (check_plate), or where no press is over a marker."""
-        if presses.plate is not None:
-            check_plate(presses.plate, sensor)
-        depths = MarkerDepths.fit(presses, min(sensor.pitch))
-        still = [np.nanmax(depths.depths(field)[0], initial=0.0) for field, on in zip(presses.fields, presses.touching) if not on]
-        quiet = float(max(QUIET * max(still, default=0.0), LEAST))
-        place, depth = rms_errors(cls(depths, sensor, quiet, float('nan'), float('nan')), presses)
-        return {'depths': depths.numbers(), 'quiet': quiet, 'place_sigma': place, 'depth_sigma': depth}
 
-    @classmethod
-    def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> PaperTouch:
-        """From the calibration file. Raises BadCalibration where something is missing."""
-        try:
-            numbers = [float(fitted[name]) for name in ('quiet', 'place_sigma', 'depth_sigma')]
-            depths = MarkerDepths.from_numbers(fitted['depths'])
-        except (KeyError, TypeError, ValueError) as wrong:
-            raise BadCalibration(f'the paper\'s method in the calibration file cannot be read ({wrong!r}); calibrate anew') from wrong
-        return cls(depths, sensor, *numbers)
+def calibrate_paper(presses: Presses, sensor: MarkerSensor, _known: PaperCalibration | None = None) -> PaperCalibration:
+    """Calibrate PaperTouch. Raises BadCalibration without a plate (check_plate), or where no press is over a marker."""
+    if presses.plate is not None:
+        check_plate(presses.plate, sensor)
+    depths = MarkerDepths.fit(presses, min(sensor.pitch))
+    still = [np.nanmax(depths.depths(field)[0], initial=0.0) for field, on in zip(presses.fields, presses.touching) if not on]
+    found = PaperCalibration(depths, float(max(QUIET * max(still, default=0.0), LEAST)), np.nan, np.nan)
+    return replace(found, **rms_errors(PaperTouch(found, sensor), presses))
 
 
 NEAREST, LARGEST = 5, 4  # neighbours; changes (eq 2)
@@ -323,51 +304,54 @@ def four_largest(changes: np.ndarray, places: np.ndarray, reach: float) -> tuple
     return middle + share @ (places[four] - middle), float(changes[four].mean())
 
 
+@dataclass(frozen=True)
+class CushionCalibration:
+    """rest: (K, 2) m, and camera_centres: (K, 3) m, of the untouched markers; cubic: from a mean change to a depth; the rest as of
+    PaperCalibration."""
+
+    rest: np.ndarray
+    camera_centres: np.ndarray
+    cubic: Cubics
+    quiet: float
+    place_sigma: float
+    depth_sigma: float
+
+
 class PaperCushion:
     """The paper's method on a dome; detects one touch at most."""
 
-    def __init__(self, rest: np.ndarray, points: np.ndarray, cubic: Cubics, sensor: MarkerSensor, numbers: Mapping):
-        self.rest, self.points, self.cubic, self.sensor = rest, points, cubic, sensor
-        self.near = neighbours(rest)
-        self.quiet, self.place_sigma, self.depth_sigma = (float(numbers[k]) for k in ('quiet', 'place_sigma', 'depth_sigma'))
+    def __init__(self, calibration: CushionCalibration, sensor: MarkerSensor):
+        self.calibration, self.sensor = calibration, sensor
+        self.near = neighbours(calibration.rest)
+        self.points = rest_points(calibration.rest, calibration.camera_centres, sensor)
 
     def measure(self, field: MarkerField) -> tuple[np.ndarray, float] | None:
         """Place (2,) m in sensor x and y, and mean change, m; None where nothing changed. Raises BadArgument for another pattern."""
-        if len(field) != len(self.rest):
-            raise BadArgument(f'calibrated for {len(self.rest)} markers, got a field of {len(field)}')
+        if len(field) != len(self.near):
+            raise BadArgument(f'calibrated for {len(self.near)} markers, got a field of {len(field)}')
         return four_largest(distance_changes(field, self.near), self.points[:, :2], RANGE * max(self.sensor.pitch))
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touch of one frame, with the RMS errors at the presses of the calibration as covariance; empty without contact."""
-        found = self.measure(field)
-        if found is None or not found[1] > self.quiet:
+        found, known = self.measure(field), self.calibration
+        if found is None or not found[1] > known.quiet:
             return []
-        depth, outside = (value.item() for value in self.cubic(np.array([found[1]])))
+        depth, outside = (value.item() for value in known.cubic(np.array([found[1]])))
         height = first_touch_height(found[0], 0.0, self.sensor)[0] - depth
-        variance = np.square([self.place_sigma, self.place_sigma, self.depth_sigma])
-        return [TouchEstimate(np.append(found[0], height), depth, np.diag(variance), self.depth_sigma,
+        variance = np.square([known.place_sigma, known.place_sigma, known.depth_sigma])
+        return [TouchEstimate(np.append(found[0], height), depth, np.diag(variance), known.depth_sigma,
                               flags=OUT_OF_RANGE if outside else 0)]
 
-    @classmethod
-    def fit(cls, presses: Presses, sensor: MarkerSensor, _fitted: Mapping | None = None) -> dict:
-        """Parameters for the calibration file. Raises BadCalibration where the presses determine no rising cubic."""
-        rest, camera_centre = common_rest(presses.fields)
-        near, places = neighbours(rest), rest_points(rest, camera_centre, sensor)[:, :2]
-        found = [four_largest(distance_changes(field, near), places, RANGE * max(sensor.pitch)) for field in presses.fields]
-        change = np.array([0.0 if f is None else f[1] for f in found])
-        cubic = Cubics.fit(change[presses.touching, None], presses.depth[presses.touching])
-        if np.isnan(cubic.low).any():
-            raise BadCalibration('the distances between markers do not change with depth; check the presses\' depths')
-        quiet = max(QUIET * change[~presses.touching].max(initial=0.0), LEAST)
-        numbers = {'rest': rest, 'camera_centre': camera_centre, 'cubic': cubic.numbers(), 'quiet': float(quiet), 'place_sigma': np.nan,
-                   'depth_sigma': np.nan}
-        return numbers | dict(zip(('place_sigma', 'depth_sigma'), rms_errors(cls.from_fitted(numbers, sensor), presses)))
 
-    @classmethod
-    def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> PaperCushion:
-        """From the calibration file. Raises BadCalibration where something is missing."""
-        try:
-            rest, camera_centre = np.array(fitted['rest'], float), np.array(fitted['camera_centre'], float)
-            return cls(rest, rest_points(rest, camera_centre, sensor), Cubics.from_numbers(fitted['cubic']), sensor, fitted)
-        except (KeyError, TypeError, ValueError) as wrong:
-            raise BadCalibration(f'the air cushion\'s method in the calibration file cannot be read ({wrong!r}); calibrate anew') from wrong
+def calibrate_cushion(presses: Presses, sensor: MarkerSensor, _known: CushionCalibration | None = None) -> CushionCalibration:
+    """Calibrate PaperCushion. Raises BadCalibration where the presses determine no rising cubic."""
+    rest, camera_centres = common_rest(presses.fields)
+    near, places = neighbours(rest), rest_points(rest, camera_centres, sensor)[:, :2]
+    found = [four_largest(distance_changes(field, near), places, RANGE * max(sensor.pitch)) for field in presses.fields]
+    change = np.array([0.0 if f is None else f[1] for f in found])
+    cubic = Cubics.fit(change[presses.touching, None], presses.depth[presses.touching])
+    if np.isnan(cubic.low).any():
+        raise BadCalibration('the distances between markers do not change with depth; check the presses\' depths')
+    quiet = float(max(QUIET * change[~presses.touching].max(initial=0.0), LEAST))
+    found = CushionCalibration(rest, camera_centres, cubic, quiet, np.nan, np.nan)
+    return replace(found, **rms_errors(PaperCushion(found, sensor), presses))

@@ -7,7 +7,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +19,7 @@ from ..bags.stamped import TRUE_WRENCH, TRUTH, find_prefix, pairs_of
 from ..bags.stitched_bag import VIEWS, bag_opener, stitching_in
 from ..calibration.files.format import CalibrationFile, Specimen, write_calibration
 from ..calibration.residuals import outliers, report_residuals
-from ..common.progress import in_parallel, log_reported
+from ..common.progress import log_reported
 from ..dots.tracker import DotTracker, find_pattern, make_tracker
 from ..errors import BadCalibration, BadFrame, BadRecording
 from ..nodes.messages import conversions as convert
@@ -197,25 +196,20 @@ def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
 def fit_methods(presses: Presses, reader: PressReader, only: str = '') -> tuple[dict, dict[str, Found]]:
     """Fit each method, or only one, to the presses and cross-validate it; fitted numbers and results by method. Raises BadCalibration when
     none fits."""
-    names = [only] if only else list(methods_for(reader.sensor))
-    print(f'fitting {", ".join(names)} to {presses.touching.sum()} presses, and cross-validating them', file=sys.stderr, flush=True)
-    results = dict(zip(names, in_parallel(partial(_fit_and_judge, presses, reader.sensor), names, 'methods')))
-    reader.left_out += [f'method {name}: {result}' for name, result in results.items() if isinstance(result, str)]
-    known = {name: result for name, result in results.items() if not isinstance(result, str)}
-    if not known:
+    methods, held = {}, {}
+    for name in [only] if only else methods_for(reader.sensor):
+        print(f'fitting {name} to {presses.touching.sum()} presses, and cross-validating it', file=sys.stderr, flush=True)
+        method = methods_for(reader.sensor)[name]
+        try:
+            with log_reported():
+                fitted = method.fit(presses, reader.sensor)
+                held[name] = held_out(method, presses, reader.sensor, fitted)
+            methods[name] = fitted
+        except BadCalibration as error:
+            reader.left_out.append(f'method {name}: {error}')
+    if not methods:
         raise BadCalibration('no touch method can be fitted: ' + '; '.join(reader.left_out))
-    return {name: fitted for name, (fitted, _) in known.items()}, {name: held for name, (_, held) in known.items()}
-
-
-def _fit_and_judge(presses: Presses, sensor: MarkerSensor, name: str) -> tuple[dict, Found] | str:
-    """The method's fitted numbers, and its touches at held-out presses; or why it cannot be fitted."""
-    method = methods_for(sensor)[name]
-    try:
-        with log_reported():
-            fitted = method.fit(presses, sensor)
-            return fitted, held_out(method, presses, sensor, fitted)
-    except BadCalibration as error:
-        return str(error)
+    return methods, held
 
 
 def fit_wrench(presses: Presses, reader: PressReader, methods: dict) -> tuple[float, dict] | None:

@@ -12,7 +12,7 @@ from tactile_perception.press.field import MarkerField
 
 MATERIAL = DomeMaterial(0.7, 60.0, 0.5)
 MESH = MeshPlan(even=9, rings=16, width=0.016, harmonics=3, around=8)
-PLAN = DomePlan(DOME.rim_radius, DOME.height, 0.025, 0.5, 0.04, 0.09, 0.004, EYE[2], order=3, levels=5, substeps=2)
+PLAN = DomePlan(DOME.rim_radius, DOME.height, 0.025, 0.04, 0.09, 0.004, EYE[2], order=3, levels=5, substeps=2)
 POINTS, EYES = np.ascontiguousarray(markers()), np.tile(EYE, (len(markers()), 1))
 
 

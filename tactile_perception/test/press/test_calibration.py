@@ -42,7 +42,7 @@ def test_a_method_that_was_not_fitted_is_refused_with_those_that_were(path):
 def test_a_method_of_another_surface_and_one_without_its_numbers_are_refused():
     with pytest.raises(BadArgument, match='no touch method'):
         make_method('paper_cushion', {}, MARKER_SENSORS['areal_single'])
-    with pytest.raises(BadCalibration, match='calibrate anew'):
+    with pytest.raises(BadCalibration, match='calibrate again'):
         make_method('paper_cushion', {}, MARKER_SENSORS['air_cushion'])
 
 

@@ -6,9 +6,12 @@ from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.press.estimate import AT_EDGE, OUT_OF_RANGE
 from tactile_perception.press.field import MarkerField
 from tactile_perception.press.presses import Presses
-from tactile_perception.press.published import (Cubics, MarkerDepths, PaperCushion, PaperTouch, distance_changes, four_largest,
-                                                grid_point, neighbours)
+from tactile_perception.press.methods import DOME_METHODS, SHEET_METHODS
+from tactile_perception.press.published import Cubics, MarkerDepths, distance_changes, four_largest, grid_point, neighbours
 from tactile_perception.press.sensor import MARKER_SENSORS, MarkerSensor
+from tactile_perception.press.stored import restored, stored
+
+PAPER, CUSHION = SHEET_METHODS['paper'], DOME_METHODS['paper_cushion']
 
 HEIGHT, PITCH = 0.06, 4.5e-3
 GRID = np.stack(np.meshgrid(np.arange(-4, 5) * PITCH, np.arange(-3, 4) * PITCH), -1).reshape(-1, 2)
@@ -62,7 +65,7 @@ def test_depths_of_a_plate_are_reported_for_all_markers():
     seen.shift[5], seen.growth[5], seen.growth[7] = np.nan, np.nan, np.nan
     depth, _ = fitted.depths(seen)
     assert np.isnan(np.delete(depth, 5)).sum() == 0 and depth[7] == pytest.approx(3e-3, abs=5e-5)
-    again = MarkerDepths.from_numbers(fitted.numbers())
+    again = restored(MarkerDepths, stored(fitted))
     assert np.array_equal(again.depths(field(3e-3))[0], fitted.depths(field(3e-3))[0])
 
 
@@ -78,7 +81,7 @@ def test_the_surer_of_area_and_displacement_weighs_more():
 def test_a_plate_that_tells_nothing_is_refused_by_name(wrong, message):
     small = MarkerSensor(7, 9, (PITCH, PITCH), (0.045, 0.036), type='areal_single')
     with pytest.raises(BadCalibration, match=message):
-        PaperTouch.fit(presses([0, 30, 62], [2e-3, 4e-3], **wrong), small)
+        PAPER.fit(presses([0, 30, 62], [2e-3, 4e-3], **wrong), small)
 
 
 PLACES = np.stack(np.meshgrid(np.arange(-6, 7) * 4.5e-3, np.arange(-4, 5) * 4.5e-3), -1)
@@ -118,28 +121,28 @@ SHEET = MARKER_SENSORS['areal_single']
 
 @pytest.fixture(scope='module')
 def fitted(bell_presses):
-    return PaperTouch.fit(bell_presses(), SHEET)
+    return PAPER.fit(bell_presses(), SHEET)
 
 
 def test_a_gaussian_bell_is_reported_to_half_a_pitch(fitted, bell_field):
-    method = PaperTouch.from_fitted(fitted, SHEET)
+    method = PAPER.from_fitted(fitted, SHEET)
     touch, = method.estimate(bell_field((9e-3, -4.5e-3), 4e-3))
     assert np.hypot(*(touch.position[:2] - [9e-3, -4.5e-3])) < 2e-3 and touch.depth == pytest.approx(4e-3, abs=3e-4)
     assert touch.position[2] == -touch.depth and np.isfinite(touch.covariance).all()
 
 
 def test_beyond_the_calibrated_range_and_at_the_edge_it_is_flagged(fitted, bell_field):
-    method = PaperTouch.from_fitted(fitted, SHEET)
+    method = PAPER.from_fitted(fitted, SHEET)
     assert method.estimate(bell_field((9e-3, -9e-3), 9e-3))[0].flags & OUT_OF_RANGE
     touch, = method.estimate(bell_field((28e-3, 0), 4e-3))
     assert touch.flags & AT_EDGE and abs(touch.position[0]) <= 30e-3
 
 
 def test_bad_numbers_are_refused(fitted):
-    with pytest.raises(BadCalibration, match='calibrate anew'):
-        PaperTouch.from_fitted({'quiet': 1}, SHEET)
+    with pytest.raises(BadCalibration, match='calibrate again'):
+        PAPER.from_fitted({'quiet': 1}, SHEET)
     with pytest.raises(BadArgument, match='grid'):
-        PaperTouch.from_fitted(fitted, MARKER_SENSORS['air_cushion'])
+        PAPER.from_fitted(fitted, MARKER_SENSORS['air_cushion'])
 
 
 RING = np.array([[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1], [2, 2.0]])
@@ -171,17 +174,17 @@ def test_four_largest_are_weighted_by_their_changes():
 
 
 def test_a_press_is_reported_to_a_pitch_and_nothing_at_rest(bell_field, bell_presses):
-    method = PaperCushion.from_fitted(PaperCushion.fit(bell_presses(), SHEET), SHEET)
+    method = CUSHION.from_fitted(CUSHION.fit(bell_presses(), SHEET), SHEET)
     touch, = method.estimate(bell_field((9e-3, 9e-3), 5e-3))
     assert np.hypot(*(touch.position[:2] - 9e-3)) < 9e-3 and touch.depth == pytest.approx(5e-3, abs=2.5e-3)
     assert method.estimate(bell_field((0, 0), 0.0, seed=55)) == []
 
 
 def test_what_does_not_fit_is_refused(bell_presses):
-    fitted = PaperCushion.fit(bell_presses(), SHEET)
+    fitted = CUSHION.fit(bell_presses(), SHEET)
     with pytest.raises(BadArgument, match='117 markers'):
-        PaperCushion.from_fitted(fitted, SHEET).estimate(ring_field(RING))
-    with pytest.raises(BadCalibration, match='calibrate anew'):
-        PaperCushion.from_fitted({}, SHEET)
+        CUSHION.from_fitted(fitted, SHEET).estimate(ring_field(RING))
+    with pytest.raises(BadCalibration, match='calibrate again'):
+        CUSHION.from_fitted({}, SHEET)
     with pytest.raises(BadCalibration, match='6 markers'):
         neighbours(RING[:5])

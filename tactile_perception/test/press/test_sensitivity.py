@@ -5,16 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dome_library import EYES, MATERIAL as RUBBER, library_field, press, small_library
+from dome_library import EYES, library_field, press, small_library
 from dome_scenes import DOME, NOISE, markers, seen
-from sheet_scenes import EYE, GRID, MATERIAL, SENSOR, field_of, library
+from sheet_scenes import EYE, GRID, SENSOR, field_of, library
 from tactile_perception.press import choice
 from tactile_perception.press.dome import model as dome
 from tactile_perception.press.sheet import model as sheet
 from tactile_perception.press.sheet.library import Press
 
 COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
-ON_SHEET = sheet.SheetCalibration(library(), MATERIAL, 1.2e-3, sheet.CameraShifts(EYE[:1], np.zeros((1, 2))),
+ON_SHEET = sheet.SheetCalibration(library(), 1.2e-3, sheet.CameraShifts(EYE[:1], np.zeros((1, 2))),
                                   sheet.FieldNoise(5e-6, 5e-3, 3e-3, 1.5), 3e-5, 0.01, COVERED, 6e-3)
 
 
@@ -40,7 +40,7 @@ class OnDome:
     """The same of a dome."""
 
     def __init__(self):
-        calibration = dome.DomeCalibration(small_library(), RUBBER, seen(markers()), EYES, dome.FieldNoise(NOISE, 0.003, 0.002), 1e-4, 0.01,
+        calibration = dome.DomeCalibration(small_library(), seen(markers()), EYES, dome.FieldNoise(NOISE, 0.003, 0.002), 1e-4, 0.01,
                                            1.0, 1.0, 1.0, 0.0, 0.035, 0.08, 1.0)
         self.method = dome.DomeModelMethod(calibration, DOME)
 

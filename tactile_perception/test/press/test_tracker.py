@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.press import estimator
 from tactile_perception.press.estimate import TouchEstimate
 from tactile_perception.press.estimator import TouchTracker
 
@@ -39,9 +38,7 @@ def test_a_touch_that_was_missed_for_two_frames_goes_on():
 
 
 @pytest.mark.parametrize('rate', [15.0, 30.0, 60.0])
-@pytest.mark.parametrize('name, times', [('FASTEST', 1.0), *((name, times) for name in ('FASTEST', 'SIGMAS') for times in (0.5, 2.0))])
-def test_touches_keep_their_numbers_at_half_and_double_the_rate(monkeypatch, rate, name, times):
-    monkeypatch.setattr(estimator, name, times * getattr(estimator, name))
+def test_touches_keep_their_numbers_at_any_rate(rate):
     tracker, rng = TouchTracker(), np.random.default_rng(0)
     for k in range(int(2 * rate)):
         x = 0.02 * (1 - np.cos(2 * k / rate))  # m, there and back at up to 0.04 m/s

@@ -24,9 +24,9 @@ LOAD_STEPS = 18         # of a press to the deepest. Chosen: friction depends on
 DEPTH_POWER = 1.3       # grading of the load steps. Chosen
 PLACES = 3              # simulated at most, evenly over their distances from the axis. Chosen
 DEPTHS = 4              # of a place at most. Chosen
-COARSE = MeshPlan(even=10, rings=18, width=0.0145, harmonics=3, around=8)  # of the identification, but for its end
 #: Prior of the logs of tension over shear modulus and thickness, of gas, and of friction: sealed air at 1.5 kPa, or any other gas
 LIKELY, SIGMA = np.log([0.3, 70.0, 0.5]), np.array([1.5, 6.0, 0.7])
+SLIPS = np.log(0.35)    # start of the log friction: a tip with more sticks to an ideal balloon, and slopes would show nothing. Chosen
 TIP = 0.03              # prior standard deviation of the log radius of the tip, which heights tell. Chosen
 TENSIONS = 1.0, 0.3, 0.1  # starts: of a soap film to a skin that is hardly stretched. Chosen
 GASES = 70.0, 2.0, 0.01     # starts: of sealed air at 1.5 kPa, of air with a reservoir, and of a pressure that is held. Chosen
@@ -52,15 +52,15 @@ def identify_dome(presses: Presses, points: np.ndarray, camera_centres: np.ndarr
     explain = partial(_explained, presses.some(PLACES, DEPTHS), deepest=presses.depth.max(), points=points, camera_centres=camera_centres,
                       cap=cap, plane_z=plane_z, marker=marker)
     prior = Prior(np.append(LIKELY, np.log(radius)), np.append(SIGMA, TIP), LEAST_LOGS, MOST_LOGS)
-    starts = [np.array([np.log(tension), np.log(gas), *prior.mean[2:]]) for tension in TENSIONS for gas in GASES]
+    starts = [np.array([np.log(tension), np.log(gas), SLIPS, prior.mean[3]]) for tension in TENSIONS for gas in GASES]
     return numbers_of(identify(explain, starts, prior))
 
 
-def _explained(places: list[Presses], tried: list[np.ndarray], coarse: bool, **known) -> list[np.ndarray]:
+def _explained(places: list[Presses], tried: list[np.ndarray], **known) -> list[np.ndarray]:
     """Residuals (N,) of the places for each of the logs tried, over their standard deviation: errors of the model are alike at all markers,
     so that all of them tell as much as one does."""
-    solved = in_parallel(partial(_residuals, mesh_plan=COARSE if coarse else MeshPlan(), **known),
-                         [(place, logs) for logs in tried for place in places], 'presses simulated for the identification')
+    solved = in_parallel(partial(_residuals, **known), [(place, logs) for logs in tried for place in places],
+                         'presses simulated for the identification')
     reported = [np.concatenate(solved[k * len(places):(k + 1) * len(places)]) for k in range(len(tried))]
     if np.isnan(reported).all():
         raise BadCalibration(f'presses simulated with {numbers_of(tried[0])} do not converge; check dome and depths')
@@ -68,12 +68,12 @@ def _explained(places: list[Presses], tried: list[np.ndarray], coarse: bool, **k
     return [np.nan_to_num(one[seen], nan=UNSOLVED) / (TRUST * np.sqrt(seen.sum())) for one in reported]
 
 
-def _residuals(case: tuple[Presses, np.ndarray], deepest: float, mesh_plan: MeshPlan, points: np.ndarray, camera_centres: np.ndarray,
-               cap: Cap, plane_z: float, marker: float) -> np.ndarray:
+def _residuals(case: tuple[Presses, np.ndarray], deepest: float, points: np.ndarray, camera_centres: np.ndarray, cap: Cap, plane_z: float,
+               marker: float) -> np.ndarray:
     """Weighted residuals of presses at one place with numbers of those logs; NaN where unknown or not converged."""
     pressed, (material, radius) = case[0], numbers_of(case[1])
     (x, y), steps = pressed.position[:, :2].mean(0), load_steps(pressed.depth)
-    mesh, turn = DomeMesh(shift_of(np.hypot(x, y), radius, cap), cap, mesh_plan), np.arctan2(y, x)
+    mesh, turn = DomeMesh(shift_of(np.hypot(x, y), radius, cap), cap, MeshPlan()), np.arctan2(y, x)
     fields = press_dome(mesh, steps, radius, material, drags=0).straight[np.searchsorted(steps, pressed.depth)]
     cos, sin = np.cos(turn), np.sin(turn)
     turned = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
@@ -119,11 +119,10 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
                              f'{sensor.type}')
     rest, camera_centres = common_rest(presses.fields)
     deepest, reached = float(straight.depth.max()), float(np.hypot(*straight.position[:, :2].T).max())
-    library, material = (known.library, known.material) if known else _simulated(straight, rest, camera_centres, sensor, deepest, reached)
+    library = known.library if known else _simulated(straight, rest, camera_centres, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
     noise = FieldNoise(_still(still), *SHARES)
-    first = DomeCalibration(library, material, rest, camera_centres, noise, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest,
-                            reached + max(sensor.pitch), 0.0)
+    first = DomeCalibration(library, rest, camera_centres, noise, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest, reached + max(sensor.pitch), 0.0)
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST_PRESSES).astype(int)))
     first = replace(first, noise=_with_model_error(first.inverse(sensor), some))
     inverse = first.inverse(sensor)
@@ -133,16 +132,16 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
 
 
 def _simulated(presses: Presses, rest: np.ndarray, camera_centres: np.ndarray, sensor: MarkerSensor, deepest: float,
-               reached: float) -> tuple[DomeLibrary, DomeMaterial]:
-    """Library and material of the dome."""
+               reached: float) -> DomeLibrary:
+    """The library of the dome."""
     marker, cap = _marker_radius(presses.fields[0], rest_points(rest, camera_centres, sensor), camera_centres, sensor), dome_cap(sensor)
     points = centres_of(rest, camera_centres, marker, sensor)
     material, radius = identify_dome(presses, points, np.nan_to_num(camera_centres), cap, sensor.plane_z, marker,
                                      _tip_radius(presses, sensor))
     reach = min(reached + FARTHER * max(sensor.pitch), 0.9 * sensor.rim_radius)
     camera_centre = float(np.nanmedian(camera_centres[:, 2]))
-    plan = DomePlan(sensor.rim_radius, sensor.height, radius, material.friction, DEEPER * deepest, reach, marker, camera_centre)
-    return build_library(plan, material), material
+    plan = DomePlan(sensor.rim_radius, sensor.height, radius, DEEPER * deepest, reach, marker, camera_centre)
+    return build_library(plan, material)
 
 
 def _marker_radius(field: MarkerField, points: np.ndarray, camera_centres: np.ndarray, sensor: MarkerSensor) -> float:

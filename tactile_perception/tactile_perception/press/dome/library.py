@@ -4,8 +4,7 @@
 in a calibration file."""
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 
@@ -27,13 +26,12 @@ TRUE = 1.5e-6                  # m: modes below this RMS are left out. Chosen: b
 UNSOLVED = 0.2                 # largest share of presses that do not converge, as deep ones of a large tip near the rim. Chosen
 UNIFORM = MeshPlan(even=1, rings=1, width=1.0, harmonics=0)  # of what is the same all over the dome
 _EDGE = 0.5 / STRETCH**2        # weight of the outline in the mean of a disc, for which that is exact to cubic terms
-ARRAYS = 'even_table', 'odd_table', 'even_modes', 'odd_modes'
 DRAGGED = 0.5                  # way of a drag over its depth, for which what markers show of it is exact. Chosen
 
 
 @dataclass(frozen=True)
 class DomePlan:
-    """rim_radius, height: m, of the dome; radius: m, the middle tip's; friction: the middle one; depth: m, deepest; reach: m, largest
+    """rim_radius, height: m, of the dome; radius: m, the middle tip's; depth: m, deepest; reach: m, largest
     distance of a tip from the axis; marker: m, radius of a marker; camera_centre: m, height of the camera, taken on the axis; order: places
     simulated along a meridian; levels: of depth; substeps: load steps between two levels.
     """
@@ -41,7 +39,6 @@ class DomePlan:
     rim_radius: float
     height: float
     radius: float
-    friction: float
     depth: float
     reach: float
     marker: float
@@ -71,35 +68,47 @@ class DomePlan:
         return self.largest_shift * np.cos((2 * np.arange(2 * self.order) + 1) * np.pi / (4 * self.order))
 
 
+@dataclass(frozen=True)
+class DomeTable:
+    """Coefficients of fields of a mesh by their modes. even_table (levels + 3, 4, 2 order, RADII, even): of straight presses by powers of
+    the number of friction; of drags along the meridian by a tip that sticks, over the way over the depth that it carries the skin; and of
+    what a tip that rubs shows more; over even_modes (even, rings + 1, 3, harmonics + 1). odd_table (levels + 3, 2, 2 order, RADII, odd) and
+    odd_modes: of drags across it. In single precision."""
+
+    mesh: MeshPlan
+    even_table: np.ndarray
+    even_modes: np.ndarray
+    odd_table: np.ndarray
+    odd_modes: np.ndarray
+
+
+@dataclass
 class DomeLibrary:
-    """Displacement of a dome's markers under presses within plan.
+    """Displacement of a dome's markers under presses within plan, on a skin of the material. shown: what markers show of it, see AsSeen;
+    pushed: the forces of the tips over the shear modulus and thickness, as displacements that are the same all over the dome. Raises
+    ValueError for tables that do not fit the plan."""
 
-    even_table: (levels + 3, 4, 2 order, RADII, even): coefficients of straight presses by powers of the number of friction; of drags along
-    the meridian by a tip that sticks, over the way over the depth that it carries the skin; and of what a tip that rubs shows more; over
-    even_modes (even, rings + 1, 3, harmonics + 1). odd_table (levels + 3, 2, 2 order, RADII, odd) and odd_modes: of drags across it. The
-    displacement is what a marker shows: see AsSeen. pushes: the forces of the tips over the shear
-    modulus and thickness, as displacements that are the same all over the dome.
-    """
+    plan: DomePlan
+    material: DomeMaterial
+    shown: DomeTable
+    pushed: DomeTable
 
-    def __init__(self, plan: DomePlan, mesh: MeshPlan, even: tuple[np.ndarray, np.ndarray], odd: tuple[np.ndarray, np.ndarray],
-                 pushes: DomeLibrary | None = None):
-        self.plan, self.mesh, self.pushes = plan, mesh, pushes
-        cap = plan.cap
-        numbers = [cap.curvature_radius, cap.centre_z, disc_scale(cap), plan.largest_shift, plan.depth, DEPTH_POWER, plan.radius,
-                   RADIUS_SPREAD]
-        (self.even_table, self.even_modes), (self.odd_table, self.odd_modes) = ([part.astype(np.float32) for part in kind]
-                                                                                for kind in (even, odd))
-        self.kernel = _core.DomeLibrary(numbers=np.array(numbers, float), edges=mesh.edges,
-                                        **{name: getattr(self, name) for name in ARRAYS})
+    def __post_init__(self):
+        plan, cap = self.plan, self.plan.cap
+        numbers = np.array([cap.curvature_radius, cap.centre_z, disc_scale(cap), plan.largest_shift, plan.depth, DEPTH_POWER, plan.radius,
+                            RADIUS_SPREAD])
+        arrays = [{name: np.asarray(part, np.float32) for name, part in vars(table).items() if name != 'mesh'}
+                  for table in (self.shown, self.pushed)]
+        self.kernel, self._pushes = (_core.DomeLibrary(numbers=numbers, edges=table.mesh.edges, **one)
+                                     for table, one in zip((self.shown, self.pushed), arrays))
 
     def moved(self, points: np.ndarray, presses: np.ndarray) -> np.ndarray:
         """(K, 3) displacement, m, of markers at points (K, 3), m, under presses (n, 7): see _core.DomeLibrary.moved."""
         return self.kernel.moved(points=points, presses=np.asarray(presses, float))
 
     def push(self, press: np.ndarray) -> np.ndarray:
-        """(3,) m, force of the tip on the dome over the shear modulus and thickness, of a press (7,); NaN where it is not known."""
-        top = np.array([[0.0, 0.0, self.plan.height]])
-        return np.full(3, np.nan) if self.pushes is None else self.pushes.moved(top, press[None])[0]
+        """(3,) m, force of the tip on the dome over the shear modulus and thickness, of a press (7,)."""
+        return self._pushes.moved(points=np.array([[0.0, 0.0, self.plan.height]]), presses=press[None])[0]
 
 
 def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshPlan()) -> DomeLibrary:
@@ -114,12 +123,11 @@ def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshP
         raise BadCalibration(f'simulated presses to {plan.depth * 1e3:.1f} mm with {material} do not converge; check dome and depths')
     pushes = [np.repeat(np.reshape([getattr(one, name) for one in pressed], (*shape, 1, 3, 1)), 2, axis=4)
               for name in ('push', 'push_along', 'push_across')]
-    return _assembled(plan, mesh, fields, _assembled(plan, UNIFORM, pushes))
+    return DomeLibrary(plan, material, _assembled(plan, mesh, fields), _assembled(plan, UNIFORM, pushes))
 
 
-def _assembled(plan: DomePlan, mesh: MeshPlan, fields: list[np.ndarray], pushes: DomeLibrary | None = None) -> DomeLibrary:
-    """The library of straight presses, drags along and drags across, (order, RADII, frictions, levels, rings + 1, 3, harmonics + 1)
-    each."""
+def _assembled(plan: DomePlan, mesh: MeshPlan, fields: list[np.ndarray]) -> DomeTable:
+    """The table of straight presses, drags along and drags across, (order, RADII, frictions, levels, rings + 1, 3, harmonics + 1) each."""
     straight, *drags = fields
     rubs, sticks = range(len(FRICTIONS))
     kinds = [_filled(part, plan) for part in np.moveaxis(straight, 2, 0)]
@@ -128,7 +136,7 @@ def _assembled(plan: DomePlan, mesh: MeshPlan, fields: list[np.ndarray], pushes:
     for part, odd in zip(drags, (False, True)):
         stuck, rubbed = (_filled(part[:, :, k], plan) for k in (sticks, rubs))
         both.append([_mirrored(kind, odd=odd, turned=not odd) for kind in (stuck, rubbed - stuck)])
-    return DomeLibrary(plan, mesh, _reduced(even + both[0], plan), _reduced(both[1], plan), pushes)
+    return DomeTable(mesh, *_reduced(even + both[0], plan), *_reduced(both[1], plan))
 
 
 def _pressed(plan: DomePlan, material: DomeMaterial, mesh_plan: MeshPlan, case: tuple[float, float, float]) -> PressedDome:
@@ -136,7 +144,7 @@ def _pressed(plan: DomePlan, material: DomeMaterial, mesh_plan: MeshPlan, case: 
     friction."""
     shift, radius, friction = case
     mesh = DomeMesh(shift, plan.cap, mesh_plan)
-    rough = DomeMaterial(material.squeeze, material.gas, plan.friction * (1 + friction))
+    rough = replace(material, friction=material.friction * (1 + friction))
     found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(RADIUS_SPREAD * radius), rough, drags=plan.substeps)
     level = slice(plan.substeps - 1, None, plan.substeps)
     shown = AsSeen(mesh, plan.marker, plan.camera_centre).fields(found.straight[level], found.along[level], found.across[level])
@@ -219,17 +227,4 @@ def _reduced(kinds: list[np.ndarray], plan: DomePlan) -> tuple[np.ndarray, np.nd
     over_shift = np.linalg.inv(np.cos(np.outer(angle, np.arange(2 * plan.order))))
     over_radius = np.linalg.inv(np.vander(np.linspace(-1, 1, RADII), increasing=True))
     table = np.einsum('ai,cj,dl,kijlm->dkacm', over_shift, over_radius, spline_fit(plan.levels), mixed, optimize=True)
-    return np.ascontiguousarray(table), np.ascontiguousarray(modes.reshape(len(modes), *shape[3:]))
-
-
-def library_numbers(library: DomeLibrary) -> dict:
-    """The library as numbers and arrays."""
-    pushes = {} if library.pushes is None else {'pushes': library_numbers(library.pushes)}
-    return {'plan': asdict(library.plan), 'mesh': asdict(library.mesh)} | {name: getattr(library, name) for name in ARRAYS} | pushes
-
-
-def library_from_numbers(numbers: Mapping) -> DomeLibrary:
-    """Inverse of library_numbers. Raises KeyError, TypeError or ValueError for an invalid mapping."""
-    pushes = library_from_numbers(numbers['pushes']) if 'pushes' in numbers else None
-    even, odd = ((numbers[f'{kind}_table'], numbers[f'{kind}_modes']) for kind in ('even', 'odd'))
-    return DomeLibrary(DomePlan(**numbers['plan']), MeshPlan(**numbers['mesh']), even, odd, pushes)
+    return tuple(np.ascontiguousarray(part, np.float32) for part in (table, modes.reshape(len(modes), *shape[3:])))

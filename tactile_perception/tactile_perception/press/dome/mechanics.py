@@ -175,7 +175,7 @@ class OnMesh:
 STIFF = 4e6      # 1/m^2 times the tension over G, penalty stiffness of contact: penetration is some ten micrometres. Chosen
 SOFT = 10e-6     # m: half width of the transition into contact. Chosen
 STEPS = 24       # Newton steps at most, before the load step is halved. Chosen
-WHOLE = 12       # first Newton steps in full length; later ones are halved, which ends cycles of stick and slip. Chosen
+EXACT = 8        # first ones by the exact tangent; later ones by the secant of what slips: stick and slip might take turns for ever. Chosen
 HALVINGS = 4     # of a load step, at most. Chosen
 SETTLED = 2e-6   # m: largest last Newton step. Chosen: far below the noise of a marker
 STRIDE = 2e-3    # m: limit of a Newton step. Chosen
@@ -199,13 +199,14 @@ class DomeMaterial:
 
 @dataclass
 class _Touch:
-    """Contact at the points: which are in contact (n, P), force and place of sticking (n, P, 3), tangent (n, P, 3, 3), and that where all
-    of it sticks."""
+    """Contact at the points: which are in contact (n, P), force and place of sticking (n, P, 3), tangent (n, P, 3, 3) for Newton's method,
+    and those where all of it rubs and sticks."""
 
     on: np.ndarray
     force: np.ndarray
     stick_place: np.ndarray
     tangent: np.ndarray
+    rubbed: np.ndarray
     stuck: np.ndarray
 
 
@@ -289,12 +290,12 @@ class _Press:
         centre = self._first - [0.0, 0.0, depth]
         self._held, self._anchor = self._met(centre)
         for turn in range(STEPS):
-            residual, touch = self._balance(centre)
+            residual, touch = self._balance(centre, turn < EXACT)
             step = self._with_gas(self._tangent, -residual, self._swelling)
             if not np.isfinite(step).all():
                 return False
             largest = np.abs(step).max()
-            self._u = self._u + step * min(1.0 if turn < WHOLE else 0.5, STRIDE / max(largest, 1e-12))
+            self._u = self._u + step * min(1.0, STRIDE / max(largest, 1e-12))
             if largest < SETTLED:
                 self._settled = touch.on, np.where(touch.on[..., None], touch.stick_place, 0.0), centre, self._skin().places - centre
                 self._touching = touch
@@ -314,13 +315,13 @@ class _Press:
         meets = ~held & (root > 0) & (way < down)
         return held | meets, np.where(meets[..., None], offset + way[..., None] * [0.0, 0.0, 1.0], anchor)
 
-    def _balance(self, centre: np.ndarray) -> tuple[np.ndarray, _Touch]:
+    def _balance(self, centre: np.ndarray, exact: bool) -> tuple[np.ndarray, _Touch]:
         """Residual force (size,) and contact. Sets the tangent at the points (for DomeMesh.solve), the derivative of half the volume by the
-        coefficients (size,), and that of the pressure by the volume."""
+        coefficients (size,), and that of the pressure by the volume. exact: see _touch."""
         skin = self._skin()
         share = self._volume / skin.volume
         pressure = self._pressure * (1 + self._material.gas * (share - 1))
-        touch, self._swelling = self._touch(skin.places - centre), self._swell(skin)
+        touch, self._swelling = self._touch(skin.places - centre, exact), self._swell(skin)
         self._softer = -2 * self._pressure * self._material.gas * share / skin.volume
         along, across = skin.edges
         self._tangent = np.zeros((*self._mesh.weight.shape, 9, 9))
@@ -364,7 +365,7 @@ class _Press:
         odd, aside, tangent = axis == 1, np.eye(3)[axis] * way, self._tangent.copy()
         push = np.zeros_like(self._u) if odd else self._swelling  # mirror symmetry keeps the gas out of the odd field
         rubs = self._material.friction == 0
-        held = tangent[..., :3, :3] = (self._touching.tangent if rubs else self._touching.stuck) * self._area[..., None]
+        held = tangent[..., :3, :3] = (self._touching.rubbed if rubs else self._touching.stuck) * self._area[..., None]
 
         def answer(load):
             return self._with_gas(tangent, self._mesh.gathered(load[None], odd), push, odd)
@@ -388,8 +389,11 @@ class _Press:
         """(3,) force of the tip on the skin, both halves."""
         return -2 * np.sum(self._touching.force * self._area, axis=(0, 1)) * [1.0, 0.0, 1.0]
 
-    def _touch(self, offset: np.ndarray) -> _Touch:
-        """Contact pressure and Coulomb friction (return mapping, elastic stick) at points offset (n, P, 3), m, from the tip's centre."""
+    def _touch(self, offset: np.ndarray, exact: bool) -> _Touch:
+        """Contact pressure and Coulomb friction (return mapping, elastic stick) at points offset (n, P, 3), m, from the tip's centre.
+
+        exact: whether the tangent of what slips is exact, else its secant. That the direction of the pressure turns is left out of it: on a
+        slope without friction, points of the border would come and go."""
         distance = np.linalg.norm(offset, axis=-1)
         normal, deep, friction = offset / distance[..., None], self._radius + SOFT - distance, self._material.friction
         on, held = deep > 0, self._held & (deep > 0)
@@ -398,17 +402,17 @@ class _Press:
         slid = np.where(held[..., None], offset - self._anchor, 0.0)
         slid -= np.sum(slid * normal, axis=-1, keepdims=True) * normal
         amount, stick = np.linalg.norm(slid, axis=-1), self._stiff / 2
-        part = np.where(stick * amount > friction * pressure, friction * pressure / np.maximum(stick * amount, 1e-30), 1.0)
-        rub = stick * part[..., None] * slid
+        sticks = np.where(stick * amount > friction * pressure, friction * pressure / np.maximum(amount, 1e-30), stick)
+        rub = sticks[..., None] * slid
         way, up = slid / np.maximum(amount, 1e-30)[..., None], normal[..., :, None] * normal[..., None, :]
-        flat, sticks = np.eye(3) - up, stick * part
-        stuck = stiff[..., None, None] * up + (stick - pressure / distance)[..., None, None] * flat
-        tangent = stiff[..., None, None] * up + (sticks * held - pressure / distance)[..., None, None] * flat
-        sliding = sticks[..., None, None] * way[..., :, None] * way[..., None, :]
-        sliding = sliding + (friction * stiff)[..., None, None] * way[..., :, None] * normal[..., None, :]
-        tangent -= np.where(((part < 1) & held)[..., None, None], sliding, 0.0)
-        return _Touch(on, rub - pressure[..., None] * normal, offset - rub / stick,
-                      np.where(on[..., None, None], tangent, 0.0), np.where(on[..., None, None], stuck, 0.0))
+        flat = np.eye(3) - up
+        rubbed = np.where(on[..., None, None], stiff[..., None, None] * up - (pressure / distance)[..., None, None] * flat, 0.0)
+        tangent = stiff[..., None, None] * up + (sticks * held)[..., None, None] * flat
+        if exact:
+            sliding = sticks[..., None] * way + (friction * stiff)[..., None] * normal
+            tangent -= np.where(((sticks < stick) & held)[..., None, None], way[..., :, None] * sliding[..., None, :], 0.0)
+        return _Touch(on, rub - pressure[..., None] * normal, offset - rub / stick, tangent, rubbed,
+                      rubbed + (stick * on)[..., None, None] * flat)
 
 
 def _cross_matrix(a: np.ndarray) -> np.ndarray:

@@ -4,19 +4,18 @@
 the best match in a table of starts."""
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...common.geometry import cross
-from ...errors import BadArgument, BadCalibration
+from ...errors import BadArgument
 from .. import choice
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..field import MarkerField
 from ..sensor import MarkerSensor, first_touch_height
-from .library import RADIUS_SPREAD, DomeLibrary, library_from_numbers, library_numbers
-from .mechanics import DomeMaterial, centres_of, seen_at
+from .library import RADIUS_SPREAD, DomeLibrary
+from .mechanics import centres_of, seen_at
 
 X, Y, DEPTH, RADIUS, FRICTION, DRAG = 0, 1, 2, 3, 4, slice(5, 7)  # numbers of a press: see _core.DomeLibrary
 PRESS = 7
@@ -241,20 +240,20 @@ def _starts(library: DomeLibrary) -> np.ndarray:
     return np.array(starts)
 
 
-NUMBERS = ('place_error', 'depth_share', 'wider', 'deeper', 'deeper_far', 'deeper_shallow', 'deepest', 'farthest', 'quiet')
+
+
 SHALLOW = 0.2           # of the deepest press: above it, model errors are in proportion to depth. Chosen
 
 
 @dataclass(frozen=True)
 class DomeCalibration:
-    """library; material; rest: (K, 2) m, and camera_centres (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of
+    """library; rest: (K, 2) m, and camera_centres (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of
     fields, with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth
     over depth; wider: fitted distance from the axis over the true one; deeper, deeper_far, deeper_shallow: see depth_scale; deepest,
     farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an untouched frame.
     """
 
     library: DomeLibrary
-    material: DomeMaterial
     rest: np.ndarray
     camera_centres: np.ndarray
     noise: FieldNoise
@@ -268,6 +267,10 @@ class DomeCalibration:
     farthest: float
     quiet: float
 
+    def __post_init__(self):
+        if self.rest.shape[1:] != (2,) or self.camera_centres.shape != (len(self.rest), 3):
+            raise ValueError(f'rest {self.rest.shape} and camera centres {self.camera_centres.shape} must be (K, 2) and (K, 3)')
+
     def inverse(self, sensor: MarkerSensor) -> DomeInverse:
         """The fit to fields of the sensor."""
         points = centres_of(self.rest, self.camera_centres, self.library.plan.marker, sensor)
@@ -278,25 +281,6 @@ class DomeCalibration:
         far = min(place @ place / self.farthest**2, 1.0)
         shallow = self.deeper_shallow * shallowness(depth, self.deepest)
         return float(self.deeper + (self.deeper_far - self.deeper) * far + shallow)
-
-    def numbers(self) -> dict:
-        """As numbers and arrays, for a calibration file."""
-        plain = {name: getattr(self, name) for name in NUMBERS}
-        return plain | {'material': asdict(self.material), 'rest': self.rest, 'camera_centre': self.camera_centres,
-                        'noise': asdict(self.noise), 'library': library_numbers(self.library)}
-
-    @classmethod
-    def from_numbers(cls, numbers: Mapping) -> DomeCalibration:
-        """From these numbers. Raises BadCalibration where one is missing or invalid."""
-        try:
-            plain = [float(numbers[name]) for name in NUMBERS]
-            rest, camera_centres = np.array(numbers['rest'], float).reshape(-1, 2), np.array(numbers['camera_centre'], float).reshape(-1, 3)
-            if len(rest) != len(camera_centres):
-                raise ValueError('rest and camera centre differ in length')
-            return cls(library_from_numbers(numbers['library']), DomeMaterial(**numbers['material']), rest, camera_centres,
-                       FieldNoise(**numbers['noise']), *plain)
-        except (KeyError, TypeError, ValueError) as error:
-            raise BadCalibration(f'the dome model in the calibration file cannot be read ({error!r}); run calibrate again') from None
 
 
 def shallowness(depth: np.ndarray, deepest: float) -> np.ndarray:

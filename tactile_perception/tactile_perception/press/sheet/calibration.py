@@ -3,7 +3,7 @@
 """Calibration of the sheet model: identification, library of simulated presses, noise and remaining errors."""
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -16,10 +16,9 @@ from ..presses import Presses
 from ..sensor import MarkerSensor
 from .library import LibraryPlan, Press, build_library, field_appearance
 from .mechanics import SheetMaterial, SheetMesh, least_length, may_be_pressed, press_sheet, uniform
-from .model import CameraShifts, FieldNoise, Seen, SheetCalibration, SheetInverse, SheetNumbers
+from .model import CameraShifts, FieldNoise, Seen, SheetCalibration, SheetInverse
 
 PLACES, DEPTHS = 6, 5  # used for the fit, at most. Chosen: three places leave material and tip to each other
-COARSE = {'n': 7, 'levels': 7, 'substeps': 2}  # mesh and steps of the identification, but for its end
 UNSOLVED = 3.0         # normalised residual of presses whose simulation does not converge. Chosen
 SHIFT, GROWTH = 1e-5, 4e-3  # m and 1: model error of a marker's position and log area, beside its noise. Chosen
 SHARE = 2e-3           # model error over depth (of growth: per mm). Chosen
@@ -30,9 +29,18 @@ FARTHEST = 5.0         # standard deviations of the prior within which every val
 PLACED = 3e-4          # m: prior standard deviation of the shifts of camera centres and print. Chosen
 
 
+@dataclass(frozen=True)
+class SheetNumbers:
+    """radius: m, of the calibrated tip; material; marker_radius: m; camera_centres: camera positions."""
+
+    radius: float
+    material: SheetMaterial
+    marker_radius: float
+    camera_centres: CameraShifts
+
+
 def fit_numbers(presses: Presses, plan: LibraryPlan) -> SheetNumbers:
-    """Maximum a posteriori parameters for the presses, with a weak prior for a rubber sheet and a fingertip: on a coarse mesh, and from
-    there on the plan's.
+    """Maximum a posteriori parameters for the presses, with a weak prior for a rubber sheet and a fingertip.
 
     Raises BadCalibration where there are no presses within plan.reach, or the simulation does not converge.
     """
@@ -61,19 +69,17 @@ class _NumbersFit:
         camera_centres = replace(self.camera_centres, shifts=values[4:-2].reshape(-1, 2), printed=values[-2:])
         return SheetNumbers(radius, SheetMaterial(1 + stretch, bending, friction), self._marker, camera_centres)
 
-    def residuals(self, several: list[np.ndarray], coarse: bool) -> list[np.ndarray]:
-        """The normalised residual (N,) at each of several values, on a coarse mesh or the plan's. Raises BadCalibration where no simulation
-        converges."""
-        plan = replace(self._plan, **{name: min(value, getattr(self._plan, name)) for name, value in COARSE.items()} if coarse else {})
+    def residuals(self, several: list[np.ndarray]) -> list[np.ndarray]:
+        """The normalised residual (N,) at each of several values. Raises BadCalibration where no simulation converges."""
         wanted = {tuple(values[:4]): self.numbers(values) for values in several}  # shifts need no simulation
-        solved = in_parallel(partial(_solve, plan), [(numbers, group) for numbers in wanted.values() for group in self._groups],
+        solved = in_parallel(partial(_solve, self._plan), [(numbers, group) for numbers in wanted.values() for group in self._groups],
                              'places simulated for the identification')
         count = len(self._groups)
         fields = {key: solved[count * k:count * (k + 1)] for k, key in enumerate(wanted)}
-        return [self._residual(plan, self.numbers(values), fields[tuple(values[:4])]) for values in several]
+        return [self._residual(self.numbers(values), fields[tuple(values[:4])]) for values in several]
 
-    def _residual(self, plan: LibraryPlan, numbers: SheetNumbers, solved: list[np.ndarray]) -> np.ndarray:
-        parts = [self._part(plan, numbers.camera_centres.shifted(field), depth, pressed, group.position[0, :2])
+    def _residual(self, numbers: SheetNumbers, solved: list[np.ndarray]) -> np.ndarray:
+        parts = [self._part(numbers.camera_centres.shifted(field), depth, pressed, group.position[0, :2])
                  for group, fields in zip(self._groups, solved)
                  for field, depth, pressed in zip(group.fields, group.depth, fields)]
         residual = np.concatenate(parts, axis=None)
@@ -82,10 +88,10 @@ class _NumbersFit:
         residual = np.where(np.isinf(residual), UNSOLVED, residual)
         return residual * np.minimum(1, np.sqrt(3 / np.maximum(np.abs(residual), 3)))  # robust: by the root beyond 3 sigma
 
-    def _part(self, plan: LibraryPlan, field: MarkerField, depth: float, pressed: np.ndarray, place: np.ndarray) -> np.ndarray:
+    def _part(self, field: MarkerField, depth: float, pressed: np.ndarray, place: np.ndarray) -> np.ndarray:
         seen, radius = field.seen, self._marker
         rest = field.rest[seen]
-        shown = field_appearance(pressed, plan, place, rest, field.camera_centre[seen], radius)
+        shown = field_appearance(pressed, self._plan, place, rest, field.camera_centre[seen], radius)
         difference = np.where(np.isfinite(pressed).all(), np.nan_to_num(shown - np.column_stack([field.shift, field.growth])[seen]), np.inf)
         shift = np.sqrt(SHIFT**2 + np.nan_to_num(field.sigma[seen])**2 + (SHARE * depth)**2)
         growth = np.full_like(shift, np.hypot(GROWTH, SHARE * depth * 1e3))
@@ -129,21 +135,23 @@ def calibrate_sheet(presses: Presses, sensor: MarkerSensor, known: SheetCalibrat
                              f'{FEWEST_TOUCHING} are needed')
     straight = usable & presses.straight()
     touching = presses.select(straight if straight.sum() >= max(FEWEST_TOUCHING, usable.sum() / 3) else usable)
-    numbers = fit_numbers(touching, plan) if known is None else known.found
-    library = build_library(replace(plan, radius=numbers.radius), numbers.material) if known is None else known.library
+    if known is None:
+        numbers = fit_numbers(touching, plan)
+        library = build_library(replace(plan, radius=numbers.radius), numbers.material)
+        marker_radius, camera_centres = numbers.marker_radius, numbers.camera_centres
+    else:
+        library, marker_radius, camera_centres = known.library, known.marker_radius, known.camera_centres
     truths = [Press(position[:2], float(depth)) for position, depth in zip(touching.position, touching.depth)]
-    first = SheetInverse(library, STILL, numbers.marker_radius, max(sensor.pitch))
-    numbers = replace(numbers, camera_centres=_placed(numbers.camera_centres, touching, truths, first))
-    still = [numbers.camera_centres.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
-    fields = [numbers.camera_centres.shifted(field) for field in touching.fields]
+    first = SheetInverse(library, STILL, marker_radius, max(sensor.pitch))
+    camera_centres = _placed(camera_centres, touching, truths, first)
+    still = [camera_centres.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
+    fields = [camera_centres.shifted(field) for field in touching.fields]
     noise = _noise(still, fields, truths, first)
-    inverse = SheetInverse(library, noise, numbers.marker_radius, max(sensor.pitch))
+    inverse = SheetInverse(library, noise, marker_radius, max(sensor.pitch))
     found = [inverse.solve(Seen(field), [truth]) for field, truth in zip(fields, truths)]
     place_error, depth_share = _remaining_errors(found, truths)
     covered = np.stack([touching.position[:, :2].min(0), touching.position[:, :2].max(0)])
-    return SheetCalibration(library, numbers.material, numbers.marker_radius, numbers.camera_centres, noise, place_error, depth_share,
-                            covered,
-                            deepest)
+    return SheetCalibration(library, marker_radius, camera_centres, noise, place_error, depth_share, covered, deepest)
 
 
 def _placed(camera_centres: CameraShifts, presses: Presses, truths: list[Press], inverse: SheetInverse) -> CameraShifts:

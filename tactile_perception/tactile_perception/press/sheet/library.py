@@ -4,8 +4,7 @@
 calibration file."""
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -82,24 +81,29 @@ class LibraryPlan:
 
 @dataclass
 class ModeClass:
-    """The modes of one parity: odd (2,) along x and y; modes (m, h, h, 3) on one quarter of the mesh; coefficients (order, order, TERMS,
-    levels + 3, m + w) of these and of the w numbers of the wrench with that parity.
+    """The modes of one parity: modes (m, h, h, 3) on one quarter of the mesh; coefficients (order, order, TERMS, levels + 3, m + w) of
+    these and of the w numbers of the wrench with that parity.
     """
 
-    odd: tuple[int, int]
     coefficients: np.ndarray
     modes: np.ndarray
 
 
+@dataclass
 class SheetLibrary:
-    """Displacement fields and wrenches for any place, depth, radius and drag of a round tip within plan, in single precision (1 nm).
+    """Displacement fields and wrenches for any place, depth, radius and drag of a round tip within plan, on a sheet of the material, in
+    single precision (1 nm); classes: as CLASSES.
 
     table: looks presses up. Raises ValueError for classes that do not fit the plan.
     """
 
-    def __init__(self, plan: LibraryPlan, classes: list[ModeClass], material: SheetMaterial):
-        self.plan, self.classes = plan, classes
-        widening = 3 * material.prestretch**-6  # of the sheet's stiffness against a change of area over that against shear
+    plan: LibraryPlan
+    material: SheetMaterial
+    classes: list[ModeClass]
+
+    def __post_init__(self):
+        plan, classes = self.plan, self.classes
+        widening = 3 * self.material.prestretch**-6  # of the sheet's stiffness against a change of area over that against shear
         numbers = np.array([*plan.half, *plan.reach, plan.scale, plan.depth, SPREAD, DEPTH_POWER, widening / (2 + 2 * widening)])
         sizes = np.array([plan.n, plan.order, plan.levels, *(len(part.modes) for part in classes)])
         coefficients = [part.coefficients.transpose(3, 2, 0, 1, 4).ravel() for part in classes]
@@ -125,7 +129,7 @@ def build_library(plan: LibraryPlan, material: SheetMaterial) -> SheetLibrary:
     for part in (solved, wrench):
         extrapolate(part.reshape(-1, *part.shape[3:]), depths)
     wrench[:, :, :, 0] = 2 * wrench[:, :, :, 1] - wrench[:, :, :, 2]
-    return SheetLibrary(plan, [_class(solved, wrench, odd, plan) for odd in CLASSES], material)
+    return SheetLibrary(plan, material, [_class(solved, wrench, odd, plan) for odd in CLASSES])
 
 
 def _pressed(plan: LibraryPlan, material: SheetMaterial, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -200,20 +204,7 @@ def _class(solved: np.ndarray, wrench: np.ndarray, odd: tuple[int, int], plan: L
     mixed[:, :, :3] = np.einsum('ck,ijklm->ijclm', np.linalg.inv(np.array([[1.0, -1, 1], [1, 0, 0], [1, 1, 1]])), mixed[:, :, :3])
     coefficients = np.stack([np.einsum('ai,bj,dl,ijlm->abdm', even_odd[odd[0] ^ ODD_TERMS[0][k]], even_odd[odd[1] ^ ODD_TERMS[1][k]],
                                        spline_fit(plan.levels), mixed[:, :, k], optimize=True) for k in range(TERMS)], axis=2)
-    return ModeClass(odd, coefficients, modes[:count].reshape(count, quarter, quarter, 3))
-
-
-def library_numbers(library: SheetLibrary) -> dict:
-    """The library as numbers and arrays."""
-    return {'plan': asdict(library.plan), 'classes': [{name: getattr(part, name).astype(np.float32) for name in ('coefficients', 'modes')}
-                                                      for part in library.classes]}
-
-
-def library_from_numbers(numbers: Mapping, material: SheetMaterial) -> SheetLibrary:
-    """Inverse of library_numbers, of a sheet of that material. Raises KeyError, TypeError or ValueError for an invalid mapping."""
-    plan = LibraryPlan(**{**numbers['plan'], 'half': tuple(numbers['plan']['half'])})
-    return SheetLibrary(plan, [ModeClass(odd, part['coefficients'], part['modes']) for odd, part in zip(CLASSES, numbers['classes'])],
-                        material)
+    return ModeClass(coefficients.astype(np.float32), modes[:count].reshape(count, quarter, quarter, 3).astype(np.float32))
 
 
 @dataclass(frozen=True)

@@ -4,20 +4,17 @@
 coarse place by a matched filter."""
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, astuple, dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
 from ...common.geometry import cross
-from ...errors import BadCalibration
 from ..choice import DRAGGED, Choice, Evidence
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..field import MarkerField
 from ..sensor import MarkerSensor
-from .library import Press, SheetLibrary, library_from_numbers, library_numbers
-from .mechanics import SheetMaterial
+from .library import Press, SheetLibrary
 
 SIZE = 6    # of a press's vector
 NEAR = 2.5  # marker pitches from a press within which markers are discs; farther away points. Chosen
@@ -39,7 +36,7 @@ class SheetConstants:
     strange: chi-square of a first frame from which two cameras show it at different moments
     unexplained: chi-square from which an estimate is ambiguous
     unseen: pitches from all markers that are seen: a touch there is not reported
-    floor: least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
+    floor: least standard deviations over the tip radius: on other paths than calibration's friction differs
     dragged: standard deviations over the tip radius that a drag of 1 adds
     radius: standard deviations of a log radius, of a press and of a drag, as other friction passes for another radius
     apart: standard deviations over the tip radius, of two presses at a chi-square of 2
@@ -52,7 +49,7 @@ class SheetConstants:
     strange: float = 2.5
     unexplained: float = 4.0
     unseen: float = 2.0
-    floor: float = 0.007
+    floor: tuple[float, float] = (0.005, 0.003)
     dragged: tuple[float, float] = (0.1, 0.06)
     radius: tuple[float, float] = (0.1, 0.2)
     apart: tuple[float, float] = (0.1, 0.04)
@@ -155,15 +152,12 @@ class SheetStart:
         x, y = (np.linspace(-0.95, 0.95, count) * reach for count, reach in zip(GRID, library.plan.reach))
         places = np.stack(np.meshgrid(x, y, indexing='ij'), axis=-1).reshape(-1, 2)
         self._presses = [Press(place, depth * library.plan.depth) for place in places for depth in DEPTHS]
-        self._rest = self._camera_centre = np.zeros((0, 2))
+        self._seen = np.zeros((0, 5))
 
     def best(self, field: MarkerField) -> tuple[Press, float]:
         """The best matching press, with depth scaled to the match, and the match in standard deviations of the noise or of the residual,
         whichever is larger."""
-        self._renew(field)
-        value = self._values(field)
-        known = np.isfinite(value) & self._known
-        value = np.where(known, value, 0.0)
+        value, known = self._values(field)
         match, length = self._fields @ value.astype(np.float32), self._lengths(known)
         score = match / length
         k = int(np.argmax(score))
@@ -174,11 +168,9 @@ class SheetStart:
 
     def best_pair(self, field: MarkerField) -> list[Press]:
         """The two presses whose fields, each scaled, add up to the field best; of the templates of PAIR_DEPTH, as best for the rest."""
-        self._renew(field)
-        value = self._values(field)
-        known = np.isfinite(value) & self._known
+        value, known = self._values(field)
         fields = np.where(known, self._fields[PAIR_DEPTH::len(DEPTHS)], 0.0)
-        match, both = fields @ np.where(known, value, 0.0), fields @ fields.T + 1e-9 * np.eye(len(fields))
+        match, both = fields @ value, fields @ fields.T + 1e-9 * np.eye(len(fields))
         own = np.diag(both)
         free = np.maximum(own[:, None] * own - both**2, 1e-3 * own[:, None] * own)  # alike ones tell nothing apart
         share = (match[:, None] * own - both * match) / free  # of the first of each pair
@@ -188,9 +180,12 @@ class SheetStart:
         return [replace(presses[k], depth=float(np.clip(presses[k].depth * share[k, other], 1e-5, self._library.plan.depth)))
                 for k, other in ((first, second), (second, first))]
 
-    def _values(self, field: MarkerField) -> np.ndarray:
-        """(3 K,) shift and growth of all markers over their noise."""
-        return (np.column_stack([field.shift, field.growth]) / self._sigma).ravel()
+    def _values(self, field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
+        """(3 K,) shift and growth of all markers over their noise, 0 where unknown, and which are known."""
+        self._renew(field)
+        value = (np.column_stack([field.shift, field.growth]) / self._sigma).ravel()
+        known = np.isfinite(value) & self._known
+        return np.where(known, value, 0.0), known
 
     def _lengths(self, known: np.ndarray) -> np.ndarray:
         """(P,) norms of the templates over the known values (3 K,)."""
@@ -200,20 +195,15 @@ class SheetStart:
 
     def _renew(self, field: MarkerField) -> None:
         """Renew the templates where markers or camera centres changed; a marker that is not seen keeps its last position."""
-        if len(self._rest) == len(field):
-            rest = np.where(np.isfinite(field.rest), field.rest, self._rest)
-            camera_centre = np.where(np.isfinite(field.camera_centre), field.camera_centre, self._camera_centre)
-            moved = [(np.abs(now - before) >= _MOVED).any() or np.count_nonzero(np.isnan(now)) != np.count_nonzero(np.isnan(before))
-                     for now, before in ((rest, self._rest), (camera_centre, self._camera_centre))]
-            if not any(moved):
+        seen = np.column_stack([field.rest, field.camera_centre])
+        if len(seen) == len(self._seen):
+            seen = np.where(np.isfinite(seen), seen, self._seen)
+            if np.allclose(seen, self._seen, rtol=0.0, atol=_MOVED, equal_nan=True):
                 return
-        else:
-            rest, camera_centre = field.rest, field.camera_centre
-        self._rest, self._camera_centre = rest, camera_centre
-        known = np.isfinite(rest).all(1) & np.isfinite(camera_centre).all(1)
+        self._seen, known = seen, np.isfinite(seen).all(1)
         fields = np.zeros((len(self._presses), len(field), 3))
         for k, press in enumerate(self._presses):
-            fields[k, known] = show(self._library, [press], rest[known], camera_centre[known])[0] / self._sigma
+            fields[k, known] = show(self._library, [press], seen[known, :2], seen[known, 2:])[0] / self._sigma
         self._known = np.repeat(known, 3)
         self._fields = fields.reshape(len(fields), -1).astype(np.float32)
         self._last = np.zeros(0, bool), np.zeros(0)
@@ -252,24 +242,13 @@ class CameraShifts:
 
 
 @dataclass(frozen=True)
-class SheetNumbers:
-    """radius: m, of the calibrated tip; material; marker_radius: m; camera_centres: camera positions."""
-
-    radius: float
-    material: SheetMaterial
-    marker_radius: float
-    camera_centres: CameraShifts
-
-
-@dataclass(frozen=True)
 class SheetCalibration:
-    """library: centred on the calibrated tip radius; material; marker_radius: m; camera centres; noise: of fields, with the model error;
-    place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth; place_range: (2, 2) m,
-    calibrated minimum and maximum of x and y; deepest: m, calibrated.
+    """library: centred on the calibrated tip radius; marker_radius: m; camera centres; noise: of fields, with the model error; place_error:
+    m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth; place_range: (2, 2) m, calibrated
+    minimum and maximum of x and y; deepest: m, calibrated.
     """
 
     library: SheetLibrary
-    material: SheetMaterial
     marker_radius: float
     camera_centres: CameraShifts
     noise: FieldNoise
@@ -277,37 +256,6 @@ class SheetCalibration:
     depth_share: float
     place_range: np.ndarray
     deepest: float
-
-    @property
-    def found(self) -> SheetNumbers:
-        """The identified parameters."""
-        return SheetNumbers(self.library.plan.radius, self.material, self.marker_radius, self.camera_centres)
-
-    def numbers(self) -> dict:
-        """As numbers and arrays, for a calibration file."""
-        return {'material': asdict(self.material), 'marker_radius': self.marker_radius,
-                'camera_centres': self.camera_centres.camera_centres.tolist(),
-                'camera_centre_shifts': self.camera_centres.shifts.tolist(), 'printed': self.camera_centres.printed.tolist(),
-                'turned': self.camera_centres.turned,
-                'noise': asdict(self.noise), 'place_error': self.place_error, 'depth_share': self.depth_share,
-                'place_range': self.place_range.tolist(), 'deepest': self.deepest, 'library': library_numbers(self.library)}
-
-    @classmethod
-    def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
-        """From these numbers. Raises BadCalibration where one is missing or invalid."""
-        try:
-            arrays = (np.array(numbers[name], float).reshape(-1, width) for name, width in
-                      (('camera_centres', 3), ('camera_centre_shifts', 2)))
-            camera_centres = CameraShifts(*arrays, np.array(numbers['printed'], float).reshape(2), float(numbers['turned']))
-            material = SheetMaterial(**numbers['material'])
-            library = library_from_numbers(numbers['library'], material)
-            marker_radius, place_error, depth_share, deepest = (
-                float(numbers[name]) for name in ('marker_radius', 'place_error', 'depth_share', 'deepest'))
-            place_range = np.array(numbers['place_range'], float).reshape(2, 2)
-            noise = FieldNoise(**numbers['noise'])
-            return cls(library, material, marker_radius, camera_centres, noise, place_error, depth_share, place_range, deepest)
-        except (KeyError, TypeError, ValueError) as error:
-            raise BadCalibration(f"the sheet model in the calibration file cannot be read ({error}); run calibrate again") from None
 
 
 class SheetModelMethod:
@@ -389,9 +337,9 @@ class SheetModelMethod:
             place, depth = self._centre(found, k, radius)
             lacks = np.array(CONSTANTS.apart)[[0, 0, 1]] * scale
             covariance = covariance + np.diag(lacks**2 * max(found.misfit - 1.0, 0.0))
-        aside, deeper = np.hypot(*press.drag) * np.array(CONSTANTS.dragged)
-        aside = np.hypot(max(CONSTANTS.floor, aside) * scale, calibration.place_error)
-        extra = np.array([aside, aside, np.hypot(deeper * scale, calibration.depth_share * depth)])
+        aside, deeper = np.maximum(np.hypot(*press.drag) * np.array(CONSTANTS.dragged), CONSTANTS.floor) * scale
+        aside = np.hypot(aside, calibration.place_error)
+        extra = np.array([aside, aside, np.hypot(deeper, calibration.depth_share * depth)])
         turned = np.diag([1.0, 1.0, -1.0])  # deeper is lower
         covariance = turned @ (covariance + np.diag(extra**2)) @ turned
         flags = self._flags(np.append(place[:2], depth)) | AMBIGUOUS * (found.misfit > CONSTANTS.unexplained)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dome_library import MATERIAL, MESH, PLAN, POINTS, evaluate, press, small_library
 from tactile_perception.errors import BadCalibration
-from tactile_perception.press.dome.library import RADIUS_SPREAD, AsSeen, library_from_numbers, library_numbers
+from tactile_perception.press.dome.library import RADIUS_SPREAD, AsSeen
 from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, outlines, press_dome, shift_of
 
 pytestmark = pytest.mark.full  # simulates a small library
@@ -67,20 +67,6 @@ def test_a_field_becomes_that_which_moves_the_outlines_of_markers():
                            for by in (seen, field[:, 0]))
         off, of_centres = (np.sqrt(np.mean((reported - true)**2)) * 0.165 for reported in (reported, plain))
         assert off < 2e-5 and off < 0.2 * of_centres
-
-
-def test_numbers_of_the_calibration_file_give_it_back():
-    numbers = library_numbers(small_library())
-    again = library_from_numbers(numbers)
-    presses = np.array([press(0.03, -0.01, 0.015, 0.2, 0.1, (0.1, 0.0))])
-    assert np.allclose(again.moved(POINTS, presses), small_library().moved(POINTS, presses), atol=2e-6)
-    assert np.allclose(again.push(presses[0]), small_library().push(presses[0]), rtol=1e-3)
-    without = library_from_numbers({key: numbers[key] for key in numbers if key != 'pushes'})
-    assert np.isnan(without.push(presses[0])).all()
-    for wrong in ({key: numbers[key] for key in numbers if key != 'even_table'}, {**numbers, 'odd_table': np.zeros(3, np.float32)},
-                  {**numbers, 'even_modes': numbers['odd_modes']}, {**numbers, 'plan': {}}):
-        with pytest.raises((KeyError, TypeError, ValueError)):
-            library_from_numbers(wrong)
 
 
 def test_a_dome_that_cannot_be_simulated_is_refused(monkeypatch):

@@ -4,20 +4,21 @@ import dataclasses
 
 import numpy as np
 import pytest
-from dome_library import EYES, MATERIAL, PLAN, library_field, press, small_library
+from dome_library import EYES, PLAN, inverse, library_field, press, small_library
 from dome_scenes import DOME, EYE, seen, markers
 from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.press.dome.library import RADIUS_SPREAD
-from tactile_perception.press.dome.model import DomeCalibration, DomeModelMethod, FieldNoise
+from tactile_perception.press.dome.model import DEPTH, STRAIGHT, UNKNOWN_FRICTION, DomeCalibration, DomeModelMethod, FieldNoise
 from tactile_perception.press.estimate import OUT_OF_RANGE
 from tactile_perception.press.sensor import first_touch_height
+from tactile_perception.press.stored import restored, stored
 
 pytestmark = pytest.mark.full  # simulates a small library
 
 
 @pytest.fixture(scope='module')
 def calibration():
-    return DomeCalibration(small_library(), MATERIAL, seen(markers()), EYES, FieldNoise(1.5e-5, 0.003, 0.002), 1e-4, 0.01, 1.0, 1.0,
+    return DomeCalibration(small_library(), seen(markers()), EYES, FieldNoise(1.5e-5, 0.003, 0.002), 1e-4, 0.01, 1.0, 1.0,
                            1.0, 0.0, 0.035, 0.08, 1.0)
 
 
@@ -103,12 +104,24 @@ def test_markers_are_lowered_under_the_tip(method):
 
 
 def test_what_does_not_fit_is_refused(method, calibration):
-    numbers = calibration.numbers()
-    again = DomeModelMethod(DomeCalibration.from_numbers(numbers), DOME)
+    numbers = stored(calibration)
+    again = DomeModelMethod(restored(DomeCalibration, numbers), DOME)
     assert np.allclose(again.solver.points, method.solver.points, equal_nan=True) and EYE[2] < 0
-    for wrong in ({key: value for key, value in numbers.items() if key != 'noise'}, {**numbers, 'camera_centre': [[0, 0, 0]]}):
+    library = numbers['library']
+    for wrong in ({key: value for key, value in numbers.items() if key != 'noise'}, {**numbers, 'camera_centres': [[0, 0, 0]]},
+                  {**numbers, 'library': {**library, 'shown': {**library['shown'], 'odd_table': np.zeros(3)}}},
+                  {**numbers, 'library': {**library, 'plan': {}}}):
         with pytest.raises(BadCalibration, match='run calibrate again'):
-            DomeCalibration.from_numbers(wrong)
+            restored(DomeCalibration, wrong)
     with pytest.raises(BadArgument, match='289 markers'):
         field = library_field()
         method.estimate(type(field)(*(getattr(field, part.name)[:50] for part in dataclasses.fields(field))))
+
+
+def test_a_straight_press_may_have_any_friction_and_the_covariance_says_so():
+    squares = []
+    for seed, number in enumerate(-np.abs(np.random.default_rng(3).normal(0, UNKNOWN_FRICTION, 30))):
+        true = press(0.022, -0.031, 0.021, 0.3, number)
+        found = inverse().solve(library_field(true, seed=seed), true[None], STRAIGHT)
+        squares.append((found.presses[0, DEPTH] - true[DEPTH])**2 / found.covariance[DEPTH, DEPTH])
+    assert 0.3 < np.mean(squares) < 2.0

@@ -9,9 +9,9 @@ from tactile_perception.calibration.files.format import CalibrationFile, read_ca
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.sheet import library as module
 from tactile_perception.press.sheet.model import show
-from tactile_perception.press.sheet.library import (LibraryPlan, Press, build_library, field_appearance, library_from_numbers,
-                                                    library_numbers)
-from tactile_perception.press.sheet.mechanics import SheetMaterial, SheetMesh, press_sheet, uniform
+from tactile_perception.press.sheet.library import Press, SheetLibrary, build_library, field_appearance
+from tactile_perception.press.sheet.mechanics import SheetMesh, press_sheet, uniform
+from tactile_perception.press.stored import restored, stored
 
 
 @pytest.mark.parametrize('place, depth, radius, drag', [
@@ -24,34 +24,6 @@ def test_a_press_looked_up_is_one_worked_out(place, depth, radius, drag):
     more = wrench[:2] / -wrench[2] - straight[:2] / -straight[2]
     found = show(library(), [Press(np.array(place), depth, np.log(radius / PLAN.radius), tuple(more))], GRID, EYE)[0][:, :2]
     assert np.sqrt(np.mean((found - exact)**2)) < 0.01 * depth and np.abs(found - exact).max() < 0.05 * depth
-
-
-@pytest.mark.full
-def test_a_stiff_sheet_is_reported_so_well_that_its_place_is_right():
-    """What the library lacks, reported as a change of place by the derivatives of the field."""
-    plan = LibraryPlan((0.0665, 0.0455), 8e-3, 4e-3, 10e-3, n=6, order=4, levels=6, substeps=1)
-    material, place, depth, step = SheetMaterial(1.25, 5e-6, 0.35), np.array([0.02, 0.005]), 3e-3, 2e-4
-    large = build_library(plan, material)
-    x, y = np.meshgrid(np.linspace(-0.061, 0.061, 14), np.linspace(-0.041, 0.041, 11))
-    grid = np.column_stack([x.ravel(), y.ravel()])
-    camera_centre = np.column_stack([np.where(x > 0, 0.03, -0.03).ravel(), 0 * x.ravel(), np.full(x.size, -0.046)])
-    mesh = SheetMesh(place, plan.half, plan.scale, plan.n)
-    solved = press_sheet(mesh, plan.load_steps(np.array([depth])), plan.radius, material)[0][-1]
-    exact = field_appearance(uniform(solved.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3), plan, place, grid, camera_centre, 0.0)[:, :2]
-
-    def reported(*off):
-        return show(large, [Press(place + off, depth)], grid, camera_centre)[0][:, :2]
-
-    slopes = np.stack([(reported(*move) - reported(*-move)).ravel() / (2 * step) for move in step * np.eye(2)], axis=1)
-    weight = 1 / (1e-6 + 0.01 * np.repeat(np.hypot(*exact.T), 2))  # model errors are in proportion to the displacement
-    lacks = np.linalg.lstsq(slopes * weight[:, None], (exact - reported(0.0, 0.0)).ravel() * weight, rcond=None)[0]
-    assert np.hypot(*lacks) < 1e-4
-
-
-def test_mirrored_presses_are_mirrored():
-    right, left = (show(library(), [Press(np.array([x, 4e-3]), 4e-3, 0.1, (20 * x, 0.1))], GRID * [100 * x, 1], EYE)[1][:, 0]
-                   for x in (0.01, -0.01))
-    assert right == pytest.approx(left * [-1, 1, 1], abs=2e-9)
 
 
 def test_a_sheet_that_cannot_be_solved_is_refused(monkeypatch):
@@ -75,8 +47,8 @@ def test_a_few_that_cannot_be_solved_go_on_in_a_straight_line(monkeypatch):
 
 
 def test_the_library_survives_a_calibration_file(tmp_path):
-    write_calibration(tmp_path / 'file.yaml', CalibrationFile('areal_single', {}, library_numbers(library()), {}, {}))
-    again = library_from_numbers(read_calibration(tmp_path / 'file.yaml', 'areal_single').fitted, MATERIAL)
+    write_calibration(tmp_path / 'file.yaml', CalibrationFile('areal_single', {}, stored(library()), {}, {}))
+    again = restored(SheetLibrary, read_calibration(tmp_path / 'file.yaml', 'areal_single').fitted)
     press = Press(np.array([0.01, -0.004]), 5e-3, 0.1, (0.3, 0.1))
     fields = [show(one, [press], GRID, EYE)[1][:, 0] for one in (library(), again)]
     assert np.abs(fields[1] - fields[0]).max() < 5e-6

@@ -9,10 +9,12 @@ from sheet_scenes import EYE, GRID, MATERIAL, PLAN, SENSOR, field_of, library, p
 from tactile_perception.errors import BadCalibration
 from tactile_perception.press.sheet.calibration import calibrate_sheet
 from tactile_perception.press.sheet.mechanics import SheetMesh, press_sheet
-from tactile_perception.press.sheet.model import CameraShifts, FieldNoise, SheetCalibration, SheetModelMethod, show
+from tactile_perception.press.sheet.model import (CameraShifts, FieldNoise, Seen, SheetCalibration, SheetInverse, SheetModelMethod,
+                                                  SheetStart, show)
 from tactile_perception.press.sheet.library import Press
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.estimate import AMBIGUOUS, OUT_OF_RANGE
+from tactile_perception.press.stored import restored
 
 NOISE = FieldNoise(5e-6, 5e-3, 3e-3, 1.5)
 COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
@@ -20,7 +22,7 @@ COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
 
 @functools.cache
 def fitted():
-    return SheetCalibration(library(), MATERIAL, 1.2e-3, CameraShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE, 3e-5, 0.01,
+    return SheetCalibration(library(), 1.2e-3, CameraShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE, 3e-5, 0.01,
                             COVERED, 6e-3)
 
 
@@ -177,7 +179,7 @@ def test_a_print_that_is_aside_and_turned_is_reported_by_all_presses():
 
 def test_a_broken_calibration_is_refused():
     with pytest.raises(BadCalibration, match='calibrate again'):
-        SheetCalibration.from_numbers({'noise': {}})
+        restored(SheetCalibration, {'noise': {}})
 
 
 def test_the_wrench_is_that_of_the_mechanics():
@@ -197,3 +199,24 @@ def test_the_same_frames_are_reported_the_same_to_the_bit_and_a_pause_forgets_wh
         reported.append([touch.position.tolist() for field in [press[0], still, press[1], still,
                                                                press[2]] for touch in method.estimate(field)])
     assert reported[0] == reported[1] == reported[2] and len(reported[0]) == 3
+
+
+def test_covariance_is_that_of_many_trials():
+    """In a world that is the library's own, noise alone scatters the estimate, as much as is said."""
+    inverse, press = SheetInverse(library(), FieldNoise(1e-5, 5e-3, 1e-6, 1e-4), 0.0, 4.5e-3), Press(np.array([0.008, 0.004]), 3e-3)
+    field = field_of(np.zeros((117, 3)))
+    clean, _ = show(library(), [press], field.rest, field.camera_centre)
+    errors, inverses = [], []
+    for seed in range(150):
+        found = inverse.solve(Seen(field_of(clean, 1e-5, 5e-3, seed)), [press])
+        errors.append(found.presses[0].vector - press.vector)
+        inverses.append(np.linalg.inv(found.covariance[:3, :3]))
+    squares = [error[:3] @ inverse @ error[:3] / 3 for error, inverse in zip(errors, inverses)]
+    assert 0.7 < np.mean(squares) < 1.3
+
+
+def test_noise_louder_than_was_calibrated_does_not_stand_out():
+    """Nor does it hide a press."""
+    start, still = SheetStart(library(), 1e-5, 5e-3), np.zeros((len(GRID), 3))
+    scores = [start.best(field_of(still, 3e-5, 2e-2, seed))[1] for seed in range(300)]
+    assert max(scores) < 6 < 30 < start.best(field_of(pressed(0.006, -0.004, 3e-3), 3e-5, 2e-2))[1]
