@@ -120,7 +120,7 @@ class GelEstimator:
 
     def reset(self) -> None:
         """Forget dots, noise and contacts; ids are not used again."""
-        self._noise, self._laid, self._grid, self._last = DotNoise(), None, None, {}
+        self._noise, self._laid, self._grid, self._last, self._force = DotNoise(), None, None, {}, None
         self._force_sigma, self._slip_state = np.full(3, np.nan), NONE
 
     def health(self) -> tuple[str, dict]:
@@ -137,12 +137,13 @@ class GelEstimator:
         tracks = known_dots(tracks, 'dots')
         if self._laid is None or (tracks.rows, tracks.columns) != self._grid:
             self._laid = _LaidOut(tracks, self.layer, self._pitch, self._scale, self._centre, self._focal)
-            self._grid, self._noise = (tracks.rows, tracks.columns), DotNoise()
+            self._grid, self._noise, self._force = (tracks.rows, tracks.columns), DotNoise(), None
         touched, sigma, metres = self._noise.touched(tracks, stamp_s), self._noise.sigma, self._laid.metres
         try:
-            found = self._laid.fit.solve(self._laid.rows_of(tracks), tracks.duv * metres, sigma * metres) if touched else None
+            found = self._laid.fit.solve(self._laid.rows_of(tracks), tracks.duv * metres, sigma * metres, self._force) if touched else None
         except (np.linalg.LinAlgError, RuntimeError) as error:  # of nnls: no end
             raise BadFrame(f'no loads explain how the dots moved ({error}); check them in image_annotated') from error
+        self._force = found.force if found else None
         return self._result(tracks, found)
 
     def _result(self, tracks: DotTracks, found: Tractions | None) -> GelResult:

@@ -13,6 +13,7 @@ from .layer import Layer
 _UNEVEN = 0.3  # prior: how far the shear of a place may lie from the shear that the contact shares, over its pressure; of friction's order
 _NEIGHBOURS = 1.0  # steps: prior: a place is pressed about as hard as those within this standard deviation
 _ROUNDS = 4  # of the prior's amplitudes; three more change forces by 1 %
+_FOLLOWING = 2  # of them from a fit that was near: of the frame before, or with all dots
 _STEPS = 30  # of the linear fit before them, which only has to find the place
 _FAINT = 3e-3  # of the greatest amplitude: fainter places are left out; a tenth of it changes forces by a thousandth
 _LINEAR = 0.05  # of a dot's displacement: what a linear layer leaves at strains of a tenth
@@ -62,29 +63,33 @@ class TractionFit:
         moves = self._loads.matrix(dots, self.places)
         return moves[:, :2] - (dots / self._distance)[:, :, None, None] * moves[:, 2:]
 
-    def solve(self, rows: np.ndarray, moved: np.ndarray, sigma: float) -> Tractions:
-        """Loads from displacements (D, 2), m, with standard deviation sigma, m, a coordinate; rows: of the same dots."""
+    def solve(self, rows: np.ndarray, moved: np.ndarray, sigma: float, before: np.ndarray | None = None) -> Tractions:
+        """Loads from displacements (D, 2), m, with standard deviation sigma, m, a coordinate; rows: of the same dots; before: (P, 3) m^2,
+        loads a frame before, None where nothing touched."""
         used = np.ones(len(moved), bool)
-        found = self._fit(rows, moved, sigma, used)
-        off = np.abs(moved - np.einsum('dipj,pj->di', rows, found.force * [1, 1, -1])).max(axis=1)
+        found = self._fit(rows, moved, sigma, used, before)
+        off = np.abs(moved - _moved(rows, found.force)).max(axis=1)
         used = off <= _OUTLIER * max(1.4826 * np.median(off), sigma)
-        return found if used.all() else self._fit(rows, moved, sigma, used)
+        return found if used.all() else self._fit(rows, moved, sigma, used, found.force)
 
-    def _fit(self, rows: np.ndarray, moved: np.ndarray, sigma: float, used: np.ndarray) -> Tractions:
+    def _fit(self, rows: np.ndarray, moved: np.ndarray, sigma: float, used: np.ndarray, before: np.ndarray | None) -> Tractions:
         """The loads: pressure p >= 0 at each place, shear (lean + uneven) p, of which uneven is as the prior says.
 
         Pressures are normal with variances spread, which are those of their neighbourhood in the round before (iterated reweighting, as in
-        sparse Bayesian learning); the first ones are of a linear fit of pressures and shears that are alike everywhere. Given lean and
-        spread, the pressures are a least-squares fit without negatives, with the uneven shear integrated out.
+        sparse Bayesian learning); the first ones are those before, and what a linear fit, alike everywhere, adds to explain the rest. Given
+        lean and spread, the pressures are a least-squares fit without negatives, with the uneven shear integrated out.
         """
         from scipy.sparse.linalg import lsqr  # needed here alone
-        moved = moved[used]
+        rounds, before = (_ROUNDS, np.zeros((len(self.places), 3))) if before is None else (_FOLLOWING, before)
+        moved, rows = moved[used], rows[used]
         sigma = np.repeat(np.hypot(sigma, _LINEAR * np.linalg.norm(moved, axis=1)), 2)
-        rows, data = rows[used].reshape(-1, len(self.places), 3) / sigma[:, None, None], moved.ravel() / sigma
-        alike = 1 / np.sqrt(data @ data / (rows**2).sum())
-        share = np.maximum(lsqr(rows.reshape(len(data), -1), data, damp=alike, iter_lim=_STEPS)[0][2::3], 0)
+        rest = (moved - _moved(rows, before)).ravel() / sigma
+        rows, data = rows.reshape(-1, len(self.places), 3) / sigma[:, None, None], moved.ravel() / sigma
+        alike = 1 / np.sqrt(rest @ rest / (rows**2).sum())
+        added = lsqr(rows.reshape(len(data), -1), rest, damp=alike, iter_lim=_STEPS)[0][2::3]
+        share = np.maximum(added - before[:, 2], 0)
         at, lean = np.arange(len(share)), np.zeros(2)
-        for _ in range(_ROUNDS):
+        for _ in range(rounds):
             spread = (self._smooth[:, at] @ share)**2
             at = np.flatnonzero(spread > _FAINT**2 * spread.max())
             if not len(at):
@@ -107,6 +112,11 @@ class TractionFit:
             of_lean[axis, axis], of_uneven[axis, axis::2] = total, 1.0
         both = white.covariance(share, lean, of_pressure, of_lean, of_uneven)
         return Tractions(force, used, both[:3, :3] + np.diag((_MODEL * force.sum(axis=0))**2), both[3:, 3:])
+
+
+def _moved(rows: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """(D, 2) m, displacements of dots under forces (P, 3) on the places."""
+    return np.einsum('dipj,pj->di', rows, force * [1, 1, -1])
 
 
 class _Whitened:

@@ -123,6 +123,21 @@ def test_what_a_gel_keeps_of_a_touch_for_a_while_is_no_contact(share, touches):
     assert estimator.process(left, 60.0).contacts, 'a minute later it is a touch'
 
 
+def test_a_second_touch_is_found_while_the_first_one_stays():
+    first, second = (pressed_gel(np.random.default_rng(15), middle=(x, 0.0), depth=6e-4, radius=3e-3) for x in (-4.5e-3, 4.5e-3))
+    rng = np.random.default_rng(16)
+    estimator = estimator_of(first, rng)
+    tracks, beside = first.tracks(first.states[0], rng), second.tracks(second.states[0], rng)
+    for frame in range(3):
+        assert len(estimator.process(tracks, 1.0 + 0.04 * frame).contacts) == 1
+    both = copy.deepcopy(tracks)
+    both.duv = tracks.duv + beside.duv
+    both.uv = tracks.rest_uv + both.duv
+    for frame in range(3):
+        found = estimator.process(both, 2.0 + 0.04 * frame).contacts
+    assert sorted(contact.position[0] for contact in found) == pytest.approx([-4.5e-3, 4.5e-3], abs=0.4e-3)
+
+
 def test_lost_hidden_and_mistaken_dots():
     rng = np.random.default_rng(11)
     gel = pressed_gel(rng, middle=(1e-3, 0.0), way=(2e-4, 0.0))
