@@ -12,7 +12,6 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 from tactile_bringup.installed import share
 from tactile_perception.node import make_node
-from tactile_bringup.nodes.markers_node import _INPUTS
 from tactile_driver.nodes.runtime.host import Host, SharedPublisher
 
 _NUMBERS = itertools.count(1)
@@ -116,28 +115,21 @@ class FedMarkers:
     """The node that draws a sensor, with somebody who looks at all that it draws."""
 
     def __init__(self, name: str, sensor: str):
-        self.name, self.node = name, make_node(name, Host(arguments(f'/fed{next(_NUMBERS)}', sensor)))
+        own = {} if name == 'markers_node' else {'rate': 1000.0}  # each set is drawn
+        self.name, self.node = name, make_node(name, Host(arguments(f'/fed{next(_NUMBERS)}', sensor), own))
         self.markers, self.pictures = Sink('markers'), Sink('image_annotated')
         self.node.marker_output, self.node.picture_output = self.markers, self.pictures
-        if name == 'markers_node':
-            self.node._look_timer.cancel()
-            self.node._expected = {topic for topic, _ in sent(sensor)} & {*_INPUTS, 'image_raw'}
+        self.node._look_timer.cancel()
+        self.node._expected = {topic for topic, _ in sent(sensor)} & {*self.node.marked, *self.node.pictured}
 
     def feed(self, topic: str, message) -> list[tuple[str, object]]:
         """What is drawn for a message."""
         self.markers.published, self.pictures.published = [], []
-        self._take(topic, message)
+        if topic in self.node._expected:
+            self.node._take(topic, message, 0)
+        elif topic == 'camera_info':
+            self.node._on_camera_info(message, 0)
         return [('markers', drawn) for drawn in self.markers.published] + [('image_annotated', drawn) for drawn in self.pictures.published]
-
-    def _take(self, topic: str, message) -> None:
-        node = self.node
-        if self.name != 'markers_node' and topic in node.inputs:
-            node._due_s = 0.0
-            node._take(topic, message)
-        elif self.name == 'markers_node' and topic == 'camera_info':
-            node._on_camera_info(message, 0)
-        elif self.name == 'markers_node' and topic in node._expected:
-            node._on_message(topic, message)
 
     def close(self) -> None:
         self.node.destroy_node()
