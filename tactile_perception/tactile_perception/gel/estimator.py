@@ -22,8 +22,8 @@ FEWEST = 6  # dots: three parameters of a press and three of a shear
 _CELLS = 1.5  # places for loads to a pitch; more changes forces by 1 %, for twice the time
 _MOST = 400  # places: into more no gel is divided, for time; with 800, forces change by less than 1 %
 _DRIFTED = 0.25  # px: a dot whose place at rest drifts farther is laid out anew; it changes displacements by less than a hundredth
-SIGNIFICANT = 5.0  # sigmas that three dots must have moved: one of 1,000 does by chance in a thousand frames, three no mistaken dot
-SET, RECOVERY_S = 0.1, 10.0  # prior: of a touch's displacement, what a silicone keeps after it; s in which that falls to a third
+_SIGNIFICANT = 5.0  # sigmas that three dots must have moved: one of 1,000 does by chance in a thousand frames, three no mistaken dot
+_SET, _RECOVERY_S = 0.1, 10.0  # prior: of a touch's displacement, what a silicone keeps after it; s in which that falls to a third
 _EDGE = 0.2  # of the greatest pressure: where the region ends. Between a ball's, which fades, and a stamp's; both blurred by the dots
 FARTHEST_PX = 1e5  # no camera has so many
 _COARSEST, _FINEST = 4.0, 0.02  # thicknesses from place to place: beyond, loads of neighbours do not meet, or all lie on one spot
@@ -66,12 +66,12 @@ class DotNoise:
         return max(float(np.sqrt(self._sum / self._count)), _LEAST_SIGMA)
 
     def touched(self, tracks: DotTracks, stamp_s: float) -> bool:
-        """Whether something touches: three dots of the next frame have moved by SIGNIFICANT, and by more than the last touch may have left;
+        """Whether something touches: three dots of the next frame have moved by so many sigmas, and by more than the last touch may leave;
         if not, its noise is taken."""
         moved = float(np.sort(np.abs(tracks.duv).max(axis=1))[-3])
-        self._farthest *= float(np.exp(-max(stamp_s - self._stamp_s, 0.0) / RECOVERY_S))
+        self._farthest *= float(np.exp(-max(stamp_s - self._stamp_s, 0.0) / _RECOVERY_S))
         self._stamp_s = stamp_s
-        if moved > SIGNIFICANT * self.sigma + SET * self._farthest:
+        if moved > _SIGNIFICANT * self.sigma + _SET * self._farthest:
             self._last, self._farthest = None, max(moved, self._farthest)
             return True
         if self._last is not None:

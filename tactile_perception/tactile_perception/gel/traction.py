@@ -6,6 +6,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import nnls
+from scipy.sparse.linalg import lsqr
 
 from ..errors import BadArgument
 from .layer import Layer
@@ -79,7 +82,6 @@ class TractionFit:
         sparse Bayesian learning); the first ones are those before, and what a linear fit, alike everywhere, adds to explain the rest. Given
         lean and spread, the pressures are a least-squares fit without negatives, with the uneven shear integrated out.
         """
-        from scipy.sparse.linalg import lsqr  # needed here alone
         rounds, before = (_ROUNDS, np.zeros((len(self.places), 3))) if before is None else (_FOLLOWING, before)
         moved, rows = moved[used], rows[used]
         sigma = np.repeat(np.hypot(sigma, _LINEAR * np.linalg.norm(moved, axis=1)), 2)
@@ -130,12 +132,10 @@ class _Whitened:
         self._data = self._white(data)
 
     def _white(self, columns: np.ndarray, transposed: bool = False) -> np.ndarray:
-        from scipy.linalg import solve_triangular  # needed here alone
         return solve_triangular(self._root, columns, lower=True, trans=int(transposed), check_finite=False)
 
     def pressures(self, lean: np.ndarray) -> np.ndarray:
         """(A,) m^2: the pressures, none negative, with the shear that they share."""
-        from scipy.optimize import nnls
         rows = self._white(self._rows @ np.append(lean, 1.0))
         root = np.linalg.cholesky(rows.T @ rows + np.diag(self._weight))
         return nnls(root.T, np.linalg.solve(root, rows.T @ self._data))[0]

@@ -196,14 +196,13 @@ def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
 def fit_methods(presses: Presses, reader: PressReader, only: str = '') -> tuple[dict, dict[str, Found]]:
     """Fit each method, or only one, to the presses and cross-validate it; fitted numbers and results by method. Raises BadCalibration when
     none fits."""
-    methods, held = {}, {}
-    for name in [only] if only else methods_for(reader.sensor):
+    known, methods, held = methods_for(reader.sensor), {}, {}
+    for name in [only] if only else known:
         print(f'fitting {name} to {presses.touching.sum()} presses, and cross-validating it', file=sys.stderr, flush=True)
-        method = methods_for(reader.sensor)[name]
         try:
             with log_reported():
-                fitted = method.fit(presses, reader.sensor)
-                held[name] = held_out(method, presses, reader.sensor, fitted)
+                fitted = known[name].fit(presses, reader.sensor)
+                held[name] = held_out(known[name], presses, reader.sensor, fitted)
             methods[name] = fitted
         except BadCalibration as error:
             reader.left_out.append(f'method {name}: {error}')

@@ -354,7 +354,7 @@ class WaterModel:
     def depths(self, image: np.ndarray, tracks: DotTracks, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
         """Ranges (N,) of the dots, m along the unit ray from the camera's centre, and their standard deviations (N,), m.
 
-        image: (H, W, 3) uint8 BGR; the standard deviations exclude the common errors (scale_sigma). Both are NaN for a dot
+        image: (H, W, 3) uint8 BGR; the standard deviations exclude the common error (scale_sigma). Both are NaN for a dot
         without a usable colour. Raises BadFrame for an image without colour.
         """
         rest = self.at_rest(self.cap.meet(camera.centre, camera.rays(tracks.rest_uv)))

@@ -240,8 +240,6 @@ def _starts(library: DomeLibrary) -> np.ndarray:
     return np.array(starts)
 
 
-
-
 SHALLOW = 0.2           # of the deepest press: above it, model errors are in proportion to depth. Chosen
 
 
