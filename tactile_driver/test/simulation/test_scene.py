@@ -207,16 +207,6 @@ def test_scene_repeats_but_its_noise_does_not(scene):
 
 
 @pytest.mark.full
-def test_a_slow_camera_sees_the_same_presses():
-    slow, quick = (open_scene('sphere_press', rate=rate, width=320, height=240) for rate in (3, 30))
-    assert slow.frames * 10 == pytest.approx(quick.frames, abs=10)
-    for k in range(slow.frames):
-        pair = slow.observe(k).truth, quick.observe(10 * k).truth
-        depth, other = (max([touch.depth for touch in truth.contacts], default=0.0) for truth in pair)
-        assert depth == pytest.approx(other, abs=1e-6)
-
-
-@pytest.mark.full
 def test_a_fast_drag_slides_at_coulombs_friction():
     scene = open_dual_scene('areal_dual_fast_drag', shutters=Shutters(0.0))
     forces = np.array([scene.observe(k).truth.wrench[:3] for k in range(73, 88)])  # the first drag, at 80 mm/s

@@ -62,13 +62,6 @@ def test_the_tip_that_the_method_tells_goes_before_the_nominal_one():
     assert wide > 1.5 * narrow
 
 
-def test_without_touches_nothing_is_in_contact_and_nothing_is_reported():
-    found = region_of([], field_at_rest(), SHEET, 8e-3)
-    assert found.area == 0.0
-    assert not found.dot_state.any()
-    assert np.isnan(found.centroid).all()
-
-
 def test_on_a_domes_slope_the_outline_is_on_the_tip_across_the_slope():
     tip, place = 0.025, np.array([0.05, -0.02])
     lowest = np.array([*place, 0.09])

@@ -61,15 +61,6 @@ def test_ring_has_a_hole_and_no_direction(pad):
     np.testing.assert_array_equal(region.members, dots.score > 0.5)
 
 
-def test_missing_dots_change_little(pad):
-    dots = pad.disc(noise=20e-6)
-    keep = np.random.default_rng(1).random(529) > 0.1
-    fewer = ContactDots(23, 23, dots.ids[keep], dots.xyz[keep], dots.score[keep], dots.state[keep])
-    whole, part = (describe(some, find_regions(some)) for some in (dots, fewer))
-    assert part.area == pytest.approx(whole.area, rel=0.05)
-    assert np.linalg.norm(part.centroid - whole.centroid) < 0.1e-3
-
-
 def test_refuses_what_is_not_finite(pad):
     dots = pad.disc()
     for name in ('xyz', 'score'):

@@ -49,20 +49,3 @@ def test_edge_and_range_are_flagged(pad):
     assert finder.see(pad.disc(height=9e-3))[0].flags == OUT_OF_RANGE
     assert finder.see(pad.disc(centre=(6e-3, 0)))[0].flags == OUT_OF_RANGE
     assert Finder(pad.cap).see(pad.disc(centre=(10e-3, 0)))[0].flags & AT_EDGE
-
-
-@pytest.mark.parametrize('name', ['tp_rect_drag', 'tp_disc_twist'])
-def test_one_number_through_a_recording(recording, name, pad):
-    truth, finder, errors = recording(name), Finder(pad.cap), []
-    for k in range(len(truth['timestamps'])):
-        if truth['dot_contact'][k].sum() < 4:
-            continue
-        dots = pad.disc()
-        dots.xyz = truth['dot_xyz'][k].astype(float)
-        dots.score, dots.state = truth['dot_contact'][k].astype(float), truth['dot_state'][k]
-        contact, = finder.see(dots)
-        assert contact.id == 1
-        errors.append([contact.depth - truth['depth'][k], np.linalg.norm((contact.position - truth['contact_centroid'][k])[:2])])
-    depth, place = np.median(np.abs(errors), axis=0)
-    assert depth < 10e-6
-    assert place < 0.15e-3
