@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tactile_driver.simulation.scene.observe import Observer, SLIP_SPEED, find_region
-from tactile_driver.simulation.scene.shutters import Shutters
+from tactile_driver.simulation.scene.specimen import Shutters
 from tactile_driver.simulation.sensors.areal_dual import areal_dual
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
