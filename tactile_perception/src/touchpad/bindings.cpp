@@ -24,7 +24,7 @@ py::tuple colours(const py::object& image, const py::object& uv, double radius, 
     const RingColours found = without_gil([&] {
         return ring_colours({pixels.data(), pixels.length(0), pixels.length(1)}, places.data(), places.length(), radius, ink, glare);
     });
-    return py::make_tuple(rows_of(found.ratios, 2), row_of(found.brightness), row_of(found.count));
+    return py::make_tuple(rows_of(found.ratios, 2), row_of(found.brightness), row_of(found.count), row_of(found.patchiness));
 }
 
 LightPath as_path(const Input<double>& path) {
@@ -57,21 +57,24 @@ py::tuple light_on_skin(const py::object& path, const py::object& places, const 
     return py::make_tuple(row_of(found.irradiance), row_of(found.lengths));
 }
 
-py::tuple lengths_of_colours(const py::object& ratios, const py::object& count, const py::object& excess, const py::object& excess_sigma,
-                             const py::object& colour, std::array<double, 2> constants, std::array<double, 2> absorptions,
-                             std::array<double, 4> noise, double disagree, double probability, double size) {
+py::tuple lengths_of_colours(const py::object& ratios, const py::object& count, const py::object& patchiness, const py::object& excess,
+                             const py::object& excess_sigma, const py::object& colour, std::array<double, 2> constants,
+                             std::array<double, 2> absorptions, std::array<double, 4> noise, double disagree, double patchy,
+                             double probability, double size) {
     const Input<double> logs(ratios, "ratios", {ANY, 2});
     const py::ssize_t dots = logs.length();
     const Input<std::int64_t> points(count, "count", {dots});
-    const Input<double> bright(excess, "excess", {dots}), sigma(excess_sigma, "excess_sigma", {dots}), tints(colour, "colour", {dots, 2});
+    const Input<double> spread(patchiness, "patchiness", {dots}), bright(excess, "excess", {dots}),
+        sigma(excess_sigma, "excess_sigma", {dots}), tints(colour, "colour", {dots, 2});
     const WaterColour water{{constants[0], constants[1]},
                             {within(absorptions[0], "absorptions", 1e-6, 1e6), within(absorptions[1], "absorptions", 1e-6, 1e6)},
                             {noise[0], noise[1], noise[2], noise[3]},
-                            within(disagree, "disagree", 1e-6, 1e6)};
+                            within(disagree, "disagree", 1e-6, 1e6),
+                            within(patchy, "patchy", 0, 1e6)};
     within(noise[0] * noise[3] - noise[1] * noise[2], "noise", 1e-300, 1e300);
     const Glare glare{within(probability, "probability", 1e-6, 1), within(size, "size", 1e-6, 1e3)};
     const WaterLengths found = without_gil([&] {
-        return water_lengths(water, glare, {logs.data(), points.data(), bright.data(), sigma.data(), tints.data(), dots});
+        return water_lengths(water, glare, {logs.data(), points.data(), spread.data(), bright.data(), sigma.data(), tints.data(), dots});
     });
     return py::make_tuple(row_of(found.lengths), row_of(found.sigma));
 }
@@ -408,8 +411,8 @@ void bind_touchpad(py::module_& module) {
     module.def(
         "ring_colours", &colours, py::arg("image"), py::arg("uv"), py::arg("radius"), py::kw_only(), py::arg("ink"), py::arg("glare"),
         "Background around dots at uv (N, 2) float64, px, in an image (H, W, 3) uint8, blue, green, red, on rings of radius px: ratios\n"
-        "(N, 2) ln(blue / red), ln(green / red); brightness (N,) ln(red); count (N,) of 16 ring points used. Points with blue below ink or\n"
-        "above glare times the ring's upper quartile are left out.");
+        "(N, 2) ln(blue / red), ln(green / red); brightness (N,) ln(red); count (N,) of 16 ring points used; patchiness (N,). Points with\n"
+        "blue below ink or above glare times the ring's upper quartile are left out.");
     module.def(
         "path_lengths", &path_lengths, py::arg("path"), py::arg("places"), py::arg("normals"), py::arg("rays"),
         "Lengths (N,), m, of the light's path in the water to places (N, 3), m, their derivatives (N,) along unit rays (N, 3), and the\n"
@@ -420,14 +423,17 @@ void bind_touchpad(py::module_& module) {
                "Irradiance (K,) of a skin through a grid of places (K, 3), m, and lengths (K,), m, of the light's paths in the water.\n\n"
                "path: as for path_lengths; border_normals: (K, 3), unit, of places at the grid's border or with a missing neighbour.");
     module.def(
-        "water_lengths", &lengths_of_colours, py::arg("ratios"), py::arg("count"), py::arg("excess"), py::arg("excess_sigma"),
-        py::arg("colour"), py::kw_only(), py::arg("constants"), py::arg("absorptions"), py::arg("noise"), py::arg("disagree"),
-        py::arg("probability"), py::arg("size"),
+        "water_lengths", &lengths_of_colours, py::arg("ratios"), py::arg("count"), py::arg("patchiness"), py::arg("excess"),
+        py::arg("excess_sigma"), py::arg("colour"), py::kw_only(), py::arg("constants"), py::arg("absorptions"), py::arg("noise"),
+        py::arg("disagree"), py::arg("patchy"), py::arg("probability"), py::arg("size"),
         "Path lengths (N,), m, in the water, and their standard deviations (N,).\n\n"
-        "ratios (N, 2), count (N,) int64: of ring_colours; excess: (N,) ln of the red light over that expected without\n"
+        "ratios (N, 2), count (N,) int64, patchiness (N,): of ring_colours; excess: (N,) ln of the red light over that expected without\n"
         "glare, with excess_sigma (N,), and colour: (N, 2) ratios of glare over those of scattered light, NaN: unknown; constants,\n"
-        "absorptions (1/m), noise (4,): of the water's log ratios; disagree: standard deviations between the ratios, from which\n"
-        "the deviation is wider; probability: of glare; size: standard deviation of red glare over scattered red.");
+        "absorptions (1/m), noise (4,): of the water's log ratios; disagree: standard deviations between the ratios, and patchy: times "
+        "the\n"
+        "noise's variance of a ring point, from which the deviation is wider; probability: of glare; size: standard deviation of red glare "
+        "over\n"
+        "scattered red.");
     module.def(
         "water_ranges", &ranges, py::arg("path"), py::arg("lengths"), py::kw_only(), py::arg("rays"), py::arg("id"), py::arg("rest_ranges"),
         py::arg("rest_normals"), py::arg("rows"), py::arg("columns"), py::arg("ring_share"),

@@ -94,10 +94,27 @@ std::array<int, POINTS> background(const RingSums& sums, double ink, double glar
     return keep;
 }
 
+// Relative variance of blue / red over the points kept, without its mean and first harmonic (Fourier series).
+double patchiness(const RingSums& sums, const std::array<int, POINTS>& keep, int count, const OnRing& cosine, const OnRing& sine) {
+    OnRing uneven;
+    double mean = 0, square = 0, first = 0, second = 0;
+    for (int p = 0; p < POINTS; ++p) {
+        uneven[p] = keep[p] * (static_cast<double>(sums.of[0][p]) / std::max(sums.of[2][p], 1));
+        mean += uneven[p];
+    }
+    mean = std::max(mean / std::max(count, 1), 1e-6);
+    for (int p = 0; p < POINTS; ++p) {
+        const double off = keep[p] * (uneven[p] / mean - 1.0);
+        square += off * off, first += off * cosine[p], second += off * sine[p];
+    }
+    return square / POINTS - (first * first + second * second) * 2 / (POINTS * POINTS);
+}
+
 }  // namespace
 
 RingColours ring_colours(const ColourImage& image, const double* places, std::ptrdiff_t count, double radius, double ink, double glare) {
-    RingColours found{std::vector<double>(2 * count, NONE), std::vector<double>(count, NONE), std::vector<std::int64_t>(count, 0)};
+    RingColours found{std::vector<double>(2 * count, NONE), std::vector<double>(count, NONE), std::vector<std::int64_t>(count, 0),
+                      std::vector<double>(count, 0)};
     OnRing cosine, sine;
     for (int p = 0; p < POINTS; ++p) cosine[p] = std::cos(2 * M_PI * p / POINTS), sine[p] = std::sin(2 * M_PI * p / POINTS);
     for (std::ptrdiff_t k = 0; k < count; ++k) {
@@ -106,6 +123,7 @@ RingColours ring_colours(const ColourImage& image, const double* places, std::pt
         const std::array<int, POINTS> keep = background(sums, ink, glare);
         const int used = std::accumulate(keep.begin(), keep.end(), 0);
         found.count[k] = used;
+        found.patchiness[k] = patchiness(sums, keep, used, cosine, sine);
         double total[3];
         for (int channel = 0; channel < 3; ++channel)
             total[channel] = std::inner_product(keep.begin(), keep.end(), sums.of[channel].begin(), 0);
@@ -228,8 +246,9 @@ WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const D
             best.disagreement = (1 - p) * best.disagreement + p * other.disagreement;
         }
         const double widen = std::max(best.disagreement * best.disagreement / (water.disagree * water.disagree), 1.0);
+        const double patches = std::max(seen.patchiness[k] - water.patchy * POINTS * water.noise[0], 0.0);
         found.lengths[k] = best.length;
-        found.sigma[k] = widen * std::sqrt(best.variance);
+        found.sigma[k] = std::sqrt(widen * widen * best.variance + patches / (water.absorptions[0] * water.absorptions[0]));
     }
     return found;
 }

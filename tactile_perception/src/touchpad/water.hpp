@@ -39,6 +39,7 @@ struct RingColours {
     std::vector<double> ratios;       // N x 2: ln(blue / red), ln(green / red)
     std::vector<double> brightness;   // N: ln(red), red in grey levels
     std::vector<std::int64_t> count;  // N: ring points used, of 16
+    std::vector<double> patchiness;   // N: relative variance of blue / red around the ring without its mean and first harmonic
 };
 
 // The colours on rings of the given radius, px, around N dots at u, v, u, v, ... px. A point with blue below or above the shares ink and
@@ -55,17 +56,18 @@ SkinLight skin_light(const LightPath& path, const double* places, const double* 
                      std::ptrdiff_t columns);
 
 // The colour of the water: the ratios blue/red and green/red are exp(constant - absorption * length), their logarithms have covariance
-// noise. disagree: standard deviations between the two ratios above which the length's is widened.
+// noise. disagree: standard deviations between the two ratios above which the length's is widened; patchy: times the noise's variance of a
+// ring point above which blue / red around a ring shows glare or an edge.
 struct WaterColour {
-    double constants[2], absorptions[2], noise[4], disagree;
+    double constants[2], absorptions[2], noise[4], disagree, patchy;
 };
 
-// What is measured at N dots: log ratios (N x 2), points of the ring used (N, of 16), excess (N): ln of the red light over the light
-// expected without glare, and its standard deviation excess_sigma (N), NaN where unknown.
+// What is measured at N dots: log ratios (N x 2), points of the ring used (N, of 16), patchiness (N), excess (N): ln of the red light over
+// the light expected without glare, and its standard deviation excess_sigma (N), NaN where unknown.
 struct DotColours {
     const double* ratios;
     const std::int64_t* count;
-    const double *excess, *excess_sigma;
+    const double *patchiness, *excess, *excess_sigma;
     const double* colour;  // (N x 2) blue/red and green/red of glare over those of the scattered light
     std::ptrdiff_t dots;
 };

@@ -236,7 +236,8 @@ def _fit(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: Cam
 
 def range_errors(model: WaterModel, group: OnSphere) -> np.ndarray:
     """Range errors (M,), m: measured less true distances along the rays of dots on the sphere (ring means, as in use)."""
-    length, _ = model.path_lengths(RingColours(group.colours.ratios, np.full(len(group.count), np.nan), group.count))
+    unknown, even = np.full(len(group.count), np.nan), np.zeros(len(group.count))
+    length, _ = model.path_lengths(RingColours(group.colours.ratios, unknown, group.count, even))
     true, slope = model.path.lengths(group.colours.places, group.colours.normals)
     return (length - true) / slope
 

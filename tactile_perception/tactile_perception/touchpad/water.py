@@ -27,13 +27,14 @@ class WaterLimits:
     ink: float = 0.75  # of a ring's upper quartile of blue: darker points are ink
     glare: float = 1.2  # brighter ones are glare
     disagree: float = 2.5  # standard deviations between the two ratios, from which the length's is widened
+    patchy: float = 2.5  # times the noise's variance of a ring point, from which blue / red around a ring shows glare or an edge
     bright: float = 3.0  # standard deviations above the smooth light, from which a place has glare
     least_bright: float = 0.01  # the same, at least, of ln(red): glare of less changes a range by less than 0.1 mm
     common: float = 0.01  # share of the untouched pad with glare from which glare is modelled: pads without have 0.002
     common_at_dots: float = 0.03  # the same of its dots: pads without have up to 0.01
     red: float = 0.15  # absorption of red over that of blue minus red: dyes that look red absorb red least
     red_sigma: float = 0.1  # standard deviation of that
-    shading: float = 0.03  # standard deviation of ln(red) by errors of the surface's shape
+    shading: float = 0.015  # standard deviation of ln(red) by errors of the surface's shape
     probability: float = 0.3  # of glare at a dot of a pad that shows some: it appears where the untouched pad has none, too
 
 
@@ -133,11 +134,13 @@ def ring_share(image: np.ndarray, uv: np.ndarray) -> float:
 
 @dataclass
 class RingColours:
-    """ratios: (N, 2) logarithms of blue/red and green/red; brightness: (N,) logarithm of red, grey levels; count: (N,) ring points used."""
+    """ratios: (N, 2) logarithms of blue/red and green/red; brightness: (N,) logarithm of red, grey levels; count: (N,) ring points used;
+    patchiness: (N,) relative variance of blue/red around the ring without its linear gradient: noise, glare, sharp edges."""
 
     ratios: np.ndarray
     brightness: np.ndarray
     count: np.ndarray
+    patchiness: np.ndarray
 
 
 def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
@@ -377,11 +380,11 @@ class WaterModel:
     def path_lengths(self, colours: RingColours, glare: SeenGlare | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Path lengths (N,), m, by weighted least squares from both log ratios, and their standard deviations, m.
 
-        glare: as seen in this frame, None for a pad without. Unexplained glare makes the two ratios disagree, which widens the standard
-        deviation. Kernel: src/touchpad/water.cpp.
+        glare: as seen in this frame, None for a pad without. Unexplained glare and sharp edges make the two ratios disagree and blue/red
+        vary around the ring: both widen the standard deviation. Kernel: src/touchpad/water.cpp.
         """
         excess, sigma, size, colour = glare or no_glare(len(colours.count))
         return water_lengths(
-            colours.ratios, colours.count, excess, sigma, colour, constants=self.constants,
-            absorptions=self.absorptions, noise=np.ravel(self.noise), disagree=LIMITS.disagree, probability=LIMITS.probability,
-            size=size)
+            colours.ratios, colours.count, colours.patchiness, excess, sigma, colour, constants=self.constants,
+            absorptions=self.absorptions, noise=np.ravel(self.noise), disagree=LIMITS.disagree, patchy=LIMITS.patchy,
+            probability=LIMITS.probability, size=size)

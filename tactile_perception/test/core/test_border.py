@@ -51,9 +51,9 @@ PAD = {'path': PATH, 'lengths': np.full(12, 0.036), 'rays': np.random.default_rn
        'id': np.arange(12), 'rest_ranges': np.full(12, 0.05), 'rest_normals': np.tile([0.0, 0.0, 1.0], (12, 1))}
 LIGHT = {'path': PATH, 'places': np.random.default_rng(5).normal(0, 0.004, (12, 3)), 'normals': PAD['rest_normals'], 'rays': PAD['rays']}
 SKIN = {'path': PATH, 'places': PAD['rays'] * 0.05, 'border_normals': PAD['rest_normals']}
-DYED = {'ratios': np.random.default_rng(6).normal(-1.5, 0.1, (12, 2)), 'count': np.full(12, 16),
+DYED = {'ratios': np.random.default_rng(6).normal(-1.5, 0.1, (12, 2)), 'count': np.full(12, 16), 'patchiness': np.zeros(12),
         'excess': np.linspace(-0.1, 0.2, 12), 'excess_sigma': np.full(12, 0.02), 'colour': np.full((12, 2), 0.5)}
-WATER = {'constants': (-0.5, -0.4), 'absorptions': (35.0, 27.0), 'noise': (1e-5, 5e-6, 5e-6, 1e-5), 'disagree': 2.5,
+WATER = {'constants': (-0.5, -0.4), 'absorptions': (35.0, 27.0), 'noise': (1e-5, 5e-6, 5e-6, 1e-5), 'disagree': 2.5, 'patchy': 2.5,
          'probability': 0.3, 'size': 0.1}
 CAMERA = {'uv': np.array([[300.0, 200.0], [640.0, 480.0], [320.0, 240.0]]), 'matrix': np.array([[600.0, 0, 320], [0, 605, 240], [0, 0, 1]]),
           'distortion': np.array([-0.1, 0.02, 1e-4, -2e-4, 0.0]), 'rotation': np.eye(3)}

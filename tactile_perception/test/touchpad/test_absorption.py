@@ -103,11 +103,11 @@ CONSTANTS, ABSORPTIONS = np.array([-0.5, -0.4]), np.array([35.0, 27.0])
 NOISE = np.array([[9e-6, 4e-6], [4e-6, 7e-6]])
 
 
-def lengths_of(ratios, excess, sigma=0.02, probability=0.3, size=0.1, colour=(0.5, 0.6), count=16):
+def lengths_of(ratios, excess, sigma=0.02, probability=0.3, size=0.1, colour=(0.5, 0.6), count=16, patchiness=0.0):
     """Length and standard deviation, m, of one dot."""
-    found = water_lengths(np.array([ratios], float), np.array([count]), np.array([excess]), np.array([sigma]),
+    found = water_lengths(np.array([ratios], float), np.array([count]), np.array([patchiness]), np.array([excess]), np.array([sigma]),
                           np.array([colour], float), constants=CONSTANTS, absorptions=ABSORPTIONS, noise=NOISE.ravel(),
-                          disagree=2.5, probability=probability, size=size)
+                          disagree=2.5, patchy=2.5, probability=probability, size=size)
     return found[0][0], found[1][0]
 
 
@@ -126,10 +126,11 @@ def test_strong_glare_is_taken_off(share, length):
     assert abs(with_it - length) < 0.2 * abs(without - length)
 
 
-def test_ratios_that_disagree_widen_the_deviation():
+def test_ratios_that_disagree_and_patches_widen_the_deviation():
     agree = CONSTANTS - ABSORPTIONS * 0.03
     usual = lengths_of(agree, np.nan)[1]
     assert lengths_of(agree + [0.03, -0.03], np.nan)[1] > 3 * usual
+    assert lengths_of(agree, np.nan, patchiness=1e-2)[1] > 3 * usual
 
 
 def test_where_glare_and_shape_cannot_be_reported_apart_the_deviation_says_so():
