@@ -22,8 +22,7 @@ import numpy as np
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.simulation.optics.rendering import Renderer
-from tactile_driver.simulation.scene.shutters import Shutters
-from tactile_driver.simulation.scene.specimen import Act, Script, Specimen, act, drag, one_after_the_other, one_of_two, press
+from tactile_driver.simulation.scene.specimen import Act, Script, Shutters, Specimen, act, drag, one_after_the_other, one_of_two, press
 from tactile_driver.simulation.sensors import areal_dual, areal_single
 from tactile_driver.simulation.sensors.marker_sheet import markers
 from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, SCENES

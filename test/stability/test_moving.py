@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.bags import write_scene
-from tactile_driver.simulation.scene.shutters import Shutters
-from tactile_driver.simulation.scene.specimen import Script, drag, one_after_the_other
+from tactile_driver.simulation.scene.specimen import Script, Shutters, drag, one_after_the_other
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_driver.simulation.sensors.scenes import SCENES
 from tactile_perception.bags.judged_bag import JudgedBag

@@ -25,7 +25,7 @@ from tactile_driver.recordings.writer import write_messages
 from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.scene import COVER_RADIUS, PSD_SCENES, open_psd_scene
 from tactile_driver.simulation.scene.scene import TwoCameraScene
-from tactile_driver.simulation.scene.shutters import Shutters
+from tactile_driver.simulation.scene.specimen import Shutters
 from tactile_driver.simulation.sensors.scenes import LAYER_SCENES, SCENES, open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
 from tactile_driver.sources.source import NS

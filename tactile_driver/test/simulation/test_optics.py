@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from tactile_driver.simulation.optics.led_light import Lamps
-from tactile_driver.simulation.optics.pattern import WidePattern
+from tactile_driver.simulation.optics.pattern import LargeDots
 from tactile_driver.simulation.optics.rendering import Imaging, Renderer
 from tactile_driver.simulation.optics.water_light import Illumination, Lighting
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
@@ -66,7 +66,7 @@ def test_a_wide_disc_on_a_bent_sheet_appears_at_the_centroid_of_its_image():
     def bent(xyz):
         return xyz - [0, 0, 2.5e-3] * np.exp(-(xyz[..., :2]**2).sum(axis=-1, keepdims=True) / 0.008**2)
 
-    pattern = WidePattern(sheet, centre, radius, np.arange(2))
+    pattern = LargeDots(sheet, centre, radius, np.arange(2))
     _, uv, spread = pattern.seen(bent(sheet.rest), camera)
     share = (np.arange(200) + 0.5) / 200
     ring, turn = np.meshgrid(np.sqrt(share), 2 * np.pi * share)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tactile_driver.simulation.scene.observe import Observer, SLIP_SPEED, find_region
-from tactile_driver.simulation.scene.shutters import Shutters
+from tactile_driver.simulation.scene.specimen import Shutters
 from tactile_driver.simulation.sensors.areal_dual import areal_dual
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
@@ -204,16 +204,6 @@ def test_scene_repeats_but_its_noise_does_not(scene):
     early, late = scene.render(1.9), scene.render(1.9 + scene.duration)
     np.testing.assert_array_equal(early.truth.dot_xyz, late.truth.dot_xyz)
     assert (early.image != late.image).mean() > 0.2
-
-
-@pytest.mark.full
-def test_a_slow_camera_sees_the_same_presses():
-    slow, quick = (open_scene('sphere_press', rate=rate, width=320, height=240) for rate in (3, 30))
-    assert slow.frames * 10 == pytest.approx(quick.frames, abs=10)
-    for k in range(slow.frames):
-        pair = slow.observe(k).truth, quick.observe(10 * k).truth
-        depth, other = (max([touch.depth for touch in truth.contacts], default=0.0) for truth in pair)
-        assert depth == pytest.approx(other, abs=1e-6)
 
 
 @pytest.mark.full

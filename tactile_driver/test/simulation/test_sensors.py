@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from sheets_seen import bright_spots
 from tactile_driver.errors import BadArgument
-from tactile_driver.simulation.optics.pattern import SurfaceSampler
 from tactile_driver.simulation.scene.specimen import UNTOUCHED, Script, one_after_the_other, press
 from tactile_driver.simulation.sensors import scenes
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
@@ -140,28 +139,6 @@ def test_circles_are_seen_where_the_truth_says(cushion, deepest_air):
         image, uv = cushion.render(number / cushion.rate).image, cushion.observe(number).truth.dot_uv
         found, _ = bright_spots(image, uv, 9)
         assert np.median(np.linalg.norm(found - uv, axis=1)) < 0.25
-
-
-@pytest.mark.full
-def test_circles_are_seen_at_the_centroid_of_their_bent_area(cushion, deepest_air):
-    """That is the mean over many small parts of a circle, weighed by the area of their image."""
-    membrane, camera, pattern = cushion.membrane, cushion.camera, cushion._pattern
-    pressed = open_scene('air_cushion_press', rate=20.0, seed=3)
-    pressed.observe(deepest_air)
-    shape = pressed._contact.state.shape
-    radius, turn = np.sqrt((np.arange(12) + 0.5) / 12), np.arange(24) * np.pi / 12
-    disc = (radius[:, None] * np.exp(1j * turn)).ravel()
-    rest = pattern.sampler.places(membrane.rest)
-    aside = np.linalg.qr(pattern.sampler.tangents(membrane.rest))[0]
-    parts = (rest[:, None] + np.einsum('k,kij,jp->kpi', pattern.radius, aside, [disc.real, disc.imag])).reshape(-1, 3)
-    sampler = SurfaceSampler(membrane.square_of(parts), membrane.nodes)
-    uv, slope = camera.project_with_slope(sampler.places(shape))
-    printed = np.linalg.norm(np.cross(*np.moveaxis(sampler.tangents(membrane.rest), -1, 0)), axis=-1)
-    weight = (np.abs(np.linalg.det(slope @ sampler.tangents(shape))) / printed).reshape(len(rest), -1)
-    true = np.einsum('kp,kpi->ki', weight, uv.reshape(len(rest), -1, 2)) / weight.sum(axis=1, keepdims=True)
-    places, seen, _ = pattern.seen(shape, camera)
-    off, of_centres = (np.linalg.norm(at - true, axis=1) for at in (seen, camera.project(places)))
-    assert of_centres.max() > 0.2 and off.max() < 0.03 and np.sqrt(np.mean(off**2)) < 0.005
 
 
 @pytest.mark.full

@@ -1,7 +1,7 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
 // Displacement of the markers of an inflated dome that a round tip presses, from a library of simulated presses, made by
-// tactile_perception/press/dome/library.py. Lengths in m.
+// tactile_perception/press/dome/library.py; and the presses that explain a frame. Lengths in m.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,5 +33,28 @@ struct DomeLibrary {
 // Adds the displacement (K, 3) of points (K, 3) on the untouched dome under a press, and returns its slopes (K, PRESS 3) by the numbers of
 // the press; on the axis the direction of the meridian has none. A point that is NaN does not move.
 Eigen::MatrixXd press_dome(const DomeLibrary& library, const Points& points, const Eigen::Matrix<double, PRESS, 1>& press, Points& moved);
+
+// The markers of a frame: places on the untouched dome (K, 3), NaN unknown, and their camera_centres (K, 3); height of the viewing plane; apparent
+// displacements there (K, 2) and their weights (K), 0 where not seen; and, of an error that markers share, rows (shared, K) whose products
+// are taken off the weight matrix of each axis.
+struct DomeFrame {
+    Points points, camera_centres;
+    double plane_z;
+    Eigen::MatrixXd shift, shared;
+    Eigen::VectorXd weight;
+};
+
+// Rows of what is known of each number of a press: mean, weight (one over variance), least and largest value, longest step.
+using DomePrior = Eigen::Matrix<double, 5, PRESS>;
+
+struct DomeFit {
+    Eigen::VectorXd presses;     // (n PRESS)
+    Eigen::MatrixXd covariance;  // (n PRESS, n PRESS); NaN where the markers do not determine them
+    Eigen::MatrixXd left;        // (K, 2), residuals; 0 where not seen
+    double squares;              // of the weighted residuals, without the prior's
+};
+
+// The presses, from starts (n PRESS), that explain a frame.
+DomeFit fit_dome(const DomeLibrary& library, const DomeFrame& frame, const Eigen::VectorXd& starts, const DomePrior& prior);
 
 }  // namespace tactile

@@ -1,6 +1,8 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-#include "press/dome_fit.hpp"
+// Least squares by the method of Levenberg and Marquardt, with the damping of Nielsen (1999, Damping parameter in Marquardt's method,
+// IMM-REP-1999-05).
+#include "press/dome.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

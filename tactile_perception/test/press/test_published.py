@@ -106,16 +106,6 @@ def test_a_depth_at_or_under_zero_is_left_out_and_a_line_at_the_border_is_one_si
     assert point.at_edge and point.place == pytest.approx([26.5e-3, 0.5e-3], abs=1e-6)
 
 
-def test_random_depths_never_leave_the_neighbourhood():
-    rng = np.random.default_rng(0)
-    for _ in range(200):
-        deep = rng.normal(0, 1e-3, (9, 13))
-        deep[rng.random((9, 13)) < 0.3] = np.nan
-        point = grid_point(deep, PLACES)
-        top = PLACES[np.unravel_index(np.nanargmax(deep), deep.shape)]
-        assert np.abs(point.place - top).max() <= 2 * 4.5e-3 + 1e-12 and 0 < point.depth <= 20 * np.nanmax(deep)
-
-
 SHEET = MARKER_SENSORS['areal_single']
 
 

@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+from tactile_perception.errors import BadArgument
 from tactile_perception.press.estimate import TouchEstimate, region_of
 from tactile_perception.press.field import MarkerField
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.press.sensor import MARKER_SENSORS, MarkerSensor, dome_cap, first_touch_height
+
 
 SHEET, DOME = MARKER_SENSORS['areal_single'], MARKER_SENSORS['air_cushion']
 EYE = np.array([0.0, 0.0, -0.06])
@@ -62,13 +64,6 @@ def test_the_tip_that_the_method_tells_goes_before_the_nominal_one():
     assert wide > 1.5 * narrow
 
 
-def test_without_touches_nothing_is_in_contact_and_nothing_is_reported():
-    found = region_of([], field_at_rest(), SHEET, 8e-3)
-    assert found.area == 0.0
-    assert not found.dot_state.any()
-    assert np.isnan(found.centroid).all()
-
-
 def test_on_a_domes_slope_the_outline_is_on_the_tip_across_the_slope():
     tip, place = 0.025, np.array([0.05, -0.02])
     lowest = np.array([*place, 0.09])
@@ -78,3 +73,19 @@ def test_on_a_domes_slope_the_outline_is_on_the_tip_across_the_slope():
     assert (outline - outline.mean(0)) @ found.normal == pytest.approx(0.0, abs=1e-12)
     assert found.normal == pytest.approx(DOME.normal(place / (1 + tip / 0.15375)), abs=1e-9) and found.normal[0] > 0.2
     assert 0.009 < np.sqrt(found.area / np.pi) < 0.016
+
+
+@pytest.mark.parametrize('wrong', [{}, {'size': (0.06, 0.04), 'rim_radius': 0.1, 'height': 0.1}, {'rim_radius': 0.1}])
+def test_neither_sheet_nor_dome_is_refused(wrong):
+    with pytest.raises(BadArgument, match='either size'):
+        MarkerSensor(9, 13, (4e-3, 4e-3), **wrong)
+
+
+DOME, SHEET = MARKER_SENSORS['air_cushion'], MARKER_SENSORS['areal_single']
+
+
+def test_a_tip_touches_a_slope_before_its_lowest_point_does():
+    height = first_touch_height([[0, 0], [0.05, 0.0]], 0.02, DOME)
+    assert height[0] == pytest.approx(0.12) and height[1] > dome_cap(DOME).heights(np.array([[0.05, 0]]))[0]
+    assert np.isnan(first_touch_height([0.3, 0.0], 0.02, DOME)[0])
+    assert first_touch_height([0.01, 0.0], 0.02, SHEET) == [0.0]

@@ -1,12 +1,16 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Ranges from colour: on pads whose walls are known, and on recordings with truth."""
+"""Ranges from colour: on pads whose walls are known; the light's way through the water, against lengths worked out by hand and by a fine
+sum."""
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings, strategies as st
+from tactile_perception._core import water_lengths
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.identification import fit_rest
+from tactile_perception.touchpad.water import LightPath
 
 
 def rms(values):
@@ -65,3 +69,77 @@ def test_bad_input_is_named(pad, model):
         replace(model, absorptions=np.array([0.0, 1.0]))
     with pytest.raises(BadArgument, match='finite'):
         replace(model, constants=np.array([np.nan, 1.0]))
+
+
+CENTRE = (0.0, 0.0, -0.04)
+UP = np.array([[0.0, 0.0, 1.0]])
+
+
+def test_eight_lamps_stand_for_a_ring_of_very_many():
+    path = LightPath(-0.01, -0.037, 0.016, 0.25, CENTRE)
+    places = np.array([[0.012, 0.004, 0.006], [-0.006, 0.009, 0.010], [0.0, 0.0, 0.013]])
+    normals = places - [0, 0, -0.007]
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    angle = np.linspace(0, 2 * np.pi, 721)[:-1]
+    way = places[:, None] - np.column_stack([0.016 * np.cos(angle), 0.016 * np.sin(angle), np.full(720, -0.037)])
+    distance = np.linalg.norm(way, axis=2)
+    weight = (np.einsum('nkc,nc->nk', way, normals) / distance + 0.25) / distance**2
+    slant = (weight * distance / way[..., 2]).sum(1) / weight.sum(1)
+    back = np.linalg.norm(places - np.array(CENTRE), axis=1) / (places[:, 2] + 0.04)
+    assert path.lengths(places, normals)[0] == pytest.approx((places[:, 2] + 0.01) * (slant + back), rel=2e-4)
+
+
+def test_slope_is_that_of_the_length_along_the_ray():
+    path = LightPath(-0.01, -0.037, 0.016, 0.25, CENTRE)
+    place = np.array([[0.010, -0.006, 0.008]])
+    ray = place - np.array(CENTRE)
+    ray /= np.linalg.norm(ray)
+    step = 1e-5
+    numeric = (path.lengths(place + step * ray, UP)[0] - path.lengths(place - step * ray, UP)[0]) / (2 * step)
+    assert path.lengths(place, UP, ray)[1] == pytest.approx(numeric, rel=0.01)
+
+
+CONSTANTS, ABSORPTIONS = np.array([-0.5, -0.4]), np.array([35.0, 27.0])
+NOISE = np.array([[9e-6, 4e-6], [4e-6, 7e-6]])
+
+
+def lengths_of(ratios, excess, sigma=0.02, probability=0.3, size=0.1, colour=(0.5, 0.6), count=16, patchiness=0.0):
+    """Length and standard deviation, m, of one dot."""
+    found = water_lengths(np.array([ratios], float), np.array([count]), np.array([patchiness]), np.array([excess]), np.array([sigma]),
+                          np.array([colour], float), constants=CONSTANTS, absorptions=ABSORPTIONS, noise=NOISE.ravel(),
+                          disagree=2.5, patchy=2.5, probability=probability, size=size)
+    return found[0][0], found[1][0]
+
+
+def mirrored(length, share, colour=(0.5, 0.6)):
+    """Log ratios (2,) of a dot at the end of a path of that length, m, of whose light a share is mirrored."""
+    return CONSTANTS - ABSORPTIONS * length + np.log((1 + np.array(colour) * share) / (1 + share))
+
+
+@given(share=st.floats(0.1, 0.5), length=st.floats(0.01, 0.05))
+@settings(max_examples=50, deadline=None)
+def test_strong_glare_is_taken_off(share, length):
+    ratios = mirrored(length, share)
+    with_it, sigma = lengths_of(ratios, np.log1p(share), sigma=0.005, size=0.3)
+    without, _ = lengths_of(ratios, np.nan)
+    assert abs(with_it - length) < 3 * sigma < 1e-3
+    assert abs(with_it - length) < 0.2 * abs(without - length)
+
+
+def test_ratios_that_disagree_and_patches_widen_the_deviation():
+    agree = CONSTANTS - ABSORPTIONS * 0.03
+    usual = lengths_of(agree, np.nan)[1]
+    assert lengths_of(agree + [0.03, -0.03], np.nan)[1] > 3 * usual
+    assert lengths_of(agree, np.nan, patchiness=1e-2)[1] > 3 * usual
+
+
+def test_where_glare_and_shape_cannot_be_reported_apart_the_deviation_says_so():
+    ratios = mirrored(0.033, 0.04)
+    usual, doubtful = lengths_of(ratios, np.nan)[1], lengths_of(ratios, np.log1p(0.04))
+    assert doubtful[1] > 2.5 * usual and abs(doubtful[0] - 0.033) < 2 * doubtful[1]
+
+
+@pytest.mark.parametrize('colour', [np.nan, -1.0, 1e4, np.inf])
+def test_glare_of_an_unknown_colour_is_not_taken_off(colour):
+    ratios = mirrored(0.033, 0.2)
+    assert lengths_of(ratios, np.log1p(0.2), colour=(0.5, colour)) == lengths_of(ratios, np.nan)

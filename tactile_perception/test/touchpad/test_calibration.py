@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration by sphere presses: what it gains over rest alone, and data that it refuses."""
+"""Calibration by sphere presses: what it gains over rest alone, data that it refuses, the radius of the sphere, and the file."""
 import json
 import os
 from pathlib import Path
@@ -8,11 +8,16 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from tactile_perception.touchpad.calibration import Press, fit_touchpad
+import yaml
+from tactile_perception.calibration.files.format import write_calibration
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadCalibration
+from tactile_perception.touchpad.calibration import (TOLERANCE, Press, TouchpadCalibration, dots_on_sphere, find_sphere_radius,
+                                                     fit_touchpad, read_touchpad, touchpad_file)
 from tactile_perception.touchpad.identification import fit_rest
+from tactile_perception.touchpad.water import LightPath, WaterModel
+
 
 RADIUS = 0.008
 PLACES = [(0.0, 0.0), (0.005, 0.001), (-0.004, 0.004)]
@@ -113,3 +118,89 @@ def test_recordings_calibrated_by_their_presses_and_judged_on_other_scenes():
         rms = {name: float(np.sqrt(np.nanmean(np.square(parts)))) for name, parts in errors.items()}
         assert rms['calibrated'] < 3.3e-5, scene
         assert rms['calibrated'] < rms['rest'] < 8e-5, scene
+
+
+@pytest.mark.parametrize('radius', [3e-3, 5e-3, 8e-3, 12e-3, 24e-3])
+def test_the_least_misfit_is_found(radius):
+    found = find_sphere_radius(lambda r: 1e-5 + 1e-4 * abs(np.log(r / radius)))
+    assert found == pytest.approx(radius, rel=2 * TOLERANCE)
+
+
+def test_radii_that_cannot_be_fitted_are_passed_over():
+    def misfit(radius):
+        if radius < 5e-3:
+            raise BadCalibration('no dot lies on the sphere')
+        return (radius - 9e-3)**2 + 1e-9
+    assert find_sphere_radius(misfit) == pytest.approx(9e-3, rel=0.02)
+
+
+@pytest.mark.parametrize('misfit', [lambda r: r, lambda r: 1e-3 / r, lambda r: 1e-4 + 0 * r])
+def test_no_least_misfit_within_bounds_is_said(misfit):
+    with pytest.raises(BadCalibration, match='--sphere-radius'):
+        find_sphere_radius(misfit)
+
+
+@pytest.mark.full
+def test_dots_on_the_sphere_are_truly_there(water_pad):
+    pad = water_pad()
+    model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
+    tip = pad.tip(0.002, 0.001, 0.003)
+    group = dots_on_sphere(Press(pad.image(tip), pad.tracks(), tip, 0.003), 0.008, model, pad.camera)
+    assert 6 <= len(group.count) <= 20
+    away = np.linalg.norm(group.colours.places - tip - [0, 0, 0.008], axis=1)
+    assert away == pytest.approx(np.full(len(away), 0.008), abs=6e-5)
+
+
+@pytest.mark.full
+def test_a_sphere_outside_of_the_pad_holds_no_dot(water_pad):
+    pad = water_pad()
+    model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
+    press = Press(pad.image(), pad.tracks(), pad.tip(0, 0, -0.004), 0.001)
+    assert len(dots_on_sphere(press, 0.008, model, pad.camera).count) == 0
+
+
+SIZE = (640, 480)
+CAMERA = CameraModel(np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]]), translation=np.array([0, 0, 0.04]))
+
+
+@pytest.fixture
+def model():
+    return WaterModel(LightPath(-0.0093, -0.0357, 0.0148, 0.27, (0.0, 0.0, -0.04)), np.array([-0.046, -0.042]), np.array([36.985, 27.976]),
+                      np.array([[5.6e-6, 1.3e-6], [1.3e-6, 3.7e-6]]), 8.19, scale_sigma=0.005)
+
+
+@pytest.fixture
+def path(tmp_path, model):
+    calibration = TouchpadCalibration(model, 0.008, 36, 565, 3e-5, -3e-7, np.nan, (0.001, 0.004),
+                                      np.array([[-0.005, -0.005], [0.005, 0.005]]), ['x'])
+    write_calibration(tmp_path / 'pad.yaml', touchpad_file(calibration, SIZE))
+    return tmp_path / 'pad.yaml'
+
+
+def test_the_same_model_comes_back(path, model):
+    found = read_touchpad(path, CAMERA, SIZE)
+    for name in ('constants', 'absorptions', 'noise', 'ring', 'scale_sigma'):
+        assert np.array_equal(getattr(found, name), getattr(model, name)), name
+    assert found.path == model.path and found.cap == model.cap
+
+
+@pytest.mark.parametrize('key, value, complaint', [
+    ('absorptions', [0.0, 28.0], 'absorptions is .* must be positive'), ('ring', 0, 'ring is 0.0, must be positive'),
+    ('ring', 1.0, 'ring of 2 px'), ('height', -1.0, 'height'), ('constants', [1.0], r'shape \(1,\)'),
+    ('noise', [[1.0, 2.0], [2.0, 1.0]], 'no covariance'), ('window_z', float('nan'), 'not a finite number'), ('lamp_z', None, 'lamp_z')])
+def test_impossible_and_missing_numbers_are_named(path, key, value, complaint):
+    page = yaml.safe_load(path.read_text())
+    page['fitted'][key] = value
+    if value is None:
+        del page['fitted'][key]
+    path.write_text(yaml.safe_dump(page, sort_keys=False))
+    with pytest.raises(BadCalibration, match=complaint):
+        read_touchpad(path, CAMERA, SIZE)
+
+
+def test_another_image_size_or_camera_pose_is_refused(path):
+    with pytest.raises(BadCalibration, match=r'\[640, 480\].*\[320, 240\]'):
+        read_touchpad(path, CAMERA, (320, 240))
+    moved = CameraModel(CAMERA.matrix, translation=np.array([0, 0, 0.041]))
+    with pytest.raises(BadCalibration, match='1.00 mm'):
+        read_touchpad(path, moved, SIZE)

@@ -16,16 +16,6 @@ def press(region, pad, frames, radius=6e-3):
     return dots, states
 
 
-def test_nothing_touches_an_untouched_pad(pad):
-    region = PaperRegion(23, 23)
-    for k in range(5):
-        noisy = pad.rest + np.random.default_rng(k).normal(0, 30e-6, pad.rest.shape)
-        states = region.process(pad.ids, noisy, pad.rest, k / 30)
-        assert not states.state.any()
-        assert (states.reference_id, states.motion) == (-1, None)
-        assert np.isnan(states.interval)
-
-
 def test_finds_a_pressed_disc_and_its_motion(pad):
     dots, states = press(PaperRegion(23, 23), pad, 12)
     found, true = states.state > 0, dots.score > 0.5

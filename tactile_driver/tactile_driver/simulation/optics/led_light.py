@@ -28,31 +28,22 @@ class Lamps:
     colour: tuple
     exposure: float = 0.8
 
-    def seen_by(self, camera: SimulatedCamera, blur: float) -> LampLight:
-        """The light from the skin; a matt skin looks the same from every direction, so camera and blur do not matter."""
-        return LampLight(self)
-
-
-class LampLight:
-    """Light reflected by a matt skin under LEDs."""
-
-    def __init__(self, lamps: Lamps):
-        self._lamps = lamps
-        self._places = np.array(lamps.places, np.float32)
-        self._colour = np.array(lamps.colour, np.float32) * np.float32(lamps.exposure)
+    def seen_by(self, camera: SimulatedCamera, blur: float) -> Lamps:
+        """Itself: a matt skin looks the same from every direction."""
+        return self
 
     def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, tuple]:
         """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3), m, with outward unit normals (n, n, 3); and no highlights.
 
         Model: Lambert's cosine law and the inverse square law.
         """
-        level = np.full(shape.shape[:2], self._lamps.scattered, np.float32)
-        for place, power in zip(self._places, self._lamps.powers):
+        level = np.full(shape.shape[:2], self.scattered, np.float32)
+        for place, power in zip(np.array(self.places, np.float32), self.powers):
             arm = place - shape
             square = np.einsum('...i,...i->...', arm, arm)
             facing = np.maximum(-np.einsum('...i,...i->...', arm, normals), 0)
-            level += np.float32(power * self._lamps.reach**2) * facing / square**1.5
-        return level[..., None] * self._colour, _NO_SPOTS
+            level += np.float32(power * self.reach**2) * facing / square**1.5
+        return level[..., None] * (np.array(self.colour, np.float32) * np.float32(self.exposure)), _NO_SPOTS
 
 
 @dataclass(frozen=True)

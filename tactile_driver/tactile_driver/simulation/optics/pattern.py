@@ -80,7 +80,8 @@ class DotPattern:
 
 class LargeDots(DotPattern):
     """Dots so large that they are seen bent: where the image shows the centroid of their area, which lies nearer to the part that faces the
-    camera than the centre does. By points inside, since the estimator of domes goes by outlines: they share no formula."""
+    camera than the centre does, and as large as it shows them. By points inside: the estimator of domes goes by outlines, that of sheets by
+    fewer points, and no formula is shared."""
 
     #: Points of the unit disc and their shares, exact to the fifth degree: Stroud, Approximate Calculation of Multiple Integrals, 1971.
     _AT = np.concatenate([[0.0], np.sqrt(2 / 3) * np.exp(1j * np.pi / 3 * np.arange(6))])
@@ -90,52 +91,19 @@ class LargeDots(DotPattern):
         super().__init__(skin, places, radius, numbers, rows, columns)
         aside = np.linalg.qr(self.sampler.tangents(skin.rest))[0]
         parts = places[:, None] + np.einsum('k,kij,jp->kpi', radius, aside, [self._AT.real, self._AT.imag])
-        self._parts = SurfaceSampler(skin.square_of(parts.reshape(-1, 3)), skin.nodes)
+        self._parts = SurfaceSampler(np.clip(skin.square_of(parts.reshape(-1, 3)), -1, 1), skin.nodes)
         self._area = np.linalg.norm(np.cross(*np.moveaxis(self._parts.tangents(skin.rest), -1, 0)), axis=-1)
 
     def seen(self, shape: np.ndarray, camera: SimulatedCamera, correct: Callable | None = None) -> tuple:
-        """As DotPattern.seen; the pixels are those of the centroids."""
+        """As DotPattern.seen; the pixels are those of the centroids, and the maps have the area of the image."""
         places, _, spread = super().seen(shape, camera, correct)
         parts = self._parts.places(shape)
         uv, slope = camera.project_with_slope(parts if correct is None else correct(parts))
         size = np.abs(np.linalg.det(slope @ self._parts.tangents(shape))) / self._area  # of the image over that of the print
         weight = self._SHARE * size.reshape(-1, len(self._AT))
-        return places, np.einsum('kp,kpi->ki', weight, uv.reshape(*weight.shape, 2)) / weight.sum(axis=1, keepdims=True), spread
-
-
-#: Corners of the polygon that stands for a disc, and its circumradius over that of the disc, for which its second moments over its area
-#: are the disc's, 1/4 (regular polygon: (2 + cos(2 pi / corners)) / 12 of the circumradius squared).
-_CORNERS = 8
-_AROUND = np.sqrt(3 / (2 + np.cos(2 * np.pi / _CORNERS)))
-
-
-class WidePattern(DotPattern):
-    """As LargeDots, but by their outlines, and with the area of the image: the estimator of sheets, which reads the area too, goes by
-    points inside."""
-
-    def __init__(self, skin: Skin, places: np.ndarray, radius: np.ndarray, numbers: np.ndarray, rows: int = 0, columns: int = 0):
-        super().__init__(skin, places, radius, numbers, rows, columns)
-        angle = np.arange(_CORNERS) * 2 * np.pi / _CORNERS
-        aside = np.linalg.qr(self.sampler.tangents(skin.rest))[0]
-        outline = places[:, None] + _AROUND * np.einsum('k,kij,jc->kci', radius, aside, [np.cos(angle), np.sin(angle)])
-        self._outline = SurfaceSampler(np.clip(skin.square_of(outline.reshape(-1, 3)), -1, 1), skin.nodes)
-        self._flat = _AROUND**2 * _CORNERS / 2 * np.sin(2 * np.pi / _CORNERS) * radius**2
-
-    def seen(self, shape: np.ndarray, camera: SimulatedCamera, correct: Callable | None = None) -> tuple:
-        """As DotPattern.seen; the pixels are those of the centroids."""
-        places, _, spread = super().seen(shape, camera, correct)
-        outline = self._outline.places(shape)
-        if correct is not None:
-            outline = correct(outline)
-        corner = camera.project(outline).reshape(-1, _CORNERS, 2)
-        centre = corner.mean(axis=1, keepdims=True)
-        a = corner - centre
-        b = np.roll(a, -1, axis=1)
-        twice = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-        area = twice.sum(axis=1)
-        uv = centre[:, 0] + np.einsum('kc,kci->ki', twice, a + b) / (3 * area[:, None])
-        size = np.abs(area / (2 * self._flat * np.linalg.det(spread)))
-        return places, uv, spread * np.sqrt(size)[:, None, None]
+        area = weight.sum(axis=1, keepdims=True)
+        uv = np.einsum('kp,kpi->ki', weight, uv.reshape(*weight.shape, 2)) / area
+        return places, uv, spread * np.sqrt(area[:, :, None] / np.abs(np.linalg.det(spread))[:, None, None])
 
 
 def uneven(radius: float, spread: float, count: int, rng: np.random.Generator) -> np.ndarray:

@@ -10,9 +10,8 @@ import numpy as np
 
 from .observe import Observation, Observer, off_tool
 from ..skin.contact import FrictionalContact, PlateContact
-from .shutters import Shutters
 from ..skin.tools import Motion
-from .specimen import Specimen
+from .specimen import Shutters, Specimen
 from ..truth import FramesInOrder, SimulatedFrame, TruthFrame
 
 #: Node spacings per unit of the Frobenius norm of a change of rotation; chosen.

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""One simulated sensor with its tolerances, and scripts of the motions of tools over it."""
+"""One simulated sensor with its tolerances, scripts of the motions of tools over it, and when the second of two cameras exposes."""
 from __future__ import annotations
 
 import math
@@ -8,12 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from ..optics.camera import SimulatedCamera
 from ..optics.pattern import DotPattern
 from ..optics.rendering import Renderer
 from ..skin.surfaces import Skin
 from ..skin.tools import Key
-from .shutters import Shutters
 
 Act = tuple[str, list[Key]]
 
@@ -23,6 +24,8 @@ UNTOUCHED = 1.5
 STARTING = 4.0
 #: m and s: height above the skin from which a tool approaches, and duration of approach and retreat; chosen.
 _ABOVE, _COMING = -0.0015, 0.25
+#: Largest offset of two exposures, in frame periods; chosen: below one half, so that exposures of the same number are the nearest ones.
+_MOST = 0.45
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,25 @@ class Specimen:
     cameras: tuple[SimulatedCamera, ...]
     renderers: tuple[Renderer, ...]
     trigger_delay: float = 0.0
+
+
+@dataclass(frozen=True)
+class Shutters:
+    """Exposures of the right camera relative to those of the left one.
+
+    offset: s, mean delay of the right camera; swing: s, amplitude of the slow drift of this delay, one period per scene; jitter: s,
+    standard deviation of single exposures; seed: of the jitter. The delay is limited to _MOST of a frame period.
+    """
+
+    offset: float = 0.0
+    swing: float = 0.0
+    jitter: float = 0.0
+    seed: int = 0
+
+    def delays(self, frames: int, rate: float) -> np.ndarray:
+        """(frames,) s: delay of the right exposure of each frame of a scene at rate frames/s; negative where it is the earlier one."""
+        drift = self.offset + self.swing * np.sin(2 * np.pi * np.arange(frames) / frames)
+        return np.clip(drift + np.random.default_rng([self.seed, 5]).normal(0, self.jitter, frames), -_MOST / rate, _MOST / rate)
 
 
 @dataclass(frozen=True)

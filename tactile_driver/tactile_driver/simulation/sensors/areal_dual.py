@@ -12,8 +12,7 @@ from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers,
 from ..optics.camera import SimulatedCamera
 from ..optics.led_light import Lamps
 from ..optics.rendering import Imaging, Renderer
-from ..scene.shutters import Shutters
-from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
+from ..scene.specimen import STARTING, Act, Script, Shutters, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
 from ..skin.surfaces import Sheet
 
 _HALF = (0.0665, 0.0455)

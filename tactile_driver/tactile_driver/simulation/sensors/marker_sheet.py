@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from ..optics.camera import SimulatedCamera, mounted
-from ..optics.pattern import WidePattern, uneven
+from ..optics.pattern import LargeDots, uneven
 from ..scene.specimen import drag, press
 from ..skin.surfaces import Sheet
 
@@ -19,14 +19,14 @@ INK = tuple(1 - share for share in _MARKER)
 SHEET_COLOUR = (0.062, 0.066, 0.060)
 
 
-def markers(sheet: Sheet, rows: int, columns: int, pitch: tuple, radius: float, rng: np.random.Generator) -> WidePattern:
+def markers(sheet: Sheet, rows: int, columns: int, pitch: tuple, radius: float, rng: np.random.Generator) -> LargeDots:
     """A grid of discs centred on the sheet; pitch: (x, y), m; radius: m; with random errors of position, size and direction."""
     v, u = np.mgrid[:rows, :columns].reshape(2, -1)
     x, y = (u - (columns - 1) / 2) * pitch[0], (v - (rows - 1) / 2) * pitch[1]
     turn = rng.normal(0, 0.003)
     places = np.stack([x - turn * y, y + turn * x, np.zeros_like(x)], axis=1)
     places[:, :2] += rng.normal(0, 0.010 * pitch[1], (len(places), 2)) + rng.normal(0, 0.15e-3, 2)
-    return WidePattern(sheet, places, uneven(radius, 0.035, len(places), rng), np.arange(len(places)), rows, columns)
+    return LargeDots(sheet, places, uneven(radius, 0.035, len(places), rng), np.arange(len(places)), rows, columns)
 
 
 def built_camera(rng: np.random.Generator, focal: float, centre: tuple, distortion: tuple, turn: tuple, place: tuple, native: tuple,

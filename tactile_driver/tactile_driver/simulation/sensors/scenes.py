@@ -10,8 +10,7 @@ from .areal_dual import AREAL_DUAL_SCENES
 from .areal_single import AREAL_SINGLE_SCENES
 from ...errors import BadArgument
 from ..scene.scene import Scene, TwoCameraScene
-from ..scene.shutters import Shutters
-from ..scene.specimen import Script, Specimen
+from ..scene.specimen import Script, Shutters, Specimen
 from ..skin.tools import Motion, tool_named
 from .gel import GEL_SCENES, GelScene
 from .pins import PIN_SCENES

@@ -5,7 +5,7 @@
 
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
-#include "press/dome_fit.hpp"
+#include "press/dome.hpp"
 
 namespace tactile::border {
 namespace {

@@ -6,7 +6,6 @@ import functools
 import numpy as np
 import pytest
 from sheet_scenes import EYE, GRID, MATERIAL, PLAN, SENSOR, field_of, library, pressed
-from tactile_perception.errors import BadCalibration
 from tactile_perception.press.sheet.calibration import calibrate_sheet
 from tactile_perception.press.sheet.mechanics import SheetMesh, press_sheet
 from tactile_perception.press.sheet.model import (CameraShifts, FieldNoise, Seen, SheetCalibration, SheetInverse, SheetModelMethod,
@@ -14,7 +13,6 @@ from tactile_perception.press.sheet.model import (CameraShifts, FieldNoise, Seen
 from tactile_perception.press.sheet.library import Press
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.estimate import AMBIGUOUS, OUT_OF_RANGE
-from tactile_perception.press.stored import restored
 
 NOISE = FieldNoise(5e-6, 5e-3, 3e-3, 1.5)
 COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
@@ -175,11 +173,6 @@ def test_a_print_that_is_aside_and_turned_is_reported_by_all_presses():
     presses = Presses(fields, position, at[:, 2])
     camera_centres = calibrate_sheet(presses, SENSOR, fitted()).camera_centres
     assert camera_centres.printed == pytest.approx(shift, abs=5e-5) and camera_centres.turned == pytest.approx(turn, abs=2e-3)
-
-
-def test_a_broken_calibration_is_refused():
-    with pytest.raises(BadCalibration, match='calibrate again'):
-        restored(SheetCalibration, {'noise': {}})
 
 
 def test_the_wrench_is_that_of_the_mechanics():
