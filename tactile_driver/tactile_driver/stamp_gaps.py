@@ -15,7 +15,7 @@ _FEW = 3  # losses among these that are not reported: the machine was busy for a
 
 
 class StampGaps:
-    """Follows the stamps of one stream. topic: its name in remark; lost: number of messages lost so far."""
+    """Follows the stamps of one stream. topic: its name in warning; lost: number of messages lost so far."""
 
     def __init__(self, topic: str):
         self.lost, self._topic = 0, topic
@@ -25,7 +25,7 @@ class StampGaps:
         self._end_ns = self._count = 0
         self._period = 0.0
 
-    def restart(self) -> None:
+    def reset(self) -> None:
         """Ignore the gap before the next message: nobody was subscribed in between."""
         self._last_ns = None
 
@@ -50,7 +50,7 @@ class StampGaps:
         self._missing.append(missing)
 
     @property
-    def remark(self) -> str:
+    def warning(self) -> str:
         """Warning if more than _FEW of the latest messages were lost, else ''."""
         lost = sum(self._missing)
         if lost <= _FEW:

@@ -25,7 +25,7 @@ def stamps_of(rate, count, jitter=0.0, seed=1):
 @pytest.mark.parametrize('jitter', [0.0, 0.1])
 def test_of_a_whole_stream_nothing_is_missing(rate, jitter):
     gaps = counted(stamps_of(rate, 500, jitter))
-    assert gaps.lost == 0 and gaps.remark == ''
+    assert gaps.lost == 0 and gaps.warning == ''
 
 
 @pytest.mark.parametrize('every', [3, 10, 30])
@@ -41,12 +41,12 @@ def test_where_most_are_lost_they_are_counted_all_the_same(through, jitter):
     arrived[[0, -1]] = True
     gaps = counted(stamps_of(30, 600, jitter)[arrived])
     assert gaps.lost == pytest.approx(600 - arrived.sum(), rel=0.1)
-    assert int(gaps.remark.split(' %')[0]) == pytest.approx(100 * (1 - through), abs=10) and 'of image_raw are missing' in gaps.remark
+    assert int(gaps.warning.split(' %')[0]) == pytest.approx(100 * (1 - through), abs=10) and 'of image_raw are missing' in gaps.warning
 
 
 def test_what_is_lost_while_the_receiver_takes_up_its_work_is_counted_and_no_news():
     gaps = counted(np.delete(stamps_of(30, 60), np.arange(1, 26)))
-    assert gaps.lost == 25 and gaps.remark == ''
+    assert gaps.lost == 25 and gaps.warning == ''
 
 
 def test_a_pause_or_stamps_that_go_back_are_no_loss():
@@ -59,7 +59,7 @@ def test_nothing_is_missing_from_a_time_when_nobody_listened():
     gaps, stamps = StampGaps('dots'), stamps_of(30, 60)
     for stamp in stamps[:20]:
         gaps.add(int(stamp))
-    gaps.restart()
+    gaps.reset()
     for stamp in stamps[40:]:
         gaps.add(int(stamp))
     assert gaps.lost == 0
@@ -67,7 +67,7 @@ def test_nothing_is_missing_from_a_time_when_nobody_listened():
 
 def test_a_camera_that_halves_its_rate_is_followed_within_two_seconds():
     gaps = counted([*stamps_of(30, 200), *(stamps_of(15, 400) + 200 * 34 * MS)])
-    assert 0 < gaps.lost < 40 and gaps.remark == '', 'the newest 120 are all right'
+    assert 0 < gaps.lost < 40 and gaps.warning == '', 'the newest 120 are all right'
 
 
 def test_samples_in_blocks_of_any_length_are_no_gaps_but_a_missing_block_is():

@@ -162,7 +162,7 @@ class PerceptionNode(Node):
             if warning:
                 self._log_once.warning('stage', warning)
             else:
-                self._log_once.forget('stage')
+                self._log_once.reset('stage')
             return self.log.health(not self._wanted_topics(), warning, {**values, 'defects met': self.guard.caught})
 
 

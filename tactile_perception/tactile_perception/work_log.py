@@ -57,7 +57,7 @@ class WorkLog:
 
     def restart_gaps(self) -> None:
         """Do not count what was sent before now as lost: this node was not subscribed."""
-        self._gaps.restart()
+        self._gaps.reset()
 
     def refuse(self, error: str) -> None:
         """Count a frame that could not be used; error: why."""
@@ -77,14 +77,14 @@ class WorkLog:
         recent = _recent(self._stamps)
         return (len(recent) - 1) / (recent[-1] - recent[0]) if len(recent) > 2 else math.nan
 
-    def health(self, idle: bool, remark: str = '', values: dict | None = None) -> Health:
-        """The Health for /diagnostics; idle: nobody subscribes; remark: a warning, '' for none; values: name -> value to add."""
+    def health(self, idle: bool, warning: str = '', values: dict | None = None) -> Health:
+        """The Health for /diagnostics; idle: nobody subscribes; warning: '' for none; values: name -> value to add."""
         middle = {'time per frame (ms)': self._seconds, 'latency (ms)': self._latencies}
         shown = {**common_values('idle' if idle else 'running', self.rate, self.age, self.shed), 'frames': self.done,
                  'lost frames': self._gaps.lost, 'refused frames': self.refused,
                  **{name: 1e3 * _middle(kept) for name, kept in middle.items()},
                  'stamps': self._reported_of_stamps(), 'last error': self.last_error, **(values or {})}
-        return Health(*self._judged(idle, remark), shown)
+        return Health(*self._judged(idle, warning), shown)
 
     def _reported_of_stamps(self) -> str:
         if not self._latencies:
@@ -93,7 +93,7 @@ class WorkLog:
             return 'of another clock than this node (of a recording, say): latency is not known'
         return 'of the clock of this node'
 
-    def _judged(self, idle: bool, remark: str) -> tuple[bytes, str]:
+    def _judged(self, idle: bool, warning: str) -> tuple[bytes, str]:
         if idle:
             return OK, 'idle: nobody subscribes'
         if self._in_error:
@@ -102,15 +102,15 @@ class WorkLog:
             if self._by_call:
                 return OK, f'waiting for {self._topic}'
             return WARN, f'no message on {self._topic}; check that its publisher is running and active'
-        remark = self._gaps.remark or remark
+        warning = self._gaps.warning or warning
         shed, bad, done = (len(_recent(times)) for times in (self._dropped, self._bad, self._stamps))
         if bad > _FEW:
-            remark = f'{100 * bad / (bad + done):.0f} % of {self._topic} is refused: {self.last_error}'
+            warning = f'{100 * bad / (bad + done):.0f} % of {self._topic} is refused: {self.last_error}'
         if shed > _FEW:
             share = 100 * shed / (shed + done)
-            remark = (f'{share:.0f} % of {self._topic} is dropped: this machine is too slow; lower the rate, choose a faster method '
+            warning = (f'{share:.0f} % of {self._topic} is dropped: this machine is too slow; lower the rate, choose a faster method '
                       'or end other programs')
-        return (WARN, remark) if remark else (OK, f'{self.rate:.1f} Hz')
+        return (WARN, warning) if warning else (OK, f'{self.rate:.1f} Hz')
 
 
 def _middle(seconds: deque[float]) -> float:

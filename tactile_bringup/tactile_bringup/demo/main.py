@@ -61,7 +61,7 @@ class DemoNode(Node):
         self._expected: set[str] = set()
         self._sync = StampSync(self._on_results, lambda: self._expected or _TOPICS)
         self._picture_sync = StampSync(self._on_picture, lambda: (_READING, _PICTURE))
-        self._say = LogOnce(self)
+        self._log = LogOnce(self)
         for topic, kind in {**_TOPICS, _PICTURE: Image}.items():
             self.create_subscription(kind, topic, lambda message, topic=topic: self._on_message(topic, message), _QUEUE)
         steady_timer(self, _CHECK_S, self._look)
@@ -78,9 +78,9 @@ class DemoNode(Node):
             self._add(topic, message)
         except TactileError as error:
             self._summary.refused += 1
-            self._say.error(topic, f'message of {topic} refused: {error}')
+            self._log.error(topic, f'message of {topic} refused: {error}')
         else:
-            self._say.settle(topic)
+            self._log.settle(topic)
 
     def _add(self, topic: str, message) -> None:
         stamp_ns = stamp_ns_of(message.header)

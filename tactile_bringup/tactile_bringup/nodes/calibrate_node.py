@@ -260,7 +260,7 @@ class CalibrateNode(Node):
                            'it has stopped, or its clock is another one', stamp)
                 continue
             for name in self._lost_s:
-                self._log.forget(name)
+                self._log.reset(name)
             self._lost_s.clear()
             try:
                 self._judge(Sample(stamp, placed[1], raw=raw, **self._wrench_at(stamp)))

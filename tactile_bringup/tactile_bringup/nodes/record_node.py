@@ -76,7 +76,7 @@ class RecordNode(Node):
         settings = NodeParameters(self, RECORD_PARAMETERS)
         if settings.problems or not settings['bag']:
             raise BadArgument('record_node: ' + ('; '.join(settings.problems.values()) or 'parameter bag is empty; name the bag to write'))
-        self._say = LogOnce(self)
+        self._log = LogOnce(self)
         self._begin_s, self._patience_s = time.monotonic(), settings['patience']
         self.written = self._lost = 0
         self._topics: set[str] = set()
@@ -139,11 +139,11 @@ class RecordNode(Node):
         except OSError as error:
             self._lost += 1
             self._problem = f'{topic} could not be recorded: {error}; make room on the disk, it goes on by itself'
-            self._say.error('write', self._problem)
+            self._log.error('write', self._problem)
             return
         if self._problem:
             self.get_logger().info(f'recording goes on; {self._lost} messages were lost')
-            self._say.forget('write')
+            self._log.reset('write')
         self.written, self._last_s, self._problem = self.written + 1, time.monotonic(), ''
 
     def _examine(self) -> Health:

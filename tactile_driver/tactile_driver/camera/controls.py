@@ -34,16 +34,16 @@ CONTROLS = tuple(_SETTINGS)
 
 def set_controls(node: VideoNode, wanted: Mapping[str, float]) -> list[str]:
     """Set the controls that are not LEFT. wanted: values of CONTROLS. Returns what the driver did not take, a sentence each."""
-    remarks, offered = [], {control.id: control for control in node.controls()}
+    warnings, offered = [], {control.id: control for control in node.controls()}
     for name, value in wanted.items():
         setting = _SETTINGS[name]
         if value == LEFT:
             continue
         if value == AUTOMATIC and setting.switch in offered:
             if not any(_taken(node, setting.switch, each) for each in setting.on):
-                remarks.append(f'{name} does not become automatic: the driver refuses; set a value')
+                warnings.append(f'{name} does not become automatic: the driver refuses; set a value')
         elif setting.control not in offered:
-            remarks.append(f'{name} {value:g} is not set: the camera has no such control; leave it at {LEFT}, or see '
+            warnings.append(f'{name} {value:g} is not set: the camera has no such control; leave it at {LEFT}, or see '
                            'v4l2-ctl --list-ctrls for what it has')
         else:
             if setting.switch in offered:
@@ -51,9 +51,9 @@ def set_controls(node: VideoNode, wanted: Mapping[str, float]) -> list[str]:
             count = _LINE_MENU.get(int(value), 0) if name == 'power_line_frequency' else round(value / setting.unit)
             if not _taken(node, setting.control, count):
                 control, unit = offered[setting.control], setting.unit
-                remarks.append(f'{name} {value:g} is not taken, the camera has {node.get(setting.control) * unit:g}; it offers '
+                warnings.append(f'{name} {value:g} is not taken, the camera has {node.get(setting.control) * unit:g}; it offers '
                                f'{control.minimum * unit:g} to {control.maximum * unit:g}')
-    return remarks
+    return warnings
 
 
 def _taken(node: VideoNode, control: int, value: int) -> bool:

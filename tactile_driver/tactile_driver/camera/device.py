@@ -89,19 +89,19 @@ def find_device(wanted: str, root: str = '/') -> VideoDevice:
 
 _FROZEN_S = 1.0  # duration of identical images that counts as frozen: noise changes every image, even of a still scene; chosen
 _BLACK_S = 0.3  # duration of black images that is reported; the first images after the start may be black; chosen
-_UNSEEN_S = 2.0  # without a frame for longer, remark is empty; chosen
+_UNSEEN_S = 2.0  # without a frame for longer, warning is empty; chosen
 _DARKEST = 8.0  # grey levels of 255, largest mean of a black image; chosen
 _STEP = 8  # only every 8th row is compared, because noise changes every row; chosen
 
 
 class FrameWatch:
-    """Watches the frames of one camera; remark describes a fault for as long as it lasts."""
+    """Watches the frames of one camera; warning describes a fault for as long as it lasts."""
 
     def __init__(self):
-        self.begin()
+        self.reset()
 
-    def begin(self) -> None:
-        """Reset, after the camera was reopened."""
+    def reset(self) -> None:
+        """Begin again, after the camera was reopened."""
         self._last: np.ndarray | None = None
         self._seen_s = self._changed_s = self._bright_s = time.monotonic()
 
@@ -114,7 +114,7 @@ class FrameWatch:
             self._bright_s = self._seen_s
 
     @property
-    def remark(self) -> str:
+    def warning(self) -> str:
         """The fault and its remedy; '' without a fault or without recent frames."""
         if self._last is None or time.monotonic() - self._seen_s > _UNSEEN_S:
             return ''
@@ -170,7 +170,7 @@ class DeviceSource(Source):
             self.close()
             raise DeviceLost(f'device: {self._found} cannot be opened; another program may hold it, or the group "video" is missing')
         self._set_up()
-        self._watch.begin()
+        self._watch.reset()
 
     def _set_up(self) -> None:
         """Set the format, which determines the sizes and rates that are offered, then those; keep what was not taken."""
@@ -201,17 +201,17 @@ class DeviceSource(Source):
 
     def _not_taken(self, modes: list[Mode]) -> list[str]:
         """What of pixel format and rate the camera does not give. The size is compared with the images themselves."""
-        asked, has, remarks = self.settings, self._actual(), []
+        asked, has, warnings = self.settings, self._actual(), []
         if asked.pixel_format and has.pixel_format != asked.pixel_format:
-            remarks.append(f'the camera gives {has.pixel_format} instead of {asked.pixel_format}; it offers '
+            warnings.append(f'the camera gives {has.pixel_format} instead of {asked.pixel_format}; it offers '
                            f'{", ".join(sorted({mode.pixel_format for mode in modes} & set(READABLE))) or "no other that can be read"}')
         if asked.rate > 0 and abs(has.rate - asked.rate) > _RATE_TOLERANCE * asked.rate:
             offered = [f'{mode.pixel_format} {mode.width} x {mode.height} up to {mode.rate:g} Hz' for mode in modes
                        if mode.rate >= asked.rate][-_MOST_MODES:]
-            remarks.append(f'the camera is set to {has.rate:g} Hz instead of {asked.rate:g} Hz at {has.pixel_format} {has.width} x '
+            warnings.append(f'the camera is set to {has.rate:g} Hz instead of {asked.rate:g} Hz at {has.pixel_format} {has.width} x '
                            f'{has.height} px; choose a rate, size and pixel_format that it offers '
                            f'({"; ".join(offered) or "none is that fast"})')
-        return remarks
+        return warnings
 
     def set_controls(self, values: Mapping[str, float]) -> None:
         """Set controls, see set_controls, before the next frame. Thread-safe."""
@@ -252,9 +252,9 @@ class DeviceSource(Source):
         return frame
 
     @property
-    def remark(self) -> str:
+    def warning(self) -> str:
         """Warning about frozen or black images and about settings that the camera did not take, '' without one."""
-        return '; '.join(text for text in (self._watch.remark, *self._refused) if text)
+        return '; '.join(text for text in (self._watch.warning, *self._refused) if text)
 
     def _captured_ns(self) -> int:
         """Capture time of the grabbed frame on time.monotonic_ns(): the V4L2 stamp if it is of this clock, else the present time."""

@@ -90,7 +90,7 @@ class Pairer:
         return 1e-6 * float(np.median(self._skews)) if len(self._skews) >= _FEWEST_SKEWS else math.nan
 
     @property
-    def remark(self) -> str:
+    def warning(self) -> str:
         """Warning of an offset beyond max_skew_ns; '' for none."""
         if not abs(self.offset_ms) > 1e-6 * self._max_skew:
             return ''
@@ -104,7 +104,7 @@ class Pairer:
         frame = self._queues[side].popleft()
         return PairFrame(frame, None) if side == LEFT else PairFrame(None, frame)
 
-    def forget(self) -> None:
+    def discard(self) -> None:
         """Discard the waiting frames without counting them as unpaired: they are not wanted."""
         for queue in self._queues:
             queue.clear()
@@ -150,7 +150,7 @@ class PairedSource(DualSource):
     """Two sources of one kind, each read in its own thread; frames are paired by stamps.
 
     left, right: not yet open; max_skew: largest stamp difference of a pair, s, negative for half a frame period (see Pairer). If one of
-    two live cameras is lost or silent, read returns incomplete pairs of the other one and remark reports it; the lost camera is reopened
+    two live cameras is lost or silent, read returns incomplete pairs of the other one and warning reports it; the lost camera is reopened
     automatically.
     """
 
@@ -250,7 +250,7 @@ class PairedSource(DualSource):
 
     def _pass_over(self) -> None:
         """Wait for an unwanted frame of either source and discard it. Raises NothingYet after _MOMENT_S."""
-        self._pairer.forget()
+        self._pairer.discard()
         before = [capture.status.received for capture in self._captures]
         end = time.monotonic() + _MOMENT_S
         while time.monotonic() < end:
@@ -288,10 +288,10 @@ class PairedSource(DualSource):
         return sum(capture.status.corrupt for capture in self._captures)
 
     @property
-    def remark(self) -> str:
+    def warning(self) -> str:
         """Warnings about missing cameras and faulty images, '' without any."""
         reported = (self._reported(*camera) for camera in zip(NAMES, self._captures, self._sources))
-        return '; '.join(text for text in (*reported, self._pairer.remark) if text)
+        return '; '.join(text for text in (*reported, self._pairer.warning) if text)
 
     @property
     def offset_ms(self) -> float:
@@ -308,7 +308,7 @@ class PairedSource(DualSource):
         state = capture.status
         if self._absent(state):
             return f'no {name} camera, its half is black: ' + (state.error if state.state == 'lost' else 'it sends no frames')
-        return f'{name} camera: {source.remark}' if source.remark else ''
+        return f'{name} camera: {source.warning}' if source.warning else ''
 
     def describe(self) -> dict:
         """Both sources, the rate, Hz, the number of unpaired frames, lost: the number of lost messages (topics only), idle: whether

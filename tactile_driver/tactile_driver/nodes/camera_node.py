@@ -102,15 +102,15 @@ class ImageStream(BaseStream):
 
     def _new_size(self, size: tuple[int, int], encoding: str) -> None:
         """Make camera_info for images of this size (width, height), px, and complete the description."""
-        self._remarks = []
-        self._remark(size_remark(self._values, size))
-        self._info, remark = info_of_size(self._calibration, size)
-        self._remark(remark)
+        self._warnings = []
+        self._warn(size_warning(self._values, size))
+        self._info, warning = info_of_size(self._calibration, size)
+        self._warn(warning)
         self._size = size
         self._describe(width=size[0], height=size[1], encoding=self._values['encoding'] or encoding)
 
 
-def size_remark(values: dict, size: tuple[int, int]) -> str:
+def size_warning(values: dict, size: tuple[int, int]) -> str:
     """The warning if a device gives images of another size (width, height), px, than requested; else ''."""
     asked = values['width'] or size[0], values['height'] or size[1]
     if values['source'] != 'device' or asked == size:

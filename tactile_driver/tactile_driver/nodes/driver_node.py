@@ -32,7 +32,7 @@ from .runtime.parameter_server import NodeParameters
 from .runtime.ros_defaults import LATCHED_QOS, steady_timer
 
 _TAKE_S = 0.2
-_MOST_REMARKS = 10  # chosen: more do not fit a line of /diagnostics; hostile images give thousands
+_MOST_WARNINGS = 10  # chosen: more do not fit a line of /diagnostics; hostile images give thousands
 _AND_MORE = 'there were more such problems; they are left out until the node is configured again'
 #: longest time that a recording with rate 0 waits for its subscribers' acknowledgement; chosen
 ACKNOWLEDGE = Duration(seconds=1)
@@ -84,7 +84,7 @@ class BaseStream:
     def __init__(self, node: LifecycleNode, publishers: RawPublishers, source: Source, values: dict):
         self._node, self._publishers, self.source, self._values = node, publishers, source, values
         self._log = LogOnce(node)
-        self._remarks: list[str] = []
+        self._warnings: list[str] = []
         self._active = self._stopped = self.over = False
         publishers.truth.offer(source.truths)
         self._describe()
@@ -93,9 +93,9 @@ class BaseStream:
         self._thread.start()
 
     @property
-    def remark(self) -> str:
+    def warning(self) -> str:
         """Warnings about the data, '' if there are none."""
-        return '; '.join(text for text in (self.source.remark, *self._remarks) if text)
+        return '; '.join(text for text in (self.source.warning, *self._warnings) if text)
 
     def change(self, changes: dict) -> None:
         """Apply changed parameters, see LIVE."""
@@ -124,7 +124,7 @@ class BaseStream:
 
     def health(self) -> Health:
         """For /diagnostics."""
-        return capture_health(self.status, self.source.describe(), self.source.live, self.remark)
+        return capture_health(self.status, self.source.describe(), self.source.live, self.warning)
 
     def _wanted(self) -> bool:
         try:
@@ -171,11 +171,11 @@ class BaseStream:
             header = header_of(stamp_ns, self._values['frame_id'])
             self._publishers.truth.publish(truth, 1 / self.source.describe()['rate'], header)
 
-    def _remark(self, text: str) -> None:
-        if len(self._remarks) >= _MOST_REMARKS:
+    def _warn(self, text: str) -> None:
+        if len(self._warnings) >= _MOST_WARNINGS:
             text = _AND_MORE
-        if text and text not in self._remarks:
-            self._remarks.append(text)
+        if text and text not in self._warnings:
+            self._warnings.append(text)
             self._log.warning(text, text)
 
     def _describe(self, **known) -> None:
@@ -246,7 +246,7 @@ class DriverNode(LifecycleNode):
                 self._refuse(f'configure failed: {error!r}', math.inf)
             return TransitionCallbackReturn.ERROR
         if self._problem:
-            self._log.forget(self._problem)
+            self._log.reset(self._problem)
         self._problem = ''
         about = self._stream.source.describe()
         self._diagnostics.hardware_id = str(about.get('serial') or about.get('by_id') or about.get('path') or about.get('device'))

@@ -18,7 +18,7 @@ from ..parameters.drivers import DUAL_CAMERA_PARAMETERS, check_pair
 from ..sources.registry import make_dual_source
 from ..stitching.calibration import Stitching, load_stitching
 from ..stitching.methods import MiddleStitcher, make_stitcher
-from .camera_node import CalibratedNode, ImagePublishers, ImageTopic, info_of_size, size_remark
+from .camera_node import CalibratedNode, ImagePublishers, ImageTopic, info_of_size, size_warning
 from .driver_node import BaseStream
 from .messages.conversions import RIGHT_TIME, header_of, right_time_message
 from .runtime.host import Host
@@ -66,7 +66,7 @@ class DualStream(BaseStream):
         self._missing: tuple[str, ...] = ()
         super().__init__(node, publishers, source, values)
         if stitching is None:
-            self._remark('stitching_path is empty: the views are cut and put side by side, image_raw is not metric; calibrate an untouched '
+            self._warn('stitching_path is empty: the views are cut and put side by side, image_raw is not metric; calibrate an untouched '
                          'pair and give its file')
 
     def health(self) -> Health:
@@ -99,7 +99,7 @@ class DualStream(BaseStream):
             stitcher = self._stitcher or self._side_by_side(pair)
             picture = Frame(stitcher.stitch(left, right), pair.stamp_ns, encoding)
         except BadFrame as error:
-            self._remark(f'image_raw: {error}')
+            self._warn(f'image_raw: {error}')
             return
         self._publishers.picture.publish(picture, '', header, info_of_size(None, stitcher.size)[0])
 
@@ -122,9 +122,9 @@ class DualStream(BaseStream):
         new = {name: size for name, size in pair.sizes.items() if self._sizes.get(name) != size}
         for name, size in new.items():
             self._sizes[name] = size
-            self._infos[name], remark = info_of_size(self._calibrations[NAMES.index(name)], size)
-            for text in (remark, size_remark(self._values, size)):
-                self._remark(f'{name}: {text}' if text else '')
+            self._infos[name], warning = info_of_size(self._calibrations[NAMES.index(name)], size)
+            for text in (warning, size_warning(self._values, size)):
+                self._warn(f'{name}: {text}' if text else '')
         if new:
             about = {f'{name}_size': list(size) for name, size in self._sizes.items()}
             stitched = {} if self._stitcher is None else {'width': self._stitcher.size[0], 'height': self._stitcher.size[1]}
@@ -136,7 +136,7 @@ class DualStream(BaseStream):
         if missing != self._missing:
             self._missing = missing
             if missing:
-                self._node.get_logger().error(self.source.remark or f'no {missing[0]} camera, its half is black')
+                self._node.get_logger().error(self.source.warning or f'no {missing[0]} camera, its half is black')
             else:
                 self._node.get_logger().info('both cameras are back')
 

@@ -66,8 +66,8 @@ def unconfigured_health(problem: str, retrying: bool) -> Health:
     return Health(ERROR, what, {**common_values('unconfigured'), 'last error': problem})
 
 
-def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str, meter: SampleMeter | None = None) -> Health:
-    """The health of a node with an open source. about: the source's description; live: whether it runs by itself; remark: a warning, '';
+def capture_health(status: CaptureStatus, about: dict, live: bool, warning: str, meter: SampleMeter | None = None) -> Health:
+    """The health of a node with an open source. about: the source's description; live: whether it runs by itself; warning: of the data;
     with `limit` where it may say why it is slow; meter: of a source of samples, whose rate is that of the samples."""
     nominal, rate = float(about.get('rate', 0) or 0), status.rate if meter is None else meter.rate
     values = {**common_values(status.state, rate, status.age_s, status.dropped), 'source': about.get('source', ''),
@@ -76,13 +76,13 @@ def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str, 
               'last error': status.error, **{shown: about[name] for name, shown in _COUNTS.items() if name in about}}
     if meter is not None:
         values |= {'samples': meter.samples, 'saturated (%)': 100 * meter.saturated_part, 'messages': values.pop('frames')}
-    level, message = _judged(status, rate, nominal, live, bool(about.get('idle')), remark, about.get('limit', ''))
+    level, message = _judged(status, rate, nominal, live, bool(about.get('idle')), warning, about.get('limit', ''))
     if level == OK and status.state == 'running' and meter is not None and meter.saturated_part > _SATURATED:
         level, message = WARN, f'{100 * meter.saturated_part:.0f} % of the samples are saturated; reduce the light or the amplifier gain'
-    return Health(WARN, remark, values) if level == OK and remark else Health(level, message, values)
+    return Health(WARN, warning, values) if level == OK and warning else Health(level, message, values)
 
 
-def _judged(status: CaptureStatus, rate: float, nominal: float, live: bool, idle: bool, remark: str, limit: str) -> tuple[bytes, str]:
+def _judged(status: CaptureStatus, rate: float, nominal: float, live: bool, idle: bool, warning: str, limit: str) -> tuple[bytes, str]:
     if status.state in ('lost', 'failed'):
         return ERROR, status.error
     if status.state != 'running':
@@ -92,7 +92,7 @@ def _judged(status: CaptureStatus, rate: float, nominal: float, live: bool, idle
     if idle:
         return OK, 'nobody subscribes'
     if live and status.age_s > max(_SHORTEST_SILENCE, _SILENCE_PERIODS / max(nominal, 1.0)):
-        return ERROR, remark or f'no frame for {status.age_s:.1f} s; check the sensor and its cable'
+        return ERROR, warning or f'no frame for {status.age_s:.1f} s; check the sensor and its cable'
     if live and nominal > 0 and rate < _RATE_TOLERANCE * nominal:
         return WARN, f'{rate:.1f} Hz instead of {nominal:.1f} Hz; {limit}{" " if limit else ""}a busy machine'
     if status.left_out > _FEW:

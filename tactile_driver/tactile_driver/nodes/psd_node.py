@@ -35,7 +35,7 @@ class VoltageStream(BaseStream):
 
     def health(self) -> Health:
         """For /diagnostics."""
-        return capture_health(self.status, self.source.describe(), self.source.live, self.remark, meter=self.meter)
+        return capture_health(self.status, self.source.describe(), self.source.live, self.warning, meter=self.meter)
 
     def _publish(self, block: SampleBlock) -> None:
         self.meter.add(block.volts)

@@ -74,7 +74,7 @@ class TopicSource(Source):
 
     def _subscribe(self, wanted: bool) -> None:
         if wanted and self._image is None:
-            self._gaps.restart()
+            self._gaps.reset()
             self._image = AdaptiveSubscription(self._node, Image, self._topic, self._take, _QUEUE)
         elif not wanted and self._image is not None:
             self._image.close()
@@ -102,6 +102,6 @@ class TopicSource(Source):
         return {'source': 'topics', 'path': self._topic, 'rate': -1.0, 'idle': self._image is None, 'lost': self._gaps.lost}
 
     @property
-    def remark(self) -> str:
+    def warning(self) -> str:
         """The warning that frames are lost in transport, ''."""
-        return self._gaps.remark
+        return self._gaps.warning

@@ -147,7 +147,7 @@ class SerialSource(Source):
                 'missing frames': counts.missing, 'resets': counts.resets}
 
     @property
-    def remark(self) -> str:
+    def warning(self) -> str:
         """The warning if bytes arrive but no valid frames, ''."""
         if self._counts.stranger:
             return (f'another sensor sends on {self._port.path}: {self._counts.stranger}; if cables were swapped, name the device by '

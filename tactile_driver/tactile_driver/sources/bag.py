@@ -94,7 +94,7 @@ class BagSource(Source):
         return None
 
     @property
-    def remark(self) -> str:
+    def warning(self) -> str:
         """Damage found in the bag so far, '' without any."""
         return '; '.join(self._reader.left_out.lines()) if self._reader is not None else ''
 

@@ -73,20 +73,20 @@ def test_settings_are_asked_for_the_format_first(fake):
     assert fake.opened.path == '/dev/video3'
     assert asked[0] == (cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*'MJPG'))
     assert asked[1:4] == [(cv2.CAP_PROP_FRAME_WIDTH, 1280), (cv2.CAP_PROP_FRAME_HEIGHT, 720), (cv2.CAP_PROP_FPS, 60.0)]
-    assert 'is set to 30 Hz instead of 60 Hz' in source.remark
+    assert 'is set to 30 Hz instead of 60 Hz' in source.warning
 
 
 def test_controls_that_cannot_be_set_are_remarked_once_until_they_are_left_alone(fake):
     source = opened()
     source.read()
-    assert source.remark == ''
+    assert source.warning == ''
     for exposure in (0.01, 0.02):
         source.set_controls({'exposure': exposure})
         source.read()
-    assert source.remark.count('controls of /dev/video3 cannot be set') == 1
+    assert source.warning.count('controls of /dev/video3 cannot be set') == 1
     source.set_controls({'exposure': -1.0})
     source.read()
-    assert source.remark == ''
+    assert source.warning == ''
 
 
 @pytest.fixture
@@ -151,7 +151,7 @@ RNG = np.random.default_rng(0)
 
 @pytest.fixture
 def watched(monkeypatch):
-    """watched(image, s): the remark after an image at a time."""
+    """watched(image, s): the warning after an image at a time."""
     now = [100.0]
     monkeypatch.setattr(device, 'time', SimpleNamespace(monotonic=lambda: now[0]))
     watch = FrameWatch()
@@ -160,7 +160,7 @@ def watched(monkeypatch):
         now[0] = 100.0 + seconds
         if image is not None:
             watch.add(image)
-        return watch.remark
+        return watch.warning
     add.watch = watch
     return add
 

@@ -107,7 +107,7 @@ def test_one_camera_alone_is_handed_over_and_does_not_pile_up():
     single = pairer.take_single(RIGHT)
     assert single.left is None and single.stamp_ns == 240 * MS and single.sizes == {'right': (1, 1)}
     assert pairer.take_single(LEFT) is None
-    pairer.forget()
+    pairer.discard()
     assert pairer.waiting(RIGHT) == 0 and pairer.unpaired == 12
 
 
@@ -143,7 +143,7 @@ class Camera:
     """A live camera of 50 Hz, or a recording of so many frames; it can be pulled out, be silent or break."""
 
     on_demand = True
-    skipped, corrupt, remark = 0, 0, ''
+    skipped, corrupt, warning = 0, 0, ''
 
     def __init__(self, value, count=None, delay=0, gone=False):
         self.value, self.count, self.delay, self.live = value, count, delay, count is None
@@ -237,7 +237,7 @@ def test_a_recording_that_breaks_is_named(paired):
 
 def test_two_live_cameras_are_paired(paired):
     source = paired(Camera(1), Camera(2))
-    pairs = [until(source, lambda p: p.left is not None and p.right is not None and not source.remark) for _ in range(10)]
+    pairs = [until(source, lambda p: p.left is not None and p.right is not None and not source.warning) for _ in range(10)]
     assert all(abs(p.left.stamp_ns - p.right.stamp_ns) <= 8e6 for p in pairs) and source.live
     assert [c.width for c in source.calibrations()] == [1, 2]
     about = source.describe()
@@ -258,9 +258,9 @@ def test_the_others_half_goes_on_while_one_camera_is_lost_and_it_comes_back(pair
     left.gone = True
     alone = until(source, lambda p: p.left is None)
     assert alone.stamp_ns == alone.right.stamp_ns and len(read(source, 5)) == 5
-    assert source.remark.startswith('no left camera, its half is black: camera 1 ')
+    assert source.warning.startswith('no left camera, its half is black: camera 1 ')
     left.gone = False
-    until(source, lambda p: p.left is not None and p.right is not None and not source.remark)
+    until(source, lambda p: p.left is not None and p.right is not None and not source.warning)
 
 
 def test_a_silent_camera_counts_as_missing(paired):
@@ -269,7 +269,7 @@ def test_a_silent_camera_counts_as_missing(paired):
     read(source, 3)
     right.silent.set()
     assert until(source, lambda p: p.right is None).left is not None
-    assert 'right camera, its half is black: it sends no frames' in source.remark
+    assert 'right camera, its half is black: it sends no frames' in source.warning
     right.silent.clear()
     until(source, lambda p: p.right is not None)
 
@@ -299,8 +299,8 @@ def test_what_nobody_wants_is_passed_over(paired):
 def test_cameras_beyond_max_skew_give_no_pair_and_say_so(paired):
     source = paired(Camera(1), Camera(2, delay=7_000_000), 0.004)
     said, end = 'the exposures of the two cameras are 7.0 ms apart, but max_skew is 4.0 ms', time.monotonic() + 60
-    while said not in source.remark:
-        assert time.monotonic() < end, source.remark
+    while said not in source.warning:
+        assert time.monotonic() < end, source.warning
         with suppress(NothingYet):
             pair = source.read()
             assert pair.left is None or pair.right is None

@@ -82,7 +82,7 @@ def test_the_end_of_ros_is_no_failure_of_the_camera(node):
 def test_a_calibration_is_published_for_its_size_and_another_size_is_remarked(node, calibration, values, k, said):
     one = streamed(node, calibration, **values)
     info, = one.received(('camera_info', CameraInfo))
-    assert set(info.k) == {k} and (info.width, info.height) == (6, 4) and said in one.stream.remark
+    assert set(info.k) == {k} and (info.width, info.height) == (6, 4) and said in one.stream.warning
 
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]

@@ -66,7 +66,7 @@ def test_a_message_is_said_once_until_it_is_forgotten():
     for _ in range(3):
         say.error('black', 'the frame is black')
         say.warning('slow', 'slow')
-    say.forget('black')
+    say.reset('black')
     say.error('black', 'black again')
     assert log.lines == ['the frame is black', 'slow', 'black again']
 

@@ -67,7 +67,7 @@ TABLE = (Parameter('autostart', bool, False, '', 'start by itself', read_only=Tr
 class Stream:
     """Notes what is asked of it."""
 
-    remark, over = '', False
+    warning, over = '', False
     status = CaptureStatus('running', 1, 0, 0, 10.0, 0.01, '')
 
     def __init__(self):

@@ -79,7 +79,7 @@ def test_each_view_has_its_stamp_and_its_calibration_and_the_picture_the_left_st
     assert set(left.data) == {50} and set(right.data) == {90} and {50, 90} <= set(whole.data)
     assert (whole.width, whole.height) == (121, 61) and {m.header.frame_id for m in (*images, exposed)} == {
         f'pad_{view}camera_optical' for view in ('', 'left_', 'right_')}
-    assert set(left_info.k) == {7.0} and set(right_info.k) == {8.0} and two.stream.remark == ''
+    assert set(left_info.k) == {7.0} and set(right_info.k) == {8.0} and two.stream.warning == ''
 
 
 def test_diagnostics_tell_the_offset(node):
@@ -98,13 +98,13 @@ def test_without_a_stitching_the_views_are_put_side_by_side_and_that_is_said(nod
     two = streamed(node, TwoCameras(), known=False, overlap=20)
     whole, = two.received(('image_raw', Image))
     expected = np.repeat([50, 90], SIZE[0] - 10)
-    assert (picture_of(whole) == expected).all() and 'stitching_path is empty' in two.stream.remark
+    assert (picture_of(whole) == expected).all() and 'stitching_path is empty' in two.stream.warning
 
 
 def test_views_of_another_size_are_remarked_and_not_stitched(node):
     two = streamed(node, TwoCameras((48, 40)), calibrations=(CameraCalibration(*SIZE, (7.0,) * 9), None))
     info, _ = two.received(('left/camera_info', CameraInfo), ('right/image_raw', Image))
-    assert set(info.k) == {0.0} and 'left: the camera calibration is for 96 x 80 px' in two.stream.remark
+    assert set(info.k) == {0.0} and 'left: the camera calibration is for 96 x 80 px' in two.stream.warning
 
 
 def subscribed(node):

@@ -92,18 +92,18 @@ def test_frames_come_one_by_one_and_those_unwanted_are_passed_over(port):
     with pytest.raises(NothingYet):
         source.read()
     assert source.describe()['baud'] == 9600 and source.describe()['path'] == source.describe()['device']
-    assert (source.corrupt, source.remark, source.calibration()) == (0, '', None)
+    assert (source.corrupt, source.warning, source.calibration()) == (0, '', None)
 
 
 def test_bytes_without_a_frame_are_remarked_until_one_comes_or_the_port_is_opened_anew(port):
     master, source = port
-    for text, remark in ((b'x' * 19, ''), (b'x', 'no +'), (b'+y\n', '')):
+    for text, warning in ((b'x' * 19, ''), (b'x', 'no +'), (b'+y\n', '')):
         os.write(master, text)
-        assert until(lambda: read(source) or source.remark == remark) and source.remark == remark  # noqa: B023
+        assert until(lambda: read(source) or source.warning == warning) and source.warning == warning  # noqa: B023
     os.write(master, b'x' * 40)
-    assert until(lambda: read(source) or source.remark)
+    assert until(lambda: read(source) or source.warning)
     source.open()
-    assert source.remark == ''
+    assert source.warning == ''
 
 
 SETTINGS = SerialSettings('binary', 921600, 5.0, 12, 0.005)

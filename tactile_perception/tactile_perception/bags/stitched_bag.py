@@ -79,7 +79,7 @@ class StitchedBag(BagReader):
             yield from (one for one in self._pictures(prefix, partial(pairer.take, last=True)) if one.topic in wanted)
             pairer.clear()
             if pairer.unpaired:
-                why = pairer.remark or 'one camera\'s view without the other\'s'
+                why = pairer.warning or 'one camera\'s view without the other\'s'
                 self.left_out.add(f'{prefix}left and right/image_raw', why, count=pairer.unpaired)
 
     @staticmethod

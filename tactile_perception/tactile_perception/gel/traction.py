@@ -71,9 +71,10 @@ class TractionFit:
         loads a frame before, None where nothing touched."""
         used = np.ones(len(moved), bool)
         found = self._fit(rows, moved, sigma, used, before)
-        off = np.abs(moved - _moved(rows, found.force)).max(axis=1)
-        used = off <= _OUTLIER * max(1.4826 * np.median(off), sigma)
-        return found if used.all() else self._fit(rows, moved, sigma, used, found.force)
+        off = np.abs(moved - _moved(rows, found.force))
+        seen = 1.4826 * np.median(off)  # a dot on a tilted, lit skin is seen less well than at rest
+        used = off.max(axis=1) <= _OUTLIER * max(seen, sigma)
+        return found if used.all() and seen <= sigma else self._fit(rows, moved, max(seen, sigma), used, found.force)
 
     def _fit(self, rows: np.ndarray, moved: np.ndarray, sigma: float, used: np.ndarray, before: np.ndarray | None) -> Tractions:
         """The loads: pressure p >= 0 at each place, shear (lean + uneven) p, of which uneven is as the prior says.
@@ -88,9 +89,9 @@ class TractionFit:
         rest = (moved - _moved(rows, before)).ravel() / sigma
         rows, data = rows.reshape(-1, len(self.places), 3) / sigma[:, None, None], moved.ravel() / sigma
         alike = 1 / np.sqrt(rest @ rest / (rows**2).sum())
-        added = lsqr(rows.reshape(len(data), -1), rest, damp=alike, iter_lim=_STEPS)[0][2::3]
-        share = np.maximum(added - before[:, 2], 0)
-        at, lean = np.arange(len(share)), np.zeros(2)
+        loads = before * [1, 1, -1] + lsqr(rows.reshape(len(data), -1), rest, damp=alike, iter_lim=_STEPS)[0].reshape(-1, 3)
+        share, at = np.maximum(loads[:, 2], 0), np.arange(len(loads))
+        lean = loads[:, :2].sum(axis=0) / max(share.sum(), np.finfo(float).tiny)
         for _ in range(rounds):
             spread = (self._smooth[:, at] @ share)**2
             at = np.flatnonzero(spread > _FAINT**2 * spread.max())

@@ -82,7 +82,7 @@ class LogOnce:
         self._logged[key] = time.monotonic()
         return not known
 
-    def forget(self, key: str) -> None:
+    def reset(self, key: str) -> None:
         """The problem is over: log its next occurrence."""
         self._logged.pop(key, None)
 
@@ -90,4 +90,4 @@ class LogOnce:
         """The problem did not occur now: after a second without it, log its next occurrence. A stream in which every other message is bad
         gives one line."""
         if time.monotonic() - self._logged.get(key, math.inf) > _CALM_S:
-            self.forget(key)
+            self.reset(key)
