@@ -201,15 +201,15 @@ void bind_finger(py::module_& parent) {
              "Samples are missing for so many seconds: what is known of a movement, and of a contact if they are many, ends here.")
         .def_property_readonly("stuck", &PsdFinger::stuck, "[4] whether an output has stopped changing")
         .def_property_readonly(
-            "ready", [](const PsdFinger& one) { return one.reference().ready(); }, "whether the reference is measured")
+            "ready", [](const PsdFinger& one) { return one.light().ready(); }, "whether the reference is measured")
         .def_property_readonly(
-            "offset", [](const PsdFinger& one) { return one.reference().offset(); }, "(4,) V, of the untouched outputs")
+            "offset", [](const PsdFinger& one) { return one.light().offset(); }, "(4,) V, of the untouched outputs")
         .def_property_readonly(
-            "noise", [](const PsdFinger& one) { return one.reference().noise(); }, "(4, 4) V^2, covariance of the sums")
+            "noise", [](const PsdFinger& one) { return one.light().noise(); }, "(4, 4) V^2, covariance of the sums")
         .def_property_readonly(
-            "sigma", [](const PsdFinger& one) { return one.reference().sigma(); }, "V, of the total at rest")
+            "sigma", [](const PsdFinger& one) { return one.light().sigma(); }, "V, of the total at rest")
         .def_property_readonly(
-            "uncertainty", [](const PsdFinger& one) { return one.reference().uncertainty(); }, "V, of the total of the offset");
+            "uncertainty", [](const PsdFinger& one) { return one.light().uncertainty(); }, "V, of the total of the offset");
 }
 
 }  // namespace tactile::border

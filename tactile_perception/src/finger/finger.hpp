@@ -12,10 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "finger/contact_detector.hpp"
-#include "finger/detector.hpp"
-#include "finger/held_light.hpp"
-#include "finger/reference.hpp"
+#include "finger/light.hpp"
 #include "finger/touch.hpp"
 
 namespace tactile::finger {
@@ -72,25 +69,19 @@ class PsdFinger {
 
     // Whether each output has stopped changing.
     std::array<bool, 4> stuck() const;
-    const Reference& reference() const { return reference_; }
+    const Light& light() const { return light_; }
     const FingerModel& model() const { return *model_; }
 
  private:
     bool is_stuck() const;
-    void count_repeats(const Volts& volts);
-    std::ptrdiff_t detect_some(const Volts& volts, double period, Samples& found);
-    std::ptrdiff_t pass_unknown(std::ptrdiff_t count, Samples& found) const;
-    void follow_ambient_light(const Eigen::Matrix4Xd& sums, const ContactStates& states, double period);
-    void hold(Eigen::Matrix4Xd& sums, const ContactStates& states, const std::vector<std::uint8_t>& saturated, double period, bool begins);
+    void add(const Eigen::Vector4d& volts, double period, Samples& found);
     Estimate estimate_run(const Samples& samples, std::pair<std::ptrdiff_t, std::ptrdiff_t> run, double stamp_s, double period);
 
     std::shared_ptr<const FingerModel> model_;
     FingerSettings settings_;
-    Reference reference_;
-    ContactDetector detector_;
-    HeldLight held_;
+    Light light_;
     std::int64_t id_ = 0;  // of the last contact
-    double apart_s_;       // s since it ended
+    double gap_s_ = 0;     // s of missing samples before the next one
     Eigen::Vector4d last_ = Eigen::Vector4d::Constant(UNKNOWN),
                     same_ = Eigen::Vector4d::Zero();  // outputs, V; samples for which they are so
     CreepCorrection creep_;

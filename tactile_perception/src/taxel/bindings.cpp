@@ -6,10 +6,8 @@
 #include <pybind11/eigen.h>
 
 #include "bindings/border.hpp"
-#include "taxel/keyframe.hpp"
-#include "taxel/path.hpp"
+#include "taxel/motion.hpp"
 #include "taxel/region.hpp"
-#include "taxel/score.hpp"
 #include "taxel/shear.hpp"
 
 namespace tactile::border {

@@ -4,8 +4,8 @@
 
 Images are registered relative to the mean pressure of a keyframe, grown with the load. Pressure rises where traction converges, so the
 image leads an object that sticks: its motion is a known part of the image's (BORDER_LEAD). The pad's surface follows it up to friction
-times pressure (SurfaceShear); where it lags behind, the object slips. What the pad cannot know, the traction's own pressure shows
-(TractionWatch): an object that is smoother than expected, or that rolls.
+times pressure (SurfaceShear); where it lags behind, the object slips. An object that rolls moves without the pressure of traction
+(RollWatch).
 """
 from __future__ import annotations
 
@@ -59,14 +59,10 @@ class Limits:
     # Traction
     reach = 2.5  # thicknesses around a contact in which its pressure is seen
     rest_s = 0.1  # over which the picture before a motion is averaged
-    straight = 0.5  # cosine of the angle to the first direction, within which an object moves on: after a turn back traction falls
     picture = 0.5  # from that picture, before a new one is taken; half of it while an object rolls, as its contact grows on the way
-    missing, sigmas = 0.04, 5.0  # traction over pressure, and in sigmas, by which it falls where an object slides
-    pulls = 0.05  # traction over pressure, of an object that does not roll
+    pulls, sigmas = 0.05, 5.0  # traction over pressure, and in sigmas, of an object that does not roll
     rolled = 0.15  # motion without traction, from which a curved object rolls: traction is seen at a third of that
     curved = 0.85  # variance of pressure over that of the area, along the motion, of a curved face: 0.67 to 0.75, of a flat one 0.91 to 1
-    smooth = 0.6  # of the pad's friction, traction at which an object slides, up to which it is smoother
-    loosened = 0.8  # friction of what slides, over its present traction over pressure, which is uneven
 
 
 #: The border of the pressure image leads by so many thicknesses times traction over pressure (theory of a bonded elastic layer).
@@ -169,13 +165,12 @@ class SeenPressure:
     clipped: bool = False
 
 
-class TractionWatch:
-    """Whether the traction of a moving object has ceased to grow, so that it slides, or is none, so that it rolls.
+class RollWatch:
+    """Whether an object that moves has no traction, so that it rolls.
 
-    While an object sticks, its traction grows with its motion, and so does the pressure before it at the expense of that behind it, over
-    some two thicknesses of the pad. Once all of it slides, the picture moves on and that difference grows no more. So a picture is fitted
-    by one before the motion, shifted, turned, grown, of another load, and with some traction (least squares). The picture of an object
-    that rolls moves on without any traction; only curved faces roll, and only theirs show an even traction well.
+    Traction raises the pressure before an object at the expense of that behind it, over some two thicknesses of the pad. So a picture is
+    fitted by one before the motion, shifted, turned, grown, of another load, and with some traction (least squares). The picture of an
+    object that rolls moves on without any traction; only curved faces roll, and only theirs show an even traction well.
     """
 
     def __init__(self, array: TaxelArray, pad: SoftPad, shear: _kernel.SurfaceShear):
@@ -189,14 +184,14 @@ class TractionWatch:
 
     def _drop(self) -> None:
         self._before: np.ndarray | None = None
-        self._frames, self._rested_s, self._share, self._rested = 0, -math.inf, None, True
+        self._frames, self._rested_s, self._share = 0, -math.inf, None
 
     def rest(self, pressure: np.ndarray, same_load: bool, stamp_s: float) -> None:
         """Take pressure (rows, columns) as of an object that does not move; same_load: since the last frame."""
         if self._before is None or not same_load:
             self._drop()
             self._before = pressure.copy()
-        self._share, self._rested = None, True
+        self._share = None
         self._frames += 1
         self._newest = max(1 / self._frames, min((stamp_s - self._rested_s) / Limits.rest_s, 1.0))  # its part of the picture
         self._rested_s = stamp_s
@@ -206,41 +201,26 @@ class TractionWatch:
         """The object of the last picture at rest has hardly any traction: whether it rolls is open."""
         self._pulls, self._loose = False, True
 
-    def follow(self, seen: SeenPressure, touched: np.ndarray, direction: np.ndarray, stamp_s: float) -> tuple[bool, bool, bool]:
-        """(slides, rolls, sticks) of an object that moves in a direction (2,), over touched (rows, columns) bool; sticks: whether traction
-        has grown on after all since slides was reported."""
-        size = math.hypot(*direction)
-        if min(seen.pressure.shape) < 4 or size == 0:
-            return False, self._rolls, False
+    def follow(self, seen: SeenPressure, touched: np.ndarray, stamp_s: float) -> bool:
+        """Whether an object that moves, over touched (rows, columns) bool, rolls."""
+        if min(seen.pressure.shape) < 4:
+            return self._rolls
         if self._before is None:
             self.rest(seen.pressure, True, stamp_s)
         if self._share is None:
             self._fit(touched)
         found = self._share @ (seen.pressure[self._box] - self._before[self._box]).ravel()
         if not np.isfinite(found).all():
-            return False, self._rolls, False
-        shift, traction, along = found[:2], found[2:], np.asarray(direction) / size
-        went = math.hypot(*shift)
-        if self._along is None:
-            self._along = along
-        self._straight = self._straight and along @ self._along > Limits.straight
-        now, path = self._carried[0] + traction @ along, self._carried[1] + shift @ along / self._thickness
-        if now > self._most:
-            self._most, self._from = now, path
-        noise = Limits.sigmas * self._noise * seen.sigma
-        least = max(Limits.missing, noise)
-        slides = bool(self._straight and path > self._from and self._most > least and self._most - now > least)
-        sticks = not slides and now > self._reported + least
-        if slides or sticks:
-            self._reported = min(self._reported, self._most) if slides else math.inf
+            return self._rolls
+        shift, traction = found[:2], found[2:]
+        went, noise = math.hypot(*shift), Limits.sigmas * self._noise * seen.sigma
         rolls = self._roll(traction @ shift / max(went, 1e-9), max(Limits.pulls, noise), went,
                            lambda: self._rolls and seen.clipped or is_curved(seen.pressure, touched, shift))
         if went > (0.5 if self._rolls else 1.0) * Limits.picture:
             self._loose = False
             self._drop()
             self.rest(seen.pressure, True, stamp_s)
-            self._rested, self._carried = False, (now, path)
-        return slides, rolls, sticks
+        return rolls
 
     def _roll(self, traction: float, least: float, shift: float, curved: Callable[[], bool]) -> bool:
         """Whether the object rolls, or is still to show by its traction that it does not; traction along a shift, taxels, is seen from
@@ -268,10 +248,6 @@ class TractionWatch:
                           (y[:, None] - row.mean()) * across - (x - column.mean()) * down, np.hypot(across, down), before]).reshape(7, -1)
         self._share = (np.linalg.pinv(terms.astype(float) @ terms.T.astype(float), rcond=1e-9, hermitian=True)[:4] @ terms)
         self._noise = math.sqrt(np.square(self._share[2:]).sum(axis=1).max() * (1 + self._newest))
-        if self._rested:
-            self._along, self._most, self._from, self._carried = None, -math.inf, 0.0, (0.0, 0.0)
-            self._reported = math.inf  # largest traction when slides was reported
-            self._straight = True
 
 
 def is_curved(pressure: np.ndarray, touched: np.ndarray, direction: np.ndarray) -> bool:
@@ -303,7 +279,7 @@ class MotionTracker:
         self._array, self._pad = array, pad
         self.shear = _kernel.SurfaceShear(rows=array.rows, columns=array.columns, pitch=array.pitch,
                                           thickness=pad.thickness / array.pitch, stiffness=pad.shear_stiffness)
-        self._watch = TractionWatch(array, pad, self.shear)
+        self._watch = RollWatch(array, pad, self.shear)
         self._path = _kernel.Path(window=Limits.window_s, reported=Limits.velocity_s, fewest=Limits.fewest_frames,
                                   least_noise=Limits.least_noise * array.pitch, bound=Limits.bound, evident=Limits.expected,
                                   stopped=Limits.stopped)
@@ -314,7 +290,6 @@ class MotionTracker:
         """Nothing touches."""
         self.shear.reset()
         self._watch.reset()
-        self._friction = self._pad.friction
         self._key: EdgeKeyframe | CentroidKeyframe | None = None
         self._seen: KeyframeMotion | None = None  # in the last frame
         self._expected: np.ndarray | None = None  # predicted fit of the next frame
@@ -359,7 +334,7 @@ class MotionTracker:
         smooth, path = self._follow(step, stamp_s)
         if self._rolls(seen, touched, path.velocity, not waits, stamp_s):
             smooth, self._moves = np.zeros(3), False
-        slip = self.shear.move(touched, pressure, smooth, self._friction)
+        slip = self.shear.move(touched, pressure, smooth, self._pad.friction)
         slipping = self._lagging(slip, smooth, touched) if self._moves else np.zeros_like(touched)
         self._along = self._direction(path.velocity) if self._moves else np.zeros(3)
         if found.largest > Limits.key_moved or abs(found.fit[3]) > Limits.key_grew:
@@ -416,20 +391,14 @@ class MotionTracker:
         return self._moves or path.speed * path.lasting > (Limits.path * self._seen.sigma * pitch + released) * self._followed
 
     def _rolls(self, seen: SeenPressure, touched: np.ndarray, velocity: np.ndarray, same_load: bool, stamp_s: float) -> bool:
-        """Whether the object, which moves by velocity (3,), rolls without traction. If it slides, take the present traction for that of
-        friction."""
+        """Whether the object, which moves by velocity (3,), rolls without traction."""
         if not (self._moves and same_load):
             self._watch.rest(seen.pressure, same_load, stamp_s)
             if self._pulled < Limits.pulls:
                 self._watch.release()
             return False
-        slides, rolls, sticks = self._watch.follow(seen, touched, velocity[:2], stamp_s)
-        if sticks:
-            self._friction = self._pad.friction
-        if slides and self._pulled < Limits.smooth * self._pad.friction:
-            self._friction = min(self._friction, Limits.loosened * self._pulled)
         x, y, turn = self._along_of(velocity)
-        return rolls and isinstance(self._key, EdgeKeyframe) and abs(turn) <= math.hypot(x, y)
+        return self._watch.follow(seen, touched, stamp_s) and isinstance(self._key, EdgeKeyframe) and abs(turn) <= math.hypot(x, y)
 
     def _along_of(self, velocity: np.ndarray) -> tuple[float, float, float]:
         """m/s of the keyframe's centre, and of its edges by the turn, for a velocity (3,) at the origin."""

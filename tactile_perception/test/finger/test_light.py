@@ -83,7 +83,7 @@ def test_drift_and_noise_are_tracked_and_a_calm_room_is_averaged_over_seconds():
     for seed, one in enumerate(calm):
         detected(one, noisy(np.tile(ROOM, (5000, 1)), seed), 50)
     errors = np.array([one.offset.sum() - ROOM.sum() for one in calm])
-    assert np.sqrt(np.mean(errors**2)) < 1e-3 and np.mean(errors**2) < 2 * np.mean([one.uncertainty**2 for one in calm])
+    assert np.sqrt(np.mean(errors**2)) < 1.5e-3 and np.mean(errors**2) < 2 * np.mean([one.uncertainty**2 for one in calm])
     detected(made, ROOM + drift[-1] / 4 + np.random.default_rng(1).normal(0, 1.5 * NOISE, (8000, 4)))
     assert made.sigma == pytest.approx(3 * NOISE, rel=0.15)
 

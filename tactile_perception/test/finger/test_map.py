@@ -1,10 +1,18 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
+import played
 import pytest
+import yaml
 from tactile_perception._core.finger import centroid_covariance
+from tactile_perception.calibration.files.format import write_calibration
+from tactile_perception.errors import BadCalibration
 from tactile_perception.finger.map import (
-    MIX, TOTAL, LightShift, angles, direction, error_angle, exp_map, fit_light_shift, fit_smooth_map, log_map, position, trend)
+    MIX, NOMINAL_BETA, TOTAL, EquidistantMap, LightShift, angles, direction, error_angle, exp_map, fit_light_shift,
+    fit_smooth_map, log_map, position, trend)
+from tactile_perception.finger.model import Creep, FingerFit, FingerModel, psd_file, read_psd
+from tactile_perception.finger.parameters import PsdFinger
+from tactile_perception.finger.published import fit_equidistant_map, paper_finger
 
 PHI = np.array([0.0, 1.0, np.pi, -np.pi, -2.0, 3.1])
 THETA = np.array([0.0, 0.4, 1.2, 1.2, 1e-9, 1.5])
@@ -119,3 +127,113 @@ def test_far_from_calibrated_light_it_is_bounded():
     corner = np.array([[1.0, 1.0], [0, 0]])
     assert np.isfinite(shift.light(corner)).all()
     assert shift.relative(corner, np.array([0.0, 1e9])).tolist() == [-1, 1]
+
+
+PLACE = np.random.default_rng(0).uniform(-0.7, 0.7, (30, 2))
+
+
+def test_a_finger_runs_the_model_between_the_nodes_of_its_table_too(model):
+    finger, (volts, _) = PsdFinger(model), played.scene('slide')
+    samples = finger.detect(volts, played.PERIOD)
+    sums = samples.sums[samples.contact]
+    exact = model.normals(position(sums), sums[:, 2])
+    assert len(sums) > 500 and np.degrees(error_angle(finger.normals(samples)[samples.contact], exact)).max() < 0.1
+
+
+def test_a_table_that_is_none_is_refused(model):
+    class Spoilt:
+        load_terms, cross_volts, room, creep = model.load_terms, model.cross_volts, model.room, model.creep
+        table = model.table[:, :-1]
+    with pytest.raises(ValueError, match='^table: '):
+        PsdFinger(Spoilt())
+
+
+def written(path, **numbers):
+    model = FingerModel(EquidistantMap(np.array([0.1, -0.2]), 1.6), **numbers)
+    fit = FingerFit(model, 30, np.zeros(1), np.zeros(1), {'places': 30}, {'theta': [0.0, 1.0]}, ['few'], np.array([[0, 0, 1.0]]),
+                    np.array(['x at 1.0 s']))
+    write_calibration(path, psd_file(fit, ['one']))
+    return model
+
+
+def test_a_full_model_there_and_back(tmp_path):
+    smooth, _ = fit_smooth_map(PLACE, 1.6 * PLACE, np.full(30, 1e-3))
+    shift = LightShift(np.arange(5.0), 0.01 * np.arange(8.0).reshape(4, 2))
+    model = written(tmp_path / 'a.yaml', smooth=smooth, shift=shift, level=np.array([0.3, -0.1, 0.0]), level_limits=(0.1, 0.3, 0.7),
+                    force=np.arange(8.0), cross=np.arange(6.0), cross_volts=1e-3, room=np.arange(4.0), creep=Creep(0.05, 0.03))
+    found = read_psd(tmp_path / 'a.yaml')
+    for light in (None, np.full(30, 3.0)):
+        assert found.normals(PLACE, light) == pytest.approx(model.normals(PLACE, light), abs=1e-7)
+    assert found.levels(PLACE) == pytest.approx(model.levels(PLACE))
+    assert found.room.tolist() == [0, 1, 2, 3] and found.creep == Creep(0.05, 0.03)
+    assert found.depth is None and found.cross_volts == 1e-3 and found.force.tolist() == list(range(8))
+    assert yaml.safe_load((tmp_path / 'a.yaml').read_text())['left_out'] == ['few', 'one']
+
+
+def test_the_papers_alone(tmp_path):
+    written(tmp_path / 'a.yaml')
+    found = read_psd(tmp_path / 'a.yaml')
+    assert found.smooth is None and found.level is None and found.room is None and found.creep is None and found.paper.beta == 1.6
+
+
+@pytest.mark.parametrize('spoil', [lambda f: f.pop('paper'), lambda f: f['smooth'].pop('place'), lambda f: f['smooth'].update(noise=[1.0]),
+                                   lambda f: f.update(force=[1.0]), lambda f: f.update(reach='far'), lambda f: f['creep'].update(share=1.0),
+                                   lambda f: f['creep'].update(seconds=0.0),
+                                   lambda f: f.update(shift={'typical': [1.0] * 5, 'slopes': [[1.0, 2.0]]})])
+def test_what_is_missing_or_wrong_is_reported(tmp_path, spoil):
+    smooth, _ = fit_smooth_map(PLACE, 1.6 * PLACE, np.full(30, 1e-3))
+    written(tmp_path / 'a.yaml', smooth=smooth, creep=Creep(0.05, 0.03))
+    page = yaml.safe_load((tmp_path / 'a.yaml').read_text())
+    spoil(page['fitted'])
+    (tmp_path / 'a.yaml').write_text(yaml.safe_dump(page))
+    with pytest.raises(BadCalibration, match='a.yaml'):
+        read_psd(tmp_path / 'a.yaml')
+
+
+TRUE = EquidistantMap(np.array([0.04, -0.02]), 1.7)
+
+
+def places(phi, theta):
+    """Where the paper's own sensor has its light."""
+    phi, theta = np.asarray(phi, float), np.asarray(theta, float)
+    return TRUE.offset + theta[:, None] / TRUE.beta * np.stack([np.cos(phi), np.sin(phi)], axis=1)
+
+
+def test_the_pole_and_one_more_contact_give_offset_and_factor():
+    phi, theta = [0.0, 2.0], [0.0, 0.5]
+    found, notes = fit_equidistant_map(places(phi, theta), direction(np.array(phi), np.array(theta)))
+    assert found.offset == pytest.approx(TRUE.offset) and found.beta == pytest.approx(TRUE.beta) and notes == []
+    everywhere = np.array([3.1, -3.1, 0.1]), np.array([1.0, 0.2, 1.5])
+    assert error_angle(found.normals(places(*everywhere)), direction(*everywhere)).max() < 1e-6
+
+
+def test_assumptions_are_noted():
+    found, notes = fit_equidistant_map(places([0.0], [0.0]), direction(np.zeros(1), np.zeros(1)))
+    assert found.beta == NOMINAL_BETA and 'nominal' in notes[0]
+    found, notes = fit_equidistant_map(places([1.0], [0.5]), direction(np.ones(1), np.full(1, 0.5)))
+    assert found.offset.tolist() == [0, 0] and 'assumed' in notes[0]
+    phi, theta = np.array([0.1, 2.2, 4.1]), np.array([0.5, 0.6, 0.4])
+    found, notes = fit_equidistant_map(places(phi, theta), direction(phi, theta))
+    assert found.offset == pytest.approx(TRUE.offset, abs=1e-6) and 'extrapolated' in notes[0]
+
+
+def test_without_a_contact():
+    with pytest.raises(BadCalibration, match='no contact'):
+        fit_equidistant_map(np.zeros((0, 2)), np.zeros((0, 3)))
+
+
+def test_the_published_method_is_less_accurate_than_the_map(model):
+    volts, truth = played.scene('grid')
+    errors = {}
+    for name, finger in (('paper', paper_finger(model, 0.2)), ('map', PsdFinger(model))):
+        samples = finger.detect(volts, played.PERIOD)
+        runs = [r for r in played.runs(samples) if samples.contact[r].sum() > 100]
+        errors[name] = [np.degrees(error_angle(played.touch(finger, samples, r).normal, truth.normal[r.start + 100])) for r in runs]
+    assert len(errors['paper']) == len(errors['map']) == 25
+    assert np.mean(errors['paper']) > 2 * np.mean(errors['map'])
+
+
+def test_its_offset_is_constant_so_drift_becomes_contact(model):
+    finger = paper_finger(model, 0.2)
+    samples = finger.detect(played.scene('light')[0], played.PERIOD)
+    assert samples.contact.mean() > 0.2

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
+from tactile_perception.taxel.motion import CentroidKeyframe, EdgeKeyframe, MotionTracker, ObjectMotion, SeenPressure, TaxelSlip
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
-from tactile_perception.taxel.motion import MotionTracker, SeenPressure
 from tactile_perception.taxel.region import LEVEL, ContactScore
 from taxel_pictures import ARRAY, bar, picture
 
@@ -75,3 +76,87 @@ def test_a_load_that_flickers_and_leans_with_itself_is_no_slip(seed):
 def test_a_load_that_grows_evenly_does_not_move_the_picture():
     quiet = played([(0.0, 0.0, 0.3)] * 60, lambda k: 3e4 * (1 + 0.004 * k))
     assert max(np.abs(motion.step).max() for motion in quiet[5:]) < 1e-6
+
+
+RUBBER = SoftPad(thickness=0.002, shear_modulus=1e5, friction=0.5)
+DRAGGED = picture(bar(), blur=0.1) > 30
+PRESSURE = picture(bar(), 30e3)
+
+
+def drag(shear, distance, steps=40):
+    return [shear.move(DRAGGED, PRESSURE, np.array([distance / steps, 0.0, 0.0]), RUBBER.friction) for _ in range(steps)]
+
+
+def test_a_small_drag_sticks_and_pulls_at_least_by_the_pads_stiffness():
+    shear = MotionTracker(ARRAY, RUBBER).shear
+    assert np.abs(sum(drag(shear, 2e-5))).max() < 1e-9
+    assert 1.0 < shear.force[0] / (5e7 * 2e-5 * 160e-6) < 2.0 and abs(shear.force[1]) < 1e-6
+
+
+def test_the_rim_slips_first_then_all_by_friction():
+    shear = MotionTracker(ARRAY, RUBBER).shear
+    slip = np.hypot(*sum(drag(shear, 2.6e-4)))[DRAGGED]
+    assert 0.05 < (slip > 1e-6).mean() < 0.9
+    slip = np.hypot(*drag(shear, 1e-3)[-1])
+    assert (slip[DRAGGED] > 1e-6).all() and slip[~DRAGGED].max() < 1e-9
+    assert shear.force[0] == pytest.approx(0.5 * PRESSURE[DRAGGED].sum() * 1e-6, rel=0.12)
+
+
+def test_the_picture_runs_ahead_and_its_moment_balances_the_traction():
+    shear = MotionTracker(ARRAY, RUBBER).shear
+    assert not shear.traction_pressure().any()
+    drag(shear, 1e-3)
+    lead = shear.traction_pressure()
+    assert lead.sum() == pytest.approx(0, abs=1e-2 * np.abs(lead).sum())
+    assert (lead * ARRAY.x).sum() * 1e-6 == pytest.approx(RUBBER.thickness * shear.force[0], rel=0.05)
+
+
+def score(inside, load=60.0):
+    return SCORE.compute(picture(inside, load), 0.05)
+
+
+@pytest.mark.parametrize('shift, turn', [((0.3, 0.1), 0.0), ((-0.5, 0.4), 0.02), ((0.0, 0.0), -0.05), ((0.0, 0.0), 0.0)])
+def test_shift_and_turn_of_a_bar(shift, turn):
+    key = EdgeKeyframe(score(bar(angle=0.3)))
+    seen = key.motion(score(bar(*shift, 0.3 + turn)))
+    about_origin = seen.fit[:2] - seen.turn * np.array([-(key.middle - 21.5)[1], (key.middle - 21.5)[0]])
+    assert about_origin == pytest.approx(shift, abs=0.04) and seen.turn == pytest.approx(turn, abs=0.004)
+
+
+def test_a_contact_of_few_taxels_moves_as_its_pressure_does():
+    values = np.zeros((13, 6), np.float32)
+    values[4:6, 2:4] = 100
+    key = CentroidKeyframe(values, values > 0)
+    later = np.roll(values, 2, axis=0)
+    assert key.motion(later, later > 0).fit[:2] == pytest.approx([0, 2])
+    far = np.roll(values, 7, axis=0)
+    assert key.motion(far, far > 0) is None
+
+
+def test_a_taxel_that_comes_into_contact_moves_no_centroid():
+    values = np.zeros((13, 6), np.float32)
+    values[4:8, 2] = 100, 200, 100, 49
+    key = CentroidKeyframe(values, values > 50)
+    assert key.motion(values * 1.04, values > 48).fit[:2] == pytest.approx([0, 0], abs=1e-6)
+
+
+TOUCHED = picture(bar(2, 0), blur=0.1) > 30
+
+
+def motion(slipping, linear=(0.0, 0.0), turn=0.0):
+    return ObjectMotion(np.array(linear), turn, slipping, np.zeros(2), 0.0)
+
+
+def test_states_by_the_part_that_slips():
+    slip = TaxelSlip(ARRAY)
+    rim = TOUCHED & ~np.roll(TOUCHED, 2, axis=1)
+    states = [slip.process(motion(part & TOUCHED), TOUCHED).state for part in (~TOUCHED, rim, TOUCHED, ~TOUCHED)]
+    assert states == [NONE, INCIPIENT, GROSS, NONE]
+
+
+def test_centre_of_rotation_and_velocities():
+    centre, turn = np.array([4e-3, 3e-3]), 0.5
+    linear = turn * np.array([centre[1], -centre[0]])
+    found = TaxelSlip(ARRAY).process(motion(TOUCHED, linear, turn), TOUCHED)
+    assert found.rotation_center[:2] == pytest.approx(centre) and found.angular[2] == turn
+    assert found.vx == pytest.approx(-turn * (found.y - centre[1])) and found.vy == pytest.approx(turn * (found.x - centre[0]))

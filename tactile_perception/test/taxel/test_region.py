@@ -4,10 +4,10 @@ import cv2
 import numpy as np
 import pytest
 from scipy import ndimage
-from taxel_pictures import ARRAY, bar, both, disc, picture, ring
 from tactile_perception.common.surface import axes
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.region import LEVEL, ContactScore, find_regions
+from taxel_pictures import ARRAY, bar, both, disc, picture, ring
 
 SCORE = ContactScore(ARRAY, SoftPad())
 
@@ -103,3 +103,22 @@ def test_of_too_many_regions_the_largest_are_reported():
     score[9, 9:12] = 1
     regions = find_regions(score, score, TaxelArray(40, 40, 1e-3))
     assert regions.broken and len(regions.all) == 64 and regions.all[0].count == 4
+
+
+@pytest.mark.parametrize('load', [10.0, 60.0, 250.0])
+def test_border_does_not_depend_on_the_load(load):
+    assert (SCORE.compute(picture(bar(), load), 0.05) > LEVEL).sum() == pytest.approx(160, abs=16)
+
+
+def test_tilted_face_keeps_its_border():
+    y, x = np.mgrid[:44, :44]
+    tilted = picture(bar()) * (1 + 0.03 * (x - 21.5)).astype(np.float32)
+    level, tilt = (SCORE.compute(image, 0.05) > LEVEL for image in (picture(bar()), tilted))
+    assert (level ^ tilt).sum() <= 8
+
+
+def test_ring_has_a_hole_and_a_rough_face_none():
+    assert SCORE.compute(picture(ring()), 0.05)[21, 21] < 0.2
+    y, x = np.mgrid[:44, :44]
+    rough = picture(disc()) * (1 + 0.3 * np.cos(2 * x) * np.cos(2 * y)).astype(np.float32)
+    assert (SCORE.compute(rough, 0.05)[17:27, 17:27] > LEVEL).all()

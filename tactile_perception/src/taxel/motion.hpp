@@ -1,5 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
+// Motion of a contact: from image to image, and along its path.
 #pragma once
 
 #include <Eigen/Core>
@@ -42,6 +43,43 @@ class Keyframe {
         Eigen::Vector4d slopes;  // by a shift along columns and rows, by a turn times reach, by growth along the normals
     };
     std::vector<Edge> edges_;
+};
+
+// How an object's motion is found. Times in s, lengths in m.
+struct PathRule {
+    double window, reported;    // longest stretch of a steady motion, and the stretch of the velocity that is reported
+    std::ptrdiff_t fewest;      // frames that are kept at least, and for a velocity
+    double least_noise, bound;  // of a position at least; standard deviations by which velocities of ever longer stretches may differ
+    double evident, stopped;    // a steady motion ends if of a way of so many standard deviations less than this part is gone
+};
+
+// Motion of an object in the last of its frames, at the origin: m, m, rad and per s.
+struct PathMotion {
+    Eigen::Vector3d pose, velocity;  // without noise
+    Eigen::Vector3d reported;        // velocity over the reported stretch, NaN with fewer than fewest frames
+    double noise = 0;                // m, of a position
+    double speed = 0, sigma = 0;     // m/s, of the contact's middle and edges together, and the standard deviation of each
+    double lasting = 0;              // s, of the steady motion
+    std::ptrdiff_t used = 1;         // its frames
+    std::ptrdiff_t stopped = 0;      // latest frames in which it has not moved on, 0 if it has
+};
+
+// The path of an object: its pose in the last frames.
+class Path {
+ public:
+    explicit Path(const PathRule& rule) : rule_(rule) {}
+    // Drop all frames but the last `kept`.
+    void reset(std::size_t kept = 0);
+    // The motion after a frame at time with a pose. arm: m, of the contact's middle; reach: m, of its edges from there.
+    PathMotion add(double time, const Eigen::Vector3d& pose, const Eigen::Vector2d& arm, double reach);
+
+ private:
+    struct Frame {
+        double time;
+        Eigen::Vector3d pose;
+    };
+    PathRule rule_;
+    std::vector<Frame> past_;
 };
 
 }  // namespace tactile::taxel
