@@ -13,7 +13,7 @@ from ..errors import BadArgument, BadFrame
 from .detect import DotDetector
 from .links import Linker
 from .mask import Mask
-from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, find_grid, grid_numbering
+from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, GridNumbering, LinkedTracks, find_grid, grid_numbering
 from .reference import CalibratedRest, Reference
 
 
@@ -95,7 +95,8 @@ class DotTracker:
             raise BadFrame('no dots found: check light, the parameters polarity and mask, and the view')
         if self._search_grid:
             self.rows, self.columns = find_grid(dots.uv)
-            self._numbering, self._search_grid = self._make_numbering('lattice', None), False
+            self._numbering = GridNumbering(self.rows, self.columns, whole=False) if self.rows else LinkedTracks()
+            self._search_grid = False
         return dots
 
     @staticmethod
