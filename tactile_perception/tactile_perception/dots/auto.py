@@ -14,14 +14,17 @@ import scipy
 
 from ..common.dots import Dots
 from ..errors import BadFrame
-from .look import FEWEST, LOWER, Kind, describe_dots, find_kind, find_peaks, select_channel
+from .look import FEWEST, LEAST, LOWER, Kind, correlate, describe_dots, find_kind, find_peaks, select_channel
 
-_ALIKE = 0.4, 2.2  # of the neighbours' contrast: light varies by less from dot to dot, lamps have more
+_DEVIATIONS = 5.0  # standard deviations between a dot's contrast and its neighbours'
+_ALIKE = 0.3, 0.8  # logarithm of a contrast over its neighbours': of discs that no fit confirms; of dots, since light varies
 _NEIGHBOURS = 8
 _SIZES = 0.45, 1.8  # of the typical diameter: dots of several sizes
 _SMALLER, _SMALLEST = 0.6, 3.0  # diameters at which smaller dots are searched, too; px, none smaller
 _AS_MANY = 0.9  # of the dots, from which the likelihood fit takes over
 _LOST_SHARE = 0.6  # of the dots at the last measurement; with fewer, everything is measured anew
+_LEAST_ROUND = 5  # percent of the fitted dots that correlate least with a disc: others may do so by LOWER less
+_APART = 0.6  # diameters: dots do not overlap by more
 _ROUNDS = 3  # of centroids, each in a window about the last
 _INSIDE, _GROUND = 0.65, (0.6, 0.9)  # diameters from a dot's middle: radius of that window, and of the ring of ground around it
 _UNSURE = 0.01  # of the diameter, standard deviation of a centroid: worn dots have 0.003 from frame to frame, and jumps of 0.03
@@ -54,9 +57,15 @@ class AutoDetector:
 
     @staticmethod
     def _find(image, kind, fit=None) -> Dots:
-        """Dots of that kind, by the fit or as discs, that are alike."""
+        """Dots of that kind that are alike: by the fit, and discs that it leaves out."""
         grey = select_channel(image, kind.channel)
-        return _alike(_discs(grey, kind) if fit is None else fit.detect_all(image), grey, kind.sign)
+        if fit is None:
+            dots = _discs(grey, kind)
+            return _alike(dots, dots, grey, kind.sign, _ALIKE[1])
+        dots = fit.detect_all(image)
+        dots = _alike(dots, dots, grey, kind.sign, _ALIKE[1])
+        left_out = _alike(_left_out(dots, fit.candidates, grey, kind), dots, grey, kind.sign, _ALIKE[0])
+        return _joined([dots, left_out], [1.0, 0.0], kind.diameter)
 
     def _measure(self, image, before) -> Dots:
         """Measure what dots there are, and take it where it finds more than what is known did. Raises BadFrame without dots."""
@@ -69,15 +78,12 @@ class AutoDetector:
         dots = self._find(image, kind)
         if len(dots) < max(FEWEST, len(before)):
             return before
-        fit = self._fit_of(image, kind, dots)
-        exact = self._find(image, kind, fit) if fit is not None else ()
-        if len(exact) >= _AS_MANY * len(dots):
-            dots = exact
-        else:
-            fit, kind = None, replace(kind, lowest=LOWER * kind.lowest)
-            dots = self._find(image, kind)
+        fit, kind = self._fit_of(image, kind, dots), replace(kind, lowest=LOWER * kind.lowest)
+        if fit is not None and len(fit.detect_all(image)) < _AS_MANY * len(dots):
+            fit = None
+        dots = self._find(image, kind, fit)
         self._diameter = float(np.sqrt(4 / np.pi * np.median(dots.area)))
-        self._kind, self._fit, self._count = replace(kind, diameter=self._diameter), fit, len(dots)
+        self._kind, self._fit, self._count = replace(kind, diameter=self._diameter, peaks=None), fit, len(dots)
         return dots
 
     def _fit_of(self, image, kind, dots):
@@ -94,29 +100,45 @@ def _discs(grey, kind) -> Dots:
     for diameter in (_SMALLER * kind.diameter, kind.diameter):
         if diameter < _SMALLEST and diameter < kind.diameter:
             continue
-        found = find_peaks(grey, (kind.sign,), diameter)[kind.sign]
-        disc = found.correlation > kind.lowest
-        if disc.any():
-            parts.append(place_dots(grey, kind.sign, found.uv[disc], diameter))
-            scores.append(found.correlation[disc] * (1.1 if diameter == kind.diameter else 1.0))
-    if not parts:
-        return Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+        known = kind.peaks is not None and diameter == kind.diameter
+        found = kind.peaks if known else find_peaks(grey, (kind.sign,), diameter)[kind.sign]
+        disc = (found.correlation > kind.lowest) & (found.amplitude > LEAST)
+        parts.append(place_dots(grey, kind.sign, found.uv[disc], diameter))
+        scores.append(found.correlation[disc] * (1.1 if diameter == kind.diameter else 1.0))
+    return _joined(parts, scores, kind.diameter)
+
+
+def _left_out(dots, candidates, grey, kind) -> Dots:
+    """Discs at those of the candidates (N, 2) px where there are no dots, as round as nearly all dots are."""
+    if not len(dots):
+        return dots
+    candidates = candidates[scipy.spatial.cKDTree(dots.uv).query(candidates)[0] > _APART * kind.diameter]
+    correlation = correlate(grey, kind.sign, np.concatenate([candidates, dots.uv]), kind.diameter)
+    disc = correlation[:len(candidates)] > LOWER * np.percentile(correlation[len(candidates):], _LEAST_ROUND)
+    return place_dots(grey, kind.sign, candidates[disc], kind.diameter)
+
+
+def _joined(parts: list[Dots], scores: list, diameter: float) -> Dots:
+    """All dots, of any two that are too close the one with the higher score."""
     uv, area, sigma = (np.concatenate([getattr(part, name) for part in parts]) for name in ('uv', 'area', 'sigma'))
-    kept = _without_doubles(uv, np.concatenate(scores), 0.6 * kind.diameter)
+    score = np.concatenate([np.broadcast_to(score, len(part)) for part, score in zip(parts, scores)])
+    kept = _without_doubles(uv, score, _APART * diameter)
     return Dots(uv[kept], area[kept], sigma[kept])
 
 
-def _alike(dots: Dots, grey, sign) -> Dots:
-    """The dots whose size and contrast are those of most."""
-    if len(dots) < FEWEST:
+def _alike(dots: Dots, others: Dots, grey, sign, least: float) -> Dots:
+    """Those of dots whose size and contrast differ no more than the others' do, or by less than least, of the contrast's logarithm."""
+    if len(others) < FEWEST or not len(dots):
         return dots
-    diameter = np.sqrt(4 / np.pi * dots.area)
-    typical = np.median(diameter)
-    contrast = _contrast(grey, dots.uv, diameter) * sign
-    near = scipy.spatial.cKDTree(dots.uv).query(dots.uv, min(_NEIGHBOURS + 1, len(dots)))[1][:, 1:]
-    usual = np.median(contrast[near], axis=1)
-    usual = np.clip(usual, 0.5 * np.median(contrast), 2 * np.median(contrast))
-    good = (contrast > _ALIKE[0] * usual) & (contrast < _ALIKE[1] * usual)
+    diameter, usual_diameter = (np.sqrt(4 / np.pi * some.area) for some in (dots, others))
+    typical = np.median(usual_diameter)
+    contrast, usual = (np.maximum(sign * _contrast(grey, some.uv, size), 1) for some, size in ((dots, diameter), (others, usual_diameter)))
+    count = min(_NEIGHBOURS + 1, len(others))
+    near = scipy.spatial.cKDTree(others.uv).query(np.concatenate([dots.uv, others.uv]), count)[1]
+    usual = np.log(usual)
+    local = np.clip(np.median(usual[near], axis=1), np.median(usual) - np.log(2), np.median(usual) + np.log(2))
+    spread = 1.4826 * np.median(np.abs(usual - local[len(dots):]))
+    good = np.abs(np.log(contrast) - local[:len(dots)]) < max(_DEVIATIONS * spread, least)
     good &= (diameter > _SIZES[0] * typical) & (diameter < _SIZES[1] * typical)
     return Dots(dots.uv[good], dots.area[good], dots.sigma[good])
 

@@ -93,11 +93,11 @@ def check_frame(image: np.ndarray):
 class LikelihoodDetector:
     """The default: peaks of a reduced image, then a maximum-likelihood fit of each, without the images of overlapping neighbours, and its
     judgement (src/dots/finder.cpp). sign: 1 for bright dots, -1 for dark; look: of the dots, measured in the first frame by default;
-    limits: what decides what is a dot."""
+    limits: what decides what is a dot. candidates: (N, 2) px, places of the last image that were fitted."""
 
     def __init__(self, sign: int, look: Look | None = None, limits: _core.dots.DotLimits | None = None):
         self._sign, self._limits = sign, limits or _core.dots.DotLimits()
-        self._look, self._finder = None, None
+        self._look, self._finder, self.candidates = None, None, np.zeros((0, 2))
         if look is not None:
             self._take(look)
 
@@ -129,10 +129,12 @@ class LikelihoodDetector:
     def detect_all(self, image: np.ndarray) -> Dots:
         """Dots of the look that is known. Detect, and repeat with a larger range of diameters if some dots exceed it."""
         grey = shrink(select_channel(image, self._look.channel), self._look.step)
-        found = self._finder.find(grey, _candidates(grey, self._look))
+        candidates = _candidates(grey, self._look)
+        found = self._finder.find(grey, candidates)
         if found.outgrown and self._look.largest < _MOST_GROWTH * self._look.typical:
             self._take(replace(self._look, largest=1.15 * self._look.largest))
-            found = self._finder.find(grey, _candidates(grey, self._look))
+            found = self._finder.find(grey, candidates)
+        self.candidates = (candidates + 0.5) * self._look.step - 0.5
         return Dots(found.uv, found.area, found.sigma)
 
 
