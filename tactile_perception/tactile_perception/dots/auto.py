@@ -23,7 +23,7 @@ _SIZES = 0.45, 1.8  # of the typical diameter: dots of several sizes
 _SMALLER, _SMALLEST = 0.6, 3.0  # diameters at which smaller dots are searched, too; px, none smaller
 _AS_MANY = 0.9  # of the dots, from which the likelihood fit takes over
 _LOST_SHARE = 0.6  # of the dots at the last measurement; with fewer, everything is measured anew
-_LEAST_ROUND = 5  # percent of the fitted dots that correlate least with a disc: others may do so by LOWER less
+_ROUND = 0.9, 5  # of the correlation with a disc that all but so many percent of the fitted dots have: least of one that was not fitted
 _APART = 0.6  # diameters: dots do not overlap by more
 _ROUNDS = 3  # of centroids, each in a window about the last
 _INSIDE, _GROUND = 0.65, (0.6, 0.9)  # diameters from a dot's middle: radius of that window, and of the ring of ground around it
@@ -112,10 +112,11 @@ def _left_out(dots, candidates, grey, kind) -> Dots:
     """Discs at those of the candidates (N, 2) px where there are no dots, as round as nearly all dots are."""
     if not len(dots):
         return dots
-    candidates = candidates[scipy.spatial.cKDTree(dots.uv).query(candidates)[0] > _APART * kind.diameter]
-    correlation = correlate(grey, kind.sign, np.concatenate([candidates, dots.uv]), kind.diameter)
-    disc = correlation[:len(candidates)] > LOWER * np.percentile(correlation[len(candidates):], _LEAST_ROUND)
-    return place_dots(grey, kind.sign, candidates[disc], kind.diameter)
+    away = scipy.spatial.cKDTree(dots.uv).query(candidates)[0]
+    others = place_dots(grey, kind.sign, candidates[away > _APART * kind.diameter], kind.diameter)
+    correlation = correlate(grey, kind.sign, np.concatenate([others.uv, dots.uv]), kind.diameter)
+    disc = correlation[:len(others)] > _ROUND[0] * np.percentile(correlation[len(others):], _ROUND[1])
+    return Dots(others.uv[disc], others.area[disc], others.sigma[disc])
 
 
 def _joined(parts: list[Dots], scores: list, diameter: float) -> Dots:
@@ -132,7 +133,7 @@ def _alike(dots: Dots, others: Dots, grey, sign, least: float) -> Dots:
         return dots
     diameter, usual_diameter = (np.sqrt(4 / np.pi * some.area) for some in (dots, others))
     typical = np.median(usual_diameter)
-    contrast, usual = (np.maximum(sign * _contrast(grey, some.uv, size), 1) for some, size in ((dots, diameter), (others, usual_diameter)))
+    contrast, usual = (np.maximum(_contrast(grey, sign, some.uv, size), 1) for some, size in ((dots, diameter), (others, usual_diameter)))
     count = min(_NEIGHBOURS + 1, len(others))
     near = scipy.spatial.cKDTree(others.uv).query(np.concatenate([dots.uv, others.uv]), count)[1]
     usual = np.log(usual)
@@ -143,15 +144,15 @@ def _alike(dots: Dots, others: Dots, grey, sign, least: float) -> Dots:
     return Dots(dots.uv[good], dots.area[good], dots.sigma[good])
 
 
-def _contrast(grey, uv, diameter):
-    """(N,) grey levels, mean of nine places in each dot minus the median of twelve around it."""
+def _contrast(grey, sign, uv, diameter):
+    """(N,) grey levels, mean of nine places in each dot above nine of twelve around it: a line goes through four of these."""
     angle = np.r_[0, np.arange(8) * np.pi / 4, np.arange(12) * np.pi / 6]
     away = np.r_[0, np.full(8, 0.28), np.full(12, 0.8)]
     offset = away[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     at = np.rint(uv[:, None] + diameter[:, None, None] * offset).astype(int)
     at = np.clip(at, 0, np.array(grey.shape[::-1]) - 1)
-    levels = grey[at[..., 1], at[..., 0]].astype(float)
-    return levels[:, :9].mean(axis=1) - np.median(levels[:, 9:], axis=1)
+    levels = sign * grey[at[..., 1], at[..., 0]].astype(float)
+    return levels[:, :9].mean(axis=1) - np.sort(levels[:, 9:], axis=1)[:, 8]
 
 
 def _without_doubles(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndarray:

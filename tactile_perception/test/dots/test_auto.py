@@ -94,7 +94,7 @@ def test_chipped_dots_are_found_among_whole_ones(draw_dots, lattice):
     uv, diameter = lattice
     image = draw_dots(uv * 1.5, diameter * 1.5, (180, 240))
     for u, v in uv[::7] * 1.5:
-        image[int(v) + 2:int(v) + 5, int(u):int(u) + 6] = 180
+        image[int(v) + 2:int(v) + 5, int(u) + 1:int(u) + 6] = 180
     dots = DotDetector('any', 'auto').detect(np.clip(image + np.random.default_rng(1).normal(0, 2, image.shape), 0, 255).astype(np.uint8))
     assert len(dots) == len(uv) and np.hypot(*(uv[:, None] * 1.5 - dots.uv).transpose(2, 0, 1)).min(axis=1).max() < 2
 
