@@ -19,8 +19,7 @@ from ..common.statistics import upper_median
 from ..errors import BadArgument
 from .links import FARTHEST, Linker
 from .pattern import PatternNumbers
-from .published import PaperNumbering
-from .sort import SortNumbers
+from .published import PaperNumbering, SortNumbers
 
 _MOST_TURNED = 38.0  # degrees: rotated further, rows and columns may be exchanged
 _FEW_LINKED = 0.7  # of the dots: with fewer linked, the reason gives their number
