@@ -102,24 +102,14 @@ class LikelihoodDetector:
             self._take(look)
 
     def detect(self, image: np.ndarray) -> Dots:
-        """Dots of one checked uint8 image. Raises BadFrame if there are none."""
-        if self._look is not None:
-            dots = self.detect_all(image)
-            if len(dots) >= _FEWEST:
-                return dots
-        before = self._look, self._finder
-        try:
-            return self._detect_anew(image)
-        except BadFrame:  # this frame alone may be bad; measuring the appearance again is costly
-            self._look, self._finder = before
-            raise
-
-    def _detect_anew(self, image):
-        """Measure the appearance of dots in this image and detect them. Raises BadFrame for fewer than _FEWEST."""
-        self._take(measure_look(image, self._sign))
-        dots = self.detect_all(image)
+        """Dots of one checked uint8 image. Raises BadFrame if there are none; what was measured before stays then, as costly as it was."""
+        dots = () if self._look is None else self.detect_all(image)
         if len(dots) < _FEWEST:
-            raise BadFrame(f'only {len(dots)} dots found in the frame: check light, focus and the parameter polarity')
+            fresh = LikelihoodDetector(self._sign, measure_look(image, self._sign), self._limits)
+            dots = fresh.detect_all(image)
+            if len(dots) < _FEWEST:
+                raise BadFrame(f'only {len(dots)} dots found in the frame: check light, focus and the parameter polarity')
+            self._look, self._finder, self.candidates = fresh._look, fresh._finder, fresh.candidates
         return dots
 
     def _take(self, look):

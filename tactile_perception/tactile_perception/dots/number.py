@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import _core
 from .._core.dots import Lattice
-from ..common.dots import Dots, GridNumbers
+from ..common.dots import GridNumbers
 from ..common.statistics import upper_median
 from ..errors import BadArgument
 from .links import FARTHEST, Linker
@@ -225,17 +225,6 @@ def find_lattice(uv: np.ndarray, angle_hint: float = 0.0) -> Lattice | None:
     return lattice if lattice.found else None
 
 
-class LinkedTracks:
-    """Numbers of dots by a Linker, from frame to frame; pattern is ignored."""
-
-    def __init__(self, pattern: np.ndarray | None = None):
-        self._linker = Linker()
-
-    def update(self, dots: Dots, stamp_s: float) -> np.ndarray:
-        """Number (N,) of each dot's track at stamp_s, s."""
-        return self._linker.update(dots.uv, stamp_s)
-
-
 def find_grid(uv: np.ndarray) -> tuple[int, int]:
     """(rows, columns) of the grid that dots at uv (N, 2) px form, as far as it is seen; (0, 0) where most of them form none."""
     uv = uv[np.isfinite(uv).all(axis=1)]
@@ -265,7 +254,7 @@ def _extent(index: np.ndarray, least: float) -> tuple[int, np.ndarray]:
 METHODS = {'lattice': GridNumbering, 'paper': PaperNumbering}  # (rows, columns) -> object with number(uv, width, height) -> GridNumbers
 AUTO, REGISTER, SORT = 'auto', 'register', 'sort'
 #: (pattern) -> object with update(dots, stamp_s) -> ids
-WITHOUT_GRID = {'tracks': LinkedTracks, REGISTER: PatternNumbers, SORT: SortNumbers}
+WITHOUT_GRID = {'tracks': Linker, REGISTER: PatternNumbers, SORT: SortNumbers}
 
 
 def grid_numbering(name: str, rows: int, columns: int):

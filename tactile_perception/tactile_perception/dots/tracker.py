@@ -14,7 +14,7 @@ from ..common.dots import Dots, DotTracks
 from ..errors import BadArgument, BadFrame
 from .detect import DotDetector
 from .links import Linker
-from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, GridNumbering, LinkedTracks, find_grid, grid_numbering
+from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, GridNumbering, find_grid, grid_numbering
 from .reference import CalibratedRest, Reference
 
 _WHITE = 128  # grey levels, from which a pixel of a picture is the sensor: JPEG blurs black and white
@@ -137,7 +137,7 @@ class DotTracker:
         self._check(image, stamp_s)
         dots = self._detect(image)
         loose = self._track_reference is not None and self.rows
-        track = self._linker.update(dots.uv, stamp_s) if loose else None
+        track = self._linker.update(dots, stamp_s) if loose else None
         try:
             id, self.unnumbered = self._number(dots, stamp_s, image.shape[1::-1]), ''
         except BadFrame as error:
@@ -156,7 +156,7 @@ class DotTracker:
             raise BadFrame('no dots found: check light, the parameters polarity and mask, and the view')
         if self._search_grid:
             self.rows, self.columns = find_grid(dots.uv)
-            self._numbering = GridNumbering(self.rows, self.columns, whole=False) if self.rows else LinkedTracks()
+            self._numbering = GridNumbering(self.rows, self.columns, whole=False) if self.rows else Linker()
             self._search_grid = False
         return dots
 
