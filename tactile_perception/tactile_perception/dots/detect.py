@@ -184,7 +184,8 @@ class BlobDetector:
         regions = _find_regions(mask)
         if not len(regions.box):
             return None
-        blobs = _core.dots.fit_blobs(grey, small, _grown(regions.labels), regions.box, regions.centre, regions.label, step=appearance.step)
+        labels = cv2.dilate(regions.labels, _SQUARE)
+        blobs = _core.dots.fit_blobs(grey, small, labels, regions.box, regions.centre, regions.label, step=appearance.step)
         solidity, amplitude = blobs.solidity, blobs.amplitude
         good = (solidity > least) & (solidity < most) & (amplitude > _FAINT * upper_median(amplitude))
         return Dots(blobs.uv[good], blobs.area[good], blobs.sigma[good])
@@ -258,14 +259,6 @@ def _find_regions(mask: np.ndarray) -> _Regions:
     label = np.flatnonzero(good)
     label = label[np.lexsort((left[label], top[label]))]  # an order that does not depend on the number of threads
     return _Regions(stats[label, :4], centre[label], area[label], label.astype(np.uint16), labels.astype(np.uint16))
-
-
-def _grown(labels: np.ndarray) -> np.ndarray:
-    """Labels (H, W) uint16 of regions grown by a pixel, except where two would meet."""
-    highest, lowest = np.pad(labels, 1), np.pad(labels - np.uint16(1), 1, constant_values=65535)  # less one: the ground is highest
-    highest, lowest = (most(most(part[:-2], part[1:-1]), part[2:]) for part, most in ((highest, np.maximum), (lowest, np.minimum)))
-    highest, lowest = (most(most(part[:, :-2], part[:, 1:-1]), part[:, 2:]) for part, most in ((highest, np.maximum), (lowest, np.minimum)))
-    return highest * (highest - np.uint16(1) == lowest)
 
 
 METHODS = {'auto': partial(AutoDetector, make_fit=LikelihoodDetector), 'likelihood': LikelihoodDetector, 'blobs': BlobDetector,

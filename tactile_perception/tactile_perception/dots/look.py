@@ -152,7 +152,8 @@ def _explained(found: Peaks, opposite: Peaks, diameter: float, lowest: float, le
         return 0.0
     many = min(1.0, disc.sum() / _MANY)
     score = (np.minimum(found.amplitude[disc], typical)**2 * found.correlation[disc]**8).sum()
-    return float(score * (diameter * usual / (below + disc.sum()) * many)**2)
+    alike = np.count_nonzero((ratio > 0.5) & (ratio < 2)) / disc.sum()
+    return float(score * (diameter * alike * many)**2)
 
 
 def find_peaks(grey: np.ndarray, signs: tuple[int, ...], diameter: float) -> dict[int, Peaks]:
