@@ -14,7 +14,7 @@ import scipy
 
 from ..common.dots import Dots
 from ..errors import BadFrame
-from .look import FEWEST, LEAST, LOWER, Kind, correlate, describe_dots, find_kind, find_peaks, select_channel
+from .look import FEWEST, LARGEST_FITTED, LEAST, LOWER, Kind, correlate, describe_dots, find_kind, find_peaks, select_channel, shrink
 
 _DEVIATIONS = 5.0  # standard deviations between a dot's contrast and its neighbours'
 _ALIKE = 0.3, 0.8  # logarithm of a contrast over its neighbours': of discs that no fit confirms; of dots, since light varies
@@ -167,6 +167,10 @@ def _without_doubles(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndar
 def place_dots(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: float) -> Dots:
     """Dots of an image (H, W) uint8 near positions uv (N, 2) px of discs of about that diameter, px, as centroids of what is brighter than
     the ground around them, darker for sign -1."""
+    step = int(diameter / LARGEST_FITTED)
+    if step > 1:
+        dots = place_dots(shrink(grey, step), sign, (np.asarray(uv) + 0.5) / step - 0.5, diameter / step)
+        return Dots((dots.uv + 0.5) * step - 0.5, dots.area * step**2, dots.sigma * step)
     half, most = int(np.ceil(_GROUND[1] * diameter)), np.array(grey.shape[::-1]) - 1
     y, x = np.mgrid[-half:half + 1, -half:half + 1].reshape(2, -1)
     padded = cv2.copyMakeBorder(grey, half, half, half, half, cv2.BORDER_REPLICATE).astype(np.float32) * sign

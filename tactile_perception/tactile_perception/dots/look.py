@@ -34,7 +34,7 @@ _TEXTURE = 0.1  # of the dots, as many of the opposite sign: texture has 0.13 to
 _SHARES = 0.35, 0.7  # of the typical contrast: most dots have from the second to twice that, texture as often half as much
 _NOISE = 1.0  # grey levels, regularises the normalisation of flat regions
 
-_LARGEST_FITTED = 14.0  # px: larger dots are fitted in a reduced image, which bounds the time
+LARGEST_FITTED = 14.0  # px: larger dots are fitted in a reduced image, which bounds the time
 _SAMPLE = 50  # dots that tell blur and sizes: bounds the time
 _STEPS = 5  # of their fit
 _BLUR, _LEAST_BLUR = 0.9, 0.2  # px, start and bound
@@ -229,7 +229,7 @@ def measure_look(image: np.ndarray, sign: int) -> Look:
 def describe_dots(grey: np.ndarray, uv: np.ndarray, kind: Kind) -> Look:
     """The look of dots near uv (N, 2) px of an image (H, W) uint8: their blurs, diameters, places, contrasts and grounds are fitted by
     Gauss-Newton steps to some of them, the blur to all alike. Raises BadFrame where these are no discs."""
-    step = int(np.ceil(kind.diameter / _LARGEST_FITTED))
+    step = int(np.ceil(kind.diameter / LARGEST_FITTED))
     noise, grey = _noise(grey) / step, shrink(grey, step)
     typical, uv = kind.diameter / step, (uv + 0.5) / step - 0.5
     half = int(np.ceil(0.75 * typical + 2.5))
