@@ -112,8 +112,9 @@ def _left_out(dots, candidates, grey, kind) -> Dots:
     """Discs at those of the candidates (N, 2) px where there are no dots, as round as nearly all dots are."""
     if not len(dots):
         return dots
-    away = scipy.spatial.cKDTree(dots.uv).query(candidates)[0]
-    others = place_dots(grey, kind.sign, candidates[away > _APART * kind.diameter], kind.diameter)
+    candidates = candidates[scipy.spatial.cKDTree(dots.uv).query(candidates)[0] > _APART * kind.diameter]
+    strong = _contrast(grey, kind.sign, candidates, np.full(len(candidates), kind.diameter)) > LEAST
+    others = place_dots(grey, kind.sign, candidates[strong], kind.diameter)
     correlation = correlate(grey, kind.sign, np.concatenate([others.uv, dots.uv]), kind.diameter)
     disc = correlation[:len(others)] > _ROUND[0] * np.percentile(correlation[len(others):], _ROUND[1])
     return Dots(others.uv[disc], others.area[disc], others.sigma[disc])
