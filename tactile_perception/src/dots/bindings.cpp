@@ -62,14 +62,14 @@ DotLook as_look(const py::object& given) {
             static_cast<int>(number(given, "step", 1, 1e3))};
 }
 
-FoundDots found_dots(DotFinder& finder, const py::object& image, const py::object& candidates) {
+FoundDots found_dots(const DotFinder& finder, const py::object& image, const py::object& candidates) {
     const Input<std::uint8_t> pixels(image, "image", {ANY, ANY});
     const Input<double> places(candidates, "candidates", {ANY, 2});
     std::vector<double> uv;  // those that are positions
     for (const double *at = places.data(), *end = at + 2 * places.length(); at != end; at += 2) {
         if (std::abs(at[0]) <= LARGEST_PLACE && std::abs(at[1]) <= LARGEST_PLACE) uv.insert(uv.end(), at, at + 2);
     }
-    return change(finder, [&](DotFinder& next) { return next.find(as_image(pixels), uv); });
+    return without_gil([&] { return finder.find(as_image(pixels), uv); });
 }
 
 template <class Result>
@@ -131,18 +131,14 @@ void bind_detection(py::module_& module) {
         .def_readwrite("met", &DotLimits::met)
         .def_readwrite("farthest", &DotLimits::farthest)
         .def_readwrite("faintest", &DotLimits::faintest)
-        .def_readwrite("plain_noise", &DotLimits::plain_noise)
-        .def_readwrite("plain_typical", &DotLimits::plain_typical)
-        .def_readwrite("plain_own", &DotLimits::plain_own)
+        .def_readwrite("noise", &DotLimits::noise)
+        .def_readwrite("plain", &DotLimits::plain)
         .def_readwrite("usual", &DotLimits::usual)
-        .def_readwrite("usual_most", &DotLimits::usual_most)
-        .def_readwrite("unusual", &DotLimits::unusual)
-        .def_readwrite("unlikest", &DotLimits::unlikest)
-        .def_readwrite("same_kind", &DotLimits::same_kind);
+        .def_readwrite("unlikest", &DotLimits::unlikest);
     py::class_<DotFinder> finder(
         module, "DotFinder",
         "Finds dots by a maximum-likelihood fit of each candidate, and its judgement. model: dots.fit.DiscModel; look:\n"
-        "dots.look.Look; limits: DotLimits. The first image tells how much dots differ from discs. It can be copied.");
+        "dots.look.Look; limits: DotLimits. It can be copied.");
     finder.def(py::init([](const py::object& model, const py::object& look, const DotLimits& limits) {
                    return DotFinder(as_model(model), as_look(look), limits);
                }),

@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "common/median.hpp"
@@ -223,30 +222,23 @@ std::vector<GroundSlope> ground_slopes(const std::vector<DotFit>& dots, const st
 
 constexpr double CELL = 2.5;  // typical diameters, about a pitch: side of a cell of ground_slopes
 
-struct JudgedDots {
-    FoundDots found;
-    double usual;  // median ratio of residual to contrast when the appearance was measured
-};
-
-// usual: as in JudgedDots, NaN on the first image after the appearance was measured.
 class Judge {
  public:
-    Judge(const Image& image, const std::vector<DotFit>& fits, const DiscModel& model, const DotLook& look, const DotLimits& limits,
-          double usual)
-        : image_(image), fits_(fits), model_(model), look_(look), limits_(limits), usual_(usual), good_(fits.size()) {}
+    Judge(const Image& image, const std::vector<DotFit>& fits, const DiscModel& model, const DotLook& look, const DotLimits& limits)
+        : image_(image), fits_(fits), model_(model), look_(look), limits_(limits), good_(fits.size()) {}
 
-    JudgedDots run() {
+    FoundDots run() {
         for (std::size_t i = 0; i < fits_.size(); ++i) good_[i] = is_strong(fits_[i]);
         keep_discs();
-        JudgedDots judged{{{}, false}, usual_};
+        FoundDots found{{}, false};
         for (std::size_t i = 0; i < fits_.size(); ++i) {
             const DotFit& fit = fits_[i];
             good_[i] = good_[i] && fit.away() < limits_.farthest && is_inside(fit);
-            judged.found.outgrown |= good_[i] && fit.disc.diameter >= model_.largest;
+            found.outgrown |= good_[i] && fit.disc.diameter >= model_.largest;
             good_[i] = good_[i] && fit.disc.diameter < model_.largest && fit.single;
         }
-        measure(judged.found.dots);
-        return judged;
+        measure(found.dots);
+        return found;
     }
 
  private:
@@ -263,22 +255,16 @@ class Judge {
         return std::min(across, down) >= fit.disc.diameter / 2 + model_.blur - 0.5;
     }
 
-    // Keeps fits with a small residual. The limit rises where all dots differ from discs, as after lossy compression, and further if they
-    // did when the appearance was measured, as irregularly printed dots do.
+    // Keeps fits with a small residual. The limit rises where all dots differ from discs, by print or by lossy compression.
     void keep_discs() {
         std::vector<double> ratios;
         for (std::size_t i = 0; i < fits_.size(); ++i) {
             if (good_[i]) ratios.push_back(std::sqrt(fits_[i].variance) / contrast(fits_[i]));
         }
         if (ratios.empty()) return;
-        const double now = median(std::move(ratios));
-        if (std::isnan(usual_)) usual_ = now;
-        const double raised = std::max(std::min(limits_.usual * now, limits_.usual_most),
-                                       std::min(limits_.unusual * std::min(now, limits_.same_kind * usual_), limits_.unlikest));
-        const double plain = std::max(limits_.plain_noise * look_.noise, limits_.plain_typical * std::abs(look_.contrast));
+        const double share = std::clamp(limits_.usual * median(std::move(ratios)), limits_.plain, limits_.unlikest);
         for (std::size_t i = 0; i < fits_.size(); ++i) {
-            const double rest = std::sqrt(fits_[i].variance), own = contrast(fits_[i]);
-            good_[i] = good_[i] && (rest < std::max(plain, limits_.plain_own * own) || rest < raised * own);
+            good_[i] = good_[i] && std::sqrt(fits_[i].variance) < std::max(limits_.noise * look_.noise, share * contrast(fits_[i]));
         }
     }
 
@@ -304,26 +290,24 @@ class Judge {
     const DiscModel& model_;
     const DotLook look_;
     const DotLimits& limits_;
-    double usual_;
     std::vector<std::uint8_t> good_;
 };
 
 }  // namespace
 
 DotFinder::DotFinder(std::shared_ptr<const DiscModel> model, const DotLook& look, const DotLimits& limits)
-    : model_(std::move(model)), look_(look), limits_(limits), usual_(std::numeric_limits<double>::quiet_NaN()) {}
+    : model_(std::move(model)), look_(look), limits_(limits) {}
 
-FoundDots DotFinder::find(const Image& image, const std::vector<double>& candidates) {
+FoundDots DotFinder::find(const Image& image, const std::vector<double>& candidates) const {
     if (image.rows == 0 || image.columns == 0) return {{}, false};
     const std::vector<DotFit> fits =
         Fits(image, *model_, look_, limits_).run(candidates.data(), static_cast<std::ptrdiff_t>(candidates.size() / 2));
-    JudgedDots judged = Judge(image, fits, *model_, look_, limits_, usual_).run();
-    usual_ = judged.usual;
-    for (Dot& dot : judged.found.dots) {
+    FoundDots found = Judge(image, fits, *model_, look_, limits_).run();
+    for (Dot& dot : found.dots) {
         dot.u = (dot.u + 0.5) * look_.step - 0.5, dot.v = (dot.v + 0.5) * look_.step - 0.5;
         dot.area *= look_.step * look_.step, dot.sigma *= look_.step;
     }
-    return std::move(judged.found);
+    return found;
 }
 
 }  // namespace tactile

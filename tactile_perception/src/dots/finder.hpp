@@ -27,29 +27,24 @@ struct DotLimits {
     double met = 0.15;           // of the typical diameter: fits that converge to within this distance belong to one dot
     double farthest = 1.4;       // px from the middle of the patch: the model's nodes end at 1 px, a fit further away has diverged
     double faintest = 0.2;       // of the typical contrast
-    double plain_noise = 4.0;    // residual, in standard deviations of a pixel, that any dot may have
-    double plain_typical = 0.1;  // the same as a share of the typical contrast
-    double plain_own = 0.12;     // and of the dot's own
-    double usual = 1.7;          // times the median ratio of residual to contrast
-    double usual_most = 0.2;     // and its bound
-    double unusual = 2.5;        // the same where dots were unlike discs from the start
-    double unlikest = 0.3;
-    double same_kind = 1.2;  // times the median ratio when the appearance was measured: bounds the median
+    double noise = 4.0;     // residual, in standard deviations of a pixel, that any dot may have
+    double plain = 0.12;    // and as a share of its contrast
+    double usual = 2.5;     // times the median ratio of residual to contrast
+    double unlikest = 0.3;  // and its bound
 };
 
 // Finds dots with contrast and size of the look and shape of a disc, wholly inside the image, their positions corrected for sloping light.
-// The first image tells how much dots differ from discs. Results are in px of the image before it was reduced.
+// Results are in px of the image before it was reduced.
 class DotFinder {
  public:
     DotFinder(std::shared_ptr<const DiscModel> model, const DotLook& look, const DotLimits& limits = {});
     // candidates: rough positions, px, as u, v, u, v, ...; those that are not finite are left out.
-    FoundDots find(const Image& image, const std::vector<double>& candidates);
+    FoundDots find(const Image& image, const std::vector<double>& candidates) const;
 
  private:
     std::shared_ptr<const DiscModel> model_;
     DotLook look_;
     DotLimits limits_;
-    double usual_;  // median ratio of residual to contrast in the first image, NaN before it
 };
 
 }  // namespace tactile

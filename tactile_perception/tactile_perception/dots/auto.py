@@ -14,14 +14,17 @@ import scipy
 
 from ..common.dots import Dots
 from ..errors import BadFrame
-from .look import FEWEST, LOWER, Kind, describe_dots, find_kind, find_peaks, select_channel
+from .look import FEWEST, LARGEST_FITTED, LEAST, LOWER, Kind, correlate, describe_dots, find_kind, find_peaks, select_channel, shrink
 
-_ALIKE = 0.4, 2.2  # of the neighbours' contrast: light varies by less from dot to dot, lamps have more
+_DEVIATIONS = 5.0  # standard deviations between a dot's contrast and its neighbours'
+_ALIKE = 0.3, 0.8  # logarithm of a contrast over its neighbours': of discs that no fit confirms; of dots, since light varies
 _NEIGHBOURS = 8
 _SIZES = 0.45, 1.8  # of the typical diameter: dots of several sizes
 _SMALLER, _SMALLEST = 0.6, 3.0  # diameters at which smaller dots are searched, too; px, none smaller
 _AS_MANY = 0.9  # of the dots, from which the likelihood fit takes over
 _LOST_SHARE = 0.6  # of the dots at the last measurement; with fewer, everything is measured anew
+_ROUND = 0.9, 5  # of the correlation with a disc that all but so many percent of the fitted dots have: least of one that was not fitted
+_APART = 0.6  # diameters: dots do not overlap by more
 _ROUNDS = 3  # of centroids, each in a window about the last
 _INSIDE, _GROUND = 0.65, (0.6, 0.9)  # diameters from a dot's middle: radius of that window, and of the ring of ground around it
 _UNSURE = 0.01  # of the diameter, standard deviation of a centroid: worn dots have 0.003 from frame to frame, and jumps of 0.03
@@ -54,9 +57,15 @@ class AutoDetector:
 
     @staticmethod
     def _find(image, kind, fit=None) -> Dots:
-        """Dots of that kind, by the fit or as discs, that are alike."""
+        """Dots of that kind that are alike: by the fit, and discs that it leaves out."""
         grey = select_channel(image, kind.channel)
-        return _alike(_discs(grey, kind) if fit is None else fit.detect_all(image), grey, kind.sign)
+        if fit is None:
+            dots = _discs(grey, kind)
+            return _alike(dots, dots, grey, kind.sign, _ALIKE[1])
+        dots = fit.detect_all(image)
+        dots = _alike(dots, dots, grey, kind.sign, _ALIKE[1])
+        left_out = _alike(_left_out(dots, fit.candidates, grey, kind), dots, grey, kind.sign, _ALIKE[0])
+        return _joined([dots, left_out], [1.0, 0.0], kind.diameter)
 
     def _measure(self, image, before) -> Dots:
         """Measure what dots there are, and take it where it finds more than what is known did. Raises BadFrame without dots."""
@@ -69,15 +78,12 @@ class AutoDetector:
         dots = self._find(image, kind)
         if len(dots) < max(FEWEST, len(before)):
             return before
-        fit = self._fit_of(image, kind, dots)
-        exact = self._find(image, kind, fit) if fit is not None else ()
-        if len(exact) >= _AS_MANY * len(dots):
-            dots = exact
-        else:
-            fit, kind = None, replace(kind, lowest=LOWER * kind.lowest)
-            dots = self._find(image, kind)
+        fit, kind = self._fit_of(image, kind, dots), replace(kind, lowest=LOWER * kind.lowest)
+        if fit is not None and len(fit.detect_all(image)) < _AS_MANY * len(dots):
+            fit = None
+        dots = self._find(image, kind, fit)
         self._diameter = float(np.sqrt(4 / np.pi * np.median(dots.area)))
-        self._kind, self._fit, self._count = replace(kind, diameter=self._diameter), fit, len(dots)
+        self._kind, self._fit, self._count = replace(kind, diameter=self._diameter, peaks=None), fit, len(dots)
         return dots
 
     def _fit_of(self, image, kind, dots):
@@ -94,42 +100,60 @@ def _discs(grey, kind) -> Dots:
     for diameter in (_SMALLER * kind.diameter, kind.diameter):
         if diameter < _SMALLEST and diameter < kind.diameter:
             continue
-        found = find_peaks(grey, (kind.sign,), diameter)[kind.sign]
-        disc = found.correlation > kind.lowest
-        if disc.any():
-            parts.append(place_dots(grey, kind.sign, found.uv[disc], diameter))
-            scores.append(found.correlation[disc] * (1.1 if diameter == kind.diameter else 1.0))
-    if not parts:
-        return Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+        known = kind.peaks is not None and diameter == kind.diameter
+        found = kind.peaks if known else find_peaks(grey, (kind.sign,), diameter)[kind.sign]
+        disc = (found.correlation > kind.lowest) & (found.amplitude > LEAST)
+        parts.append(place_dots(grey, kind.sign, found.uv[disc], diameter))
+        scores.append(found.correlation[disc] * (1.1 if diameter == kind.diameter else 1.0))
+    return _joined(parts, scores, kind.diameter)
+
+
+def _left_out(dots, candidates, grey, kind) -> Dots:
+    """Discs at those of the candidates (N, 2) px where there are no dots, as round as nearly all dots are."""
+    if not len(dots):
+        return dots
+    candidates = candidates[scipy.spatial.cKDTree(dots.uv).query(candidates)[0] > _APART * kind.diameter]
+    strong = _contrast(grey, kind.sign, candidates, np.full(len(candidates), kind.diameter)) > LEAST
+    others = place_dots(grey, kind.sign, candidates[strong], kind.diameter)
+    correlation = correlate(grey, kind.sign, np.concatenate([others.uv, dots.uv]), kind.diameter)
+    disc = correlation[:len(others)] > _ROUND[0] * np.percentile(correlation[len(others):], _ROUND[1])
+    return Dots(others.uv[disc], others.area[disc], others.sigma[disc])
+
+
+def _joined(parts: list[Dots], scores: list, diameter: float) -> Dots:
+    """All dots, of any two that are too close the one with the higher score."""
     uv, area, sigma = (np.concatenate([getattr(part, name) for part in parts]) for name in ('uv', 'area', 'sigma'))
-    kept = _without_doubles(uv, np.concatenate(scores), 0.6 * kind.diameter)
+    score = np.concatenate([np.broadcast_to(score, len(part)) for part, score in zip(parts, scores)])
+    kept = _without_doubles(uv, score, _APART * diameter)
     return Dots(uv[kept], area[kept], sigma[kept])
 
 
-def _alike(dots: Dots, grey, sign) -> Dots:
-    """The dots whose size and contrast are those of most."""
-    if len(dots) < FEWEST:
+def _alike(dots: Dots, others: Dots, grey, sign, least: float) -> Dots:
+    """Those of dots whose size and contrast differ no more than the others' do, or by less than least, of the contrast's logarithm."""
+    if len(others) < FEWEST or not len(dots):
         return dots
-    diameter = np.sqrt(4 / np.pi * dots.area)
-    typical = np.median(diameter)
-    contrast = _contrast(grey, dots.uv, diameter) * sign
-    near = scipy.spatial.cKDTree(dots.uv).query(dots.uv, min(_NEIGHBOURS + 1, len(dots)))[1][:, 1:]
-    usual = np.median(contrast[near], axis=1)
-    usual = np.clip(usual, 0.5 * np.median(contrast), 2 * np.median(contrast))
-    good = (contrast > _ALIKE[0] * usual) & (contrast < _ALIKE[1] * usual)
+    diameter, usual_diameter = (np.sqrt(4 / np.pi * some.area) for some in (dots, others))
+    typical = np.median(usual_diameter)
+    contrast, usual = (np.maximum(_contrast(grey, sign, some.uv, size), 1) for some, size in ((dots, diameter), (others, usual_diameter)))
+    count = min(_NEIGHBOURS + 1, len(others))
+    near = scipy.spatial.cKDTree(others.uv).query(np.concatenate([dots.uv, others.uv]), count)[1]
+    usual = np.log(usual)
+    local = np.clip(np.median(usual[near], axis=1), np.median(usual) - np.log(2), np.median(usual) + np.log(2))
+    spread = 1.4826 * np.median(np.abs(usual - local[len(dots):]))
+    good = np.abs(np.log(contrast) - local[:len(dots)]) < max(_DEVIATIONS * spread, least)
     good &= (diameter > _SIZES[0] * typical) & (diameter < _SIZES[1] * typical)
     return Dots(dots.uv[good], dots.area[good], dots.sigma[good])
 
 
-def _contrast(grey, uv, diameter):
-    """(N,) grey levels, mean of nine places in each dot minus the median of twelve around it."""
+def _contrast(grey, sign, uv, diameter):
+    """(N,) grey levels, mean of nine places in each dot above the fourth highest of twelve around it: a rim goes through as many."""
     angle = np.r_[0, np.arange(8) * np.pi / 4, np.arange(12) * np.pi / 6]
     away = np.r_[0, np.full(8, 0.28), np.full(12, 0.8)]
     offset = away[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     at = np.rint(uv[:, None] + diameter[:, None, None] * offset).astype(int)
     at = np.clip(at, 0, np.array(grey.shape[::-1]) - 1)
-    levels = grey[at[..., 1], at[..., 0]].astype(float)
-    return levels[:, :9].mean(axis=1) - np.median(levels[:, 9:], axis=1)
+    levels = sign * grey[at[..., 1], at[..., 0]].astype(float)
+    return levels[:, :9].mean(axis=1) - np.sort(levels[:, 9:], axis=1)[:, 8]
 
 
 def _without_doubles(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndarray:
@@ -144,6 +168,10 @@ def _without_doubles(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndar
 def place_dots(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: float) -> Dots:
     """Dots of an image (H, W) uint8 near positions uv (N, 2) px of discs of about that diameter, px, as centroids of what is brighter than
     the ground around them, darker for sign -1."""
+    step = int(diameter / LARGEST_FITTED)
+    if step > 1:
+        dots = place_dots(shrink(grey, step), sign, (np.asarray(uv) + 0.5) / step - 0.5, diameter / step)
+        return Dots((dots.uv + 0.5) * step - 0.5, dots.area * step**2, dots.sigma * step)
     half, most = int(np.ceil(_GROUND[1] * diameter)), np.array(grey.shape[::-1]) - 1
     y, x = np.mgrid[-half:half + 1, -half:half + 1].reshape(2, -1)
     padded = cv2.copyMakeBorder(grey, half, half, half, half, cv2.BORDER_REPLICATE).astype(np.float32) * sign

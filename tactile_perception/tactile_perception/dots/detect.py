@@ -37,14 +37,12 @@ _PER_PITCH = 1.1  # pitches, side of that box afterwards: a little over one mark
 _SMALLEST_SEGMENTED = 8.0  # px: smaller markers are segmented in the full image
 _LOWEST = 0.15  # of the markers' contrast, threshold of the segmentation
 _LEAST_CONTRAST = 6.0  # grey levels
-_SOLID = (0.975, 1.05)  # solidity of one whole marker; others are partly hidden or overlap
+_SOLID = (0.975, 1.05)  # solidity of one whole marker; others are partly hidden or touch another
 _SMALL_SOLID = (0.8, 1.25)  # the same for small markers, whose pixels are coarse
 _LOST_SHARE = 0.6  # of the markers at the last measurement of the appearance; with fewer, it is measured anew
-_LARGE = 1.35  # typical areas, from which a region may hold overlapping markers
 _FAINT = 0.15  # of the typical amplitude, least of a marker
 _LEAST, _MOST = 0.2, 5.0  # median areas, smallest and largest region that is a marker
 _SPECK = 2  # px of the small image, largest region that the median area ignores
-_NECK = 0.72  # of a region's largest distance to its border: narrower parts are necks between overlapping markers
 _SQUARE = np.ones((3, 3), np.uint8)
 
 
@@ -93,33 +91,23 @@ def check_frame(image: np.ndarray):
 class LikelihoodDetector:
     """The default: peaks of a reduced image, then a maximum-likelihood fit of each, without the images of overlapping neighbours, and its
     judgement (src/dots/finder.cpp). sign: 1 for bright dots, -1 for dark; look: of the dots, measured in the first frame by default;
-    limits: what decides what is a dot."""
+    limits: what decides what is a dot. candidates: (N, 2) px, places of the last image that were fitted."""
 
     def __init__(self, sign: int, look: Look | None = None, limits: _core.dots.DotLimits | None = None):
         self._sign, self._limits = sign, limits or _core.dots.DotLimits()
-        self._look, self._finder = None, None
+        self._look, self._finder, self.candidates = None, None, np.zeros((0, 2))
         if look is not None:
             self._take(look)
 
     def detect(self, image: np.ndarray) -> Dots:
-        """Dots of one checked uint8 image. Raises BadFrame if there are none."""
-        if self._look is not None:
-            dots = self.detect_all(image)
-            if len(dots) >= _FEWEST:
-                return dots
-        before = self._look, self._finder
-        try:
-            return self._detect_anew(image)
-        except BadFrame:  # this frame alone may be bad; measuring the appearance again is costly
-            self._look, self._finder = before
-            raise
-
-    def _detect_anew(self, image):
-        """Measure the appearance of dots in this image and detect them. Raises BadFrame for fewer than _FEWEST."""
-        self._take(measure_look(image, self._sign))
-        dots = self.detect_all(image)
+        """Dots of one checked uint8 image. Raises BadFrame if there are none; what was measured before stays then, as costly as it was."""
+        dots = () if self._look is None else self.detect_all(image)
         if len(dots) < _FEWEST:
-            raise BadFrame(f'only {len(dots)} dots found in the frame: check light, focus and the parameter polarity')
+            fresh = LikelihoodDetector(self._sign, measure_look(image, self._sign), self._limits)
+            dots = fresh.detect_all(image)
+            if len(dots) < _FEWEST:
+                raise BadFrame(f'only {len(dots)} dots found in the frame: check light, focus and the parameter polarity')
+            self._look, self._finder, self.candidates = fresh._look, fresh._finder, fresh.candidates
         return dots
 
     def _take(self, look):
@@ -129,10 +117,12 @@ class LikelihoodDetector:
     def detect_all(self, image: np.ndarray) -> Dots:
         """Dots of the look that is known. Detect, and repeat with a larger range of diameters if some dots exceed it."""
         grey = shrink(select_channel(image, self._look.channel), self._look.step)
-        found = self._finder.find(grey, _candidates(grey, self._look))
+        candidates = _candidates(grey, self._look)
+        found = self._finder.find(grey, candidates)
         if found.outgrown and self._look.largest < _MOST_GROWTH * self._look.typical:
             self._take(replace(self._look, largest=1.15 * self._look.largest))
-            found = self._finder.find(grey, _candidates(grey, self._look))
+            found = self._finder.find(grey, candidates)
+        self.candidates = (candidates + 0.5) * self._look.step - 0.5
         return Dots(found.uv, found.area, found.sigma)
 
 
@@ -191,15 +181,11 @@ class BlobDetector:
         small, above = _above(grey, appearance.step, appearance.box)
         mask = cv2.threshold(above, appearance.lowest, 255, cv2.THRESH_BINARY)[1]
         least, most = _SOLID if appearance.step == 2 else _SMALL_SOLID
-        for last in (False, True):
-            regions = _find_regions(mask)
-            if not len(regions.box):
-                return None
-            blobs = _core.dots.fit_blobs(grey, small, _grown(regions.labels), regions.box, regions.centre, regions.label,
-                                         step=appearance.step)
-            several = np.flatnonzero((blobs.solidity < least) & (blobs.area > _LARGE * upper_median(blobs.area)))
-            if last or not sum(_cut_necks(mask, box) for box in regions.box[several]):
-                break
+        regions = _find_regions(mask)
+        if not len(regions.box):
+            return None
+        labels = cv2.dilate(regions.labels, _SQUARE)
+        blobs = _core.dots.fit_blobs(grey, small, labels, regions.box, regions.centre, regions.label, step=appearance.step)
         solidity, amplitude = blobs.solidity, blobs.amplitude
         good = (solidity > least) & (solidity < most) & (amplitude > _FAINT * upper_median(amplitude))
         return Dots(blobs.uv[good], blobs.area[good], blobs.sigma[good])
@@ -273,33 +259,6 @@ def _find_regions(mask: np.ndarray) -> _Regions:
     label = np.flatnonzero(good)
     label = label[np.lexsort((left[label], top[label]))]  # an order that does not depend on the number of threads
     return _Regions(stats[label, :4], centre[label], area[label], label.astype(np.uint16), labels.astype(np.uint16))
-
-
-def _grown(labels: np.ndarray) -> np.ndarray:
-    """Labels (H, W) uint16 of regions grown by a pixel, except where two would meet."""
-    highest, lowest = np.pad(labels, 1), np.pad(labels - np.uint16(1), 1, constant_values=65535)  # less one: the ground is highest
-    highest, lowest = (most(most(part[:-2], part[1:-1]), part[2:]) for part, most in ((highest, np.maximum), (lowest, np.minimum)))
-    highest, lowest = (most(most(part[:, :-2], part[:, 1:-1]), part[:, 2:]) for part, most in ((highest, np.maximum), (lowest, np.minimum)))
-    return highest * (highest - np.uint16(1) == lowest)
-
-
-def _cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:
-    """Clear the necks of the region in box (left, top, width, height) of a mask, in place; returns whether there were any."""
-    left, top, width, height = box
-    at = np.s_[top: top + height, left: left + width]
-    region = cv2.copyMakeBorder(mask[at], 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
-    inside = cv2.distanceTransform(region, cv2.DIST_L2, 5)
-    count, seeds = cv2.connectedComponents((inside > _NECK * inside.max()).astype(np.uint8))
-    if count <= 2:
-        return False
-    away = np.stack([cv2.distanceTransform((seeds != k).astype(np.uint8), cv2.DIST_L2, 5) for k in range(1, count)])
-    nearest = (away.argmin(axis=0) + 1).astype(np.uint8) * (region > 0)
-    nearest[nearest == 0] = 255
-    low = cv2.erode(nearest, _SQUARE) < nearest
-    nearest[nearest == 255] = 0
-    cut = low | (cv2.dilate(nearest, _SQUARE) > nearest)  # on both sides; the dilation by a pixel restores it
-    mask[at][(cut & (nearest > 0))[1:-1, 1:-1]] = 0
-    return True
 
 
 METHODS = {'auto': partial(AutoDetector, make_fit=LikelihoodDetector), 'likelihood': LikelihoodDetector, 'blobs': BlobDetector,

@@ -9,10 +9,8 @@ all four, and a patch is folded first.
 """
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import i0e, i1e, ndtr
 
 _REACH = 6.0  # standard deviations at which a Gaussian is truncated: 1e-9 lies beyond
 # Strips over which a disc is integrated: so many, and so many per radius over blur. The sum over a half circle of angles converges
@@ -20,7 +18,6 @@ _REACH = 6.0  # standard deviations at which a Gaussian is truncated: 1e-9 lies 
 _STRIPS, _STRIPS_PER_BLUR = 6, 3.2
 _PER_PIXEL = 24  # samples of a profile per pixel
 _PIXEL_VARIANCE = 1.0 / 12.0  # px^2, of a square pixel
-_DIFFERENCE = 0.02  # px, step of numerical derivatives
 
 
 def blurred_disc(radius: np.ndarray, diameter: float, blur: float) -> np.ndarray:
@@ -48,33 +45,22 @@ def _profile(radius, diameter, blur):
     return np.concatenate([density @ (share * chord / (s * np.sqrt(2 * np.pi))), np.zeros(len(radius) - len(near))])
 
 
-@dataclass
-class DiscModes:
-    """Image of a disc and its derivatives by position, diameter, blur and two components of ellipticity (any shape)."""
-
-    shape: np.ndarray
-    by_u: np.ndarray
-    by_v: np.ndarray
-    by_diameter: np.ndarray
-    by_blur: np.ndarray
-    oval: np.ndarray
-    oval_oblique: np.ndarray
-
-
-def disc_modes(x: np.ndarray, y: np.ndarray, diameter: float, blur: float) -> DiscModes:
-    """The image of a disc and its derivatives at offsets x, y (same shape, px) from its centre; diameter, blur: px."""
+def disc_modes(x: np.ndarray, y: np.ndarray, diameter: float, blur: float) -> np.ndarray:
+    """(7, ...) float64: the image of a disc, and its derivatives by u, v, diameter, blur and two components of ellipticity, at offsets x, y
+    (same shape, px) from its centre; diameter, blur: px. By the circle, and by the heat equation by blur, the derivatives are Bessel
+    functions."""
     radius = np.hypot(x, y)
-    grid = np.arange(int(radius.max() * _PER_PIXEL) + 2) / _PER_PIXEL
-    h = _DIFFERENCE
-    middle = _profile(grid, diameter, blur)
-    by_diameter = (_profile(grid, diameter + h, blur) - _profile(grid, diameter - h, blur)) / (2 * h)
-    by_blur = (_profile(grid, diameter, blur + h) - _profile(grid, diameter, max(blur - h, 0.0))) / (2 * h)
+    grid = np.arange(int(radius.max() * _PER_PIXEL) + 3) / _PER_PIXEL
+    square, half = blur**2 + _PIXEL_VARIANCE, diameter / 2
+    edge = half / square * np.exp(-(grid - half)**2 / (2 * square))
+    even, odd = edge * i0e(grid * half / square), edge * i1e(grid * half / square)
+    table = np.stack([_profile(grid, diameter, blur), odd, even / 2, blur * (grid * odd - half * even) / square])
+    share, at = np.modf(radius * _PER_PIXEL)
+    at = at.astype(int)
+    shape, inward, edge, soft = table[:, at] + share * np.diff(table)[:, at]
     inverse = 1 / np.maximum(radius, 1e-6)
-    outward = np.interp(radius, grid, np.gradient(middle, 1 / _PER_PIXEL)) * inverse
-    edge = np.interp(radius, grid, by_diameter)
-    turn = edge * inverse**2
-    return DiscModes(np.interp(radius, grid, middle), -outward * x, -outward * y, edge, np.interp(radius, grid, by_blur),
-        turn * (x * x - y * y), 2 * turn * x * y)
+    inward, turn = inward * inverse, edge * inverse**2
+    return np.stack([shape, inward * x, inward * y, edge, soft, turn * (x * x - y * y), 2 * turn * x * y])
 
 
 _PHASES = 4  # nodes from 0 to 1 px along each axis: the model is linear between them to 0.001 px for dots from 5 px
@@ -85,7 +71,7 @@ _LEAST_HALF = 3  # px: a smaller patch has fewer independent directions than the
 _SECTORS = {(1, 1): 12, (1, -1): 8, (-1, 1): 8, (-1, -1): 4}  # parity down and across: dimensions. They shift positions by below 0.001 px
 _MODELS_FIRST = 1e3  # weight of the dots' images against the rows in the compression, so that its loss causes no bias
 _PER_SQUARE = 16.0  # entries of a profile per px^2 of squared radius
-_PER_DIAMETER = 20.0  # profiles per px of diameter
+_PER_DIAMETER = 10.0  # profiles per px of diameter
 _BEYOND = 3.5  # blurs outside its edge where a dot's image ends
 
 
@@ -134,15 +120,14 @@ class DiscModel:
         self.modes, self.gains = np.ascontiguousarray(explained.reshape(*shape, 10, -1), np.float32), gains.reshape(shape)
 
     def _linearised(self, reach, diameter):
-        """(nodes, pixels, 10) derivatives of a dot's image by amplitude, u, v, diameter, background, its two slopes, two components of
-        ellipticity, and blur; and (nodes, pixels) windows."""
+        """(nodes, pixels, 10) derivatives of a dot's image by amplitude, u, v, diameter, background, its two slopes, blur and two
+        components of ellipticity; and (nodes, pixels) windows."""
         phases = np.linspace(0, 1, _PHASES)
         v, u, y, x = np.meshgrid(phases, phases, reach, reach, indexing='ij')
         x, y = (x - u).reshape(_PHASES**2, -1), (y - v).reshape(_PHASES**2, -1)
-        m = disc_modes(x, y, diameter, self.blur)
         edge = np.clip((diameter / 2 + self._tail - np.hypot(x, y)) / _TAPER + 0.5, 0, 1)
-        stack = np.stack([m.shape, m.by_u, m.by_v, m.by_diameter, np.ones_like(x), x, y, m.oval, m.oval_oblique, m.by_blur], 2)
-        return stack, edge * edge * (3 - 2 * edge)
+        modes = disc_modes(x, y, diameter, self.blur)
+        return np.stack([*modes[:4], np.ones_like(x), x, y, *modes[4:]], axis=2), edge * edge * (3 - 2 * edge)
 
 
 def _compression(rows, images, half):

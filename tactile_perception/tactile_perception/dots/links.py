@@ -6,6 +6,8 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
+from ..common.dots import Dots
+
 FARTHEST = 1e9  # px: positions beyond it are invalid
 
 _GATE = 0.7  # median spacings from its predicted position, within which a dot is searched
@@ -33,18 +35,15 @@ _TRACK = np.dtype([('id', int), ('uv', float, 2), ('first', float, 2), ('velocit
 
 
 class Linker:
-    """Tracks of dots by mutual nearest neighbours; ids are never used again. A dot that appears later is reported once it is confirmed."""
+    """Tracks of dots by mutual nearest neighbours; ids are never used again. A dot that appears later is reported once it is confirmed.
+    pattern is ignored."""
 
-    def __init__(self):
-        self._next = 0
-        self.reset()
+    def __init__(self, pattern: np.ndarray | None = None):
+        self._next, self._tracks = 0, np.zeros(0, _TRACK)
 
-    def reset(self) -> None:
-        """Drop all tracks; ids go on."""
-        self._tracks = np.zeros(0, _TRACK)
-
-    def update(self, uv: np.ndarray, stamp_s: float) -> np.ndarray:
-        """Id (N,) int64 of each dot at uv (N, 2) px, -1 while it is new and for rows that are no positions; stamp_s, s, must increase."""
+    def update(self, dots: Dots, stamp_s: float) -> np.ndarray:
+        """Id (N,) int64 of each dot, -1 while it is new and for those without a position; stamp_s, s, must increase."""
+        uv = dots.uv
         id = np.full(len(uv), -1)
         good = np.flatnonzero((np.abs(uv) < FARTHEST).all(axis=1))
         seen, before = np.zeros(len(good), _TRACK), self._tracks

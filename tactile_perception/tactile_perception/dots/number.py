@@ -14,13 +14,12 @@ import numpy as np
 
 from .. import _core
 from .._core.dots import Lattice
-from ..common.dots import Dots, GridNumbers
+from ..common.dots import GridNumbers
 from ..common.statistics import upper_median
 from ..errors import BadArgument
 from .links import FARTHEST, Linker
 from .pattern import PatternNumbers
-from .published import PaperNumbering
-from .sort import SortNumbers
+from .published import PaperNumbering, SortNumbers
 
 _MOST_TURNED = 38.0  # degrees: rotated further, rows and columns may be exchanged
 _FEW_LINKED = 0.7  # of the dots: with fewer linked, the reason gives their number
@@ -70,16 +69,17 @@ def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | No
 class GridNumbering:
     """Row and column of dots on a printed grid of rows x columns; row 0 on top, column 0 left. Rows may be rotated by up to 38 degrees.
 
-    Each frame is numbered anew; the last certain one tells which rows are seen where some are hidden or more come into view. Raises
-    BadArgument for a grid smaller than 2 x 2.
+    Each frame is numbered anew; the last certain one, or the first, tells which rows are seen where some are hidden or more come into view.
+    whole: whether the print has no more rows and columns; then an image of so many tells them alone. Raises BadArgument for a grid smaller
+    than 2 x 2.
     """
 
-    def __init__(self, rows: int, columns: int):
+    def __init__(self, rows: int, columns: int, whole: bool = True):
         if not (2 <= rows <= _LONGEST and 2 <= columns <= _LONGEST):
             raise BadArgument(f'a grid has at least 2 rows and 2 columns, not {rows} x {columns}; use rows = columns = 0 with the tracker '
                               'for other patterns')
-        self._printed = rows, columns
-        self._before: np.ndarray | None = None  # (rows, columns, 2) px, of the last certain frame
+        self._printed, self._whole = (rows, columns), whole
+        self._before: list[np.ndarray] = []  # (rows, columns, 2) px, of the last certain frame and the first
 
     def number(self, uv: np.ndarray, width: float = 0, height: float = 0) -> GridNumbers:
         """GridNumbers of dots at uv (N, 2) px, in any order; rows that are no positions get -1. The published method needs width and height
@@ -90,7 +90,7 @@ class GridNumbering:
             lattice = self._lattice(uv[good])
             pitch, member = lattice.pitch, np.flatnonzero(lattice.member)
             rc = lattice.rc[member]
-            origin = _Origin(uv[good[member]], rc, pitch, self._printed, self._before).find(len(good))
+            origin = self._origin(uv[good[member]], rc, pitch, len(good))
         except _NotCertain as error:
             return GridNumbers(id, str(error), pitch)
         rc = rc + origin
@@ -106,7 +106,17 @@ class GridNumbering:
             raise BadArgument(f'id: a number from -1 to {rows * columns - 1} is needed for each of {len(uv)} dots')
         before = np.full((rows * columns, 2), np.nan)
         before[id[id >= 0]] = uv[id >= 0]
-        self._before = before.reshape(rows, columns, 2) if len(id) else None
+        self._before = [before.reshape(rows, columns, 2), *self._before[-1:]] if len(id) else []
+
+    def _origin(self, uv, rc, pitch, found) -> np.ndarray:
+        """See _Origin, of the last certain frame, or else of the first. Raises _NotCertain."""
+        reasons = []
+        for before in self._before or [None]:
+            try:
+                return _Origin(uv, rc, pitch, self._printed, before, self._whole or before is None).find(found)
+            except _NotCertain as error:
+                reasons.append(error)
+        raise reasons[0]
 
     @staticmethod
     def _lattice(uv: np.ndarray) -> Lattice:
@@ -125,10 +135,10 @@ class _NotCertain(Exception):
 class _Origin:
     """What to add to relative rows and columns rc (N, 2) of dots at uv (N, 2) px to get printed ones. The last certain frame, before (rows,
     columns, 2) px or None, decides where the irregularity of the pattern excludes a shift by a pitch; else one image does where all printed
-    rows and columns are seen."""
+    rows and columns are seen. whole: whether the print has no more than these; else one image alone tells nothing."""
 
-    def __init__(self, uv: np.ndarray, rc: np.ndarray, pitch: float, printed: tuple[int, int], before: np.ndarray | None):
-        self._uv, self._rc, self._pitch, self._printed, self._before = uv, rc, pitch, printed, before
+    def __init__(self, uv: np.ndarray, rc: np.ndarray, pitch: float, printed: tuple[int, int], before: np.ndarray | None, whole: bool):
+        self._uv, self._rc, self._pitch, self._printed, self._before, self._whole = uv, rc, pitch, printed, before, whole
         self._still = False
 
     def find(self, found: int) -> np.ndarray:
@@ -149,12 +159,12 @@ class _Origin:
         if not seen:
             raise _NotCertain(f'no {name} with enough dots')
         by_last = None if offset is None else -int(offset[axis]) - first
-        if seen == printed and by_last in (None, 0):
+        if seen == printed and (by_last == 0 or by_last is None and self._whole):
             return -first
         if by_last is not None and self._fits_only_here(offset, axis, _STILL_RATIO if self._still and seen < printed else _UNEVEN_RATIO):
             return -first - by_last
-        if seen < printed:
-            raise _NotCertain(f'only {seen} of {printed} {name} seen, and which is ambiguous: let the camera see all of them once, or set '
+        if seen < printed + (not self._whole):
+            raise _NotCertain(f'{seen} of {printed} {name} seen, and which is ambiguous: let the camera see all of them once, or set '
                               f'{name} to those it sees')
         if seen > printed:  # incomplete rows at the ends are dropped, those that the last frame had not; else it is another pattern
             sums = np.convolve(counts, np.ones(printed, int), 'valid')
@@ -215,17 +225,6 @@ def find_lattice(uv: np.ndarray, angle_hint: float = 0.0) -> Lattice | None:
     return lattice if lattice.found else None
 
 
-class LinkedTracks:
-    """Numbers of dots by a Linker, from frame to frame; pattern is ignored."""
-
-    def __init__(self, pattern: np.ndarray | None = None):
-        self._linker = Linker()
-
-    def update(self, dots: Dots, stamp_s: float) -> np.ndarray:
-        """Number (N,) of each dot's track at stamp_s, s."""
-        return self._linker.update(dots.uv, stamp_s)
-
-
 def find_grid(uv: np.ndarray) -> tuple[int, int]:
     """(rows, columns) of the grid that dots at uv (N, 2) px form, as far as it is seen; (0, 0) where most of them form none."""
     uv = uv[np.isfinite(uv).all(axis=1)]
@@ -255,7 +254,7 @@ def _extent(index: np.ndarray, least: float) -> tuple[int, np.ndarray]:
 METHODS = {'lattice': GridNumbering, 'paper': PaperNumbering}  # (rows, columns) -> object with number(uv, width, height) -> GridNumbers
 AUTO, REGISTER, SORT = 'auto', 'register', 'sort'
 #: (pattern) -> object with update(dots, stamp_s) -> ids
-WITHOUT_GRID = {'tracks': LinkedTracks, REGISTER: PatternNumbers, SORT: SortNumbers}
+WITHOUT_GRID = {'tracks': Linker, REGISTER: PatternNumbers, SORT: SortNumbers}
 
 
 def grid_numbering(name: str, rows: int, columns: int):

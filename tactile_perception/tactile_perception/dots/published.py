@@ -4,7 +4,8 @@
 
 Detectors: touchpad_contact_region (section 3.4, six steps, eqs 15 and 16), areal_sensor_contact_position (section 2.2) and
 air_cushion_contact (section III.A). Numbers: touchpad_contact_region (section 3.5: five steps, eqs 17, 18 and the unnumbered one of step
-5).
+5); air_cushion_contact by SORT (Bewley, Ge, Ott, Ramos, Upcroft: Simple online and realtime tracking, 2016): boxes followed by a Kalman
+filter of constant velocity each, and assigned by their overlap.
 """
 from __future__ import annotations
 
@@ -14,13 +15,12 @@ import scipy
 
 from ..common.dots import Dots, GridNumbers
 from ..errors import BadArgument, BadFrame
-
+from .links import FARTHEST
 
 # The papers give no values; chosen for dots of 5 to 15 px at 640 x 480.
 _BLOCK = 31  # px, side of the local mean
 _SMALLEST = 6  # px of a region; smaller ones are noise
 _LARGEST_SHARE = 0.02  # of the image, largest region
-_FARTHEST = 1e9  # px: positions beyond it are invalid
 _LARGEST_OF_TYPICAL = 4.0  # median areas, largest region
 
 
@@ -136,7 +136,7 @@ class PaperNumbering:
         if not (width and height):
             raise BadArgument('numbering method paper starts at fixed points of the image: give its width and height, px')
         uv, id = np.asarray(uv, np.float64), np.full(len(uv), -1)
-        good = np.flatnonzero(np.abs(uv).max(axis=1, initial=0.0) < _FARTHEST)
+        good = np.flatnonzero(np.abs(uv).max(axis=1, initial=0.0) < FARTHEST)
         id[good], reason = self._number(uv[good], (np.array([width, height]) - 1) / 2)
         return GridNumbers(id, reason)
 
@@ -196,3 +196,72 @@ def _predicted(places: dict, r: int, c: int, row: int, column: int, pitch: float
         if {(r + a, c + b), (r + a, c), (r, c + b)} <= places.keys():
             return places[r + a, c] + places[r, c + b] - places[r + a, c + b]
     return places[row, column] + pitch * np.array([c - column, r - row])
+
+
+_FRAME_S = 1 / 30  # s: the variances of the authors' program are those of a frame of video
+_BEGIN = np.diag([10.0, 1e4])  # covariance of a coordinate and its velocity where a track begins
+_DRIFT = np.array([np.diag([1.0, 0.01]), np.diag([1.0, 0.01]), np.diag([1.0, 1e-4])])  # added in a frame: column, row, area
+_SEEN = np.array([1.0, 1.0, 10.0])  # variances of what is seen: column and row, px^2; area, px^4
+_OVERLAP = 0.3  # least intersection over union of a box with the predicted one
+_LOST_S = 0.25  # s, unseen, after which a track ends; the authors count one frame
+
+
+class SortNumbers:
+    """Numbers of markers: those of the places at which their tracks began.
+
+    pattern: (K, 2) px, untouched places; None: those of the first frame. The box of a marker is the square around a circle of its area, so
+    the filter needs no ratio of sides. A track that ended does not come back: its marker begins another one, and has no number.
+    """
+
+    def __init__(self, pattern: np.ndarray | None = None):
+        self._pattern, self._stamp_s = pattern, -np.inf
+        self._mean, self._covariance = np.zeros((0, 3, 2)), np.zeros((0, 3, 2, 2))  # of column, row, area, and their velocities a frame
+        self._id, self._seen_s = np.zeros(0, int), np.zeros(0)
+
+    def update(self, dots: Dots, stamp_s: float) -> np.ndarray:
+        """Number (N,) of each dot, -1 for one whose track began later than the first frame; stamp_s: s, later than the last."""
+        boxes = np.column_stack([dots.uv, dots.area * (4 / np.pi)])
+        if self._stamp_s == -np.inf:
+            uv = dots.uv if self._pattern is None else np.asarray(self._pattern, float)
+            self._begin(np.column_stack([uv, np.full(len(uv), np.median(boxes[:, 2]))]), np.arange(len(uv)), stamp_s)
+        else:
+            self._predict((stamp_s - self._stamp_s) / _FRAME_S)
+        overlap = self._overlap(boxes)
+        track, dot = scipy.optimize.linear_sum_assignment(overlap, maximize=True)
+        same = overlap[track, dot] >= _OVERLAP
+        track, dot = track[same], dot[same]
+        self._correct(track, boxes[dot])
+        self._stamp_s, self._seen_s[track] = stamp_s, stamp_s
+        id = np.full(len(boxes), -1)
+        id[dot] = self._id[track]
+        kept = stamp_s - self._seen_s <= _LOST_S
+        self._mean, self._covariance, self._id, self._seen_s = (
+            values[kept] for values in (self._mean, self._covariance, self._id, self._seen_s))
+        new = np.delete(boxes, dot, axis=0)
+        self._begin(new, np.full(len(new), -1), stamp_s)
+        return id
+
+    def _begin(self, boxes: np.ndarray, id: np.ndarray, stamp_s: float) -> None:
+        """Begin a track at each of boxes (N, 3)."""
+        self._mean = np.concatenate([self._mean, np.stack([boxes, np.zeros_like(boxes)], axis=2)])
+        self._covariance = np.concatenate([self._covariance, np.broadcast_to(_BEGIN, (len(boxes), 3, 2, 2))])
+        self._id, self._seen_s = np.append(self._id, id), np.append(self._seen_s, np.full(len(boxes), stamp_s))
+
+    def _predict(self, frames: float) -> None:
+        step = np.array([[1.0, frames], [0.0, 1.0]])
+        self._mean = self._mean @ step.T
+        self._covariance = step @ self._covariance @ step.T + frames * _DRIFT
+
+    def _correct(self, track: np.ndarray, boxes: np.ndarray) -> None:
+        mean, covariance = self._mean[track], self._covariance[track]
+        gain = covariance[..., 0] / (covariance[..., 0, :1] + _SEEN[:, None])
+        self._mean[track] = mean + gain * (boxes - mean[..., 0])[..., None]
+        self._covariance[track] = covariance - gain[..., None] * covariance[..., :1, :]
+
+    def _overlap(self, boxes: np.ndarray) -> np.ndarray:
+        """Intersection over union (T, N) of each track's box with each of boxes (N, 3)."""
+        ours, seen = self._mean[:, None, :, 0], boxes[None]
+        area = np.maximum(ours[..., 2], 0), seen[..., 2]
+        side = [np.sqrt(one)[..., None] for one in area]
+        within = np.clip((side[0] + side[1]) / 2 - np.abs(ours[..., :2] - seen[..., :2]), 0, np.minimum(*side)).prod(axis=2)
+        return np.nan_to_num(within / (area[0] + area[1] - within))

@@ -159,7 +159,7 @@ class GelEstimator:
             wrench = np.concatenate([found.total, np.cross(np.pad(laid.fit.places, ((0, 0), (0, 1))), found.force).sum(axis=0)])
             sigma = np.sqrt(np.diag(found.covariance)) * self._modulus
         contacts, self._force_sigma = self._contacts(found, parts, members), sigma
-        points = partial(_points, tracks, np.pad(xy, ((0, 0), (0, 1))), np.pad(rest, ((0, 0), (0, 1))), region.dot_state)
+        points = partial(dot_points, (1, len(tracks)), np.pad(xy, ((0, 0), (0, 1))), np.pad(rest, ((0, 0), (0, 1))), region.dot_state, None)
         slip = self._slip(found.total if parts else None) if self._friction else None
         return GelResult(region, contacts, wrench * self._modulus, points, sigma, found, laid.fit.places, slip)
 
@@ -290,8 +290,3 @@ def _describe(region: ContactRegionEstimate, parts: list[tuple[Outline, Moments]
     region.holes = [hole for outline, _ in parts for hole in outline.holes]
     region.area, region.centroid, region.normal = total.area, total.centroid, UP.copy()
     region.major_axis, region.minor_axis, region.orientation = axes(total, region.outlines + region.holes, step)
-
-
-def _points(tracks: DotTracks, xyz: np.ndarray, rest: np.ndarray, state: np.ndarray) -> SurfacePoints:
-    """The frame's dots as surface points, in the order of their ids; how deep they lie is not measured: z is the surface's."""
-    return dot_points((1, len(tracks)), xyz, rest, state, None)

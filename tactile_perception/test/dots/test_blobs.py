@@ -60,16 +60,6 @@ def test_the_channel_with_the_contrast_is_taken(draw_dots, markers):
     assert error[0] < 0.8 * error[1]  # the channels' noise is their own
 
 
-def test_markers_that_touch_are_reported_apart(draw_dots, markers):
-    uv, diameter = markers[0].copy(), np.full(30, 20.0)
-    uv[8] = uv[7] + [20.5, 0]
-    uv[21] = uv[15] + [6, 19.5]
-    image = noisy(15 + 180 * draw_dots(uv, diameter, SHAPE, 1.0, 0.0, 1.0), 2.0)
-    error, nearest = errors(DotDetector('bright', 'blobs').detect(image), uv)
-    assert len(np.unique(nearest)) == len(error) == 30
-    assert np.hypot(*error.T).max() < 0.35
-
-
 def test_cut_hidden_and_false_ones_are_left_out(draw_dots, markers):
     uv, diameter = markers[0] - [29, 0], markers[1]  # the first column lies on the border
     image = 15 + 180 * draw_dots(uv, diameter, SHAPE, 1.0, 0.0, 1.0)

@@ -159,18 +159,6 @@ def test_oval_dots_of_a_pressed_pad():
     assert 0.5 < np.mean(np.square(np.concatenate(normal))) < 1.5
 
 
-def test_a_look_measured_in_a_frame_without_dots_is_not_kept_but_the_one_before_is(draw_dots, lattice):
-    uv, diameter = lattice
-    image, detector = noisy(draw_dots(uv, diameter), 2.0), DotDetector('dark')
-    blurred = cv2.GaussianBlur(image, (0, 0), 12)
-    with pytest.raises(BadFrame):
-        detector.detect(blurred)
-    before = detector.detect(image)
-    with pytest.raises(BadFrame):
-        detector.detect(blurred)
-    assert np.array_equal(detector.detect(image).uv, before.uv)
-
-
 @pytest.mark.parametrize('seed', [0, 4, 55, 59])
 @pytest.mark.parametrize('method', ['likelihood', 'blobs', 'auto'])
 def test_lamps_and_their_reflections_give_dots_or_a_bad_frame(method, seed):

@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 import pytest
 from tactile_driver.parameters.table import defaults
-from tactile_perception.dots.mask import Mask
+from tactile_perception.dots.tracker import Mask
 from tactile_perception.dots.tracker import DotTracker, make_tracker
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS

@@ -209,6 +209,21 @@ def test_rows_that_were_not_configured_come_into_view_and_change_no_number():
         assert np.array_equal(id, np.where(np.flatnonzero(seen) < 25, np.flatnonzero(seen), -1))
 
 
+@pytest.mark.parametrize('seed', range(4))
+def test_a_grid_of_which_an_image_showed_ten_rows_is_never_a_row_off(seed):
+    """An object drags a gel of 14 rows by 0.7 of a pitch and lets go at once; a third of the dots are not found."""
+    rng, numbered = np.random.default_rng(seed), 0
+    row, column = np.divmod(np.arange(14 * 12), 12)
+    printed, numbering = np.stack([column, row], axis=1) + rng.normal(0, 0.03, (len(row), 2)), GridNumbering(10, 12, whole=False)
+    for way in np.r_[0, 0, np.arange(0, 0.75, 0.05), 0.15, 0, 0]:
+        uv = 67.0 * (printed + [0.3 * way, way] * (1 + np.exp(-((printed - [6, 7])**2).sum(axis=1, keepdims=True) / 8))) + [40, -80]
+        seen = (uv[:, 1] > 15) & (uv[:, 1] < 705) & ((rng.uniform(size=len(row)) > 0.3) | (way == 0))
+        found, number = numbering.number(uv[seen]), np.arange(len(row))[seen] - 24
+        assert (found.id[found.id >= 0] == number[found.id >= 0]).all()
+        numbered += found.certain
+    assert found.certain and numbered > 6
+
+
 def test_a_clipped_row_more_than_configured_is_left_out(dome):
     uv, row, column, id = dome
     seen = (row > 0) | (column < 6)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.common.dots import Dots
-from tactile_perception.dots.sort import SortNumbers
+from tactile_perception.dots.published import SortNumbers
 
 ACROSS, FRAME = 20.0, 1 / 30
 REST = np.stack(np.meshgrid(np.arange(6) * 30.0, np.arange(5) * 30.0), -1).reshape(-1, 2)
