@@ -30,7 +30,7 @@ LOWER = 0.8  # times the least correlation that tells dots from others: where do
 _MANY = 30  # dots: sensors have as many; of lamps, screws and letters of one size there are fewer
 FEWEST = 6  # dots: the corners of a square are four
 RING = 1.4  # outer diameter of the ring over that of the disc: excludes neighbours down to a pitch of 1.2 diameters
-_TEXTURE = 0.1  # of the dots, as many of the opposite sign: texture has 0.13 to 1, real prints up to 0.01
+_TEXTURE = 0.1  # of the dots, as many of the opposite sign: texture has 0.25 to 4, real prints up to 0.02
 _SHARES = 0.35, 0.7  # of the typical contrast: most dots have from the second to twice that, texture as often half as much
 _NOISE = 1.0  # grey levels, regularises the normalisation of flat regions
 
@@ -139,7 +139,7 @@ def _coloured(image) -> bool:
 
 def _explained(found: Peaks, opposite: Peaks, diameter: float, lowest: float, least: float) -> float:
     """Contrast that dots of this diameter, px, and at least so many grey levels explain, of each no more than of most, by how alike and how
-    many they are; none of texture, which has them in the opposite sign, too."""
+    many they are; none of texture, which has them in the opposite sign, too, and as strong: gaps of packed dots are fainter."""
     is_round = found.correlation > lowest
     disc = is_round & (found.amplitude > least)
     if disc.sum() < FEWEST:
@@ -147,7 +147,7 @@ def _explained(found: Peaks, opposite: Peaks, diameter: float, lowest: float, le
     typical = np.median(found.amplitude[disc])
     ratio = found.amplitude[is_round] / typical
     below, usual = (np.count_nonzero((ratio > share) & (ratio < 2 * share)) for share in _SHARES)
-    against = np.count_nonzero((opposite.correlation > LOWER * lowest) & (opposite.amplitude > max(least, typical) / 2))
+    against = np.count_nonzero((opposite.correlation > LOWER * lowest) & (opposite.amplitude > max(least / 2, _SHARES[1] * typical)))
     if against > _TEXTURE * disc.sum() or 2 * below > usual:
         return 0.0
     many = min(1.0, disc.sum() / _MANY)
