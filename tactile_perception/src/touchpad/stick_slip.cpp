@@ -48,18 +48,11 @@ std::vector<Dots> separate_objects(Grid grid, const std::vector<std::uint8_t>& t
     return objects;
 }
 
-// Probabilities of the modes after so many seconds: an object goes from one mode to the next at the model's rate; it starts to slide, or
-// stops to, without slipping in part at a tenth of it.
-std::array<double, MODES> expected_odds(const std::array<double, MODES>& odds, double rate, double seconds) {
-    constexpr double RARE = 0.1, OF_RATE[MODES][MODES] = {{0, 1, RARE, 1}, {1, 0, 1, 1}, {RARE, 1, 0, 1}, {1, 1, RARE, 0}};
-    std::array<double, MODES> found{};
-    for (int from = 0; from < MODES; ++from) {
-        double sum = 0;
-        for (const double part : OF_RATE[from]) sum += part;
-        const double leaves = -std::expm1(-sum * rate * seconds);
-        for (int to = 0; to < MODES; ++to) found[to] += odds[from] * (to == from ? 1 - leaves : leaves * OF_RATE[from][to] / sum);
-    }
-    return found;
+// Probabilities of the modes after so many seconds: an object goes from one to each other at that rate.
+std::array<double, MODES> expected_odds(std::array<double, MODES> odds, double rate, double seconds) {
+    const double leaves = -std::expm1(-(MODES - 1) * rate * seconds);
+    for (double& one : odds) one += leaves * ((1 - one) / (MODES - 1) - one);
+    return odds;
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ class MembraneMaterial:
     rest_curvature_radius: float = 0.020
 
     def __post_init__(self):
-        if not (self.shear_stiffness > 0 and self.rest_pressure > 0 and 0 < self.rest_tension <= self.shear_stiffness):
+        if not (self.shear_stiffness > 0 and self.rest_pressure > 0 and 0 < self.rest_tension <= (1 + 1e-9) * self.shear_stiffness):
             raise BadArgument(f'membrane: shear_stiffness {self.shear_stiffness} N/m, rest_pressure {self.rest_pressure} Pa and curvature '
                               f'radius {self.rest_curvature_radius} m need 0 < pressure * radius / 2 <= stiffness; check membrane.*')
 

@@ -34,6 +34,7 @@ def test_what_no_membrane_can_be_is_refused():
     rest = _rest()[0]
     with pytest.raises(BadArgument, match='shear_stiffness'):
         MembraneMaterial(shear_stiffness=15.0, rest_pressure=2000.0, rest_curvature_radius=0.02)
+    MembraneMaterial(26.92788647100231, 2692.788647100231, 0.02)  # p R / 2 is the stiffness, but for its last digit
     with pytest.raises(BadArgument, match='rows and columns'):
         Membrane(rest, 100, 100, ORIGIN)
     rest[::2], rest[1::4] = np.nan, np.nan
