@@ -49,7 +49,7 @@ def _calibrated(bench: Bench, sensor: str) -> tuple[Path, Path]:
     """Parameter file and calibration file of the published method of a sheet."""
     params, output = bench.params(sensor, _PAPER), bench.folder / f'{sensor}_paper.yaml'
     fit_published(sensor, [bench.bag(sensor, f'{sensor}_markers', RATE)], params, output, _PAPER['touch'],
-                  bench.bag(sensor, f'{sensor}_plate', PLATE_RATE))
+                  bench.bag(sensor, f'{sensor}_plate', PLATE_RATE, 80))
     return params, output
 
 
