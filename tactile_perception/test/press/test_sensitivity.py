@@ -41,7 +41,7 @@ class OnDome:
 
     def __init__(self):
         calibration = dome.DomeCalibration(small_library(), seen(markers()), EYES, dome.FieldNoise(NOISE, 0.003, 0.002), 1e-4, 0.01,
-                                           1.0, 1.0, 0.0, 0.035, 0.08, 1.0)
+                                           1.0, 1.0, 1.0, 0.0, 0.035, 0.08, 1.0)
         self.method = dome.DomeModelMethod(calibration, DOME)
 
     def scene(self, number, noise):

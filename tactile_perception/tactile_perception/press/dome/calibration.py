@@ -122,7 +122,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     library = known.library if known else _simulated(straight, rest, camera_centres, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
     noise = FieldNoise(_still(still), *SHARES)
-    first = DomeCalibration(library, rest, camera_centres, noise, 0.0, 0.0, 1.0, 1.0, 0.0, deepest, reached + max(sensor.pitch), 0.0)
+    first = DomeCalibration(library, rest, camera_centres, noise, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest, reached + max(sensor.pitch), 0.0)
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST_PRESSES).astype(int)))
     first = replace(first, noise=_with_model_error(first.inverse(sensor), some))
     inverse = first.inverse(sensor)
@@ -190,19 +190,24 @@ def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], press
     """The calibration with scales that most presses show, and with the standard deviations of place and of depth over depth that the
     estimates show beyond their covariances and scales.
 
-    Tip radius and depth are reported together: errors of the model show there, most where a press is shallow. One exact press at the
-    farthest is added: presses near the axis hardly tell what is there.
+    Tip radius, depth and distance from the axis are reported together: errors of the model show there, most where a press is shallow. One
+    exact press at the farthest is added: presses near the axis hardly tell what is there.
     """
     deep = presses.depth > SHALLOW * presses.depth.max()
     reported, true = np.array([one.presses[0] for one in found])[deep], presses.position[deep, :2]
-    away, depth = np.hypot(*true.T), np.exp(reported[:, DEPTH])
-    far, shallow = np.append(away, known.farthest), np.append(shallowness(depth, known.deepest), SHALLOW)
+    away, depth = np.maximum(np.hypot(*true.T), 1e-9), np.exp(reported[:, DEPTH])
+    shallow = shallowness(depth, known.deepest)
+    places = reported[:, :2]
+    out, far, shallow = (np.append(part, end) for part, end in ((np.sum(places * true, axis=1) / away, known.farthest),
+                                                                 (away, known.farthest), (shallow, SHALLOW)))
+    wider, = _least_absolute(far[:, None], out)
     deeper, change, deeper_shallow = _least_absolute(np.column_stack([np.ones(len(far)), (far / known.farthest)**2, shallow]),
                                                      np.append(depth / presses.depth[deep], 1.0))
-    scaled = replace(known, deeper=float(deeper), deeper_far=float(deeper + change), deeper_shallow=float(deeper_shallow))
+    scaled = replace(known, wider=float(wider), deeper=float(deeper), deeper_far=float(deeper + change),
+                     deeper_shallow=float(deeper_shallow))
     variance = np.array([np.diag(one.covariance)[:3] for one in found])[deep]
     scale = np.array([scaled.depth_scale(place, fitted) for place, fitted in zip(true, depth)])
-    return replace(scaled, place_error=beyond(reported[:, :2] - true, variance[:, :2]),
+    return replace(scaled, place_error=beyond(places / wider - true, variance[:, :2]),
                    depth_share=beyond((depth / presses.depth[deep] - scale)[:, None], variance[:, 2:]))
 
 

@@ -247,8 +247,8 @@ SHALLOW = 0.2           # of the deepest press: above it, model errors are in pr
 class DomeCalibration:
     """library; rest: (K, 2) m, and camera_centres (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of
     fields, with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth
-    over depth; deeper, deeper_far, deeper_shallow: see depth_scale; deepest, farthest: m, calibrated depth, and distance from the axis;
-    quiet: greatest match of an untouched frame.
+    over depth; wider: fitted distance from the axis over the true one; deeper, deeper_far, deeper_shallow: see depth_scale; deepest,
+    farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an untouched frame.
     """
 
     library: DomeLibrary
@@ -257,6 +257,7 @@ class DomeCalibration:
     noise: FieldNoise
     place_error: float
     depth_share: float
+    wider: float
     deeper: float
     deeper_far: float
     deeper_shallow: float
@@ -369,16 +370,18 @@ class DomeModelMethod:
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
         press, calibration = found.presses[number], self.calibration
         radius, pressed = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS])), float(np.exp(press[DEPTH]))
-        (sunk, slopes), scale = self._by_others(found, number, radius), calibration.depth_scale(press[[X, Y]], pressed)
+        first = press[[X, Y]] / calibration.wider
+        (sunk, slopes), scale = self._by_others(found, number, radius), calibration.depth_scale(first, pressed)
         tip = self._tips(press[None], scale, sunk)[0]
         lowest, depth = tip[:3], float(tip[3])
         aside, deeper = (share * pressed * float(np.hypot(*press[DRAG])) for share in CONSTANTS.not_linear)
         share = calibration.depth_share + CONSTANTS.scaled * abs(scale - 1)
-        aside += calibration.place_error
+        aside += calibration.place_error + CONSTANTS.scaled * float(np.hypot(*(first - press[[X, Y]])))
         deeper += share * depth + abs(sunk)
         part = slice(PRESS * number, PRESS * (number + 1))
         covariance = self._carried(press, found.covariance[part, part], np.array([aside, aside, deeper]), scale)
-        at_edge = np.hypot(*press[[X, Y]]) > min(EDGE * calibration.library.plan.reach, calibration.farthest)
+        reach = calibration.library.plan.reach
+        at_edge = np.hypot(*press[[X, Y]]) > EDGE * reach or np.hypot(*first) > calibration.farthest
         flags = OUT_OF_RANGE * (depth > BEYOND * calibration.deepest) | AT_EDGE * bool(at_edge)
         flags |= AMBIGUOUS * (found.misfit > CONSTANTS.unexplained)
         if len(found.presses) > 1:
@@ -392,7 +395,7 @@ class DomeModelMethod:
         """(n, 4) m: lowest points and depths of presses (n, 7); scale: of their depths; sunk: m, of the skin by others; off: (..., 3) m,
         errors of place and depth."""
         radius, pressed = self.calibration.library.plan.radius * np.exp(RADIUS_SPREAD * presses[:, RADIUS]), np.exp(presses[:, DEPTH])
-        first = presses[:, [X, Y]] + off[..., :2]
+        first = presses[:, [X, Y]] / self.calibration.wider + off[..., :2]
         low = first_touch_height(self._inside(first), radius, self.sensor) - pressed / scale - sunk - off[..., 2]
         place = self._inside(first + pressed[:, None] * presses[:, DRAG])  # where the drag has carried it
         return np.column_stack([place, low, first_touch_height(place, radius, self.sensor) - low])

@@ -15,7 +15,7 @@ from tactile_perception.press.sensor import MARKER_SENSORS, dome_cap
 
 def known():
     """A calibration of which the library is known."""
-    return DomeCalibration(small_library(), np.zeros((0, 2)), np.zeros((0, 3)), FieldNoise(1e-5, 0.0, 0.0), *[0.0] * 8)
+    return DomeCalibration(small_library(), np.zeros((0, 2)), np.zeros((0, 3)), FieldNoise(1e-5, 0.0, 0.0), *[0.0] * 9)
 
 
 @pytest.mark.full  # simulates a small library
@@ -33,14 +33,15 @@ def test_noise_and_errors_are_those_of_the_presses():
 
 
 @pytest.mark.full  # simulates a small library
-def test_what_depths_are_off_by_is_taken_from_estimates():
-    """Presses that show what others show that are deeper by a tenth."""
+def test_what_places_and_depths_are_off_by_is_taken_from_estimates():
+    """Presses that show what others show, farther out and deeper: by a tenth."""
     places, depths = [(x, y) for x in (-0.05, -0.02, 0.01, 0.04) for y in (-0.04, 0.0, 0.03)], (0.008, 0.015, 0.03)
     pressed = [(np.array(place), depth) for place in places for depth in depths]
-    fields = [library_field(press(*place, 1.1 * depth), seed=k) for k, (place, depth) in enumerate(pressed)]
+    fields = [library_field(press(*(0.97 * place), 1.1 * depth), seed=k) for k, (place, depth) in enumerate(pressed)]
     position, depth = np.array([[*place, 0.1] for place, _ in pressed]), np.array([one for _, one in pressed])
     presses = Presses(tuple(fields), position, depth)
     found = calibrate_dome(presses, DOME, known())
+    assert found.wider == pytest.approx(0.97, abs=0.01)
     assert found.depth_scale(np.array([0.02, 0.01]), 0.022) == pytest.approx(1.1, abs=0.02)
 
 

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.full  # simulates a small library
 @pytest.fixture(scope='module')
 def calibration():
     return DomeCalibration(small_library(), seen(markers()), EYES, FieldNoise(1.5e-5, 0.003, 0.002), 1e-4, 0.01, 1.0, 1.0,
-                           0.0, 0.035, 0.08, 1.0)
+                           1.0, 0.0, 0.035, 0.08, 1.0)
 
 
 def touch_height(one):
