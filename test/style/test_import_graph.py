@@ -9,7 +9,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The rooms of each package, the lowest first. A module belongs to the room with the longest name that begins its own. A room imports
 #: itself, lower rooms, and packages named before its own.
 ROOMS = {
-    'tactile_driver': ('errors', 'command', 'frame', 'nodes.messages.images', 'frame_names', 'samples', 'matrix', 'lens', 'stamp_gaps',
+    'tactile_driver': ('errors', 'command', 'frame', 'nodes.messages.images', 'frame_names', 'samples', 'lens', 'stamp_gaps',
         'recordings', 'stitching', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.gel', 'simulation.scene',
         'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources', 'camera', 'serial', 'sources.registry',
         'emulators', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes'),

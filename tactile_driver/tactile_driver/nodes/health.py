@@ -67,8 +67,8 @@ def unconfigured_health(problem: str, retrying: bool) -> Health:
 
 
 def capture_health(status: CaptureStatus, about: dict, live: bool, warning: str, meter: SampleMeter | None = None) -> Health:
-    """The health of a node with an open source. about: the source's description; live: whether it runs by itself; warning: of the data;
-    with `limit` where it may say why it is slow; meter: of a source of samples, whose rate is that of the samples."""
+    """The health of a node with an open source. about: the source's description, with `limit` where it says why it may be slow; live:
+    whether it runs by itself; warning: about the data, '' for none; meter: of a source of samples, whose rate is that of the samples."""
     nominal, rate = float(about.get('rate', 0) or 0), status.rate if meter is None else meter.rate
     values = {**common_values(status.state, rate, status.age_s, status.dropped), 'source': about.get('source', ''),
               'device': about.get('path') or about.get('device', ''), 'serial': about.get('serial', ''),

@@ -76,7 +76,7 @@ def test_settings_are_asked_for_the_format_first(fake):
     assert 'is set to 30 Hz instead of 60 Hz' in source.warning
 
 
-def test_controls_that_cannot_be_set_are_remarked_once_until_they_are_left_alone(fake):
+def test_controls_that_cannot_be_set_are_warned_of_once_until_they_are_left_alone(fake):
     source = opened()
     source.read()
     assert source.warning == ''

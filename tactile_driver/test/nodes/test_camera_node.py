@@ -79,7 +79,7 @@ def test_the_end_of_ros_is_no_failure_of_the_camera(node):
     (CameraCalibration(6, 4, (7.0,) * 9), {}, 7.0, ''),
     (CameraCalibration(64, 48, (7.0,) * 9), {}, 0.0, 'calibration is for 64 x 48 px, but images are 6 x 4 px'),
     (None, {'width': 640}, 0.0, 'gives 6 x 4 px instead of 640 x 4 px')])
-def test_a_calibration_is_published_for_its_size_and_another_size_is_remarked(node, calibration, values, k, said):
+def test_a_calibration_is_published_for_its_size_and_another_size_is_warned_of(node, calibration, values, k, said):
     one = streamed(node, calibration, **values)
     info, = one.received(('camera_info', CameraInfo))
     assert set(info.k) == {k} and (info.width, info.height) == (6, 4) and said in one.stream.warning

@@ -101,7 +101,7 @@ def test_without_a_stitching_the_views_are_put_side_by_side_and_that_is_said(nod
     assert (picture_of(whole) == expected).all() and 'stitching_path is empty' in two.stream.warning
 
 
-def test_views_of_another_size_are_remarked_and_not_stitched(node):
+def test_views_of_another_size_are_warned_of_and_not_stitched(node):
     two = streamed(node, TwoCameras((48, 40)), calibrations=(CameraCalibration(*SIZE, (7.0,) * 9), None))
     info, _ = two.received(('left/camera_info', CameraInfo), ('right/image_raw', Image))
     assert set(info.k) == {0.0} and 'left: the camera calibration is for 96 x 80 px' in two.stream.warning

@@ -95,7 +95,7 @@ def test_frames_come_one_by_one_and_those_unwanted_are_passed_over(port):
     assert (source.corrupt, source.warning, source.calibration()) == (0, '', None)
 
 
-def test_bytes_without_a_frame_are_remarked_until_one_comes_or_the_port_is_opened_anew(port):
+def test_bytes_without_a_frame_are_warned_of_until_one_comes_or_the_port_is_opened_anew(port):
     master, source = port
     for text, warning in ((b'x' * 19, ''), (b'x', 'no +'), (b'+y\n', '')):
         os.write(master, text)

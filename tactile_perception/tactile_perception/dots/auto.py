@@ -56,14 +56,14 @@ class AutoDetector:
         return dots
 
     @staticmethod
-    def _find(image, kind, fit=None) -> Dots:
-        """Dots of that kind that are alike: by the fit, and discs that it leaves out."""
+    def _find(image, kind, fit=None, fitted=None) -> Dots:
+        """Dots of that kind that are alike: by the fit, and discs that it leaves out. fitted: what the fit found, if that is known."""
         grey = select_channel(image, kind.channel)
         if fit is None:
             dots = _discs(grey, kind)
             return _alike(dots, dots, grey, kind.sign, _ALIKE[1])
-        dots = fit.detect_all(image)
-        dots = _alike(dots, dots, grey, kind.sign, _ALIKE[1])
+        fitted = fit.detect_all(image) if fitted is None else fitted
+        dots = _alike(fitted, fitted, grey, kind.sign, _ALIKE[1])
         left_out = _alike(_left_out(dots, fit.candidates, grey, kind), dots, grey, kind.sign, _ALIKE[0])
         return _joined([dots, left_out], [1.0, 0.0], kind.diameter)
 
@@ -79,9 +79,10 @@ class AutoDetector:
         if len(dots) < max(FEWEST, len(before)):
             return before
         fit, kind = self._fit_of(image, kind, dots), replace(kind, lowest=LOWER * kind.lowest)
-        if fit is not None and len(fit.detect_all(image)) < _AS_MANY * len(dots):
+        fitted = fit.detect_all(image) if fit is not None else ()
+        if len(fitted) < _AS_MANY * len(dots):
             fit = None
-        dots = self._find(image, kind, fit)
+        dots = self._find(image, kind, fit, fitted)
         self._diameter = float(np.sqrt(4 / np.pi * np.median(dots.area)))
         self._kind, self._fit, self._count = replace(kind, diameter=self._diameter, peaks=None), fit, len(dots)
         return dots

@@ -91,6 +91,7 @@ def _call_on_signals(end: Callable[[], None]) -> None:
         signal.signal(number, lambda *_: None)
 
     def wait() -> None:
+        """Wait for the first signal."""
         if os.read(reading, 1):
             faulthandler.dump_traceback_later(_ENDS_S, exit=True, file=sys.__stderr__)
             end()
