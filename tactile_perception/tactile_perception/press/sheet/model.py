@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from ...common.geometry import cross
-from ..choice import DRAGGED, Choice, Evidence
+from ..choice import DRAGGED, Choice, Evidence, Hypothesis
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..field import MarkerField
 from ..sensor import MarkerSensor
@@ -30,6 +30,7 @@ class SheetConstants:
     """What decides; all chosen on simulated sheets. Pairs are of place and depth.
 
     tip: prior standard deviation of the log of a tip's radius over the calibrated one: three in four tips are within 0.8 to 1.2 times
+    same_tip: the same of a dragged tip over what it was when it pressed straight in, as in a drag other friction passes for a radius
     stands_out: least match of a touch, standard deviations of noise: three times the greatest of untouched frames
     sure: least depth of a touch over its standard deviation
     ordinary: residual chi-square of presses under their own hypothesis, which is 0.2 to 1
@@ -43,6 +44,7 @@ class SheetConstants:
     """
 
     tip: float = 0.15
+    same_tip: float = 0.05
     stands_out: float = 8.0
     sure: float = 4.0
     ordinary: float = 0.5
@@ -116,11 +118,12 @@ class SheetInverse:
         self._library, self._marker = library, {'marker_radius': marker_radius, 'near': NEAR * pitch}
         self._noise = astuple(noise)
 
-    def solve(self, seen: Seen, start: list[Press], drags: bool = False) -> Inverse:
-        """Fit one press or two from start; drags: whether their drags are unknown, else 0."""
+    def solve(self, seen: Seen, start: list[Press], drags: bool = False, tip: tuple[float, float] = (0.0, CONSTANTS.tip)) -> Inverse:
+        """Fit one press or two from start; drags: whether their drags are unknown, else 0; tip: mean and standard deviation of the log of
+        the radius over the calibrated one, before the fit."""
         vectors = np.array([press.vector for press in start])
         found = self._library.table.fit(seen.rest, seen.camera_centre, seen.value, seen.sigma, seen.motion, vectors, noise=self._noise,
-                                        tip=(0.0, CONSTANTS.tip), drags=drags, **self._marker)
+                                        tip=tip, drags=drags, **self._marker)
         presses = [Press.of(found.state[SIZE * k:SIZE * (k + 1)]) for k in range(len(start))]
         return Inverse(presses, found.covariance, found.misfit, found.wrenches, float(found.state[SIZE * len(start):].sum()))
 
@@ -270,6 +273,7 @@ class SheetModelMethod:
         self._margin = np.array(sensor.pitch)
         self._before: np.ndarray | None = None
         self._lasts = False
+        self._tip = 0.0, CONSTANTS.tip  # log radius and its standard deviation, by the last straight press
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and with two cameras in the first frame of a touch that no press explains: they
@@ -286,6 +290,7 @@ class SheetModelMethod:
         if score < CONSTANTS.stands_out:
             start = self._choice.dragged  # it goes on where the field is like no straight press
         if start is None:
+            self._tip = 0.0, CONSTANTS.tip
             return []
         self._lasts = True
         found = self._explained(field, start, motion)
@@ -309,8 +314,15 @@ class SheetModelMethod:
             straight = self._inverse.solve(seen, self._start.best_pair(field))
             return self._inverse.solve(seen, straight.presses, drags=True)  # each draws the sheet along under the other
 
-        return self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary),
-                                    lambda start, what: self._inverse.solve(seen, start, what is DRAGGED), start, two)
+        def one(start: list[Press], hypothesis: Hypothesis) -> Inverse:
+            if hypothesis is DRAGGED:
+                return self._inverse.solve(seen, start, True, self._tip)
+            return self._inverse.solve(seen, start)
+
+        found = self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary), one, start, two)
+        if len(found.presses) == 1 and self._choice.dragged is None:
+            self._tip = found.presses[0].log_radius, float(np.hypot(CONSTANTS.same_tip, np.sqrt(found.covariance[3, 3])))
+        return found
 
     def _is_seen(self, touch: TouchEstimate, field: MarkerField) -> bool:
         """Whether markers around a touch are seen: of a touch that begins between two exposures, one camera may show none."""
