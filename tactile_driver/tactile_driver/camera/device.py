@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import BadArgument, DeviceLost
 from ..frame import Frame, frame_of
 from ..sources.source import Clock, Source, stamp_of
-from .controls import LEFT, READABLE, chosen_format, exposure_of, limit_of, set_controls
+from .controls import CONTROLS, LEFT, READABLE, chosen_format, exposure_of, limit_of, set_controls
 from .v4l2 import Mode, video_node
 
 
@@ -129,42 +129,29 @@ _RATE_TOLERANCE, _MOST_MODES = 0.02, 4  # share of the asked rate; modes in a wa
 _OLDEST_STAMP_NS = 1_000_000_000  # an older driver stamp is not of the monotonic clock; chosen
 
 
-@dataclass(frozen=True)
-class DeviceSettings:
-    """Requested camera settings. width, height: px; rate: Hz; pixel_format: FOURCC, '' for the best that carries the rate; values of 0
-    or below keep the camera's own. controls: as of set_controls. Raises BadArgument for a pixel_format that is not four letters."""
-
-    width: int = 0
-    height: int = 0
-    rate: float = -1.0
-    pixel_format: str = ''
-    controls: Mapping[str, float] = field(default_factory=dict)
-
-    def __post_init__(self):
-        if len(self.pixel_format) not in (0, 4):
-            raise BadArgument(f'pixel_format: {self.pixel_format!r} is no FOURCC; give four letters as MJPG, YUYV or GREY, or none')
-
-
 class DeviceSource(Source):
-    """A V4L2 camera. device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number; clock: returns the time for the
-    stamps, ns."""
+    """A V4L2 camera.
+
+    values: device: see find_device; width, height: px, rate: Hz, pixel_format: FOURCC, '' for the best that carries the rate; values of 0
+    or below keep the camera's own; and those of CONTROLS. Raises BadArgument for a pixel_format that is not four letters.
+    """
 
     live = True
 
-    def __init__(self, device: str, settings: DeviceSettings, clock: Clock):
+    def __init__(self, values: Mapping, clock: Clock):
+        if len(values['pixel_format']) not in (0, 4):
+            raise BadArgument(f'pixel_format: {values["pixel_format"]!r} is no FOURCC; give four letters as MJPG, YUYV or GREY, or none')
         self._watch = FrameWatch()
-        self.settings = settings
-        self._device = device
-        self._clock = clock
+        self._asked, self._clock = values, clock
         self._found: VideoDevice | None = None
         self._capture = None
-        self._wanted, self._refused, self._limit = dict(settings.controls), [], ''
+        self._wanted, self._refused, self._limit = {name: values[name] for name in CONTROLS}, [], ''
         self._of_controls, self._changed = [], True
 
     def open(self) -> None:
         """Find the device, open it and apply the settings. Raises DeviceLost if it is missing (lists the existing devices) or busy."""
         self.close()
-        self._found = find_device(self._device)
+        self._found = find_device(self._asked['device'])
         self._capture = cv2.VideoCapture(self._found.path, cv2.CAP_V4L2)
         if not self._capture.isOpened():
             self.close()
@@ -174,14 +161,13 @@ class DeviceSource(Source):
 
     def _set_up(self) -> None:
         """Set the format, which determines the sizes and rates that are offered, then those; keep what was not taken."""
-        asked, capture = self.settings, self._capture
-        modes = self._modes()
-        size = asked.width or self._actual().width, asked.height or self._actual().height
-        code = asked.pixel_format or (chosen_format(modes, size, asked.rate) if asked.rate > 0 else '')
+        capture, modes = self._capture, self._modes()
+        width, height, rate, code = (self._asked[name] for name in ('width', 'height', 'rate', 'pixel_format'))
+        if rate > 0 and not code:
+            code = chosen_format(modes, (width or self._actual().width, height or self._actual().height), rate)
         if code:
             capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*code))
-        wishes = {cv2.CAP_PROP_FRAME_WIDTH: asked.width, cv2.CAP_PROP_FRAME_HEIGHT: asked.height, cv2.CAP_PROP_FPS: asked.rate}
-        for prop, value in wishes.items():
+        for prop, value in ((cv2.CAP_PROP_FRAME_WIDTH, width), (cv2.CAP_PROP_FRAME_HEIGHT, height), (cv2.CAP_PROP_FPS, rate)):
             if value > 0:
                 capture.set(prop, value)
         capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
@@ -201,14 +187,14 @@ class DeviceSource(Source):
 
     def _not_taken(self, modes: list[Mode]) -> list[str]:
         """What of pixel format and rate the camera does not give. The size is compared with the images themselves."""
-        asked, has, warnings = self.settings, self._actual(), []
-        if asked.pixel_format and has.pixel_format != asked.pixel_format:
-            warnings.append(f'the camera gives {has.pixel_format} instead of {asked.pixel_format}; it offers '
+        code, rate, has, warnings = self._asked['pixel_format'], self._asked['rate'], self._actual(), []
+        if code and has.pixel_format != code:
+            warnings.append(f'the camera gives {has.pixel_format} instead of {code}; it offers '
                            f'{", ".join(sorted({mode.pixel_format for mode in modes} & set(READABLE))) or "no other that can be read"}')
-        if asked.rate > 0 and abs(has.rate - asked.rate) > _RATE_TOLERANCE * asked.rate:
+        if rate > 0 and abs(has.rate - rate) > _RATE_TOLERANCE * rate:
             offered = [f'{mode.pixel_format} {mode.width} x {mode.height} up to {mode.rate:g} Hz' for mode in modes
-                       if mode.rate >= asked.rate][-_MOST_MODES:]
-            warnings.append(f'the camera is set to {has.rate:g} Hz instead of {asked.rate:g} Hz at {has.pixel_format} {has.width} x '
+                       if mode.rate >= rate][-_MOST_MODES:]
+            warnings.append(f'the camera is set to {has.rate:g} Hz instead of {rate:g} Hz at {has.pixel_format} {has.width} x '
                            f'{has.height} px; choose a rate, size and pixel_format that it offers '
                            f'({"; ".join(offered) or "none is that fast"})')
         return warnings
@@ -242,7 +228,8 @@ class DeviceSource(Source):
         if self._capture is not None and self._changed:
             self._control()
         if self._capture is None or not self._capture.grab():
-            raise DeviceLost(f'device: {self._found or self._device} stopped sending frames; check the cable (tried again by itself)')
+            name = self._found or self._asked['device']
+            raise DeviceLost(f'device: {name} stopped sending frames; check the cable (tried again by itself)')
         stamp = stamp_of(self._captured_ns(), self._clock)
         if not wanted:
             return None
@@ -270,10 +257,9 @@ class DeviceSource(Source):
 
     def describe(self) -> dict:
         """The device and its actual mode."""
-        about = {'source': 'device', 'device': self._device}
+        about = {'device': self._asked['device']}
         if self._found:
-            about.update(path=self._found.path, name=self._found.name, serial=self._found.serial, by_id=self._found.by_id,
-                         bus=self._found.bus)
+            about.update((name, getattr(self._found, name)) for name in ('path', 'name', 'serial', 'by_id', 'bus'))
         if self._capture is not None:
             mode = self._actual()
             about.update(width=mode.width, height=mode.height, rate=mode.rate, pixel_format=mode.pixel_format, limit=self._limit)

@@ -19,7 +19,7 @@ _WINDOW_S = 4.0  # span of a meter's rate and shares; chosen
 _STATES = {'paused': 'ready, not active', 'ended': 'ended: the recording is over; clean up and configure to play it again'}
 #: what of a source's description is reported as it is, under its name or another one
 _COUNTS = {'lost': 'lost frames', **{name: name for name in ('unpaired', 'crc errors', 'refused frames', 'garbage bytes', 'missing frames',
-                                                             'missing samples', 'resets')}}
+                                                             'missing samples', 'resets', 'shutter offset (ms)')}}
 
 
 class SampleMeter:

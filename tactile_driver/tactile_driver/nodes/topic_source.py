@@ -11,10 +11,10 @@ from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from ..errors import BadArgument
-from ..frame import COMPRESSED, CameraCalibration, Frame
+from ..frame import COMPRESSED, CameraCalibration, Frame, calibration_of_info
 from ..sources.source import NS, NothingYet, Source
 from ..stamp_gaps import StampGaps
-from .messages.conversions import calibration_of_message, frame_of_message
+from .messages.conversions import frame_of_message
 from .runtime.host import AdaptiveSubscription
 
 _MOMENT_S = 0.1  # longest wait of read; chosen
@@ -55,13 +55,13 @@ class TopicSource(Source):
         """Do nothing: read subscribes."""
 
     def _note(self, message: CameraInfo) -> None:
-        calibration = calibration_of_message(message)
+        calibration = calibration_of_info(message)
         if calibration != self._info:
             self._info = calibration
 
-    def calibration(self) -> CameraCalibration | None:
+    def calibrations(self) -> tuple[CameraCalibration | None]:
         """What camera_info said last, None where it is not calibrated."""
-        return self._info
+        return (self._info,)
 
     def read(self, wanted: bool = True) -> Frame | None:
         """The next image. Raises NothingYet, or BadFrame for a message that makes no image."""
@@ -99,7 +99,7 @@ class TopicSource(Source):
 
     def describe(self) -> dict:
         """The topic, whether it is idle (not subscribed), and the number of lost frames, counted by gaps in the stamps."""
-        return {'source': 'topics', 'path': self._topic, 'rate': -1.0, 'idle': self._image is None, 'lost': self._gaps.lost}
+        return {'path': self._topic, 'rate': -1.0, 'idle': self._image is None, 'lost': self._gaps.lost}
 
     @property
     def warning(self) -> str:

@@ -238,6 +238,7 @@ class Capture:
         with self._changed:
             self._arrivals.append(time.monotonic())
             self._status = replace(self._status, received=self._status.received + 1, failing=False)
+            self._changed.notify_all()
             if frame is None or not self._active.is_set():
                 return
             if not self._source.live:

@@ -8,8 +8,10 @@ import cv2
 import numpy as np
 import pytest
 from tactile_driver.camera import device
-from tactile_driver.camera.device import DeviceSettings, DeviceSource, FrameWatch, VideoDevice, find_device, list_devices
+from tactile_driver.camera.device import DeviceSource, FrameWatch, VideoDevice, find_device, list_devices
 from tactile_driver.errors import BadArgument, BadFrame, DeviceLost
+from tactile_driver.parameters.drivers import CAMERA_PARAMETERS
+from tactile_driver.parameters.table import defaults
 from tactile_driver.sources import source as pacing
 
 MONOTONIC_NS, WALL_NS = 7_000_000_000_000, 1_700_000_000_000_000_000
@@ -61,14 +63,14 @@ def fake(monkeypatch):
     return FakeCapture
 
 
-def opened(settings=None):
-    source = DeviceSource('A111', settings or DeviceSettings(), lambda: WALL_NS)
+def opened(**values):
+    source = DeviceSource({**defaults(CAMERA_PARAMETERS), 'device': 'A111', **values}, lambda: WALL_NS)
     source.open()
     return source
 
 
 def test_settings_are_asked_for_the_format_first(fake):
-    source = opened(DeviceSettings(1280, 720, 60.0, 'MJPG'))
+    source = opened(width=1280, height=720, rate=60.0, pixel_format='MJPG')
     asked = fake.opened.asked
     assert fake.opened.path == '/dev/video3'
     assert asked[0] == (cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*'MJPG'))
@@ -143,7 +145,7 @@ def test_description_tells_the_mode_that_runs(fake):
 
 def test_a_pixel_format_that_is_none_is_refused():
     with pytest.raises(BadArgument, match="pixel_format: 'JPEG2'"):
-        DeviceSettings(pixel_format='JPEG2')
+        opened(pixel_format='JPEG2')
 
 
 RNG = np.random.default_rng(0)

@@ -42,7 +42,7 @@ def played(source):
 
 
 def opened(path, rate=0.0, loop=False, clock=time.time_ns):
-    source = FileSource(str(path), rate, loop, clock)
+    source = FileSource({'path': str(path), 'rate': rate, 'loop': loop}, clock)
     source.open()
     return source
 
@@ -126,7 +126,7 @@ def folders(tmp_path):
 
 
 def opened_file(folder, rate=0.0, loop=False, clock=time.time_ns):
-    source = TwoFilesSource(str(folder / 'left'), str(folder / 'right'), rate, loop, clock)
+    source = TwoFilesSource({'path': str(folder / 'left'), 'right_path': str(folder / 'right'), 'rate': rate, 'loop': loop}, clock)
     source.open()
     return source
 

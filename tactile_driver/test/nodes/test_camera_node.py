@@ -19,16 +19,14 @@ from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import CameraCalibration, Frame, load_calibration
 from tactile_driver.nodes import camera_node
-from tactile_driver.nodes.camera_node import ImagePublishers, ImageStream
 from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.nodes.topic_source import topic_source
-from tactile_driver.parameters.drivers import CAMERA_PARAMETERS
-from tactile_driver.parameters.table import defaults
+from tactile_driver.sources.registry import CAMERA_SOURCES
 from tactile_driver.sources.source import Source
 from waiting import until
-from watching import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, ERROR, SHUTDOWN_ACTIVE, Streamed, Watcher, ended, stamps
+from watching import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, ERROR, SHUTDOWN_ACTIVE, Watcher, ended, stamps
 
 
 class FakeCamera(Source):
@@ -36,8 +34,11 @@ class FakeCamera(Source):
 
     live = True
 
-    def __init__(self):
-        self.wanted, self.closed = [], False
+    def __init__(self, calibration):
+        self.wanted, self.closed, self.known = [], False, calibration
+
+    def open(self):
+        pass
 
     def read(self, wanted=True):
         time.sleep(0.01)
@@ -47,42 +48,46 @@ class FakeCamera(Source):
     def close(self):
         self.closed = True
 
+    def calibrations(self):
+        return (self.known,)
+
     def describe(self):
-        return {'source': 'device', 'rate': 100.0}
+        return {'rate': 100.0}
 
 
-def streamed(node, calibration=None, **values):
-    """A stream of a FakeCamera."""
-    given = {**defaults(CAMERA_PARAMETERS), 'source': 'device', **values}
-    return Streamed(node, lambda node: ImageStream(node, ImagePublishers(node), FakeCamera(), given, calibration))
+@pytest.fixture
+def streamed(driven, monkeypatch):
+    """streamed(calibration, **parameters): the node with a FakeCamera, and that."""
+    def make(calibration=None, **values):
+        fake = FakeCamera(calibration)
+        monkeypatch.setitem(CAMERA_SOURCES, 'device', lambda _values, _clock: fake)
+        return driven(camera_node.CameraNode, source='device', **values), fake
+    return make
 
 
-def test_nothing_is_decoded_for_nobody(node):
-    stream = streamed(node).stream
-    stream.resume()
-    assert until(lambda: len(stream.source.wanted) > 5)
-    stream.stop()
-    assert not any(stream.source.wanted)
+def test_nothing_is_decoded_for_nobody(streamed):
+    one, fake = streamed()
+    assert until(lambda: len(fake.wanted) > 5)
+    one.close()
+    assert not any(fake.wanted) and fake.closed
 
 
-def test_the_end_of_ros_is_no_failure_of_the_camera(node):
-    stream = streamed(node).stream
-    stream.resume()
-    rclpy.shutdown(context=node.context)
-    before = len(stream.source.wanted)
-    assert until(lambda: len(stream.source.wanted) > before + 3)
-    assert stream.status.state == 'running'
-    stream.stop()
+def test_the_end_of_ros_is_no_failure_of_the_camera(streamed):
+    _, fake = streamed()
+    rclpy.shutdown()
+    before = len(fake.wanted)
+    assert until(lambda: len(fake.wanted) > before + 3)
 
 
 @pytest.mark.parametrize(('calibration', 'values', 'k', 'said'), [
     (CameraCalibration(6, 4, (7.0,) * 9), {}, 7.0, ''),
     (CameraCalibration(64, 48, (7.0,) * 9), {}, 0.0, 'calibration is for 64 x 48 px, but images are 6 x 4 px'),
     (None, {'width': 640}, 0.0, 'gives 6 x 4 px instead of 640 x 4 px')])
-def test_a_calibration_is_published_for_its_size_and_another_size_is_warned_of(node, calibration, values, k, said):
-    one = streamed(node, calibration, **values)
+def test_a_calibration_is_published_for_its_size_and_another_size_is_warned_of(streamed, calibration, values, k, said):
+    one, _ = streamed(calibration, **values)
     info, = one.received(('camera_info', CameraInfo))
-    assert set(info.k) == {k} and (info.width, info.height) == (6, 4) and said in one.stream.warning
+    assert set(info.k) == {k} and (info.width, info.height) == (6, 4)
+    one.reported(lambda status: said in status.message)
 
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]

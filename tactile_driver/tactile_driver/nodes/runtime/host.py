@@ -173,12 +173,12 @@ class Host:
         self.lock = lock or threading.RLock()
         self._shared = shared
 
-    def publisher(self, publisher: Publisher, changed: Callable[[], None] = lambda: None) -> Publisher | SharedPublisher:
+    def publisher(self, publisher: Publisher, changed: Callable[[], None] = lambda: None) -> SharedPublisher:
         """The publisher, shared within the process if the host shares; changed: called when takers are added or removed."""
-        if self._shared is None:
-            return publisher
-        self._shared[publisher.topic_name] = SharedPublisher(publisher, changed)
-        return self._shared[publisher.topic_name]
+        made = SharedPublisher(publisher, changed)
+        if self._shared is not None:
+            self._shared[publisher.topic_name] = made
+        return made
 
     def has_takers(self, node: Node, topic: str) -> bool:
         """Whether the topic has local subscribers, which the middleware does not report."""
