@@ -4,6 +4,7 @@
 
 import ast
 import pathlib
+import re
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CODE = sorted(str(path.relative_to(ROOT)) for package in ('tactile_driver', 'tactile_perception', 'tactile_bringup')
