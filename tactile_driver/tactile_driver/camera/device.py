@@ -15,7 +15,7 @@ from ..errors import BadArgument, DeviceLost
 from ..frame import Frame, frame_of
 from ..sources.source import Clock, Source, stamp_of
 from .controls import CONTROLS, LEFT, READABLE, chosen_format, exposure_of, limit_of, set_controls
-from .v4l2 import Mode, video_node
+from .v4l2 import Mode, VideoNode, fourcc
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def _serial(folder: Path) -> str:
 def _bus(path: str) -> str:
     """The name of a video node's place, '' if it cannot be opened."""
     try:
-        with video_node(path) as node:
+        with VideoNode(path) as node:
             return node.bus
     except OSError:
         return ''
@@ -175,7 +175,7 @@ class DeviceSource(Source):
 
     def _modes(self) -> list[Mode]:
         try:
-            with video_node(self._found.path) as node:
+            with VideoNode(self._found.path) as node:
                 return node.modes()
         except OSError:
             return []
@@ -183,7 +183,7 @@ class DeviceSource(Source):
     def _actual(self) -> Mode:
         """The mode that the camera is in."""
         size = (int(self._capture.get(prop)) for prop in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
-        return Mode(_fourcc(self._capture.get(cv2.CAP_PROP_FOURCC)), *size, float(self._capture.get(cv2.CAP_PROP_FPS)))
+        return Mode(fourcc(int(self._capture.get(cv2.CAP_PROP_FOURCC)) & 0xffffffff), *size, float(self._capture.get(cv2.CAP_PROP_FPS)))
 
     def _not_taken(self, modes: list[Mode]) -> list[str]:
         """What of pixel format and rate the camera does not give. The size is compared with the images themselves."""
@@ -209,7 +209,7 @@ class DeviceSource(Source):
         self._changed = False
         self._refused = [text for text in self._refused if text not in self._of_controls]
         try:
-            with video_node(self._found.path) as node:
+            with VideoNode(self._found.path) as node:
                 self._of_controls = set_controls(node, self._wanted)
                 exposure = exposure_of(node)
         except OSError as error:
@@ -264,7 +264,3 @@ class DeviceSource(Source):
             mode = self._actual()
             about.update(width=mode.width, height=mode.height, rate=mode.rate, pixel_format=mode.pixel_format, limit=self._limit)
         return about
-
-
-def _fourcc(code: float) -> str:
-    return ''.join(chr(int(code) >> shift & 0xff) for shift in (0, 8, 16, 24)).strip('\0 ')

@@ -8,16 +8,15 @@ import fcntl
 import os
 import struct
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 _READ_WRITE, _DISCRETE, _NEXT = 3, 1, 0xC0000000  # _IOC_READ | _IOC_WRITE; V4L2_FRMSIZE_TYPE_DISCRETE; V4L2_CTRL_FLAG_NEXT_(COMPOUND)
 _CAPTURE, _CAPTURE_PLANES = 1, 9  # V4L2_BUF_TYPE_VIDEO_CAPTURE(_MPLANE)
 _CONTROL_CLASS, _OFF = 6, 0x1 | 0x4  # V4L2_CTRL_TYPE_CTRL_CLASS; V4L2_CTRL_FLAG_DISABLED | _READ_ONLY
-_CAPABILITY = struct.Struct('16s32s32sII4I')  # driver, card, bus_info, version, capabilities
-_FORMAT = struct.Struct('3I32s4sI3I')  # index, type, flags, description, pixelformat
-_SIZE = struct.Struct('I4s7I2I')  # index, pixelformat, type, then width, height or least, most and step of both
-_INTERVAL = struct.Struct('I4s3I6I2I')  # index, pixelformat, width, height, type, then s as a fraction or least, most and step
+_CAPABILITY = struct.Struct('16s32s32s6I')  # driver, card, bus_info, version, capabilities
+_FORMAT = struct.Struct('3I32s5I')  # index, type, flags, description, pixelformat
+_SIZE = struct.Struct('11I')  # index, pixelformat, type, then width, height or least, most and step of both
+_INTERVAL = struct.Struct('13I')  # index, pixelformat, width, height, type, then s as a fraction or least, most and step
 _QUERY = struct.Struct('II32sqqQqIIII4I32I')  # id, type, name, minimum, maximum, step, default, flags
 _CONTROL = struct.Struct('Ii')  # id, value
 _QUERYCAP, _ENUM_FMT, _ENUM_FRAMESIZES, _ENUM_FRAMEINTERVALS, _QUERY_EXT_CTRL, _G_CTRL, _S_CTRL = 0, 2, 74, 75, 103, 27, 28
@@ -44,18 +43,27 @@ class Control:
     default: int
 
 
+def fourcc(code: int) -> str:
+    """The letters of a pixel format."""
+    return code.to_bytes(4, 'little').decode('ascii', 'replace').strip('\0 ')
+
+
 class VideoNode:
-    """An open /dev/videoN, beside whoever reads its images. Raises OSError where the driver refuses."""
+    """An open /dev/videoN, beside whoever reads its images; use it in a with statement. Raises OSError where the driver refuses."""
 
     def __init__(self, path: str):
         self._handle = os.open(path, os.O_RDWR | os.O_NONBLOCK)
 
-    def close(self) -> None:
-        """Close it."""
+    def __enter__(self) -> VideoNode:
+        return self
+
+    def __exit__(self, *_exc) -> None:
         os.close(self._handle)
 
-    def _ask(self, number: int, kind: struct.Struct, *values, direction: int = _READ_WRITE) -> tuple:
-        data = bytearray(kind.pack(*values, *[b'' if code == 's' else 0 for code in _codes(kind)[len(values):]]))
+    def _ask(self, number: int, kind: struct.Struct, *first: int, direction: int = _READ_WRITE) -> tuple:
+        """What the driver makes of a structure of this kind whose first numbers are these, the others 0."""
+        data = bytearray(kind.size)
+        struct.pack_into(f'{len(first)}I', data, 0, *(value & 0xffffffff for value in first))
         fcntl.ioctl(self._handle, direction << 30 | kind.size << 16 | ord('V') << 8 | number, data)
         return kind.unpack(data)
 
@@ -80,10 +88,10 @@ class VideoNode:
         for code in formats:
             for size in self._each(_ENUM_FRAMESIZES, _SIZE, code):
                 width, height = size[3:5] if size[2] == _DISCRETE else (size[4], size[7])
-                found.append(Mode(code.decode('ascii', 'replace').strip('\0 '), width, height, self._fastest(code, width, height)))
+                found.append(Mode(fourcc(code), width, height, self._fastest(code, width, height)))
         return found
 
-    def _fastest(self, code: bytes, width: int, height: int) -> float:
+    def _fastest(self, code: int, width: int, height: int) -> float:
         """The highest rate, Hz: the first interval of a range is the shortest."""
         periods = [each[5] / each[6] for each in self._each(_ENUM_FRAMEINTERVALS, _INTERVAL, code, width, height) if each[6]]
         return 1 / min(periods) if periods and min(periods) > 0 else 0.0
@@ -109,27 +117,5 @@ class VideoNode:
         self._ask(_S_CTRL, _CONTROL, control, value)
 
 
-def _codes(kind: struct.Struct) -> list[str]:
-    """One letter for each value of a struct's format."""
-    codes, count = [], ''
-    for letter in kind.format:
-        if letter.isdigit():
-            count += letter
-            continue
-        codes += [letter] * (1 if letter == 's' else int(count or 1))
-        count = ''
-    return codes
-
-
 def _text(data: bytes) -> str:
     return data.partition(b'\0')[0].decode(errors='replace')
-
-
-@contextmanager
-def video_node(path: str) -> Iterator[VideoNode]:
-    """A VideoNode that is closed at the end."""
-    node = VideoNode(path)
-    try:
-        yield node
-    finally:
-        node.close()

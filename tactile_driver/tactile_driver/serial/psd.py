@@ -13,7 +13,7 @@ from ..samples import CHANNELS, SampleBlock
 from ..simulation.psd.scene import open_psd_scene
 from ..sources.source import NS, Clock, EvenPace, SceneSource, stamp_of, wait_until
 from .clock import SampleAssembler
-from .frames import SAMPLES, BinaryReader, Expected, LineReader
+from .frames import SAMPLES, BinaryReader, LineReader
 from .port import SerialSource
 
 
@@ -68,7 +68,7 @@ class PsdSerialSource(SerialSource):
 
     def _new_reader(self) -> BinaryReader | LineReader:
         columns = CHANNELS + self._values['modulation']
-        return BinaryReader(Expected(SAMPLES, columns=columns), self._counts) if self._values['format'] == 'binary' \
+        return BinaryReader(SAMPLES, None, columns, self._counts) if self._values['format'] == 'binary' \
             else LineReader(columns, self._values['adc.bits'], self._counts)
 
     def _begin(self) -> None:

@@ -15,7 +15,7 @@ from ..frame import Frame, matrix_frame, sent_shape
 from ..simulation.taxel.scene import open_taxel_scene
 from ..sources.source import NS, Clock, PlayedSource, SceneSource, stamp_of
 from .clock import DeviceClock
-from .frames import MATRIX, BinaryReader, CountFrame, Expected
+from .frames import MATRIX, BinaryReader, CountFrame
 from .port import SerialSource
 
 
@@ -26,7 +26,7 @@ class TaxelSerialSource(SerialSource):
     settings = 'baud, rows and columns'
 
     def _new_reader(self) -> BinaryReader:
-        return BinaryReader(Expected(MATRIX, *sent_shape(self._values)), self._counts)
+        return BinaryReader(MATRIX, *sent_shape(self._values), self._counts)
 
     def _begin(self) -> None:
         super()._begin()
