@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,13 +48,13 @@ def _serial(folder: Path) -> str:
     return next((text for text in (_text(p / 'serial') for p in (place, *list(place.parents)[:2])) if text), '')
 
 
-def _bus(path: str) -> str:
-    """The name of a video node's place, '' if it cannot be opened."""
+def _asked(path: str, what: Callable[[VideoNode], object], otherwise: object):
+    """What a video node answers; otherwise, if it cannot be opened."""
     try:
         with VideoNode(path) as node:
-            return node.bus
+            return what(node)
     except OSError:
-        return ''
+        return otherwise
 
 
 def list_devices(root: str = '/') -> list[VideoDevice]:
@@ -63,11 +63,7 @@ def list_devices(root: str = '/') -> list[VideoDevice]:
     links = {link.resolve().name: link.name for link in sorted((base / 'dev/v4l/by-id').glob('*'))}
     folders = sorted((base / 'sys/class/video4linux').glob('video*'), key=lambda p: int(p.name[5:]) if p.name[5:].isdigit() else 0)
     return [VideoDevice(f'/dev/{f.name}', _text(f / 'name'), _serial(f), links.get(f.name, ''), _text(f / 'index') in ('', '0'),
-                        _bus(f'{root}/dev/{f.name}')) for f in folders]
-
-
-def _matches(device: VideoDevice, wanted: str) -> bool:
-    return wanted in (device.path, device.path.removeprefix('/dev/video'), device.by_id, '/dev/v4l/by-id/' + device.by_id)
+                        _asked(f'{root}/dev/{f.name}', VideoNode.bus, '')) for f in folders]
 
 
 def find_device(wanted: str, root: str = '/') -> VideoDevice:
@@ -76,8 +72,8 @@ def find_device(wanted: str, root: str = '/') -> VideoDevice:
     Raises DeviceLost, listing the existing devices, if none or several match.
     """
     devices = list_devices(root)
-    real = str(Path(wanted).resolve()) if wanted.startswith('/dev/') else wanted
-    found = [d for d in devices if _matches(d, wanted) or _matches(d, real)]
+    names = {wanted, str(Path(wanted).resolve())} if wanted.startswith('/dev/') else {wanted}
+    found = [d for d in devices if names & {d.path, d.path.removeprefix('/dev/video'), d.by_id, '/dev/v4l/by-id/' + d.by_id}]
     if not found and not wanted.isdigit() and not wanted.startswith('/dev/') and wanted:
         found = [d for d in devices if d.captures and (wanted == d.bus or wanted in d.by_id or wanted in d.serial)]
     if len(found) == 1:
@@ -98,10 +94,6 @@ class FrameWatch:
     """Watches the frames of one camera; warning describes a fault for as long as it lasts."""
 
     def __init__(self):
-        self.reset()
-
-    def reset(self) -> None:
-        """Begin again, after the camera was reopened."""
         self._last: np.ndarray | None = None
         self._seen_s = self._changed_s = self._bright_s = time.monotonic()
 
@@ -157,11 +149,11 @@ class DeviceSource(Source):
             self.close()
             raise DeviceLost(f'device: {self._found} cannot be opened; another program may hold it, or the group "video" is missing')
         self._set_up()
-        self._watch.reset()
+        self._watch = FrameWatch()
 
     def _set_up(self) -> None:
         """Set the format, which determines the sizes and rates that are offered, then those; keep what was not taken."""
-        capture, modes = self._capture, self._modes()
+        capture, modes = self._capture, _asked(self._found.path, VideoNode.modes, [])
         width, height, rate, code = (self._asked[name] for name in ('width', 'height', 'rate', 'pixel_format'))
         if rate > 0 and not code:
             code = chosen_format(modes, (width or self._actual().width, height or self._actual().height), rate)
@@ -172,13 +164,6 @@ class DeviceSource(Source):
                 capture.set(prop, value)
         capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
         self._refused, self._changed = self._not_taken(modes), True
-
-    def _modes(self) -> list[Mode]:
-        try:
-            with VideoNode(self._found.path) as node:
-                return node.modes()
-        except OSError:
-            return []
 
     def _actual(self) -> Mode:
         """The mode that the camera is in."""

@@ -76,7 +76,6 @@ class VideoNode:
                     return
                 raise
 
-    @property
     def bus(self) -> str:
         """The name of its place, as in usb-0000:00:14.0-1 or platform:vivid-000."""
         return _text(self._ask(_QUERYCAP, _CAPABILITY, direction=2)[2])
