@@ -20,6 +20,11 @@ class SimulatedSource(SceneSource):
     def _open_scene(self, name: str, rate: float, seed: int):
         return scenes.open_scene(name, rate, seed, self._values['width'] or _SIZE[0], self._values['height'] or _SIZE[1])
 
+    @property
+    def sensor(self) -> str:
+        """See SceneSource; known once it is open."""
+        return self._scene.sensor if self._scene is not None else ''
+
     def _make(self, number: int):
         return self._scene.render(number / self.rate)
 
@@ -37,10 +42,8 @@ class SimulatedSource(SceneSource):
 
     def describe(self) -> dict:
         """The scene, its seed, size and rate."""
-        about = super().describe()
-        if self._scene is not None:
-            about.update(device=f'simulated {self._scene.sensor}', width=self._cameras[0].width, height=self._cameras[0].height)
-        return about
+        size = {} if self._scene is None else {'width': self._cameras[0].width, 'height': self._cameras[0].height}
+        return super().describe() | size
 
     def calibrations(self) -> tuple[CameraCalibration | None, ...]:
         """Calibrations of the simulated cameras; None before open."""

@@ -114,13 +114,12 @@ class PsdSimulatedSource(SceneSource):
     truths = ('contacts',)
     usual_rate = 1000.0
     longest_leap = 5
+    sensor = 'psd_finger'
+    _open_scene = staticmethod(open_psd_scene)
 
     def __init__(self, values: Mapping, clock: Clock):
         super().__init__(values, clock)
         self.count = max(round(values['batch_period'] * self.rate), 1)
-
-    def _open_scene(self, name: str, rate: float, seed: int):
-        return open_psd_scene(name, rate, seed)
 
     def _make(self, number: int):
         counts, truth = self._scene.play(number, self.count)
@@ -131,7 +130,3 @@ class PsdSimulatedSource(SceneSource):
         volts, truth = made
         first = due_ns - round((self.count - 1) / self.rate * NS)
         return SampleBlock(volts, self.stamp(min(first, time.monotonic_ns())), 1 / self.rate, truth)
-
-    def describe(self) -> dict:
-        """The scene, its seed and rate."""
-        return super().describe() | {'device': 'simulated psd_finger'}

@@ -169,9 +169,8 @@ class TaxelSimulatedSource(SceneSource):
 
     usual_rate = 100.0
     longest_leap = 5
-
-    def _open_scene(self, name: str, rate: float, seed: int):
-        return open_taxel_scene(name, rate, seed)
+    sensor = 'taxel_array'
+    _open_scene = staticmethod(open_taxel_scene)
 
     def _make(self, number: int):
         return self._scene.render(number / self.rate)
@@ -179,7 +178,3 @@ class TaxelSimulatedSource(SceneSource):
     def _handed_over(self, made, due_ns: int) -> Frame:
         values, truth = made
         return matrix_frame(values, (0, 0), self.stamp(due_ns), 'the simulated frame', truth)
-
-    def describe(self) -> dict:
-        """The scene, its seed and rate."""
-        return super().describe() | {'device': 'simulated taxel_array'}

@@ -171,7 +171,8 @@ class SceneSource(Source):
     """A scene of a simulated sensor in real time, again from its start when it is over.
 
     values: scene: its name; rate: Hz, or -1 for usual_rate; seed: of noise and specimen. count: steps of the scene per read. The scene
-    stands still while it is not wanted. Raises BadArgument for a rate of 0. Subclasses define _open_scene, _make and _handed_over.
+    stands still while it is not wanted. Raises BadArgument for a rate of 0. Subclasses define sensor, its type, _open_scene, _make and
+    _handed_over.
     """
 
     truths = ('tip', 'contacts', 'contact_region', 'slip', 'wrench')
@@ -179,6 +180,7 @@ class SceneSource(Source):
     usual_rate = 30.0
     longest_leap = 2  # steps caught up at once; chosen: computing more would delay the next one
     count = 1
+    sensor = ''
 
     def __init__(self, values: Mapping, clock: Clock):
         if values['rate'] == 0:
@@ -217,7 +219,7 @@ class SceneSource(Source):
 
     def describe(self) -> dict:
         """The scene, its seed and rate."""
-        return {'device': 'simulated', 'scene': self._values['scene'], 'seed': self._values['seed'], 'rate': self.rate}
+        return {'device': f'simulated {self.sensor}', 'scene': self._values['scene'], 'seed': self._values['seed'], 'rate': self.rate}
 
     def stamp(self, due_ns: int) -> int:
         """The stamp, ns, of what was due at due_ns of the monotonic clock."""
