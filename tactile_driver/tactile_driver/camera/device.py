@@ -14,8 +14,7 @@ import numpy as np
 from ..errors import BadArgument, DeviceLost
 from ..frame import Frame, frame_of
 from ..sources.source import Clock, Source, stamp_of
-from .controls import CONTROLS, LEFT, READABLE, chosen_format, exposure_of, limit_of, set_controls
-from .v4l2 import Mode, VideoNode, fourcc
+from .v4l2 import CONTROLS, LEFT, READABLE, Mode, VideoNode, chosen_format, exposure_of, fourcc, limit_of, set_controls
 
 
 @dataclass(frozen=True)
@@ -137,8 +136,8 @@ class DeviceSource(Source):
         self._asked, self._clock = values, clock
         self._found: VideoDevice | None = None
         self._capture = None
-        self._wanted, self._refused, self._limit = {name: values[name] for name in CONTROLS}, [], ''
-        self._of_controls, self._changed = [], True
+        self._wanted, self._changed, self._limit = {name: values[name] for name in CONTROLS}, True, ''
+        self._of_mode, self._of_controls = [], []  # warnings
 
     def open(self) -> None:
         """Find the device, open it and apply the settings. Raises DeviceLost if it is missing (lists the existing devices) or busy."""
@@ -163,7 +162,7 @@ class DeviceSource(Source):
             if value > 0:
                 capture.set(prop, value)
         capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
-        self._refused, self._changed = self._not_taken(modes), True
+        self._of_mode, self._changed = self._not_taken(modes), True
 
     def _actual(self) -> Mode:
         """The mode that the camera is in."""
@@ -192,7 +191,6 @@ class DeviceSource(Source):
     def _control(self) -> None:
         """Give the camera the wanted controls, note what it did not take, and what may limit its rate."""
         self._changed = False
-        self._refused = [text for text in self._refused if text not in self._of_controls]
         try:
             with VideoNode(self._found.path) as node:
                 self._of_controls = set_controls(node, self._wanted)
@@ -201,7 +199,6 @@ class DeviceSource(Source):
             self._of_controls, exposure = [], 0.0
             if any(value != LEFT for value in self._wanted.values()):
                 self._of_controls = [f'the controls of {self._found.path} cannot be set: {error}; see who else holds it']
-        self._refused += self._of_controls
         bus = self._found.bus.rpartition('-')[0] or self._found.bus
         others = [each.path for each in list_devices() if each.captures and each.path != self._found.path and bus
                   and each.bus.startswith(bus + '-')] if bus.startswith('usb') else []
@@ -226,7 +223,7 @@ class DeviceSource(Source):
     @property
     def warning(self) -> str:
         """Warning about frozen or black images and about settings that the camera did not take, '' without one."""
-        return '; '.join(text for text in (self._watch.warning, *self._refused) if text)
+        return '; '.join(text for text in (self._watch.warning, *self._of_mode, *self._of_controls) if text)
 
     def _captured_ns(self) -> int:
         """Capture time of the grabbed frame on time.monotonic_ns(): the V4L2 stamp if it is of this clock, else the present time."""

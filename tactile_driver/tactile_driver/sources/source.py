@@ -58,7 +58,7 @@ class Source:
         return None, None
 
     def set_controls(self, values: Mapping[str, float]) -> None:
-        """Set controls of a camera: names and values of camera.controls.CONTROLS; nothing elsewhere."""
+        """Set controls of a camera: names and values of camera.v4l2.CONTROLS; nothing elsewhere."""
 
 
 NS = 1_000_000_000

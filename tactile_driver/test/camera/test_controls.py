@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Controls of a camera that are set, refused or missing, and the pixel format that is chosen."""
 import pytest
-from tactile_driver.camera.controls import chosen_format, limit_of, set_controls
-from tactile_driver.camera.v4l2 import Control, Mode
+from tactile_driver.camera.v4l2 import Control, Mode, chosen_format, limit_of, set_controls
 
 EXPOSURE, AUTO_EXPOSURE, GAIN, LINE = 0x9A0902, 0x9A0901, 0x980913, 0x980918
 
