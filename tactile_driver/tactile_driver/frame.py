@@ -161,24 +161,14 @@ def save_calibration(path: str, known: CameraCalibration) -> None:
         fresh.unlink(missing_ok=True)
 
 
-@dataclass(frozen=True)
-class MatrixOrder:
-    """What has to be done with a matrix for its rows to run along the sensor's y axis and its columns along x: transposed first, then
-    flipped."""
-
-    transposed: bool = False
-    flip_rows: bool = False
-    flip_columns: bool = False
-
-    def ordered(self, values: np.ndarray) -> np.ndarray:
-        """values (rows, columns) in the sensor's order."""
-        if self.transposed:
-            values = values.T
-        return np.ascontiguousarray(values[::-1 if self.flip_rows else 1, ::-1 if self.flip_columns else 1])
+def in_sensor_order(matrix: np.ndarray, values: Mapping) -> np.ndarray:
+    """The matrix with rows along the sensor's y axis and columns along x. values: transposed, first, then flip_rows and flip_columns."""
+    matrix = matrix.T if values['transposed'] else matrix
+    return np.ascontiguousarray(matrix[::-1 if values['flip_rows'] else 1, ::-1 if values['flip_columns'] else 1])
 
 
 def sent_shape(values: Mapping) -> tuple[int, int]:
-    """(rows, columns) of a matrix as the device sends it. values: rows and columns in the sensor's order, transposed: see MatrixOrder."""
+    """(rows, columns) of a matrix as the device sends it. values: rows and columns in the sensor's order; transposed."""
     shape = values['rows'], values['columns']
     return shape[::-1] if values['transposed'] else shape
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument, BadFrame
 from tactile_driver.frame import (
-    CameraCalibration, Frame, MatrixOrder, as_encoding, frame_of, load_calibration, matrix_frame, save_calibration)
+    CameraCalibration, Frame, as_encoding, frame_of, in_sensor_order, load_calibration, matrix_frame, save_calibration)
 from tactile_driver.frame_names import optical_frame, sensor_frame, stitched_frame
 
 CAMERA_INFO = """
@@ -91,13 +91,11 @@ VALUES = np.arange(6, dtype=np.uint8).reshape(2, 3)
 
 
 @pytest.mark.parametrize('order, expected', [
-    (MatrixOrder(), [[0, 1, 2], [3, 4, 5]]),
-    (MatrixOrder(transposed=True), [[0, 3], [1, 4], [2, 5]]),
-    (MatrixOrder(flip_rows=True), [[3, 4, 5], [0, 1, 2]]),
-    (MatrixOrder(transposed=True, flip_columns=True), [[3, 0], [4, 1], [5, 2]]),
-])
+    ((), [[0, 1, 2], [3, 4, 5]]), (('transposed',), [[0, 3], [1, 4], [2, 5]]), (('flip_rows',), [[3, 4, 5], [0, 1, 2]]),
+    (('transposed', 'flip_columns'), [[3, 0], [4, 1], [5, 2]])])
 def test_orders(order, expected):
-    assert order.ordered(VALUES).tolist() == expected
+    values = {name: name in order for name in ('transposed', 'flip_rows', 'flip_columns')}
+    assert in_sensor_order(VALUES, values).tolist() == expected
 
 
 def test_eight_bits_stay_and_more_become_sixteen():

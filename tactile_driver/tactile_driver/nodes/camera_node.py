@@ -23,7 +23,7 @@ from .messages.conversions import Pose, calibration_to_message, camera_transform
 from .runtime.host import Host
 from .runtime.ros_defaults import LATCHED_QOS, STREAM_QOS
 from .runtime.run import run_node
-from .topic_source import topic_source
+from .topic_source import TopicSource
 
 
 class View:
@@ -124,7 +124,7 @@ class CameraNode(CalibratedNode):
         """See DriverNode."""
         self.picture.reset(load_calibration(values['camera_info_url']))
         poses = known_pose(values)
-        source = self.opened({**CAMERA_SOURCES, 'topics': lambda values, _clock: topic_source(self, values['topic'])}, values)
+        source = self.opened({**CAMERA_SOURCES, 'topics': lambda values, _clock: TopicSource(self, values['topic'])}, values)
         self.place_cameras(values['frame_id'], poses)
         return source
 

@@ -193,7 +193,7 @@ class DriverNode(LifecycleNode):
     @property
     def wanted(self) -> bool:
         """Whether any of the topics has a subscriber."""
-        return any(publisher.get_subscription_count() for publisher in self.raw) or self.truth.wanted
+        return any(publisher.get_subscription_count() for publisher in self.raw) or bool(self.truth.wanted)
 
     def health(self, stream: Stream) -> Health:
         """For /diagnostics."""

@@ -23,7 +23,7 @@ from .messages.conversions import RIGHT_TIME, header_of, right_time_message
 from .runtime.host import Host
 from .runtime.ros_defaults import STREAM_QOS
 from .runtime.run import run_node
-from .topic_source import topic_source
+from .topic_source import TopicSource
 
 
 class DualCameraNode(CalibratedNode):
@@ -56,7 +56,7 @@ class DualCameraNode(CalibratedNode):
         return source
 
     def _topics(self, values: dict, _clock: Clock) -> PairedSource:
-        return PairedSource(*(topic_source(self, values[name]) for name in ('topic', 'right_topic')), values['max_skew'])
+        return PairedSource(*(TopicSource(self, values[name]) for name in ('topic', 'right_topic')), values['max_skew'])
 
     def publish(self, stream: Stream, pair: PairFrame) -> None:
         """See DriverNode."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 
-from ..frame import Frame, MatrixOrder
+from ..frame import Frame, in_sensor_order
 from ..parameters.drivers import TAXEL_DRIVER_PARAMETERS
 from ..sources.registry import TAXEL_SOURCES
 from ..sources.source import Source
@@ -30,14 +30,13 @@ class TaxelArrayNode(DriverNode):
 
     def open_source(self, values: dict) -> Source:
         """See DriverNode."""
-        own = values['source'] != 'sim'
-        self._order = MatrixOrder(*(own and values[name] for name in ('transposed', 'flip_rows', 'flip_columns')))
         return self.opened(TAXEL_SOURCES, values)
 
     def publish(self, stream: Stream, frame: Frame) -> None:
         """See DriverNode."""
         if self.raw[0].get_subscription_count():
-            frame = replace(frame, image=self._order.ordered(frame.image))
+            if stream.values['source'] != 'sim':
+                frame = replace(frame, image=in_sensor_order(frame.image, stream.values))
             self.raw[0].publish(image_to_message(frame, '', header_of(frame.stamp_ns, stream.values['frame_id'])), stream.waited_s)
         self.publish_truth(stream, frame.truth, frame.stamp_ns)
 

@@ -3,6 +3,7 @@
 """Images that another camera's driver publishes, as a source."""
 from __future__ import annotations
 
+import posixpath
 import threading
 from collections import deque
 
@@ -22,30 +23,23 @@ _LONGEST_QUEUE = 4  # frames; chosen: the pairing keeps 8 more
 _QUEUE = QoSProfile(depth=10)
 
 
-def _parent(topic: str) -> str:
-    """The namespace of an image topic, with its slash: camera_info is beside image_raw, and that above image_raw/compressed."""
-    return topic.removesuffix(COMPRESSED).rpartition('/')[0] + '/' if '/' in topic.removesuffix(COMPRESSED) else ''
-
-
-def topic_source(node: Node, topic: str) -> TopicSource:
-    """The source of a topic for a driver. Raises BadArgument for the topic that the driver itself publishes."""
-    if topic and node.resolve_topic_name(topic.removesuffix(COMPRESSED)) == node.resolve_topic_name('image_raw'):
-        raise BadArgument(f"topic: {topic} is what this node publishes; give the camera's driver another namespace, or name its topic")
-    return TopicSource(node, topic)
-
-
 class TopicSource(Source):
     """The images of a topic, relative to node's namespace: sensor_msgs/CompressedImage if it is named .../compressed, else Image; and
-    the camera_info beside it. It subscribes to the images only while frames are wanted."""
+    the camera_info beside it. It subscribes to the images only while frames are wanted. Raises BadArgument for no topic, and for image_raw
+    of the node itself."""
 
     live = True
 
     def __init__(self, node: Node, topic: str):
         if not topic:
             raise BadArgument('topic: source topics needs the name of an image topic')
+        raw = topic.removesuffix(COMPRESSED)
+        if node.resolve_topic_name(raw) == node.resolve_topic_name('image_raw'):
+            raise BadArgument(f"topic: {topic} is what this node publishes; give the camera's driver another namespace, or name its topic")
         self._node, self._topic = node, topic
         self._info: CameraCalibration | None = None
-        self._informed = node.create_subscription(CameraInfo, f'{_parent(topic)}camera_info', self._note, qos_profile_sensor_data)
+        beside = posixpath.join(posixpath.dirname(raw), 'camera_info')
+        self._informed = node.create_subscription(CameraInfo, beside, self._note, qos_profile_sensor_data)
         self._image: AdaptiveSubscription | None = None
         self._gaps = StampGaps(topic)
         self._queue: deque[Image | CompressedImage] = deque()

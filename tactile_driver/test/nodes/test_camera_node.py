@@ -22,7 +22,7 @@ from tactile_driver.nodes import camera_node
 from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import WRONG
-from tactile_driver.nodes.topic_source import topic_source
+from tactile_driver.nodes.topic_source import TopicSource
 from tactile_driver.sources.registry import CAMERA_SOURCES
 from tactile_driver.sources.source import Source
 from waiting import until
@@ -223,4 +223,4 @@ def test_images_of_another_drivers_topic_come_in_the_own_frames_with_its_camera_
 
 def test_the_own_topic_is_no_source(node):
     with pytest.raises(BadArgument, match='what this node publishes'):
-        topic_source(node, 'image_raw')
+        TopicSource(node, 'image_raw')
