@@ -111,7 +111,7 @@ class TaxelFileSource(PlayedSource):
 
 # A recording as text: a frame a line or a row of taxels a line, with or without header and times.
 _SEPARATORS = ';', '\t', ','  # in this order: a line with semicolons may have commas in its numbers
-_TIME = re.compile(r'\W*(t|time|times|stamp|timestamp)(\W*_?\W*(s|sec|seconds|ms|us))?\W*', re.IGNORECASE)
+_UNIT = re.compile('(?<![a-z])(ms|us)(?![a-z])', re.IGNORECASE)
 _UNITS = {'ms': 1e-3, 'us': 1e-6}  # s
 
 
@@ -122,10 +122,11 @@ def read_table(path: Path, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarr
     separated by commas, semicolons or tabs. Raises BadRecording with what was seen and what is expected.
     """
     header, table = _numbers(path)
+    unit = _UNIT.search(header[0]) if header else None
     (rows, columns), wide = shape, table.shape[1]
     for lines, across in ((1, rows * columns), (rows, columns)):
         if wide in (across, across + 1) and len(table) % lines == 0:
-            times = table[::lines, 0] * _unit(header) if wide > across else None
+            times = table[::lines, 0] * (_UNITS[unit[1].lower()] if unit else 1.0) if wide > across else None
             if times is not None and not (np.diff(times) > 0).all():
                 number = int(np.argmin(np.diff(times) > 0)) + 1
                 raise BadRecording(f'the times in the first column do not increase at frame {number}')
@@ -156,12 +157,6 @@ def _numbers(path: Path) -> tuple[list[str], np.ndarray]:
     if not table:
         raise BadRecording('it has no line of numbers')
     return header, np.array(table)
-
-
-def _unit(header: list[str]) -> float:
-    """Seconds in a unit of the times."""
-    named = _TIME.fullmatch(header[0]) if header else None
-    return _UNITS.get((named.group(3) or '').lower(), 1.0) if named else 1.0
 
 
 class TaxelSimulatedSource(SceneSource):
