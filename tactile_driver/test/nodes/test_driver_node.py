@@ -12,10 +12,11 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
+from sensor_msgs.msg import Image
 from tactile_driver.errors import BadArgument, DeviceLost
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.driver_node import DriverNode
-from tactile_driver.nodes.messages.conversions import stamp_ns_of
+from tactile_driver.nodes.messages.conversions import instants, stamp_ns_of
 from tactile_driver.nodes.runtime.diagnostics import ERROR
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.taxel_array_node import TaxelArrayNode
@@ -192,3 +193,16 @@ def test_what_cannot_be_opened_is_reported(node, error, result):
     assert until(lambda: any(s.level == ERROR and str(error) in s.message for s in heard), executor)
     executor.shutdown()
     listener.destroy_node()
+
+
+def test_a_file_in_another_order(driven, tmp_path):
+    np.save(tmp_path / 'a.npy', np.arange(6, dtype=np.uint16).reshape(1, 2, 3) * 1000)
+    one = driven(TaxelArrayNode, source='file', path=str(tmp_path / 'a.npy'), rows=3, columns=2, transposed=True, flip_rows=True, loop=True,
+                 rate=20.0)
+    image, = one.received(('image_raw', Image))
+    assert image.encoding == 'mono16' and np.frombuffer(image.data, np.uint16).tolist() == [2000, 5000, 1000, 4000, 0, 3000]
+
+
+def test_truth_is_reported_at_the_first_sample_and_where_it_changes():
+    assert instants(np.array([0, 0, 1, 1, 2, 0])) == [0, 2, 4, 5]
+    assert instants(np.array([1])) == [0]
