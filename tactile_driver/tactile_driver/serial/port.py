@@ -12,6 +12,8 @@ import serial
 from serial.tools import list_ports
 
 from ..errors import BadArgument, DeviceLost
+from ..frame import Frame
+from ..samples import SampleBlock
 from ..sources.source import Clock, NothingYet, Source
 from .frames import BinaryReader, CountFrame, FrameCounts, LineReader
 
@@ -41,7 +43,7 @@ def find_port(wanted: str) -> str:
 class SerialSource(Source):
     """values: device: see find_port; baud: bit/s. deaf_bytes: so many bytes without a frame mean that the parameters settings are wrong.
 
-    Subclasses return a new reader from _new_reader and fill _ready in _poll. Raises BadArgument without a device.
+    Subclasses return a new reader from _new_reader, and what has come from _poll. Raises BadArgument without a device.
     """
 
     live = True
@@ -81,18 +83,14 @@ class SerialSource(Source):
 
     def read(self, wanted: bool = True):
         """The next frame or block. Raises NothingYet or DeviceLost."""
-        if not self._ready:
-            self._poll()
+        self._ready = self._ready or self._poll()
         if not self._ready:
             raise NothingYet
         found = self._ready.pop(0)
-        return self._delivered(found) if wanted else None
+        return found if wanted else None
 
-    def _poll(self) -> None:
+    def _poll(self) -> list[Frame | SampleBlock]:
         raise NotImplementedError
-
-    def _delivered(self, found):
-        return found
 
     def _received(self) -> tuple[list[CountFrame], int]:
         """The complete frames, none after a moment without any, and when they were read, ns of the monotonic clock. Raises DeviceLost."""

@@ -84,20 +84,20 @@ class PsdSerialSource(SerialSource):
         """Number of samples lost in transmission."""
         return self._lost + self._assembler.missing
 
-    def _poll(self) -> None:
+    def _poll(self) -> list[SampleBlock]:
         """Read the port; make blocks once per batch_period."""
         wait_until(self._pace.next())
         frames, arrived_ns = self._received()
         self._waiting += frames
         if not self._waiting or arrived_ns * 1e-9 < self._due_s:
-            return
+            return []
         self._due_s = arrived_ns * 1e-9 + self._values['batch_period'] - 0.5 * self._poll_s
         frames, self._waiting = self._waiting, []
         offset = stamp_of(arrived_ns, self._clock) - arrived_ns
         blocks = self._assembler.assemble(frames, arrived_ns)
         if self._demodulator is not None:
             blocks = [net for block in blocks for net in self._demodulator.net(block)]
-        self._ready = [replace(block, stamp_ns=max(block.stamp_ns + offset, 0)) for block in blocks]
+        return [replace(block, stamp_ns=max(block.stamp_ns + offset, 0)) for block in blocks]
 
     def describe(self) -> dict:
         """The port and its error counts."""

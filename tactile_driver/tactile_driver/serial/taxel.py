@@ -15,7 +15,7 @@ from ..frame import Frame, matrix_frame, sent_shape
 from ..simulation.taxel.scene import open_taxel_scene
 from ..sources.source import NS, Clock, PlayedSource, SceneSource, stamp_of
 from .clock import DeviceClock
-from .frames import MATRIX, BinaryReader, CountFrame
+from .frames import MATRIX, BinaryReader
 from .port import SerialSource
 
 
@@ -37,15 +37,11 @@ class TaxelSerialSource(SerialSource):
         """Number of frames lost in transmission."""
         return self._counts.missing
 
-    def _poll(self) -> None:
+    def _poll(self) -> list[Frame]:
         frames, arrived_ns = self._received()
-        if frames:
-            stamps = self._device_clock.to_host([frame.time_us for frame in frames], arrived_ns)
-            self._ready = list(zip(frames, stamps))
-
-    def _delivered(self, found: tuple[CountFrame, int]) -> Frame:
-        frame, stamp_ns = found
-        return matrix_frame(frame.values, (0, 0), stamp_of(stamp_ns, self._clock), f'frame {frame.sequence}')
+        stamps = self._device_clock.to_host([frame.time_us for frame in frames], arrived_ns) if frames else []
+        return [matrix_frame(frame.values, (0, 0), stamp_of(stamp, self._clock), f'frame {frame.sequence}')
+                for frame, stamp in zip(frames, stamps)]
 
     def describe(self) -> dict:
         """The port and its error counts."""
