@@ -40,18 +40,18 @@ _ACKNOWLEDGE = Duration(seconds=1)
 class Stream:
     """Reads an open source in one thread and publishes in another; stop closes the source.
 
-    node: publishes each frame; values: its parameters; warnings: about the data. over: whether the recording has ended and its last frame
-    is published.
+    node: publishes each frame; values: its parameters; warnings: about the data; capture: reads, and can be paused. over: whether the
+    recording has ended and its last frame is published.
     """
 
     def __init__(self, node: DriverNode, source: Source, values: dict):
         self._node, self.source, self.values = node, source, values
         self._log = LogOnce(node)
         self.warnings: list[str] = []
-        self._active = self._stopped = self.over = False
+        self._stopped = self.over = False
         node.truth.offer(source.truths)
         self.describe()
-        self._capture = Capture(source, self._wanted, self._report, keep=node.keep)
+        self.capture = Capture(source, self._wanted, self._report, keep=node.keep)
         self._thread = threading.Thread(target=self._run, name='publish', daemon=True)
         self._thread.start()
 
@@ -76,22 +76,12 @@ class Stream:
     def health(self, meter=None) -> Health:
         """For /diagnostics; meter: see capture_health."""
         warning = '; '.join(text for text in (self.source.warning, *self.warnings) if text)
-        return capture_health(self._capture.status, self.about, self.source.live, warning, meter)
-
-    def resume(self) -> None:
-        """Publish from now on."""
-        self._active = True
-        self._capture.resume()
-
-    def pause(self) -> None:
-        """Publish nothing until resume."""
-        self._active = False
-        self._capture.pause()
+        return capture_health(self.capture.status, self.about, self.source.live, warning, meter)
 
     def stop(self) -> None:
         """End the threads and close the source."""
-        self._active, self._stopped = False, True
-        self._capture.stop()
+        self._stopped = True
+        self.capture.stop()
         self._thread.join(timeout=5.0)
 
     def _wanted(self) -> bool:
@@ -105,7 +95,7 @@ class Stream:
     @property
     def waited_s(self) -> float:
         """How long the present frame has waited, s; 0 for a recording, of which no frame is skipped."""
-        return self._capture.waited_s if self.source.live else 0.0
+        return self.capture.waited_s if self.source.live else 0.0
 
     def _report(self, level: str, text: str) -> None:
         if level == 'error':
@@ -116,10 +106,10 @@ class Stream:
 
     def _run(self) -> None:
         while not self._stopped:
-            ended = self._capture.ended  # asked first: no frame comes after it
-            frame = self._capture.take(_TAKE_S)
-            if frame is None or not self._active:
-                self.over = ended and frame is None
+            ended = self.capture.ended  # asked first: no frame comes after it
+            frame = self.capture.take(_TAKE_S)
+            if frame is None:
+                self.over = ended
                 continue
             try:
                 self._node.publish(self, frame)
@@ -231,12 +221,12 @@ class DriverNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start to publish."""
         result = super().on_activate(state)
-        self._stream.resume()
+        self._stream.capture.resume()
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Pause."""
-        self._stream.pause()
+        self._stream.capture.pause()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
