@@ -183,16 +183,17 @@ class PairedSource(Source):
         self._wanted = wanted
         before, end = self._received, time.monotonic() + _MOMENT_S
         while True:
-            states = [capture.status for capture in self._captures]
+            states = [capture.status for capture in self._captures]  # first: no frame comes after an end
             self._fetch()
+            over = [state.state == 'ended' and not capture.ready for state, capture in zip(states, self._captures)]
             if not wanted:
                 self._pairer.discard()
                 if self._received > before:
                     return None
-            found = self._next(states)
+            found = self._pairer.take(last=any(over)) or self._single(states)
             if found is not None:
                 return found
-            self._check(states)
+            self._check(states, over)
             with self._changed:
                 left = end - time.monotonic()
                 if left <= 0:
@@ -205,25 +206,20 @@ class PairedSource(Source):
         return sum(capture.status.received for capture in self._captures)
 
     def _fetch(self) -> None:
-        """Pass received frames to the pairer; of recordings only the side it needs next, so that neither runs ahead."""
+        """Pass received frames to the pairer."""
         for side in self._needed():
             frame = self._captures[side].take(0) if self._captures[side].ready else None
             if frame is not None:
                 self._pairer.add(side, frame)
 
     def _needed(self) -> list[int]:
+        """The sides to fetch from; of recordings only the one that the pairer needs next, so that neither runs ahead."""
         return [side for side in (LEFT, RIGHT) if self.live or not self._pairer.waiting(side)] or [LEFT, RIGHT]
 
-    def _next(self, states: list[CaptureStatus]) -> PairFrame | None:
-        found = self._pairer.take(last=any(self._over(side, states[side]) for side in (LEFT, RIGHT)))
+    def _single(self, states: list[CaptureStatus]) -> PairFrame | None:
+        """The next frame of one camera while the other is absent."""
         absent = [self._absent(state) for state in states]
-        if found is None and any(absent) and not all(absent):
-            found = self._pairer.take_single(LEFT if absent[RIGHT] else RIGHT)
-        return found
-
-    def _over(self, side: int, state: CaptureStatus) -> bool:
-        """Whether this source has ended and all its frames are consumed."""
-        return state.state == 'ended' and not self._captures[side].ready
+        return self._pairer.take_single(LEFT if absent[RIGHT] else RIGHT) if any(absent) and not all(absent) else None
 
     def _absent(self, state: CaptureStatus) -> bool:
         """Whether a camera is lost, or silent for several frame periods."""
@@ -233,9 +229,9 @@ class PairedSource(Source):
         age = waited if math.isnan(state.age_s) else min(state.age_s, waited)
         return state.state == 'lost' or age > max(_SHORTEST_SILENCE, _SILENCE_PERIODS * period)
 
-    def _check(self, states: list[CaptureStatus]) -> None:
+    def _check(self, states: list[CaptureStatus], over: list[bool]) -> None:
         """Raise the error that prevents further pairs, if any."""
-        if any(self._over(side, states[side]) and not self._pairer.waiting(side) for side in (LEFT, RIGHT)):
+        if any(over[side] and not self._pairer.waiting(side) for side in (LEFT, RIGHT)):
             self._pairer.clear()
             raise EndOfSource('the recording is over: ' + ', '.join(f'{state.received} {name}' for name, state in zip(NAMES, states)))
         for name, state in zip(NAMES, states):
