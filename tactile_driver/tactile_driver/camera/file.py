@@ -92,16 +92,16 @@ class FileSource(PlayedSource):
         """Play at the rate of the recording, Hz, unless another one is asked for."""
         self.rate = self.rate if self.rate > 0 else rate
 
-    def _frame(self, content: Item, due_ns: int) -> Frame | PairFrame:
-        stamp = stamp_of(due_ns, self._clock) if due_ns else self._played_ns()
-        self._number += 1
-        return self._decoded(content[1], stamp)
-
-    def _played_ns(self) -> int:
-        """The stamp of the next frame as fast as consumed, ns."""
+    def _recorded(self, item: Item) -> tuple[int, tuple[int, Callable]]:
         if self._first_ns is None:
             self._first_ns = self._clock()
-        return self._first_ns + int(self._number * NS / self.rate)
+        recorded_ns = self._first_ns + int(self._number * NS / self.rate)
+        self._number += 1
+        return recorded_ns, (recorded_ns, item[1])
+
+    def _frame(self, content: tuple[int, Callable], due_ns: int) -> Frame | PairFrame:
+        recorded_ns, retrieve = content
+        return self._decoded(retrieve, stamp_of(due_ns, self._clock) if due_ns else recorded_ns)
 
     def _decoded(self, retrieve: Callable, stamp_ns: int) -> Frame | PairFrame:
         return frame_of(*retrieve(), stamp_ns)

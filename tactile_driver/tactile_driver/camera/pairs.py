@@ -65,9 +65,8 @@ class Pairer:
     def take(self, last: bool = False) -> PairFrame | None:
         """The next pair, or None; last: no more frames will arrive, so do not wait for the period."""
         left, right = self._queues
-        while left and right:
-            if not self._knows_period and not last:
-                return None
+        known = last or bool(self._nominal) or max(map(len, self._intervals)) >= _FEWEST_INTERVALS
+        while left and right and known:
             skew = right[0].stamp_ns - left[0].stamp_ns
             if self._are_nearest(skew):
                 if self._skews and abs(skew - self._skews[-1]) > (self.period_ns or np.inf) / 2:
@@ -120,10 +119,6 @@ class Pairer:
         """Frame period, ns: the shortest of the nominal and the measured periods; None if unknown."""
         seen = [float(np.percentile(intervals, _SHORT)) for intervals in self._intervals if intervals]
         return min([*seen, *([self._nominal] if self._nominal else [])], default=None)
-
-    @property
-    def _knows_period(self) -> bool:
-        return bool(self._nominal) or max(map(len, self._intervals)) >= _FEWEST_INTERVALS
 
     def _drop(self, side: int) -> None:
         self._queues[side].popleft()
