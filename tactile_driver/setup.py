@@ -28,9 +28,9 @@ setup(
             'camera_node = tactile_driver.nodes.camera_node:main',
             'dual_camera_node = tactile_driver.nodes.dual_camera_node:main',
             'psd_node = tactile_driver.nodes.psd_node:main',
-            'psd_emulator = tactile_driver.emulators.psd:main',
+            'psd_emulator = tactile_driver.emulators:psd_emulator',
             'taxel_array_node = tactile_driver.nodes.taxel_array_node:main',
-            'taxel_emulator = tactile_driver.emulators.taxel:main',
+            'taxel_emulator = tactile_driver.emulators:taxel_emulator',
         ],
     },
 )

@@ -3,6 +3,7 @@
 """Frames of one or two cameras or of a taxel array, and the calibration of a camera."""
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -50,9 +51,14 @@ class PairFrame:
         return (self.left or self.right).stamp_ns
 
     @property
+    def views(self) -> dict[str, Frame]:
+        """The frames that are there, by name: left, right."""
+        return {name: frame for name, frame in (('left', self.left), ('right', self.right)) if frame is not None}
+
+    @property
     def sizes(self) -> dict[str, tuple[int, int]]:
-        """(width, height) px of each present view, by its name: left, right."""
-        return {name: frame.image.shape[1::-1] for name, frame in (('left', self.left), ('right', self.right)) if frame is not None}
+        """(width, height) px of each present view, by its name."""
+        return {name: frame.image.shape[1::-1] for name, frame in self.views.items()}
 
 
 def frame_of(image: np.ndarray | None, place: str, stamp_ns: int) -> Frame:
@@ -98,6 +104,14 @@ def pinhole_calibration(matrix: np.ndarray, distortion: np.ndarray, size: tuple[
     p = np.hstack([k, np.zeros((3, 1))])
     d = np.asarray(distortion, float)
     return CameraCalibration(*size, *(tuple(x.ravel().tolist()) for x in (k, d, np.eye(3), p)), 'plumb_bob')
+
+
+def calibration_of_info(info) -> CameraCalibration | None:
+    """The calibration in a sensor_msgs/CameraInfo, None where it says that there is none."""
+    if not (info.k[0] > 0 and info.k[4] > 0 and info.width and info.height):
+        return None
+    numbers = (tuple(map(float, values)) for values in (info.k, info.d, info.r, info.p))
+    return CameraCalibration(info.width, info.height, *numbers, info.distortion_model)
 
 
 def _numbers(document: dict, key: str, count: int | None, path: str) -> tuple:
@@ -147,20 +161,16 @@ def save_calibration(path: str, known: CameraCalibration) -> None:
         fresh.unlink(missing_ok=True)
 
 
-@dataclass(frozen=True)
-class MatrixOrder:
-    """What has to be done with a matrix for its rows to run along the sensor's y axis and its columns along x: transposed first, then
-    flipped."""
+def in_sensor_order(matrix: np.ndarray, values: Mapping) -> np.ndarray:
+    """The matrix with rows along the sensor's y axis and columns along x. values: transposed, first, then flip_rows and flip_columns."""
+    matrix = matrix.T if values['transposed'] else matrix
+    return np.ascontiguousarray(matrix[::-1 if values['flip_rows'] else 1, ::-1 if values['flip_columns'] else 1])
 
-    transposed: bool = False
-    flip_rows: bool = False
-    flip_columns: bool = False
 
-    def ordered(self, values: np.ndarray) -> np.ndarray:
-        """values (rows, columns) in the sensor's order."""
-        if self.transposed:
-            values = values.T
-        return np.ascontiguousarray(values[::-1 if self.flip_rows else 1, ::-1 if self.flip_columns else 1])
+def sent_shape(values: Mapping) -> tuple[int, int]:
+    """(rows, columns) of a matrix as the device sends it. values: rows and columns in the sensor's order; transposed."""
+    shape = values['rows'], values['columns']
+    return shape[::-1] if values['transposed'] else shape
 
 
 def matrix_frame(values: np.ndarray, shape: tuple[int, int], stamp_ns: int, place: str, truth: object = None) -> Frame:

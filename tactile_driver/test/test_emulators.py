@@ -8,11 +8,11 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from tactile_driver.emulators.port import FAULTS
-from tactile_driver.emulators.psd import Emulator, main
-from tactile_driver.emulators.taxel import TaxelEmulator, main as main_taxel
+from tactile_driver.emulators import FAULTS, PsdEmulator, TaxelEmulator, psd_emulator, taxel_emulator
 from tactile_driver.errors import BadArgument, DeviceLost
-from tactile_driver.serial.psd import PsdSerialSource, SerialSettings
+from tactile_driver.parameters.drivers import PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS
+from tactile_driver.parameters.table import defaults
+from tactile_driver.serial.psd import PsdSerialSource
 from tactile_driver.serial.taxel import TaxelSerialSource
 from tactile_driver.sources.source import NothingYet
 
@@ -47,7 +47,7 @@ class Bench:
 
     def check(self, blocks):
         """Every sample delivered is one that was sent, and its neighbours in a block are its neighbours."""
-        sent = [tuple(counts) for _, counts in self.emulator.sent]
+        sent = [tuple(counts) for frame in self.emulator.sent for counts in frame.tolist()]
         places = {}
         for place, counts in enumerate(sent):
             places.setdefault(counts, []).append(place)
@@ -63,15 +63,15 @@ class Bench:
 
 def finger(port, format='binary', rate=2000.0, scene='demo', modulation=False):
     """A PSD finger on a port, and its source."""
-    settings = SerialSettings(format, 921600, 5.0, 12, 0.005, modulation)
-    return (Emulator(port, scene, rate, 4, format=format, keep=True, modulation=modulation),
-            PsdSerialSource(str(port), settings, time.time_ns))
+    settings = {**defaults(PSD_DRIVER_PARAMETERS), 'device': str(port), 'format': format, 'modulation': modulation}
+    return (PsdEmulator(port, scene, rate, 4, format=format, keep=True, modulation=modulation),
+            PsdSerialSource(settings, time.time_ns))
 
 
-def array(port, shape=(44, 44), bits=8, rate=200.0, expected=None):
-    """A taxel array on a port, and its source, which expects its shape or another one."""
+def array(port, shape=(44, 44), bits=8, rate=200.0):
+    """A taxel array on a port, and its source."""
     return (TaxelEmulator(port, 'disc', rate, 0, shape, bits, keep=True),
-            TaxelSerialSource(str(port), 921600, expected or shape, time.time_ns))
+            TaxelSerialSource(dict(defaults(TAXEL_DRIVER_PARAMETERS), device=str(port), rows=shape[0], columns=shape[1]), time.time_ns))
 
 
 @pytest.fixture
@@ -125,7 +125,7 @@ def test_with_modulation_the_driver_publishes_net_voltages_at_half_the_rate(benc
 def test_a_frame_arrives_as_it_was_sent(bench, shape, bits):
     rig = bench(array, shape=shape, bits=bits, rate=50.0)
     frames = rig.read(20)
-    sent = {values.tobytes() for _, values in rig.emulator.sent}  # two frames fill the port: a machine that comes late loses some
+    sent = {values.tobytes() for values in rig.emulator.sent}  # two frames fill the port: a machine that comes late loses some
     assert all(frame.image.astype(np.uint16).tobytes() in sent for frame in frames)
     assert {frame.encoding for frame in frames} == {'mono8' if bits == 8 else 'mono16'}
     steps = np.diff([frame.stamp_ns for frame in frames])
@@ -134,10 +134,10 @@ def test_a_frame_arrives_as_it_was_sent(bench, shape, bits):
 
 def test_wrong_words(tmp_path, capsys):
     port = tmp_path / 'port'
-    for wrong, part in ((lambda: Emulator(port).fault('melt'), 'drop, swap'), (lambda: Emulator(port, batch=0), 'batch'),
+    for wrong, part in ((lambda: PsdEmulator(port).fault('melt'), 'drop, swap'), (lambda: PsdEmulator(port, batch=0), 'batch'),
                         (lambda: TaxelEmulator(port, shape=(300, 1)), '1 to 256')):
         with pytest.raises(BadArgument, match=part):
             wrong()
-    for run, known in ((main, 'calibration'), (main_taxel, 'two_fingers')):
+    for run, known in ((psd_emulator, 'calibration'), (taxel_emulator, 'two_fingers')):
         assert run(['--scene', 'nowhere', '--link', str(tmp_path / 'p')]) == 1
         assert known in capsys.readouterr().err

@@ -37,8 +37,8 @@ from tactile_msgs.msg import ContactRegion, Contacts
 #: name: type, Hz of the driver, Hz of its results, what it shows, result and its type
 SENSORS = {'thumb': ('touchpad', 60, 60, 'demo', 'contact_region', ContactRegion),
            'index': ('touchpad', 60, 60, 'rectangle_drag', 'contact_region', ContactRegion),
-           'tip': ('psd_finger', 5000, 200, 'tactile_driver.emulators.psd', 'contacts', Contacts),
-           'array': ('taxel_array', 500, 500, 'tactile_driver.emulators.taxel', 'contacts', Contacts),
+           'tip': ('psd_finger', 5000, 200, 'psd_emulator', 'contacts', Contacts),
+           'array': ('taxel_array', 500, 500, 'taxel_emulator', 'contacts', Contacts),
            'palm': ('areal_dual', 30, 30, 'areal_dual_demo', 'contacts', Contacts)}
 PORTS = ('tip', 'array')
 PERCENTILES = (50, 95, 100)
@@ -79,8 +79,9 @@ class System:
             **os.environ, 'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'LIVE_FILMS': str(folder),
             'PYTHONPATH': os.pathsep.join(filter(None, [str(Path(__file__).with_name('films')), os.environ.get('PYTHONPATH', '')]))}
         self.names, self.emulators = names, {name: subprocess.Popen(
-            [sys.executable, '-m', SENSORS[name][3], '--link', str(folder / name), '--rate', f'{SENSORS[name][1] * share:g}'], cwd=folder,
-            stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, start_new_session=True) for name in names if name in PORTS}
+            ['ros2', 'run', 'tactile_driver', SENSORS[name][3], '--link', str(folder / name), '--rate', f'{SENSORS[name][1] * share:g}'],
+            cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, start_new_session=True)
+            for name in names if name in PORTS}
         time.sleep(2.0)
         cameras = [{'name': name, 'type': SENSORS[name][0], 'rate': SENSORS[name][1] * share, 'scene': SENSORS[name][3]}
                    for name in names if name not in PORTS]

@@ -13,12 +13,12 @@ def bench(tmp_path_factory):
     pytest.importorskip('rclpy', reason='ROS is not sourced')
     pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
     from fault_rig import Bench
-    from tactile_driver.emulators import port
+    from tactile_driver import emulators
     from tactile_driver.nodes.runtime.run import make_room_for_images
     make_room_for_images()  # listeners here use the same settings as the nodes
     made = Bench(tmp_path_factory.mktemp('faults'))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(port, '_LARGEST_BACKLOG_NS', 10**10)  # a device keeps sending however busy this machine is
+        patch.setattr(emulators, '_LARGEST_BACKLOG_NS', 10**10)  # a device keeps sending however busy this machine is
         yield made
     made.close()
     if made.rows:

@@ -10,9 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-from tactile_driver.emulators.port import PortEmulator
-from tactile_driver.emulators.psd import Emulator
-from tactile_driver.serial.frames import CountFrame, MATRIX, write_frame
+from tactile_driver.emulators import PortEmulator, PsdEmulator
 
 FULL_SCALE, BITS = 5.0, 12
 _LOW = 1 << BITS
@@ -53,7 +51,7 @@ class _Running:
         self._thread.join(timeout=5.0)
 
 
-class CountingFinger(_Running, Emulator):
+class CountingFinger(_Running, PsdEmulator):
     """A PSD finger whose first two outputs are the sample's number, and the others its mark."""
 
     def __init__(self, link: str | Path, mark: int = 0, rate: float = 200.0, **how):
@@ -66,21 +64,17 @@ class CountingFinger(_Running, Emulator):
         return np.stack([number % _LOW, number // _LOW, mark, mark], axis=1).astype(np.uint16)
 
 
-class _Array(PortEmulator):
+class CountingArray(_Running, PortEmulator):
+    """A taxel array of 4 x 4 whose first two values are the frame's number, and the others its mark."""
+
     def __init__(self, link: str | Path, mark: int = 0, rate: float = 40.0):
         self._mark = mark
-        super().__init__(link, rate, 1, 0)
+        super().__init__(link, rate)
 
-    def _frame(self) -> bytes:
+    def _counts(self) -> np.ndarray:
         values = np.full((4, 4), self._mark, np.uint16)
         values[0] = self._number % 256, self._number // 256, self._mark, self._mark
-        frame = CountFrame(values, int((self._number - self._zero) * 1e6 / self._rate), 0, self._sequence, 8)
-        self._number, self._sequence = self._number + 1, self._sequence + 1
-        return write_frame(frame, MATRIX)
-
-
-class CountingArray(_Running, _Array):
-    """A taxel array of 4 x 4 whose first two values are the frame's number, and the others its mark."""
+        return values
 
 
 def samples(messages) -> np.ndarray:

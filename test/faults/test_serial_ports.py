@@ -12,7 +12,7 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 from emulated import CountingArray, CountingFinger, frames, samples  # noqa: E402
 from fault_rig import ERROR, OK, WARN  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
-from tactile_driver.emulators.port import CORRUPTIONS  # noqa: E402
+from tactile_driver.emulators import CORRUPTIONS  # noqa: E402
 from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
 from tactile_driver.nodes.taxel_array_node import TaxelArrayNode  # noqa: E402
 from tactile_msgs.msg import PsdVoltages  # noqa: E402

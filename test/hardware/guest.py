@@ -24,7 +24,7 @@ from emulated import frames, samples  # noqa: E402
 from fault_rig import ERROR, OK, WARN, Ear, Runner, host  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
 from tactile_driver.camera.device import find_device, list_devices  # noqa: E402
-from tactile_driver.camera.v4l2 import video_node  # noqa: E402
+from tactile_driver.camera.v4l2 import VideoNode  # noqa: E402
 from tactile_driver.nodes.camera_node import CameraNode  # noqa: E402
 from tactile_driver.nodes.dual_camera_node import DualCameraNode  # noqa: E402
 from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
@@ -105,13 +105,13 @@ class Bench:
 
 def control(path: str, name: str, value: int) -> None:
     """Set a control of vivid by its name."""
-    with video_node(path) as node:
+    with VideoNode(path) as node:
         node.set(next(c.id for c in node.controls() if c.name == name), value)
 
 
 def of_control(name: str) -> int:
     """The value of a control of the first camera."""
-    with video_node('/dev/video0') as node:
+    with VideoNode('/dev/video0') as node:
         return node.get(next(c.id for c in node.controls() if c.name == name))
 
 
@@ -125,7 +125,7 @@ def bars(heard: list) -> np.ndarray:
 
 def formats(bench: Bench) -> None:
     """Each pixel format that OpenCV and vivid share shows the same colours."""
-    with video_node('/dev/video0') as node:
+    with VideoNode('/dev/video0') as node:
         offered = {mode.pixel_format for mode in node.modes()}
     bench.note(f'offered: {" ".join(sorted(offered))}')
     shown = {}

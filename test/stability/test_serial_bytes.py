@@ -6,7 +6,7 @@ import pytest
 
 hypothesis = pytest.importorskip('hypothesis', reason='pip install hypothesis')
 from hypothesis import HealthCheck, given, settings, strategies as st  # noqa: E402
-from tactile_driver.serial.frames import BinaryReader, CountFrame, Expected, LineReader, MATRIX, SAMPLES, write_frame, write_line  # noqa: E402
+from tactile_driver.serial.frames import BinaryReader, CountFrame, LineReader, MATRIX, SAMPLES, write_frame, write_line  # noqa: E402
 
 FEW = settings(derandomize=True, database=None, deadline=None, max_examples=120, suppress_health_check=list(HealthCheck))
 MANY = settings(FEW, max_examples=6000)
@@ -20,11 +20,11 @@ class Binary:
     """Frames of samples, or pictures."""
 
     def __init__(self, sent, kind):
-        self.sent, self.expected = sent, Expected(kind, *(None, 4) if kind == SAMPLES else sent[0].values.shape)
+        self.sent, self.expected = sent, (kind, *((None, 4) if kind == SAMPLES else sent[0].values.shape))
         self.pieces = [write_frame(frame, kind) for frame in sent]
 
     def reader(self):
-        return BinaryReader(self.expected)
+        return BinaryReader(*self.expected)
 
     def number(self, frame):
         """Which of those sent a frame is; fails where it is none."""

@@ -114,9 +114,9 @@ def test_what_cmake_finds_is_declared_and_nothing_else(package):
 @pytest.mark.parametrize('package', PYTHON_PACKAGES)
 def test_every_console_script_has_its_module(package):
     text = (ROOT / package / ('CMakeLists.txt' if is_cmake(package) else 'setup.py')).read_text()
-    modules = re.findall(rf"^ +'?\w+ (?:= )?{package}\.([\w.]+)", text, re.MULTILINE)
-    files = [ROOT / package / package / (module.replace('.', '/') + '.py') for module in modules]
-    assert files and [file for file in files if 'def main(' not in file.read_text()] == []
+    scripts = re.findall(rf"^ +'?\w+ (?:= )?{package}\.([\w.]+):?(\w*)", text, re.MULTILINE)
+    texts = {script: (ROOT / package / package / (script[0].replace('.', '/') + '.py')).read_text() for script in scripts}
+    assert texts and [script for script, text in texts.items() if f'def {script[1] or "main"}(' not in text] == []
 
 
 @pytest.fixture(scope='module')

@@ -24,15 +24,13 @@ class LaunchCommand(CommandExtension):
     def add_arguments(self, parser, cli_name):
         """Declare the command line."""
         parser.add_argument('-n', '--noninteractive', action='store_true', help='Run without a terminal')
-        parser.add_argument('-d', '--debug', action='store_true', help='Log what launch itself does')
-        parser.add_argument('-p', '--print', '--print-description', action='store_true', help='Print the launch description, run nothing')
         parser.add_argument('-s', '--show-args', '--show-arguments', action='store_true', help='Show the arguments of the launch file')
         parser.add_argument('package_name', help='Package that holds the launch file, or path of a launch file')
         parser.add_argument('launch_file_name', nargs='?', help='Name of the launch file, when a package was given')
         parser.add_argument('launch_arguments', nargs='*', help='Arguments as name:=value')
 
     def main(self, *, parser, args):
-        """Find the file, then show its arguments, print it, or run it; return the exit code."""
+        """Find the file, then show its arguments or run it; return the exit code."""
         try:
             path, words = find_launch_file(args.package_name, args.launch_file_name, args.launch_arguments)
             arguments = parse_arguments(words)
@@ -43,11 +41,7 @@ class LaunchCommand(CommandExtension):
         if args.show_args:
             show_arguments(source.get_launch_description(LaunchContext(argv=words)))
             return 0
-        if args.print:
-            print('\n'.join(entity.describe() if hasattr(entity, 'describe') else str(entity)
-                            for entity in source.get_launch_description(LaunchContext(argv=words)).entities))
-            return 0
-        return run(IncludeLaunchDescription(source, launch_arguments=arguments), words, args.noninteractive, args.debug)
+        return run(IncludeLaunchDescription(source, launch_arguments=arguments), words, args.noninteractive)
 
 
 def find_launch_file(first, second, rest):
@@ -115,12 +109,12 @@ def signals_that_end(service):
     return SignalManager
 
 
-def run(entity, words, noninteractive, debug):
+def run(entity, words, noninteractive):
     """Run the entity until all its processes have ended; the exit code: 0, or FAILED where a process or launch itself did."""
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job of a shell starts with SIGINT ignored
     signal.signal(signal.SIGTERM, lambda *_: None)  # launch hears only of signals for which Python has a handler
     processes = Processes()
-    service = LaunchService(argv=words, noninteractive=noninteractive, debug=debug)
+    service = LaunchService(argv=words, noninteractive=noninteractive)
     service.include_launch_description(LaunchDescription(processes.handlers() + [entity]))
     launch_service.AsyncSafeSignalManager = signals_that_end(service)
     if service.run():

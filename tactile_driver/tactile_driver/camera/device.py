@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -14,8 +14,7 @@ import numpy as np
 from ..errors import BadArgument, DeviceLost
 from ..frame import Frame, frame_of
 from ..sources.source import Clock, Source, stamp_of
-from .controls import LEFT, READABLE, chosen_format, exposure_of, limit_of, set_controls
-from .v4l2 import Mode, video_node
+from .v4l2 import CONTROLS, LEFT, READABLE, Mode, VideoNode, chosen_format, exposure_of, fourcc, limit_of, set_controls
 
 
 @dataclass(frozen=True)
@@ -48,13 +47,13 @@ def _serial(folder: Path) -> str:
     return next((text for text in (_text(p / 'serial') for p in (place, *list(place.parents)[:2])) if text), '')
 
 
-def _bus(path: str) -> str:
-    """The name of a video node's place, '' if it cannot be opened."""
+def _asked(path: str, what: Callable[[VideoNode], object], otherwise: object):
+    """What a video node answers; otherwise, if it cannot be opened."""
     try:
-        with video_node(path) as node:
-            return node.bus
+        with VideoNode(path) as node:
+            return what(node)
     except OSError:
-        return ''
+        return otherwise
 
 
 def list_devices(root: str = '/') -> list[VideoDevice]:
@@ -63,11 +62,7 @@ def list_devices(root: str = '/') -> list[VideoDevice]:
     links = {link.resolve().name: link.name for link in sorted((base / 'dev/v4l/by-id').glob('*'))}
     folders = sorted((base / 'sys/class/video4linux').glob('video*'), key=lambda p: int(p.name[5:]) if p.name[5:].isdigit() else 0)
     return [VideoDevice(f'/dev/{f.name}', _text(f / 'name'), _serial(f), links.get(f.name, ''), _text(f / 'index') in ('', '0'),
-                        _bus(f'{root}/dev/{f.name}')) for f in folders]
-
-
-def _matches(device: VideoDevice, wanted: str) -> bool:
-    return wanted in (device.path, device.path.removeprefix('/dev/video'), device.by_id, '/dev/v4l/by-id/' + device.by_id)
+                        _asked(f'{root}/dev/{f.name}', VideoNode.bus, '')) for f in folders]
 
 
 def find_device(wanted: str, root: str = '/') -> VideoDevice:
@@ -76,8 +71,8 @@ def find_device(wanted: str, root: str = '/') -> VideoDevice:
     Raises DeviceLost, listing the existing devices, if none or several match.
     """
     devices = list_devices(root)
-    real = str(Path(wanted).resolve()) if wanted.startswith('/dev/') else wanted
-    found = [d for d in devices if _matches(d, wanted) or _matches(d, real)]
+    names = {wanted, str(Path(wanted).resolve())} if wanted.startswith('/dev/') else {wanted}
+    found = [d for d in devices if names & {d.path, d.path.removeprefix('/dev/video'), d.by_id, '/dev/v4l/by-id/' + d.by_id}]
     if not found and not wanted.isdigit() and not wanted.startswith('/dev/') and wanted:
         found = [d for d in devices if d.captures and (wanted == d.bus or wanted in d.by_id or wanted in d.serial)]
     if len(found) == 1:
@@ -98,10 +93,6 @@ class FrameWatch:
     """Watches the frames of one camera; warning describes a fault for as long as it lasts."""
 
     def __init__(self):
-        self.reset()
-
-    def reset(self) -> None:
-        """Begin again, after the camera was reopened."""
         self._last: np.ndarray | None = None
         self._seen_s = self._changed_s = self._bright_s = time.monotonic()
 
@@ -129,86 +120,65 @@ _RATE_TOLERANCE, _MOST_MODES = 0.02, 4  # share of the asked rate; modes in a wa
 _OLDEST_STAMP_NS = 1_000_000_000  # an older driver stamp is not of the monotonic clock; chosen
 
 
-@dataclass(frozen=True)
-class DeviceSettings:
-    """Requested camera settings. width, height: px; rate: Hz; pixel_format: FOURCC, '' for the best that carries the rate; values of 0
-    or below keep the camera's own. controls: as of set_controls. Raises BadArgument for a pixel_format that is not four letters."""
-
-    width: int = 0
-    height: int = 0
-    rate: float = -1.0
-    pixel_format: str = ''
-    controls: Mapping[str, float] = field(default_factory=dict)
-
-    def __post_init__(self):
-        if len(self.pixel_format) not in (0, 4):
-            raise BadArgument(f'pixel_format: {self.pixel_format!r} is no FOURCC; give four letters as MJPG, YUYV or GREY, or none')
-
-
 class DeviceSource(Source):
-    """A V4L2 camera. device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number; clock: returns the time for the
-    stamps, ns."""
+    """A V4L2 camera.
+
+    values: device: see find_device; width, height: px, rate: Hz, pixel_format: FOURCC, '' for the best that carries the rate; values of 0
+    or below keep the camera's own; and those of CONTROLS. Raises BadArgument for a pixel_format that is not four letters.
+    """
 
     live = True
 
-    def __init__(self, device: str, settings: DeviceSettings, clock: Clock):
+    def __init__(self, values: Mapping, clock: Clock):
+        if len(values['pixel_format']) not in (0, 4):
+            raise BadArgument(f'pixel_format: {values["pixel_format"]!r} is no FOURCC; give four letters as MJPG, YUYV or GREY, or none')
         self._watch = FrameWatch()
-        self.settings = settings
-        self._device = device
-        self._clock = clock
+        self._asked, self._clock = values, clock
         self._found: VideoDevice | None = None
         self._capture = None
-        self._wanted, self._refused, self._limit = dict(settings.controls), [], ''
-        self._of_controls, self._changed = [], True
+        self._wanted, self._changed, self._limit = {name: values[name] for name in CONTROLS}, True, ''
+        self._of_mode, self._of_controls = [], []  # warnings
 
     def open(self) -> None:
         """Find the device, open it and apply the settings. Raises DeviceLost if it is missing (lists the existing devices) or busy."""
         self.close()
-        self._found = find_device(self._device)
+        self._found = find_device(self._asked['device'])
         self._capture = cv2.VideoCapture(self._found.path, cv2.CAP_V4L2)
         if not self._capture.isOpened():
             self.close()
             raise DeviceLost(f'device: {self._found} cannot be opened; another program may hold it, or the group "video" is missing')
         self._set_up()
-        self._watch.reset()
+        self._watch = FrameWatch()
 
     def _set_up(self) -> None:
         """Set the format, which determines the sizes and rates that are offered, then those; keep what was not taken."""
-        asked, capture = self.settings, self._capture
-        modes = self._modes()
-        size = asked.width or self._actual().width, asked.height or self._actual().height
-        code = asked.pixel_format or (chosen_format(modes, size, asked.rate) if asked.rate > 0 else '')
+        capture, modes = self._capture, _asked(self._found.path, VideoNode.modes, [])
+        width, height, rate, code = (self._asked[name] for name in ('width', 'height', 'rate', 'pixel_format'))
+        if rate > 0 and not code:
+            code = chosen_format(modes, (width or self._actual().width, height or self._actual().height), rate)
         if code:
             capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*code))
-        wishes = {cv2.CAP_PROP_FRAME_WIDTH: asked.width, cv2.CAP_PROP_FRAME_HEIGHT: asked.height, cv2.CAP_PROP_FPS: asked.rate}
-        for prop, value in wishes.items():
+        for prop, value in ((cv2.CAP_PROP_FRAME_WIDTH, width), (cv2.CAP_PROP_FRAME_HEIGHT, height), (cv2.CAP_PROP_FPS, rate)):
             if value > 0:
                 capture.set(prop, value)
         capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
-        self._refused, self._changed = self._not_taken(modes), True
-
-    def _modes(self) -> list[Mode]:
-        try:
-            with video_node(self._found.path) as node:
-                return node.modes()
-        except OSError:
-            return []
+        self._of_mode, self._changed = self._not_taken(modes), True
 
     def _actual(self) -> Mode:
         """The mode that the camera is in."""
         size = (int(self._capture.get(prop)) for prop in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
-        return Mode(_fourcc(self._capture.get(cv2.CAP_PROP_FOURCC)), *size, float(self._capture.get(cv2.CAP_PROP_FPS)))
+        return Mode(fourcc(int(self._capture.get(cv2.CAP_PROP_FOURCC)) & 0xffffffff), *size, float(self._capture.get(cv2.CAP_PROP_FPS)))
 
     def _not_taken(self, modes: list[Mode]) -> list[str]:
         """What of pixel format and rate the camera does not give. The size is compared with the images themselves."""
-        asked, has, warnings = self.settings, self._actual(), []
-        if asked.pixel_format and has.pixel_format != asked.pixel_format:
-            warnings.append(f'the camera gives {has.pixel_format} instead of {asked.pixel_format}; it offers '
+        code, rate, has, warnings = self._asked['pixel_format'], self._asked['rate'], self._actual(), []
+        if code and has.pixel_format != code:
+            warnings.append(f'the camera gives {has.pixel_format} instead of {code}; it offers '
                            f'{", ".join(sorted({mode.pixel_format for mode in modes} & set(READABLE))) or "no other that can be read"}')
-        if asked.rate > 0 and abs(has.rate - asked.rate) > _RATE_TOLERANCE * asked.rate:
+        if rate > 0 and abs(has.rate - rate) > _RATE_TOLERANCE * rate:
             offered = [f'{mode.pixel_format} {mode.width} x {mode.height} up to {mode.rate:g} Hz' for mode in modes
-                       if mode.rate >= asked.rate][-_MOST_MODES:]
-            warnings.append(f'the camera is set to {has.rate:g} Hz instead of {asked.rate:g} Hz at {has.pixel_format} {has.width} x '
+                       if mode.rate >= rate][-_MOST_MODES:]
+            warnings.append(f'the camera is set to {has.rate:g} Hz instead of {rate:g} Hz at {has.pixel_format} {has.width} x '
                            f'{has.height} px; choose a rate, size and pixel_format that it offers '
                            f'({"; ".join(offered) or "none is that fast"})')
         return warnings
@@ -221,16 +191,14 @@ class DeviceSource(Source):
     def _control(self) -> None:
         """Give the camera the wanted controls, note what it did not take, and what may limit its rate."""
         self._changed = False
-        self._refused = [text for text in self._refused if text not in self._of_controls]
         try:
-            with video_node(self._found.path) as node:
+            with VideoNode(self._found.path) as node:
                 self._of_controls = set_controls(node, self._wanted)
                 exposure = exposure_of(node)
         except OSError as error:
             self._of_controls, exposure = [], 0.0
             if any(value != LEFT for value in self._wanted.values()):
                 self._of_controls = [f'the controls of {self._found.path} cannot be set: {error}; see who else holds it']
-        self._refused += self._of_controls
         bus = self._found.bus.rpartition('-')[0] or self._found.bus
         others = [each.path for each in list_devices() if each.captures and each.path != self._found.path and bus
                   and each.bus.startswith(bus + '-')] if bus.startswith('usb') else []
@@ -242,7 +210,8 @@ class DeviceSource(Source):
         if self._capture is not None and self._changed:
             self._control()
         if self._capture is None or not self._capture.grab():
-            raise DeviceLost(f'device: {self._found or self._device} stopped sending frames; check the cable (tried again by itself)')
+            name = self._found or self._asked['device']
+            raise DeviceLost(f'device: {name} stopped sending frames; check the cable (tried again by itself)')
         stamp = stamp_of(self._captured_ns(), self._clock)
         if not wanted:
             return None
@@ -254,7 +223,7 @@ class DeviceSource(Source):
     @property
     def warning(self) -> str:
         """Warning about frozen or black images and about settings that the camera did not take, '' without one."""
-        return '; '.join(text for text in (self._watch.warning, *self._refused) if text)
+        return '; '.join(text for text in (self._watch.warning, *self._of_mode, *self._of_controls) if text)
 
     def _captured_ns(self) -> int:
         """Capture time of the grabbed frame on time.monotonic_ns(): the V4L2 stamp if it is of this clock, else the present time."""
@@ -270,15 +239,10 @@ class DeviceSource(Source):
 
     def describe(self) -> dict:
         """The device and its actual mode."""
-        about = {'source': 'device', 'device': self._device}
+        about = {'device': self._asked['device']}
         if self._found:
-            about.update(path=self._found.path, name=self._found.name, serial=self._found.serial, by_id=self._found.by_id,
-                         bus=self._found.bus)
+            about.update((name, getattr(self._found, name)) for name in ('path', 'name', 'serial', 'by_id', 'bus'))
         if self._capture is not None:
             mode = self._actual()
             about.update(width=mode.width, height=mode.height, rate=mode.rate, pixel_format=mode.pixel_format, limit=self._limit)
         return about
-
-
-def _fourcc(code: float) -> str:
-    return ''.join(chr(int(code) >> shift & 0xff) for shift in (0, 8, 16, 24)).strip('\0 ')

@@ -65,9 +65,8 @@ class Pairer:
     def take(self, last: bool = False) -> PairFrame | None:
         """The next pair, or None; last: no more frames will arrive, so do not wait for the period."""
         left, right = self._queues
-        while left and right:
-            if not self._knows_period and not last:
-                return None
+        known = last or bool(self._nominal) or max(map(len, self._intervals)) >= _FEWEST_INTERVALS
+        while left and right and known:
             skew = right[0].stamp_ns - left[0].stamp_ns
             if self._are_nearest(skew):
                 if self._skews and abs(skew - self._skews[-1]) > (self.period_ns or np.inf) / 2:
@@ -121,32 +120,17 @@ class Pairer:
         seen = [float(np.percentile(intervals, _SHORT)) for intervals in self._intervals if intervals]
         return min([*seen, *([self._nominal] if self._nominal else [])], default=None)
 
-    @property
-    def _knows_period(self) -> bool:
-        return bool(self._nominal) or max(map(len, self._intervals)) >= _FEWEST_INTERVALS
-
     def _drop(self, side: int) -> None:
         self._queues[side].popleft()
         self.unpaired += 1
 
 
 NAMES = ('left', 'right')
-Calibrations = tuple[CameraCalibration | None, CameraCalibration | None]
 _MOMENT_S = 0.2  # longest wait of one read; chosen
 _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods, and s: a camera silent for longer than both is absent; chosen
 
 
-class DualSource(Source):
-    """A source whose frames are PairFrames. offset_ms: how much later the right camera exposes, ms, NaN where that is not known."""
-
-    offset_ms = math.nan
-
-    def calibrations(self) -> Calibrations:
-        """Calibrations of the left and the right camera, None where unknown; valid once open."""
-        return None, None
-
-
-class PairedSource(DualSource):
+class PairedSource(Source):
     """Two sources of one kind, each read in its own thread; frames are paired by stamps.
 
     left, right: not yet open; max_skew: largest stamp difference of a pair, s, negative for half a frame period (see Pairer). If one of
@@ -166,10 +150,19 @@ class PairedSource(DualSource):
     def open(self) -> None:
         """Open both. Raises DeviceLost if both devices are missing, BadRecording or BadArgument for an unusable recording."""
         self.close()
-        lost = [self._open_one(source) for source in self._sources]
-        if all(lost):
+        lost = []
+        try:
+            for source in self._sources:
+                lost.append('')
+                try:
+                    source.open()
+                except DeviceLost as error:
+                    lost[-1] = str(error)
+            if all(lost):
+                raise DeviceLost(_listed(lost))
+        except Exception:
             self.close()
-            raise DeviceLost('; '.join(f'{name}: {text}' for name, text in zip(NAMES, lost)))
+            raise
         rates = [about['rate'] for about in (source.describe() for source in self._sources) if self.live and about.get('rate', 0) > 0]
         self._pairer = Pairer(self._max_skew, min((NS / rate for rate in rates), default=None))
         self._captures = [Capture(source, lambda: self._wanted, lambda *_: None, changed=self._changed, lost=text)
@@ -177,57 +170,51 @@ class PairedSource(DualSource):
         for capture in self._captures:
             capture.resume()
 
-    def _open_one(self, source: Source) -> str:
-        """Open one source. Returns '', or the reason why its device is missing."""
-        try:
-            source.open()
-        except DeviceLost as error:
-            return str(error)
-        except Exception:
-            self.close()
-            raise
-        return ''
-
     def read(self, wanted: bool = True) -> PairFrame | None:
-        """The next pair; None if not wanted. Raises EndOfSource when one recording is over, DeviceLost when both cameras are lost,
-        NothingYet when none arrives within _MOMENT_S, and BadRecording when one of the two is no longer readable."""
+        """The next pair; None if not wanted, after a frame of either source. Raises EndOfSource when one recording is over, DeviceLost when
+        both cameras are lost, NothingYet when none arrives within _MOMENT_S, and BadRecording when one of the two is no longer readable."""
         if wanted and not self._wanted:
             self._wanted_since = time.monotonic()
         self._wanted = wanted
-        if not wanted:
-            return self._pass_over()
-        end = time.monotonic() + _MOMENT_S
+        before, end = self._received, time.monotonic() + _MOMENT_S
         while True:
-            states = [capture.status for capture in self._captures]
+            states = [capture.status for capture in self._captures]  # first: no frame comes after an end
             self._fetch()
-            found = self._next(states)
+            over = [state.state == 'ended' and not capture.ready for state, capture in zip(states, self._captures)]
+            if not wanted:
+                self._pairer.discard()
+                if self._received > before:
+                    return None
+            found = self._pairer.take(last=any(over)) or self._single(states)
             if found is not None:
                 return found
-            self._check(states)
-            left = end - time.monotonic()
-            if left <= 0:
-                raise NothingYet
+            self._check(states, over)
             with self._changed:
-                self._changed.wait_for(lambda: any(capture.ready for capture in self._captures), left)
+                left = end - time.monotonic()
+                if left <= 0:
+                    raise NothingYet
+                if not any(self._captures[side].ready for side in self._needed()):
+                    self._changed.wait(left)
+
+    @property
+    def _received(self) -> int:
+        return sum(capture.status.received for capture in self._captures)
 
     def _fetch(self) -> None:
-        """Pass received frames to the pairer; of recordings only the side it needs next, so that neither runs ahead."""
-        needed = [side for side in (LEFT, RIGHT) if self.live or not self._pairer.waiting(side)] or [LEFT, RIGHT]
-        for side in needed:
+        """Pass received frames to the pairer."""
+        for side in self._needed():
             frame = self._captures[side].take(0) if self._captures[side].ready else None
             if frame is not None:
                 self._pairer.add(side, frame)
 
-    def _next(self, states: list[CaptureStatus]) -> PairFrame | None:
-        found = self._pairer.take(last=any(self._over(side, states[side]) for side in (LEFT, RIGHT)))
-        absent = [self._absent(state) for state in states]
-        if found is None and any(absent) and not all(absent):
-            found = self._pairer.take_single(LEFT if absent[RIGHT] else RIGHT)
-        return found
+    def _needed(self) -> list[int]:
+        """The sides to fetch from; of recordings only the one that the pairer needs next, so that neither runs ahead."""
+        return [side for side in (LEFT, RIGHT) if self.live or not self._pairer.waiting(side)] or [LEFT, RIGHT]
 
-    def _over(self, side: int, state: CaptureStatus) -> bool:
-        """Whether this source has ended and all its frames are consumed."""
-        return state.state == 'ended' and not self._captures[side].ready
+    def _single(self, states: list[CaptureStatus]) -> PairFrame | None:
+        """The next frame of one camera while the other is absent."""
+        absent = [self._absent(state) for state in states]
+        return self._pairer.take_single(LEFT if absent[RIGHT] else RIGHT) if any(absent) and not all(absent) else None
 
     def _absent(self, state: CaptureStatus) -> bool:
         """Whether a camera is lost, or silent for several frame periods."""
@@ -237,31 +224,16 @@ class PairedSource(DualSource):
         age = waited if math.isnan(state.age_s) else min(state.age_s, waited)
         return state.state == 'lost' or age > max(_SHORTEST_SILENCE, _SILENCE_PERIODS * period)
 
-    def _check(self, states: list[CaptureStatus]) -> None:
+    def _check(self, states: list[CaptureStatus], over: list[bool]) -> None:
         """Raise the error that prevents further pairs, if any."""
-        if any(self._over(side, states[side]) and not self._pairer.waiting(side) for side in (LEFT, RIGHT)):
+        if any(over[side] and not self._pairer.waiting(side) for side in (LEFT, RIGHT)):
             self._pairer.clear()
             raise EndOfSource('the recording is over: ' + ', '.join(f'{state.received} {name}' for name, state in zip(NAMES, states)))
         for name, state in zip(NAMES, states):
             if state.state == 'failed':
                 raise BadRecording(f'{name}: {state.error}')
         if all(state.state == 'lost' for state in states):
-            raise DeviceLost('; '.join(f'{name}: {state.error}' for name, state in zip(NAMES, states)))
-
-    def _pass_over(self) -> None:
-        """Wait for an unwanted frame of either source and discard it. Raises NothingYet after _MOMENT_S."""
-        self._pairer.discard()
-        before = [capture.status.received for capture in self._captures]
-        end = time.monotonic() + _MOMENT_S
-        while time.monotonic() < end:
-            states = [capture.status for capture in self._captures]
-            for capture in self._captures:
-                capture.take(0)
-            if any(state.received > count for state, count in zip(states, before)):
-                return
-            self._check(states)
-            time.sleep(0.005)
-        raise NothingYet
+            raise DeviceLost(_listed([state.error for state in states]))
 
     def set_controls(self, values: Mapping[str, float]) -> None:
         """See Source."""
@@ -273,9 +245,8 @@ class PairedSource(DualSource):
         captures, self._captures = self._captures, []
         for capture in captures:
             capture.stop()
-        if not captures:
-            for source in self._sources:
-                source.close()
+        for source in self._sources:
+            source.close()
 
     @property
     def skipped(self) -> int:
@@ -293,16 +264,6 @@ class PairedSource(DualSource):
         reported = (self._reported(*camera) for camera in zip(NAMES, self._captures, self._sources))
         return '; '.join(text for text in (*reported, self._pairer.warning) if text)
 
-    @property
-    def offset_ms(self) -> float:
-        """See DualSource."""
-        return self._pairer.offset_ms
-
-    @property
-    def truths(self) -> tuple[str, ...]:
-        """See Source; that of the left frames."""
-        return self._sources[LEFT].truths
-
     def _reported(self, name: str, capture: Capture, source: Source) -> str:
         """Warning about one camera, '' without one."""
         state = capture.status
@@ -310,17 +271,27 @@ class PairedSource(DualSource):
             return f'no {name} camera, its half is black: ' + (state.error if state.state == 'lost' else 'it sends no frames')
         return f'{name} camera: {source.warning}' if source.warning else ''
 
+    @property
+    def truths(self) -> tuple[str, ...]:
+        """See Source; that of the left frames."""
+        return self._sources[LEFT].truths
+
     def describe(self) -> dict:
-        """Both sources, the rate, Hz, the number of unpaired frames, lost: the number of lost messages (topics only), idle: whether
-        neither source is read at present, and recorded: the description of the sensor in a recording."""
+        """Both sources, the rate, Hz, the number of unpaired frames and the offset of the exposures; lost: the number of lost messages
+        (topics only), idle: whether neither source is read at present, and recorded: the description of the sensor in a recording."""
         left, right = (source.describe() for source in self._sources)
         recorded, _ = ({'recorded': about.pop('recorded')} if 'recorded' in about else {} for about in (left, right))
         place = ' + '.join(str(about.get('path') or about.get('device') or about.get('topic')) for about in (left, right))
         serial = ' + '.join(str(about.get('serial') or '') for about in (left, right)).strip(' +')
         lost = {'lost': left['lost'] + right['lost']} if 'lost' in left else {}
-        return {'source': left['source'], 'path': place, 'serial': serial, 'rate': left.get('rate', -1.0), 'left': left, 'right': right,
-                'unpaired': self._pairer.unpaired, 'idle': bool(left.get('idle') and right.get('idle')), **lost, **recorded}
+        return {'path': place, 'serial': serial, 'rate': left.get('rate', -1.0), 'left': left, 'right': right,
+                'unpaired': self._pairer.unpaired, 'idle': bool(left.get('idle') and right.get('idle')), **lost, **recorded,
+                'shutter offset (ms)': self._pairer.offset_ms}
 
-    def calibrations(self) -> Calibrations:
+    def calibrations(self) -> tuple[CameraCalibration | None, ...]:
         """Calibrations of both cameras, None where unknown."""
-        return tuple(source.calibration() for source in self._sources)
+        return tuple(source.calibrations()[0] for source in self._sources)
+
+
+def _listed(errors: list[str]) -> str:
+    return '; '.join(f'{name}: {text}' for name, text in zip(NAMES, errors))

@@ -3,12 +3,11 @@
 """Simulated sensors with one or two cameras as sources, with ground truth for every frame."""
 from __future__ import annotations
 
-import math
 import time
 
 from ..frame import CameraCalibration, Frame, PairFrame, pinhole_calibration
 from ..simulation.sensors import scenes
-from ..sources.source import NS, Clock, SceneSource, wait_until
+from ..sources.source import NS, SceneSource, wait_until
 
 _SIZE = (640, 480)  # (width, height), px; the image size of the touchpad paper (touchpad_contact_region, section 2)
 _AHEAD_S = 3.0  # of the scene that is computed ahead; chosen
@@ -16,14 +15,15 @@ _SPARE_NS = NS // 50  # time before a frame is due that one state of a touched s
 
 
 class SimulatedSource(SceneSource):
-    """A scene of a sensor with one camera. size: (width, height), px, 0 for 640 x 480; other parameters: as in SceneSource."""
+    """A scene of a sensor with one camera. values: as of SceneSource; width, height, px, 0 for 640 x 480."""
 
-    def __init__(self, scene: str, rate: float, seed: int, size: tuple[int, int], clock: Clock):
-        super().__init__(scene, rate, seed, clock)
-        self._size = (size[0] or _SIZE[0], size[1] or _SIZE[1])
+    def _open_scene(self, name: str, rate: float, seed: int):
+        return scenes.open_scene(name, rate, seed, self._values['width'] or _SIZE[0], self._values['height'] or _SIZE[1])
 
-    def _open_scene(self):
-        return scenes.open_scene(self._name, self.rate, self._seed, *self._size)
+    @property
+    def sensor(self) -> str:
+        """See SceneSource; known once it is open."""
+        return self._scene.sensor if self._scene is not None else ''
 
     def _make(self, number: int):
         return self._scene.render(number / self.rate)
@@ -33,46 +33,46 @@ class SimulatedSource(SceneSource):
         while due_ns - time.monotonic_ns() > _SPARE_NS and self._scene.observe_ahead(self._number + round(_AHEAD_S * self.rate)):
             pass
 
-    def _handed_over(self, made, due_ns: int) -> Frame:
-        return Frame(made.image, self._stamp(due_ns), 'bgr8', made.truth)
+    def _handed_over(self, made, due_ns: int) -> Frame | PairFrame:
+        return Frame(made.image, self.stamp(due_ns), 'bgr8', made.truth)
+
+    @property
+    def _cameras(self) -> tuple:
+        return (self._scene.camera,)
 
     def describe(self) -> dict:
         """The scene, its seed, size and rate."""
-        about = super().describe()
-        if self._scene is not None:
-            about.update(device=f'simulated {self._scene.sensor}', width=self._scene.camera.width, height=self._scene.camera.height)
-        return about
+        size = {} if self._scene is None else {'width': self._cameras[0].width, 'height': self._cameras[0].height}
+        return super().describe() | size
 
-    def calibration(self) -> CameraCalibration | None:
-        """Calibration of the simulated camera; None before open."""
-        return None if self._scene is None else _calibration_of(self._scene.camera)
+    def calibrations(self) -> tuple[CameraCalibration | None, ...]:
+        """Calibrations of the simulated cameras; None before open."""
+        if self._scene is None:
+            return super().calibrations()
+        return tuple(pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height)) for camera in self._cameras)
 
 
 class DualSimulatedSource(SimulatedSource):
-    """A scene of a simulated sensor with two cameras, which expose at different times. Parameters as in SimulatedSource, without size."""
+    """A scene of a simulated sensor with two cameras, which expose at different times."""
 
-    offset_ms = math.nan
+    _delay_ns = 0
 
-    def __init__(self, scene: str, rate: float, seed: int, clock: Clock):
-        super().__init__(scene, rate, seed, (0, 0), clock)
+    def _open_scene(self, name: str, rate: float, seed: int):
+        return scenes.open_dual_scene(name, rate, seed)
 
-    def _open_scene(self):
-        return scenes.open_dual_scene(self._name, self.rate, self._seed)
+    @property
+    def _cameras(self) -> tuple:
+        return self._scene.cameras
 
     def _make(self, number: int):
         return *super()._make(number), round(self._scene.right_delay(number) * NS)
 
     def _handed_over(self, made, due_ns: int) -> PairFrame:
-        left, right, truth, delay_ns = made
-        wait_until(due_ns + delay_ns)
-        stamp_ns = self._stamp(due_ns)
-        self.offset_ms = 1e-6 * delay_ns
-        return PairFrame(Frame(left, stamp_ns, 'bgr8'), Frame(right, stamp_ns + delay_ns, 'bgr8'), truth)
+        left, right, truth, self._delay_ns = made
+        wait_until(due_ns + self._delay_ns)
+        stamp_ns = self.stamp(due_ns)
+        return PairFrame(Frame(left, stamp_ns, 'bgr8'), Frame(right, stamp_ns + self._delay_ns, 'bgr8'), truth)
 
-    def calibrations(self) -> tuple[CameraCalibration | None, CameraCalibration | None]:
-        """Calibrations of the simulated cameras; None before open."""
-        return (None, None) if self._scene is None else tuple(_calibration_of(camera) for camera in self._scene.cameras)
-
-
-def _calibration_of(camera) -> CameraCalibration:
-    return pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height))
+    def describe(self) -> dict:
+        """The scene, its seed, size and rate, and how much later the right camera exposes."""
+        return super().describe() | {'shutter offset (ms)': 1e-6 * self._delay_ns}

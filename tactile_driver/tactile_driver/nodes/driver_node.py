@@ -6,13 +6,11 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 
 import yaml
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.publisher import Publisher
-from rclpy.qos import HistoryPolicy, QoSProfile
 from std_msgs.msg import String
 
 from ..errors import BadArgument, DeviceLost, TactileError
@@ -20,8 +18,9 @@ from ..parameters.drivers import LIVE, check_together
 from ..parameters.table import Parameter
 from ..recordings.reader import RecordedTruth
 from ..simulation.truth import TruthFrame
-from ..sources.capture import RETRY_S, Capture, CaptureStatus
-from ..sources.source import Clock, Source
+from ..sources.capture import RETRY_S, Capture
+from ..sources.registry import Sources, make_source
+from ..sources.source import Source
 from .health import capture_health, unconfigured_health
 from .messages.conversions import header_of
 from .messages.ground_truth import GroundTruth
@@ -35,152 +34,92 @@ _TAKE_S = 0.2
 _MOST_WARNINGS = 10  # chosen: more do not fit a line of /diagnostics; hostile images give thousands
 _AND_MORE = 'there were more such problems; they are left out until the node is configured again'
 #: longest time that a recording with rate 0 waits for its subscribers' acknowledgement; chosen
-ACKNOWLEDGE = Duration(seconds=1)
+_ACKNOWLEDGE = Duration(seconds=1)
 
 
-class RawPublishers:
-    """The publishers of every driver beside its raw data: description (latched), and ground_truth/* where its source has it."""
-
-    def __init__(self, node: LifecycleNode):
-        self.description = node.create_publisher(String, 'description', LATCHED_QOS)
-        self.truth = GroundTruth(node)
-
-    @property
-    def wanted(self) -> bool:
-        """Whether any of the topics has a subscriber."""
-        return self.truth.wanted
-
-
-class SeriesPublishers(RawPublishers):
-    """With a raw topic of which no message may be lost: up to depth of them wait for a subscriber. kind, topic: of the raw data."""
-
-    def __init__(self, node: LifecycleNode, kind: type, topic: str, depth: int):
-        super().__init__(node)
-        self.raw: Publisher | SharedPublisher = node.create_lifecycle_publisher(
-            kind, topic, QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth))
-
-    def publish(self, message, waited_s: float) -> None:
-        """Publish raw data that have waited waited_s, s: takers in this process skip what is too old for them."""
-        if isinstance(self.raw, SharedPublisher):
-            self.raw.publish(message, waited_s)
-        else:
-            self.raw.publish(message)
-
-    @property
-    def wanted(self) -> bool:
-        """Whether any of the topics has a subscriber."""
-        return bool(self.raw.get_subscription_count()) or super().wanted
-
-
-class BaseStream:
+class Stream:
     """Reads an open source in one thread and publishes in another; stop closes the source.
 
-    values: the node's parameters; sensor_type and frame_id go into the description. keep: number of newest frames of a live source that
-    wait to be published. over: whether the recording has ended and its last frame is published.
+    node: publishes each frame; values: its parameters; warnings: about the data; capture: reads, and can be paused. over: whether the
+    recording has ended and its last frame is published.
     """
 
-    keep = 1
-
-    def __init__(self, node: LifecycleNode, publishers: RawPublishers, source: Source, values: dict):
-        self._node, self._publishers, self.source, self._values = node, publishers, source, values
+    def __init__(self, node: DriverNode, source: Source, values: dict):
+        self._node, self.source, self.values = node, source, values
         self._log = LogOnce(node)
-        self._warnings: list[str] = []
-        self._active = self._stopped = self.over = False
-        publishers.truth.offer(source.truths)
-        self._describe()
-        self._capture = Capture(source, self._wanted, self._report, keep=self.keep)
+        self.warnings: list[str] = []
+        self._stopped = self.over = False
+        node.truth.offer(source.truths)
+        self.describe()
+        self.capture = Capture(source, self._wanted, self._report, keep=node.keep)
         self._thread = threading.Thread(target=self._run, name='publish', daemon=True)
         self._thread.start()
 
     @property
-    def warning(self) -> str:
-        """Warnings about the data, '' if there are none."""
-        return '; '.join(text for text in (self.source.warning, *self._warnings) if text)
+    def about(self) -> dict:
+        """The source's name and description."""
+        return {'source': self.values['source'], **self.source.describe()}
 
-    def change(self, changes: dict) -> None:
-        """Apply changed parameters, see LIVE."""
-        self.source.set_controls({name: value for name, value in changes.items() if name in LIVE})
+    def describe(self, **known) -> None:
+        """Publish the description of the sensor, with what else is known."""
+        about = {'sensor_type': self.values['sensor_type'], 'frame_id': self.values['frame_id'], **self.about, **known}
+        self._node.description.publish(String(data=yaml.safe_dump(about, sort_keys=False)))
 
-    def resume(self) -> None:
-        """Publish from now on."""
-        self._active = True
-        self._capture.resume()
+    def warn(self, text: str) -> None:
+        """Log a warning about the data once, '' for none, and report it on /diagnostics from now on."""
+        if len(self.warnings) >= _MOST_WARNINGS:
+            text = _AND_MORE
+        if text and text not in self.warnings:
+            self.warnings.append(text)
+            self._log.warning(text, text)
 
-    def pause(self) -> None:
-        """Publish nothing until resume."""
-        self._active = False
-        self._capture.pause()
+    def health(self, meter=None) -> Health:
+        """For /diagnostics; meter: see capture_health."""
+        warning = '; '.join(text for text in (self.source.warning, *self.warnings) if text)
+        return capture_health(self.capture.status, self.about, self.source.live, warning, meter)
 
     def stop(self) -> None:
         """End the threads and close the source."""
-        self._active, self._stopped = False, True
-        self._capture.stop()
+        self._stopped = True
+        self.capture.stop()
         self._thread.join(timeout=5.0)
-
-    @property
-    def status(self) -> CaptureStatus:
-        """State and counts of the capture."""
-        return self._capture.status
-
-    def health(self) -> Health:
-        """For /diagnostics."""
-        return capture_health(self.status, self.source.describe(), self.source.live, self.warning)
 
     def _wanted(self) -> bool:
         try:
-            return self._publishers.wanted
+            return self._node.wanted
         except RuntimeError:  # ROS may shut down before this thread ends
             if self._node.context.ok():
                 raise
             return False
 
     @property
-    def _waited_s(self) -> float:
+    def waited_s(self) -> float:
         """How long the present frame has waited, s; 0 for a recording, of which no frame is skipped."""
-        return self._capture.waited_s if self.source.live else 0.0
+        return self.capture.waited_s if self.source.live else 0.0
 
     def _report(self, level: str, text: str) -> None:
         if level == 'error':
             self._node.get_logger().error(text)
         else:
             self._node.get_logger().info(text)
-            self._describe()
+            self.describe()
 
     def _run(self) -> None:
         while not self._stopped:
-            ended = self._capture.ended  # asked first: no frame comes after it
-            frame = self._capture.take(_TAKE_S)
-            if frame is None or not self._active:
-                self.over = ended and frame is None
+            ended = self.capture.ended  # asked first: no frame comes after it
+            frame = self.capture.take(_TAKE_S)
+            if frame is None:
+                self.over = ended
                 continue
             try:
-                self._publish(frame)
+                self._node.publish(self, frame)
+                if self.source.on_demand:
+                    for publisher in self._node.raw:
+                        publisher.wait_for_all_acked(_ACKNOWLEDGE)
             except Exception as error:  # the thread must survive a frame that cannot be published
                 if not self._node.context.ok():
                     return
                 self._log.error('publish', f'a frame could not be published: {error!r}; the next one is tried')
-
-    def _publish(self, frame) -> None:
-        raise NotImplementedError
-
-    def _publish_truth(self, truth: TruthFrame | RecordedTruth | None, stamp_ns: int) -> None:
-        """Publish the ground truth of an image with this stamp."""
-        if isinstance(truth, RecordedTruth):
-            self._publishers.truth.publish_recorded(truth, self._values['frame_id'])
-        elif truth is not None:
-            header = header_of(stamp_ns, self._values['frame_id'])
-            self._publishers.truth.publish(truth, 1 / self.source.describe()['rate'], header)
-
-    def _warn(self, text: str) -> None:
-        if len(self._warnings) >= _MOST_WARNINGS:
-            text = _AND_MORE
-        if text and text not in self._warnings:
-            self._warnings.append(text)
-            self._log.warning(text, text)
-
-    def _describe(self, **known) -> None:
-        about = {'sensor_type': self._values['sensor_type'], 'frame_id': self._values['frame_id'], **self.source.describe(), **known}
-        self._publishers.description.publish(String(data=yaml.safe_dump(about, sort_keys=False)))
 
 
 #: s that a node stays after the end of a recording; chosen: /diagnostics says so at least once, and nodes in other processes finish what
@@ -195,36 +134,62 @@ class DriverNode(LifecycleNode):
     A start parameter that cannot be used ends the process (the supervision timer raises a TactileError). The node waits for a missing
     device, and reports a wrong parameter that was set later.
 
-    name: of the node; table: its parameters; kind: of hardware, shown in /diagnostics; host: of the process.
+    name: of the node; table: its parameters; kind: of hardware, shown in /diagnostics; host: of the process. keep: number of newest frames
+    of a live source that wait to be published. Subclasses set raw, the publishers of the raw data, and define open_source and publish.
     """
+
+    keep = 1
 
     def __init__(self, name: str, table: Sequence[Parameter], kind: str, host: Host | None = None):
         self._host = host or Host()
         super().__init__(name, **self._host.options)
-        self._stream: BaseStream | None = None
+        self._stream: Stream | None = None
         self._problem = ''
         self._next_try = 0.0
         self._tried, self._refusal = False, None
         self._log = LogOnce(self)
         self._settings = NodeParameters(self, table, self._check_change, self._apply_change)
+        self.raw: list[SharedPublisher] = []
+        self.description, self.truth = self.create_publisher(String, 'description', LATCHED_QOS), GroundTruth(self)
         self._diagnostics = NodeDiagnostics(self, kind, 'none', self._examine)
         self._supervision = steady_timer(self, _SUPERVISION_S, self._supervise)
         self._over_s: float | None = None  # monotonic s since which the recording is over
         steady_timer(self, _SUPERVISION_S, self._follow_recording)
         guard_services(self)
 
-    def open_stream(self, values: dict) -> BaseStream:
-        """A running stream for the parameters' values, with an open source. Raises TactileError if it cannot be opened."""
+    def open_source(self, values: dict) -> Source:
+        """The source for the parameters' values, open. Raises TactileError if it cannot be opened."""
         raise NotImplementedError
 
-    def opened(self, make_source: Callable[[Mapping, Clock], Source], values: dict) -> Source:
-        """The source for the parameters' values, open. Raises TactileError."""
+    def opened(self, sources: Sources, values: dict) -> Source:
+        """The one of these sources that the parameters' values name, open. Raises TactileError."""
         check_together(values)
-        source = make_source(values, self.now_ns)
+        source = make_source(sources, values, self.now_ns)
         source.open()
         return source
 
-    def create_lifecycle_publisher(self, *args, **kwargs) -> Publisher | SharedPublisher:
+    def publish(self, stream: Stream, frame) -> None:
+        """Publish a frame of the stream; called in its thread."""
+        raise NotImplementedError
+
+    def publish_truth(self, stream: Stream, truth: TruthFrame | RecordedTruth | None, stamp_ns: int) -> None:
+        """Publish the ground truth of an image with this stamp."""
+        frame_id = stream.values['frame_id']
+        if isinstance(truth, RecordedTruth):
+            self.truth.publish_recorded(truth, frame_id)
+        elif truth is not None:
+            self.truth.publish(truth, 1 / stream.source.describe()['rate'], header_of(stamp_ns, frame_id))
+
+    @property
+    def wanted(self) -> bool:
+        """Whether any of the topics has a subscriber."""
+        return any(publisher.get_subscription_count() for publisher in self.raw) or bool(self.truth.wanted)
+
+    def health(self, stream: Stream) -> Health:
+        """For /diagnostics."""
+        return stream.health()
+
+    def create_lifecycle_publisher(self, *args, **kwargs) -> SharedPublisher:
         """A lifecycle publisher that nodes of the same process may attach to."""
         return self._host.publisher(super().create_lifecycle_publisher(*args, **kwargs))
 
@@ -233,7 +198,8 @@ class DriverNode(LifecycleNode):
         try:
             if self._settings.problems:
                 raise BadArgument('; '.join(self._settings.problems.values()) + '; correct it with ros2 param set, or start again')
-            self._stream = self.open_stream(self._settings.values())
+            values = self._settings.values()
+            self._stream = Stream(self, self.open_source(values), values)
         except DeviceLost as error:
             self._refuse(str(error), time.monotonic() + RETRY_S)
             return TransitionCallbackReturn.FAILURE
@@ -255,12 +221,12 @@ class DriverNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start to publish."""
         result = super().on_activate(state)
-        self._stream.resume()
+        self._stream.capture.resume()
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Pause."""
-        self._stream.pause()
+        self._stream.capture.pause()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -335,10 +301,10 @@ class DriverNode(LifecycleNode):
     def _apply_change(self, changes: dict) -> None:
         self._next_try = 0.0
         if self._stream is not None:
-            self._stream.change(changes)
+            self._stream.source.set_controls({name: value for name, value in changes.items() if name in LIVE})
 
     def _examine(self) -> Health:
         stream = self._stream
         if stream is None:
             return unconfigured_health(self._problem, math.isfinite(self._next_try) and not self._supervision.is_canceled())
-        return stream.health()
+        return self.health(stream)

@@ -15,47 +15,42 @@ from ..sources.capture import CaptureStatus
 _RATE_TOLERANCE, _SATURATED = 0.9, 0.01  # shares of the nominal rate and of saturated samples that give a warning; chosen
 _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods and s without a frame that are an error; chosen
 _FEW = 0.05  # share of skipped frames that is not reported: other work of the machine for a moment; chosen
-_WINDOW_S = 4.0  # span of a meter's rate and shares; chosen
+_WINDOW_S, _BLOCKS = 4.0, 4000  # span of a meter's rate and shares; blocks in it, at a thousand a second; chosen
 _STATES = {'paused': 'ready, not active', 'ended': 'ended: the recording is over; clean up and configure to play it again'}
 #: what of a source's description is reported as it is, under its name or another one
 _COUNTS = {'lost': 'lost frames', **{name: name for name in ('unpaired', 'crc errors', 'refused frames', 'garbage bytes', 'missing frames',
-                                                             'missing samples', 'resets')}}
+                                                             'missing samples', 'resets', 'shutter offset (ms)')}}
 
 
 class SampleMeter:
-    """Counts the samples of the last seconds. saturation: V, from which an output is saturated."""
+    """Counts samples. saturation: V, from which an output is saturated; rate: samples per second lately, NaN until known; saturated_part:
+    share of saturated ones lately, 0 to 1."""
 
     def __init__(self, saturation: float):
         self._saturation = saturation
-        self.samples = self.saturated = 0
-        self._recent: deque[tuple[float, int, int]] = deque()  # monotonic s, samples, saturated ones
+        self.samples = 0
+        self._recent: deque[tuple[float, int, int]] = deque(maxlen=_BLOCKS)  # monotonic s, samples, saturated ones
 
     def add(self, volts: np.ndarray) -> None:
         """Count samples (N, 4), V."""
-        now, high = time.monotonic(), int((volts >= self._saturation).any(axis=1).sum())
         self.samples += len(volts)
-        self.saturated += high
-        self._recent.append((now, len(volts), high))
-        while now - self._recent[0][0] > _WINDOW_S:
-            self._recent.popleft()
+        self._recent.append((time.monotonic(), len(volts), int((volts >= self._saturation).any(axis=1).sum())))
 
-    def _lately(self) -> list[tuple[float, int, int]]:
-        """The entries that are in the window now."""
-        now = time.monotonic()
-        return [each for each in list(self._recent) if now - each[0] <= _WINDOW_S]
+    def _lately(self) -> np.ndarray:
+        recent = np.array(list(self._recent)).reshape(-1, 3)  # another thread adds
+        return recent[recent[:, 0] >= time.monotonic() - _WINDOW_S]
 
     @property
     def rate(self) -> float:
-        """Samples per second over the window; NaN until known."""
-        recent = self._lately()
-        seconds = recent[-1][0] - recent[0][0] if len(recent) > 2 else 0.0
-        return sum(count for _, count, _ in recent[1:]) / seconds if seconds > 0 else math.nan
+        """See above."""
+        times, counts, _ = self._lately().T
+        return float(counts[1:].sum() / (times[-1] - times[0])) if len(times) > 2 and times[-1] > times[0] else math.nan
 
     @property
     def saturated_part(self) -> float:
-        """Share of saturated samples in the window, 0 to 1."""
-        recent = self._lately()
-        return sum(high for *_, high in recent) / max(sum(count for _, count, _ in recent), 1)
+        """See above."""
+        _, counts, high = self._lately().T
+        return float(high.sum() / max(counts.sum(), 1))
 
 
 def unconfigured_health(problem: str, retrying: bool) -> Health:

@@ -3,6 +3,7 @@
 """Images that another camera's driver publishes, as a source."""
 from __future__ import annotations
 
+import posixpath
 import threading
 from collections import deque
 
@@ -11,10 +12,10 @@ from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from ..errors import BadArgument
-from ..frame import COMPRESSED, CameraCalibration, Frame
+from ..frame import COMPRESSED, CameraCalibration, Frame, calibration_of_info
 from ..sources.source import NS, NothingYet, Source
 from ..stamp_gaps import StampGaps
-from .messages.conversions import calibration_of_message, frame_of_message
+from .messages.conversions import frame_of_message
 from .runtime.host import AdaptiveSubscription
 
 _MOMENT_S = 0.1  # longest wait of read; chosen
@@ -22,30 +23,23 @@ _LONGEST_QUEUE = 4  # frames; chosen: the pairing keeps 8 more
 _QUEUE = QoSProfile(depth=10)
 
 
-def _parent(topic: str) -> str:
-    """The namespace of an image topic, with its slash: camera_info is beside image_raw, and that above image_raw/compressed."""
-    return topic.removesuffix(COMPRESSED).rpartition('/')[0] + '/' if '/' in topic.removesuffix(COMPRESSED) else ''
-
-
-def topic_source(node: Node, topic: str) -> TopicSource:
-    """The source of a topic for a driver. Raises BadArgument for the topic that the driver itself publishes."""
-    if topic and node.resolve_topic_name(topic.removesuffix(COMPRESSED)) == node.resolve_topic_name('image_raw'):
-        raise BadArgument(f"topic: {topic} is what this node publishes; give the camera's driver another namespace, or name its topic")
-    return TopicSource(node, topic)
-
-
 class TopicSource(Source):
     """The images of a topic, relative to node's namespace: sensor_msgs/CompressedImage if it is named .../compressed, else Image; and
-    the camera_info beside it. It subscribes to the images only while frames are wanted."""
+    the camera_info beside it. It subscribes to the images only while frames are wanted. Raises BadArgument for no topic, and for image_raw
+    of the node itself."""
 
     live = True
 
     def __init__(self, node: Node, topic: str):
         if not topic:
             raise BadArgument('topic: source topics needs the name of an image topic')
+        raw = topic.removesuffix(COMPRESSED)
+        if node.resolve_topic_name(raw) == node.resolve_topic_name('image_raw'):
+            raise BadArgument(f"topic: {topic} is what this node publishes; give the camera's driver another namespace, or name its topic")
         self._node, self._topic = node, topic
         self._info: CameraCalibration | None = None
-        self._informed = node.create_subscription(CameraInfo, f'{_parent(topic)}camera_info', self._note, qos_profile_sensor_data)
+        beside = posixpath.join(posixpath.dirname(raw), 'camera_info')
+        self._informed = node.create_subscription(CameraInfo, beside, self._note, qos_profile_sensor_data)
         self._image: AdaptiveSubscription | None = None
         self._gaps = StampGaps(topic)
         self._queue: deque[Image | CompressedImage] = deque()
@@ -55,13 +49,13 @@ class TopicSource(Source):
         """Do nothing: read subscribes."""
 
     def _note(self, message: CameraInfo) -> None:
-        calibration = calibration_of_message(message)
+        calibration = calibration_of_info(message)
         if calibration != self._info:
             self._info = calibration
 
-    def calibration(self) -> CameraCalibration | None:
+    def calibrations(self) -> tuple[CameraCalibration | None]:
         """What camera_info said last, None where it is not calibrated."""
-        return self._info
+        return (self._info,)
 
     def read(self, wanted: bool = True) -> Frame | None:
         """The next image. Raises NothingYet, or BadFrame for a message that makes no image."""
@@ -99,7 +93,7 @@ class TopicSource(Source):
 
     def describe(self) -> dict:
         """The topic, whether it is idle (not subscribed), and the number of lost frames, counted by gaps in the stamps."""
-        return {'source': 'topics', 'path': self._topic, 'rate': -1.0, 'idle': self._image is None, 'lost': self._gaps.lost}
+        return {'path': self._topic, 'rate': -1.0, 'idle': self._image is None, 'lost': self._gaps.lost}
 
     @property
     def warning(self) -> str:

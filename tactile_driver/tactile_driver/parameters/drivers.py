@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from ..camera.controls import CONTROLS
+from ..camera.v4l2 import CONTROLS
 from ..errors import BadArgument
 from ..frame import ENCODINGS
 from ..serial.frames import LARGEST

@@ -198,7 +198,7 @@ _STRING = 'std_msgs/msg/String'
 def recorded_description(reader: BagReader, raw_topic: str) -> dict:
     """Description of the sensor with this raw topic: /ns/description for /ns/image_raw or /ns/left/image_raw; {} without one.
 
-    For a recording of a replay, the description in the original recording is returned (see original).
+    For a recording of a replay, the description in the original recording is returned.
     """
     namespace = posixpath.dirname(raw_topic)
     for folder in (namespace, posixpath.dirname(namespace)):
@@ -223,20 +223,16 @@ def recorded_frame(reader: BagReader, prefix: str) -> str:
     return next((frame for frame in reported if frame and isinstance(frame, str)), sensor_frame(prefix))
 
 
-def original(about: dict) -> dict:
-    """Description of the sensor itself: for a replay, the original description, which the driver keeps under the key recorded."""
-    recorded = about.get('recorded')
-    return recorded if isinstance(recorded, dict) else about
-
-
 def _reported(reader: BagReader, topics: set[str]) -> Iterator[dict]:
+    """Descriptions of the sensors themselves: for a replay, the original one, which the driver keeps under the key recorded."""
     for raw in reader.messages({topic for topic in topics if reader.topics.get(topic) == _STRING}):
         try:
             about = yaml.safe_load(decode(raw.data, _STRING).data)
         except (BadFrame, yaml.YAMLError):
             continue
         if isinstance(about, dict):
-            yield original(about)
+            recorded = about.get('recorded')
+            yield recorded if isinstance(recorded, dict) else about
 
 
 _TYPES = {'contacts': 'tactile_msgs/msg/Contacts', 'contact_region': 'tactile_msgs/msg/ContactRegion', 'slip': 'tactile_msgs/msg/Slip',

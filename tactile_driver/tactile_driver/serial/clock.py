@@ -3,9 +3,9 @@
 """When samples were taken: the device's clock mapped to host time, and blocks of evenly spaced samples."""
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,8 +32,8 @@ class DeviceClock:
         self._forget()
 
     def _forget(self) -> None:
-        self._device_ns = self._host_ns = self._raw = None
-        self._blocks: deque[int] = deque(maxlen=_BLOCKS)  # least offset, ns, of each second
+        self._last: tuple[int, int, int] | None = None  # device us, the same continued over wraps, ns, and its arrival, ns
+        self._least: deque[int] = deque(maxlen=_BLOCKS)  # least offset, ns, of each second
         self._block_end = 0
         self._shown: tuple[int, float] | None = None  # device ns, offset ns of the last answer
 
@@ -44,57 +44,40 @@ class DeviceClock:
         """
         mapped, waiting = [], []
         for time_us in times_us:
-            if self._begins_anew(time_us, arrived_ns):
-                if waiting:
-                    self._note(waiting[-1], arrived_ns - waiting[-1])
-                mapped += self._shown_times(waiting)
-                waiting = []
-                self._forget()
-                self.resets += 1
-            waiting.append(self._unwrapped(time_us))
-            self._raw, self._device_ns, self._host_ns = time_us, waiting[-1], arrived_ns
-        self._note(waiting[-1], arrived_ns - span_ns - waiting[-1])
-        return mapped + self._shown_times(waiting)
+            device_ns = time_us * NS_PER_US
+            if self._last is not None:
+                last_us, last_ns, host_ns = self._last
+                device_ns = last_ns + ((time_us - last_us + _WRAP // 2) % _WRAP - _WRAP // 2) * NS_PER_US
+                if abs(device_ns - last_ns - (arrived_ns - host_ns)) > _LARGEST_STEP_NS:
+                    mapped += self._mapped(waiting, arrived_ns)
+                    waiting, device_ns = [], time_us * NS_PER_US
+                    self._forget()
+                    self.resets += 1
+            waiting.append(device_ns)
+            self._last = time_us, device_ns, arrived_ns
+        return mapped + self._mapped(waiting, arrived_ns - span_ns)
 
-    def _shown_times(self, device_ns: list[int]) -> list[int]:
-        """Host times, ns, of unwrapped device times, all with one offset; it changes by at most _SLEW, so stamps stay in order."""
+    def _mapped(self, device_ns: list[int], arrived_ns: int) -> list[int]:
+        """Host times, ns, of frames that arrived together, all with one offset; it changes by at most _SLEW, so stamps stay in order."""
         if not device_ns:
             return []
-        offset = float(min(self._blocks))
+        newest = device_ns[-1]
+        offset = arrived_ns - newest
+        if not self._least or newest >= self._block_end:
+            self._least.append(offset)
+            self._block_end = newest + _BLOCK_NS
+        self._least[-1] = min(self._least[-1], offset)
+        offset = float(min(self._least))
         if self._shown is not None:
-            most = _SLEW * abs(device_ns[-1] - self._shown[0])
+            most = _SLEW * abs(newest - self._shown[0])
             offset = self._shown[1] + min(max(offset - self._shown[1], -most), most)
-        self._shown = device_ns[-1], offset
+        self._shown = newest, offset
         return [ns + round(offset) for ns in device_ns]
-
-    def _begins_anew(self, time_us: int, arrived_ns: int) -> bool:
-        if self._raw is None:
-            return False
-        return abs((self._unwrapped(time_us) - self._device_ns) - (arrived_ns - self._host_ns)) > _LARGEST_STEP_NS
-
-    def _unwrapped(self, time_us: int) -> int:
-        """Device time, ns, continued over wraps of the 32-bit counter."""
-        if self._raw is None:
-            return time_us * NS_PER_US
-        return self._device_ns + ((time_us - self._raw + _WRAP // 2) % _WRAP - _WRAP // 2) * NS_PER_US
-
-    def _note(self, device_ns: int, offset: int) -> None:
-        if not self._blocks or device_ns >= self._block_end:
-            self._blocks.append(offset)
-            self._block_end = device_ns + _BLOCK_NS
-        self._blocks[-1] = min(self._blocks[-1], offset)
 
 
 NS = 1_000_000_000
 _STEPS = 64  # latest intervals whose median is the period, for frames without one; chosen
 _TOLERANCE = 0.5  # periods by which a sample may deviate from the regular grid before it counts as a gap; chosen
-
-
-class _Piece(NamedTuple):
-    frame: CountFrame
-    begin_ns: int
-    end_ns: int
-    period_ns: float
 
 
 class SampleAssembler:
@@ -119,32 +102,26 @@ class SampleAssembler:
             return [self._untimed(frames, arrived_ns)]
         spans = [(len(frame.values) - 1) * (frame.interval_ns or 0) for frame in frames]
         stamps = self.clock.to_host([frame.time_us for frame in frames], arrived_ns, spans[-1])
-        blocks, run = [], []
+        runs: list[list[tuple[CountFrame, int, int, float]]] = [[]]  # of frames without a gap: first and last sample, period, ns
         for frame, stamp, span in zip(frames, stamps, spans):
-            period = frame.interval_ns or self._step_to(stamp)
-            if run and abs(stamp - run[-1].end_ns - period) > _TOLERANCE * period:
-                blocks.append(self._block(run))
-                run = []
-            self._count_gap(stamp, period)
-            self._last_ns = stamp + span
-            run.append(_Piece(frame, stamp, stamp + span, period))
-        return [*blocks, self._block(run)]
+            follows = self._last_ns is not None and self.clock.resets == self._resets
+            step = stamp - self._last_ns if follows else math.nan
+            if follows and not frame.interval_ns:
+                self._steps.append(step)
+            period = frame.interval_ns or (float(np.median(self._steps)) if self._steps else math.nan)
+            if follows and period > 0:
+                self.missing += max(round(step / period) - 1, 0)
+            if runs[-1] and abs(step - period) > _TOLERANCE * period:
+                runs.append([])
+            runs[-1].append((frame, stamp, stamp + span, period))
+            self._last_ns, self._resets = stamp + span, self.clock.resets
+        return [self._block(run) for run in runs]
 
-    def _step_to(self, stamp: int) -> float:
-        """Median interval, ns, between samples of frames without an interval; NaN before the second sample."""
-        if self._last_ns is not None and self.clock.resets == self._resets:
-            self._steps.append(stamp - self._last_ns)
-        return float(np.median(self._steps)) if self._steps else float('nan')
-
-    def _count_gap(self, stamp: int, period: float) -> None:
-        if self._last_ns is not None and self.clock.resets == self._resets and period > 0:
-            self.missing += max(round((stamp - self._last_ns) / period) - 1, 0)
-        self._resets = self.clock.resets
-
-    def _block(self, run: list[_Piece]) -> SampleBlock:
-        counts = np.concatenate([piece.frame.values for piece in run])
-        period = (run[-1].end_ns - run[0].begin_ns) / (len(counts) - 1) if len(counts) > 1 else run[0].period_ns
-        return SampleBlock(self._volts(counts, run[0].frame.bits), run[0].begin_ns, period / NS)
+    def _block(self, run: list[tuple[CountFrame, int, int, float]]) -> SampleBlock:
+        counts = np.concatenate([frame.values for frame, *_ in run])
+        (first, begin_ns, _, period), (*_, end_ns, _) = run[0], run[-1]
+        period = (end_ns - begin_ns) / (len(counts) - 1) if len(counts) > 1 else period
+        return SampleBlock(self._volts(counts, first.bits), begin_ns, period / NS)
 
     def _untimed(self, frames: list[CountFrame], arrived_ns: int) -> SampleBlock:
         """Block of frames without device time: samples spaced evenly from the last arrival to this one."""

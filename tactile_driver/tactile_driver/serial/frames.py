@@ -59,19 +59,6 @@ _START = 0xffff
 _LONGEST_GAP = 2**16  # frames; a longer one is a restart. Chosen
 
 
-@dataclass(frozen=True)
-class Expected:
-    """The accepted frames. kind: SAMPLES or MATRIX; rows, columns: 1 to 256, None for any."""
-
-    kind: int
-    rows: int | None = None
-    columns: int | None = None
-
-    def fits(self, kind: int, rows: int, columns: int) -> bool:
-        """Whether a frame of that kind and shape is accepted."""
-        return kind == self.kind and self.rows in (None, rows) and self.columns in (None, columns)
-
-
 _KINDS = {SAMPLES: 'samples', MATRIX: 'a matrix'}
 
 
@@ -98,12 +85,15 @@ class BinaryReader:
 
     The header has its own checksum, so its length is trustworthy before the payload arrives. The payload checksum continues the header's,
     so a header is never combined with the payload of another frame. After a corrupted frame the search resumes inside it, so no intact
-    frame is lost. counts: counters to continue, None for new ones.
+    frame is lost.
+
+    kind: SAMPLES or MATRIX; rows, columns: 1 to 256, None for any; frames of others are refused. counts: counters to continue, None for
+    new ones.
     """
 
-    def __init__(self, expected: Expected, counts: FrameCounts | None = None):
+    def __init__(self, kind: int, rows: int | None = None, columns: int | None = None, counts: FrameCounts | None = None):
         self.counts = counts or FrameCounts()
-        self._expected, self._buffer = expected, bytearray()
+        self._kind, self._shape, self._buffer = kind, (rows, columns), bytearray()
         self._last: int | None = None  # sequence number
 
     def feed(self, data: bytes) -> list[CountFrame]:
@@ -141,7 +131,8 @@ class BinaryReader:
             return len(SYNC), None
         _, kind, bits, sequence, time_us, interval_ns, rows, columns = _HEADER.unpack(head)
         shape = rows + 1, columns + 1
-        if not (self._expected.fits(kind, *shape) and 8 <= bits <= 16):
+        fits = kind == self._kind and all(wanted in (None, found) for wanted, found in zip(self._shape, shape))
+        if not fits or not 8 <= bits <= 16:
             self.counts.refused += 1
             self.counts.stranger = f'{_KINDS.get(kind, f"kind {kind}")} of {shape[0]} x {shape[1]} values of {bits} bits'
             return len(SYNC), None

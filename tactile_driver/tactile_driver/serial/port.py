@@ -1,15 +1,19 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Serial ports: found by name, read, and the base of the sources on them."""
+"""Serial ports: found by name, and the base of the sources on them."""
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 import serial
 from serial.tools import list_ports
 
 from ..errors import BadArgument, DeviceLost
+from ..frame import Frame
+from ..samples import SampleBlock
 from ..sources.source import Clock, NothingYet, Source
 from .frames import BinaryReader, CountFrame, FrameCounts, LineReader
 
@@ -22,75 +26,34 @@ def find_port(wanted: str) -> str:
 
     Raises DeviceLost, listing the ports, if none or several match.
     """
+    path = _BY_ID / wanted  # of an absolute name that name itself
+    if wanted and path.exists():
+        return str(path)
+    ports = list_ports.comports()
+    known = '; '.join(f'{p.device} ({p.description}' + (f', serial {p.serial_number})' if p.serial_number else ')') for p in ports)
+    known = f'there are: {known or "none"}. Name one by path or serial number, and check the cable'
     if wanted.startswith('/'):
-        if Path(wanted).exists():
-            return wanted
-        raise DeviceLost(f'device: {wanted} does not exist; {_known()}')
-    if wanted and (_BY_ID / wanted).exists():
-        return str(_BY_ID / wanted)
-    found = [port.device for port in list_ports.comports() if wanted and wanted in (port.serial_number or '')]
+        raise DeviceLost(f'device: {wanted} does not exist; {known}')
+    found = [port.device for port in ports if wanted and wanted in (port.serial_number or '')]
     if len(found) == 1:
         return found[0]
-    raise DeviceLost(f'device: {wanted!r} {"fits several serial ports" if found else "is no serial port"}; {_known()}')
-
-
-def _known() -> str:
-    ports = '; '.join(f'{p.device} ({p.description}' + (f', serial {p.serial_number})' if p.serial_number else ')')
-                      for p in list_ports.comports())
-    return f'there are: {ports or "none"}. Name one by path or serial number, and check the cable'
-
-
-class SerialPort:
-    """One port; device: see find_port; baud: bits a second."""
-
-    def __init__(self, device: str, baud: int):
-        if not device:
-            raise BadArgument('device: source device needs a serial port: a path, a name under /dev/serial/by-id or a serial number')
-        self._device, self._baud = device, baud
-        self._port: serial.Serial | None = None
-        self.path = ''
-
-    def open(self) -> None:
-        """Open or reopen the port. Raises DeviceLost if it does not exist or cannot be opened."""
-        self.close()
-        self.path = find_port(self._device)
-        try:
-            self._port = serial.Serial(self.path, self._baud, timeout=_WAIT_S, exclusive=True)
-        except (OSError, ValueError) as error:  # SerialException is an OSError
-            self._port = None
-            raise DeviceLost(f'device: {self.path} cannot be opened at {self._baud} baud: {error}; is it in use, or access denied '
-                             '(group dialout)?') from error
-
-    def read(self) -> bytes:
-        """The bytes received; b'' after a moment without any. Raises DeviceLost if the port is gone."""
-        if self._port is None:
-            raise DeviceLost(f'device: {self._device} is not open')
-        try:
-            waiting = self._port.in_waiting
-            data = self._port.read(waiting or 1)
-            return data if waiting or not data else data + self._port.read(self._port.in_waiting)
-        except (OSError, TypeError) as error:  # pyserial raises TypeError if the port was closed meanwhile
-            raise DeviceLost(f'device: {self.path} is gone ({error}); check the cable') from error
-
-    def close(self) -> None:
-        """Close the port; does nothing if it is not open."""
-        port, self._port = self._port, None
-        if port is not None:
-            try:
-                port.close()
-            except OSError:  # unplugged
-                pass
+    raise DeviceLost(f'device: {wanted!r} {"fits several serial ports" if found else "is no serial port"}; {known}')
 
 
 class SerialSource(Source):
-    """device: see serial_port.find_port; baud: bit/s; clock: ns for the stamps; deaf_bytes: so many bytes without a frame mean wrong
-    settings. Subclasses return a new reader from _new_reader and fill _ready in _poll.
+    """values: device: see find_port; baud: bit/s. deaf_bytes: so many bytes without a frame mean that the parameters settings are wrong.
+
+    Subclasses return a new reader from _new_reader, and what has come from _poll. Raises BadArgument without a device.
     """
 
     live = True
+    deaf_bytes = 4096  # chosen
+    settings = 'baud and format'
 
-    def __init__(self, device: str, baud: int, clock: Clock, deaf_bytes: int):
-        self._port, self._baud, self._clock, self._deaf_bytes = SerialPort(device, baud), baud, clock, deaf_bytes
+    def __init__(self, values: Mapping, clock: Clock):
+        if not values['device']:
+            raise BadArgument('device: source device needs a serial port: a path, a name under /dev/serial/by-id or a serial number')
+        self._values, self._clock, self._path, self._port = values, clock, '', None
         self._counts = FrameCounts()
         self._begin()
 
@@ -108,41 +71,52 @@ class SerialSource(Source):
         return self._counts.bad_crc + self._counts.refused
 
     def open(self) -> None:
-        """Open the port. Raises DeviceLost."""
-        self._port.open()
+        """Open or reopen the port. Raises DeviceLost if it does not exist or cannot be opened."""
+        self.close()
+        self._path, baud = find_port(self._values['device']), self._values['baud']
+        try:
+            self._port = serial.Serial(self._path, baud, timeout=_WAIT_S, exclusive=True)
+        except (OSError, ValueError) as error:  # SerialException is an OSError
+            raise DeviceLost(f'device: {self._path} cannot be opened at {baud} baud: {error}; is it in use, or access denied '
+                             '(group dialout)?') from error
         self._begin()
 
     def read(self, wanted: bool = True):
         """The next frame or block. Raises NothingYet or DeviceLost."""
-        if not self._ready:
-            self._poll()
+        self._ready = self._ready or self._poll()
         if not self._ready:
             raise NothingYet
         found = self._ready.pop(0)
-        return self._delivered(found) if wanted else None
+        return found if wanted else None
 
-    def _poll(self) -> None:
+    def _poll(self) -> list[Frame | SampleBlock]:
         raise NotImplementedError
 
-    def _delivered(self, found):
-        return found
-
     def _received(self) -> tuple[list[CountFrame], int]:
-        """The complete frames, and the time at which they were read, ns of the monotonic clock."""
-        data = self._port.read()
+        """The complete frames, none after a moment without any, and when they were read, ns of the monotonic clock. Raises DeviceLost."""
+        if self._port is None:
+            raise DeviceLost(f'device: {self._values["device"]} is not open')
+        try:
+            data = self._port.read(self._port.in_waiting or 1)
+            data += self._port.read(self._port.in_waiting)
+        except (OSError, TypeError) as error:  # pyserial raises TypeError if the port was closed meanwhile
+            raise DeviceLost(f'device: {self._path} is gone ({error}); check the cable') from error
         arrived_ns = time.monotonic_ns()
         frames = self._reader.feed(data)
         self._deaf = 0 if frames else self._deaf + len(data)
         return frames, arrived_ns
 
     def close(self) -> None:
-        """Close the port."""
-        self._port.close()
+        """Close the port; does nothing if it is not open."""
+        port, self._port = self._port, None
+        if port is not None:
+            with suppress(OSError):  # unplugged
+                port.close()
 
     def describe(self) -> dict:
         """The port and its error counts."""
         counts = self._counts
-        return {'source': 'device', 'path': self._port.path, 'device': self._port.path, 'baud': self._baud, 'rate': 0.0,
+        return {'path': self._path, 'device': self._path, 'baud': self._values['baud'], 'rate': 0.0,
                 'crc errors': counts.bad_crc, 'refused frames': counts.refused, 'garbage bytes': counts.garbage,
                 'missing frames': counts.missing, 'resets': counts.resets}
 
@@ -150,9 +124,6 @@ class SerialSource(Source):
     def warning(self) -> str:
         """The warning if bytes arrive but no valid frames, ''."""
         if self._counts.stranger:
-            return (f'another sensor sends on {self._port.path}: {self._counts.stranger}; if cables were swapped, name the device by '
+            return (f'another sensor sends on {self._path}: {self._counts.stranger}; if cables were swapped, name the device by '
                     'its serial number, else set the parameters to match')
-        return self._deafness() if self._deaf >= self._deaf_bytes else ''
-
-    def _deafness(self) -> str:
-        raise NotImplementedError
+        return f'bytes come from {self._path}, but no frames: check parameters {self.settings}' if self._deaf >= self.deaf_bytes else ''

@@ -4,16 +4,16 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from ..errors import BadArgument
 from ..samples import CHANNELS, SampleBlock
 from ..simulation.psd.scene import open_psd_scene
 from ..sources.source import NS, Clock, EvenPace, SceneSource, stamp_of, wait_until
 from .clock import SampleAssembler
-from .frames import SAMPLES, BinaryReader, Expected, LineReader
+from .frames import SAMPLES, BinaryReader, LineReader
 from .port import SerialSource
 
 
@@ -50,104 +50,83 @@ class Demodulator:
 
 
 _LONGEST_POLL_S = 0.01  # Linux buffers 4 KB of unread input: 10 ms at 400 KB/s
-_DEAF_BYTES = 4096  # so many bytes without a frame mean a wrong format or baud rate; chosen
 
 FORMATS = ('binary', 'csv')
 
 
-@dataclass(frozen=True)
-class SerialSettings:
-    """format: one of FORMATS; baud: bit/s; full_scale: of the converter, V; bits: of the converter, for CSV; batch_period: s; modulation:
-    whether a fifth column tells if the finger's light is on; saturation: V, see Demodulator."""
-
-    format: str
-    baud: int
-    full_scale: float
-    bits: int
-    batch_period: float
-    modulation: bool = False
-    saturation: float = 4.9
-
-
 class PsdSerialSource(SerialSource):
-    """A PSD finger. device: see serial_port.find_port; clock: ns for the stamps."""
+    """A PSD finger.
 
-    def __init__(self, device: str, settings: SerialSettings, clock: Clock):
-        if settings.format not in FORMATS:
-            raise BadArgument(f'format: {settings.format!r} is unknown; choose one of {", ".join(FORMATS)}')
-        self._settings, self._missing, self._resets = settings, 0, 0
-        self._columns = CHANNELS + settings.modulation
-        self._assembler = SampleAssembler(settings.full_scale)
-        self._demodulator = Demodulator(settings.saturation) if settings.modulation else None
-        super().__init__(device, settings.baud, clock, _DEAF_BYTES)
+    values: as of SerialSource, and format: one of FORMATS; adc.full_scale: of the converter, V; adc.bits: of the converter, for CSV;
+    batch_period: s; modulation: whether a fifth column tells if the finger's light is on; saturation: V, see Demodulator.
+    """
+
+    def __init__(self, values: Mapping, clock: Clock):
+        self._assembler, self._lost, self._resets = SampleAssembler(values['adc.full_scale']), 0, 0
+        self._demodulator = Demodulator(values['saturation']) if values['modulation'] else None
+        super().__init__(values, clock)
 
     def _new_reader(self) -> BinaryReader | LineReader:
-        return BinaryReader(Expected(SAMPLES, columns=self._columns), self._counts) if self._settings.format == 'binary' \
-            else LineReader(self._columns, self._settings.bits, self._counts)
+        columns = CHANNELS + self._values['modulation']
+        return BinaryReader(SAMPLES, None, columns, self._counts) if self._values['format'] == 'binary' \
+            else LineReader(columns, self._values['adc.bits'], self._counts)
 
     def _begin(self) -> None:
         super()._begin()
-        self._missing, self._resets = self._missing + self._assembler.missing, self._resets + self._assembler.clock.resets
-        self._assembler = SampleAssembler(self._settings.full_scale)
-        self._pace = EvenPace(1 / min(self._settings.batch_period, _LONGEST_POLL_S), skip=True)
+        self._lost, self._resets = self.skipped, self._resets + self._assembler.clock.resets
+        self._assembler = SampleAssembler(self._values['adc.full_scale'])
+        self._poll_s = min(self._values['batch_period'], _LONGEST_POLL_S)
+        self._pace = EvenPace(1 / self._poll_s)
         self._waiting, self._due_s = [], 0.0
 
     @property
     def skipped(self) -> int:
         """Number of samples lost in transmission."""
-        return self._missing + self._assembler.missing
+        return self._lost + self._assembler.missing
 
-    def _poll(self) -> None:
+    def _poll(self) -> list[SampleBlock]:
         """Read the port; make blocks once per batch_period."""
         wait_until(self._pace.next())
         frames, arrived_ns = self._received()
         self._waiting += frames
         if not self._waiting or arrived_ns * 1e-9 < self._due_s:
-            return
-        self._due_s = arrived_ns * 1e-9 + self._settings.batch_period - 0.5 * min(self._settings.batch_period, _LONGEST_POLL_S)
+            return []
+        self._due_s = arrived_ns * 1e-9 + self._values['batch_period'] - 0.5 * self._poll_s
         frames, self._waiting = self._waiting, []
         offset = stamp_of(arrived_ns, self._clock) - arrived_ns
         blocks = self._assembler.assemble(frames, arrived_ns)
         if self._demodulator is not None:
             blocks = [net for block in blocks for net in self._demodulator.net(block)]
-        self._ready = [replace(block, stamp_ns=max(block.stamp_ns + offset, 0)) for block in blocks]
+        return [replace(block, stamp_ns=max(block.stamp_ns + offset, 0)) for block in blocks]
 
     def describe(self) -> dict:
         """The port and its error counts."""
         about = super().describe()
         unpaired = {'samples without a dark neighbour': self._demodulator.missing} if self._demodulator is not None else {}
-        return about | unpaired | {'format': self._settings.format, 'missing samples': self.skipped,
-                        'resets': about['resets'] + self._resets + self._assembler.clock.resets}
-
-    def _deafness(self) -> str:
-        return f'bytes come from {self._port.path}, but no frames: check parameters baud and format'
+        return about | unpaired | {'format': self._values['format'], 'missing samples': self.skipped,
+                                   'resets': about['resets'] + self._resets + self._assembler.clock.resets}
 
 
 class PsdSimulatedSource(SceneSource):
-    """A scene of the simulated finger; a step is a sample. batch_period: s of samples per block, returned when its last sample is due; the
-    rest as in SceneSource.
-    """
+    """A scene of the simulated finger; a step is a sample. values: as of SceneSource, and batch_period: s of samples per block, returned
+    when its last sample is due."""
 
     truths = ('contacts',)
     usual_rate = 1000.0
     longest_leap = 5
+    sensor = 'psd_finger'
+    _open_scene = staticmethod(open_psd_scene)
 
-    def __init__(self, scene: str, rate: float, seed: int, batch_period: float, clock: Clock):
-        super().__init__(scene, rate, seed, clock, max(round(batch_period * self.rate_of(rate)), 1))
-
-    def _open_scene(self):
-        return open_psd_scene(self._name, self.rate, self._seed)
+    def __init__(self, values: Mapping, clock: Clock):
+        super().__init__(values, clock)
+        self.count = max(round(values['batch_period'] * self.rate), 1)
 
     def _make(self, number: int):
-        counts, truth = self._scene.play(number, self._count)
+        counts, truth = self._scene.play(number, self.count)
         electronics = self._scene.electronics
         return counts.astype(np.float32) * np.float32(electronics.full_scale / 2**electronics.bits), truth
 
     def _handed_over(self, made, due_ns: int) -> SampleBlock:
         volts, truth = made
-        first = due_ns - round((self._count - 1) / self.rate * NS)
-        return SampleBlock(volts, self._stamp(min(first, time.monotonic_ns())), 1 / self.rate, truth)
-
-    def describe(self) -> dict:
-        """The scene, its seed and rate."""
-        return super().describe() | {'device': 'simulated psd_finger'}
+        first = due_ns - round((self.count - 1) / self.rate * NS)
+        return SampleBlock(volts, self.stamp(min(first, time.monotonic_ns())), 1 / self.rate, truth)

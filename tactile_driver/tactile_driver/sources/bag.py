@@ -4,18 +4,19 @@
 from __future__ import annotations
 
 import posixpath
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-from ..errors import BadArgument, BadFrame, BadRecording
-from ..frame import COMPRESSED, CameraCalibration, Frame, frame_of, matrix_frame
+from ..errors import BadFrame, BadRecording
+from ..frame import COMPRESSED, CameraCalibration, Frame, calibration_of_info, frame_of, matrix_frame, sent_shape
 from ..nodes.messages.images import grey_to_array, image_to_array
 from ..recordings.reader import BagReader, COMPRESSED_IMAGE, RawMessage, RecordedTruth, recorded_description, truth_topics, with_truth
 from ..recordings.serialization import decode
 from ..samples import CHANNELS, SampleBlock
-from .source import NS, EndOfSource, EvenPace, Source, StampPace, wait_until
+from .source import NS, Clock, PlayedSource
 
 _IMAGE, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CameraInfo'
 
@@ -44,121 +45,83 @@ def _named(topics: list[str], wanted: str) -> list[str]:
     return [name for name in topics if wanted in ('', name, name.lstrip('/'))] or [name for name in topics if name.endswith('/' + wanted)]
 
 
-class BagSource(Source):
-    """Plays a rosbag2 folder or file, sqlite3 or MCAP; an unfinished one as far as rosbag2 reads it.
+class BagSource(PlayedSource):
+    """Plays a rosbag2 folder or file, sqlite3 or MCAP; an unfinished one as far as rosbag2 reads it. Its stamps are those recorded.
 
-    topic: of sensor_msgs/Image or CompressedImage, '' if the bag has only one; rate: Hz; -1: as recorded; 0: as fast as consumed; loop:
-    restart at the end (the stamps then go back). Raises BadArgument for an empty path.
+    values: as of PlayedSource, and topic: of sensor_msgs/Image or CompressedImage, '' if the bag has only one.
     """
 
     kinds, content = (_IMAGE, COMPRESSED_IMAGE), 'image'
 
-    def __init__(self, path: str, topic: str, rate: float, loop: bool):
-        if not path:
-            raise BadArgument('path: source bag needs the path of a rosbag2 folder')
-        self.on_demand = rate == 0
-        self._path, self._wanted, self._rate, self._loop = Path(path).expanduser(), topic, rate, loop
-        self._reader = self._messages = self._calibration = self._pace = None
-        self._topic, self._recorded = '', {}
-        self._truth_topics: dict[str, str] = {}
+    def __init__(self, values: Mapping, clock: Clock):
+        super().__init__(values, clock)
+        self._values, self._topic, self._reader, self._calibration = values, '', None, None
+        self._about, self._truth_topics = {}, {}
 
     def open(self) -> None:
         """Open the bag at its start. Raises BadRecording if it is missing, unreadable or lacks the topic."""
-        self.close()
         try:
             self._reader = BagReader(self._path).__enter__()
         except (BadRecording, OSError) as error:
             raise BadRecording(f'path: {self._path} is not a readable rosbag2 recording: {error}') from error
         types = self._reader.topics
-        self._topic = choose_topic(types, self._wanted, str(self._path), self.kinds, self.content)
-        self._calibration = self._recorded_calibration(types)
-        self._truth_topics = truth_topics(types, self._topic)
-        self._recorded = recorded_description(self._reader, self._topic)
-        self._pace = EvenPace(self._rate, skip=False) if self._rate > 0 else StampPace() if self._rate < 0 else None
-        self._start()
-
-    def _start(self) -> None:
-        self._messages = with_truth(self._reader.messages({self._topic, *self._truth_topics}), self._topic, self._truth_topics)
+        self._topic = choose_topic(types, self._values['topic'], str(self._path), self.kinds, self.content)
+        self._calibration, self._truth_topics = self._recorded_calibration(types), truth_topics(types, self._topic)
+        recorded = recorded_description(self._reader, self._topic)
+        self._about = {'recorded': recorded} if recorded else {}
+        super().open()
 
     def _recorded_calibration(self, types: dict[str, str]) -> CameraCalibration | None:
         beside = posixpath.join(posixpath.dirname(self._topic), 'camera_info')
-        if types.get(beside) != _INFO:
-            return None
-        for found in self._reader.messages({beside}):
-            try:
-                info = decode(found.data, found.type_name)
-            except BadFrame:
-                continue
-            numbers = (tuple(map(float, x)) for x in (info.k, info.d, info.r, info.p))
-            return CameraCalibration(info.width, info.height, *numbers, info.distortion_model)
+        for found in self._reader.messages({beside}) if types.get(beside) == _INFO else ():
+            with suppress(BadFrame):
+                return calibration_of_info(decode(found.data, found.type_name))
         return None
+
+    def _items(self) -> Iterator[tuple[RawMessage, RecordedTruth | None]]:
+        return with_truth(self._reader.messages({self._topic, *self._truth_topics}), self._topic, self._truth_topics)
+
+    def _recorded(self, item: tuple[RawMessage, RecordedTruth | None]) -> tuple[int, tuple]:
+        found, truth = item
+        try:
+            message = decode(found.data, found.type_name)
+        except BadFrame as error:
+            raise BadFrame(f'a message of {self._topic} in {self._path} is broken ({error}); it is skipped') from error
+        stamp = message.header.stamp.sec * NS + message.header.stamp.nanosec or found.stamp_ns
+        return stamp, (message, stamp, truth)
+
+    def _frame(self, content: tuple, _due_ns: int) -> Frame | SampleBlock:
+        message, stamp, truth = content
+        return replace(self._of_message(message, stamp, f'the image of {self._topic} at {stamp} ns'), truth=truth)
+
+    def _of_message(self, message, stamp: int, place: str) -> Frame | SampleBlock:
+        return frame_of(image_to_array(message, place), place, stamp)
 
     @property
     def warning(self) -> str:
         """Damage found in the bag so far, '' without any."""
         return '; '.join(self._reader.left_out.lines()) if self._reader is not None else ''
 
-    def read(self, wanted: bool = True) -> Frame | None:
-        """The next frame, when it is due; None if not wanted. Raises EndOfSource, or BadFrame for a message without a valid image."""
-        found, truth = self._next()
-        message = self._decoded(found)
-        stamp = message.header.stamp.sec * NS + message.header.stamp.nanosec or found.stamp_ns
-        due = 0 if self._pace is None else self._pace.next(stamp)
-        frame = self._frame(message, stamp) if wanted else None
-        if frame is not None and truth is not None:
-            frame = replace(frame, truth=truth)
-        wait_until(due)
-        return frame
-
     @property
     def truths(self) -> tuple[str, ...]:
         """See Source."""
         return tuple(self._truth_topics.values())
 
-    def _next(self) -> tuple[RawMessage, RecordedTruth | None]:
-        found = next(self._messages, None) if self._messages is not None else None
-        if found is None and self._loop and self._reader is not None:
-            self._start()
-            found = next(self._messages, None)
-        if found is None:
-            raise EndOfSource(f'{self._path} is over')
-        return found
-
-    def _decoded(self, found: RawMessage):
-        try:
-            return decode(found.data, found.type_name)
-        except BadFrame as error:
-            raise BadFrame(f'a message of {self._topic} in {self._path} is broken ({error}); it is skipped') from error
-
-    def _frame(self, message, stamp: int) -> Frame:
-        place = f'the image of {self._topic} at {stamp} ns'
-        return frame_of(image_to_array(message, place), place, stamp)
-
-    def close(self) -> None:
-        """Close the bag."""
-        if self._reader is not None:
-            self._reader.__exit__(None, None, None)
-        self._reader = self._messages = None
-
     def describe(self) -> dict:
         """The path, the topic, the rate, Hz (-1: as recorded) and, once open, recorded: the recorded description of the sensor."""
-        return {'source': 'bag', 'path': str(self._path), 'topic': self._topic, 'rate': self._rate, 'loop': self._loop,
-                **({'recorded': self._recorded} if self._recorded else {})}
+        return {**super().describe(), 'topic': self._topic, **self._about}
 
-    def calibration(self) -> CameraCalibration | None:
+    def calibrations(self) -> tuple[CameraCalibration | None]:
         """The calibration in camera_info next to the image topic, None without one."""
-        return self._calibration
-
-
-_VOLTAGES = 'tactile_msgs/msg/PsdVoltages'
+        return (self._calibration,)
 
 
 class PsdBagSource(BagSource):
-    """A rosbag2 folder or file with tactile_msgs/PsdVoltages. Parameters as of BagSource; rate: messages/s."""
+    """A rosbag2 folder or file with tactile_msgs/PsdVoltages; rate: messages/s."""
 
-    kinds, content = (_VOLTAGES,), 'voltage'
+    kinds, content = ('tactile_msgs/msg/PsdVoltages',), 'voltage'
 
-    def _frame(self, message, stamp: int) -> SampleBlock:
+    def _of_message(self, message, stamp: int, place: str) -> SampleBlock:
         if len(message.voltages) % CHANNELS or not len(message.voltages):
             raise BadFrame(f'{len(message.voltages)} voltages at {stamp} ns; a sample has four; the message is skipped')
         volts = np.array(message.voltages, np.float32).reshape(-1, CHANNELS)
@@ -166,12 +129,7 @@ class PsdBagSource(BagSource):
 
 
 class TaxelBagSource(BagSource):
-    """A rosbag2 folder or file with sensor_msgs/Image or CompressedImage in grey. Parameters as of BagSource; shape: (rows, columns)."""
+    """A rosbag2 folder or file with sensor_msgs/Image or CompressedImage in grey, of the array's rows and columns."""
 
-    def __init__(self, path: str, topic: str, rate: float, loop: bool, shape: tuple[int, int]):
-        super().__init__(path, topic, rate, loop)
-        self._shape = shape
-
-    def _frame(self, message, stamp: int) -> Frame:
-        place = f'the image of {self._topic} at {stamp} ns'
-        return matrix_frame(grey_to_array(message, place), self._shape, stamp, place)
+    def _of_message(self, message, stamp: int, place: str) -> Frame:
+        return matrix_frame(grey_to_array(message, place), sent_shape(self._values), stamp, place)

@@ -14,7 +14,7 @@ from ..errors import BadFrame, DeviceLost, TactileError
 from ..frame import Frame, PairFrame
 from .source import EndOfSource, NothingYet, Source
 
-_WINDOW_S = 4.0  # span of share_left_out; chosen
+_WINDOW_S = 4.0  # span of the rate and of share_left_out; chosen
 _RECENT = 2000  # frames: over _WINDOW_S at 500 Hz
 
 
@@ -23,35 +23,27 @@ class FrameQueue:
     those who work on it skip what is too old."""
 
     def __init__(self, keep: int):
-        self._keep = keep
-        self._frames: deque[tuple[float, object]] = deque()
+        self.frames: deque[tuple[float, object]] = deque(maxlen=keep)  # monotonic s of arrival
         self.left_out, self.waited_s = 0, 0.0
         self._passed: deque[tuple[float, bool]] = deque(maxlen=_RECENT)  # monotonic s, whether it was taken
 
-    def __len__(self) -> int:
-        return len(self._frames)
-
     def add(self, frame: object) -> None:
-        """Append a frame; the oldest ones make room for it."""
-        while len(self._frames) >= self._keep:
-            self._frames.popleft()
+        """Append a frame; the oldest one makes room for it."""
+        now = time.monotonic()
+        if len(self.frames) == self.frames.maxlen:
             self.left_out += 1
-            self._passed.append((time.monotonic(), False))
-        self._frames.append((time.monotonic(), frame))
+            self._passed.append((now, False))
+        self.frames.append((now, frame))
 
     def take(self) -> object | None:
         """The oldest frame, None if there is none."""
-        if not self._frames:
+        if not self.frames:
             return None
         now = time.monotonic()
         self._passed.append((now, True))
-        came, frame = self._frames.popleft()
+        came, frame = self.frames.popleft()
         self.waited_s = now - came
         return frame
-
-    def clear(self) -> None:
-        """Drop all frames."""
-        self._frames.clear()
 
     @property
     def share_left_out(self) -> float:
@@ -101,12 +93,10 @@ class Capture:
         self._source, self._wanted, self._report = source, wanted, report
         self._slot = FrameQueue(keep)
         self._changed = changed or threading.Condition()
-        self._stopped = threading.Event()
-        self._active = threading.Event()
+        self._stopped, self._active = threading.Event(), threading.Event()
         self._arrivals: deque[float] = deque(maxlen=_RATE_WINDOW)
-        self._status = CaptureStatus('lost' if lost else 'paused', 0, 0, 0, float('nan'), float('nan'), lost)
-        self._bad = 0
-        self._last_bad_s = -math.inf
+        self._status = CaptureStatus('lost' if lost else 'paused', 0, 0, 0, math.nan, math.nan, lost)
+        self._bad, self._last_bad_s = 0, -math.inf
         self._sizes, self._begun, self._other_since_s = {}, False, None
         self._thread = threading.Thread(target=self._run, name='capture', daemon=True)
         self._thread.start()
@@ -119,7 +109,7 @@ class Capture:
         """Deliver nothing. A recording stands still; a live source is read on and its frames are dropped."""
         self._active.clear()
         with self._changed:
-            self._slot.clear()
+            self._slot.frames.clear()
             self._arrivals.clear()
             self._changed.notify_all()
 
@@ -139,12 +129,12 @@ class Capture:
     @property
     def ready(self) -> bool:
         """Whether a frame waits."""
-        return bool(self._slot)
+        return bool(self._slot.frames)
 
     def take(self, timeout: float) -> Frame | PairFrame | None:
         """The next frame, or None after timeout s without one."""
         with self._changed:
-            self._changed.wait_for(lambda: self._slot or self._stopped.is_set(), timeout)
+            self._changed.wait_for(lambda: self.ready or self._stopped.is_set(), timeout)
             frame = self._slot.take()
             self._changed.notify_all()
         return frame
@@ -158,14 +148,12 @@ class Capture:
     def status(self) -> CaptureStatus:
         """The present state and counts."""
         with self._changed:
-            arrivals, left_out = list(self._arrivals), self._slot.share_left_out
-        now = time.monotonic()
-        # Only the last 4 s count (chosen): the rate of a stopped camera falls to 0.
-        recent = [t for t in arrivals if now - t < 4.0]
-        rate = (len(recent) - 1) / (recent[-1] - recent[0]) if len(recent) > 2 else float('nan') if not arrivals else 0.0
-        return replace(self._status, rate=rate, age_s=now - arrivals[-1] if arrivals else float('nan'),
-                       dropped=self._slot.left_out + self._source.skipped,
-                       left_out=left_out, corrupt=self._bad + self._source.corrupt)
+            arrivals, left_out, now = list(self._arrivals), self._slot.share_left_out, time.monotonic()
+        # Only the last seconds count: the rate of a stopped camera falls to 0.
+        recent = [t for t in arrivals if now - t < _WINDOW_S]
+        rate = (len(recent) - 1) / (recent[-1] - recent[0]) if len(recent) > 2 else 0.0 if arrivals else math.nan
+        return replace(self._status, rate=rate, age_s=now - arrivals[-1] if arrivals else math.nan, left_out=left_out,
+                       dropped=self._slot.left_out + self._source.skipped, corrupt=self._bad + self._source.corrupt)
 
     def _set(self, **changes) -> None:
         self._status = replace(self._status, **changes)
@@ -182,11 +170,11 @@ class Capture:
     def _due(self) -> bool:
         """Whether to read the source now."""
         active = self._active.is_set()
-        if self._status.state in ('running', 'paused'):
-            self._set(state='running' if active else 'paused')
+        self._set(state='running' if active else 'paused')
+        wanted = active and self._wanted()
         # A recording starts with the first subscriber: the perception needs its untouched start as reference.
-        self._begun = self._begun or (active and self._wanted())
-        return self._source.live or (active and (self._wanted() or (self._begun and not self._source.on_demand)))
+        self._begun = self._begun or wanted
+        return self._source.live or wanted or (active and self._begun and not self._source.on_demand)
 
     def _read_one(self) -> None:
         try:
@@ -198,22 +186,18 @@ class Capture:
         except EndOfSource as end:
             self._set(state='ended')
             self._report('info', str(end))
-        except BadFrame as error:
-            self._spoilt(error)
+        except BadFrame as error:  # counted; the first of many is logged
+            now = time.monotonic()
+            if now - self._last_bad_s > _LOG_AGAIN_S:
+                self._report('error', str(error))
+            self._bad, self._last_bad_s = self._bad + 1, now
+            self._set(error=str(error), failing=True)
         except DeviceLost as error:
             self._failed(error, 'lost')
         except Exception as error:  # anything else would end the thread silently
             self._failed(error, 'failed')
         else:
             self._arrived(frame)
-
-    def _spoilt(self, error: BadFrame) -> None:
-        """Count a frame that cannot be used; log the first of many."""
-        now = time.monotonic()
-        if now - self._last_bad_s > _LOG_AGAIN_S:
-            self._report('error', str(error))
-        self._bad, self._last_bad_s = self._bad + 1, now
-        self._set(error=str(error), failing=True)
 
     def _failed(self, error: Exception, state: str) -> None:
         text = str(error) if isinstance(error, TactileError) else f'reading failed: {error!r}; clean up and configure again'
@@ -237,11 +221,12 @@ class Capture:
     def _arrived(self, frame: Frame | PairFrame | None) -> None:
         with self._changed:
             self._arrivals.append(time.monotonic())
-            self._status = replace(self._status, received=self._status.received + 1, failing=False)
+            self._set(received=self._status.received + 1, failing=False)
+            self._changed.notify_all()
             if frame is None or not self._active.is_set():
                 return
             if not self._source.live:
-                self._changed.wait_for(lambda: not self._slot or self._stopped.is_set() or not self._active.is_set())
+                self._changed.wait_for(lambda: not self.ready or self._stopped.is_set() or not self._active.is_set())
             self._slot.add(frame)
             self._changed.notify_all()
 

@@ -1,10 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What all sources share: the class, the time of stamps, playback at a steady rate, scenes in real time."""
+"""What all sources share: the class, the time of stamps, recordings at their pace, scenes in real time."""
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 
 from ..errors import BadArgument
 from ..frame import CameraCalibration, Frame, PairFrame
@@ -21,7 +23,7 @@ class NothingYet(Exception):
 
 
 class Source:
-    """A sensor, live or recorded.
+    """A sensor, live or recorded, made of its driver's parameters and its clock, which returns the time for the stamps, ns.
 
     live: it runs whether it is read or not, and only its newest frames matter; a recording waits and loses nothing. on_demand: it has no
     rate of its own and is read only while frames are wanted. skipped: number of frames that were due but not produced; corrupt: number of
@@ -48,15 +50,15 @@ class Source:
         """Release the device or file; does nothing if it is not open."""
 
     def describe(self) -> dict:
-        """Plain values for the description: source, device or path, serial, width, height (px), rate (Hz) and others, if known."""
+        """Plain values for the description: device or path, serial, width, height (px), rate (Hz) and others, if known."""
         raise NotImplementedError
 
-    def calibration(self) -> CameraCalibration | None:
-        """The camera's calibration, None if unknown; valid once open."""
-        return None
+    def calibrations(self) -> tuple[CameraCalibration | None, ...]:
+        """The calibrations of its camera, or of the left and the right one, None if unknown; valid once open."""
+        return None, None
 
     def set_controls(self, values: Mapping[str, float]) -> None:
-        """Set controls of a camera: names and values of camera.controls.CONTROLS; nothing elsewhere."""
+        """Set controls of a camera: names and values of camera.v4l2.CONTROLS; nothing elsewhere."""
 
 
 NS = 1_000_000_000
@@ -64,21 +66,13 @@ _PROMPT_NS, _TRIES = 50_000, 4  # chosen: three clock reads take a few us on an 
 
 
 def stamp_of(captured_ns: int, clock: Clock) -> int:
-    """The stamp, ns of clock, of an event at captured_ns of time.monotonic_ns()."""
-    # Simulated time stands at 0 until its first message.
-    return max(captured_ns + _between(clock), 0)
-
-
-def _between(clock: Clock) -> int:
-    """clock minus time.monotonic_ns(), ns; read again if the machine was busy in between."""
-    best, offset = None, 0
-    for _ in range(_TRIES):
+    """The stamp, ns of clock, of an event at captured_ns of time.monotonic_ns(); the clocks are compared again if the machine was busy."""
+    compared = []
+    while not compared or (compared[-1][0] > _PROMPT_NS and len(compared) < _TRIES):
         before, now, after = time.monotonic_ns(), clock(), time.monotonic_ns()
-        if best is None or after - before < best:
-            best, offset = after - before, now - (before + after) // 2
-        if best < _PROMPT_NS:
-            break
-    return offset
+        compared.append((after - before, now - (before + after) // 2))
+    # Simulated time stands at 0 until its first message.
+    return max(captured_ns + min(compared)[1], 0)
 
 
 def wait_until(due_ns: int) -> None:
@@ -88,92 +82,121 @@ def wait_until(due_ns: int) -> None:
         time.sleep(left / NS)
 
 
-_LONGEST_GAP_NS = 5 * NS  # chosen
-
-
 class EvenPace:
-    """Due times at a fixed rate, Hz, without drift.
+    """Due times at a fixed rate, Hz, without drift. A caller that is late by whole periods skips them, as with a camera.
 
-    skip: a caller that is late by whole periods skips them, as with a camera (skipped counts them); else the later due times shift, as with
-    a recording.
+    skipped: number of them.
     """
 
-    def __init__(self, rate: float, skip: bool):
-        self.skipped = 0
-        self._period = NS / rate
-        self._skip = skip
-        self._origin = None
-        self._count = 0
+    def __init__(self, rate: float):
+        self.skipped = self._count = 0
+        self._period, self._origin = NS / rate, None
 
-    def next(self, _stamp_ns: int = 0) -> int:
-        """The next due time, ns of time.monotonic_ns(), whatever the recorded stamp; does not wait."""
+    def next(self) -> int:
+        """The next due time, ns of time.monotonic_ns(); does not wait."""
         now = time.monotonic_ns()
-        if self._origin is None:
-            self._origin = now
-        behind = int((now - self._origin) / self._period) - self._count
-        if behind > 0 and self._skip:
-            self._count += behind
-            self.skipped += behind
-        elif behind > 0:
-            self._origin += int(behind * self._period)
-        due = self._origin + int(self._count * self._period)
-        self._count += 1
+        self._origin = self._origin or now
+        behind = max(int((now - self._origin) / self._period) - self._count, 0)
+        self.skipped += behind
+        due = self._origin + int((self._count + behind) * self._period)
+        self._count += behind + 1
         return due
 
 
-class StampPace:
-    """Due times with the intervals of recorded stamps; shifted if the caller is late or the stamps jump by more than 5 s."""
+class PlayedSource(Source):
+    """A recording. values: path; rate: Hz, -1: as recorded, 0: as fast as consumed; loop: restart at the end.
 
-    def __init__(self):
-        self._last = None
+    Subclasses define _items, _recorded and _frame.
+    """
 
-    def next(self, stamp_ns: int) -> int:
-        """The due time, ns of time.monotonic_ns(), of the frame stamped stamp_ns; does not wait."""
-        now = time.monotonic_ns()
-        due = now
-        if self._last is not None and 0 <= stamp_ns - self._last[0] <= _LONGEST_GAP_NS:
-            due = self._last[1] + stamp_ns - self._last[0]
-        # Late by over 0.1 s (chosen; the node was paused): continue from here instead of catching up.
-        due = due if now - due < NS // 10 else now
-        self._last = stamp_ns, due
-        return due
+    def __init__(self, values: Mapping, clock: Clock):
+        self.on_demand = values['rate'] == 0
+        self._path, self.rate, self._loop, self._clock = Path(values['path']).expanduser(), values['rate'], values['loop'], clock
+        self._playing, self._last = None, None  # of the last frame: when it was recorded and when it was due, ns
+
+    def open(self) -> None:
+        """Open the recording at its start. Raises BadRecording if it is missing, empty or unreadable."""
+        self.close()
+        self._playing, self._last = self._items(), None
+
+    def _items(self) -> Iterator:
+        """What _recorded takes, from the start of the recording. Raises BadRecording."""
+        raise NotImplementedError
+
+    def _recorded(self, item) -> tuple[int, object]:
+        """When a frame was recorded, ns (only intervals count), and what _frame takes. Raises BadFrame."""
+        return 0, item
+
+    def _frame(self, content, due_ns: int):
+        """The frame, due at due_ns of time.monotonic_ns() (0: as fast as consumed). Raises BadFrame."""
+        raise NotImplementedError
+
+    def read(self, wanted: bool = True):
+        """The next frame, made ahead and returned when it is due; None if not wanted. Raises EndOfSource, or BadFrame."""
+        item = next(self._playing, None) if self._playing is not None else None
+        if item is None and self._playing is not None and self._loop:
+            self._playing = self._items()
+            item = next(self._playing, None)
+        if item is None:
+            raise EndOfSource(f'{self._path} is over')
+        recorded_ns, content = self._recorded(item)
+        due = 0 if self.on_demand else self._due(recorded_ns)
+        frame = self._frame(content, due) if wanted else None
+        wait_until(due)
+        return frame
+
+    def _due(self, recorded_ns: int) -> int:
+        """The due time of a frame, ns of time.monotonic_ns(). Where stamps jump, or the node was paused, time goes on from now."""
+        now, due = time.monotonic_ns(), -math.inf
+        if self._last is not None:
+            step = NS / self.rate if self.rate > 0 else recorded_ns - self._last[0]
+            due = self._last[1] + step if 0 <= step <= _LONGEST_GAP_NS else due
+        due = due if now - due < _LATE_NS else now
+        self._last = recorded_ns, due
+        return round(due)
+
+    def close(self) -> None:
+        """Close the recording."""
+        self._playing = None
+
+    def describe(self) -> dict:
+        """The path and the rate, Hz (-1: as recorded)."""
+        return {'path': str(self._path), 'rate': self.rate, 'loop': self._loop}
+
+
+_LONGEST_GAP_NS, _LATE_NS = 5 * NS, NS // 10  # chosen
 
 
 class SceneSource(Source):
     """A scene of a simulated sensor in real time, again from its start when it is over.
 
-    scene: its name; rate: Hz, or -1 for usual_rate; seed: of noise and specimen; clock: ns for the stamps; count: steps of the scene per
-    read. The scene stands still while it is not wanted. Subclasses define _open_scene, _make and _handed_over.
+    values: scene: its name; rate: Hz, or -1 for usual_rate; seed: of noise and specimen. count: steps of the scene per read. The scene
+    stands still while it is not wanted. Raises BadArgument for a rate of 0. Subclasses define sensor, its type, _open_scene, _make and
+    _handed_over.
     """
 
     truths = ('tip', 'contacts', 'contact_region', 'slip', 'wrench')
     live = True
     usual_rate = 30.0
     longest_leap = 2  # steps caught up at once; chosen: computing more would delay the next one
+    count = 1
+    sensor = ''
 
-    def __init__(self, scene: str, rate: float, seed: int, clock: Clock, count: int = 1):
-        self.rate = self.rate_of(rate)
-        self._name, self._seed, self._clock, self._count = scene, seed, clock, count
-        self._scene = self._pace = None
-        self._number = 0
-
-    @classmethod
-    def rate_of(cls, rate: float) -> float:
-        """The rate, Hz, with usual_rate for -1. Raises BadArgument for 0."""
-        if rate == 0:
-            raise BadArgument(f'rate: source sim runs in real time, so 0 is not allowed; give one in Hz, or -1 for {cls.usual_rate:g} Hz')
-        return rate if rate > 0 else cls.usual_rate
+    def __init__(self, values: Mapping, clock: Clock):
+        if values['rate'] == 0:
+            raise BadArgument(f'rate: source sim runs in real time, so 0 is not allowed; give one in Hz, or -1 for {self.usual_rate:g} Hz')
+        self.rate = values['rate'] if values['rate'] > 0 else self.usual_rate
+        self._values, self._clock, self._scene, self._pace, self._number = values, clock, None, None, 0
 
     @property
     def skipped(self) -> int:
         """Number of steps that were skipped because computing was late."""
-        return self._pace.skipped * self._count if self._pace else 0
+        return self._pace.skipped * self.count if self._pace else 0
 
     def open(self) -> None:
         """Open the scene at its start. Raises BadArgument, listing the scenes, for an unknown one."""
-        self._scene = self._open_scene()
-        self._pace = EvenPace(self.rate / self._count, skip=True)
-        self._number = 0
+        self._scene = self._open_scene(self._values['scene'], self.rate, self._values['seed'])
+        self._pace, self._number = EvenPace(self.rate / self.count), 0
 
     def read(self, wanted: bool = True):
         """The next step, computed ahead and returned when due; None if it is not wanted."""
@@ -183,9 +206,9 @@ class SceneSource(Source):
             wait_until(due)
             return None
         # Skipped steps have to be computed too: catching up fully after a long stall would cause the next stall.
-        self._number += self._count * min(self._pace.skipped - skipped, self.longest_leap)
+        self._number += self.count * min(self._pace.skipped - skipped, self.longest_leap)
         made = self._make(self._number)
-        self._number += self._count
+        self._number += self.count
         self._compute_ahead(due)
         wait_until(due)
         return self._handed_over(made, due)
@@ -196,9 +219,13 @@ class SceneSource(Source):
 
     def describe(self) -> dict:
         """The scene, its seed and rate."""
-        return {'source': 'sim', 'device': 'simulated', 'scene': self._name, 'seed': self._seed, 'rate': self.rate}
+        return {'device': f'simulated {self.sensor}', 'scene': self._values['scene'], 'seed': self._values['seed'], 'rate': self.rate}
 
-    def _open_scene(self):
+    def stamp(self, due_ns: int) -> int:
+        """The stamp, ns, of what was due at due_ns of the monotonic clock."""
+        return stamp_of(due_ns, self._clock)
+
+    def _open_scene(self, name: str, rate: float, seed: int):
         raise NotImplementedError
 
     def _make(self, number: int):
@@ -211,6 +238,3 @@ class SceneSource(Source):
     def _handed_over(self, made, due_ns: int):
         """The result of _make as the source's data, due at due_ns of the monotonic clock."""
         raise NotImplementedError
-
-    def _stamp(self, due_ns: int) -> int:
-        return stamp_of(due_ns, self._clock)

@@ -42,7 +42,7 @@ def played(source):
 
 
 def opened(path, rate=0.0, loop=False, clock=time.time_ns):
-    source = FileSource(str(path), rate, loop, clock)
+    source = FileSource({'path': str(path), 'rate': rate, 'loop': loop}, clock)
     source.open()
     return source
 
@@ -54,8 +54,9 @@ def test_every_frame_of_a_video_in_order(video):
 
 
 def test_as_fast_as_consumed_the_stamps_are_recorded_time(video):
-    frames = played(opened(video, clock=lambda: 7_000_000_000))
-    assert [f.stamp_ns for f in frames] == [7_000_000_000 + k * 20_000_000 for k in range(10)]
+    source = opened(video, clock=lambda: 7_000_000_000)
+    assert source.read(wanted=False) is None
+    assert [f.stamp_ns for f in played(source)] == [7_000_000_000 + k * 20_000_000 for k in range(1, 10)]
 
 
 @pytest.mark.parametrize(('rate', 'seconds'), [(-1.0, 0.18), (100.0, 0.09)])
@@ -126,7 +127,7 @@ def folders(tmp_path):
 
 
 def opened_file(folder, rate=0.0, loop=False, clock=time.time_ns):
-    source = TwoFilesSource(str(folder / 'left'), str(folder / 'right'), rate, loop, clock)
+    source = TwoFilesSource({'path': str(folder / 'left'), 'right_path': str(folder / 'right'), 'rate': rate, 'loop': loop}, clock)
     source.open()
     return source
 

@@ -177,8 +177,8 @@ class Camera:
     def describe(self):
         return {'source': 'device', 'device': str(self.value), 'serial': f'S{self.value}', 'rate': 50.0}
 
-    def calibration(self):
-        return CameraCalibration(self.value, 2)
+    def calibrations(self):
+        return (CameraCalibration(self.value, 2),)
 
 
 @pytest.fixture

@@ -48,7 +48,11 @@ def scene(monkeypatch):
 
 
 def opened(scene, rate):
-    source = SimulatedSource('demo', rate, 0, (0, 0), lambda: scene.now)
+    return opened_as(SimulatedSource, clock=lambda: scene.now, rate=rate)
+
+
+def opened_as(kind, clock=time.time_ns, **values):
+    source = kind({'scene': 'demo', 'seed': 0, 'width': 0, 'height': 0, **values}, clock)
     source.open()
     return source
 
@@ -75,12 +79,11 @@ def test_a_frame_is_handed_over_when_it_shows_not_when_it_is_rendered(scene):
 
 
 def test_the_touchpad_itself():
-    source = SimulatedSource('rest', 100.0, 1, (320, 240), time.time_ns)
-    source.open()
+    source = opened_as(SimulatedSource, scene='rest', rate=100.0, width=320, height=240)
     frame = source.read()
     assert frame.image.shape == (240, 320, 3) and frame.image.dtype == np.uint8 and frame.encoding == 'bgr8'
     assert not frame.truth.dot_state.any()
-    about, calibration = source.describe(), source.calibration()
+    about, (calibration,) = source.describe(), source.calibrations()
     assert (about['width'], about['height'], about['rate']) == (320, 240, 100.0)
     assert (calibration.width, calibration.height, calibration.model) == (320, 240, 'plumb_bob')
     assert calibration.k[0] > 100
@@ -91,9 +94,7 @@ def test_two_cameras_are_a_pair_at_their_own_times(monkeypatch, delay):
     pictures = np.full((4, 6, 3), 1, np.uint8), np.full((4, 6, 3), 2, np.uint8)
     fake = type('Two', (), {'right_delay': lambda self, number: delay, 'render': lambda self, t: (*pictures, f'truth {t}')})()
     monkeypatch.setattr(simulated.scenes, 'open_dual_scene', lambda name, rate, seed: fake)
-    source = DualSimulatedSource('areal_dual_demo', 50.0, 0, time.time_ns)
-    assert source.calibrations() == (None, None)
-    source.open()
+    source = opened_as(DualSimulatedSource, rate=50.0)
     pair = source.read()
     assert pair.right.stamp_ns <= time.time_ns() and pair.right.stamp_ns - pair.left.stamp_ns == round(delay * 1e9)
     assert pair.truth == 'truth 0.0' and pair.stamp_ns == pair.left.stamp_ns
@@ -101,8 +102,7 @@ def test_two_cameras_are_a_pair_at_their_own_times(monkeypatch, delay):
 
 
 def test_the_two_simulated_cameras_are_calibrated():
-    source = DualSimulatedSource('areal_dual_rest', 10.0, 3, time.time_ns)
-    source.open()
+    source = opened_as(DualSimulatedSource, scene='areal_dual_rest', rate=10.0, seed=3)
     left, right = source.calibrations()
     pair = source.read()
     assert (left.width, left.height) == pair.left.image.shape[1::-1] and left.k != right.k and left.model == 'plumb_bob'
@@ -110,7 +110,6 @@ def test_the_two_simulated_cameras_are_calibrated():
 
 @pytest.mark.parametrize('scene, sensor', [('areal_single_rest', 'areal_single'), ('air_cushion_rest', 'air_cushion')])
 def test_a_scene_s_name_tells_the_sensor(scene, sensor):
-    source = SimulatedSource(scene, 100.0, 1, (0, 0), time.time_ns)
-    source.open()
+    source = opened_as(SimulatedSource, scene=scene, rate=100.0, seed=1)
     assert source.read().image.shape == (480, 640, 3)
     assert source.describe()['device'] == f'simulated {sensor}'

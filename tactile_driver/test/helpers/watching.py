@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType, ParameterValue
@@ -16,6 +17,8 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from tactile_driver.nodes.runtime.diagnostics import NodeDiagnostics
+from tactile_driver.nodes.runtime.host import Host
 from waiting import until
 
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE, SHUTDOWN_ACTIVE = 1, 2, 3, 4, 7
@@ -82,26 +85,41 @@ class Watcher:
         rclpy.shutdown(context=self.context)
 
 
-class Streamed:
-    """A stream in this process on an active node, and what is received of it. make: of the node, the stream."""
+class Driven:
+    """An active driver's node of this kind in this process, and what is received of it; parameters: of the node, by name."""
 
-    def __init__(self, node, make):
-        self.node, self.stream = node, make(node)
-        node.trigger_configure()
-        node.trigger_activate()
-        self.executor = SingleThreadedExecutor(context=node.context)
-        self.executor.add_node(node)
+    def __init__(self, kind, **parameters):
+        rclpy.init()
+        NodeDiagnostics.period_s, self._period = 0.05, NodeDiagnostics.period_s
+        self.node = kind(Host(['-r', '__ns:=/driven'], {'autostart': False, **parameters}))  # not that of the processes
+        self.node.trigger_configure()
+        self.node.trigger_activate()
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+
+    def collect(self, topic, kind):
+        """The messages on a topic, as they come."""
+        messages = []
+        self.node.create_subscription(kind, topic, messages.append, qos_profile_sensor_data)
+        return messages
 
     def received(self, *topics):
-        """The first message on each topic (name, kind) while the stream runs."""
-        messages = {name: [] for name, _ in topics}
-        for name, kind in topics:
-            self.node.create_subscription(kind, name, messages[name].append, qos_profile_sensor_data)
-        self.stream.resume()
-        assert until(lambda: all(messages.values()), self.executor)
+        """The first message on each topic (name, kind)."""
+        found = [self.collect(*topic) for topic in topics]
+        assert until(lambda: all(found), self.executor)
+        return [messages[0] for messages in found]
+
+    def reported(self, holds):
+        """The first status on /diagnostics for which holds(status)."""
+        reports = self.collect('/diagnostics', DiagnosticArray)
+        assert until(lambda: any(holds(status) for report in reports for status in report.status), self.executor)
+        return next(status for report in reports for status in report.status if holds(status))
+
+    def close(self):
         self.executor.shutdown()
-        self.stream.stop()
-        return [messages[name][0] for name, _ in topics]
+        self.node.destroy_node()
+        rclpy.try_shutdown()
+        NodeDiagnostics.period_s = self._period
 
 
 def started(name, parameters):

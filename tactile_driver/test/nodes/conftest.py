@@ -39,6 +39,20 @@ def node():
 
 
 @pytest.fixture
+def driven():
+    """Makes an active driver's node, driven(kind, **parameters), and puts it away at the end."""
+    watching = pytest.importorskip('watching', reason='ROS is not sourced')
+    made = []
+
+    def make(kind, **parameters):
+        made.append(watching.Driven(kind, **parameters))
+        return made[-1]
+    yield make
+    for each in made:
+        each.close()
+
+
+@pytest.fixture
 def video(tmp_path):
     path = tmp_path / 'pad.avi'
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), 50.0, (64, 48))

@@ -11,24 +11,20 @@ import pytest
 import rclpy
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from sensor_msgs.srv import SetCameraInfo
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import CameraCalibration, Frame, load_calibration
-from tactile_driver.nodes import camera_node
-from tactile_driver.nodes.camera_node import ImagePublishers, ImageStream
+from tactile_driver.nodes.camera_node import CameraNode
 from tactile_driver.nodes.messages.conversions import header_of
-from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import WRONG
-from tactile_driver.nodes.topic_source import topic_source
-from tactile_driver.parameters.drivers import CAMERA_PARAMETERS
-from tactile_driver.parameters.table import defaults
+from tactile_driver.nodes.topic_source import TopicSource
+from tactile_driver.sources.registry import CAMERA_SOURCES
 from tactile_driver.sources.source import Source
 from waiting import until
-from watching import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, ERROR, SHUTDOWN_ACTIVE, Streamed, Watcher, ended, stamps
+from watching import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, ERROR, SHUTDOWN_ACTIVE, Watcher, ended, stamps
 
 
 class FakeCamera(Source):
@@ -36,8 +32,11 @@ class FakeCamera(Source):
 
     live = True
 
-    def __init__(self):
-        self.wanted, self.closed = [], False
+    def __init__(self, calibration):
+        self.wanted, self.closed, self.known = [], False, calibration
+
+    def open(self):
+        pass
 
     def read(self, wanted=True):
         time.sleep(0.01)
@@ -47,42 +46,46 @@ class FakeCamera(Source):
     def close(self):
         self.closed = True
 
+    def calibrations(self):
+        return (self.known,)
+
     def describe(self):
-        return {'source': 'device', 'rate': 100.0}
+        return {'rate': 100.0}
 
 
-def streamed(node, calibration=None, **values):
-    """A stream of a FakeCamera."""
-    given = {**defaults(CAMERA_PARAMETERS), 'source': 'device', **values}
-    return Streamed(node, lambda node: ImageStream(node, ImagePublishers(node), FakeCamera(), given, calibration))
+@pytest.fixture
+def streamed(driven, monkeypatch):
+    """streamed(calibration, **parameters): the node with a FakeCamera, and that."""
+    def make(calibration=None, **values):
+        fake = FakeCamera(calibration)
+        monkeypatch.setitem(CAMERA_SOURCES, 'device', lambda _values, _clock: fake)
+        return driven(CameraNode, source='device', **values), fake
+    return make
 
 
-def test_nothing_is_decoded_for_nobody(node):
-    stream = streamed(node).stream
-    stream.resume()
-    assert until(lambda: len(stream.source.wanted) > 5)
-    stream.stop()
-    assert not any(stream.source.wanted)
+def test_nothing_is_decoded_for_nobody(streamed):
+    one, fake = streamed()
+    assert until(lambda: len(fake.wanted) > 5)
+    one.close()
+    assert not any(fake.wanted) and fake.closed
 
 
-def test_the_end_of_ros_is_no_failure_of_the_camera(node):
-    stream = streamed(node).stream
-    stream.resume()
-    rclpy.shutdown(context=node.context)
-    before = len(stream.source.wanted)
-    assert until(lambda: len(stream.source.wanted) > before + 3)
-    assert stream.status.state == 'running'
-    stream.stop()
+def test_the_end_of_ros_is_no_failure_of_the_camera(streamed):
+    _, fake = streamed()
+    rclpy.shutdown()
+    before = len(fake.wanted)
+    assert until(lambda: len(fake.wanted) > before + 3)
 
 
 @pytest.mark.parametrize(('calibration', 'values', 'k', 'said'), [
     (CameraCalibration(6, 4, (7.0,) * 9), {}, 7.0, ''),
     (CameraCalibration(64, 48, (7.0,) * 9), {}, 0.0, 'calibration is for 64 x 48 px, but images are 6 x 4 px'),
     (None, {'width': 640}, 0.0, 'gives 6 x 4 px instead of 640 x 4 px')])
-def test_a_calibration_is_published_for_its_size_and_another_size_is_warned_of(node, calibration, values, k, said):
-    one = streamed(node, calibration, **values)
+def test_a_calibration_is_published_for_its_size_and_another_size_is_warned_of(streamed, calibration, values, k, said):
+    one, _ = streamed(calibration, **values)
     info, = one.received(('camera_info', CameraInfo))
-    assert set(info.k) == {k} and (info.width, info.height) == (6, 4) and said in one.stream.warning
+    assert set(info.k) == {k} and (info.width, info.height) == (6, 4)
+    one.reported(lambda status: said in status.message)
 
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
@@ -131,15 +134,11 @@ def test_a_video_is_a_camera(watcher, camera, video):
     assert ended(process) == (0, '')
 
 
-def test_publishers_are_reliable_and_only_slow_facts_are_latched():
-    rclpy.init()
-    camera = camera_node.CameraNode(Host(parameters={'scene': 'rest', 'width': 320, 'height': 240, 'autostart': False}))
-    camera.trigger_configure()
+def test_publishers_are_reliable_and_only_slow_facts_are_latched(driven):
+    camera = driven(CameraNode, scene='rest', width=320, height=240).node
     topics = ('image_raw', 'camera_info', 'description', 'ground_truth/slip')
     assert until(lambda: all(camera.get_publishers_info_by_topic(topic) for topic in topics))
     offered = {topic: camera.get_publishers_info_by_topic(topic)[0].qos_profile for topic in topics}
-    camera.destroy_node()
-    rclpy.shutdown()
     assert {each.reliability for each in offered.values()} == {ReliabilityPolicy.RELIABLE}
     assert [topic for topic in topics if offered[topic].durability == DurabilityPolicy.TRANSIENT_LOCAL] == ['camera_info', 'description']
     assert offered['image_raw'].durability == offered['ground_truth/slip'].durability == DurabilityPolicy.VOLATILE
@@ -187,35 +186,25 @@ def test_nonsense_is_named_once_and_ends_it(camera):
 
 
 @pytest.mark.parametrize('topic', ['/foreign/image_raw', '/foreign/image_raw/compressed'])
-def test_images_of_another_drivers_topic_come_in_the_own_frames_with_its_camera_info(topic):
-    rclpy.init()
-    node = rclpy.create_node('foreign')
-    camera = camera_node.CameraNode(Host(['-r', '__ns:=/pad'], {'source': 'topics', 'topic': topic, 'frame_id': 'pad'}))
+def test_images_of_another_drivers_topic_come_in_the_own_frames_with_its_camera_info(driven, topic):
+    one = driven(CameraNode, source='topics', topic=topic, frame_id='pad')
     header, grey = header_of(10**9, 'theirs'), np.full((4, 6), 90, np.uint8)
-    info, images = node.create_publisher(CameraInfo, '/foreign/camera_info', 1), []
     if topic.endswith('compressed'):
         message = CompressedImage(header=header, data=cv2.imencode('.png', grey)[1].tobytes())
     else:
         message = Image(header=header, height=4, width=6, step=6, encoding='bayer_rggb8', data=grey.tobytes())
-    publisher, infos = node.create_publisher(type(message), topic, 1), []
-    node.create_subscription(Image, '/pad/image_raw', images.append, 10)
-    node.create_subscription(CameraInfo, '/pad/camera_info', infos.append, 10)
-    executor = SingleThreadedExecutor()
-    for each in (node, camera):
-        executor.add_node(each)
+    info, publisher = (one.node.create_publisher(*each, 1) for each in ((CameraInfo, '/foreign/camera_info'), (type(message), topic)))
+    images, infos = one.collect('image_raw', Image), one.collect('camera_info', CameraInfo)
 
     def arrived():
         info.publish(CameraInfo(width=6, height=4, k=[5.0, 0.0, 3.0, 0.0, 5.0, 2.0, 0.0, 0.0, 1.0]))
         publisher.publish(message)
         return images and infos and infos[-1].k[0] == 5.0
-    assert until(arrived, executor)
+    assert until(arrived, one.executor)
     assert images[-1].header.frame_id == 'pad_camera_optical' and images[-1].header.stamp.sec == 1
-    assert (images[-1].width, images[-1].height, set(images[-1].data)) == (6, 4, {90}) and infos[-1].k[0] == 5.0
-    executor.shutdown()
-    camera.destroy_node()
-    rclpy.shutdown()
+    assert (images[-1].width, images[-1].height, set(images[-1].data)) == (6, 4, {90})
 
 
 def test_the_own_topic_is_no_source(node):
     with pytest.raises(BadArgument, match='what this node publishes'):
-        topic_source(node, 'image_raw')
+        TopicSource(node, 'image_raw')

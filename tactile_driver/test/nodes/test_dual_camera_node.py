@@ -15,61 +15,60 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import CameraInfo, Image, TimeReference
 from stitchings import SIZE, stitching, view
-from tactile_driver.camera.pairs import DualSource
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame
-from tactile_driver.nodes.dual_camera_node import DualPublishers, DualStream
+from tactile_driver.nodes.dual_camera_node import DualCameraNode
 from tactile_driver.nodes.topic_source import TopicSource
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
-from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
-from tactile_driver.parameters.table import defaults
-from tactile_driver.sources.source import NothingYet
+from tactile_driver.sources.registry import DUAL_CAMERA_SOURCES
+from tactile_driver.sources.source import NothingYet, Source
 from tactile_driver.stitching.methods import make_stitcher
-from watching import Streamed, Watcher, ended, stamps
+from watching import Watcher, ended, stamps
 
 
-class TwoCameras(DualSource):
-    """Pairs at 100 Hz, the right frame a millisecond later; sides: which views there are."""
+class TwoCameras(Source):
+    """Pairs at 100 Hz, the right frame a millisecond later."""
 
     live = True
 
-    def __init__(self, size=SIZE, sides=('left', 'right')):
-        self.size, self.sides, self.count, self.exposures = size, sides, 0, []
+    def __init__(self, size, known):
+        self.size, self.known, self.count = size, known, 0
+
+    def open(self):
+        pass
 
     def read(self, wanted=True):
         time.sleep(0.01)
         self.count += 1
-        frames = [Frame(np.full(self.size[::-1], value, np.uint8), self.count * 10**7 + late, 'mono8') if name in self.sides else None
-                  for name, value, late in (('left', 50, 0), ('right', 90, 10**6))]
+        frames = [Frame(np.full(self.size[::-1], value, np.uint8), self.count * 10**7 + late, 'mono8')
+                  for value, late in ((50, 0), (90, 10**6))]
         return PairFrame(*frames) if wanted else None
 
-    def set_controls(self, values):
-        self.exposures.append(values['exposure'])
-
-    def close(self):
-        pass
+    def calibrations(self):
+        return self.known
 
     def describe(self):
-        return {'source': 'device', 'rate': 100.0}
+        return {'rate': 100.0, 'shutter offset (ms)': 9.0}
 
 
-def streamed(node, source, known=True, calibrations=(None, None), **values):
-    """A stream of TwoCameras."""
-    def make(node):
-        publishers = DualPublishers(node)
-        publishers.choose_views(True)
-        given = {**defaults(DUAL_CAMERA_PARAMETERS), 'source': 'device', **values}
-        return DualStream(node, publishers, source, given, stitching() if known else None, calibrations)
-    return Streamed(node, make)
+@pytest.fixture
+def streamed(driven, tmp_path, monkeypatch):
+    """streamed(**parameters): the node with TwoCameras; stitched: by stitching()."""
+    def make(size=SIZE, stitched=True, calibrations=(None, None), **values):
+        monkeypatch.setitem(DUAL_CAMERA_SOURCES, 'device', lambda _values, _clock: TwoCameras(size, calibrations))
+        path = tmp_path / 'calibration.yaml'
+        path.write_text(yaml.safe_dump({'fitted': {'stitching': stitching().to_dict()}}))
+        return driven(DualCameraNode, source='device', stitching_path=str(path) if stitched else '', **values)
+    return make
 
 
 def stamp(message):
     return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
 
 
-def test_each_view_has_its_stamp_and_its_calibration_and_the_picture_the_left_stamp(node):
+def test_each_view_has_its_stamp_and_its_calibration_and_the_picture_the_left_stamp(streamed):
     known = tuple(CameraCalibration(*SIZE, (k,) * 9) for k in (7.0, 8.0))
-    two = streamed(node, TwoCameras(), frame_id='pad', calibrations=known)
+    two = streamed(frame_id='pad', calibrations=known)
     *images, exposed, left_info, right_info = two.received(
         ('left/image_raw', Image), ('right/image_raw', Image), ('image_raw', Image), ('right/time_reference', TimeReference),
         ('left/camera_info', CameraInfo), ('right/camera_info', CameraInfo))
@@ -79,32 +78,29 @@ def test_each_view_has_its_stamp_and_its_calibration_and_the_picture_the_left_st
     assert set(left.data) == {50} and set(right.data) == {90} and {50, 90} <= set(whole.data)
     assert (whole.width, whole.height) == (121, 61) and {m.header.frame_id for m in (*images, exposed)} == {
         f'pad_{view}camera_optical' for view in ('', 'left_', 'right_')}
-    assert set(left_info.k) == {7.0} and set(right_info.k) == {8.0} and two.stream.warning == ''
+    assert set(left_info.k) == {7.0} and set(right_info.k) == {8.0}
+    status = two.reported(lambda status: status.message.endswith(' Hz'))
+    assert {each.key: each.value for each in status.values}['shutter offset (ms)'] == '9'
 
 
-def test_diagnostics_tell_the_offset(node):
-    stream = streamed(node, TwoCameras()).stream
-    stream.source.offset_ms = 9.0
-    assert stream.health().values['shutter offset (ms)'] == pytest.approx(9.0)
-    stream.stop()
-
-
-def test_the_views_are_grey_or_coloured_as_asked(node):
-    image, = streamed(node, TwoCameras(), encoding='bgr8').received(('image_raw', Image))
+def test_the_views_are_grey_or_coloured_as_asked(streamed):
+    image, = streamed(encoding='bgr8').received(('image_raw', Image))
     assert (image.encoding, image.step) == ('bgr8', 363)
 
 
-def test_without_a_stitching_the_views_are_put_side_by_side_and_that_is_said(node):
-    two = streamed(node, TwoCameras(), known=False, overlap=20)
+def test_without_a_stitching_the_views_are_put_side_by_side_and_that_is_said(streamed):
+    two = streamed(stitched=False, overlap=20)
     whole, = two.received(('image_raw', Image))
     expected = np.repeat([50, 90], SIZE[0] - 10)
-    assert (picture_of(whole) == expected).all() and 'stitching_path is empty' in two.stream.warning
+    assert (picture_of(whole) == expected).all()
+    two.reported(lambda status: 'stitching_path is empty' in status.message)
 
 
-def test_views_of_another_size_are_warned_of_and_not_stitched(node):
-    two = streamed(node, TwoCameras((48, 40)), calibrations=(CameraCalibration(*SIZE, (7.0,) * 9), None))
+def test_views_of_another_size_are_warned_of_and_not_stitched(streamed):
+    two = streamed((48, 40), calibrations=(CameraCalibration(*SIZE, (7.0,) * 9), None))
     info, _ = two.received(('left/camera_info', CameraInfo), ('right/image_raw', Image))
-    assert set(info.k) == {0.0} and 'left: the camera calibration is for 96 x 80 px' in two.stream.warning
+    assert set(info.k) == {0.0}
+    two.reported(lambda status: 'left: the camera calibration is for 96 x 80 px' in status.message)
 
 
 def subscribed(node):
@@ -130,7 +126,7 @@ def test_it_subscribes_only_while_frames_are_wanted(node):
     assert '/left/image_raw' not in subscribed(node)
     executor.shutdown()
     source.close()
-    assert source.calibration() is None
+    assert source.calibrations() == (None,)
 
 
 def test_a_topic_without_a_name_is_refused(node):

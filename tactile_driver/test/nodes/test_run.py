@@ -39,41 +39,28 @@ def started(program):
                             start_new_session=True)
 
 
-@pytest.mark.ros
-@pytest.mark.full
-def test_a_signal_ends_the_process_cleanly():
-    process = started(PROGRAM)
-    assert process.stdout.readline() == 'up\n'
-    process.send_signal(signal.SIGTERM)
-    out, err = process.communicate(timeout=60)
-    assert (process.returncode, out, err) == (0, 'released\n', '')
-
-
-@pytest.mark.ros
-@pytest.mark.full
-def test_what_a_node_does_is_not_interrupted():
-    process = started('import time' + PROGRAM.replace("print('up', flush=True)", """self.timer = self.create_timer(0.05, self.work)
+_UP, _LAST = "print('up', flush=True)", "print('released', flush=True)"
+_WORK = """self.timer = self.create_timer(0.05, self.work)
 
     def work(self):
         self.timer.cancel()
-        print('working', flush=True); time.sleep(0.5); print('done', flush=True)"""))
-    assert process.stdout.readline() == 'working\n'
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
-    assert (process.returncode, out, err) == (0, 'done\nreleased\n', '')
+        print('working', flush=True); time.sleep(0.5); print('done', flush=True)"""
 
 
 @pytest.mark.ros
 @pytest.mark.full
-def test_further_interrupts_do_not_tear_what_is_put_away():
-    last = "print('released', flush=True)"
-    process = started('import time' + PROGRAM.replace(last, f"print('putting away', flush=True); time.sleep(0.5); {last}"))
-    assert process.stdout.readline() == 'up\n'
-    process.send_signal(signal.SIGINT)
-    assert process.stdout.readline() == 'putting away\n'
-    process.send_signal(signal.SIGINT)
+@pytest.mark.parametrize(('program', 'lines', 'signals', 'rest'), [
+    (PROGRAM, ['up'], [signal.SIGTERM], 'released\n'),
+    (PROGRAM.replace(_UP, _WORK), ['working'], [signal.SIGINT], 'done\nreleased\n'),
+    (PROGRAM.replace(_LAST, f"print('putting away', flush=True); time.sleep(0.5); {_LAST}"), ['up', 'putting away'],
+     [signal.SIGINT, signal.SIGINT], 'released\n')], ids=['at rest', 'at work', 'while it is put away'])
+def test_signals_end_the_process_cleanly_and_interrupt_nothing(program, lines, signals, rest):
+    process = started('import time' + program)
+    for line, number in zip(lines, signals):
+        assert process.stdout.readline() == line + '\n'
+        process.send_signal(number)
     out, err = process.communicate(timeout=60)
-    assert (process.returncode, out, err) == (0, 'released\n', '')
+    assert (process.returncode, out, err) == (0, rest, '')
 
 
 @pytest.mark.ros

@@ -10,7 +10,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from small_bags import TYPE, message, numbers, write_bag
 from std_msgs.msg import String
 from tactile_driver.errors import BadRecording
-from tactile_driver.recordings.reader import BagReader, LeftOut, descriptions, original, recorded_description, truth_topics, with_truth
+from tactile_driver.recordings.reader import BagReader, LeftOut, descriptions, recorded_description, truth_topics, with_truth
 from tactile_driver.recordings.serialization import type_hash
 from tactile_driver.recordings.writer import write_messages
 
@@ -175,10 +175,6 @@ def test_the_description_of_the_sensor_itself_beside_the_raw_topic_or_above_it(t
     write_messages(tmp_path / 'bag', '', ((10**9, topic, String(data=words)) for topic, words in said))
     with BagReader(tmp_path / 'bag') as reader:
         assert recorded_description(reader, raw_topic) == expected
-
-
-def test_what_was_not_replayed_is_original():
-    assert original(SIMULATED) == SIMULATED and original({'recorded': 'by somebody else'}) == {'recorded': 'by somebody else'}
 
 
 def test_descriptions_of_all_sensors_in_order_without_what_is_none(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 from tactile_driver.errors import BadArgument
 from tactile_driver.serial.clock import DeviceClock, SampleAssembler
 from tactile_driver.serial.frames import (
-    END, MATRIX, SAMPLES, BinaryReader, CountFrame, Expected, LineReader, frame_size, write_frame, write_line)
+    END, MATRIX, SAMPLES, BinaryReader, CountFrame, LineReader, frame_size, write_frame, write_line)
 
 RNG = np.random.default_rng(5)
 
@@ -16,7 +16,7 @@ def frame(k, rows=5, columns=4, bits=12, rng=RNG):
 
 
 def reader(columns=4):
-    return BinaryReader(Expected(SAMPLES, columns=columns))
+    return BinaryReader(SAMPLES, columns=columns)
 
 
 def feed(target, data, step):
@@ -42,9 +42,9 @@ def test_a_matrix_of_any_shape_is_carried(rows, columns, bits):
     sent = frame(3, rows, columns, bits)
     data = write_frame(sent, MATRIX)
     assert len(data) == frame_size(rows, columns, bits) == 23 + rows * columns * (1 if bits == 8 else 2)
-    found, = BinaryReader(Expected(MATRIX, rows, columns)).feed(data)
+    found, = BinaryReader(MATRIX, rows, columns).feed(data)
     assert same(found, sent)
-    refusing = BinaryReader(Expected(MATRIX, rows + 1, columns))  # of 257 rows there can be none
+    refusing = BinaryReader(MATRIX, rows + 1, columns)  # of 257 rows there can be none
     assert refusing.feed(data) == [] and refusing.counts.refused == 1
     assert refusing.counts.stranger == f'a matrix of {rows} x {columns} values of {bits} bits'
     assert len(refusing.feed(write_frame(frame(4, rows % 256 + 1, columns, bits), MATRIX))) == (rows < 256)

@@ -50,7 +50,11 @@ def write(path, topics):
 
 
 def opened(path, topic='', rate=0.0, loop=False):
-    source = BagSource(str(path), topic, rate, loop)
+    return opened_as(BagSource, path, topic, rate=rate, loop=loop)
+
+
+def opened_as(kind, path, topic='', **values):
+    source = kind({'path': str(path), 'topic': topic, 'rate': 0.0, 'loop': False, 'transposed': False, **values}, time.time_ns)
     source.open()
     return source
 
@@ -70,7 +74,7 @@ def test_images_keep_their_stamps(bag):
 
 
 def test_the_recorded_camera_info_is_used_again(bag):
-    calibration = opened(bag).calibration()
+    calibration, = opened(bag).calibrations()
     assert (calibration.k, calibration.width, calibration.height, calibration.model) == (K, 64, 48, 'plumb_bob')
 
 
@@ -98,7 +102,7 @@ def test_compressed_images_take_the_place_of_raw_ones(tmp_path, wanted):
     path = write(tmp_path / 'bag', {'/pad/image_raw/compressed': [compressed(0), compressed(1)], '/pad/camera_info': [info()],
                                     '/pad/image_annotated': [image(7)]})
     source = opened(path, wanted)
-    assert [(source.read().image == 90 + k).all() for k in range(2)] == [True, True] and source.calibration().k == K
+    assert [(source.read().image == 90 + k).all() for k in range(2)] == [True, True] and source.calibrations()[0].k == K
 
 
 def test_a_corrupt_compressed_image_is_bad_and_the_next_one_good(tmp_path):
@@ -166,8 +170,7 @@ def write_bag(path, counts):
 
 
 def test_voltages_keep_their_stamps(tmp_path):
-    source = PsdBagSource(str(write_bag(tmp_path / 'bag', [8, 3, 12])), '', 0.0, False)
-    source.open()
+    source = opened_as(PsdBagSource, write_bag(tmp_path / 'bag', [8, 3, 12]))
     first = source.read()
     assert (first.stamp_ns, first.period_s, first.volts.tolist()) == (5 * 10**9, 2e-4, [[0, 1, 2, 3], [4, 5, 6, 7]])
     with pytest.raises(BadFrame, match='a sample has four'):
@@ -178,9 +181,8 @@ def test_voltages_keep_their_stamps(tmp_path):
 
 
 def test_a_topic_without_voltages(tmp_path):
-    source = PsdBagSource(str(write_bag(tmp_path / 'bag', [4])), 'image_raw', 0.0, False)
     with pytest.raises(BadRecording, match='voltage topics: /finger/voltages'):
-        source.open()
+        opened_as(PsdBagSource, write_bag(tmp_path / 'bag', [4]), 'image_raw')
 
 
 def bag_of(path, images):
@@ -193,8 +195,8 @@ def bag_of(path, images):
 
 def test_all_bits_and_stamps_come_back(tmp_path):
     wide = np.array([[1, 1000, 65535], [0, 256, 4095]], np.uint16)
-    source = TaxelBagSource(bag_of(tmp_path / 'b', [(wide, 'mono16'), (wide.astype(np.uint8), 'mono8')]), '', 0, False, (2, 3))
-    source.open()
+    path = bag_of(tmp_path / 'b', [(wide, 'mono16'), (wide.astype(np.uint8), 'mono8')])
+    source = opened_as(TaxelBagSource, path, rows=2, columns=3)
     frames = [source.read(), source.read()]
     assert frames[0].image.tolist() == wide.tolist() and [frame.encoding for frame in frames] == ['mono16', 'mono8']
     assert [frame.stamp_ns for frame in frames] == [10**9, 2 * 10**9]
@@ -204,9 +206,8 @@ def test_all_bits_and_stamps_come_back(tmp_path):
 
 
 def test_colour_and_other_sizes_are_skipped(tmp_path):
-    source = TaxelBagSource(bag_of(tmp_path / 'b', [(np.zeros((2, 9), np.uint8), 'bgr8'), (np.zeros((3, 3), np.uint8), 'mono8')]), '', 0,
-                            False, (2, 3))
-    source.open()
+    path = bag_of(tmp_path / 'b', [(np.zeros((2, 9), np.uint8), 'bgr8'), (np.zeros((3, 3), np.uint8), 'mono8')])
+    source = opened_as(TaxelBagSource, path, rows=2, columns=3)
     for reason in ('encoding .bgr8. is not supported', 'it is skipped'):
         with pytest.raises(BadFrame, match=reason):
             source.read()

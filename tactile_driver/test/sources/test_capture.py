@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tactile_driver.errors import BadFrame, BadRecording, DeviceLost
 from tactile_driver.frame import Frame
-from tactile_driver.sources import capture as capture_module, capture as frame_queue
+from tactile_driver.sources import capture as capture_module
 from tactile_driver.sources.capture import Capture, FrameQueue
 from tactile_driver.sources.source import EndOfSource
 from waiting import until
@@ -223,7 +223,7 @@ def test_what_cannot_be_tried_again_ends_the_reading_with_a_word(captured, error
 def clock(monkeypatch):
     """A clock that is set by hand, s."""
     now = [100.0]
-    monkeypatch.setattr(frame_queue.time, 'monotonic', lambda: now[0])
+    monkeypatch.setattr(capture_module.time, 'monotonic', lambda: now[0])
     return now
 
 

@@ -67,14 +67,6 @@ def calibration_to_message(calibration: CameraCalibration) -> CameraInfo:
                       k=list(calibration.k), r=list(calibration.r), p=list(calibration.p))
 
 
-def calibration_of_message(message: CameraInfo) -> CameraCalibration | None:
-    """The calibration in a CameraInfo, None where it says that there is none."""
-    if not (message.k[0] > 0 and message.k[4] > 0 and message.width and message.height):
-        return None
-    return CameraCalibration(message.width, message.height, tuple(message.k), tuple(message.d), tuple(message.r), tuple(message.p),
-                             message.distortion_model)
-
-
 def point(values: np.ndarray) -> Point:
     """A place (3,), m."""
     x, y, z = map(float, values)

@@ -7,7 +7,7 @@ from array import array
 from collections.abc import Sequence
 
 import numpy as np
-from geometry_msgs.msg import PointStamped, Quaternion, Transform, Twist, WrenchStamped
+from geometry_msgs.msg import PointStamped, Quaternion, Transform, Twist, Wrench, WrenchStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
@@ -70,26 +70,19 @@ def region_message(truth: TruthFrame, interval: float, header: Header) -> Contac
         motion=_transform(truth.motion), motion_interval=interval if known else _NAN, pose=_transform(truth.pose))
 
 
-def slip_message(truth: TruthFrame, header: Header) -> Slip:
-    """Slip of the whole contact."""
-    return Slip(header=header, state=int(truth.slip_state), slipping_fraction=float(truth.slipping_fraction),
-                velocity=Twist(linear=vector(truth.velocity[:3]), angular=vector(truth.velocity[3:])),
-                rotation_center=point(truth.rotation_center), confidence=_NAN)
-
-
-def wrench_message(truth: TruthFrame, header: Header) -> WrenchStamped:
-    """The wrench of the object on the sensor."""
-    message = WrenchStamped(header=header)
-    message.wrench.force, message.wrench.torque = vector(truth.wrench[:3]), vector(truth.wrench[3:])
-    return message
-
-
 def truth_messages(truth: TruthFrame, ids: list[int], interval: float, header: Header, names: Sequence[str] = TRUTH) -> dict[str, object]:
-    """Name -> message of ground_truth/*, those of names; ids: of the touches (see TouchNumbers); interval: s between frames."""
+    """Name -> message of ground_truth/*, those of names; ids: of the touches (see TouchNumbers); interval: s between frames.
+
+    Slip is that of the whole contact, the wrench that of the object on the sensor.
+    """
+    velocity = Twist(linear=vector(truth.velocity[:3]), angular=vector(truth.velocity[3:]))
+    wrench = Wrench(force=vector(truth.wrench[:3]), torque=vector(truth.wrench[3:]))
     make = {'tip': lambda: PointStamped(header=header, point=point(truth.tip)),
             'contacts': lambda: contacts_message(truth.contacts, ids, header),
             'contact_region': lambda: region_message(truth, interval, header),
-            'slip': lambda: slip_message(truth, header), 'wrench': lambda: wrench_message(truth, header)}
+            'slip': lambda: Slip(header=header, state=int(truth.slip_state), slipping_fraction=float(truth.slipping_fraction),
+                                 velocity=velocity, rotation_center=point(truth.rotation_center), confidence=_NAN),
+            'wrench': lambda: WrenchStamped(header=header, wrench=wrench)}
     return {name: make[name]() for name in names}
 
 
@@ -103,30 +96,28 @@ class GroundTruth:
         """Publish these topics, of TRUTH, and no others."""
         for name in self._publishers.keys() - set(names):
             self._node.destroy_publisher(self._publishers.pop(name))
-        for name in names:
-            if name not in self._publishers:
-                self._publishers[name] = self._node.create_publisher(_KINDS[name], f'ground_truth/{name}', _QOS)
+        for name in set(names) - self._publishers.keys():
+            self._publishers[name] = self._node.create_publisher(_KINDS[name], f'ground_truth/{name}', _QOS)
 
     @property
-    def wanted(self) -> bool:
-        """Whether any topic has a subscriber."""
-        return any(p.get_subscription_count() for p in self._publishers.values())
+    def wanted(self) -> list[str]:
+        """The topics that have subscribers."""
+        return [name for name, publisher in self._publishers.items() if publisher.get_subscription_count()]
 
     def publish_contacts(self, touches: list[Touch], header: Header) -> None:
         """Publish the touches at one instant, the only truth of a sensor without dots."""
-        if self._publishers['contacts'].get_subscription_count():
+        if 'contacts' in self.wanted:
             self._publishers['contacts'].publish(contacts_message(touches, self._numbers.assign(touches), header))
 
     def publish_recorded(self, truth: RecordedTruth, frame_id: str) -> None:
         """Publish what was recorded, with its stamps, in the sensor frame frame_id."""
         for name, data in truth.messages:
-            if name in self._publishers and self._publishers[name].get_subscription_count():
+            if name in self.wanted:
                 message = deserialize_message(data, _KINDS[name])
                 message.header.frame_id = frame_id
                 self._publishers[name].publish(message)
 
     def publish(self, truth: TruthFrame, interval: float, header: Header) -> None:
         """Publish the topics that have subscribers, under the image's header; interval: s between the scene's frames."""
-        wanted = [name for name, publisher in self._publishers.items() if publisher.get_subscription_count()]
-        for name, message in truth_messages(truth, self._numbers.assign(truth.contacts), interval, header, wanted).items():
+        for name, message in truth_messages(truth, self._numbers.assign(truth.contacts), interval, header, self.wanted).items():
             self._publishers[name].publish(message)

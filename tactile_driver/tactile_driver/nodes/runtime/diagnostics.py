@@ -33,11 +33,6 @@ def common_values(state: str, rate: float = math.nan, age: float = math.nan, dro
     return {'state': state, 'rate (Hz)': rate, 'age (s)': age, 'dropped': dropped}
 
 
-def remedy_of(health: Health) -> str:
-    """The remedy: the part of the message after the problem, or all of it; '' if nothing is wrong."""
-    return '' if health.level == OK else health.message.split('; ', 1)[-1]
-
-
 class NodeDiagnostics:
     """Publishes what examine() returns, every period_s seconds and on update(), under the node's full name: a hand has several
     camera_nodes. hardware_id: of the sensor, such as its serial number; an empty one is published as 'none'."""
@@ -54,7 +49,8 @@ class NodeDiagnostics:
         """Publish now."""
         health = self._examine()
         shown = {name: f'{value:.4g}' if isinstance(value, float) else str(value) for name, value in health.values.items()}
-        values = [KeyValue(key=name, value=text) for name, text in (shown | {'what to do': remedy_of(health)}).items()]
+        shown['what to do'] = '' if health.level == OK else health.message.split('; ', 1)[-1]
+        values = [KeyValue(key=name, value=text) for name, text in shown.items()]
         status = DiagnosticStatus(level=health.level, name=f'{self._node.get_fully_qualified_name()}: {self._task}', message=health.message,
                                   hardware_id=self.hardware_id or 'none', values=values)
         self._output.publish(DiagnosticArray(header=Header(stamp=self._node.get_clock().now().to_msg()), status=[status]))

@@ -173,17 +173,20 @@ class Host:
         self.lock = lock or threading.RLock()
         self._shared = shared
 
-    def publisher(self, publisher: Publisher, changed: Callable[[], None] = lambda: None) -> Publisher | SharedPublisher:
+    def publisher(self, publisher: Publisher, changed: Callable[[], None] = lambda: None) -> SharedPublisher:
         """The publisher, shared within the process if the host shares; changed: called when takers are added or removed."""
-        if self._shared is None:
-            return publisher
-        self._shared[publisher.topic_name] = SharedPublisher(publisher, changed)
-        return self._shared[publisher.topic_name]
+        made = SharedPublisher(publisher, changed)
+        if self._shared is not None:
+            self._shared[publisher.topic_name] = made
+        return made
 
     def has_takers(self, node: Node, topic: str) -> bool:
         """Whether the topic has local subscribers, which the middleware does not report."""
-        own = (self._shared or {}).get(node.resolve_topic_name(topic))
+        own = self._own(node, topic)
         return own is not None and own.has_takers
+
+    def _own(self, node: Node, topic: str) -> SharedPublisher | None:
+        return (self._shared or {}).get(node.resolve_topic_name(topic))
 
     @property
     def shares(self) -> bool:
@@ -192,10 +195,10 @@ class Host:
 
     def publishes(self, node: Node, topic: str) -> bool:
         """Whether a node of this process publishes a topic to the others by calls, in which nothing is lost."""
-        return node.resolve_topic_name(topic) in (self._shared or {})
+        return self._own(node, topic) is not None
 
     def listen(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile) -> Callable[[], None]:
         """Call take with each message on a topic: by the publisher in this process if there is one, else by an AdaptiveSubscription (which
         see for qos). Returns a function that ends it."""
-        own = (self._shared or {}).get(node.resolve_topic_name(topic))
+        own = self._own(node, topic)
         return own.attach(take) if own is not None else AdaptiveSubscription(node, kind, topic, take, qos).close
