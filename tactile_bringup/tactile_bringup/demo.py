@@ -110,7 +110,7 @@ class Summary:
         """One line for a log, with rate and latency of the last 90 frames."""
         span = self._stamps[-1] - self._stamps[0]
         rate = (len(self._stamps) - 1) / span if span > 0 else math.nan
-        return ' | '.join([f'{reading.stamp_s - self.first_s:5.1f} s', *reading.words,
+        return ' | '.join([f'{reading.stamp_s - self.first_s:5.1f} s', *filter(None, reading.words),
                            f'{_number(rate, ".0f")} Hz, {_milliseconds(self._latencies[-_RECENT:], 50)} ms'])
 
     def report(self) -> list[str]:

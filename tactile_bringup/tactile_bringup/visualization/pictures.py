@@ -66,7 +66,7 @@ def touch_words(found: Mapping) -> list[str]:
 
 def lines_of(found: Mapping) -> list[str]:
     """What messages by topic tell, in lines of text: dots and largest displacement; area, depth, force, slip state, numbers of sticking and
-    slipping dots. A line of what does not come is left out."""
+    slipping dots. The last one is empty where nothing is known of touches; without dots it is the only one."""
     dots, region, lines = found.get('dots'), found.get('contact_region'), []
     if dots is not None:
         moved = np.hypot(dots.du, dots.dv)
@@ -78,8 +78,8 @@ def lines_of(found: Mapping) -> list[str]:
         lines.append(', '.join([f'{1e6 * region.area:.0f} mm2', *touch_words(found), *states]))
     elif region is None and 'contacts' in found and found['contacts'].contacts:
         lines.append(', '.join(touch_words(found)) or 'touched')
-    elif region is not None or 'contacts' in found:
-        lines.append('nothing touches')
+    else:
+        lines.append('nothing touches' if region is not None or 'contacts' in found else '')
     return lines
 
 
@@ -152,8 +152,8 @@ def annotation_of(found: Mapping, place: Place | None, legend: Sequence = CAMERA
     dots, region = found.get('dots') or DotTracks(), found.get('contact_region') or ContactRegion()
     id = np.asarray(dots.id, np.int64)
     what = Annotation(dots.rows, dots.columns, id, np.column_stack([dots.u, dots.v]).astype(float).reshape(-1, 2),
-                      np.column_stack([dots.du, dots.dv]).astype(float).reshape(-1, 2), states_of(id, region), text=lines_of(found),
-                      legend=legend)
+                      np.column_stack([dots.du, dots.dv]).astype(float).reshape(-1, 2), states_of(id, region), legend=legend,
+                      text=lines_of(found) if 'dots' in found or legend is not CAMERA_LEGEND else ['no dots', ''])
     if np.isfinite(dots.area).any():
         what.radius = float(np.sqrt(np.nanmedian(dots.area) / np.pi))
     if place is None:
