@@ -15,7 +15,8 @@ from std_msgs.msg import String
 from tactile_bringup.installed import share
 from tactile_bringup.launch import arguments as module
 from tactile_bringup.launch.arguments import (
-    Playing, SensorPlan, check, completed, driver_parameters, end_if_wrong, processes, sensor_actions, sensor_arguments, sensor_plan, values_of)
+    Playing, SensorPlan, check, completed, driver_parameters, end_if_wrong, processes, sensor_actions, sensor_arguments, sensor_plan,
+    values_of)
 from tactile_bringup.launch.recorded import bag_of, recorded_topics
 from tactile_driver.errors import BadArgument, BadRecording
 from tactile_driver.nodes.runtime.run import WRONG
