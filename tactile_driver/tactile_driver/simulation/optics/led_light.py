@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .camera import SimulatedCamera
-
 _NO_SPOTS = np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0)
 
 
@@ -28,12 +26,9 @@ class Lamps:
     colour: tuple
     exposure: float = 0.8
 
-    def seen_by(self, camera: SimulatedCamera, blur: float) -> Lamps:
-        """Itself: a matt skin looks the same from every direction."""
-        return self
-
-    def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3), m, with outward unit normals (n, n, 3); and no highlights.
+    def look(self, shape: np.ndarray, normals: np.ndarray, *_seen) -> tuple[np.ndarray, tuple]:
+        """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3), m, with outward unit normals (n, n, 3); and no highlights: a
+        matt skin looks the same from every direction.
 
         Model: Lambert's cosine law and the inverse square law.
         """
@@ -59,11 +54,7 @@ class SideLight:
     angle: float
     half: tuple
 
-    def seen_by(self, camera: SimulatedCamera, blur: float) -> SideLight:
-        """Itself: a matt skin looks the same from every direction."""
-        return self
-
-    def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, tuple]:
+    def look(self, shape: np.ndarray, normals: np.ndarray, *_seen) -> tuple[np.ndarray, tuple]:
         """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3), m, times the cosine of the tilt; no highlights."""
         direction = np.array([np.cos(self.angle), np.sin(self.angle)])
         way = shape[..., :2] @ direction / (np.abs(direction) @ np.array(self.half))
