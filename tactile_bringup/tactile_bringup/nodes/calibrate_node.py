@@ -42,9 +42,8 @@ from tactile_perception.sensors import SENSOR_TYPES
 from tactile_perception.tools.calibrate.command import main as calibrate
 from tf2_msgs.msg import TFMessage
 
-from ..guide.holes import Holes
 from ..guide.loads import Loads
-from ..guide.mounting import Mounting, Touches, fit_mounting
+from ..guide.mounting import Holes, Mounting, Touches, fit_mounting
 from ..guide.readings import moved, place_seen, reduced, signal_of
 from ..guide.session import Press, Sample, Session
 from ..guide.surfaces import MarkedSurface, sensor_type, surface_of
