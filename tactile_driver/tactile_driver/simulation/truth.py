@@ -29,8 +29,8 @@ class Touch:
     force: float
 
 
-def _nan3() -> np.ndarray:
-    return np.full(3, np.nan)
+def _unknown(count: int) -> np.ndarray:
+    return field(default_factory=lambda: np.full(count, np.nan))
 
 
 @dataclass
@@ -47,7 +47,6 @@ class TruthFrame:
     motion: (6,) m and rad, displacement of the object since the previous frame, at the sensor frame's origin, NaN without contact;
     pose: (6,), the same since the frame in which it touched;
     wrench: (6,) N and N m, of the object on the sensor at the sensor frame's origin; pressure: Pa, gauge pressure inside the skin;
-    dot_gap: (K,) m, distance of each dot from the object, inf without contact, None if unknown;
     tip: (3,) m, lowest point of a round tip that is near, whether it touches or not, NaN of none.
     """
 
@@ -58,19 +57,18 @@ class TruthFrame:
     outlines: list = field(default_factory=list)
     holes: list = field(default_factory=list)
     area: float = 0.0
-    centroid: np.ndarray = field(default_factory=_nan3)
-    normal: np.ndarray = field(default_factory=_nan3)
+    centroid: np.ndarray = _unknown(3)
+    normal: np.ndarray = _unknown(3)
     contacts: list = field(default_factory=list)
     slip_state: int = NO_SLIP
     slipping_fraction: float = 0.0
-    velocity: np.ndarray = field(default_factory=lambda: np.full(6, np.nan))
-    rotation_center: np.ndarray = field(default_factory=_nan3)
-    motion: np.ndarray = field(default_factory=lambda: np.full(6, np.nan))
-    pose: np.ndarray = field(default_factory=lambda: np.full(6, np.nan))
+    velocity: np.ndarray = _unknown(6)
+    rotation_center: np.ndarray = _unknown(3)
+    motion: np.ndarray = _unknown(6)
+    pose: np.ndarray = _unknown(6)
     wrench: np.ndarray = field(default_factory=lambda: np.zeros(6))
     pressure: float = np.nan
-    dot_gap: np.ndarray | None = None
-    tip: np.ndarray = field(default_factory=_nan3)
+    tip: np.ndarray = _unknown(3)
 
 
 @dataclass

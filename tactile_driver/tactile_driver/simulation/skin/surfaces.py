@@ -108,7 +108,7 @@ class Membrane(Skin):
 
     radius: of curvature at rest, m; height: of the cap above the rim plane, m (defaults: touchpad_contact_region, section 2); tension: N/m,
     default chosen; nodes: n along each side; shrink: m^3/Pa, decrease of the fluid's volume with its pressure, 0 for water.
-    Attributes: node_area: (n*n,) m^2, at rest; volume: m^3, at rest; springs: sparse (m, n*n) N/m, from the positions of all nodes to the
+    Attributes: volume: m^3, at rest; springs: sparse (m, n*n) N/m, from the positions of all nodes to the
     spring forces on the inner nodes; give: from forces (m, 3), N, on these to their displacements (m, 3), m.
     """
 
@@ -164,11 +164,9 @@ class Membrane(Skin):
         triangles = np.concatenate([np.stack(t, axis=1) for t in ((a, b, c), (a, c, d), (a, b, d), (b, c, d))])
         corners = self.rest.reshape(-1, 3)[triangles]
         total = sparse.csr_matrix((self.nodes**2, self.nodes**2))
-        self.node_area = np.zeros(self.nodes**2)
         area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
-            np.add.at(self.node_area, triangles[:, k], area / 6)
             # The cotangent at corner k is the spring of the opposite edge; factors 0.5 for the two diagonals and 0.5 from the energy.
             dot = np.einsum('ij,ij->i', corners[:, i] - corners[:, k], corners[:, j] - corners[:, k])
             weight = 0.25 * self.tension * dot / (2 * area)
