@@ -414,7 +414,3 @@ def main(args: list[str] | None = None) -> None:
     elif made:
         print(f'{len(made[0].bags)} presses are kept; start it again with the same output to go on', flush=True)
     sys.exit(code)
-
-
-if __name__ == '__main__':
-    main()

@@ -156,7 +156,3 @@ class RecordNode(Node):
 def main(args: list[str] | None = None) -> None:
     """Run the process record_node."""
     sys.exit(run_node(RecordNode, args))
-
-
-if __name__ == '__main__':
-    main()
