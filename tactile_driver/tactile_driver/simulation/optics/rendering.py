@@ -48,7 +48,7 @@ class Imaging:
 
 
 class Renderer:
-    """Renders shapes of one skin. lighting: Lighting, Lamps or SideLight; seed: of the noise, which differs from frame to frame."""
+    """Renders shapes of one skin. lighting: Lighting or Lamps; seed: of the noise, which differs from frame to frame."""
 
     def __init__(self, skin: Skin, camera: SimulatedCamera, lighting, imaging: Imaging, seed: int):
         self.skin, self.camera, self.imaging, self._lighting, self._seed = skin, camera, imaging, lighting, seed

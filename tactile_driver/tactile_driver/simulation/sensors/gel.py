@@ -19,7 +19,7 @@ import numpy as np
 from ..gel.contact import GelContact, GelState, Indenter
 from ..gel.elements import Material, Response
 from ..optics.camera import mounted
-from ..optics.led_light import SideLight
+from ..optics.led_light import Lamps
 from ..optics.pattern import uneven
 from ..optics.rendering import Imaging, Renderer
 from ..skin.surfaces import Sheet
@@ -67,7 +67,8 @@ class GelScene(FramesInOrder[TruthFrame]):
         self._known: list[TruthFrame] = []
         self._at = self._keys[0, 1:]
         sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 50.0, 1.3, 1e-4, 33)
-        light = SideLight((165.0, 170.0, 160.0), 1.8, float(rng.uniform(0, 2 * np.pi)), _HALF)
+        angle = rng.uniform(0, 2 * np.pi)  # of an LED beside the gel; chosen: the brightest place is twice as bright as the darkest
+        light = Lamps(((0.03 * np.cos(angle), 0.03 * np.sin(angle), -0.03),), (100.0,), 0.042, 55.0, (0.97, 1.0, 0.94), exposure=1.0)
         self._renderer = Renderer(sheet, self.camera, light, Imaging(blur=1.0, read_noise=1.2, shot_noise=0.02, ink=0.8), seed)
         self._shape = sheet.coarse(sheet.rest)
 
