@@ -7,7 +7,7 @@ import pytest
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped
 from sensor_msgs.msg import CameraInfo
 from tactile_bringup.visualization import pictures as colours
-from tactile_bringup.visualization.pictures import Annotation, annotate, annotation_of, projection
+from tactile_bringup.visualization.pictures import ARRAY_LEGEND, Annotation, annotate, annotation_of, projection
 from tactile_driver.stitching.calibration import SideView, Stitching
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.nodes.messages.conversions import camera_matrices
@@ -120,7 +120,7 @@ def messages():
 
 
 def test_everything_lies_where_it_is():
-    what = annotation_of(messages(), lambda xyz: 1e3 * xyz[:, :2] + 21.5, flow_scale=0.5)
+    what = annotation_of(messages(), lambda xyz: 1e3 * xyz[:, :2] + 21.5, ARRAY_LEGEND, 0.5)
     assert what.outlines[0][0] == pytest.approx([21.5, 18.5]) and what.contacts[0] == pytest.approx([26.5, 23.5])
     assert what.duv[0] == pytest.approx([2.0, 0.0]) and what.uv[0] == pytest.approx([28.5, 23.5])
     assert what.text == ['100 mm2, 0.0 mm deep, 3.0 N, gross slip']
