@@ -31,17 +31,11 @@ else:
 
 TOP = pathlib.Path(__file__).resolve().parent / 'test'
 #: What `make test` runs of the tests that need more than one package; all others of them have the marker `full`.
-QUICK = (TOP / 'style',)
-#: Each launch file for a moment: left out where test/launch runs them all for longer.
-BRIEF = TOP.parent / 'tactile_bringup' / 'test' / 'launch' / 'test_launch_files.py'
+QUICK = (TOP / 'style', TOP / 'launch' / 'test_demo.py')
 
 
 def pytest_collection_modifyitems(config, items):
-    """Mark what is left out of `make test`, and leave out what the tests of launch files do twice."""
-    brief = [item for item in items if item.path == BRIEF and item.name.startswith('test_a_launch_starts')]
-    if brief and 'not full' not in config.option.markexpr and any(TOP / 'launch' in item.path.parents for item in items):
-        items[:] = [item for item in items if item not in brief]
-        config.hook.pytest_deselected(items=brief)
+    """Mark what is left out of `make test`."""
     for item in items:
         if TOP in item.path.parents and not any(quick in (item.path, *item.path.parents) for quick in QUICK):
             item.add_marker(pytest.mark.full)

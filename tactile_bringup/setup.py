@@ -31,9 +31,9 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'markers_node = tactile_bringup.nodes.markers_node:main',
-            'finger_markers_node = tactile_bringup.nodes.finger_markers_node:main',
-            'taxel_markers_node = tactile_bringup.nodes.taxel_markers_node:main',
+            'markers_node = tactile_perception.node:main',
+            'finger_markers_node = tactile_perception.node:main',
+            'taxel_markers_node = tactile_perception.node:main',
             'record_node = tactile_bringup.nodes.record_node:main',
             'calibrate_node = tactile_bringup.nodes.calibrate_node:main',
             'simulated_stage = tactile_bringup.nodes.simulated_stage:main',
@@ -43,7 +43,7 @@ setup(
             'status = tactile_bringup.nodes.status:main',
             'simulate = tactile_bringup.simulate.bags:main',
             'papers = tactile_bringup.papers.command:main',
-            'demo = tactile_bringup.demo.main:main',
+            'demo = tactile_bringup.demo:main',
         ],
     },
 )

@@ -1,9 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """A soft sheet with printed markers and one camera under it: driver, perception, markers; RViz and a recording where asked for."""
+from functools import partial
+
 from tactile_bringup.launch.arguments import sensor_description
 
-
-def generate_launch_description():
-    """The arguments and the nodes that they make."""
-    return sensor_description('areal_single')
+generate_launch_description = partial(sensor_description, 'areal_single')

@@ -1,9 +1,4 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """A sensor and the node that leads through its calibration; further arguments go to the sensor's own launch file."""
-from tactile_bringup.launch.calibrate import calibrate_description
-
-
-def generate_launch_description():
-    """The arguments and the nodes that they make."""
-    return calibrate_description()
+from tactile_bringup.launch.calibrate import calibrate_description as generate_launch_description  # noqa: F401

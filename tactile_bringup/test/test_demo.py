@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 import rclpy
 from geometry_msgs.msg import Point32, Polygon, Vector3, WrenchStamped
-from tactile_bringup.demo import main
-from tactile_bringup.demo.summary import Moments, Reading, Summary, Video, reading_of
+from tactile_bringup.demo import DemoNode, Reading, Summary, Video, reading_of
 from tactile_driver.errors import BadArgument
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
@@ -18,17 +17,16 @@ from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 def filled(count=91, rate=30.0):
     summary = Summary()
     for k in range(count):
-        summary.add(Reading(k / rate, 0.01 + 1e-4 * k, values={'area': 1e-6 * k, 'depth': math.nan}))
+        summary.add(Reading(k / rate, 0.01 + 1e-3 * k, values={'area': 1e-6 * k, 'depth': math.nan}))
     return summary
 
 
 def test_rate_and_latency():
-    summary = filled(100)
-    assert summary.rate == pytest.approx(30.0)
-    assert summary.latency_ms(50) == pytest.approx(10 + 0.1 * (10 + 89 / 2))
-    assert summary.latency_ms(50, lately=False) == pytest.approx(10 + 0.1 * 99 / 2)
-    assert math.isnan(Summary().rate) and math.isnan(Summary().latency_ms(50))
-    assert summary.report()[1] == 'largest area 99 mm2'
+    assert filled(100).line(Reading(99 / 30, 0.0)) == '  3.3 s | 30 Hz, 64 ms', 'of the last 90'
+    assert filled(100).report() == ['100 frames, 30.0 Hz, latency 60 ms (95 %: 104 ms)', 'largest area 99 mm2']
+    one = Summary()
+    one.add(Reading(5.0, math.nan))
+    assert one.line(Reading(5.0, math.nan)) == '  0.0 s | - Hz, - ms' and one.report()[1] == 'largest values unknown'
 
 
 def test_all_messages_of_a_touch():
@@ -43,19 +41,15 @@ def test_all_messages_of_a_touch():
     assert filled().line(reading).split(' | ')[1:-1] == [
         '3 dots, largest displacement 5.0 px', '40 mm2, 1.0 mm deep, 5.0 N, gross slip, 0 stick, 2 slip']
     array = reading_of({name: found[name] for name in ('contacts', 'slip')} | {'contact_region': ContactRegion()}, 5.0, 0.02)
-    assert array.words == ('nothing touches',)
+    assert array.words == ['nothing touches']
     assert 'nan' not in filled().line(reading_of({'contacts': Contacts()}, 5.0, math.nan))
 
 
-def image(k):
-    return np.full((2, 2, 3), k, np.uint8)
-
-
 def test_the_best_frame_of_each_moment_is_kept():
-    moments = Moments()
+    summary = Summary()
     for k, area in enumerate((0.0, 1e-5, 9e-5, 3e-5, 0.0)):
-        moments.add(Reading(float(k), values={'area': area, 'depth': 1e-3 * (k == 3)}), image(k))
-    found = moments.pictures()
+        summary.add_picture(Reading(float(k), 0.0, values={'area': area, 'depth': 1e-3 * (k == 3)}), np.full((2, 2, 3), k, np.uint8))
+    found = summary.pictures()
     assert list(found) == ['first', 'largest_contact', 'deepest_contact', 'last']
     assert [stamp for stamp, _ in found.values()] == [0.0, 2.0, 3.0, 4.0] and found['deepest_contact'][1][0, 0, 0] == 3
 
@@ -86,7 +80,7 @@ def demo(tmp_path):
     def make(**values):
         given = [f'{name}:={value}' for name, value in {'out': tmp_path / 'pictures', **values}.items()]
         rclpy.init(args=['--ros-args', *(word for text in given for word in ('-p', text))])
-        return main.DemoNode()
+        return DemoNode()
     yield make
     rclpy.try_shutdown()
 

@@ -21,9 +21,9 @@ NODES = {
     'contact_point_node': 'tactile_perception.press.stage:ContactPointStage',
     'psd_contact_node': 'tactile_perception.finger.stage:FingerStage',
     'taxel_contact_node': 'tactile_perception.taxel.stage:TaxelStage',
-    'markers_node': 'tactile_bringup.nodes.markers_node:MarkersNode',
-    'finger_markers_node': 'tactile_bringup.nodes.finger_markers_node:FingerMarkersNode',
-    'taxel_markers_node': 'tactile_bringup.nodes.taxel_markers_node:TaxelMarkersNode',
+    'markers_node': 'tactile_bringup.nodes.drawing_node:MarkersNode',
+    'finger_markers_node': 'tactile_bringup.nodes.drawing_node:FingerMarkersNode',
+    'taxel_markers_node': 'tactile_bringup.nodes.drawing_node:TaxelMarkersNode',
 }
 
 

@@ -67,10 +67,8 @@ node.destroy_node()
 
 def test_launch_starts_its_nodes(folder):
     code = """
-from launch import LaunchContext
 from tactile_bringup.launch.arguments import sensor_arguments, sensor_plan
-context = LaunchContext()
-values = {argument.name: ''.join(part.perform(context) for part in argument.default_value) for argument in sensor_arguments('plate')}
+values = {name: default for name, (default, _) in sensor_arguments('plate').items()}
 print(*sensor_plan(values | {'source': 'file', 'path': 'bag', 'params': 'plate.yaml'}, 'plate').nodes)
 """
     assert run(folder, code).split() == ['taxel_array_node', 'plate_node', 'taxel_markers_node']

@@ -53,31 +53,23 @@ class Hand:
 
 def read_hand(path: str | Path) -> Hand:
     """Read a hand file. Raises BadArgument with one line that names the fault and its place."""
-    path = Path(path).expanduser()
+    path, where = Path(path).expanduser(), ''
     try:
         page = yaml.safe_load(path.read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise BadArgument(f'hand {path}: cannot be read: {" ".join(str(error).split())}') from error
     try:
-        return _hand(page, path.parent)
+        _check_keys(page, ('frame', 'sensors'), 'the file')
+        frame, listed, sensors = _name(page.get('frame', 'hand'), 'frame'), page.get('sensors'), []
+        if not isinstance(listed, list) or not listed:
+            raise BadArgument('sensors must be a list of one sensor or more')
+        for number, entry in enumerate(listed, 1):
+            where = f'sensor {entry["name"]}: ' if isinstance(entry, dict) and 'name' in entry else f'sensor number {number}: '
+            sensors.append(_sensor(entry, frame, path.parent))
+        where = ''
+        _check_frames(sensors, frame)
     except BadArgument as error:
-        raise BadArgument(f'hand {path}: {error}') from error
-
-
-def _hand(page: object, folder: Path) -> Hand:
-    _check_keys(page, ('frame', 'sensors'), 'the file')
-    frame = _name(page.get('frame', 'hand'), 'frame')
-    listed = page.get('sensors')
-    if not isinstance(listed, list) or not listed:
-        raise BadArgument('sensors must be a list of one sensor or more')
-    sensors = []
-    for number, entry in enumerate(listed, 1):
-        where = f'sensor {entry["name"]}' if isinstance(entry, dict) and 'name' in entry else f'sensor number {number}'
-        try:
-            sensors.append(_sensor(entry, frame, folder))
-        except BadArgument as error:
-            raise BadArgument(f'{where}: {error}') from error
-    _check_frames(sensors, frame)
+        raise BadArgument(f'hand {path}: {where}{error}') from error
     return Hand(frame, tuple(sensors))
 
 
@@ -91,21 +83,17 @@ def _sensor(entry: object, hand_frame: str, folder: Path) -> HandSensor:
         raise BadArgument(f'type {entry["type"]!r} is unknown; choose one of {", ".join(SENSOR_TYPES)}')
     if 'right_device' in entry and 'right_device' not in SENSOR_TYPES[entry['type']].arguments:
         raise BadArgument(f'right_device: a sensor of type {entry["type"]} has one camera at most')
-    return HandSensor(name, entry['type'], _name(entry.get('parent', hand_frame), 'parent'), tuple(_numbers(entry, 'xyz', 3)),
-                      _quaternion(entry), _settings(entry, folder))
+    return HandSensor(name, entry['type'], _name(entry.get('parent', hand_frame), 'parent'), _numbers(entry, 'xyz', 3), _quaternion(entry),
+                      _settings(entry, folder))
 
 
 def _settings(entry: Mapping, folder: Path) -> dict[str, str]:
     """Launch arguments as text; relative paths start at the folder of the hand file."""
-    found = {}
-    for key in _SETTINGS:
-        value = entry.get(key)
-        if value is None:
-            continue
+    given = {key: entry[key] for key in _SETTINGS if entry.get(key) is not None}
+    for key, value in given.items():
         if isinstance(value, bool) or not isinstance(value, (str, int, float)):
             raise BadArgument(f'{key} is {value!r}, but must be text or a number')
-        found[key] = str(folder / Path(str(value)).expanduser()) if key in _PATHS else str(value)
-    return found
+    return {key: str(folder / Path(str(value)).expanduser()) if key in _PATHS else str(value) for key, value in given.items()}
 
 
 def _check_keys(entry: object, known: tuple[str, ...], what: str) -> None:
@@ -122,14 +110,14 @@ def _name(value: object, key: str) -> str:
     return value
 
 
-def _numbers(entry: Mapping, key: str, count: int) -> list[float]:
+def _numbers(entry: Mapping, key: str, count: int) -> tuple[float, ...]:
     """The count finite numbers of a key; zeros for a missing key. Raises BadArgument."""
     values = entry.get(key, [0.0] * count)
     good = isinstance(values, list) and len(values) == count and all(
         isinstance(v, (int, float)) and not isinstance(v, bool) and math.isfinite(v) for v in values)
     if not good:
         raise BadArgument(f'{key} is {values!r}, but must be a list of {count} numbers')
-    return [float(v) for v in values]
+    return tuple(float(v) for v in values)
 
 
 def _quaternion(entry: Mapping) -> tuple[float, ...]:
@@ -142,7 +130,7 @@ def _quaternion(entry: Mapping) -> tuple[float, ...]:
     values = _numbers(entry, 'quaternion', 4)
     length = math.hypot(*values)
     if abs(length - 1.0) > _UNIT:
-        raise BadArgument(f'quaternion is {values!r} of length {length:.3g}, but must have length 1 (x, y, z, w)')
+        raise BadArgument(f'quaternion is {list(values)!r} of length {length:.3g}, but must have length 1 (x, y, z, w)')
     return tuple(v / length for v in values)
 
 
@@ -154,9 +142,8 @@ def _check_frames(sensors: list[HandSensor], hand_frame: str) -> None:
             raise BadArgument(f'sensor {sensor.name}: its name is taken; each needs a name of its own, the hand ({hand_frame}) too')
         parents[sensor.frame] = sensor.parent
     for sensor in sensors:
-        frame, seen = sensor.frame, set()
-        while frame in parents:
-            if frame in seen:
-                raise BadArgument(f'sensor {sensor.name}: parent {sensor.parent} hangs on the sensor itself')
-            seen.add(frame)
-            frame = parents[frame]
+        frame = sensor.frame
+        for _ in sensors:  # a way to the root has no more steps
+            frame = parents.get(frame, hand_frame)
+        if frame in parents:
+            raise BadArgument(f'sensor {sensor.name}: parent {sensor.parent} hangs on the sensor itself')

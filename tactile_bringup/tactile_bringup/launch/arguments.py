@@ -10,7 +10,7 @@ import json
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
@@ -25,17 +25,35 @@ from tactile_driver.frame_names import sensor_frame
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.parameters.table import Parameter
 from tactile_perception.parameters.file import read_parameters
-
-from ..installed import share
 from tactile_perception.sensors import NODES, SENSOR_TYPES
 
-_RESPAWN_S = 0.5
+from ..installed import share
+
+Texts = Mapping[str, tuple[str, str]]  # of the arguments of a launch file: name -> default and text
+_RESPAWN = {'respawn': True, 'respawn_delay': 0.5}  # s
+_BOOLEANS = {'true': True, 'false': False}
+
+
+def description(texts: Texts, actions: Callable[[dict[str, str]], list]) -> LaunchDescription:
+    """A launch file with these arguments, whose values become actions. A wrong value is theirs to report: launch would report it twice."""
+    declared = [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
+    return LaunchDescription([*declared, OpaqueFunction(function=lambda context: actions(values_of(context, list(texts))))])
+
+
+def values_of(context: LaunchContext, known: Sequence[str]) -> dict[str, str]:
+    """Name -> value of the known arguments. Raises BadArgument for another one."""
+    # launch ignores undeclared names. A launch file that includes this one may have arguments of its own.
+    file = Path(getattr(context.locals, 'current_launch_file_path', 'none')).name if context.argv else ''
+    unknown = [word for word in context.argv if word.partition(':=')[0] not in known]
+    if unknown and any(Path(word).name == file for word in sys.argv):
+        raise BadArgument(f'{unknown[0]}: there is no launch argument {unknown[0].partition(":=")[0]}; known are {", ".join(known)}')
+    return {name: LaunchConfiguration(name).perform(context) for name in known}
 
 
 @dataclass(frozen=True)
 class SensorPlan:
     """The nodes of one sensor. frame: the sensor frame; params: parameter file of all nodes; nodes: name -> parameters that override the
-    file; bag: to record, '' for none; ends: whether the launch is over when the sensor's recording is; notes: lines that launch logs."""
+    file; bag: to record, '' for none; ends: whether the launch is over when the sensor's recording is; note: a line that launch logs."""
 
     frame: str
     namespace: str
@@ -43,7 +61,7 @@ class SensorPlan:
     nodes: Mapping[str, Mapping[str, object]]
     bag: str = ''
     ends: bool = False
-    notes: tuple[str, ...] = ()
+    note: str = ''
 
 
 class Playing:
@@ -65,41 +83,42 @@ class Playing:
         return [] if self._left else [LogInfo(msg=over), Shutdown(reason='the recording is over')]
 
 
+def end_if_wrong(event: ProcessExited, context: LaunchContext) -> None:
+    """End the launch when a process exits because of a wrong parameter or file. Raises BadArgument, with which launch fails."""
+    if event.returncode == WRONG and not context.is_shutdown:
+        raise BadArgument(f'{event.process_name}: what it was given is wrong, see above')
+
+
 def processes(plan: SensorPlan, composed: bool, playing: Playing, apart: str = '') -> list[Node]:
     """The processes of the sensor: one for all nodes, or one per node; apart: a node that has its own in any case.
 
     The recorder is always a process of its own, since a slow or full disk must not delay the sensor; it is not restarted, since its bag
     exists.
     """
-    given = {'namespace': plan.namespace, 'output': 'screen', 'parameters': [plan.params, own_parameters(plan)], 'on_exit': end_if_wrong}
-    again = {**given, 'respawn': True, 'respawn_delay': _RESPAWN_S}
+    given = {'namespace': plan.namespace, 'output': 'screen', 'parameters': [plan.params, _own_parameters(plan)], 'on_exit': end_if_wrong}
+    again = {**given, **_RESPAWN}
     driver = {**given, 'on_exit': playing.on_exit} if plan.ends else again
-    if composed:
-        together = [name for name in plan.nodes if name != apart]
-        started = [Node(package='tactile_bringup', executable='sensor_nodes', exec_name=plan.frame, arguments=together, **driver)]
-    else:
-        started = []
+    started = [Node(package='tactile_bringup', executable='sensor_nodes', exec_name=plan.frame,
+                    arguments=[name for name in plan.nodes if name != apart], **driver)] if composed else []
     started += [Node(package=NODES[name].partition('.')[0], executable=name, exec_name=f'{plan.frame}/{name}',
                      **(driver if name == next(iter(plan.nodes)) else again))
                 for name in plan.nodes if not composed or name == apart]
     if plan.bag:
         # It does not wait for somebody who works on raw data where that is in one process with the driver and is not seen.
         own = {'bag': plan.bag, **({'patience': 0.0} if composed else {})}
-        given['parameters'] = [plan.params, own]
-        started.append(Node(package='tactile_bringup', executable='record_node', **given))
+        started.append(Node(package='tactile_bringup', executable='record_node', **given | {'parameters': [plan.params, own]}))
     return started
 
 
 def hand_frames(hand: str | Path) -> Node:
     """The process that publishes the frames of the sensors of a hand; hand: its file."""
-    return Node(package='tactile_bringup', executable='hand_frames_node', output='screen', respawn=True, respawn_delay=_RESPAWN_S,
-                parameters=[{'hand': str(Path(hand).expanduser().absolute())}], on_exit=end_if_wrong)
+    return Node(package='tactile_bringup', executable='hand_frames_node', output='screen', **_RESPAWN, on_exit=end_if_wrong,
+                parameters=[{'hand': absolute(hand)}])
 
 
-def end_if_wrong(event: ProcessExited, context: LaunchContext) -> None:
-    """End the launch when a process exits because of a wrong parameter or file. Raises BadArgument, with which launch fails."""
-    if event.returncode == WRONG and not context.is_shutdown:
-        raise BadArgument(f'{event.process_name}: what it was given is wrong, see above')
+def absolute(path: str | Path) -> str:
+    """The path of a file, for processes that run elsewhere."""
+    return str(Path(path).expanduser().absolute())
 
 
 def written(name: str, text: str) -> str:
@@ -109,28 +128,22 @@ def written(name: str, text: str) -> str:
     return str(path)
 
 
-def own_parameters(plan: SensorPlan) -> str:
+def _own_parameters(plan: SensorPlan) -> str:
     """The path of a parameter file with each node's own; JSON is YAML in which numbers and texts cannot be taken for each other."""
     space = f'/{plan.namespace.strip("/")}'.rstrip('/')
     page = {f'{space}/{name}': {'ros__parameters': own} for name, own in plan.nodes.items() if own}
     return written(f'{plan.frame}_parameters.yaml', json.dumps(page, indent=2, ensure_ascii=False))
 
 
-_BOOLEANS = {'true': True, 'false': False}
-# Importing the whole parameter tables takes a second; launch needs only these two.
-_SURFACE = (Parameter('surface', str, 'cap', '', 'rest shape that places dots in 3D'),)
-_CALIBRATION = (Parameter('calibration', str, '', '', 'calibration file'),)
-
-
 def sensor_description(sensor_type: str) -> LaunchDescription:
     """The launch file of a sensor type."""
-    return LaunchDescription([*sensor_arguments(sensor_type), OpaqueFunction(function=sensor_actions, args=[sensor_type])])
+    return description(sensor_arguments(sensor_type), lambda values: sensor_actions(values, sensor_type))
 
 
-def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
+def sensor_arguments(sensor_type: str) -> Texts:
     """The arguments of a sensor type's launch file."""
     kind = SENSOR_TYPES[sensor_type]
-    texts = {
+    return {
         'namespace': (sensor_type, "of the sensor's nodes and topics; the sensor frame is named after it"),
         'source': ('sim', 'where data comes from: ' + ', '.join(kind.sources)),
         'device': ('', 'device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number'),
@@ -150,36 +163,15 @@ def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
                              'each node, for debugging'),
         **{name: ('', text) for name, text in kind.arguments.items()},
     }
-    # Without choices: launch would report a wrong value twice; check reports it once.
-    return [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
 
 
-def values_of(context: LaunchContext, arguments: Sequence[DeclareLaunchArgument]) -> dict[str, str]:
-    """Name -> value of the declared arguments. Raises BadArgument for an undeclared one."""
-    known = [argument.name for argument in arguments]
-    # launch ignores undeclared names. A launch file that includes this one may have arguments of its own.
-    file = Path(getattr(context.locals, 'current_launch_file_path', 'none')).name if context.argv else ''
-    if any(Path(word).name == file for word in sys.argv):
-        for word in context.argv:
-            name = word.partition(':=')[0]
-            if name not in known:
-                raise BadArgument(f'{word}: there is no launch argument {name}; known are {", ".join(known)}')
-    return {name: LaunchConfiguration(name).perform(context) for name in known}
-
-
-def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[DeclareLaunchArgument] = (),
-                   drawn: Mapping[str, object] | None = None, apart: bool = False) -> list:
-    """The actions for the arguments in context. more: further arguments of the launch file; drawn: parameters of the node that draws;
-    apart: a simulated sensor has a process of its own, since it computes as much as all other nodes.
-
-    Raises BadArgument.
-    """
-    values = values_of(context, [*sensor_arguments(sensor_type), *more])
-    plan = sensor_plan(values, sensor_type)
-    markers = SENSOR_TYPES[sensor_type].view
-    plan = replace(plan, nodes={**plan.nodes, markers: {**plan.nodes[markers], **(drawn or {})}})
-    own = SENSOR_TYPES[sensor_type].driver if apart and values['source'] == 'sim' else ''
-    return [*processes(plan, _BOOLEANS[values['composed']], Playing(1), own), *(LogInfo(msg=note) for note in plan.notes),
+def sensor_actions(values: Mapping[str, str], sensor_type: str, drawn: Mapping[str, object] | None = None, apart: bool = False) -> list:
+    """The actions for the values of the arguments. drawn: parameters of the node that draws; apart: a simulated sensor has a process of its
+    own, since it computes as much as all other nodes. Raises BadArgument."""
+    kind, plan = SENSOR_TYPES[sensor_type], sensor_plan(values, sensor_type)
+    plan.nodes[kind.view].update(drawn or {})
+    own = kind.driver if apart and values['source'] == 'sim' else ''
+    return [*processes(plan, _BOOLEANS[values['composed']], Playing(1), own), *([LogInfo(msg=plan.note)] if plan.note else []),
             *_rviz(values, sensor_type, plan.frame)]
 
 
@@ -190,25 +182,29 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
     values = completed(values, sensor_type)
     frame = sensor_frame(values['namespace']) or sensor_type
     calibrated = {'calibration': values['calibration']} if values['calibration'] else {}
-    calibration = values['calibration'] or _parameter(values['params'], kind.perception[-1], _CALIBRATION)
-    stitching = {'stitching_path': calibration} if kind.stitched and calibration else {}
-    perception = kind.perception if _NEEDS[kind.needs](values['params'], calibration) else kind.perception[:-1]
-    notes = ()
-    if kind.uncalibrated and not _has_contact_model(values['params'], calibration):
-        notes = (f'not calibrated (calibration:=FILE): {kind.uncalibrated} and run `ros2 run tactile_perception calibrate`',)
+    calibration = values['calibration'] or _parameter(values['params'], kind.perception[-1], 'calibration')
+    fitted = _has_contact_model(calibration)
+    complete = fitted or kind.needs != 'presses'
+    if kind.needs == 'surface':
+        complete = _parameter(values['params'], 'dot_tracker_node', 'surface', 'cap') != 'none'
+    note = '' if fitted or not kind.uncalibrated else \
+        f'not calibrated (calibration:=FILE): {kind.uncalibrated} and run `ros2 run tactile_perception calibrate`'
     ends = values['source'] in ('file', 'bag') and 'true' not in (values['loop'], values['stay'])
-    own = {'frame_id': frame} | stitching | ({'stay': False} if ends else {})
-    nodes = {kind.driver: driver_parameters(values, sensor_type) | own,
-             **{name: calibrated | ({'frame_id': frame} if name == 'dot_tracker_node' else {}) for name in perception},
+    driver = driver_parameters(values, sensor_type) | {'frame_id': frame} | ({'stay': False} if ends else {})
+    if kind.stitched and calibration:
+        driver['stitching_path'] = calibration
+    nodes = {kind.driver: driver,
+             **{name: calibrated | ({'frame_id': frame} if name == 'dot_tracker_node' else {})
+                for name in kind.perception[:None if complete else -1]},
              kind.view: {'frame_id': frame} | (calibrated if kind.stitched else {})}
-    return SensorPlan(frame, values['namespace'], values['params'], nodes, values['record'], ends, notes)
+    return SensorPlan(frame, values['namespace'], values['params'], nodes, values['record'], ends, note)
 
 
 def check(values: Mapping[str, str], sources: Sequence[str]) -> None:
     """Check the values before any file is read. Raises BadArgument."""
-    for name, choices in {'source': sources, 'rviz': _BOOLEANS, 'loop': ('', *_BOOLEANS), 'stay': ('', *_BOOLEANS),
-                          'autostart': ('', *_BOOLEANS), 'composed': _BOOLEANS}.items():
-        check_choice(name, values[name], choices)
+    optional = ('', *_BOOLEANS)
+    check_choices(values, {'source': sources, 'rviz': _BOOLEANS, 'loop': optional, 'stay': optional, 'autostart': optional,
+                           'composed': _BOOLEANS})
     if values['source'] in ('file', 'bag'):
         if not values['path']:
             raise BadArgument(f'source:={values["source"]} needs the recording: path:=...')
@@ -217,19 +213,15 @@ def check(values: Mapping[str, str], sources: Sequence[str]) -> None:
     for name in ('params', 'calibration'):
         if values[name] and not Path(values[name]).is_file():
             raise BadArgument(f'{name}:={values[name]} is no file')
-    check_new(values['record'])
+    if values['record'] and Path(values['record']).exists():
+        raise BadArgument(f'record:={values["record"]} exists already: choose another name or remove it')
 
 
-def check_choice(name: str, value: str, choices: Sequence[str]) -> None:
-    """Raises BadArgument where the value of an argument is none of the choices."""
-    if value not in choices:
-        raise BadArgument(f'{name}:={value} is none of {", ".join(filter(None, choices))}')
-
-
-def check_new(record: str) -> None:
-    """Raises BadArgument for a recording that exists."""
-    if record and Path(record).exists():
-        raise BadArgument(f'record:={record} exists already: choose another name or remove it')
+def check_choices(values: Mapping[str, str], choices: Mapping[str, Sequence[str]]) -> None:
+    """Raises BadArgument where the value of an argument is none of its choices."""
+    for name, known in choices.items():
+        if values[name] not in known:
+            raise BadArgument(f'{name}:={values[name]} is none of {", ".join(filter(None, known))}')
 
 
 def completed(values: Mapping[str, str], sensor_type: str) -> dict[str, str]:
@@ -243,34 +235,30 @@ def completed(values: Mapping[str, str], sensor_type: str) -> dict[str, str]:
         given = {name: values[name] for name in SENSOR_TYPES[sensor_type].raw}
         topics, simulated = recorded_topics(values['path'], sensor_type, values['namespace'], given)
     own = share('calibration', f'{sensor_type}_sim.yaml')
-    return {**values, **topics,
-            'params': values['params'] or share('params', f'{sensor_type}_sim.yaml' if simulated else f'{sensor_type}.yaml'),
+    return {**values, **topics, 'params': values['params'] or share('params', f'{sensor_type}{"_sim" if simulated else ""}.yaml'),
             'calibration': values['calibration'] or (own if simulated and Path(own).is_file() else '')}
 
 
 def driver_parameters(values: Mapping[str, str], sensor_type: str) -> dict:
     """The driver parameters that the arguments set. Raises BadArgument for a rate that is no number."""
-    kind = SENSOR_TYPES[sensor_type]
-    names = ('source', 'device', 'path', 'topic', 'scene', *kind.arguments)
+    names = ('source', 'device', 'path', 'topic', 'scene', *SENSOR_TYPES[sensor_type].arguments)
     chosen = {name: values[name] for name in names if values[name]}
     chosen.update({name: _BOOLEANS[values[name]] for name in ('loop', 'autostart') if values[name]})
-    if values['rate']:
-        chosen['rate'] = number('rate', values['rate'])
-    return chosen
+    return chosen | ({'rate': number(values, 'rate')} if values['rate'] else {})
 
 
-def number(name: str, text: str) -> float:
+def number(values: Mapping[str, str], name: str) -> float:
     """The number that an argument gives, 0 or more. Raises BadArgument."""
     try:
-        value = float(text)
+        value = float(values[name])
     except ValueError:
-        raise BadArgument(f'{name}:={text} is no number') from None
+        raise BadArgument(f'{name}:={values[name]} is no number') from None
     if not 0.0 <= value < math.inf:
-        raise BadArgument(f'{name}:={text} must be 0 or more')
+        raise BadArgument(f'{name}:={values[name]} must be 0 or more')
     return value
 
 
-def _has_contact_model(_params: str, calibration: str) -> bool:
+def _has_contact_model(calibration: str) -> bool:
     """Whether a calibration file has more than a stitching; True for a damaged one too, whose error the node reports."""
     if not calibration:
         return False
@@ -278,18 +266,10 @@ def _has_contact_model(_params: str, calibration: str) -> bool:
     return not ('\n  stitching:' in text and '\n  methods:' not in text)
 
 
-def _has_surface(params: str, _calibration: str) -> bool:
-    """Whether a parameter file has a surface model, which the contact region needs. Raises BadArgument."""
-    return _parameter(params, 'dot_tracker_node', _SURFACE) != 'none'
-
-
-_NEEDS: dict[str, Callable[[str, str], bool]] = {'': lambda *_: True, 'surface': _has_surface, 'presses': _has_contact_model}
-
-
-def _parameter(params: str, node: str, table: tuple[Parameter]) -> str:
-    """The value of the table's only parameter that a parameter file sets for a node. Raises BadArgument."""
-    try:
-        return read_parameters(params, node, table)[table[0].name]
+def _parameter(params: str, node: str, name: str, default: str = '') -> str:
+    """The value of a text that a parameter file sets for a node. Raises BadArgument."""
+    try:  # importing the whole parameter tables takes a second
+        return read_parameters(params, node, (Parameter(name, str, default, '', ''),))[name]
     except TactileError as error:
         raise BadArgument(' '.join(str(error).split())) from error  # a parser's message has many lines
 

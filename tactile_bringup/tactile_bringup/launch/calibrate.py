@@ -3,17 +3,15 @@
 """A sensor and the node that leads through its calibration."""
 from __future__ import annotations
 
-from pathlib import Path
-
-from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch import LaunchDescription
+from launch.actions import Shutdown
 from launch_ros.actions import Node
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame_names import sensor_frame
 from tactile_perception.sensors import SENSOR_TYPES
 
 from ..installed import share
-from .arguments import check_choice, sensor_actions, sensor_arguments, values_of
+from .arguments import absolute, check_choices, description, sensor_actions, sensor_arguments
 
 _OWN = {
     'type': ('areal_single', f'sensor type: {", ".join(SENSOR_TYPES)}'),
@@ -32,40 +30,27 @@ _OWN = {
 
 
 def calibrate_description() -> LaunchDescription:
-    """The launch file: the arguments of the sensor's own and those of the session."""
-    own = [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in _OWN.items()]
-    return LaunchDescription([*own, *_arguments(), OpaqueFunction(function=_actions, args=[own])])
+    """The launch file: the arguments of the session, and those of all sensor types, each once."""
+    texts = {name: text for kind in (*SENSOR_TYPES, _OWN['type'][0]) for name, text in sensor_arguments(kind).items()}
+    return description(_OWN | texts, _actions)
 
 
-def _arguments() -> list[DeclareLaunchArgument]:
-    """The arguments of all sensor types, each once."""
-    found = {each.name: each for each in sensor_arguments(_OWN['type'][0])}
-    return list(({each.name: each for kind in SENSOR_TYPES for each in sensor_arguments(kind)} | found).values())
-
-
-def _actions(context: LaunchContext, own: list[DeclareLaunchArgument]) -> list:
-    values = values_of(context, [*own, *_arguments()])
-    check_choice('type', values['type'], tuple(SENSOR_TYPES))
-    for name in ('simulated_stage', 'find'):
-        check_choice(name, values[name], ('true', 'false'))
+def _actions(values: dict[str, str]) -> list:
+    check_choices(values, {'type': tuple(SENSOR_TYPES), 'simulated_stage': ('true', 'false'), 'find': ('true', 'false')})
     suffix = '_sim' if values['source'] == 'sim' else ''
     given = {'probe': values['probe'], 'wrench': values['wrench'], 'base': values['base'], 'frame_id': sensor_frame(values['namespace']),
-             'params': values['params'] or share('params', f'{values["type"]}{suffix}.yaml'),
-             'output': str(Path(values['output']).expanduser().absolute()), 'mounting': _numbers(values, 'mounting', (0, 6)),
-             'weights': _numbers(values, 'weights'), 'tip_radius': _numbers(values, 'tip_radius', (0, 1))[:1],
-             'find': values['find'] == 'true', **{name: _numbers(values, name) for name in ('holes', 'collars')}}
+             'params': values['params'] or share('params', f'{values["type"]}{suffix}.yaml'), 'output': absolute(values['output']),
+             'find': values['find'] == 'true', 'mounting': _numbers(values, 'mounting', (0, 6)),
+             **{name: _numbers(values, name) for name in ('weights', 'holes', 'collars')}}
     if not (given['probe'] or given['holes'] or values['type'] == 'taxel_array'):
         raise BadArgument("probe:= is empty: name the frame of /tf at the probe's tip, or give the holes of a guide plate")
     given = {name: value for name, value in given.items() if value != []}  # launch cannot tell the type of an empty list
-    if 'tip_radius' in given:
-        given['tip_radius'], = given['tip_radius']
+    given.update({'tip_radius': radius for radius in _numbers(values, 'tip_radius', (0, 1))})
     guide = Node(package='tactile_bringup', executable='calibrate_node', namespace=values['namespace'], output='screen',
                  output_format='{line}', parameters=[given], on_exit=Shutdown(reason='the calibration is over'))
     stage = [Node(package='tactile_bringup', executable='simulated_stage', namespace=values['namespace'],
                   parameters=[{'along_normal': values['type'] == 'psd_finger'}])]
-    mine = {each.name for each in sensor_arguments(values['type'])}
-    others = [each for each in _arguments() if each.name not in mine]
-    return [*sensor_actions(context, values['type'], [*own, *others]), guide, *(stage if values['simulated_stage'] == 'true' else [])]
+    return [*sensor_actions(values, values['type']), guide, *(stage if values['simulated_stage'] == 'true' else [])]
 
 
 def _numbers(values: dict[str, str], name: str, counts: tuple[int, ...] = ()) -> list[float]:

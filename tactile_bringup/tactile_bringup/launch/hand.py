@@ -3,27 +3,31 @@
 """All sensors of a hand, each started as its own launch file does."""
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
-from launch import LaunchContext
-from launch.actions import DeclareLaunchArgument, LogInfo
+from launch import LaunchDescription
+from launch.actions import LogInfo
 from tactile_driver.errors import BadArgument, TactileError
+from tactile_perception.sensors import SENSOR_TYPES
 
-from .arguments import (
-    Playing, SensorPlan, check_choice, check_new, hand_frames, optional, processes, sensor_arguments, sensor_plan, values_of, written)
 from ..hand.configurations import aggregator_configuration, rviz_configuration
 from ..hand.description import Hand, HandSensor, read_hand
 from ..installed import share
-from tactile_perception.sensors import SENSOR_TYPES
+from .arguments import (
+    Playing, SensorPlan, Texts, check_choices, description, hand_frames, optional, processes, sensor_arguments, sensor_plan, written)
 
 _BOOLEANS = ('true', 'false')
 _CHOICES = {'source': ('sim', 'device', 'bag'), 'composed': _BOOLEANS, 'stay': _BOOLEANS, 'rviz': _BOOLEANS, 'aggregator': _BOOLEANS}
 
 
-def hand_arguments() -> list[DeclareLaunchArgument]:
+def hand_description() -> LaunchDescription:
+    """The launch file."""
+    return description(hand_arguments(), hand_actions)
+
+
+def hand_arguments() -> Texts:
     """The arguments of hand.launch.py; those of single sensors are in the YAML file of the hand."""
-    texts = {
+    return {
         'hand': (share('hands', 'example_hand.yaml'), 'YAML file with the sensors of the hand; where none is given an example'),
         'source': ('sim', 'where data comes from: ' + ', '.join(_CHOICES['source'])),
         'path': ('', 'bag: a recording of the hand: a bag with the topics of all sensors, or a folder with one of each, as record makes'),
@@ -35,37 +39,33 @@ def hand_arguments() -> list[DeclareLaunchArgument]:
         'rviz': ('false', 'show the hand in RViz: true or false'),
         'aggregator': ('false', 'group /diagnostics by sensors with diagnostic_aggregator: true or false'),
     }
-    return [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
 
 
-def hand_actions(context: LaunchContext) -> list:
-    """The actions for the arguments in context. Raises BadArgument."""
-    values = values_of(context, hand_arguments())
-    for name, choices in _CHOICES.items():
-        check_choice(name, values[name], choices)
-    check_new(values['record'])
+def hand_actions(values: dict[str, str]) -> list:
+    """The actions for the values of the arguments. Raises BadArgument."""
+    check_choices(values, _CHOICES)
+    if values['record'] and Path(values['record']).exists():
+        raise BadArgument(f'record:={values["record"]} exists already: choose another name or remove it')
     hand = read_hand(values['hand'])
-    plans = [planned_sensor(sensor, values) for sensor in hand.sensors]
-    playing = Playing(sum(plan.ends for plan in plans))
-    return [*(LogInfo(msg=note) for plan in plans for note in plan.notes),
-            *(node for plan in plans for node in processes(plan, values['composed'] == 'true', playing)), hand_frames(values['hand']),
-            *_shown(hand, values['rviz'] == 'true', values['aggregator'] == 'true')]
+    plans = {sensor.name: planned_sensor(sensor, values) for sensor in hand.sensors}
+    playing = Playing(sum(plan.ends for plan in plans.values()))
+    return [*(LogInfo(msg=f'{name}: {plan.note}') for name, plan in plans.items() if plan.note),
+            *(node for plan in plans.values() for node in processes(plan, values['composed'] == 'true', playing)),
+            hand_frames(values['hand']), *_shown(hand, values['rviz'] == 'true', values['aggregator'] == 'true')]
 
 
 def planned_sensor(sensor: HandSensor, given: dict[str, str]) -> SensorPlan:
     """The nodes of a sensor, for the arguments given for the hand. Raises BadArgument, which names the sensor."""
     try:
-        plan = sensor_plan(sensor_values(sensor, given), sensor.type)
+        return sensor_plan(sensor_values(sensor, given), sensor.type)
     except TactileError as error:
         raise BadArgument(f'hand {given["hand"]}: sensor {sensor.name}: {" ".join(str(error).split())}') from error
-    return replace(plan, notes=tuple(f'{sensor.name}: {note}' for note in plan.notes))
 
 
 def sensor_values(sensor: HandSensor, given: dict[str, str]) -> dict[str, str]:
     """The arguments of the sensor's own launch file. Raises BadArgument where a recording has nothing of it."""
-    values = {argument.name: '' for argument in sensor_arguments(sensor.type)}
-    values.update(sensor.settings, namespace=sensor.name, source=given['source'], rviz='false', autostart=given['autostart'],
-                  composed=given['composed'], stay=given['stay'])
+    values = dict.fromkeys(sensor_arguments(sensor.type), '') | sensor.settings
+    values.update({name: given[name] for name in ('source', 'autostart', 'composed', 'stay')}, namespace=sensor.name, rviz='false')
     if given['record']:
         values['record'] = str(Path(given['record']).expanduser() / sensor.frame)
     simulated = given['source'] == 'sim'

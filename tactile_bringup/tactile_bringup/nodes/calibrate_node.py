@@ -42,9 +42,8 @@ from tactile_perception.sensors import SENSOR_TYPES
 from tactile_perception.tools.calibrate.command import main as calibrate
 from tf2_msgs.msg import TFMessage
 
-from ..guide.holes import Holes
 from ..guide.loads import Loads
-from ..guide.mounting import Mounting, Touches, fit_mounting
+from ..guide.mounting import Holes, Mounting, Touches, fit_mounting
 from ..guide.readings import moved, place_seen, reduced, signal_of
 from ..guide.session import Press, Sample, Session
 from ..guide.surfaces import MarkedSurface, sensor_type, surface_of
@@ -56,11 +55,6 @@ _LATE_S = 1.0  # chosen: so long an image waits for the probe's place
 _PERIOD_S = 0.05
 _MOVED = 1 / 300  # of the width of an image: chosen, a quarter of a marker's radius
 _UNKNOWN, _NOWHERE = np.full(6, np.nan), np.full(3, np.nan)
-_ARRAY = 'taxel_array'
-
-
-class UnknownFrame(LookupError):
-    """No chain of transforms joins two frames; the message lists the known ones."""
 
 
 class CalibrateNode(Node):
@@ -70,17 +64,17 @@ class CalibrateNode(Node):
 
     def __init__(self):
         super().__init__('calibrate_node')
-        values = NodeParameters(self, CALIBRATE_PARAMETERS)
+        self._values = values = NodeParameters(self, CALIBRATE_PARAMETERS)
         kind = sensor_type(Path(values['params'])) if values['params'] else ''
-        reported_by = {'probe': 'probe (or holes)'} if kind != _ARRAY else {'wrench': 'wrench (or weights)'}
-        reported_by = {} if values['weights'] or values['holes'] else reported_by
-        missing = [text for name, text in ({'output': 'output', 'params': 'params'} | reported_by).items() if not values[name]]
+        told_by = ('wrench', 'weights') if kind == 'taxel_array' else ('probe', 'holes')
+        missing = [' (or '.join(names) + ')' * (len(names) - 1) for names in (('output',), ('params',), told_by)
+                   if not any(values[name] for name in names)]
         if values.problems or missing:
             raise BadArgument('calibrate_node: ' + ('; '.join(values.problems.values()) or f'parameter {missing[0]} is empty'))
         if kind not in SENSOR_TYPES:
             raise BadArgument(f'calibrate_node: {values["params"]} is of a sensor of type {kind}; guided are {", ".join(SENSOR_TYPES)}')
-        self._values, self.params, self.output = values, Path(values['params']), Path(values['output'])
-        self._surface = None if kind == _ARRAY else surface_of(self.params, values['tip_radius'])
+        self.params, self.output = Path(values['params']), Path(values['output'])
+        self._surface = None if kind == 'taxel_array' else surface_of(self.params, values['tip_radius'])
         self._session = self._made_session()
         self._folder, self.complete, self.handled = self.output.with_name(f'{self.output.stem}_presses'), False, 0
         self._log, self._frames = LogOnce(self), FrameTree()
@@ -225,11 +219,12 @@ class CalibrateNode(Node):
                 self._log.error('/tf', str(error))
 
     def _pose(self, frame: str, stamp: float) -> Pose | None:
-        """Of a frame in the sensor's at a time, s; None where the transforms do not reach there, yet or any more. Raises UnknownFrame."""
+        """Of a frame in the sensor's at a time, s; None where the transforms do not reach there, yet or any more. Raises LookupError,
+        which lists the known frames, where no chain of transforms joins the two."""
         sensor = self._values['frame_id']
         if self._frames.pose(frame, sensor) is None:
             known = ', '.join(self._frames.frames) or 'none at all'
-            raise UnknownFrame(f'/tf does not join {frame!r} and {sensor!r}; its frames are: {known}')
+            raise LookupError(f'/tf does not join {frame!r} and {sensor!r}; its frames are: {known}')
         return self._frames.pose(frame, sensor, stamp)
 
     def _feel(self, message: WrenchStamped) -> None:
@@ -246,7 +241,7 @@ class CalibrateNode(Node):
             stamp, newest = (stamp_ns_of(self._raw[k][0][1].header) * 1e-9 for k in (0, -1))
             try:
                 placed = self._placed(stamp)
-            except UnknownFrame as error:
+            except LookupError as error:
                 self._warn('frames', f'{error}; see the arguments probe, mounting and base', stamp)
                 self.handled += len(self._raw)
                 self._raw.clear()
@@ -283,24 +278,23 @@ class CalibrateNode(Node):
 
     def _wrench_at(self, stamp: float) -> dict:
         """The fields of a Sample about the wrench; without a topic it never stands still."""
-        found = next((each for each in reversed(self._wrenches) if each[0] <= stamp), None)
-        unknown = {'wrench': _UNKNOWN, 'changed_s': stamp if found is None else found[2]}
-        if found is None:
-            return unknown
+        found, placed = next((each for each in reversed(self._wrenches) if each[0] <= stamp), None), None
         try:
-            placed = self._pose(found[3], stamp)
-        except UnknownFrame as error:
+            placed = found and self._pose(found[3], stamp)
+        except LookupError as error:
             self._log.error('wrench', f'the wrench is not used: {error}')
-            return unknown
         if placed is None:
-            return unknown
+            return {'wrench': _UNKNOWN, 'changed_s': stamp if found is None else found[2]}
         return {'wrench': found[1], 'changed_s': found[2], 'to_sensor': partial(wrench_at, rotation=placed[0], place=placed[1])}
 
     def _judge(self, sample: Sample) -> None:
+        press, reported = self._guide.add(sample)
         if self._finding is not None:
-            self._find(sample)
+            if not self._finding.open_places:
+                self._found(fit_mounting(self._finding.touches, self._surface))
+            if reported:
+                self._tell(f'{reported}. {self._guide.advice}')
             return
-        press, reported = self._session.add(sample)
         if press is not None and not self._infos.keys() >= set(self._info_topics):
             press, reported = None, 'dropped: no camera_info has come; calibrate the camera first'
         if press is not None and (away := self._camera_away(press.rest[0])):
@@ -321,13 +315,6 @@ class CalibrateNode(Node):
         way = max((moved(*pair) for pair in zip(self._views, views)), default=0.0)
         return f'the camera has moved by {100 * way:.1f} % of its picture; put it back, or begin anew with another output' \
             if way > _MOVED else ''
-
-    def _find(self, sample: Sample) -> None:
-        _, reported = self._finding.add(sample)
-        if not self._finding.open_places:
-            self._found(fit_mounting(self._finding.touches, self._surface))
-        if reported:
-            self._tell(f'{reported}. {self._guide.advice}')
 
     def _keep(self, press: Press) -> None:
         """Write a bag under another name first, so that what is there is always whole."""
@@ -397,10 +384,9 @@ class CalibrateNode(Node):
 
     def _end(self) -> None:
         self.complete = True
-        self._timers_kept.append(steady_timer(self, _PERIOD_S, self._stop))  # after the answer is sent
-
-    def _stop(self) -> None:
-        raise KeyboardInterrupt
+        def stop() -> None:
+            raise KeyboardInterrupt
+        self._timers_kept.append(steady_timer(self, _PERIOD_S, stop))  # after the answer is sent
 
     def _show(self) -> None:
         if self._picture.get_subscription_count():
@@ -428,7 +414,3 @@ def main(args: list[str] | None = None) -> None:
     elif made:
         print(f'{len(made[0].bags)} presses are kept; start it again with the same output to go on', flush=True)
     sys.exit(code)
-
-
-if __name__ == '__main__':
-    main()

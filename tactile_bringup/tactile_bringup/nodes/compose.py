@@ -37,7 +37,3 @@ def main(args: list[str] | None = None) -> None:
     """Run the process sensor_nodes."""
     names = remove_ros_args(args)[1:]
     sys.exit(run_nodes(lambda: made(names), args))
-
-
-if __name__ == '__main__':
-    main()

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the nodes that draw for RViz share: markers and pictures on demand, messages of equal stamp, the frame of a part, diagnostics."""
+"""The nodes that draw for RViz, one for each kind of sensor: markers and pictures on demand, of messages of equal stamp; warnings."""
 from __future__ import annotations
 
 import math
@@ -14,24 +14,30 @@ from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message, stamp_ns_of, static_transform
+from tactile_driver.nodes.messages.images import grey_to_array, image_to_array
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 from tactile_driver.nodes.runtime.diagnostics import OK, Health, LogOnce, NodeDiagnostics
 from tactile_driver.nodes.runtime.host import AdaptiveSubscription, Host
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, steady_timer
 from tactile_driver.parameters.table import Parameter
+from tactile_driver.stitching.calibration import Stitching, load_stitching
+from tactile_msgs.msg import Contacts, DotTracks
 from tactile_perception.nodes.messages.checks import check_message
-from tactile_perception.nodes.messages.conversions import stamp_seconds
+from tactile_perception.nodes.messages.conversions import RESULTS, camera_matrices, stamp_seconds
 from tactile_perception.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from ..visualization.markers import STALE_S
+from ..parameters.table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_PARAMETERS
+from ..visualization.markers import STALE_S, DotMarkers, FingerMarkers, MarkerSet, TaxelMarkers
+from ..visualization.pictures import (
+    ARRAY_LEGEND, Place, annotate, annotation_of, array_picture, camera_info_key, finger_picture, projection)
 
 _BACK_NS, _SILENT_NS = 1_000_000_000, 2_000_000_000  # chosen
 _MOST_SETS = 30  # that wait; chosen
@@ -74,8 +80,6 @@ class StampSync:
 
 
 _WARNED_S = 3.0  # chosen: so long a warning holds, of which nodes report once a second
-
-
 _QUEUE = QoSProfile(depth=10)
 _LOOK_S = 0.2  # chosen: interval between two checks for publishers and subscribers
 _PATIENCE_S = 15.0  # chosen: longest wait for those who work on raw data to subscribe to them, which takes long on a busy machine
@@ -85,9 +89,8 @@ _RAW = 'image_raw'
 class DrawingNode(Node):
     """Publishes markers and image_annotated, each while it has subscribers, of messages of one stamp from all topics that come.
 
-    Subclasses set self.markers, with methods frame (of messages) and alone (of the warning), and implement picture; marked, pictured:
-    topic -> type of what markers and pictures show; marker_rate, picture_rate: names of the parameters that tell how often they are drawn
-    at most, by the stamps; '' for each set.
+    Subclasses set self.markers and implement picture; marked, pictured: topic -> type of what markers and pictures show; marker_rate,
+    picture_rate: names of the parameters that tell how often they are drawn at most, by the stamps; '' for each set.
 
     What the other nodes of the sensor's namespace warn of on /diagnostics becomes self.markers.warning, which is shown even when nothing
     else is.
@@ -98,6 +101,7 @@ class DrawingNode(Node):
     marked: Mapping[str, type] = {}
     pictured: Mapping[str, type] = {}
     marker_rate = picture_rate = ''
+    markers: MarkerSet
 
     def __init__(self, name: str, table: Sequence[Parameter], host: Host | None = None):
         self.host = host or Host()
@@ -221,9 +225,91 @@ class DrawingNode(Node):
         """The annotated picture (H, W, 3) uint8 BGR of messages by topic. Raises TactileError."""
         raise NotImplementedError
 
-    def publish_place(self, name: str, translation: Sequence[float]) -> None:
-        """Publish frame <sensor>_<name> at translation, m, in the sensor frame on /tf_static; once for each node."""
+    def publish_place(self, name: str, z: float) -> None:
+        """Publish frame <sensor>_<name> at z, m, in the sensor frame on /tf_static; once for each node."""
         frame = self.settings['frame_id']
-        transform = static_transform(frame, f'{frame}_{name}', translation, stamp=self.get_clock().now().to_msg())
+        transform = static_transform(frame, f'{frame}_{name}', (0.0, 0.0, z), stamp=self.get_clock().now().to_msg())
         self._transform_output = self.create_publisher(TFMessage, '/tf_static', LATCHED_QOS)
         self._transform_output.publish(TFMessage(transforms=[transform]))
+
+
+_DOTS = {'dots': DotTracks, **RESULTS}
+
+
+class MarkersNode(DrawingNode):
+    """markers_node, of optical sensors: draws the markers of every stamp, pictures at most at the rate that parameter picture_rate sets."""
+
+    marked, pictured, picture_rate = _DOTS, {**_DOTS, _RAW: Image}, 'picture_rate'
+
+    def __init__(self, host: Host | None = None):
+        super().__init__('markers_node', MARKERS_PARAMETERS, host)
+        if any(len(self.settings[f'camera.{name}']) != 3 for name in ('rotation', 'translation')):
+            raise BadArgument('parameters camera.rotation and camera.translation must have three numbers each')
+        self.markers = DotMarkers(self.settings)
+        self._place: Place | None = None
+        self._camera = None  # by camera_info_key
+        self._info: AdaptiveSubscription | None = None
+        self._stitching = _stitching_in(self.settings['calibration'])
+
+    def follow_demand(self) -> None:
+        """See DrawingNode; with images comes camera_info."""
+        super().follow_demand()
+        if _RAW in self.inputs and self._info is None:
+            self._info = AdaptiveSubscription(self, CameraInfo, 'camera_info', lambda message, _received_ns: self.try_message(
+                'camera_info', message, lambda: self._take_camera(message)), LATCHED_QOS)
+        elif _RAW not in self.inputs and self._info is not None:
+            self._info.close()
+            self._info = None
+
+    def _take_camera(self, message: CameraInfo) -> None:
+        if self._camera != camera_info_key(message):
+            self._place = projection(camera_matrices(message), self.settings['camera.rotation'], self.settings['camera.translation'],
+                                     self._stitching)
+            self._camera = camera_info_key(message)
+
+    def picture(self, found: dict) -> np.ndarray:
+        """See DrawingNode."""
+        return annotate(image_to_array(found[_RAW]), annotation_of(found, self._place))
+
+
+def _stitching_in(calibration: str) -> Stitching | None:
+    """Stitching of a calibration file; None without one or for a bad file, which the estimating node reports."""
+    try:
+        return load_stitching(calibration) if calibration else None
+    except BadArgument:
+        return None
+
+
+class FingerMarkersNode(DrawingNode):
+    """finger_markers_node, of a PSD finger: also publishes the frame at its tip on /tf_static."""
+
+    marked = pictured = {'contacts': Contacts}
+    marker_rate = picture_rate = 'rate'
+
+    def __init__(self, host: Host | None = None):
+        super().__init__('finger_markers_node', FINGER_MARKERS_PARAMETERS, host)
+        self.markers = FingerMarkers(self.settings)
+        self.publish_place('tip', self.settings['radius'])
+
+    def picture(self, found: dict) -> np.ndarray:
+        """See DrawingNode."""
+        return finger_picture(found)
+
+
+class TaxelMarkersNode(DrawingNode):
+    """taxel_markers_node, of an array: also publishes the frame of its taxels on /tf_static."""
+
+    marked = pictured = {_RAW: Image, **RESULTS}
+    marker_rate = picture_rate = 'rate'
+
+    def __init__(self, host: Host | None = None):
+        super().__init__('taxel_markers_node', TAXEL_MARKERS_PARAMETERS, host)
+        self.markers = TaxelMarkers(self.settings)
+        self.publish_place('taxels', -self.settings['cell_height'])
+
+    def picture(self, found: dict) -> np.ndarray:
+        """The taxels in colours, with what was found."""
+        values, pitch = grey_to_array(found[_RAW], 'taxel image'), self.settings['pitch']
+        middle = 0.5 * np.array([values.shape[1] - 1, values.shape[0] - 1])
+        what = annotation_of(found, lambda xyz: xyz[:, :2] / pitch + middle, ARRAY_LEGEND, self.settings['flow_scale'])
+        return annotate(array_picture(values, self.settings['full_value']), what)

@@ -44,7 +44,3 @@ class HandFramesNode(Node):
 def main(args: list[str] | None = None) -> None:
     """Run the process hand_frames_node."""
     sys.exit(run_node(HandFramesNode, args))
-
-
-if __name__ == '__main__':
-    main()

@@ -9,7 +9,6 @@ import sys
 import time
 from pathlib import Path
 
-from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image, JointState
@@ -24,7 +23,8 @@ from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.recordings.serialization import type_name_of
 from tactile_driver.recordings.writer import AT_ONCE, BagWriter, recorded_qos
-from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
+from tactile_msgs.msg import DotTracks, PsdVoltages
+from tactile_perception.nodes.messages.conversions import RESULTS
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
@@ -56,9 +56,7 @@ class LiveBag(BagWriter):
 
 RAW = {'voltages': PsdVoltages, **{f'{view}{topic}': kind for view in ('', 'left/', 'right/')
                                    for topic, kind in (('image_raw', Image), ('camera_info', CameraInfo))}}
-RESULTS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped,
-           'ground_truth/contacts': Contacts, 'ground_truth/contact_region': ContactRegion, 'ground_truth/slip': Slip,
-           'ground_truth/wrench': WrenchStamped}
+ESTIMATES = {'dots': DotTracks, **RESULTS, **{f'ground_truth/{topic}': kind for topic, kind in RESULTS.items()}}
 PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 
 _KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # no message of a reliable publisher is lost while the disk keeps up
@@ -83,7 +81,7 @@ class RecordNode(Node):
         self._last_s, self._problem = math.nan, ''
         self._path = settings['bag']
         self._writer = self._opened()
-        for topic, kind in {**RESULTS, **(PICTURES if settings['pictures'] else {})}.items():
+        for topic, kind in {**ESTIMATES, **(PICTURES if settings['pictures'] else {})}.items():
             self._record(topic, kind)
         self._record('description', String, _LATCHED)
         self._record('/tf_static', TFMessage, _LATCHED)
@@ -156,7 +154,3 @@ class RecordNode(Node):
 def main(args: list[str] | None = None) -> None:
     """Run the process record_node."""
     sys.exit(run_node(RecordNode, args))
-
-
-if __name__ == '__main__':
-    main()

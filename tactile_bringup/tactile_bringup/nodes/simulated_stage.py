@@ -86,7 +86,3 @@ class SimulatedStage(Node):
 def main(args: list[str] | None = None) -> None:
     """Run the process simulated_stage."""
     sys.exit(run_node(SimulatedStage, args))
-
-
-if __name__ == '__main__':
-    main()

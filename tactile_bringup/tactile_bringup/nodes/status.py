@@ -17,7 +17,6 @@ from pathlib import Path
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from tactile_driver.command import tells_errors
@@ -46,49 +45,42 @@ class Report:
 
 
 class HandStatus:
-    """The last report of each node. expected: names of sensors that should report."""
+    """The last report of each node, by its sensor and its name. expected: names of sensors that should report; news_s: when a node reported
+    for the first time, the last one."""
 
-    def __init__(self, expected: Collection[str] = ()):
-        self._expected = tuple(expected)
-        self._reports: dict[tuple[str, str], Report] = {}
+    def __init__(self, expected: Collection[str] = (), now_s: float = 0.0):
+        self._expected, self.news_s = tuple(expected), now_s
+        self.reports: dict[tuple[str, str], Report] = {}
 
     def add(self, name: str, level: int, message: str, values: Mapping[str, str], now_s: float) -> None:
         """Add one DiagnosticStatus with a name like /thumb/camera_node: camera, received at now_s."""
         sensor, _, node = name.split(':')[0].strip('/').rpartition('/')
-        last = self._reports.get((sensor, node), Report(OK, '', {}, now_s))
+        if (sensor, node) not in self.reports:
+            self.news_s = now_s
+        last = self.reports.get((sensor, node), Report(OK, '', {}, now_s))
         fault, fault_s = (message, now_s) if level != OK else (last.fault, last.fault_s)
-        self._reports[sensor, node] = Report(min(level, SILENT), message, values, now_s, fault, fault_s)
+        self.reports[sensor, node] = Report(min(level, SILENT), message, values, now_s, fault, fault_s)
 
-    def level_of(self, report: Report, now_s: float) -> int:
+    def _level(self, report: Report, now_s: float) -> int:
         """The reported level, or SILENT when the last report is older than 3.5 s."""
         return SILENT if now_s - report.time_s > _SILENCE_S else report.level
 
     @property
     def missing(self) -> list[str]:
         """Expected sensors that have not reported."""
-        return [name for name in self._expected if not any(sensor == name for sensor, _ in self._reports)]
-
-    @property
-    def nodes(self) -> set[str]:
-        """Full names of the nodes that have reported."""
-        return {f'/{sensor}/{node}' if sensor else f'/{node}' for sensor, node in self._reports}
-
-    @property
-    def empty(self) -> bool:
-        """Whether no node has reported."""
-        return not self._reports
+        return [name for name in self._expected if not any(sensor == name for sensor, _ in self.reports)]
 
     def faulty(self, now_s: float) -> int:
-        """Number of nodes in error or silent, plus missing sensors."""
-        return sum(self.level_of(report, now_s) >= ERROR for report in self._reports.values()) + len(self.missing)
+        """Number of nodes in error or silent, plus missing sensors; 1 where no node has reported."""
+        return sum(self._level(report, now_s) >= ERROR for report in self.reports.values()) + len(self.missing) if self.reports else 1
 
     def text(self, now_s: float) -> str:
         """The table with one line per node, followed by one line per present or past fault."""
-        if self.empty:
+        if not self.reports:
             return 'no node reports on /diagnostics; is a sensor launched, in this ROS domain?\n'
         lines, faults = [_row(_HEADS)], []
-        for (sensor, node), report in sorted(self._reports.items()):
-            level, where = self.level_of(report, now_s), f'{sensor}/{node}'
+        for (sensor, node), report in sorted(self.reports.items()):
+            level, where = self._level(report, now_s), f'{sensor}/{node}'
             state = 'silent' if level == SILENT else report.values.get('state', '')
             numbers = [_number(report.values.get(key), how) for key, how in _NUMBERS]
             if state == 'idle':  # without subscribers rate, latency and age are out of date
@@ -108,10 +100,9 @@ class HandStatus:
 def _number(text: str | None, how: str) -> str:
     """The value formatted, or - when unknown."""
     try:
-        value = float(text)
+        return '-' if math.isnan(float(text)) else format(float(text), how)
     except (TypeError, ValueError):
         return '-'
-    return '-' if math.isnan(value) else format(value, how)
 
 
 def _row(cells: Collection[str]) -> str:
@@ -119,52 +110,24 @@ def _row(cells: Collection[str]) -> str:
     return f'{sensor:<14} {node:<20} {state:<12}' + ''.join(f'{number:>11}' for number in numbers) + f'  {last}'
 
 
-_QUEUE = 100  # messages, chosen
 _PERIOD_S, _LOOK_S = 1.0, 2.5  # chosen; nodes report once a second
 _CLEAR = '\033[2J\033[H'
 
 
-class StatusNode(Node):
-    """Passes every message of /diagnostics to status."""
-
-    def __init__(self, status: HandStatus):
-        super().__init__('status')
-        self._status = status
-        self._reporters: set[str] = set()
-        self.news_s = time.monotonic()  # when a node was discovered or reported for the first time
-        self.create_subscription(DiagnosticArray, '/diagnostics', self._take, _QUEUE)
-
-    def _take(self, message: DiagnosticArray) -> None:
-        known = len(self._status.nodes)
-        for status in message.status:
-            self._status.add(status.name, status.level[0], status.message, {v.key: v.value for v in status.values}, time.monotonic())
-        if len(self._status.nodes) > known:
-            self.news_s = time.monotonic()
-
-    def is_complete(self) -> bool:
-        """Whether every discovered publisher of /diagnostics has reported, and no new one has appeared for 2.5 s."""
-        found = {f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in self.get_publishers_info_by_topic('/diagnostics')}
-        if not found <= self._reporters:
-            self._reporters |= found
-            self.news_s = time.monotonic()
-        heard = found <= self._status.nodes and not self._status.missing and not self._status.empty
-        return heard and time.monotonic() - self.news_s > _LOOK_S
-
-
-def watch(node: StatusNode, status: HandStatus, once: bool, patience_s: float) -> int:
-    """Print the table every second until interrupted; with once, print it when all nodes have reported and return the exit code."""
-    with SingleThreadedExecutor() as executor:
-        executor.add_node(node)
-        begin = shown = time.monotonic()
-        while True:
-            executor.spin_once(timeout_sec=0.1)
-            now = time.monotonic()
-            if once and (node.is_complete() or now - begin > patience_s):
-                print(status.text(now), end='')
-                return 1 if status.empty or status.faulty(now) else 0
-            if not once and now - shown > _PERIOD_S:
-                shown = now
-                print((_CLEAR if sys.stdout.isatty() else '') + status.text(now), flush=True)
+def _watch(executor: SingleThreadedExecutor, status: HandStatus, once: bool, patience_s: float) -> int:
+    """Print the table every second until interrupted; with once, print it when all nodes have reported, which is when no new one has for
+    2.5 s, and return the exit code."""
+    begin = shown = time.monotonic()
+    while True:
+        executor.spin_once(timeout_sec=0.1)
+        now = time.monotonic()
+        complete = status.reports and not status.missing and now - status.news_s > _LOOK_S
+        if once and (complete or now - begin > patience_s):
+            print(status.text(now), end='')
+            return min(status.faulty(now), 1)
+        if not once and now - shown > _PERIOD_S:
+            shown = now
+            print((_CLEAR if sys.stdout.isatty() else '') + status.text(now), flush=True)
 
 
 @tells_errors('status')
@@ -175,11 +138,18 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--once', action='store_true', help='print the table once and end; the exit code is 1 when something is wrong')
     parser.add_argument('--patience', type=float, default=10.0, help='with --once: longest time to wait for all reports, s')
     given = parser.parse_args(remove_ros_args(sys.argv if args is None else ['status', *args])[1:])
-    status = HandStatus([sensor.name for sensor in read_hand(given.hand).sensors] if given.hand else ())
+    status = HandStatus([sensor.name for sensor in read_hand(given.hand).sensors] if given.hand else (), time.monotonic())
+
+    def take(message: DiagnosticArray) -> None:
+        for each in message.status:
+            status.add(each.name, each.level[0], each.message, {v.key: v.value for v in each.values}, time.monotonic())
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    node = StatusNode(status)
+    node = rclpy.create_node('status')
+    node.create_subscription(DiagnosticArray, '/diagnostics', take, 100)
     try:
-        return watch(node, status, given.once, given.patience)
+        with SingleThreadedExecutor() as executor:
+            executor.add_node(node)
+            return _watch(executor, status, given.once, given.patience)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
     finally:

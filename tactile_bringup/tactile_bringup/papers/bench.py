@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the experiments share: scenes as bags, methods on them, tables of three columns."""
+"""What the experiments share: scenes as bags, methods on them, tables of three columns, plots."""
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,16 +15,8 @@ from tactile_perception.evaluation.evaluation import Instant
 from ..installed import share
 from ..simulate.bags import write_psd_scene, write_scene, write_taxel_scene
 
-
-@dataclass(frozen=True)
-class Row:
-    """A line of a table. reported: what the paper reports, '' where it reports no number; published, ours: NaN where there is none."""
-
-    quantity: str
-    unit: str
-    reported: str
-    published: float
-    ours: float
+TRUTH, PUBLISHED, OURS = 'truth', 'its method, as built here', 'ours'
+_COLOURS = {TRUTH: 'grey', PUBLISHED: 'C1', OURS: 'C0'}
 
 
 @dataclass(frozen=True)
@@ -34,28 +26,53 @@ class Curves:
 
     name: str
     of_what: str
-    lines: dict[str, tuple[np.ndarray, np.ndarray]]
+    lines: Mapping[str, tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)
 class Table:
-    """One experiment: title, rows, what has to be known to read it, and what its paper plots."""
+    """One experiment. rows: quantity, unit, and what the paper reports, '' where it reports no number; published, ours: a number for each
+    row, NaN where there is none; note: what has to be known to read it; curves: what its paper plots."""
 
     title: str
-    rows: list[Row]
+    rows: Sequence[tuple[str, str, str]]
+    published: Sequence[float]
+    ours: Sequence[float]
     note: str = ''
     curves: tuple[Curves, ...] = ()
 
     def lines(self) -> list[str]:
         """In Markdown."""
-        estimated = [f'### {self.title}', '', '| | unit | the paper reports | its method, as built here | ours |', '|---|---|---|---|---|']
-        estimated += [f'| {row.quantity} | {row.unit} | {row.reported or "-"} | {_said(row.published)} | {_said(row.ours)} |'
-                 for row in self.rows]
-        return [*estimated, '', *([self.note, ''] if self.note else [])]
+        head = [f'### {self.title}', '', '| | unit | the paper reports | its method, as built here | ours |', '|---|---|---|---|---|']
+        rows = [f'| {name} | {unit} | {reported or "-"} | ' + ' | '.join(f'{x:.3g}' if np.isfinite(x) else '-' for x in pair) + ' |'
+                for (name, unit, reported), *pair in zip(self.rows, self.published, self.ours)]
+        return [*head, *rows, '', *([self.note, ''] if self.note else [])]
 
 
-def _said(value: float) -> str:
-    return '-' if not np.isfinite(value) else f'{value:.3g}'
+def draw(tables: Sequence[Table], path: Path) -> None:
+    """A row of panels for each table: the curves that its paper plots, else the numbers that it reports and how far the methods are off."""
+    import matplotlib
+    matplotlib.use('Agg')
+    from matplotlib import pyplot
+    columns = max(1, *(len(table.curves) for table in tables))
+    figure, panels = pyplot.subplots(len(tables), columns, figsize=(4.2 * columns + 1, 0.5 + 2.6 * len(tables)), layout='constrained',
+                                     squeeze=False)
+    for row, table in zip(panels, tables):
+        row[0].set_title(table.title, loc='left')
+        for panel in row[max(len(table.curves), 1):]:
+            panel.axis('off')
+        for panel, curves in zip(row, table.curves):
+            for name, (x, y) in curves.lines.items():
+                panel.plot(x, y, color=_COLOURS[name], linewidth=1.0, label=name)
+            panel.set(xlabel=curves.of_what, ylabel=curves.name)
+        if not table.curves:
+            for name, values in ((PUBLISHED, table.published), (OURS, table.ours)):
+                row[0].plot(values, range(len(values)), 'o', color=_COLOURS[name], label=name)
+            row[0].plot([float(reported or 'nan') for *_, reported in table.rows], range(len(table.rows)), 'k|', label='the paper reports')
+            row[0].set(yticks=range(len(table.rows)), yticklabels=[f'{name}, {unit}' for name, unit, _ in table.rows])
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc='outside lower center', ncols=3)
+    figure.savefig(path, dpi=90)
+    pyplot.close(figure)
 
 
 @dataclass(frozen=True)
@@ -71,12 +88,8 @@ class Bench:
         """The bag of a scene at rate Hz; one that is there is taken. least: frames of a camera that suffice to try an experiment."""
         bag = self.folder / scene
         if not bag.exists():
-            if sensor == 'psd_finger':
-                write_psd_scene(bag, scene, rate, self.seed)
-            elif sensor == 'taxel_array':
-                write_taxel_scene(bag, scene, rate, self.seed)
-            else:
-                write_scene(bag, scene, rate, self.seed, frames=least if self.short else 0)
+            write = {'psd_finger': write_psd_scene, 'taxel_array': write_taxel_scene}.get(sensor, write_scene)
+            write(bag, scene, rate, self.seed, **({'frames': least} if self.short and write is write_scene else {}))
         return bag
 
     def params(self, sensor: str, changes: Mapping) -> Path:

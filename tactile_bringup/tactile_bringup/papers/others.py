@@ -18,14 +18,13 @@ from tactile_perception.common.estimates import SlipEstimate
 from tactile_perception.common.geometry import matrix_of_quaternion
 from tactile_perception.evaluation.evaluation import Evaluation
 
-from .bench import Bench, Curves, Row, Table, mean, shipped
+from .bench import OURS, PUBLISHED, TRUTH, Bench, Curves, Table, mean, shipped
 
 _SAMPLES, _FRAMES, _TAXELS = 1000.0, 10.0, 50.0  # Hz
 NO_GAP = 'Its force, eq 5, is that of a flat face at one depth, which a tilted one has not: ours is by calibrated pressure.'
 OPENING = 'Its force is that of eq 5 with the true opening of the gripper; ours is by calibrated pressure.'
 _GRIPPER = {'gripper.joint': 'finger', 'object.width': 0.030}
 _APART = 1e-4  # m, of the pads from the object while nothing touches
-TRUTH, PUBLISHED, OURS = 'truth', 'its method, as built here', 'ours'
 WITHIN = 45.0  # degrees from the pole, of the paper's second figure
 
 
@@ -38,17 +37,16 @@ def finger(bench: Bench) -> Iterator[Table]:
     """Figs 8 and 10: 25 places, the error angle and the deviation; fig 11: contacts of two durations."""
     methods = [(bench.params('psd_finger', {'method': method}), shipped('psd_finger')) for method in ('paper', 'map')]
     bag = bench.bag('psd_finger', 'grid', _SAMPLES)
-    papers, ours = (_places(bench, bag, *how) for how in methods)
     within = f'within {WITHIN:g} degrees, worst'
-    names = 'error angle, worst', f'error angle {within}', f'mean deviation {within}', 'places reported'
-    yield Table('25 places: figs 8 and 10', [Row(name, unit, reported, *pair) for name, unit, reported, *pair in zip(
-        names, ('degrees',) * 3 + ('',), ('6', '', '1.5', '25'), papers, ours)],
-        'Eqs 11 to 14: the mean of all estimates of a touch, but for its first and last quarter, and their mean distance from it.')
+    yield Table('25 places: figs 8 and 10', [('error angle, worst', 'degrees', '6'), (f'error angle {within}', 'degrees', ''),
+                                             (f'mean deviation {within}', 'degrees', '1.5'), ('places reported', '', '25')],
+                *(_places(bench, bag, *how) for how in methods),
+                'Eqs 11 to 14: the mean of all estimates of a touch, but for its first and last quarter, and their mean distance from it.')
     for scene, reported in (('slow_taps', '0.25 s at 0.88 Hz'), ('taps', '0.078 s at 3.2 Hz')):
-        papers, ours = (_taps(bench, bench.bag('psd_finger', scene, _SAMPLES), *how) for how in methods)
-        names = 'contacts reported', 'reported after the onset, median', 'reported after the onset, worst', 'made up'
-        yield Table(f'Contacts of {reported}: fig 11', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
-            names, ('%', 'ms', 'ms', ''), papers, ours)], 'The paper reports "without significant delay", and a plot.')
+        bag = bench.bag('psd_finger', scene, _SAMPLES)
+        yield Table(f'Contacts of {reported}: fig 11', [('contacts reported', '%', ''), ('reported after the onset, median', 'ms', ''),
+                                                        ('reported after the onset, worst', 'ms', ''), ('made up', '', '')],
+                    *(_taps(bench, bag, *how) for how in methods), 'The paper reports "without significant delay", and a plot.')
 
 
 def _places(bench: Bench, bag: Path, params: Path, calibration: Path) -> list[float]:
@@ -89,10 +87,10 @@ def touchpad(bench: Bench) -> Iterator[Table]:
         index = np.arange(len(by_papers)), np.arange(len(by_ours))
         curves = tuple(Curves(f'{names}, dots', 'sampling index', {PUBLISHED: (index[0], by_papers[:, k]), OURS: (index[1], by_ours[:, k])})
                        for k, names in enumerate(('true positives', 'false positives', 'false negatives')))
-        names = ('dots in contact', 'true positive', 'false positive', 'false negative', 'true positive, at most', 'false positive, then',
-                 'false negative, then', 'pose of the object, mean error')
-        units = ('dots',) * (len(names) - 1) + ('mm',)
-        yield Table(f'{tool}: fig {fig}', [Row(name, unit, '', *pair) for name, unit, *pair in zip(names, units, papers, ours)],
+        dots = ('dots in contact', 'true positive', 'false positive', 'false negative', 'true positive, at most', 'false positive, then',
+                'false negative, then')
+        rows = [*((name, 'dots', '') for name in dots), ('pose of the object, mean error', 'mm', '')]
+        yield Table(f'{tool}: fig {fig}', rows, papers, ours,
                     'Dots that touch by the truth or by the method, mean over touched frames; last: the frame with most true positives.',
                     curves)
 
@@ -125,16 +123,14 @@ def taxels(bench: Bench) -> Iterator[Table]:
         papers, ours = (trace for trace, _ in found)
         curves = tuple(Curves(name, 'time, s', {TRUTH: (ours[:, 0], ours[:, k + 3]), PUBLISHED: (papers[:, 0], papers[:, k]),
                                                 OURS: (ours[:, 0], ours[:, k])}) for k, name in enumerate(('x, mm', 'angle, degrees'), 1))
-        yield Table(f'A bar is {what}: fig 3', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
-            ('position, mean error', 'angle, mean error', 'frames reported'), ('mm', 'degrees', '%'), _off(papers), _off(ours))],
-            'The paper shows a plot.', curves)
+        yield Table(f'A bar is {what}: fig 3', [('position, mean error', 'mm', ''), ('angle, mean error', 'degrees', ''),
+                                                ('frames reported', '%', '')], _off(papers), _off(ours), 'The paper shows a plot.', curves)
         papers, ours = (points for _, points in found)
-        names, units = ('points that slip, in a frame', 'their velocity, mean error', 'their true velocity, mean'), ('', 'mm/s', 'mm/s')
-        yield Table(f'Points on a bar that is {what}: fig 5', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
-            names, units, _slips(papers), _slips(ours))], 'Corners in the paper, taxels in ours. The paper shows a plot.',
+        yield Table(f'Points on a bar that is {what}: fig 5', [('points that slip, in a frame', '', ''), (
+            'their velocity, mean error', 'mm/s', ''), ('their true velocity, mean', 'mm/s', '')], _slips(papers), _slips(ours),
+            'Corners in the paper, taxels in ours. The paper shows a plot.',
             (Curves('y, mm', 'x, mm', {OURS: _ways_of(ours), PUBLISHED: _ways_of(papers)}),))
     for scene, what in (('grip', 'the grip changes'), ('rock', 'the object tilts')):
-        names = 'force along the normal, mean error', 'moments along the pad, mean error', 'largest force', 'largest moment'
         bag = bench.bag('taxel_array', scene, _TAXELS)
         flat, ours = scene == 'grip', _wrenches(bench, bag, 'mechanics')
         papers = _wrenches(bench, _with_gripper(bag), 'paper', _GRIPPER) if flat else np.zeros((0, 13))
@@ -142,8 +138,10 @@ def taxels(bench: Bench) -> Iterator[Table]:
             Curves(name, 'time, s', {TRUTH: (ours[:, 0], factor * ours[:, k + 6]), PUBLISHED: (papers[:, 0], factor * papers[:, k]),
                                      OURS: (ours[:, 0], factor * ours[:, k])})
             for name, factor, k in (('force along the normal, N', 1.0, 3), ('moment about x, mN m', 1e3, 4)))
-        yield Table(f'The wrench while {what}: fig 8', [Row(name, unit, '', *pair) for name, unit, *pair in zip(
-            names, ('N', 'mN m') * 2, _wrench(papers), _wrench(ours))], f'The paper shows a plot. {OPENING if flat else NO_GAP}', curves)
+        yield Table(f'The wrench while {what}: fig 8', [
+            ('force along the normal, mean error', 'N', ''), ('moments along the pad, mean error', 'mN m', ''), ('largest force', 'N', ''),
+            ('largest moment', 'mN m', '')], _wrench(papers), _wrench(ours),
+            f'The paper shows a plot. {OPENING if flat else NO_GAP}', curves)
 
 
 def _with_gripper(bag: Path) -> Path:

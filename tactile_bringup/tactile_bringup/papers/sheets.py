@@ -13,7 +13,7 @@ from tactile_perception.calibration.files.format import read_calibration, write_
 from tactile_perception.press.calibration import REST
 from tactile_perception.press.tools import calibrate_markers
 
-from .bench import Bench, Row, Table, mean, shipped
+from .bench import Bench, Table, mean, shipped
 
 RATE = 2.0        # Hz: each stop of the stage is one frame
 PLATE_RATE = 8.0  # Hz: from stop to stop markers move by little, so that their numbers can be followed
@@ -63,33 +63,30 @@ def fit_published(sensor: str, bags: list[Path], params: Path, output: Path, met
     write_calibration(output, file)
 
 
+def _errors(*reported: str) -> list[tuple[str, str, str]]:
+    """The rows of a table of presses; reported: by the paper, of place and depth."""
+    return list(zip(('x and y, mean error', 'depth, mean error', 'presses reported'), ('mm', 'mm', '%'), (*reported, '')))
+
+
 def one_camera(bench: Bench) -> Iterator[Table]:
     """Table 1: three places, each pressed three times."""
     sensor = 'areal_single'
-    published = _calibrated(bench, sensor)
+    methods = _calibrated(bench, sensor), (bench.params(sensor, _OURS), shipped(sensor))
     bag = bench.bag(sensor, 'areal_single_table_1', RATE)
-    papers, ours = (_place_and_depth(presses(bench, bag, *how)) for how in (published, (bench.params(sensor, _OURS), shipped(sensor))))
-    yield Table('One camera: table 1', _rows(('1.675', '0.84'), papers, ours), 'Three places and depths (10, 7, 13 mm), three times each.')
-
-
-def _rows(reported: tuple[str, str], papers: tuple, ours: tuple) -> list[Row]:
-    names, units = ('x and y, mean error', 'depth, mean error', 'presses reported'), ('mm', 'mm', '%')
-    return [Row(name, unit, *row) for name, unit, *row in zip(names, units, (*reported, ''), papers, ours)]
+    yield Table('One camera: table 1', _errors('1.675', '0.84'), *(_place_and_depth(presses(bench, bag, *how)) for how in methods),
+                'Three places and depths (10, 7, 13 mm), three times each.')
 
 
 def two_cameras(bench: Bench) -> Iterator[Table]:
     """Tables 2 and 3: nine places at 1, 2, 3 mm; table 4: paths of known length."""
     sensor = 'areal_dual'
-    published = _calibrated(bench, sensor)
-    methods = published, (bench.params(sensor, _OURS), shipped(sensor))
+    methods = _calibrated(bench, sensor), (bench.params(sensor, _OURS), shipped(sensor))
     bag = bench.bag(sensor, 'areal_dual_table_2', RATE)
-    papers, ours = (_place_and_depth(presses(bench, bag, *how)) for how in methods)
-    yield Table('Two cameras: tables 2 and 3', _rows(('0.63', '0.06'), papers, ours),
+    yield Table('Two cameras: tables 2 and 3', _errors('0.63', '0.06'), *(_place_and_depth(presses(bench, bag, *how)) for how in methods),
                 f'Nine places at 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.')
     bag = bench.bag(sensor, 'areal_dual_table_4', RATE)
-    papers, ours = (_ways(presses(bench, bag, *how)) for how in methods)
-    yield Table('Two cameras: table 4', [Row('way reported over true way, mean', '', '1.03', papers[0], ours[0]),
-                Row('its standard deviation', '', '0.053', papers[1], ours[1])],
+    yield Table('Two cameras: table 4', [('way reported over true way, mean', '', '1.03'), ('its standard deviation', '', '0.053')],
+                *(_ways(presses(bench, bag, *how)) for how in methods),
                 f'Four paths, by x and y. The paper reports 10.28 px a mm, standard deviation 0.53, at {PX_PER_MM:g} px a mm.')
 
 
@@ -106,27 +103,23 @@ def zones(bench: Bench) -> Iterator[Table]:
     """Ten zones, of a regular and a random print, by the tip of the calibration."""
     sensor = 'air_cushion'
     params = bench.params(sensor, _CUSHION)
-    for name, print_ in (('air_cushion', 'regular'), ('air_cushion_random', 'random')):
+    # No calibration file of the random print ships, nor has the paper numbers of it.
+    for name, print_, reported in (('air_cushion', 'regular', ('4.84', '4.04', '0.08')), ('air_cushion_random', 'random', ('',) * 3)):
         output = bench.folder / f'{name}_paper.yaml'
         fit_published(sensor, [bench.bag(sensor, f'{name}_zones_calibration', WAY_RATE, 180)], params, output, _CUSHION['touch'])
         bag, camera = bench.bag(sensor, f'{name}_zones', WAY_RATE, 90), open_scene(f'{name}_zones', WAY_RATE, bench.seed).camera
-        papers, ours = _pixels(_stops(presses(bench, bag, params, output)), camera), [np.nan] * 4
-        if print_ == 'regular':  # the calibration file that ships is of it
-            ours = _pixels(_stops(presses(bench, bag, bench.params(sensor, _OURS), shipped(sensor))), camera)
-        reported = ('4.84', '4.04', '0.08') if print_ == 'regular' else ('', '', '')
-        names, units = ('x, mean error', 'y, mean error', 'depth, mean error', 'presses reported'), ('px', 'px', 'mm', '%')
-        rows = [Row(name, unit, *row) for name, unit, *row in zip(names, units, (*reported, ''), papers, ours)]
-        yield Table(f'Dome: table I, {print_} print', rows,
+        papers, ours = _pixels(bench, bag, params, output, camera), [np.nan] * 4
+        if print_ == 'regular':
+            ours = _pixels(bench, bag, bench.params(sensor, _OURS), shipped(sensor), camera)
+        rows = list(zip(('x, mean error', 'y, mean error', 'depth, mean error', 'presses reported'), ('px', 'px', 'mm', '%'),
+                        (*reported, '')))
+        yield Table(f'Dome: table I, {print_} print', rows, papers, ours,
                     'Ten zones at 12, 20 and 28 mm; calibrated there on the way to 8, 16, 24 and 32 mm, by the same tip.')
 
 
-def _stops(found: list[Press]) -> list[Press]:
-    """Those presses at which the stage stands."""
-    return [now for before, now in pairwise(found) if abs(now[1] - before[1]) < STANDS]
-
-
-def _pixels(found: list[Press], camera) -> list[float]:
-    """Mean errors of x and y in the image, px, and of depth, mm; presses reported, %."""
+def _pixels(bench: Bench, bag: Path, params: Path, calibration: Path, camera) -> list[float]:
+    """Mean errors of x and y in the image, px, and of depth, mm, of presses at which the stage stands; those reported, %."""
+    found = [now for before, now in pairwise(presses(bench, bag, params, calibration)) if abs(now[1] - before[1]) < STANDS]
     true, stated = (camera.project(np.array([press[k] for press in found]).reshape(-1, 3)) for k in (0, 2))
     x, y = np.abs(stated - true).T
     return [mean(x), mean(y), *_place_and_depth(found)[1:]]

@@ -53,14 +53,31 @@ _CAMERAS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PA
 _BY_LAUNCH = {'source', 'frame_id', 'stitching_path', 'picture_rate'}
 
 
-def _text(about: str, shared: Sequence[Parameter], nodes: Mapping[str, Sequence[Parameter]], changed: Mapping[str, object],
-          left_out: tuple[str, ...] = (), whole: bool = True) -> str:
+def _tables(sensor_type: str) -> tuple[Sequence[Parameter], dict[str, Sequence[Parameter]]]:
+    """Parameters of all nodes of a sensor type, and name -> those of each."""
+    if sensor_type == 'psd_finger':
+        return PSD_SENSOR_PARAMETERS, {'psd_node': PSD_DRIVER_PARAMETERS, 'psd_contact_node': PSD_PARAMETERS,
+                                       'finger_markers_node': FINGER_MARKERS_PARAMETERS}
+    if sensor_type == 'taxel_array':
+        return TAXEL_SENSOR_PARAMETERS, {'taxel_array_node': TAXEL_DRIVER_PARAMETERS, 'taxel_contact_node': TAXEL_PARAMETERS,
+                                         'taxel_markers_node': TAXEL_MARKERS_PARAMETERS}
+    if sensor_type == 'touchpad':
+        return SENSOR_PARAMETERS, {
+            'camera_node': CAMERA_PARAMETERS, 'dot_tracker_node': [p for p in DOT_PARAMETERS if p not in SHEET_PARAMETERS],
+            'contact_region_node': REGION_PARAMETERS, 'markers_node': MARKERS_PARAMETERS}
+    dots = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS]
+    driver = SENSOR_TYPES[sensor_type].driver
+    return MARKER_SENSOR_PARAMETERS, {driver: _CAMERAS[driver], 'dot_tracker_node': dots, 'contact_point_node': POINT_PARAMETERS,
+                                      'markers_node': MARKERS_PARAMETERS}
+
+
+def _text(sensor_type: str, about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = (), whole: bool = True) -> str:
     """Text of a parameter file.
 
-    about: comment at the top; shared: parameters of all nodes; nodes: name -> its parameters; changed: values that differ from the
-    defaults, by name; left_out: names of nodes, and prefixes of parameter names, that do not apply; whole: with the values that do not
-    differ, too.
+    sensor_type: whose nodes it is of; about: comment at the top; changed: values that differ from the defaults, by name; left_out: names of
+    nodes, and prefixes of parameter names, that do not apply; whole: with the values that do not differ, too.
     """
+    shared, nodes = _tables(sensor_type)
     known, text = _BY_LAUNCH | {p.name for p in shared}, []
     sections = {'/**': shared, **{f'/**/{name}': [p for p in table if p.name not in known] for name, table in nodes.items()}}
     for node, table in sections.items():
@@ -70,40 +87,16 @@ def _text(about: str, shared: Sequence[Parameter], nodes: Mapping[str, Sequence[
     return LICENCE + about + _MADE + '\n'.join(text)
 
 
-def _touchpad(about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = (), whole: bool = True) -> str:
-    """Text of a parameter file for the nodes of a touchpad; arguments as of _text."""
-    dots = [p for p in DOT_PARAMETERS if p not in SHEET_PARAMETERS]
-    nodes = {'camera_node': CAMERA_PARAMETERS, 'dot_tracker_node': dots, 'contact_region_node': REGION_PARAMETERS,
-             'markers_node': MARKERS_PARAMETERS}
-    return _text(about, SENSOR_PARAMETERS, nodes, changed, ('dome.', *left_out), whole)
-
-
-def _markers(about: str, sensor_type: str, changed: Mapping[str, object], whole: bool = True) -> str:
-    """Text of a parameter file for the nodes of a sheet or an air cushion; arguments as of _text."""
-    sensor, kind, driver = MARKER_SENSORS[sensor_type], MARKER_SENSOR_TYPES[sensor_type], SENSOR_TYPES[sensor_type].driver
+def _markers(sensor_type: str) -> dict[str, object]:
+    """Values of a sheet or an air cushion that differ from the defaults."""
+    sensor, kind = MARKER_SENSORS[sensor_type], MARKER_SENSOR_TYPES[sensor_type]
     size = min(sensor.pitch) / 4
-    values = {'sensor_type': sensor_type, 'rows': sensor.rows, 'columns': sensor.columns, 'pitch': list(sensor.pitch),
-              'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius,
-              'dome.height': sensor.height, 'surface': 'sheet' if sensor.is_sheet else 'dome', 'polarity': 'bright', 'detection': 'blobs',
-              'dot_size': size, 'dot_colour': 'depth', 'full_depth': 0.005 if sensor.is_sheet else 0.03, 'normal_length': 8 * size,
-              'force_length': 12 * size, 'full_force': kind.full_force, 'full_torque': kind.full_torque,
-              'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
-    dots = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS]
-    nodes = {driver: _CAMERAS[driver], 'dot_tracker_node': dots, 'contact_point_node': POINT_PARAMETERS, 'markers_node': MARKERS_PARAMETERS}
-    return _text(about, MARKER_SENSOR_PARAMETERS, nodes, values, ('cap.',), whole)
-
-
-def _finger(about: str, whole: bool = True) -> str:
-    """Text of a parameter file for the nodes of a PSD finger; arguments as of _text."""
-    nodes = {'psd_node': PSD_DRIVER_PARAMETERS, 'psd_contact_node': PSD_PARAMETERS, 'finger_markers_node': FINGER_MARKERS_PARAMETERS}
-    return _text(about, PSD_SENSOR_PARAMETERS, nodes, {}, whole=whole)
-
-
-def _array(about: str, changed: Mapping[str, object], whole: bool = True) -> str:
-    """Text of a parameter file for the nodes of a taxel array; arguments as of _text."""
-    nodes = {'taxel_array_node': TAXEL_DRIVER_PARAMETERS, 'taxel_contact_node': TAXEL_PARAMETERS,
-             'taxel_markers_node': TAXEL_MARKERS_PARAMETERS}
-    return _text(about, TAXEL_SENSOR_PARAMETERS, nodes, changed, whole=whole)
+    return {'sensor_type': sensor_type, 'rows': sensor.rows, 'columns': sensor.columns, 'pitch': list(sensor.pitch),
+            'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius, 'dome.height': sensor.height,
+            'surface': 'sheet' if sensor.is_sheet else 'dome', 'polarity': 'bright', 'detection': 'blobs',
+            'dot_size': size, 'dot_colour': 'depth', 'full_depth': 0.005 if sensor.is_sheet else 0.03, 'normal_length': 8 * size,
+            'force_length': 12 * size, 'full_force': kind.full_force, 'full_torque': kind.full_torque,
+            'tip_radius': 0.008 if sensor.is_sheet else 0.020}
 
 
 def simulated_pad() -> dict[str, object]:
@@ -150,28 +143,27 @@ def simulated_markers(sensor_type: str) -> dict[str, object]:
 
 def parameter_files() -> dict[str, str]:
     """Text of each file by name."""
-    whole, simulated = ({name: about.format(name) for name in SENSOR_TYPES} for about in (_WHOLE, _SIMULATED))
-    video = {'rows': 7, 'columns': 10, 'surface': 'none'}
-    not_gel = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact', 'paper.')
-    not_pins = ('cap.', 'camera.', 'membrane.', 'contact', 'paper.',
-                *(f'gel.{name}' for name in ('thickness', 'dot_depth', 'young', 'poisson', 'friction')))
-    no_surface = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact_region_node', 'markers_node')
-    return {
-        'touchpad.yaml': _touchpad(_TOUCHPAD, {}, ('gel.',)),
-        'touchpad_sim.yaml': _touchpad(simulated['touchpad'], simulated_specimen(), whole=False),
-        'gelsight_mini.yaml': _touchpad(_GELSIGHT_MINI, {'rows': 7, 'columns': 10, 'surface': 'gel',
-                                                         'gel.pitch': 0.00197}, not_gel),
-        'pin_dome.yaml': _touchpad(_PIN_DOME, {'sensor_type': 'pin_dome', 'rows': 0, 'columns': 0, 'surface': 'pins', 'polarity': 'any',
-                                               'detection': 'auto', 'numbering': 'register'}, not_pins),
-        'gel_sim.yaml': _touchpad(_GEL_SIM, {'surface': 'gel', **simulated_gel()}, whole=False),
-        **{f'{name}.yaml': _touchpad(about, {**video, 'sensor_type': name, **changed}, no_surface)
+    video, gel = {'rows': 7, 'columns': 10, 'surface': 'none'}, ('thickness', 'dot_depth', 'young', 'poisson', 'friction')
+    no_cap = ('dome.', 'cap.', 'camera.', 'membrane.')
+    no_surface = (*no_cap, 'calibration', 'contact_region_node', 'markers_node')
+    texts = {
+        'touchpad': _text('touchpad', _TOUCHPAD, {}, ('dome.', 'gel.')),
+        'gelsight_mini': _text('touchpad', _GELSIGHT_MINI, {'rows': 7, 'columns': 10, 'surface': 'gel', 'gel.pitch': 0.00197},
+                               (*no_cap, 'calibration', 'contact', 'paper.')),
+        'pin_dome': _text('touchpad', _PIN_DOME, {'sensor_type': 'pin_dome', 'rows': 0, 'columns': 0, 'surface': 'pins', 'polarity': 'any',
+                                                  'detection': 'auto', 'numbering': 'register'},
+                          (*no_cap, 'contact', 'paper.', *(f'gel.{name}' for name in gel))),
+        'gel_sim': _text('touchpad', _GEL_SIM, {'surface': 'gel', **simulated_gel()}, ('dome.',), whole=False),
+        **{name: _text('touchpad', about, {**video, 'sensor_type': name, **changed}, no_surface)
            for name, (about, changed) in _DOTS_ALONE.items()},
-        **{f'{name}.yaml': _markers(whole[name], name, {}) for name in MARKER_SENSORS},
-        **{f'{name}_sim.yaml': _markers(simulated[name], name, simulated_markers(name), False) for name in MARKER_SENSORS},
-        'psd_finger.yaml': _finger(whole['psd_finger']), 'psd_finger_sim.yaml': _finger(simulated['psd_finger'], False),
-        'taxel_array.yaml': _array(whole['taxel_array'], {}),
-        'taxel_array_sim.yaml': _array(simulated['taxel_array'], simulated_pad(), False),
-        'pressure_array_14x6.yaml': _array(_PRESSURE, _PRESSURE_ARRAY)}
+        'pressure_array_14x6': _text('taxel_array', _PRESSURE, _PRESSURE_ARRAY)}
+    for name in SENSOR_TYPES:
+        markers, left_out = (_markers(name), ('cap.',)) if name in MARKER_SENSORS else ({}, ('dome.',))
+        simulated = {'touchpad': simulated_specimen, 'taxel_array': simulated_pad, 'psd_finger': dict}
+        own = simulated[name]() if name in simulated else simulated_markers(name)
+        texts.setdefault(name, _text(name, _WHOLE.format(name), markers, left_out))
+        texts[f'{name}_sim'] = _text(name, _SIMULATED.format(name), markers | own, left_out, whole=False)
+    return {f'{name}.yaml': text for name, text in texts.items()}
 
 
 def main() -> int:

@@ -7,7 +7,6 @@ The bag holds the topics of the driver and ground_truth/*, for calibrate, proces
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
@@ -26,14 +25,13 @@ from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.scene import COVER_RADIUS, PSD_SCENES, open_psd_scene
 from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.specimen import Shutters
-from tactile_driver.simulation.sensors.scenes import LAYER_SCENES, SCENES, open_dual_scene, open_scene
+from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, LAYER_SCENES, SCENES, open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
 from tactile_driver.sources.source import NS
 from tactile_perception.nodes.messages.conversions import description_messages
-from tactile_perception.sensors import MARKER_SENSOR_TYPES
 
 _FIRST_NS = 10**9  # chosen: much of ROS takes a stamp of zero for an unknown time
-_TWO_CAMERAS = tuple(f'{name}_' for name, kind in MARKER_SENSOR_TYPES.items() if kind.cameras == 2)  # prefixes of the scenes' names
+_BATCH_S = 0.01  # chosen: duration of the samples of a finger in one message
 
 
 def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0,
@@ -44,23 +42,45 @@ def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: st
     camera, (width, height) px.
     Raises BadArgument for an unknown scene or an existing bag.
     """
-    scene = open_dual_scene(name, rate, seed, shutters) if name.startswith(_TWO_CAMERAS) else open_scene(
+    scene = open_dual_scene(name, rate, seed, shutters) if name in AREAL_DUAL_SCENES else open_scene(
         name, rate, seed, width=size[0], height=size[1])
     numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
     two = isinstance(scene, TwoCameraScene)
     cameras = dict(zip(NAMES, scene.cameras)) if two else {'': scene.camera}
     poses = {view: (cv2.Rodrigues(camera.rotation)[0].ravel(), camera.translation) for view, camera in cameras.items()}
     about = {} if two else {'width': scene.camera.width, 'height': scene.camera.height}
-    _write(path, scene.sensor, namespace, {'scene': name, 'seed': seed, 'rate': rate, **about, 'encoding': 'bgr8'},
-           camera_transforms(namespace, poses),
+    _write(path, scene, namespace, {'scene': name, 'seed': seed, **about, 'encoding': 'bgr8'}, camera_transforms(namespace, poses),
            chain.from_iterable(camera_messages(scene, number, numbers, namespace) for number in range(count)))
     return count
 
 
-def _write(path: Path, sensor: str, namespace: str, about: dict, transforms: list, messages: Iterator[tuple[int, str, object]]) -> None:
+def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = 'psd_finger') -> int:
+    """As write_scene, as psd_node publishes it, at rate samples/s; the number of samples written."""
+    scene = open_psd_scene(name, rate, seed)
+    _write(path, scene, namespace, {'scene': name, 'seed': seed},
+           [static_transform(namespace, f'{namespace}_tip', (0.0, 0.0, COVER_RADIUS))], psd_messages(scene, rate, namespace))
+    return scene.samples
+
+
+def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = 'taxel_array',
+                      scene: TaxelScene | None = None) -> int:
+    """As write_scene, as taxel_array_node publishes it. scene: of another device, instead of the one of that name."""
+    scene = scene or open_taxel_scene(name, rate, seed)
+    pad = scene.specimen
+    _write(path, scene, namespace, {'scene': name, 'seed': seed, 'width': pad.columns, 'height': pad.rows, 'encoding': 'mono8'},
+           [static_transform(namespace, f'{namespace}_taxels', (0.0, 0.0, -pad.thickness))], taxel_messages(scene, rate, namespace))
+    return scene.frames
+
+
+def _write(path: Path, scene, namespace: str, about: dict, transforms: list, messages: Iterator[tuple[int, str, object]]) -> None:
     """Write messages to a new bag, after the description, about, and where the sensor's parts are."""
-    about = {'source': 'sim', 'device': f'simulated {sensor}', **about}
-    write_messages(path, namespace, chain(description_messages(_FIRST_NS, sensor, namespace, about, transforms), messages))
+    about = {'source': 'sim', 'device': f'simulated {scene.sensor}', **about, 'rate': scene.rate}
+    write_messages(path, namespace, chain(description_messages(_FIRST_NS, scene.sensor, namespace, about, transforms), messages))
+
+
+def _stamp(number: int, rate: float) -> int:
+    """Stamp, ns, of a frame or sample."""
+    return _FIRST_NS + round(number / rate * NS)
 
 
 def camera_messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[int, str, object]]:
@@ -79,24 +99,12 @@ def camera_messages(scene, number: int, numbers: TouchNumbers, frame_id: str) ->
         info.header = header_of(own_ns, optical_frame(frame_id, view))
         yield own_ns, f'{prefix}camera_info', info
         yield own_ns, f'{prefix}image_raw', image_to_message(Frame(image, own_ns, 'bgr8'), '', info.header)
-    header = header_of(stamp_ns, frame_id)
-    for name, message in truth_messages(truth, numbers.assign(truth.contacts), 1 / scene.rate, header).items():
+    yield from _truth_messages(truth, numbers, scene.rate, header_of(stamp_ns, frame_id), stamp_ns)
+
+
+def _truth_messages(truth, numbers: TouchNumbers, rate: float, header, stamp_ns: int) -> Iterator[tuple[int, str, object]]:
+    for name, message in truth_messages(truth, numbers.assign(truth.contacts), 1 / rate, header).items():
         yield stamp_ns, f'ground_truth/{name}', message
-
-
-PSD_FINGER = 'psd_finger'
-_BATCH_S = 0.01  # chosen: duration of the samples in one message
-
-
-def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = PSD_FINGER) -> int:
-    """Write a scene to a new bag as psd_node publishes it, at rate samples/s, with ground truth; the number of samples written.
-
-    Raises BadArgument for an unknown scene or an existing bag.
-    """
-    scene = open_psd_scene(name, rate, seed)
-    _write(path, PSD_FINGER, namespace, {'scene': name, 'seed': seed, 'rate': rate},
-           [static_transform(namespace, f'{namespace}_tip', (0.0, 0.0, COVER_RADIUS))], psd_messages(scene, rate, namespace))
-    return scene.samples
 
 
 def psd_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
@@ -112,28 +120,6 @@ def psd_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, 
             yield stamp, 'ground_truth/contacts', contacts_message(touches, numbers.assign(touches), header_of(stamp, frame_id))
 
 
-def _stamp(number: int, rate: float) -> int:
-    """Stamp, ns, of a frame or sample."""
-    return _FIRST_NS + round(number / rate * NS)
-
-
-TAXEL_ARRAY = 'taxel_array'
-
-
-def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = TAXEL_ARRAY,
-                      scene: TaxelScene | None = None) -> int:
-    """Write a scene to a new bag as taxel_array_node publishes it, at rate frames/s, with ground truth; the number of frames written.
-
-    scene: of another device, instead of the one of that name. Raises BadArgument for an unknown scene or an existing bag.
-    """
-    scene = scene or open_taxel_scene(name, rate, seed)
-    pad = scene.specimen
-    about = {'scene': name, 'seed': seed, 'rate': rate, 'width': pad.columns, 'height': pad.rows, 'encoding': 'mono8'}
-    _write(path, TAXEL_ARRAY, namespace, about, [static_transform(namespace, f'{namespace}_taxels', (0.0, 0.0, -pad.thickness))],
-           taxel_messages(scene, rate, namespace))
-    return scene.frames
-
-
 def taxel_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
     """Yield (stamp in ns, topic, message) of all frames of a taxel scene."""
     numbers = TouchNumbers()
@@ -141,14 +127,12 @@ def taxel_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str
         stamp = _stamp(number, rate)
         header, (values, truth) = header_of(stamp, frame_id), scene.render(number / rate)
         yield stamp, 'image_raw', image_to_message(Frame(values, stamp, 'mono8'), '', header)
-        for name, message in truth_messages(truth, numbers.assign(truth.contacts), 1 / rate, header).items():
-            yield stamp, f'ground_truth/{name}', message
+        yield from _truth_messages(truth, numbers, rate, header, stamp)
 
 
-CAMERA = 'camera'
 #: Kind of sensor -> function that writes a scene to a bag, default rate (Hz), names of the scenes.
-WRITERS = {CAMERA: (write_scene, 30.0, SCENES | LAYER_SCENES), PSD_FINGER: (write_psd_scene, 1000.0, PSD_SCENES),
-           TAXEL_ARRAY: (write_taxel_scene, 100.0, TAXEL_SCENES)}
+WRITERS = {'camera': (write_scene, 30.0, SCENES | LAYER_SCENES), 'psd_finger': (write_psd_scene, 1000.0, PSD_SCENES),
+           'taxel_array': (write_taxel_scene, 100.0, TAXEL_SCENES)}
 
 
 @tells_errors('simulate')
@@ -157,7 +141,7 @@ def main(args: list[str] | None = None) -> int:
     scenes = '\n'.join(f'{kind}: {", ".join(sorted(names))}' for kind, (_, _, names) in WRITERS.items())
     parser = argparse.ArgumentParser('simulate', description=__doc__, epilog='scenes\n' + scenes,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('sensor', choices=list(WRITERS), help=f'kind of sensor; {CAMERA}: touchpad, sheets and dome, reported by the scene')
+    parser.add_argument('sensor', choices=list(WRITERS), help='kind of sensor; camera: touchpad, sheets and dome, reported by the scene')
     parser.add_argument('scene')
     parser.add_argument('bag', type=Path, help='rosbag2 to write (MCAP); it must not exist')
     parser.add_argument('--rate', type=float, help='frames or samples a second; default ' +
@@ -168,7 +152,3 @@ def main(args: list[str] | None = None) -> int:
     count = write(given.bag, given.scene, given.rate or rate, given.seed)
     print(f'{given.bag}: {count} frames or samples of {given.scene}')
     return 0
-
-
-if __name__ == '__main__':
-    sys.exit(main())

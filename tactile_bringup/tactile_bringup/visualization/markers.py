@@ -4,45 +4,20 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from geometry_msgs.msg import Point, Quaternion, Vector3
 from rclpy.duration import Duration
+from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA, Header
-from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
+from tactile_driver.nodes.messages.images import grey_to_array
+from tactile_msgs.msg import ContactRegion, Contacts, Slip
 from tactile_perception.common.geometry import Cap
 from visualization_msgs.msg import Marker, MarkerArray
 
 from . import pictures as colours
-from .pictures import states_of
-
-
-
-SLIP_NAMES = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS: 'gross slip'}
-
-
-def touch_words(found: Mapping) -> list[str]:
-    """Depth, force and slip state, as far as they are known, from messages by topic (contacts, wrench, slip; any may be missing)."""
-    contacts = found['contacts'].contacts if 'contacts' in found else []
-    depths = [contact.depth for contact in contacts if np.isfinite(contact.depth)]
-    forces = [contact.force for contact in contacts if np.isfinite(contact.force)]
-    words = [f'{1e3 * max(depths):.1f} mm deep' if depths else '']
-    if 'wrench' in found:
-        words.append(force_word(found['wrench'].wrench.force))
-    elif forces:
-        words.append(f'{sum(forces):.2f} N')
-    words.append(SLIP_NAMES.get(found['slip'].state, '') if 'slip' in found else '')
-    return [word for word in words if word]
-
-
-def force_word(force) -> str:
-    """Magnitude of the force; its z component where only that is known; '' where neither is."""
-    size = float(np.linalg.norm([force.x, force.y, force.z]))
-    if np.isfinite(size):
-        return f'{size:.1f} N'
-    return f'{abs(force.z):.1f} N along z' if np.isfinite(force.z) else ''
-
+from .pictures import array_of, states_of, touch_words
 
 #: s, chosen: RViz removes markers this long after the last data.
 STALE_S = 2.0
@@ -53,36 +28,28 @@ _LIFTED = 2e-4  # m, chosen: height of outlines over the surface, which would hi
 _LETTERS = 0.13  # of the sensor's half width: height of letters. Chosen
 _LINE = 36  # letters in a line of a warning. Chosen
 _SLIP_COLOURS = {Slip.NONE: colours.TEXT, Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
+_MOST_ARROWS = 200  # chosen
+_TONES = 64  # steps of the cells' colours, chosen: finer than the eye resolves
+_FAINT = 0.025  # of the full value, chosen: a fainter cell is drawn as untouched
+_UNDER = 1e-4  # m, chosen: from the outlines down to the cells, and from these to the plate of the untouched ones
 
 
-def colour_of(rgb: tuple[float, float, float], opacity: float = 1.0) -> ColorRGBA:
+def _colour(rgb: Sequence[float], opacity: float = 1.0) -> ColorRGBA:
     """A colour (r, g, b), 0 to 1, as a message."""
     return ColorRGBA(r=rgb[0], g=rgb[1], b=rgb[2], a=opacity)
 
 
-_STATES = [colour_of(rgb) for rgb in colours.STATE_COLOURS]
+_STATES = [_colour(rgb) for rgb in colours.STATE_COLOURS]
 
 
-def points_of(places: np.ndarray) -> list[Point]:
+def _points(places: np.ndarray) -> list[Point]:
     """Convert positions (N, 3), m, to Points."""
     return [Point(x=x, y=y, z=z) for x, y, z in places.tolist()]
 
 
-def _array(points) -> np.ndarray:
-    return np.array([(p.x, p.y, p.z) for p in points], float).reshape(-1, 3)
-
-
-def rings_of(region: ContactRegion) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Outlines and holes of a region, each (n, 3), m."""
-    return [_array(polygon.points) for polygon in region.outlines], [_array(polygon.points) for polygon in region.holes]
-
-
-def untouched_cap(sizes: Mapping) -> Cap | None:
-    """Spherical cap of the untouched surface of a touchpad or an air cushion; None for a sheet."""
-    if sizes['sensor_type'] == 'touchpad':
-        return Cap(sizes['cap.curvature_radius'], sizes['cap.height'])
-    rim, height = sizes['dome.rim_radius'], sizes['dome.height']
-    return Cap((rim**2 + height**2) / (2 * height), height) if min(rim, height) > 0 else None
+def _known(vector) -> np.ndarray:
+    """(3,) of a message, unknown components as 0, so that the known ones can be drawn."""
+    return np.nan_to_num(array_of([vector])[0])
 
 
 class MarkerSet:
@@ -91,106 +58,79 @@ class MarkerSet:
 
     RViz removes markers that nothing has renewed for STALE_S, whatever has ended.
     warning: shown beside the sensor, '' for none.
-    sizes: dot_size (m), dot_colour, full_depth (m), normal_length (m), force_length (m), full_force (N), full_torque (N m), and the
-    untouched surface: sensor_type, cap.curvature_radius, cap.height, dome.rim_radius, dome.height (m).
+    sizes: normal_length (m), and with a wrench force_length (m), full_force (N), full_torque (N m); size: m, to which lines and arrows are
+    in proportion. Subclasses draw the sensor's own surface.
     """
 
-    def __init__(self, sizes: Mapping):
-        self._sizes = sizes
+    def __init__(self, sizes: Mapping, size: float):
+        self._sizes, self._size = sizes, size
         self._made: list[Marker] = []
         self._header = Header()
-        self._half = np.full(2, 10 * sizes['dot_size'])  # m, half widths of the sensor: the largest seen
+        self._half = np.full(2, 10 * size)  # m, half widths of the sensor: the largest seen
         self.warning = ''
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
-        """Markers for messages by topic (dots, contact_region, contacts, slip, wrench; any may be missing) under their header."""
+        """Markers for messages by topic (dots, image_raw of an array, contact_region, contacts, slip, wrench; any may be missing) under
+        their header."""
         self._header, self._made = header, []
-        dots = found.get('dots')
-        places = np.column_stack([dots.x, dots.y, dots.z]).astype(float) if dots is not None and len(dots.x) else np.zeros((0, 3))
-        region = found.get('contact_region') or ContactRegion()
-        if len(places):
-            self._dots(dots, places, region)
-        if region.outlines:
-            self._region(region)
-        if found.get('contacts') is not None:
-            self._contacts(found['contacts'])
-        if found.get('wrench') is not None:
+        region, contacts = found.get('contact_region') or ContactRegion(), (found.get('contacts') or Contacts()).contacts
+        self._half = np.maximum(self._half, self._surface(found, region))
+        self._outline(region)
+        self._contacts(contacts)
+        if 'wrench' in found and region.outlines and found['wrench'].header.frame_id in ('', header.frame_id):  # else at another origin
             self._wrench(found['wrench'].wrench, region)
-        if found.get('slip') is not None:
+        if 'slip' in found:
             self._slip(found['slip'], region)
-        return self._array(found, np.abs(places[np.isfinite(places).all(axis=1), :2]).max(axis=0, initial=0.0))
+        touched = region.outlines or contacts
+        state = found['slip'].state if touched and 'slip' in found else Slip.NONE
+        lines = [header.frame_id, *(touch_words(found) if touched else [])]
+        self._text('text', '\n'.join(lines), (*(0.95 * self._half), -0.25 * float(self._half.max())), _SLIP_COLOURS[state])
+        return self._all()
 
     def alone(self, header: Header) -> MarkerArray:
         """The warning alone."""
         self._header, self._made = header, []
-        self._warning()
-        return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL), *self._made])
+        return self._all()
 
-    def _array(self, found: Mapping, half: np.ndarray) -> MarkerArray:
-        """The markers made, with the sensor's name and the numbers of the touch in front of it; half: of the sensor's widths (2,), m."""
-        self._half = np.maximum(self._half, half)
-        touched = (found.get('contact_region') or ContactRegion()).outlines or (found.get('contacts') or Contacts()).contacts
-        lines = [self._header.frame_id, *(touch_words(found) if touched else [])]
-        state = found['slip'].state if touched and 'slip' in found else Slip.NONE
-        self._text('text', '\n'.join(lines), (*(0.95 * self._half), -0.25 * float(self._half.max())), _SLIP_COLOURS[state])
-        self._warning()
-        return MarkerArray(markers=[Marker(header=self._header, action=Marker.DELETEALL), *self._made])
+    def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
+        """Draw the sensor's surface; half widths (2,), m, of what is seen of it."""
+        raise NotImplementedError
 
-    def _warning(self) -> None:
+    def _all(self) -> MarkerArray:
         if self.warning:
             self._text('warning', textwrap.fill(self.warning, _LINE), (*(-1.1 * self._half), 0.6 * float(self._half.max())), colours.REGION)
+        return MarkerArray(markers=[Marker(header=self._header, action=Marker.DELETEALL), *self._made])
 
-    def _text(self, ns: str, text: str, place: tuple[float, float, float], colour: tuple[float, float, float]) -> None:
+    def _text(self, ns: str, text: str, place: Sequence[float], colour: Sequence[float]) -> None:
         height = _LETTERS * float(self._half.max())
         # scale.x is the width of a space, which RViz otherwise takes from letters 1 m high.
-        marker = self._add(ns, Marker.TEXT_VIEW_FACING, (0.5 * height, 0.0, height), colour_of(colour), [])
-        marker.text, marker.pose.position = text, Point(x=place[0], y=place[1], z=place[2])
+        marker = self._add(ns, Marker.TEXT_VIEW_FACING, (0.5 * height, 0.0, height), _colour(colour), at=place)
+        marker.text = text
 
-    def _add(self, ns: str, kind: int, scale: tuple[float, float, float], colour: ColorRGBA, points: list[Point],
-             number: int = 0) -> Marker:
+    def _add(self, ns: str, kind: int, scale: Sequence[float], colour: ColorRGBA, points: np.ndarray | None = None, number: int = 0,
+             at: Sequence[float] = (0.0, 0.0, 0.0)) -> Marker:
         marker = Marker(header=self._header, ns=ns, id=number, type=kind, scale=Vector3(x=scale[0], y=scale[1], z=scale[2]), color=colour,
-                        points=points, lifetime=_LIFETIME)
-        marker.pose.orientation.w = 1.0
+                        points=[] if points is None else _points(points), lifetime=_LIFETIME)
+        marker.pose.position, marker.pose.orientation.w = Point(x=at[0], y=at[1], z=at[2]), 1.0
         self._made.append(marker)
         return marker
 
-    def _dots(self, dots: DotTracks, places: np.ndarray, region: ContactRegion) -> None:
-        known = np.isfinite(places).all(axis=1)
-        places, id, size = places[known], np.asarray(dots.id, np.int64)[known], self._sizes['dot_size']
-        points, share = points_of(places), self._depths(places) / self._sizes['full_depth']
-        self._add('dots', Marker.SPHERE_LIST, (size, size, size), _STATES[0], points).colors = self._dot_colours(id, share, region)
-
-    def _dot_colours(self, id: np.ndarray, share: np.ndarray, region: ContactRegion) -> list[ColorRGBA]:
-        """Colours of the dots id (N,) with relative depths share (N,), by state or by depth."""
-        if self._sizes['dot_colour'] == 'depth':
-            return [colour_of(rgb) for rgb in colours.of_depth(share).tolist()]
-        state = states_of(id, np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64))
-        return [_STATES[max(s, 0)] for s in state.tolist()]
-
-    def _depths(self, places: np.ndarray) -> np.ndarray:
-        """Depths (N,), m, of positions (N, 3), m, below the untouched surface: along z for a sheet, radial for a cap."""
-        cap = untouched_cap(self._sizes)
-        if cap is None:
-            return -places[:, 2]
-        return cap.curvature_radius - np.linalg.norm(places - [0.0, 0.0, cap.centre_z], axis=1)
-
-    def _region(self, region: ContactRegion) -> None:
-        outlines, holes = rings_of(region)
-        for ns, rings, colour in (('outlines', outlines, colours.REGION), ('holes', holes, colours.HOLE)):
+    def _outline(self, region: ContactRegion) -> None:
+        for ns, rings, colour in (('outlines', region.outlines, colours.REGION), ('holes', region.holes, colours.HOLE)):
+            rings = [array_of(polygon.points) for polygon in rings]
             if rings:
                 ends = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1).reshape(-1, 3) for ring in rings]
-                lines = np.concatenate(ends) + (0.0, 0.0, _LIFTED)
-                self._add(ns, Marker.LINE_LIST, (0.5 * self._sizes['dot_size'], 0.0, 0.0), colour_of(colour), points_of(lines))
+                self._add(ns, Marker.LINE_LIST, (0.5 * self._size, 0.0, 0.0), _colour(colour), np.concatenate(ends) + (0.0, 0.0, _LIFTED))
 
-    def _arrow(self, ns: str, number: int, ends: np.ndarray, colour: tuple[float, float, float]) -> None:
+    def _arrow(self, ns: str, number: int, ends: np.ndarray, colour: Sequence[float]) -> None:
         if np.isfinite(ends).all() and np.ptp(ends, axis=0).any():
             # A short arrow is thinner, so that it keeps its shaft; RViz would make it all head.
-            size = min(self._sizes['dot_size'], 0.2 * float(np.linalg.norm(ends[1] - ends[0])))
-            self._add(ns, Marker.ARROW, (0.6 * size, 1.5 * size, 2.0 * size), colour_of(colour), points_of(ends), number)
+            size = min(self._size, 0.2 * float(np.linalg.norm(ends[1] - ends[0])))
+            self._add(ns, Marker.ARROW, (0.6 * size, 1.5 * size, 2.0 * size), _colour(colour), ends, number)
 
-    def _contacts(self, contacts: Contacts) -> None:
-        for contact in contacts.contacts:
-            place, normal = _array([contact.position])[0], _array([contact.normal])[0]
+    def _contacts(self, contacts: Sequence) -> None:
+        for contact in contacts:
+            place, normal = array_of([contact.position, contact.normal])
             self._arrow('normals', contact.id, np.stack([place, place + self._sizes['normal_length'] * normal]), colours.CONTACT)
             self._covariance(contact.id, place, np.asarray(contact.position_covariance).reshape(3, 3))
 
@@ -198,37 +138,119 @@ class MarkerSet:
         """Draw the ellipsoid that holds the contact position with 95 % probability."""
         if not (np.isfinite(covariance).all() and np.isfinite(place).all() and covariance.any()):
             return
+        from scipy.spatial.transform import Rotation  # imported only when markers are drawn
         variances, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
         axes[:, 0] *= np.sign(np.linalg.det(axes))
         across = 2 * _WITHIN_95 * np.sqrt(np.maximum(variances, 0.0)).clip(_THINNEST)
-        marker = self._add('covariances', Marker.SPHERE, tuple(across.tolist()), colour_of(colours.CONTACT, 0.5), [], number)
-        marker.pose.position = points_of(place[None])[0]
-        from scipy.spatial.transform import Rotation  # imported only when markers are drawn
-        orientation = Rotation.from_matrix(axes).as_quat().tolist()
-        marker.pose.orientation = Quaternion(x=orientation[0], y=orientation[1], z=orientation[2], w=orientation[3])
+        marker = self._add('covariances', Marker.SPHERE, across.tolist(), _colour(colours.CONTACT, 0.5), number=number, at=place.tolist())
+        marker.pose.orientation = Quaternion(**dict(zip('xyzw', Rotation.from_matrix(axes).as_quat().tolist())))
 
     def _wrench(self, wrench, region: ContactRegion) -> None:
         """Draw the force as an arrow towards the region's centroid, and the torque as one at the frame's origin.
 
-        The force's tip ends normal_length before the centroid, so that it does not hide the contact. Unknown vectors are not drawn.
+        The force's tip ends normal_length before the centroid, so that it does not hide the contact.
         """
-        if not region.outlines:
-            return
-        force = self._arrow_of(_array([wrench.force])[0], self._sizes['full_force'])
-        torque = self._arrow_of(_array([wrench.torque])[0], self._sizes['full_torque'])
+        force, torque = self._scaled(_known(wrench.force), 'full_force'), self._scaled(_known(wrench.torque), 'full_torque')
         away = -force / max(float(np.linalg.norm(force)), 1e-12)
-        tip = _array([region.centroid])[0] + self._sizes['normal_length'] * away
+        tip = array_of([region.centroid])[0] + self._sizes['normal_length'] * away
         self._arrow('force', 0, np.stack([tip - force, tip]), colours.FORCE)
         self._arrow('torque', 0, np.stack([np.zeros(3), torque]), colours.TORQUE)
 
-    def _arrow_of(self, vector: np.ndarray, full: float) -> np.ndarray:
-        """Arrow (3,), m, of a vector (3,): proportional up to the magnitude full, force_length long from there on."""
-        share = float(np.linalg.norm(vector)) / full
-        return vector * (self._sizes['force_length'] / full / max(1.0, share))
+    def _scaled(self, vector: np.ndarray, full: str) -> np.ndarray:
+        """Arrow (3,), m, of a vector (3,): proportional up to the magnitude that full names, force_length long from there on."""
+        return vector * (self._sizes['force_length'] / max(self._sizes[full], float(np.linalg.norm(vector))))
 
     def _slip(self, slip: Slip, region: ContactRegion) -> None:
-        centre = _array([slip.rotation_center])[0]
-        if slip.state != Slip.NONE and np.isfinite(centre[:2]).all():
-            centre[2] = centre[2] if np.isfinite(centre[2]) else region.centroid.z
-            size = 2.0 * self._sizes['dot_size']
-            self._add('slip_center', Marker.SPHERE_LIST, (size, size, size), _STATES[2], points_of(centre[None]))
+        centre = array_of([slip.rotation_center])
+        if slip.state != Slip.NONE and np.isfinite(centre[0, :2]).all():
+            centre[0, 2] = centre[0, 2] if np.isfinite(centre[0, 2]) else region.centroid.z
+            self._add('slip_center', Marker.SPHERE_LIST, [2.0 * self._size] * 3, _STATES[2], centre)
+
+
+class DotMarkers(MarkerSet):
+    """Of an optical sensor. More sizes: dot_size (m), dot_colour, full_depth (m), and the untouched surface: sensor_type,
+    cap.curvature_radius, cap.height, dome.rim_radius, dome.height (m)."""
+
+    def __init__(self, sizes: Mapping):
+        super().__init__(sizes, sizes['dot_size'])
+
+    def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
+        dots = found.get('dots')
+        if dots is None or not len(dots.x):
+            return np.zeros(2)
+        places = np.column_stack([dots.x, dots.y, dots.z]).astype(float)
+        known = np.isfinite(places).all(axis=1)
+        places, states = places[known], np.maximum(states_of(np.asarray(dots.id, np.int64)[known], region), 0)
+        marker = self._add('dots', Marker.SPHERE_LIST, [self._size] * 3, _STATES[0], places)
+        by_depth = self._sizes['dot_colour'] == 'depth'
+        marker.colors = [_colour(rgb) for rgb in colours.of_depth(self._depths(places) / self._sizes['full_depth']).tolist()] if by_depth \
+            else [_STATES[state] for state in states.tolist()]
+        return np.abs(places[:, :2]).max(axis=0, initial=0.0)
+
+    def _depths(self, places: np.ndarray) -> np.ndarray:
+        """Depths (N,), m, of positions (N, 3), m, below the untouched surface: along z for a sheet, radial for a cap."""
+        rim, height = self._sizes['dome.rim_radius'], self._sizes['dome.height']
+        if self._sizes['sensor_type'] == 'touchpad':
+            cap = Cap(self._sizes['cap.curvature_radius'], self._sizes['cap.height'])
+        elif min(rim, height) > 0:
+            cap = Cap((rim**2 + height**2) / (2 * height), height)
+        else:
+            return -places[:, 2]
+        return cap.curvature_radius - np.linalg.norm(places - [0.0, 0.0, cap.centre_z], axis=1)
+
+
+class FingerMarkers(MarkerSet):
+    """Of a finger. More sizes: radius, point_size (m)."""
+
+    def __init__(self, sizes: Mapping):
+        super().__init__(sizes, 0.5 * sizes['point_size'])
+
+    def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
+        radius = self._sizes['radius']
+        self._add('finger', Marker.SPHERE, [2 * radius] * 3, _colour(colours.GLASS, 0.4))
+        places = array_of(contact.position for contact in found['contacts'].contacts)
+        places = places[np.isfinite(places).all(axis=1)]
+        if len(places):
+            self._add('points', Marker.SPHERE_LIST, [2 * self._size] * 3, _colour((1.0, 0.35, 0.1)), places)
+        return np.full(2, radius)
+
+
+class TaxelMarkers(MarkerSet):
+    """Of an array. More sizes: pitch (m), full_value, flow_scale (s)."""
+
+    def __init__(self, sizes: Mapping):
+        super().__init__(sizes, sizes['pitch'])
+        self._tones = [_colour(rgb) for rgb in colours.of_depth(np.linspace(0.0, 1.0, _TONES)).tolist()]
+
+    def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
+        if region.outlines and np.isfinite(region.orientation):
+            x, y = np.cos(region.orientation), np.sin(region.orientation)
+            halves = 0.5 * np.array([[region.major_axis * x, region.major_axis * y, 0], [-region.minor_axis * y, region.minor_axis * x, 0]])
+            self._add('axes', Marker.LINE_LIST, (0.5 * self._size, 0.0, 0.0), _colour(colours.CONTACT),
+                      array_of([region.centroid]) + np.repeat(halves, 2, axis=0) * [[-1], [1], [-1], [1]])
+        if region.outlines and 'slip' in found:
+            self._flow(found['slip'])
+        return self._cells(found['image_raw']) if 'image_raw' in found else np.zeros(2)
+
+    def _cells(self, image: Image) -> np.ndarray:
+        """Draw the array as a plate and each pressed taxel as a square on it, just under the surface, where the outlines lie; half widths
+        (2,), m."""
+        values = grey_to_array(image, 'taxel image').astype(np.float32)
+        full, pitch, (rows, columns) = self._sizes['full_value'], self._size, values.shape
+        self._add('plate', Marker.CUBE, (columns * pitch, rows * pitch, 0.5 * _UNDER), self._tones[0], at=(0.0, 0.0, -2 * _UNDER))
+        row, column = np.nonzero(values > _FAINT * full)
+        if len(row):
+            places = np.column_stack([(column - 0.5 * (columns - 1)) * pitch, (row - 0.5 * (rows - 1)) * pitch, np.full(len(row), -_UNDER)])
+            tone = np.clip(np.round((_TONES - 1) * values[row, column] / full), 0, _TONES - 1).astype(int)
+            cells = self._add('cells', Marker.POINTS, (pitch, pitch, 0.0), _colour(colours.TEXT), places)
+            cells.colors = [self._tones[k] for k in tone.tolist()]
+        return 0.5 * pitch * np.array([columns, rows])
+
+    def _flow(self, slip: Slip) -> None:
+        """Draw the slip velocity at each slipping point as a line."""
+        at, by = (np.column_stack([x, y, np.zeros(len(x))]).astype(float) for x, y in ((slip.x, slip.y), (slip.vx, slip.vy)))
+        known = np.flatnonzero(np.isfinite(by).all(axis=1))
+        known = known[::1 + len(known) // _MOST_ARROWS]
+        if len(known):
+            ends = np.stack([at[known], at[known] + self._sizes['flow_scale'] * by[known]], axis=1).reshape(-1, 3)
+            self._add('flow', Marker.LINE_LIST, (0.15 * self._size, 0.0, 0.0), _colour(colours.ARROW), ends)

@@ -1,16 +1,21 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Draws results over an image: dots coloured by state, displacements, contact regions, numbers. Needs no ROS."""
+"""Results in words and drawn over an image: dots coloured by state, displacements, contact regions, numbers."""
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import cv2
 import numpy as np
+from sensor_msgs.msg import CameraInfo
+from tactile_driver.stitching.calibration import Stitching
+from tactile_msgs.msg import ContactRegion, DotTracks, Slip
+from tactile_perception.common.camera import CameraModel
 
 #: Colours (r, g, b), 0 to 1, by dot state: untouched, sticking, slipping (the constants of ContactRegion). All colours are chosen.
 STATE_COLOURS = ((0.45, 0.62, 0.80), (0.20, 0.85, 0.35), (1.00, 0.15, 0.90))
-STATE_NAMES = ('untouched', 'sticking', 'slipping')
 REGION = (1.00, 0.82, 0.10)
 HOLE = (0.30, 0.90, 1.00)
 CONTACT = (1.00, 1.00, 1.00)
@@ -18,8 +23,7 @@ ARROW = (1.00, 1.00, 0.35)
 FORCE = (1.00, 0.55, 0.10)
 TORQUE = (0.60, 0.40, 1.00)
 TEXT = (1.00, 1.00, 1.00)
-
-
+GLASS = (0.80, 0.86, 0.92)  # the hemisphere of a finger
 #: Colour scale from untouched to full depth, chosen.
 _DEPTH_COLOURS = np.array([STATE_COLOURS[0], (0.25, 0.80, 0.60), (0.95, 0.85, 0.20), (1.00, 0.35, 0.10)])
 
@@ -30,21 +34,87 @@ def of_depth(share: np.ndarray) -> np.ndarray:
     return np.column_stack([np.interp(at, np.arange(len(_DEPTH_COLOURS)), channel) for channel in _DEPTH_COLOURS.T])
 
 
-def bgr(colour: tuple[float, float, float]) -> tuple[int, int, int]:
+def bgr(colour: Sequence[float]) -> tuple[int, int, int]:
     """The colour as 8-bit (blue, green, red) for OpenCV."""
     red, green, blue = (round(255 * c) for c in colour)
     return blue, green, red
 
 
-_SHIFT = 4  # OpenCV's fixed-point coordinates: 4 fractional bits, 1/16 px
-_SHORTEST = 1.2  # px of the picture, chosen: shorter arrows show mostly noise
-_HEAD = 0.35  # length of the head over the arrow's, chosen
-_SIZE = 0.6  # font scale, chosen: letters are 13 px high
-_FEW = 200  # arrows, chosen: up to this number each gets a dark border
-_GAP = 2.0  # px between a dot and its ring, chosen
-_CORNERS = np.stack([np.cos(np.arange(10) * np.pi / 5), np.sin(np.arange(10) * np.pi / 5)], axis=1)
-_FONT = cv2.FONT_HERSHEY_SIMPLEX
-PANEL = 600  # px: width at which RViz shows the picture; what is drawn is legible there
+def array_of(points) -> np.ndarray:
+    """(N, 3) of N messages with x, y and z."""
+    return np.array([(p.x, p.y, p.z) for p in points], float).reshape(-1, 3)
+
+
+SLIP_NAMES = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS: 'gross slip'}
+
+
+def touch_words(found: Mapping) -> list[str]:
+    """Depth, force and slip state, as far as they are known, from messages by topic (contacts, wrench, slip; any may be missing). Of a
+    force with unknown components its z component."""
+    contacts = found['contacts'].contacts if 'contacts' in found else []
+    depths = [contact.depth for contact in contacts if np.isfinite(contact.depth)]
+    forces = [contact.force for contact in contacts if np.isfinite(contact.force)]
+    words = [f'{1e3 * max(depths):.1f} mm deep'] if depths else []
+    if 'wrench' in found:
+        force = found['wrench'].wrench.force
+        size = float(np.linalg.norm([force.x, force.y, force.z]))
+        words += [f'{size:.1f} N'] if np.isfinite(size) else [f'{abs(force.z):.1f} N along z'] if np.isfinite(force.z) else []
+    elif forces:
+        words.append(f'{sum(forces):.2f} N')
+    return words + ([SLIP_NAMES[found['slip'].state]] if 'slip' in found else [])
+
+
+def lines_of(found: Mapping) -> list[str]:
+    """What messages by topic tell, in lines of text: dots and largest displacement; area, depth, force, slip state, numbers of sticking and
+    slipping dots. The last one is empty where nothing is known of touches; without dots it is the only one."""
+    dots, region, lines = found.get('dots'), found.get('contact_region'), []
+    if dots is not None:
+        moved = np.hypot(dots.du, dots.dv)
+        largest = f'{np.nanmax(moved):.1f} px' if np.isfinite(moved).any() else 'not known yet'
+        lines.append(f'{len(dots.id)} dots, largest displacement {largest}')
+    if region is not None and region.outlines:
+        counts = np.bincount(np.asarray(region.dot_state, np.int64), minlength=3)
+        states = [f'{counts[1]} stick, {counts[2]} slip'] if counts.any() else []
+        lines.append(', '.join([f'{1e6 * region.area:.0f} mm2', *touch_words(found), *states]))
+    elif region is None and 'contacts' in found and found['contacts'].contacts:
+        lines.append(', '.join(touch_words(found)) or 'touched')
+    else:
+        lines.append('nothing touches' if region is not None or 'contacts' in found else '')
+    return lines
+
+
+Place = Callable[[np.ndarray], np.ndarray]  # from points (N, 3), m, of one object in the sensor frame to px (N, 2)
+
+
+def projection(matrices: tuple | None, rotation: Sequence[float], translation: Sequence[float], stitching: Stitching | None = None
+               ) -> Place | None:
+    """Where places appear in a camera's image; None for an uncalibrated camera.
+
+    matrices: from camera_matrices; rotation, translation: from sensor to camera frame, as a rotation vector (rad) and a vector (m);
+    stitching: of a picture stitched from two views, which has no camera model of its own.
+    """
+    if matrices is not None:
+        return CameraModel(*matrices, cv2.Rodrigues(np.array(rotation, float))[0], np.array(translation, float)).project
+    return None if stitching is None else partial(_stitched, stitching)
+
+
+def _stitched(stitching: Stitching, xyz: np.ndarray) -> np.ndarray:
+    """Of a stitched picture; the view that shows the mean of the points places all of them."""
+    left, right = (stitching.origin + stitching.scale * (centre[:2] + (xyz[:, :2] - centre[:2]) * (centre[2] / (centre[2] - xyz[:, 2:])))
+                   for centre in stitching.camera_centres)
+    return right if stitching.side_of(left.mean(axis=0))[0] else left
+
+
+def camera_info_key(message: CameraInfo) -> tuple:
+    """What differs between calibrations."""
+    return tuple(message.k), tuple(message.d)
+
+
+CAMERA_LEGEND = (*zip(('untouched', 'sticking', 'slipping'), STATE_COLOURS), ('displacement', ARROW), ('region', REGION),
+                 ('contact', CONTACT))
+ARRAY_LEGEND = (('untouched', STATE_COLOURS[0]), ('full', _DEPTH_COLOURS[-1]), ('region', REGION), ('contact', CONTACT),
+                ('slip', STATE_COLOURS[2]))
+FINGER_LEGEND = (('contact', CONTACT),)
 
 
 @dataclass
@@ -73,34 +143,77 @@ class Annotation:
     holes: list[np.ndarray] = field(default_factory=list)
     contacts: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     text: list[str] = field(default_factory=list)
-    legend: list[tuple[str, tuple[float, float, float]]] = field(default_factory=list)
+    legend: Sequence[tuple[str, Sequence[float]]] = ()
 
 
-def states_of(id: np.ndarray, state_id: np.ndarray, state: np.ndarray) -> np.ndarray:
-    """States (N,) of the dots id (N,), looked up in state (M,) of the dots state_id (M,); -1 for a dot that is not listed."""
-    found = np.full(len(id), -1, np.int64)
-    if len(state_id):
-        order = np.argsort(state_id)
-        place = np.minimum(np.searchsorted(state_id[order], id), len(state_id) - 1)
-        known = state_id[order][place] == id
-        found[known] = state[order][place][known]
-    return found
+def annotation_of(found: Mapping, place: Place | None, legend: Sequence = CAMERA_LEGEND, flow_scale: float = 0.0) -> Annotation:
+    """Messages by topic (dots, contact_region, contacts, slip, wrench; any may be missing) as an annotation. place: where things appear,
+    None unknown; flow_scale: s, by which the slip of the object becomes the length of an arrow, 0 for none."""
+    dots, region = found.get('dots') or DotTracks(), found.get('contact_region') or ContactRegion()
+    id = np.asarray(dots.id, np.int64)
+    what = Annotation(dots.rows, dots.columns, id, np.column_stack([dots.u, dots.v]).astype(float).reshape(-1, 2),
+                      np.column_stack([dots.du, dots.dv]).astype(float).reshape(-1, 2), states_of(id, region), legend=legend,
+                      text=lines_of(found) if 'dots' in found or legend is not CAMERA_LEGEND else ['no dots', ''])
+    if np.isfinite(dots.area).any():
+        what.radius = float(np.sqrt(np.nanmedian(dots.area) / np.pi))
+    if place is None:
+        return what
+    what.outlines, what.holes = ([place(ring) for ring in map(array_of, (polygon.points for polygon in polygons))
+                                  if len(ring) and np.isfinite(ring).all()] for polygons in (region.outlines, region.holes))
+    contacts = array_of(contact.position for contact in found['contacts'].contacts) if 'contacts' in found else np.zeros((0, 3))
+    what.contacts = np.array([place(each[None])[0] for each in contacts if np.isfinite(each).all()]).reshape(-1, 2)
+    if flow_scale and 'slip' in found and found['slip'].state and region.outlines:
+        begin, twist = array_of([region.centroid]), found['slip'].velocity
+        turn = np.nan_to_num(twist.angular.z)
+        velocity = np.array([[twist.linear.x - turn * begin[0, 1], twist.linear.y + turn * begin[0, 0], 0.0]])
+        what.id, what.state, what.uv = np.zeros(1, np.int64), np.array([2]), place(begin + flow_scale * velocity)
+        what.duv, what.radius = what.uv - place(begin), 0.3  # px: of the ring at its tip
+    return what
 
 
-def enlargement(width: int, height: int) -> int:
-    """Smallest integer factor that makes an image at least PANEL px wide, limited to a height of 2 * PANEL px."""
-    return max(1, min(-(-PANEL // width), 2 * PANEL // height))
+def states_of(id: np.ndarray, region: ContactRegion) -> np.ndarray:
+    """States (N,) of the dots id (N,) in a region; -1 for a dot that is not listed."""
+    states = dict(zip(region.dot_id, region.dot_state))
+    return np.array([states.get(each, -1) for each in id.tolist()], np.int64)
+
+
+def array_picture(values: np.ndarray, full_value: float) -> np.ndarray:
+    """values (rows, columns) of taxels as colours (rows, columns, 3) uint8 BGR, those of the markers; full_value: the brightest."""
+    rgb = of_depth(np.clip(values.astype(float) / full_value, 0, 1).ravel())
+    return np.round(255 * rgb[:, 2::-1]).astype(np.uint8).reshape(*values.shape, 3)
+
+
+def finger_picture(found: Mapping) -> np.ndarray:
+    """The hemisphere seen along -z, x right, y down, with the message contacts of a finger; (H, W, 3) uint8 BGR."""
+    middle, radius = 180, 160
+    picture = np.full((2 * middle, 2 * middle, 3), 32, np.uint8)
+    for degrees, part in ((30, 0.4), (60, 0.4), (90, 1.0)):
+        ring = round(radius * np.sin(np.radians(degrees)))
+        cv2.circle(picture, (middle, middle), ring, bgr(part * np.array(GLASS)), 1, cv2.LINE_AA)
+    places = array_of(contact.normal for contact in found['contacts'].contacts)[:, :2]
+    return annotate(picture, Annotation(contacts=middle + radius * places, text=lines_of(found), legend=FINGER_LEGEND))
+
+
+_SHIFT = 4  # OpenCV's fixed-point coordinates: 4 fractional bits, 1/16 px
+_SHORTEST = 1.2  # px of the picture, chosen: shorter arrows show mostly noise
+_HEAD = 0.35  # length of the head over the arrow's, chosen
+_SIZE = 0.6  # font scale, chosen: letters are 13 px high
+_FEW = 200  # arrows, chosen: up to this number each gets a dark border
+_GAP = 2.0  # px between a dot and its ring, chosen
+_CORNERS = np.stack([np.cos(np.arange(10) * np.pi / 5), np.sin(np.arange(10) * np.pi / 5)], axis=1)
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+PANEL = 600  # px: width at which RViz shows the picture; what is drawn is legible there
 
 
 def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
     """Draw an annotation over image (H, W) or (H, W, 3) uint8; a BGR picture (k H + t, k W, 3) uint8.
 
-    k is enlargement(W, H). Text and legend, t px high, stand below the image and hide no dot: 26 px for one line, 20 px for each further
-    line of text, 26 px for the legend.
-    Text and line widths grow with pictures wider than 640 px, because viewers shrink those. One line takes at most a quarter of the image.
+    k is the least that makes the picture PANEL px wide, up to a height of 2 PANEL. Text and legend, t px high, stand below the image and
+    hide no dot. Text and line widths grow with pictures wider than 640 px, because viewers shrink those. One line takes at most a quarter
+    of the image.
     """
     height, width = image.shape[:2]
-    scale = enlargement(width, height)
+    scale = max(1, min(-(-PANEL // width), 2 * PANEL // height))
     thick = max(1.0, scale * min(width / 640, height / (4 * 26)))
     picture = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image.copy()
     if scale > 1:
@@ -110,22 +223,21 @@ def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
         # The centre of pixel 0 moves to (scale - 1) / 2 in the enlarged picture.
         return uv * scale + (scale - 1) / 2
 
-    draw_region(picture, [placed(o) for o in what.outlines], [placed(h) for h in what.holes], thick)
+    _draw_region(picture, [placed(o) for o in what.outlines], [placed(h) for h in what.holes], thick)
     uv = placed(what.uv)
-    draw_arrows(picture, uv - what.duv * scale, uv, thick)
-    draw_dots(picture, uv, what.state, scale * what.radius + _GAP, thick)  # drawn over the arrows, so that the state stays visible
-    draw_numbers(picture, what, uv, thick)
-    draw_contacts(picture, placed(what.contacts), thick)
-    bars = [text_bar(what.text, picture.shape[1], thick)] if what.text else []
-    bars += [legend_bar(what.legend, picture.shape[1], thick)] if what.legend else []
-    return np.vstack([picture, *bars])
+    _draw_arrows(picture, uv - what.duv * scale, uv, thick)
+    _draw_dots(picture, uv, what.state, scale * what.radius + _GAP, thick)  # drawn over the arrows, so that the state stays visible
+    _draw_numbers(picture, what, uv, thick)
+    _draw_contacts(picture, placed(what.contacts), thick)
+    return np.vstack([picture, *([_text_bar(what.text, picture.shape[1], thick)] if what.text else []),
+                      *([_legend_bar(what.legend, picture.shape[1], thick)] if what.legend else [])])
 
 
 def _fixed(points: np.ndarray) -> np.ndarray:
     return np.round(points * (1 << _SHIFT)).astype(np.int32)
 
 
-def draw_region(picture: np.ndarray, outlines: list[np.ndarray], holes: list[np.ndarray], thick: float = 1.0) -> None:
+def _draw_region(picture: np.ndarray, outlines: list[np.ndarray], holes: list[np.ndarray], thick: float) -> None:
     """Shade outlines less holes, each (n, 2) px, and draw their borders. thick scales line widths, here and below."""
     if not outlines:
         return
@@ -137,38 +249,33 @@ def draw_region(picture: np.ndarray, outlines: list[np.ndarray], holes: list[np.
         veiled = part.copy()
         cv2.fillPoly(veiled, [_fixed(points - (x0, y0)) for points in outlines + holes], bgr(REGION), shift=_SHIFT)
         cv2.addWeighted(veiled, 0.22, part, 0.78, 0.0, dst=part)
-    cv2.polylines(picture, [_fixed(points) for points in outlines], True, bgr(REGION), round(2 * thick), cv2.LINE_AA, _SHIFT)
-    if holes:
-        cv2.polylines(picture, [_fixed(points) for points in holes], True, bgr(HOLE), round(2 * thick), cv2.LINE_AA, _SHIFT)
+    for rings, colour in ((outlines, REGION), (holes, HOLE)):
+        cv2.polylines(picture, [_fixed(points) for points in rings], True, bgr(colour), round(2 * thick), cv2.LINE_AA, _SHIFT)
 
 
-def draw_dots(picture: np.ndarray, uv: np.ndarray, state: np.ndarray, radius: float, thick: float = 1.0) -> None:
+def _draw_dots(picture: np.ndarray, uv: np.ndarray, state: np.ndarray, radius: float, thick: float) -> None:
     """Draw a ring of radius px around each dot at uv (N, 2), coloured by state (N,); rings of touched dots are thicker."""
-    rings = _fixed(uv[:, None] + radius * _CORNERS)
+    rings, state = _fixed(uv[:, None] + radius * _CORNERS), np.maximum(state, 0)
     for value, colour in enumerate(STATE_COLOURS):
-        chosen = rings[(state == value) | (state < 0)] if value == 0 else rings[state == value]
-        if len(chosen):
-            width, kind = (round(2 * thick), cv2.LINE_AA) if value else (round(thick), cv2.LINE_8)
-            cv2.polylines(picture, list(chosen), True, bgr(colour), width, kind, _SHIFT)
+        width, kind = (round(2 * thick), cv2.LINE_AA) if value else (round(thick), cv2.LINE_8)
+        cv2.polylines(picture, list(rings[state == value]), True, bgr(colour), width, kind, _SHIFT)
 
 
-def draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray, thick: float = 1.0) -> None:
+def _draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray, thick: float) -> None:
     """Draw arrows from start to end (N, 2) px; skip those with a NaN and those too short to see."""
     along = end - start
     length = np.hypot(along[:, 0], along[:, 1])
     chosen = length > _SHORTEST  # false for NaN
-    if not chosen.any():
-        return
     start, end, along = start[chosen], end[chosen], along[chosen]
     size = np.minimum(_HEAD * length[chosen], 5.0 * thick) / length[chosen]
     back, side = along * size[:, None], np.stack([-along[:, 1], along[:, 0]], axis=1) * (0.6 * size[:, None])
-    strokes = _fixed(np.stack([start, end, end - back + side, end, end - back - side], axis=1))
+    strokes = list(_fixed(np.stack([start, end, end - back + side, end, end - back - side], axis=1)))
     if len(start) <= _FEW:
-        cv2.polylines(picture, list(strokes), False, (0, 0, 0), round(3 * thick), cv2.LINE_8, _SHIFT)
-    cv2.polylines(picture, list(strokes), False, bgr(ARROW), round(thick), cv2.LINE_AA, _SHIFT)
+        cv2.polylines(picture, strokes, False, (0, 0, 0), round(3 * thick), cv2.LINE_8, _SHIFT)
+    cv2.polylines(picture, strokes, False, bgr(ARROW), round(thick), cv2.LINE_AA, _SHIFT)
 
 
-def draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray, thick: float = 1.0) -> None:
+def _draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray, thick: float) -> None:
     """Write row.column beside every few dots of a grid, at most four per side."""
     if not what.rows * what.columns:
         return
@@ -176,13 +283,12 @@ def draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray, thick: f
     step = max(1, -(-max(what.rows, what.columns) // 4))
     middle = step // 2
     for k in np.nonzero((row % step == middle) & (column % step == middle))[0]:
-        place = round(uv[k, 0]) + 5, round(uv[k, 1]) - 5
-        text = f'{row[k]}.{column[k]}'
+        place, text = (round(uv[k, 0]) + 5, round(uv[k, 1]) - 5), f'{row[k]}.{column[k]}'
         cv2.putText(picture, text, place, _FONT, 0.45 * thick, (0, 0, 0), round(3 * thick), cv2.LINE_8)
         cv2.putText(picture, text, place, _FONT, 0.45 * thick, bgr(TEXT), round(thick), cv2.LINE_AA)
 
 
-def draw_contacts(picture: np.ndarray, places: np.ndarray, thick: float = 1.0) -> None:
+def _draw_contacts(picture: np.ndarray, places: np.ndarray, thick: float) -> None:
     """Draw a cross in a circle at each contact (C, 2) px; skip NaN."""
     for u, v in places[np.isfinite(places).all(axis=1)]:
         centre = round(u), round(v)
@@ -191,7 +297,7 @@ def draw_contacts(picture: np.ndarray, places: np.ndarray, thick: float = 1.0) -
         cv2.drawMarker(picture, centre, bgr(CONTACT), cv2.MARKER_CROSS, round(26 * thick), round(2 * thick))
 
 
-def text_bar(lines: list[str], width: int, thick: float = 1.0) -> np.ndarray:
+def _text_bar(lines: list[str], width: int, thick: float) -> np.ndarray:
     """Lines of text on a dark bar (thick * (20 px per line + 6 px), width, 3) uint8; a line that is too long gets smaller letters."""
     bar = np.full((round(thick * (20 * len(lines) + 6)), width, 3), 24, np.uint8)
     for k, line in enumerate(lines):
@@ -200,7 +306,7 @@ def text_bar(lines: list[str], width: int, thick: float = 1.0) -> np.ndarray:
     return bar
 
 
-def legend_bar(entries: list[tuple[str, tuple[float, float, float]]], width: int, thick: float = 1.0) -> np.ndarray:
+def _legend_bar(entries: Sequence[tuple[str, Sequence[float]]], width: int, thick: float) -> np.ndarray:
     """Names, each after a square of its colour, on a dark bar (26 * thick, width, 3) uint8; smaller where they are too long."""
     bar = np.full((round(26 * thick), width, 3), 24, np.uint8)
     lengths = [cv2.getTextSize(name, _FONT, _SIZE * thick, 1)[0][0] + 36 * thick for name, _ in entries]  # px, with square and gaps

@@ -4,8 +4,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tactile_bringup.guide.holes import Holes
-from tactile_bringup.guide.mounting import Touch, Touches, fit_mounting
+from tactile_bringup.guide.mounting import Holes, Touch, Touches, fit_mounting
 from tactile_bringup.guide.session import Sample
 from tactile_bringup.guide.surfaces import Fingertip, MarkedSurface
 from tactile_driver.errors import BadArgument

@@ -15,8 +15,8 @@ from std_msgs.msg import String
 from tactile_bringup.installed import share
 from tactile_bringup.launch import arguments as module
 from tactile_bringup.launch.arguments import (
-    Playing, SensorPlan, check, completed, driver_parameters, end_if_wrong, processes, sensor_actions,
-    sensor_arguments, sensor_plan)
+    Playing, SensorPlan, check, completed, driver_parameters, end_if_wrong, processes, sensor_actions, sensor_arguments, sensor_plan,
+    values_of)
 from tactile_bringup.launch.recorded import bag_of, recorded_topics
 from tactile_driver.errors import BadArgument, BadRecording
 from tactile_driver.nodes.runtime.run import WRONG
@@ -28,16 +28,11 @@ SOURCES = ('sim', 'device', 'file', 'bag')
 
 
 def values(sensor_type='touchpad', **given):
-    context = LaunchContext()
-    return {a.name: ''.join(part.perform(context) for part in a.default_value) for a in sensor_arguments(sensor_type)} | given
+    return {name: default for name, (default, _) in sensor_arguments(sensor_type).items()} | given
 
 
 def actions(sensor_type, **given):
-    context = LaunchContext()
-    for argument in sensor_arguments(sensor_type):
-        argument.execute(context)
-    context.launch_configurations.update(given)
-    return sensor_actions(context, sensor_type)
+    return sensor_actions(values(sensor_type, **given), sensor_type)
 
 
 @pytest.fixture
@@ -77,7 +72,7 @@ def test_a_calibrated_one_tells_touches(files):
 def test_a_stitching_alone_tells_no_touches(files, tmp_path):
     (tmp_path / 'stitching.yaml').write_text('fitted:\n  stitching:\n    seam: 5.0\n')
     plan = sensor_plan(values('areal_dual', calibration=str(tmp_path / 'stitching.yaml'), **files[0]), 'areal_dual')
-    assert list(plan.nodes) == ['dual_camera_node', 'dot_tracker_node', 'markers_node'] and len(plan.notes) == 1
+    assert list(plan.nodes) == ['dual_camera_node', 'dot_tracker_node', 'markers_node'] and plan.note
 
 
 def test_a_calibration_that_the_parameter_file_names_counts(files, tmp_path):
@@ -123,21 +118,17 @@ def test_not_every_sensor_has_every_source():
         'source': 'topics', 'topic': 'a', 'right_topic': 'b', 'frame_id': 'areal_dual'}
 
 
-def run_with(monkeypatch, words, file='touchpad.launch.py'):
-    """The actions of touchpad.launch.py in a launch of file with these words."""
-    monkeypatch.setattr(sys, 'argv', ['ros2', 'launch', 'tactile_bringup', file, *words])
-    context = LaunchContext(argv=words)
-    context.extend_locals({'current_launch_file_path': '/somewhere/touchpad.launch.py'})
-    for argument in sensor_arguments('touchpad'):
-        argument.execute(context)
-    return sensor_actions(context, 'touchpad')
-
-
 def test_an_argument_that_nobody_knows_is_refused_with_those_known(monkeypatch):
+    def given(word, file='touchpad.launch.py'):
+        monkeypatch.setattr(sys, 'argv', ['ros2', 'launch', 'tactile_bringup', file, word])
+        context = LaunchContext(argv=[word])
+        context.extend_locals({'current_launch_file_path': '/somewhere/touchpad.launch.py'})
+        context.launch_configurations.update(values())
+        return values_of(context, list(values()))
     with pytest.raises(BadArgument, match='origin.*namespace'):
-        run_with(monkeypatch, ['origin:=bag'])
-    assert run_with(monkeypatch, ['source:=sim'])
-    assert run_with(monkeypatch, ['origin:=bag'], file='of_others.launch.py'), 'which includes this one and has arguments of its own'
+        given('origin:=bag')
+    assert given('source:=sim') == values()
+    assert given('origin:=bag', file='of_others.launch.py') == values(), 'which includes this one and has arguments of its own'
 
 
 def test_only_what_is_given_goes_before_the_parameter_file():
@@ -156,8 +147,7 @@ def test_only_the_simulated_specimen_takes_its_own_files():
 
 
 def test_rviz_shows_the_topics_in_the_sensors_namespace(monkeypatch):
-    from tactile_bringup.launch import arguments
-    monkeypatch.setattr(arguments, 'get_package_prefix', lambda name: name)
+    monkeypatch.setattr(module, 'get_package_prefix', lambda name: name)
     rviz = actions('taxel_array', rviz='true', namespace='left/pad')[-1]
     assert rviz.node_package == 'rviz2'
     text = Path(''.join(part.text for part in rviz.cmd[2])).read_text()
@@ -168,11 +158,9 @@ def test_rviz_shows_the_topics_in_the_sensors_namespace(monkeypatch):
 
 
 def test_without_rviz_one_line_says_so(monkeypatch):
-    from tactile_bringup.launch import arguments
-
     def missing(name):
-        raise arguments.PackageNotFoundError(name)
-    monkeypatch.setattr(arguments, 'get_package_prefix', missing)
+        raise module.PackageNotFoundError(name)
+    monkeypatch.setattr(module, 'get_package_prefix', missing)
     assert ['is not installed' in note for note in notes(actions('touchpad', rviz='true'))] == [True]
 
 

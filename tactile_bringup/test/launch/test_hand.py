@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import pytest
 import yaml
-from launch import LaunchContext
 from launch.actions import LogInfo
 from tactile_bringup.hand.description import HandSensor
 from tactile_bringup.launch import arguments as processes, recorded
@@ -17,11 +16,7 @@ GIVEN = {'hand': 'hand.yaml', 'source': 'sim', 'path': '', 'autostart': '', 'loo
 
 
 def actions(**given):
-    context = LaunchContext()
-    for argument in hand_arguments():
-        argument.execute(context)
-    context.launch_configurations.update(given)
-    return hand_actions(context)
+    return hand_actions({name: default for name, (default, _) in hand_arguments().items()} | given)
 
 
 def notes(found):

@@ -7,12 +7,11 @@ import pytest
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
-from tactile_bringup.nodes.finger_markers_node import FingerMarkers, finger_picture
-from tactile_bringup.nodes.taxel_markers_node import TaxelMarkers
 from tactile_bringup.visualization import pictures as colours
-from tactile_bringup.visualization.markers import MarkerSet
+from tactile_bringup.visualization.markers import DotMarkers, FingerMarkers, TaxelMarkers
+from tactile_bringup.visualization.pictures import finger_picture
 from tactile_driver.frame import Frame
-from tactile_driver.nodes.messages.conversions import image_to_message, polygon
+from tactile_driver.nodes.messages.conversions import image_to_message
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 from visualization_msgs.msg import Marker
 
@@ -52,7 +51,7 @@ def xyz(points):
 
 
 def test_every_part_is_drawn_in_the_sensor_frame_and_stays_while_data_come():
-    made = by_name(MarkerSet(SIZES).frame(HEADER, touch()))
+    made = by_name(DotMarkers(SIZES).frame(HEADER, touch()))
     assert set(made) == {'dots', 'outlines', 'holes', 'normals', 'force', 'slip_center', 'text'}  # the torque is not known
     assert all(m.header.frame_id == 'pad' and m.action == Marker.ADD for m in made.values())
     assert {(m.lifetime.sec, m.lifetime.nanosec) for m in made.values()} == {(2, 0)}
@@ -60,7 +59,7 @@ def test_every_part_is_drawn_in_the_sensor_frame_and_stays_while_data_come():
 
 
 def test_dots_have_the_colours_of_their_states_and_unknown_places_are_left_out():
-    dots = by_name(MarkerSet(SIZES).frame(HEADER, touch()))['dots']
+    dots = by_name(DotMarkers(SIZES).frame(HEADER, touch()))['dots']
     assert len(dots.points) == len(dots.colors) == 2
     assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(colours.STATE_COLOURS[s]) for s in (1, 2)]
 
@@ -69,11 +68,11 @@ def test_depth_is_under_the_untouched_dome_where_there_is_one():
     dome = {**SIZES, 'dot_colour': 'depth', 'sensor_type': 'air_cushion',
             'dome.rim_radius': 0.15, 'dome.height': 0.12}
     found = {'dots': DotTracks(id=[0, 1, 2], x=[0.0, 0.15, 0.0], y=[0.0] * 3, z=[0.12, 0.0, 0.1175])}
-    dots = by_name(MarkerSet(dome).frame(HEADER, found))['dots']
+    dots = by_name(DotMarkers(dome).frame(HEADER, found))['dots']
     assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(row, abs=1e-5) for row in colours.of_depth(np.array([0.0, 0.0, 0.5]))]
     pad = {**SIZES, 'dot_colour': 'depth', 'sensor_type': 'touchpad', 'cap.curvature_radius': 0.02, 'cap.height': 0.013}
     found = {'dots': DotTracks(id=[0, 1], x=[0.0, 0.0], y=[0.0, 0.0], z=[0.013, 0.008])}
-    dots = by_name(MarkerSet(pad).frame(HEADER, found))['dots']
+    dots = by_name(DotMarkers(pad).frame(HEADER, found))['dots']
     assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(row, abs=1e-5) for row in colours.of_depth(np.array([0.0, 1.0]))]
 
 
@@ -81,18 +80,18 @@ def test_a_touch_shows_where_it_is_with_95_percent():
     turn = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
     covariance = turn @ np.diag([1e-8, 4e-8, 9e-8]) @ turn.T
     contact = Contact(id=3, position=Point(z=0.012), normal=Vector3(z=1.0), position_covariance=covariance.ravel())
-    made = by_name(MarkerSet(SIZES).frame(HEADER, {'contacts': Contacts(contacts=[contact])}))['covariances']
+    made = by_name(DotMarkers(SIZES).frame(HEADER, {'contacts': Contacts(contacts=[contact])}))['covariances']
     assert [made.scale.x, made.scale.y, made.scale.z] == pytest.approx([5.592e-4, 2 * 5.592e-4, 3 * 5.592e-4], rel=1e-3)
     q = made.pose.orientation
     axis = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()[:, 0]
     assert abs(axis @ turn[:, 0]) == pytest.approx(1.0)
     unknown = Contact(id=3, position_covariance=[NAN] * 9)
-    assert 'covariances' not in by_name(MarkerSet(SIZES).frame(HEADER, {'contacts': Contacts(contacts=[unknown])}))
+    assert 'covariances' not in by_name(DotMarkers(SIZES).frame(HEADER, {'contacts': Contacts(contacts=[unknown])}))
 
 
 def test_each_array_takes_away_all_that_was_before():
     # RViz handles the markers of an array one after the other between two pictures; without a namespace DELETEALL is for all of them.
-    it = MarkerSet(SIZES)
+    it = DotMarkers(SIZES)
     for found in (touch(), {'dots': touch()['dots'], 'contact_region': ContactRegion()}, {}):
         first, *others = it.frame(HEADER, found).markers
         assert first.action == Marker.DELETEALL and first.ns == '' and {m.action for m in others} == {Marker.ADD}
@@ -104,7 +103,7 @@ def test_name_numbers_and_state_stand_in_front_of_the_sensor():
     found = touch()
     found['contacts'].contacts[0].depth = 0.0013
     found['slip'].state = Slip.GROSS
-    it = MarkerSet(SIZES)
+    it = DotMarkers(SIZES)
     text = by_name(it.frame(HEADER, found))['text']
     assert text.text == 'pad\n1.3 mm deep\n2.1 N\ngross slip'
     assert (text.color.r, text.color.g, text.color.b) == pytest.approx(colours.STATE_COLOURS[2])
@@ -113,7 +112,7 @@ def test_name_numbers_and_state_stand_in_front_of_the_sensor():
 
 
 def test_a_warning_is_shown_with_and_without_data_until_it_is_over():
-    it = MarkerSet(SIZES)
+    it = DotMarkers(SIZES)
     it.warning = 'the first dots are off their untouched positions, something may press; let go and call set_reference'
     for made in (it.frame(HEADER, touch()), it.alone(HEADER)):
         assert by_name(made)['warning'].text.replace('\n', ' ') == it.warning
@@ -148,7 +147,7 @@ def test_a_touch_its_normal_and_its_uncertainty():
 def test_the_picture_shows_where_the_finger_is_touched():
     message = reported(5.0, (1, np.pi / 6))
     message.contacts.append(Contact(normal=Vector3(x=float('nan'), y=float('nan'), z=float('nan'))))
-    made, empty = finger_picture(message), finger_picture(Contacts())
+    made, empty = (finger_picture({'contacts': each}) for each in (message, Contacts()))
     assert made.shape == empty.shape
     rows, columns = np.nonzero((made != empty).any(axis=2)[:made.shape[1]])
     assert (columns.mean() / made.shape[1], rows.mean() / made.shape[1]) == pytest.approx((0.5 + 0.5 * 160 / 360, 0.5), abs=0.01)
@@ -156,14 +155,6 @@ def test_the_picture_shows_where_the_finger_is_touched():
 
 SIZES_TAXEL = {'pitch': 1e-3, 'cell_height': 2e-3, 'full_value': 100.0, 'normal_length': 6e-3, 'force_length': 9e-3, 'full_force': 10.0,
          'full_torque': 1.0, 'flow_scale': 0.5}
-
-SQUARE = np.array([[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]]) * 1e-3
-
-
-def region(**more):
-    return ContactRegion(header=HEADER, outlines=[polygon(SQUARE)], holes=[polygon(0.5 * SQUARE)], major_axis=4e-3, minor_axis=2e-3,
-                         centroid=Point(x=1e-3), **more)
-
 
 def drawn_taxel(markers, **found):
     return {m.ns: m for m in markers.frame(HEADER, found).markers if m.action == Marker.ADD}

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped
 from sensor_msgs.msg import CameraInfo
-from tactile_bringup.nodes.taxel_markers_node import taxel_annotation
 from tactile_bringup.visualization import pictures as colours
-from tactile_bringup.visualization.annotation import Projection, annotation_of
-from tactile_bringup.visualization.pictures import Annotation, annotate
+from tactile_bringup.visualization.pictures import ARRAY_LEGEND, Annotation, annotate, annotation_of, projection
 from tactile_driver.stitching.calibration import SideView, Stitching
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.nodes.messages.conversions import camera_matrices
@@ -76,15 +74,12 @@ REGION = ContactRegion(dot_id=[7], dot_state=[2], outlines=[Polygon(points=[Poin
                        area=5e-5)
 
 
-def projection(k=None):
-    info = CameraInfo(k=K if k is None else k, distortion_model='plumb_bob', d=[0.0] * 5)
-    return Projection(info, camera_matrices(info), [0.0, 0.0, 0.0], [0.0, 0.0, 0.05])
+CAMERA = projection(camera_matrices(CameraInfo(k=K, distortion_model='plumb_bob', d=[0.0] * 5)), [0.0] * 3, [0.0, 0.0, 0.05])
 
 
 def test_places_are_projected_by_hand():
-    uv = projection().places(np.array([(0.01, -0.005, 0.0), (np.nan, 0, 0)]))
-    assert uv[0] == pytest.approx([320 + 500 * 0.01 / 0.05, 240 - 500 * 0.005 / 0.05])
-    assert np.isnan(uv[1]).all()
+    assert CAMERA(np.array([(0.01, -0.005, 0.0)]))[0] == pytest.approx([320 + 500 * 0.01 / 0.05, 240 - 500 * 0.005 / 0.05])
+    assert projection(camera_matrices(CameraInfo()), [0.0] * 3, [0.0] * 3) is None, 'not calibrated'
 
 
 def camera_at(x):
@@ -95,26 +90,21 @@ def test_places_in_a_stitched_picture_by_hand():
     """Two cameras 5 cm under the sheet and 4 cm apart, 10 px/mm: what lies 1 cm under it is seen a quarter further from the camera centre;
     what lies across the seam is drawn in one piece."""
     stitching = Stitching(camera_at(-0.02), camera_at(0.02), (1200, 900), 1e4, np.array([600.0, 450.0]), 600.0, (500.0, 100.0))
-    info = CameraInfo(width=1200, height=900)
-    drawn = Projection(info, camera_matrices(info), [0.0] * 3, [0.0] * 3, stitching)
+    place = projection(None, [0.0] * 3, [0.0] * 3, stitching)
     for x, u in ((-0.03, 600 - 325), (0.03, 600 + 325)):
-        uv = drawn.places(np.array([(x, 0.02, -0.01), (np.nan, 0, 0)]))
-        assert uv[0] == pytest.approx((u, 450 + 250)) and np.isnan(uv[1]).all()
-    across = drawn.places(np.array([(-0.02, -0.01, 0.0), (-0.01, 0.0, -0.01), (0.01, 0.0, -0.01)]))
+        assert place(np.array([(x, 0.02, -0.01)]))[0] == pytest.approx((u, 450 + 250))
+    across = place(np.array([(-0.02, -0.01, 0.0), (-0.01, 0.0, -0.01), (0.01, 0.0, -0.01)]))
     assert across == pytest.approx(np.array([(400, 350), (600 - 75, 450), (600 + 175, 450)]))
 
 
 def test_all_that_is_known_comes_into_the_picture():
-    contacts = Contacts(contacts=[Contact(position=Point(z=0.05), depth=2e-3)])
-    what = annotation_of({'dots': DOTS, 'contact_region': REGION, 'contacts': contacts}, projection())
+    contacts = Contacts(contacts=[Contact(position=Point(z=0.05), depth=2e-3), Contact(position=Point(x=float('nan')))])
+    what = annotation_of({'dots': DOTS, 'contact_region': REGION, 'contacts': contacts}, CAMERA)
     assert what.uv.tolist() == [[10, 1], [20, 2]] and what.state.tolist() == [-1, 2]
     assert what.radius == pytest.approx(2.0, abs=1e-3)
     assert what.outlines[0] == pytest.approx(np.array([(420, 240), (320, 340), (220, 240)]))
     assert what.contacts.tolist() == [[320, 240]]
     assert what.text == ['2 dots, largest displacement 5.0 px', '50 mm2, 2.0 mm deep, 0.00 N, 0 stick, 1 slip']
-
-
-SIZES = {'pitch': 1e-3, 'flow_scale': 0.5}
 
 
 def messages():
@@ -130,7 +120,7 @@ def messages():
 
 
 def test_everything_lies_where_it_is():
-    what = taxel_annotation(messages(), (44, 44), SIZES)
+    what = annotation_of(messages(), lambda xyz: 1e3 * xyz[:, :2] + 21.5, ARRAY_LEGEND, 0.5)
     assert what.outlines[0][0] == pytest.approx([21.5, 18.5]) and what.contacts[0] == pytest.approx([26.5, 23.5])
     assert what.duv[0] == pytest.approx([2.0, 0.0]) and what.uv[0] == pytest.approx([28.5, 23.5])
-    assert what.text == ['1 contact, 100 mm2, 3.0 N', 'gross slip']
+    assert what.text == ['100 mm2, 0.0 mm deep, 3.0 N, gross slip']

@@ -10,7 +10,7 @@ import pytest
 from tactile_driver.simulation.optics.led_light import Lamps
 from tactile_driver.simulation.optics.pattern import LargeDots
 from tactile_driver.simulation.optics.rendering import Imaging, Renderer
-from tactile_driver.simulation.optics.water_light import Illumination, Lighting
+from tactile_driver.simulation.optics.water_light import Lighting
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
 from tactile_driver.simulation.skin.surfaces import Membrane, Sheet
 
@@ -39,7 +39,7 @@ LAMPS = Lamps(((0.0, 0.0, -0.03),), (100.0,), 0.03, 20.0, (0.5, 1.0, 0.25), expo
 def look(lamps, shape):
     up = np.zeros_like(shape)
     up[..., 2] = 1
-    return lamps.seen_by(None, 0.8).look(shape.astype(np.float32), up.astype(np.float32), None)
+    return lamps.look(shape.astype(np.float32), up.astype(np.float32))
 
 
 def test_light_falls_off_with_distance_and_slant():
@@ -132,7 +132,7 @@ def look_water(membrane, lighting, flatten=0.0):
     shape[..., 2] -= flatten * np.exp(-(shape[..., 0]**2 + shape[..., 1]**2) / 0.006**2)
     normals = membrane.area_vectors(shape).reshape(shape.shape)
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-    return Illumination(camera, lighting, 0.8).look(shape, normals, camera.project(shape))
+    return lighting.look(shape, normals, camera.project(shape), camera, 0.8)
 
 
 def test_light_decays_by_beer_and_lambert(membrane):

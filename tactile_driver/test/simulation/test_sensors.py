@@ -34,12 +34,6 @@ def test_every_scene_starts_untouched_and_ends_before_its_duration():
         assert all(keys[0].press < 0 and keys[-1].press < 0 for _, keys in script.acts), name
 
 
-@pytest.fixture(scope='module')
-def demo():
-    scene = open_scene('demo', width=320, height=240)
-    return scene, [scene.observe(k).truth for k in range(scene.frames)]
-
-
 def test_one_camera_and_two_are_opened_each_by_its_function():
     with pytest.raises(BadArgument, match='two cameras'):
         open_scene('areal_dual_rest')

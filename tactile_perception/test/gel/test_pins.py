@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.gel.contact import GelContact, Indenter
-from tactile_driver.simulation.sensors.gel import MATERIAL
-from tactile_driver.simulation.sensors.pins import pin_tips, pins
+from tactile_driver.simulation.sensors.gel import MATERIAL, pin_tips, pins
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import OUT_OF_RANGE
 from tactile_perception.errors import BadCalibration, BadFrame

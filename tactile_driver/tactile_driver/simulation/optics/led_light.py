@@ -1,13 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Uneven illumination of a matt skin: by a few LEDs in a sensor that is empty and dark inside, or from one side."""
+"""Uneven illumination of a matt skin by a few LEDs in a sensor that is empty and dark inside."""
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-
-from .camera import SimulatedCamera
 
 _NO_SPOTS = np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0)
 
@@ -28,12 +26,9 @@ class Lamps:
     colour: tuple
     exposure: float = 0.8
 
-    def seen_by(self, camera: SimulatedCamera, blur: float) -> Lamps:
-        """Itself: a matt skin looks the same from every direction."""
-        return self
-
-    def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3), m, with outward unit normals (n, n, 3); and no highlights.
+    def look(self, shape: np.ndarray, normals: np.ndarray, *_seen) -> tuple[np.ndarray, tuple]:
+        """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3), m, with outward unit normals (n, n, 3); and no highlights: a
+        matt skin looks the same from every direction.
 
         Model: Lambert's cosine law and the inverse square law.
         """
@@ -44,28 +39,3 @@ class Lamps:
             facing = np.maximum(-np.einsum('...i,...i->...', arm, normals), 0)
             level += np.float32(power * self.reach**2) * facing / square**1.5
         return level[..., None] * (np.array(self.colour, np.float32) * np.float32(self.exposure)), _NO_SPOTS
-
-
-@dataclass(frozen=True)
-class SideLight:
-    """Light on a matt skin that decreases exponentially along a direction in the x-y plane.
-
-    level: grey levels of the skin between the dots, B, G, R, where it is brightest; ratio: brightest over darkest; angle: of the
-    direction, rad; half: half size (x, y) of the skin, m.
-    """
-
-    level: tuple
-    ratio: float
-    angle: float
-    half: tuple
-
-    def seen_by(self, camera: SimulatedCamera, blur: float) -> SideLight:
-        """Itself: a matt skin looks the same from every direction."""
-        return self
-
-    def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3), m, times the cosine of the tilt; no highlights."""
-        direction = np.array([np.cos(self.angle), np.sin(self.angle)])
-        way = shape[..., :2] @ direction / (np.abs(direction) @ np.array(self.half))
-        level = np.abs(normals[..., 2]) * np.exp((np.clip(way, -1, 1) - 1) / 2 * np.log(self.ratio))
-        return (level[..., None] * np.array(self.level)).astype(np.float32), _NO_SPOTS

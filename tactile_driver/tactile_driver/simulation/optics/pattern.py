@@ -12,17 +12,8 @@ from .camera import SimulatedCamera
 from ..skin.surfaces import Skin
 
 
-def _cubic_weights(part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Catmull-Rom weights (K, 4) of four nodes at the fraction part (K,) between the middle two, and their derivatives (K, 4)."""
-    p = part[:, None]
-    values = np.hstack([-p**3 + 2 * p**2 - p, 3 * p**3 - 5 * p**2 + 2, -3 * p**3 + 4 * p**2 + p, p**3 - p**2]) / 2
-    slopes = np.hstack([-3 * p**2 + 4 * p - 1, 9 * p**2 - 10 * p, -9 * p**2 + 8 * p + 1, 3 * p**2 - 2 * p]) / 2
-    return values, slopes
-
-
-def _linear_weights(part: np.ndarray) -> np.ndarray:
-    """Weights (K, 4) of the same four nodes for linear interpolation."""
-    return np.maximum(1 - np.abs(part[:, None] - np.arange(-1, 3)), 0)
+#: Catmull-Rom weights of four nodes as polynomials of the fraction between the middle two, the highest power first.
+_CUBIC = np.array([[-1, 2, -1, 0], [3, -5, 0, 2], [-3, 4, 1, 0], [1, -1, 0, 0]]) / 2
 
 
 class SurfaceSampler:
@@ -32,17 +23,18 @@ class SurfaceSampler:
     def __init__(self, square: np.ndarray, nodes: int):
         at = (square + 1) * (nodes - 1) / 2
         low = np.clip(np.floor(at).astype(int), 1, nodes - 3)
-        (wa, sa), (wb, sb) = (_cubic_weights(at[:, k] - low[:, k]) for k in (0, 1))
+        powers = (at - low)[..., None]**np.arange(3, -1, -1)  # (K, 2, 4)
+        value, slope = powers @ _CUBIC.T, powers[..., 1:] @ (_CUBIC[:, :3] * [3, 2, 1]).T
+        linear = np.maximum(1 - np.abs((at - low)[..., None] - np.arange(-1, 3)), 0)
         reach = np.arange(-1, 3)
-        columns = ((low[:, 1, None] + reach)[:, :, None] * nodes + (low[:, 0, None] + reach)[:, None, :]).reshape(len(at), 16)
-        rows = np.repeat(np.arange(len(at)), 16)
+        columns = (low[:, 1, None] + reach)[:, :, None] * nodes + (low[:, 0, None] + reach)[:, None, :]
 
         def matrix(along_b, along_a):
-            weights = (along_b[:, :, None] * along_a[:, None, :]).ravel()
-            return sparse.csr_matrix((weights, (rows, columns.ravel())), (len(at), nodes * nodes))
+            return sparse.csr_matrix(((along_b[:, 1, :, None] * along_a[:, 0, None, :]).ravel(), columns.ravel(),
+                                      np.arange(0, columns.size + 1, 16)), (len(at), nodes * nodes))
 
-        self.linear = matrix(_linear_weights(at[:, 1] - low[:, 1]), _linear_weights(at[:, 0] - low[:, 0]))
-        self.value, self.along_a, self.along_b = matrix(wb, wa), matrix(wb, sa), matrix(sb, wa)
+        self.linear, self.value = matrix(linear, linear), matrix(value, value)
+        self.along_a, self.along_b = matrix(value, slope), matrix(slope, value)
 
     def places(self, shape: np.ndarray) -> np.ndarray:
         """Positions (K, 3), m, on the shape (n, n, 3), m."""

@@ -48,14 +48,11 @@ class Imaging:
 
 
 class Renderer:
-    """Renders shapes of one skin. lighting: Lighting, Lamps or another class with seen_by; seed: of the noise, which differs from frame to
-    frame."""
+    """Renders shapes of one skin. lighting: Lighting or Lamps; seed: of the noise, which differs from frame to frame."""
 
     def __init__(self, skin: Skin, camera: SimulatedCamera, lighting, imaging: Imaging, seed: int):
-        self.skin, self.camera, self.imaging = skin, camera, imaging
-        self._seed = seed
+        self.skin, self.camera, self.imaging, self._lighting, self._seed = skin, camera, imaging, lighting, seed
         self._spread = np.sqrt((imaging.blur * camera.scale)**2 + _PIXEL_VARIANCE)
-        self._illumination = lighting.seen_by(camera, self._spread)
         self._set_up_cells()
         self._inside = self._skin_cover()
         self._reflections = self._fixed_spots()
@@ -77,10 +74,8 @@ class Renderer:
         if self._drawn[0] is not shape or self._drawn[1] is not uv:
             self._draw_light(shape, uv, spread, radius)
             self._drawn = shape, uv
-        if not self.imaging.drift:
-            return self._expose(self._light, number)
         gain = 1 + self.imaging.drift * np.sin(2 * np.pi * (number or 0) / self.imaging.drift_period)
-        return self._expose(self._light * np.float32(gain), number)
+        return self._expose(self._light * np.float32(gain) if self.imaging.drift else self._light, number)
 
     def _draw_light(self, shape: np.ndarray, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray) -> None:
         """Render the light without noise and drift."""
@@ -89,7 +84,7 @@ class Renderer:
         cv2.resize(light, (self.camera.width, self.camera.height), dst=self._light, interpolation=cv2.INTER_LINEAR)
         cv2.multiply(self._light, cv2.merge(self._passed(cover), self._work), dst=self._light)
         self._add_spots(self._light, *spots)
-        if self._reflections is not None:
+        if self.imaging.reflections:
             self._light += self._reflections
 
     def _expose(self, light: np.ndarray, number: int | None) -> np.ndarray:
@@ -126,16 +121,14 @@ class Renderer:
             np.clip(place, 0, self._last, out=place)
         normals = self.skin.area_vectors(shape).reshape(shape.shape)
         normals /= np.sqrt(np.einsum('...i,...i->...', normals, normals))[..., None]
-        light, spots = self._illumination.look(shape, normals, seen)
+        light, spots = self._lighting.look(shape, normals, seen, self.camera, self._spread)
         place = cv2.resize(place, self._fall_off.shape[1::-1], interpolation=cv2.INTER_LINEAR)
         return _look_up(light, place, cv2.INTER_CUBIC) * self._fall_off, spots
 
     def _passed(self, cover: np.ndarray) -> list[np.ndarray]:
         """Transmitted fraction (height, width) of the light of each channel, given the coverage by dots (height, width)."""
-        inks = np.broadcast_to(self.imaging.ink, 3).tolist()
         cover = cv2.multiply(cover, self._inside)
-        passed = {ink: cv2.scaleAdd(cover, -ink, self._inside) for ink in set(inks)}
-        return [passed[ink] for ink in inks]
+        return [cv2.scaleAdd(cover, -ink, self._inside) for ink in np.broadcast_to(self.imaging.ink, 3).tolist()]
 
     def _cover(self, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray) -> np.ndarray:
         """Fraction (height, width) of each pixel covered by dots, lens blur included."""
@@ -188,17 +181,15 @@ class Renderer:
             shine = strength * np.exp(-0.5 * (f[0, 0] * x * x + 2 * f[0, 1] * x * y + f[1, 1] * y * y))
             patch += (shine * self._inside[box])[..., None].astype(np.float32)
 
-    def _fixed_spots(self) -> np.ndarray | None:
-        """White light (height, width, 1), grey levels, of the window's reflections; None without."""
+    def _fixed_spots(self) -> np.ndarray:
+        """White light (height, width, 1), grey levels, of the window's reflections."""
         camera = self.camera
-        if not self.imaging.reflections:
-            return None
         v, u = np.mgrid[:camera.height, :camera.width].astype(np.float32)
-        total = np.zeros((camera.height, camera.width), np.float32)
-        for place_u, place_v, size, peak in self.imaging.reflections:
-            du, dv = (axis - ((place + 0.5) * camera.scale - 0.5) for axis, place in ((u, place_u), (v, place_v)))
-            total += np.float32(peak) * np.exp(-(du * du + dv * dv) / (2 * (size * camera.scale)**2))
-        return total[..., None]
+        total = np.zeros((camera.height, camera.width, 1), np.float32)
+        for *place, size, peak in self.imaging.reflections:
+            du, dv = (axis - ((at + 0.5) * camera.scale - 0.5) for axis, at in zip((u, v), place))
+            total[..., 0] += np.float32(peak) * np.exp(-(du * du + dv * dv) / (2 * (size * camera.scale)**2))
+        return total
 
     def _skin_cover(self) -> np.ndarray:
         """Fraction (height, width) of each pixel that shows the skin and not the housing."""

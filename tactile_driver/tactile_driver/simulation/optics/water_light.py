@@ -3,6 +3,7 @@
 """Illumination of the touchpad: LEDs behind the pad, absorption in red water, the white inside of the skin, vignetting."""
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,16 +37,61 @@ class Lighting:
     sheen_width: float = 0.04
     sheen_water: float = 1.0
 
-    def seen_by(self, camera: SimulatedCamera, blur: float) -> Illumination:
-        """The light from the skin to the camera; blur: px, standard deviation of the lens blur."""
-        return Illumination(camera, self, blur)
+    def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray, camera: SimulatedCamera, blur: float
+             ) -> tuple[np.ndarray, tuple]:
+        """Diffuse light (n, n, 3) BGR, grey levels, of the nodes, and the specular highlights.
 
+        shape: (n, n, 3) m; normals: (n, n, 3) outward, unit; both float32; uv: (n, n, 2), pixels of the nodes; blur: px, standard deviation
+        of the lens blur. The highlights are (place (M, 2) px, form (M, 2, 2) 1/px^2, peak (M,) grey levels): the light at q px from place
+        is peak * exp(-q form q / 2).
+        """
+        angle = 2 * np.pi * (np.arange(self.lamps) + 0.25) / self.lamps
+        lamps = np.column_stack([self.lamp_radius * np.cos(angle), self.lamp_radius * np.sin(angle), np.full(self.lamps, -self.lamp_depth)])
+        wet, length, toward = _ways(np.concatenate([camera.centre[None], lamps]), shape, self.window)
+        half = toward[1:] + toward[0]
+        half /= np.sqrt(np.einsum('...i,...i->...', half, half))[..., None]
+        off = half + normals  # zero where the normal bisects the directions to LED and camera
+        light = (self._diffuse(wet, length, toward, normals) + self._sheen(wet, off)) * np.asarray(self.gain, np.float32)
+        return light, self._mirror(off, uv, self.largest_spot * camera.scale, blur)
 
-def lamp_places(lighting: Lighting) -> np.ndarray:
-    """Positions (L, 3), m, of the LEDs in the sensor frame."""
-    angle = 2 * np.pi * (np.arange(lighting.lamps) + 0.25) / lighting.lamps
-    radius, depth = lighting.lamp_radius, lighting.lamp_depth
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full_like(angle, -depth)], axis=1)
+    def _sheen(self, wet: np.ndarray, off: np.ndarray) -> np.ndarray | float:
+        """Wide lobes of reflection (Blinn's half-way vector, Gaussian lobe) (n, n, 3), over the gain; 0 for none."""
+        if not self.sheen:
+            return 0.0
+        lobe = np.exp(-np.einsum('...i,...i->...', off, off) / (2 * self.sheen_width**2)) * np.float32(self.sheen)
+        way = (wet[1:] + wet[0]) * np.float32(self.sheen_water)
+        return np.stack([(lobe * np.exp(-a * way)).sum(axis=0) for a in np.float32(self.absorption)], axis=-1)
+
+    def _diffuse(self, wet: np.ndarray, length: np.ndarray, toward: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Beer-Lambert law from LED over skin to camera, Lambert's cosine law, inverse square law, and scattered light; over the gain."""
+        facing = np.maximum(-np.einsum('l...i,...i->l...', toward[1:], normals), 0)
+        facing *= (self.lamp_depth / length[1:])**2 * (self.power / self.lamps)
+        way = wet[1:] + wet[0]
+        return np.stack([(facing * np.exp(-a * way)).sum(axis=0) + self.ambient * np.exp(-1.6 * a * wet[0])
+                         for a in np.float32(self.absorption)], axis=-1)
+
+    def _mirror(self, off: np.ndarray, uv: np.ndarray, largest_spot: float, blur: float) -> tuple:
+        """Specular highlights of the LEDs, each a Gaussian ellipse about the zero of off (lamps, n, n, 3), which is found from the nearest
+        node to first order."""
+        size = np.einsum('...i,...i->...', off, off)
+        least = size[:, 1:-1, 1:-1]
+        lamp, row, column = np.nonzero((least < 0.01) & (least <= np.minimum(np.minimum(size[:, :-2, 1:-1], size[:, 2:, 1:-1]),
+                                                                             np.minimum(size[:, 1:-1, :-2], size[:, 1:-1, 2:]))))
+        row, column = row + 1, column + 1
+
+        def slope_of(at: Callable) -> np.ndarray:
+            """(M, k, 2) by a node, along columns and rows."""
+            return np.stack([at(row, column + 1) - at(row, column - 1), at(row + 1, column) - at(row - 1, column)], axis=-1) / 2
+        slope, pixel = slope_of(lambda r, c: off[lamp, r, c]), slope_of(lambda r, c: uv[r, c])
+        here = off[lamp, row, column][..., None]
+        square = slope.transpose(0, 2, 1) @ slope + 1e-8 * np.eye(2)
+        step = np.clip(-np.linalg.solve(square, slope.transpose(0, 2, 1) @ here), -0.8, 0.8)
+        rest = ((here + slope @ step)**2).sum(axis=(1, 2))
+        per_pixel = slope @ np.linalg.inv(pixel)
+        sharp = np.linalg.inv(per_pixel.transpose(0, 2, 1) @ per_pixel / self.gloss_width**2 + np.eye(2) / largest_spot**2)
+        blurred = sharp + blur**2 * np.eye(2)
+        peak = self.gloss * np.exp(-rest / (2 * self.gloss_width**2)) * np.sqrt(np.linalg.det(sharp) / np.linalg.det(blurred))
+        return uv[row, column] + (pixel @ step)[..., 0], np.linalg.inv(blurred), peak
 
 
 def _ways(starts: np.ndarray, ends: np.ndarray, window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -54,77 +100,6 @@ def _ways(starts: np.ndarray, ends: np.ndarray, window: float) -> tuple[np.ndarr
     length = np.sqrt(np.einsum('...i,...i->...', arm, arm))
     share = (ends[..., 2] - np.float32(window)) / -arm[..., 2]
     return length * share, length, arm / length[..., None]
-
-
-class Illumination:
-    """Light from the skin to one camera under one Lighting; blur: px, standard deviation of the lens blur."""
-
-    def __init__(self, camera: SimulatedCamera, lighting: Lighting, blur: float):
-        self._lighting, self._blur = lighting, blur
-        self._largest_spot = lighting.largest_spot * camera.scale
-        self._sources = np.concatenate([camera.centre[None], lamp_places(lighting)])
-        self._absorption = np.asarray(lighting.absorption, np.float32)
-        self._gain = np.asarray(lighting.gain, np.float32)
-
-    def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Diffuse light (n, n, 3) BGR, grey levels, of the nodes, and the specular highlights.
-
-        shape: (n, n, 3) m; normals: (n, n, 3) outward, unit; both float32; uv: (n, n, 2), pixels of the nodes. The highlights are
-        (place (M, 2) px, form (M, 2, 2) 1/px^2, peak (M,) grey levels): the light at q px from place is peak * exp(-q form q / 2).
-        """
-        wet, length, toward = _ways(self._sources, shape, self._lighting.window)
-        light = self._diffuse(wet, length, toward, normals)
-        if self._lighting.sheen > 0:
-            light += self._sheen(wet, toward, normals)
-        return light, self._mirror(toward, normals, uv)
-
-    def _sheen(self, wet: np.ndarray, toward: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Wide lobes of reflection (Blinn's half-way vector, Gaussian lobe), grey levels (n, n, 3)."""
-        lighting = self._lighting
-        off = toward[1:] + toward[0]
-        off /= np.sqrt(np.einsum('...i,...i->...', off, off))[..., None]
-        off += normals
-        lobe = np.exp(-np.einsum('...i,...i->...', off, off) / (2 * lighting.sheen_width**2)) * np.float32(lighting.sheen)
-        way = (wet[1:] + wet[0]) * np.float32(lighting.sheen_water)
-        return np.stack([(lobe * np.exp(-a * way)).sum(axis=0) for a in self._absorption], axis=-1) * self._gain
-
-    def _diffuse(self, wet: np.ndarray, length: np.ndarray, toward: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Beer-Lambert law from LED over skin to camera, Lambert's cosine law, inverse square law, and scattered light."""
-        lighting = self._lighting
-        facing = np.maximum(-np.einsum('l...i,...i->l...', toward[1:], normals), 0)
-        facing *= (lighting.lamp_depth / length[1:])**2 * (lighting.power / lighting.lamps)
-        way = wet[1:] + wet[0]
-        colours = [(facing * np.exp(-a * way)).sum(axis=0) + lighting.ambient * np.exp(-1.6 * a * wet[0]) for a in self._absorption]
-        return np.stack(colours, axis=-1) * self._gain
-
-    def _mirror(self, toward: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple:
-        """Specular highlights of the LEDs, each a Gaussian ellipse where the normal bisects the directions to LED and camera.
-
-        There off = half-way vector + normal is zero; its zero is found from the nearest node to first order.
-        """
-        off = toward[1:] + toward[0]
-        off /= np.sqrt(np.einsum('...i,...i->...', off, off))[..., None]
-        off += normals
-        size = np.einsum('...i,...i->...', off, off)
-        middle = size[:, 1:-1, 1:-1]
-        least = (middle < 0.01)
-        for rows, columns in (((0, -2), (1, -1)), ((2, None), (1, -1)), ((1, -1), (0, -2)), ((1, -1), (2, None))):
-            least &= middle <= size[:, slice(*rows), slice(*columns)]
-        lamp, row, column = np.nonzero(least)
-        row, column = row + 1, column + 1
-        across = off[lamp, row, column + 1] - off[lamp, row, column - 1]
-        slope = np.stack([across, off[lamp, row + 1, column] - off[lamp, row - 1, column]], axis=-1) / 2
-        pixel = np.stack([uv[row, column + 1] - uv[row, column - 1], uv[row + 1, column] - uv[row - 1, column]], -1) / 2
-        here = off[lamp, row, column][..., None]
-        square = slope.transpose(0, 2, 1) @ slope + 1e-8 * np.eye(2)
-        step = np.clip(-np.linalg.solve(square, slope.transpose(0, 2, 1) @ here), -0.8, 0.8)
-        rest = ((here + slope @ step)**2).sum(axis=(1, 2))
-        per_pixel = slope @ np.linalg.inv(pixel)
-        width = self._lighting.gloss_width
-        sharp = np.linalg.inv(per_pixel.transpose(0, 2, 1) @ per_pixel / width**2 + np.eye(2) / self._largest_spot**2)
-        blurred = sharp + self._blur**2 * np.eye(2)
-        peak = self._lighting.gloss * np.exp(-rest / (2 * width**2)) * np.sqrt(np.linalg.det(sharp) / np.linalg.det(blurred))
-        return uv[row, column] + (pixel @ step)[..., 0], np.linalg.inv(blurred), peak
 
 
 def vignette(camera: SimulatedCamera, columns: np.ndarray, rows: np.ndarray, power: float, stop: float) -> np.ndarray:

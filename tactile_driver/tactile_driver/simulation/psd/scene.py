@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -64,8 +64,7 @@ class FingerSpecimen:
 
     def plate(self, normal: np.ndarray) -> np.ndarray:
         """Positions (..., 2) on the detector, in half widths, of the fibres from unit directions (..., 3)."""
-        across = np.hypot(normal[..., 0], normal[..., 1])
-        polar, around = np.arctan2(across, normal[..., 2]), np.arctan2(normal[..., 1], normal[..., 0])
+        polar, around = _angles(normal)
         far = 2 * polar / math.pi
         radius = self._reach * far * (1 + self._squeeze * far * far)
         for order, (c, s) in enumerate(self._oval, 1):
@@ -73,13 +72,11 @@ class FingerSpecimen:
         turned = around + self._twist * far + self._turn
         end = np.stack([radius * np.cos(turned), radius * np.sin(turned)], axis=-1)
         argument = end @ self._waves.T
-        ripple = np.stack([(np.sin(argument + self._phases[:, k]) * self._heights[:, k]).sum(-1) for k in (0, 1)], axis=-1)
-        return end + ripple + self._shift
+        return end + (np.sin(argument[..., None] + self._phases) * self._heights).sum(-2) + self._shift
 
     def transmission(self, normal: np.ndarray) -> np.ndarray:
         """Fraction (...) of light transmitted by the fibres from unit directions (..., 3): less for bent fibres."""
-        across = np.hypot(normal[..., 0], normal[..., 1])
-        polar, around = np.arctan2(across, normal[..., 2]), np.arctan2(normal[..., 1], normal[..., 0])
+        polar, around = _angles(normal)
         ring = 1 + polar * (self._lamps[0] * np.cos(4 * around) + self._lamps[1] * np.sin(3 * around))
         return ring * np.cos(np.minimum(polar, 1.4)) / (1 + (polar / 1.05) ** 6)
 
@@ -110,6 +107,11 @@ class FingerSpecimen:
         u, w = u * (1 + 0.01 * w * w), w * (1 + 0.01 * u * u)
         left, right, low, high = (1 - u) / 2, (1 + u) / 2, (1 - w) / 2, (1 + w) / 2
         return np.stack([left * low, right * low, right * high, left * high], axis=-1)
+
+
+def _angles(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Polar angle and azimuth (...), rad, of directions (..., 3)."""
+    return np.arctan2(np.hypot(normal[..., 0], normal[..., 1]), normal[..., 2]), np.arctan2(normal[..., 1], normal[..., 0])
 
 
 @dataclass(frozen=True)
@@ -223,9 +225,7 @@ class PsdScene:
         finger's own light is on, None for always."""
         t = (first + np.arange(count)) / self.rate
         within = t % self.script.duration
-        near = np.zeros(count, bool)
-        for act in self.script.acts:
-            near |= (within > act.start) & (within < act.end)
+        near = np.any([(within > act.start) & (within < act.end) for act in self.script.acts] or [np.zeros(count, bool)], axis=0)
         room = self.script.ambient.at(within) * (1 - self.script.ambient.shade * near)
         volts = self.specimen.dark + room[:, None] * self.specimen.electrodes(self.specimen.stray)
         truth = PsdTruth(np.zeros(count, int), np.full((count, 3), np.nan), np.full(count, np.nan), np.full(count, np.nan))
@@ -234,7 +234,11 @@ class PsdScene:
             if len(some):
                 normal, depth = act.at(within[some])
                 volts[some] += self.specimen.light(*self._shown(act, within[some])) * (1.0 if lit is None else lit[some, None])
-                self._note(truth, some, normal, depth)
+                touches = depth >= self.specimen.material.gap
+                first = touches & (truth.touching[some] == 0)
+                truth.touching[some] += touches
+                for known, value in ((truth.normal, normal), (truth.depth, depth), (truth.force, self.specimen.force(depth))):
+                    known[some[first]] = value[first]
         return self.electronics.counts(volts * self.specimen.gains, self._rng), truth
 
     def _shown(self, act: Act, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -248,75 +252,51 @@ class PsdScene:
         shown = (1 - creep) * normal + creep * places.mean(0)
         return shown / np.linalg.norm(shown, axis=1, keepdims=True), (1 - creep) * depth + creep * depths.reshape(past.shape).mean(0)
 
-    def _note(self, truth: PsdTruth, some: np.ndarray, normal: np.ndarray, depth: np.ndarray) -> None:
-        touches = depth >= self.specimen.material.gap
-        first = touches & (truth.touching[some] == 0)
-        truth.touching[some] += touches
-        for known, value in ((truth.normal, normal), (truth.depth, depth), (truth.force, self.specimen.force(depth))):
-            known[some[first]] = value[first]
-
 
 def _press(start: float, phi: float, theta: float, depth: float, last: float = 0.3, rise: float = 0.02) -> Act:
     place = math.radians(phi), math.radians(theta)
     return Act(start, start + last, place, place, depth, rise)
 
 
-def _calibration() -> PsdScript:
-    """About a hundred presses at the pole and on rings, each at one of three depths."""
-    places = [(0.0, 0.0)] * 3
-    for ring, theta in enumerate(range(10, 71, 10)):
-        around = min(6 + 2 * (theta // 10 - 1) + 4, 18)
-        places += [(360.0 * (k + 0.37 * ring) / around, float(theta)) for k in range(around)]
-    acts = [_press(0.5 + 0.45 * k, phi, theta, (2.4e-4, 3.0e-4, 3.6e-4)[k % 3]) for k, (phi, theta) in enumerate(places)]
-    return PsdScript(acts, acts[-1].end + 0.5)
-
-
-def _session() -> PsdScript:
-    """Presses as a person makes them with a stage, at sixty places."""
-    acts = [_press(1.0 + 1.2 * k, 137.5 * k, 70 * math.sqrt(k / 60), (2.4e-4, 3.0e-4, 3.6e-4)[k % 3], 0.6, 0.05) for k in range(60)]
-    return PsdScript(acts, acts[-1].end + 0.5)
-
-
-def _taps(count: int, rate: float, last: float) -> PsdScript:
-    """Taps at rate Hz that last so many s (paper psd_finger, section 6.3)."""
-    acts = [_press(0.5 + k / rate, 40.0 * k, 20.0 + 4 * (k % 8), 3.0e-4, last, 0.05) for k in range(count)]
-    return PsdScript(acts, acts[-1].end + 0.5)
-
-
-def _grid(ambient: Ambient = Ambient()) -> PsdScript:
-    """The pole and six azimuths at four polar angles (paper psd_finger, section 6.2): 25 places, other than those of the calibration."""
-    places = [(0.0, 0.0)] + [(phi + 11.0, theta) for theta in (15.0, 30.0, 45.0, 60.0) for phi in range(0, 360, 60)]
-    acts = [_press(0.5 + 0.45 * k, phi, theta, 2.8e-4) for k, (phi, theta) in enumerate(places)]
+def _presses(places: Iterable[tuple[float, float]], depths: Sequence[float], start: float, period: float, last: float = 0.3,
+             rise: float = 0.02, ambient: Ambient = Ambient()) -> PsdScript:
+    """Presses at places (phi, theta), degrees, each at the next of the depths, m, in turn; start, period: s."""
+    acts = [_press(start + period * k, *place, depths[k % len(depths)], last, rise) for k, place in enumerate(places)]
     return PsdScript(acts, acts[-1].end + 0.5, ambient)
 
 
-def _demo() -> PsdScript:
-    way = [(0, 0), (30, 40), (120, 55), (200, 30), (290, 60), (360, 10)]
-    acts = [_press(1.0 + 0.6 * k, phi, theta, 3.0e-4, 0.4) for k, (phi, theta) in enumerate(way)]
-    slide = Act(5.0, 9.0, (0.0, math.radians(55)), (4 * math.pi, math.radians(10)), 3.2e-4, 0.05)
-    return PsdScript([*acts, slide], 10.0, Ambient(drift=0.05))
+def _rings() -> Iterator[tuple[float, float]]:
+    """About a hundred places: the pole, three times, and rings about it."""
+    yield from [(0.0, 0.0)] * 3
+    for ring, theta in enumerate(range(10, 71, 10)):
+        around = min(6 + 2 * (theta // 10 - 1) + 4, 18)
+        yield from ((360.0 * (k + 0.37 * ring) / around, float(theta)) for k in range(around))
 
 
-def _slide() -> PsdScript:
-    across = Act(0.5, 3.0, (0.3, math.radians(-62)), (0.3, math.radians(62)), 3.2e-4, 0.05)
-    return PsdScript([across], 3.5)
+_DEPTHS = (2.4e-4, 3.0e-4, 3.6e-4)
+#: The pole and six azimuths at four polar angles (paper psd_finger, section 6.2): 25 places, other than those of the calibration.
+_GRID = [(0.0, 0.0)] + [(phi + 11.0, theta) for theta in (15.0, 30.0, 45.0, 60.0) for phi in range(0, 360, 60)]
+_WAY = [(0, 0), (30, 40), (120, 55), (200, 30), (290, 60), (360, 10)]
+_SPIRAL = Act(5.0, 9.0, (0.0, math.radians(55)), (4 * math.pi, math.radians(10)), 3.2e-4, 0.05)
+_TILTS = [(40.0 * k, 20.0 + 4 * (k % 8)) for k in range(16)]
 
-
-def _light() -> PsdScript:
-    steps = ((4.0, 0.25), (7.0, -0.25), (10.0, 0.8), (13.0, 0.4), (16.0, -1.2))
-    return PsdScript([], 20.0, Ambient(0.4, 0.15, 12.0, 0.02, steps))
-
-
-def _two() -> PsdScript:
-    """One object, then a second one on the opposite side."""
-    return PsdScript([_press(0.5, 45, 40, 3.0e-4, 2.0), _press(1.2, 225, 40, 3.0e-4, 0.8)], 3.0)
-
-
-#: taps are felt for 78 ms and 250 ms; bright: the grid in a bright room
 PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
-    'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'session': _session, 'grid': _grid,
-    'taps': lambda: _taps(16, 3.2, 0.1), 'slow_taps': lambda: _taps(8, 0.88, 0.272), 'slide': _slide, 'light': _light, 'two': _two,
-    'bright': lambda: _grid(Ambient(1.3, 0.15, 9.0, 0.07, shade=0.06))}
+    'demo': lambda: PsdScript([*_presses(_WAY, [3.0e-4], 1.0, 0.6, 0.4).acts, _SPIRAL], 10.0, Ambient(drift=0.05)),
+    'rest': lambda: PsdScript([], 10.0),
+    'calibration': lambda: _presses(_rings(), _DEPTHS, 0.5, 0.45),
+    # as a person presses with a stage, at sixty places
+    'session': lambda: _presses([(137.5 * k, 70 * math.sqrt(k / 60)) for k in range(60)], _DEPTHS, 1.0, 1.2, 0.6, 0.05),
+    'grid': lambda: _presses(_GRID, [2.8e-4], 0.5, 0.45),
+    # taps at 3.2 Hz and 0.88 Hz (paper psd_finger, section 6.3), felt for 78 ms and 250 ms
+    'taps': lambda: _presses(_TILTS, [3.0e-4], 0.5, 1 / 3.2, 0.1, 0.05),
+    'slow_taps': lambda: _presses(_TILTS[:8], [3.0e-4], 0.5, 1 / 0.88, 0.272, 0.05),
+    'slide': lambda: PsdScript([Act(0.5, 3.0, (0.3, math.radians(-62)), (0.3, math.radians(62)), 3.2e-4, 0.05)], 3.5),
+    'light': lambda: PsdScript([], 20.0, Ambient(0.4, 0.15, 12.0, 0.02, ((4.0, 0.25), (7.0, -0.25), (10.0, 0.8), (13.0, 0.4),
+                                                                       (16.0, -1.2)))),
+    # one object, then a second one on the opposite side
+    'two': lambda: PsdScript([_press(0.5, 45, 40, 3.0e-4, 2.0), _press(1.2, 225, 40, 3.0e-4, 0.8)], 3.0),
+    # the grid in a bright room
+    'bright': lambda: _presses(_GRID, [2.8e-4], 0.5, 0.45, ambient=Ambient(1.3, 0.15, 9.0, 0.07, shade=0.06))}
 
 
 def open_psd_scene(name: str, rate: float, seed: int = 0) -> PsdScene:

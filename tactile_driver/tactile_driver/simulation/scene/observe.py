@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from ..optics.camera import SimulatedCamera
 from ..optics.pattern import DotPattern
 from ..skin.contact import SkinState
 from ..skin.surfaces import Skin, cross
 from ..skin.tools import Pose, Tool
-from ..truth import GROSS, INCIPIENT, NON_CONTACT, NO_SLIP, SLIPPING, STICKING, Touch, TruthFrame
+from ..truth import NON_CONTACT, SLIPPING, STICKING, Touch, TruthFrame, slip_state_of
 
 #: Subdivisions of a cell; chosen.
 _FINE = 4
@@ -108,25 +109,13 @@ def _contours(places: np.ndarray, outside: np.ndarray, slope: np.ndarray, steep:
             continue
         column, row = line[:, 0, 0], line[:, 0, 1]
         step = np.clip(-outside[row, column] / steep[row, column], 0, 1)[:, None] * slope[row, column] / steep[row, column, None]
-        found[int(kin[3] >= 0)].append(_at(places, np.stack([row, column], axis=1) + step))
+        at = np.stack([row, column]) + step.T
+        found[int(kin[3] >= 0)].append(np.stack([map_coordinates(places[..., k], at, order=1, mode='nearest') for k in range(3)], axis=1))
     return found
-
-
-def _at(places: np.ndarray, where: np.ndarray) -> np.ndarray:
-    """Points (k, 3) of the fine grid (a, b, 3) at (row, column) coordinates where (k, 2), by bilinear interpolation."""
-    top = np.array(places.shape[:2]) - 2
-    low = np.clip(np.floor(where).astype(int), 0, top)
-    part = (where - low)[:, :, None]
-    r, c = low.T
-    near = places[r, c] * (1 - part[:, 1]) + places[r, c + 1] * part[:, 1]
-    far = places[r + 1, c] * (1 - part[:, 1]) + places[r + 1, c + 1] * part[:, 1]
-    return near * (1 - part[:, 0]) + far * part[:, 0]
 
 
 #: m/s: points slower than this relative to the tool stick; chosen: 10 um per frame at 30 frames/s.
 SLIP_SPEED = 0.3e-3
-#: In node spacings: largest distance between a dot in the region and the tool that counts as contact; chosen, as in contact_region.
-_DOT_ON_TOOL = 0.0237
 
 
 @dataclass
@@ -143,17 +132,11 @@ class Observer:
 
     def __init__(self, skin: Skin, pattern: DotPattern, camera: SimulatedCamera, interval: float):
         self.skin, self.pattern, self.camera, self.interval = skin, pattern, camera, interval
-        self._ids = pattern.numbers
-        self.untouched = self._observe_untouched()
         self._before = None
         self._first: Pose | None = None  # of the tool, in the first frame of its touch
-
-    def _observe_untouched(self) -> Observation:
-        """Observation of the resting skin, used for all frames without contact."""
-        places, uv, spread = self.pattern.seen(self.skin.rest, self.camera)
-        truth = TruthFrame(self._ids, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=self.skin.pressure,
-                           dot_gap=np.full(len(uv), np.inf))
-        return Observation(self.skin.coarse(self.skin.rest), spread, truth)
+        places, uv, spread = pattern.seen(skin.rest, camera)
+        truth = TruthFrame(pattern.numbers, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=skin.pressure)
+        self.untouched = Observation(skin.coarse(skin.rest), spread, truth)  # of all frames without contact
 
     def lifted(self) -> Observation:
         """Observation without contact; the next touch is a new one."""
@@ -168,11 +151,12 @@ class Observer:
         places, uv, spread = self.pattern.seen(state.shape, self.camera, lambda p: off_tool(p, tool, now))
         nodes = state.shape.reshape(-1, 3)[self.skin.inner][state.touching]
         gap = tool.distance(now.to_tool(places))
-        touching = self._touching_dots(gap, region)
+        touching = (self.pattern.sampler.linear @ region.fullness.ravel() > 0.5) & (np.abs(gap) < _ON_TOOL * self.skin.spacing)
         way_of_dots, way_of_nodes = self._ways_over_tool(places, touching, nodes, state, tool, now)
-        states = self._states(touching, way_of_dots)
-        truth = TruthFrame(self._ids, uv, places, states, region.outlines, region.holes, region.area, region.centroid, region.normal,
-                           dot_gap=gap)
+        states = np.where(touching, STICKING, NON_CONTACT).astype(np.uint8)
+        states[np.linalg.norm(way_of_dots, axis=1) > SLIP_SPEED * self.interval] = SLIPPING
+        truth = TruthFrame(self.pattern.numbers, uv, places, states, region.outlines, region.holes, region.area, region.centroid,
+                           region.normal)
         truth.contacts = self._touches(state, nodes, region, tool, now)
         self._tell_slip(truth, nodes, way_of_nodes @ now.turn.T)
         truth.motion = _motion(before, now)
@@ -187,15 +171,10 @@ class Observer:
         if not len(state.touching):
             return self.untouched
         places, uv, spread = self.pattern.seen(state.shape, self.camera)
-        truth = TruthFrame(self._ids, uv, places, np.full(len(uv), STICKING, np.uint8), centroid=now.origin, normal=now.turn[:, 2],
-                           wrench=np.full(6, np.nan))
+        truth = TruthFrame(self.pattern.numbers, uv, places, np.full(len(uv), STICKING, np.uint8), centroid=now.origin,
+                           normal=now.turn[:, 2], wrench=np.full(6, np.nan))
         truth.contacts = [Touch(now.origin, now.turn[:, 2], float(-now.origin[2]), np.nan)]
         return Observation(self.skin.coarse(state.shape), spread.astype(np.float32), truth)
-
-    def _touching_dots(self, gap: np.ndarray, region: Region) -> np.ndarray:
-        """(K,) bool: whether each dot lies in the region and on the tool, which is gap (K,), m, away."""
-        full = self.pattern.sampler.linear @ region.fullness.ravel()
-        return (full > 0.5) & (np.abs(gap) < _DOT_ON_TOOL * self.skin.spacing)
 
     def _ways_over_tool(self, places, touching, nodes, state: SkinState, tool: Tool, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
         """Displacements (K, 3) of the dots and (m, 3) of the touching nodes along the tool since the last frame, m, in the tool frame; NaN
@@ -207,17 +186,11 @@ class Observer:
         self._before = dots_on_tool, nodes_on_tool
         return _way_along(tool, last[0], dots_on_tool), _way_along(tool, last[1], nodes_on_tool)[state.touching]
 
-    def _states(self, touching: np.ndarray, way: np.ndarray) -> np.ndarray:
-        """Dot states (K,) uint8 from the displacements way (K, 3), m."""
-        states = np.where(touching, STICKING, NON_CONTACT).astype(np.uint8)
-        states[np.linalg.norm(way, axis=1) > SLIP_SPEED * self.interval] = SLIPPING
-        return states
-
     def _tell_slip(self, truth: TruthFrame, nodes: np.ndarray, way: np.ndarray):
         """Set the slip fields of truth; nodes: (m, 3) m, touching; way: (m, 3) m, their displacements along the tool, sensor frame."""
         slipping = np.linalg.norm(way, axis=1) > SLIP_SPEED * self.interval
         truth.slipping_fraction = fraction = float(slipping.sum() / max(np.isfinite(way[:, 0]).sum(), 1))
-        truth.slip_state = NO_SLIP if fraction < 0.05 else INCIPIENT if fraction < 0.9 else GROSS
+        truth.slip_state = slip_state_of(fraction)
         truth.velocity = np.zeros(6)
         if slipping.sum() >= 3:
             radius = np.sqrt(truth.area / np.pi)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,13 +18,9 @@ from ..truth import FramesInOrder, SimulatedFrame, TruthFrame
 _TOOL_SIZE = 7.1
 
 
-@dataclass
-class Glance:
-    """One instant in one camera. shape: from Skin.coarse, m; uv: (K, 2) px, of the dots; spread: (K, 2, 2) px/m, their affine maps."""
-
-    shape: np.ndarray
-    uv: np.ndarray
-    spread: np.ndarray
+#: One instant in one camera, as Renderer.draw takes it: shape, from Skin.coarse, m; uv: (K, 2) px, of the dots; spread: (K, 2, 2) px/m,
+#: their affine maps.
+Glance = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 class Scene(FramesInOrder[Observation]):
@@ -118,10 +114,9 @@ class TwoCameraScene(Scene):
         """
         number = math.floor(t * self.rate + 0.5)
         seen = self.observe(number)
-        right = self._known_right[number % self.frames]
-        left_image = self._renderers[0].draw(seen.shape, seen.truth.dot_uv, seen.spread, self._pattern.radius, number)
-        right_image = self._renderers[1].draw(right.shape, right.uv, right.spread, self._pattern.radius, number)
-        return left_image, right_image, seen.truth
+        views = (seen.shape, seen.truth.dot_uv, seen.spread), self._known_right[number % self.frames]
+        left, right = (renderer.draw(*view, self._pattern.radius, number) for renderer, view in zip(self._renderers, views))
+        return left, right, seen.truth
 
     def right_delay(self, number: int) -> float:
         """Time, s, from the left to the right exposure of the frame number; negative where the right one is earlier."""
@@ -130,20 +125,20 @@ class TwoCameraScene(Scene):
     def right_dot_uv(self, number: int) -> np.ndarray:
         """Pixels (K, 2) of the dots in the right image of the frame number."""
         self.observe(number)
-        return self._known_right[number % self.frames].uv
+        return self._known_right[number % self.frames][1]
 
     def _next(self) -> Observation:
         """Compute the next frame: both views, in the order of their exposures."""
-        if self.right_delay(len(self._known)) < 0:
-            self._look_right()
+        number = len(self._known)
+        if self.right_delay(number) < 0:
+            self._look_right(number)
             return super()._next()
         seen = super()._next()
-        self._look_right()
+        self._look_right(number)
         return seen
 
-    def _look_right(self) -> None:
-        """Compute the right view of the next frame."""
-        number = len(self._known)
+    def _look_right(self, number: int) -> None:
+        """Compute the right view of a frame."""
         motion = self._move_to(number / self.rate + self.right_delay(number))
         pressed = motion is not None and len(self._contact.state.touching) > 0
         self._known_right.append(self._glance(motion) if pressed else self._right_untouched)
@@ -153,4 +148,4 @@ class TwoCameraScene(Scene):
         shape = self._contact.state.shape
         correct = None if motion is None else (lambda places: off_tool(places, motion.tool, motion.pose(self._followed)))
         _, uv, spread = self._pattern.seen(shape, self.cameras[1], correct)
-        return Glance(self.membrane.coarse(shape), uv, spread.astype(np.float32))
+        return self.membrane.coarse(shape), uv, spread.astype(np.float32)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -84,6 +84,11 @@ def act(tool: str, start: float, *places: dict, x: float = 0.0, y: float = 0.0) 
     return tool, [replace(first, t=start - _COMING), *keys, replace(last, t=last.t + _COMING)]
 
 
+def acting(tool: str, *places: dict, **at: float) -> Callable[..., Act]:
+    """act, to be told its start."""
+    return lambda start: act(tool, start, *places, **at)
+
+
 def press(tool: str, x: float, y: float, *depths: float, start: float, move: float = 0.3, hold: float = 0.2) -> Act:
     """A tool is pressed in at x, y, m, and stops at each of the depths, m; move, hold: duration of each step and stop, s."""
     places, t = [], 0.0
@@ -98,10 +103,10 @@ def session(tool: str, places: list[tuple], *depths: float) -> list[Callable[...
     return [partial(press, tool, x, y, *depths, move=0.6, hold=0.7) for x, y in places]
 
 
-def by_the_step(tool: str, places: list[tuple], depths: list[float] | tuple) -> tuple[Act, ...]:
-    """A stage presses a tool in at each of the places (x, y), m, and stops at each of the depths, m; at 2 frames/s each stop is one
-    frame."""
-    return one_after_the_other([partial(press, tool, x, y, *depths, move=0.25, hold=0.25) for x, y in places], untouched=1.75, pause=0.5)
+def by_the_step(tool: str, places: Sequence[tuple], *depths: float) -> tuple[Act, ...]:
+    """A stage presses a tool in at each of the places (x, y), m, or (x, y, depth), m, and stops there at each of the depths, m; at 2
+    frames/s each stop is one frame."""
+    return one_after_the_other([partial(press, tool, *place, *depths, move=0.25, hold=0.25) for place in places], untouched=1.75, pause=0.5)
 
 
 def drag(tool: str, x: float, y: float, depth: float, way_x: float, way_y: float, *, start: float, duration: float = 1.5) -> Act:

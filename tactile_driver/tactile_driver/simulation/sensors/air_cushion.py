@@ -85,35 +85,17 @@ def _presses(tool: str, places: list, deepest: float, count: int, rng: np.random
             for x, y in places]
 
 
-def _demo() -> tuple[Act, ...]:
-    """Presses with several indenters, a drag, two fists."""
-    return one_after_the_other([
-        partial(press, _TIP, 0.010, -0.015, 0.015, 0.035, move=0.6), partial(press, 'ball_60mm', -0.045, 0.020, 0.012, 0.030, move=0.6),
-        partial(press, 'ball_15mm', 0.040, 0.045, 0.010, 0.025, move=0.6),
-        partial(drag, _TIP, -0.030, -0.035, 0.022, 0.060, 0.015, duration=2.5),
-        partial(press, 'fists_70mm', 0.0, 0.010, 0.010, 0.022, move=0.6)], untouched=STARTING)
-
-
-def _calibration() -> tuple[Act, ...]:
+def _calibration(rng: np.random.Generator) -> list:
     """Presses of one indenter over the whole dome to all depths, and drags."""
-    rng = np.random.default_rng(5)
     acts = _presses(_TIP, _places(45, 0.075, rng), 0.042, 3, rng)
-    acts += [partial(drag, _TIP, x, y, 0.020, 0.030 * np.cos(a), 0.030 * np.sin(a), duration=3.0)
-             for (x, y), a in zip(_places(6, 0.040, rng), rng.uniform(0, 2 * np.pi, 6))]
-    return one_after_the_other(acts, pause=0.3)
+    return acts + [partial(drag, _TIP, x, y, 0.020, 0.030 * np.cos(a), 0.030 * np.sin(a), duration=3.0)
+                   for (x, y), a in zip(_places(6, 0.040, rng), rng.uniform(0, 2 * np.pi, 6))]
 
 
-def _test() -> tuple[Act, ...]:
+def _test(rng: np.random.Generator) -> list:
     """Presses at other positions, with indenters of half to twice the calibrated size."""
-    rng = np.random.default_rng(6)
-    tools = _TIP, 'ball_15mm', 'ball_22mm', 'ball_42mm', 'ball_60mm'
-    return one_after_the_other([act for tool in tools for act in _presses(tool, _places(4, 0.068, rng), 0.040, 3, rng)], pause=0.3)
-
-
-def _two() -> tuple[Act, ...]:
-    """Two fists, 3 to 5 pitches apart."""
-    return one_after_the_other([partial(press, f'fists_{mm}mm', x, y, 0.012, 0.024, move=0.5)
-                                for mm, x, y in ((70, 0.0, 0.0), (56, 0.010, -0.020), (42, -0.015, 0.015))], pause=0.5)
+    return [act for tool in (_TIP, 'ball_15mm', 'ball_22mm', 'ball_42mm', 'ball_60mm')
+            for act in _presses(tool, _places(4, 0.068, rng), 0.040, 3, rng)]
 
 
 def _steadily(x: float, y: float, *depths: float, start: float) -> Act:
@@ -133,20 +115,26 @@ def _zones(*depths: float) -> tuple[Act, ...]:
 
 
 _random_cushion = partial(air_cushion, pattern=_random)
-
-AIR_CUSHION_SCENES: dict[str, Script] = {
-    'air_cushion_demo': Script(air_cushion, _demo()),
-    'air_cushion_rest': Script(air_cushion, duration=10.0),
-    'air_cushion_press': Script(air_cushion, one_after_the_other([partial(press, _TIP, 0.030, -0.020, 0.015, 0.035, move=0.5)])),
-    'air_cushion_two': Script(air_cushion, _two()),
-    'air_cushion_calibration': Script(air_cushion, _calibration()),
-    'air_cushion_test': Script(air_cushion, _test()),
-    'air_cushion_session': Script(air_cushion, one_after_the_other(session(_TIP, _places(12, 0.075, np.random.default_rng(8)),
-                                                                           0.010, 0.020, 0.040))),
-    'air_cushion_zones_calibration': Script(air_cushion, _zones(0.008, 0.016, 0.024, 0.032)),
-    'air_cushion_zones': Script(air_cushion, _zones(0.012, 0.020, 0.028)),
-    'air_cushion_random_zones_calibration': Script(_random_cushion, _zones(0.008, 0.016, 0.024, 0.032)),
-    'air_cushion_random_zones': Script(_random_cushion, _zones(0.012, 0.020, 0.028)),
-    'air_cushion_random_demo': Script(_random_cushion, _demo()),
-    'air_cushion_random_calibration': Script(_random_cushion, _calibration()),
+#: Scenes of both prints.
+_OF_BOTH = {
+    # presses with several indenters, a drag, two fists
+    'demo': one_after_the_other([
+        partial(press, _TIP, 0.010, -0.015, 0.015, 0.035, move=0.6), partial(press, 'ball_60mm', -0.045, 0.020, 0.012, 0.030, move=0.6),
+        partial(press, 'ball_15mm', 0.040, 0.045, 0.010, 0.025, move=0.6),
+        partial(drag, _TIP, -0.030, -0.035, 0.022, 0.060, 0.015, duration=2.5),
+        partial(press, 'fists_70mm', 0.0, 0.010, 0.010, 0.022, move=0.6)], untouched=STARTING),
+    'calibration': one_after_the_other(_calibration(np.random.default_rng(5)), pause=0.3),
+    'zones_calibration': _zones(0.008, 0.016, 0.024, 0.032),
+    'zones': _zones(0.012, 0.020, 0.028),
 }
+
+AIR_CUSHION_SCENES: dict[str, Script] = {f'air_cushion_{name}': Script(air_cushion, acts) for name, acts in {
+    **_OF_BOTH,
+    'press': one_after_the_other([partial(press, _TIP, 0.030, -0.020, 0.015, 0.035, move=0.5)]),
+    # two fists, 3 to 5 pitches apart
+    'two': one_after_the_other([partial(press, f'fists_{mm}mm', x, y, 0.012, 0.024, move=0.5)
+                                for mm, x, y in ((70, 0.0, 0.0), (56, 0.010, -0.020), (42, -0.015, 0.015))], pause=0.5),
+    'test': one_after_the_other(_test(np.random.default_rng(6)), pause=0.3),
+    'session': one_after_the_other(session(_TIP, _places(12, 0.075, np.random.default_rng(8)), 0.010, 0.020, 0.040)),
+}.items()} | {f'air_cushion_random_{name}': Script(_random_cushion, acts) for name, acts in _OF_BOTH.items()} | {
+    'air_cushion_rest': Script(air_cushion, duration=10.0)}

@@ -12,7 +12,7 @@ from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers,
 from ..optics.camera import SimulatedCamera
 from ..optics.led_light import Lamps
 from ..optics.rendering import Imaging, Renderer
-from ..scene.specimen import STARTING, Act, Script, Shutters, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
+from ..scene.specimen import STARTING, Script, Shutters, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
 from ..skin.surfaces import Sheet
 
 _HALF = (0.0665, 0.0455)
@@ -50,52 +50,16 @@ def areal_dual(seed: int) -> Specimen:
     return Specimen('areal_dual', sheet, pattern, cameras, renderers, trigger_delay=0.003 + 0.001 * rng.uniform())
 
 
-def _demo() -> tuple[Act, ...]:
-    """Presses in the left view, in both views and in the right view; a drag from left to right; two fingertips."""
-    return one_after_the_other([
-        partial(press, _TIP, -0.035, 0.015, 0.002, 0.005), partial(press, _TIP, 0.002, -0.010, 0.002, 0.005),
-        partial(press, _TIP, 0.040, -0.018, 0.0015, 0.004), partial(drag, _TIP, -0.025, -0.012, 0.0035, 0.050, 0.020, duration=2.5),
-        partial(press, 'fingertips_37mm', 0.0, 0.005, 0.002, 0.004)], untouched=STARTING)
-
-
-def _calibration() -> tuple[Act, ...]:
+def _calibration(rng: np.random.Generator) -> list:
     """Presses over the whole sheet to all depths, and drags in random directions."""
-    rng = np.random.default_rng(3)
-    return one_after_the_other(presses(_TIP, grid((0.057, 0.037), 9, 7), _HALF, _DEEPEST, 2, rng)
-                               + drags(_TIP, 8, _HALF, (0.0015, 0.0045), 0.018, rng), pause=0.3)
+    return presses(_TIP, grid((0.057, 0.037), 9, 7), _HALF, _DEEPEST, 2, rng) + drags(_TIP, 8, _HALF, (0.0015, 0.0045), 0.018, rng)
 
 
-def _test() -> tuple[Act, ...]:
+def _test(rng: np.random.Generator) -> list:
     """Presses at other positions, with the calibrated fingertip and others, and drags."""
-    rng = np.random.default_rng(4)
-    tools = _TIP, 'ball_7.5mm', 'ball_10mm'
-    acts = [act for tool in tools for act in presses(tool, scattered((0.052, 0.033), 8, rng), _HALF, _DEEPEST, 2, rng)]
-    return one_after_the_other(acts + drags(_TIP, 4, _HALF, (0.0015, 0.0045), 0.018, rng), pause=0.3)
-
-
-def _two() -> tuple[Act, ...]:
-    """Two fingertips, 2.5 to 5 marker pitches apart."""
-    return one_after_the_other([partial(press, f'fingertips_{mm}mm', x, y, 0.002, 0.004)
-                                for mm, x, y in ((46, 0.0, 0.0), (37, 0.010, -0.012), (28, -0.030, 0.010), (23, 0.003, 0.005))], pause=0.5)
-
-
-def _two_unlike() -> tuple[Act, ...]:
-    """Two fingertips of unlike size, of which one goes deeper and moves away."""
-    return one_after_the_other([partial(one_of_two, 'fingers_6_and_12mm_30mm', 0.003, 0.004, 0.002, 0.5, 0.001, 0.008),
-                                partial(one_of_two, 'fingers_6_and_12mm_42mm', -0.012, -0.003, 0.0035, 2.8, -0.001, 0.006)], pause=0.5)
-
-
-def _fast() -> tuple[Act, ...]:
-    """Presses at 30, 65 and 100 mm/s, under each camera and at the seam."""
-    depth, rows, columns = 0.0045, ((0.030, 0.012), (0.065, -0.014), (0.100, 0.003)), (-0.034, 0.002, 0.037)
-    return one_after_the_other([partial(press, _TIP, x, y, depth, move=depth / speed) for speed, y in rows for x in columns], pause=0.3)
-
-
-def _fast_drag() -> tuple[Act, ...]:
-    """Drags at about 70 and 100 mm/s through the seam, and out to a corner."""
-    return one_after_the_other([partial(drag, _TIP, -0.020, 0.005, 0.0035, 0.040, -0.010, duration=0.6),
-                                partial(drag, _TIP, 0.020, -0.015, 0.003, -0.040, 0.030, duration=0.5),
-                                partial(drag, _TIP, 0.010, -0.015, 0.003, 0.030, 0.030, duration=0.5)], pause=0.3)
+    acts = [act for tool in (_TIP, 'ball_7.5mm', 'ball_10mm')
+            for act in presses(tool, scattered((0.052, 0.033), 8, rng), _HALF, _DEEPEST, 2, rng)]
+    return acts + drags(_TIP, 4, _HALF, (0.0015, 0.0045), 0.018, rng)
 
 
 #: m: places of table 2 of the paper areal_sensor_contact_position, at 10 px a mm; and those of table 4, path by path.
@@ -104,20 +68,34 @@ _TABLE_2 = [(-0.0367, -0.0255), (0.0367, -0.0255), (0.0367, 0.0255), (-0.0367, 0
 _TABLE_4 = [(-0.0210, -0.0107), (-0.0010, 0.0043), (0.0231, 0.0092), (-0.0259, -0.0128), (-0.0165, 0.0173), (-0.0015, 0.0013),
             (0.0360, -0.0140), (0.0270, 0.0140), (-0.0220, -0.0110)]
 
-AREAL_DUAL_SCENES: dict[str, Script] = {
-    'areal_dual_demo': Script(areal_dual, _demo(), shutters=_FREE),
-    'areal_dual_rest': Script(areal_dual, duration=10.0),
-    'areal_dual_press': Script(areal_dual, one_after_the_other([partial(press, _TIP, 0.004, -0.008, 0.002, 0.005)])),
-    'areal_dual_two': Script(areal_dual, _two()),
-    'areal_dual_two_unlike': Script(areal_dual, _two_unlike()),
-    'areal_dual_fast': Script(areal_dual, _fast(), shutters=_FREE),
-    'areal_dual_fast_drag': Script(areal_dual, _fast_drag(), shutters=_FREE),
-    'areal_dual_calibration': Script(areal_dual, _calibration()),
-    'areal_dual_test': Script(areal_dual, _test()),
-    'areal_dual_session': Script(areal_dual, one_after_the_other(session(_TIP, grid((0.047, 0.032), 4, 3), 0.0015, 0.003, 0.0045))),
-    'areal_dual_plate': Script(areal_dual, by_the_step('plate_127x87mm', [(0.0, 0.0)], [1e-3 * mm for mm in range(1, 6)])),
-    'areal_dual_markers': Script(areal_dual, by_the_step(_TIP, on_markers((2, 6, 7, 11), (2, 5, 8), 14, 11, (0.0094, 0.0082)),
-                                                         (0.0015, 0.003))),
-    'areal_dual_table_2': Script(areal_dual, by_the_step(_TIP, _TABLE_2, (0.001, 0.002, 0.003))),
-    'areal_dual_table_4': Script(areal_dual, by_the_step(_TIP, _TABLE_4, (0.003,))),
-}
+AREAL_DUAL_SCENES: dict[str, Script] = {f'areal_dual_{name}': Script(areal_dual, acts) for name, acts in {
+    'press': one_after_the_other([partial(press, _TIP, 0.004, -0.008, 0.002, 0.005)]),
+    # two fingertips, 2.5 to 5 marker pitches apart
+    'two': one_after_the_other([partial(press, f'fingertips_{mm}mm', x, y, 0.002, 0.004) for mm, x, y in (
+        (46, 0.0, 0.0), (37, 0.010, -0.012), (28, -0.030, 0.010), (23, 0.003, 0.005))], pause=0.5),
+    # two of unlike size, of which one goes deeper and moves away
+    'two_unlike': one_after_the_other([partial(one_of_two, 'fingers_6_and_12mm_30mm', 0.003, 0.004, 0.002, 0.5, 0.001, 0.008),
+                                       partial(one_of_two, 'fingers_6_and_12mm_42mm', -0.012, -0.003, 0.0035, 2.8, -0.001, 0.006)],
+                                      pause=0.5),
+    'calibration': one_after_the_other(_calibration(np.random.default_rng(3)), pause=0.3),
+    'test': one_after_the_other(_test(np.random.default_rng(4)), pause=0.3),
+    'session': one_after_the_other(session(_TIP, grid((0.047, 0.032), 4, 3), 0.0015, 0.003, 0.0045)),
+    'plate': by_the_step('plate_127x87mm', [(0.0, 0.0)], *(1e-3 * mm for mm in range(1, 6))),
+    'markers': by_the_step(_TIP, on_markers((2, 6, 7, 11), (2, 5, 8), 14, 11, (0.0094, 0.0082)), 0.0015, 0.003),
+    'table_2': by_the_step(_TIP, _TABLE_2, 0.001, 0.002, 0.003),
+    'table_4': by_the_step(_TIP, _TABLE_4, 0.003),
+}.items()} | {f'areal_dual_{name}': Script(areal_dual, acts, shutters=_FREE) for name, acts in {
+    # presses in the left view, in both views and in the right view; a drag from left to right; two fingertips
+    'demo': one_after_the_other([
+        partial(press, _TIP, -0.035, 0.015, 0.002, 0.005), partial(press, _TIP, 0.002, -0.010, 0.002, 0.005),
+        partial(press, _TIP, 0.040, -0.018, 0.0015, 0.004), partial(drag, _TIP, -0.025, -0.012, 0.0035, 0.050, 0.020, duration=2.5),
+        partial(press, 'fingertips_37mm', 0.0, 0.005, 0.002, 0.004)], untouched=STARTING),
+    # presses at 30, 65 and 100 mm/s, under each camera and at the seam
+    'fast': one_after_the_other([partial(press, _TIP, x, y, 0.0045, move=0.0045 / speed)
+                                 for speed, y in ((0.030, 0.012), (0.065, -0.014), (0.100, 0.003)) for x in (-0.034, 0.002, 0.037)],
+                                pause=0.3),
+    # drags at about 70 and 100 mm/s through the seam, and out to a corner
+    'fast_drag': one_after_the_other([partial(drag, _TIP, -0.020, 0.005, 0.0035, 0.040, -0.010, duration=0.6),
+                                      partial(drag, _TIP, 0.020, -0.015, 0.003, -0.040, 0.030, duration=0.5),
+                                      partial(drag, _TIP, 0.010, -0.015, 0.003, 0.030, 0.030, duration=0.5)], pause=0.3),
+}.items()} | {'areal_dual_rest': Script(areal_dual, duration=10.0)}

@@ -30,19 +30,16 @@ def areal_single(seed: int, width: int = 640) -> Specimen:
     return Specimen('areal_single', sheet, pattern, (camera,), (Renderer(sheet, camera, _LAMPS, imaging, seed),))
 
 
-def _demo() -> tuple[Act, ...]:
-    """Presses at the centre and at the sides; a drag; two fingertips."""
-    return one_after_the_other([
-        partial(press, _TIP, 0.004, -0.003, 0.003, 0.008), partial(press, _TIP, -0.017, 0.008, 0.004, 0.009),
-        partial(press, _TIP, 0.016, 0.010, 0.002, 0.006), partial(drag, _TIP, -0.012, -0.006, 0.006, 0.022, 0.008),
-        partial(press, 'fingertips_18mm', 0.0, 0.0, 0.003, 0.006)], untouched=STARTING)
-
-
-def _calibration() -> tuple[Act, ...]:
+def _calibration(rng: np.random.Generator) -> list:
     """Presses over the whole sheet to all depths, and drags in random directions."""
-    rng = np.random.default_rng(1)
-    return one_after_the_other(presses(_TIP, grid((0.024, 0.0165), 7, 5), _HALF, _DEEPEST, 3, rng)
-                               + drags(_TIP, 8, _HALF, (0.003, 0.009), 0.009, rng), pause=0.3)
+    return presses(_TIP, grid((0.024, 0.0165), 7, 5), _HALF, _DEEPEST, 3, rng) + drags(_TIP, 8, _HALF, (0.003, 0.009), 0.009, rng)
+
+
+def _test(rng: np.random.Generator) -> list:
+    """Presses at other positions, with the calibrated fingertip and others, and drags."""
+    acts = [act for tool in (_TIP, 'ball_5mm', 'ball_7.5mm')
+            for act in presses(tool, scattered((0.021, 0.0145), 6, rng), _HALF, _DEEPEST, 3, rng)]
+    return acts + drags(_TIP, 4, _HALF, (0.003, 0.009), 0.009, rng)
 
 
 def _session() -> tuple[Act, ...]:
@@ -54,48 +51,26 @@ def _session() -> tuple[Act, ...]:
     return (*first, hasty, *one_after_the_other(acts[2:], untouched=hasty[1][-1].t + 1.6, pause=1.6))
 
 
-def _test() -> tuple[Act, ...]:
-    """Presses at other positions, with the calibrated fingertip and others, and drags."""
-    rng = np.random.default_rng(2)
-    tools = _TIP, 'ball_5mm', 'ball_7.5mm'
-    acts = [act for tool in tools for act in presses(tool, scattered((0.021, 0.0145), 6, rng), _HALF, _DEEPEST, 3, rng)]
-    return one_after_the_other(acts + drags(_TIP, 4, _HALF, (0.003, 0.009), 0.009, rng), pause=0.3)
-
-
-def _two() -> tuple[Act, ...]:
-    """Two fingertips, 2.5 to 5 marker pitches apart."""
-    return one_after_the_other([partial(press, f'fingertips_{mm}mm', x, y, 0.003, 0.006)
-                                for mm, x, y in ((23, 0.0, 0.0), (18, 0.004, -0.006), (14, -0.006, 0.005), (11, 0.003, 0.002))], pause=0.5)
-
-
-def _two_unlike() -> tuple[Act, ...]:
-    """Two fingertips of unlike size, of which one goes deeper and moves away."""
-    return one_after_the_other([partial(one_of_two, 'fingers_4_and_9mm_20mm', 0.001, 0.002, 0.003, 0.6, 0.002, 0.004),
-                                partial(one_of_two, 'fingers_4_and_9mm_26mm', -0.002, -0.001, 0.005, 2.9, -0.002, 0.003)], pause=0.5)
-
-
-#: m: places of table 1 of the paper areal_sensor_contact_position, and the depth at each.
-_TABLE_1 = ((0.0130, -0.0095, 0.010), (-0.0160, 0.0055, 0.007), (-0.0140, -0.0115, 0.013))
-
-
-def _table_1() -> tuple[Act, ...]:
-    """Three places, each pressed three times."""
-    return one_after_the_other([partial(press, _TIP, x, y, depth, move=0.25, hold=0.25) for x, y, depth in _TABLE_1 for _ in range(3)],
-                               untouched=1.75, pause=0.5)
-
-
-AREAL_SINGLE_SCENES: dict[str, Script] = {
-    'areal_single_demo': Script(areal_single, _demo()),
-    'areal_single_rest': Script(areal_single, duration=10.0),
-    'areal_single_press': Script(areal_single, one_after_the_other([partial(press, _TIP, 0.007, -0.005, 0.004, 0.010)])),
-    'areal_single_drag': Script(areal_single, one_after_the_other([partial(drag, _TIP, -0.010, 0.004, 0.006, 0.020, -0.006)])),
-    'areal_single_two': Script(areal_single, _two()),
-    'areal_single_two_unlike': Script(areal_single, _two_unlike()),
-    'areal_single_calibration': Script(areal_single, _calibration()),
-    'areal_single_test': Script(areal_single, _test()),
-    'areal_single_plate': Script(areal_single, by_the_step('plate_57x39mm', [(0.0, 0.0)], [1e-3 * mm for mm in range(1, 14)])),
-    'areal_single_markers': Script(areal_single, by_the_step(_TIP, on_markers((1, 4, 6, 8, 11), (1, 3, 4, 5, 7), 13, 9, (0.0045, 0.0045)),
-                                                             (0.002, 0.005))),
-    'areal_single_table_1': Script(areal_single, _table_1()),
-    'areal_single_session': Script(areal_single, _session()),
-}
+AREAL_SINGLE_SCENES: dict[str, Script] = {f'areal_single_{name}': Script(areal_single, acts) for name, acts in {
+    'demo': one_after_the_other([
+        partial(press, _TIP, 0.004, -0.003, 0.003, 0.008), partial(press, _TIP, -0.017, 0.008, 0.004, 0.009),
+        partial(press, _TIP, 0.016, 0.010, 0.002, 0.006), partial(drag, _TIP, -0.012, -0.006, 0.006, 0.022, 0.008),
+        partial(press, 'fingertips_18mm', 0.0, 0.0, 0.003, 0.006)], untouched=STARTING),
+    'press': one_after_the_other([partial(press, _TIP, 0.007, -0.005, 0.004, 0.010)]),
+    'drag': one_after_the_other([partial(drag, _TIP, -0.010, 0.004, 0.006, 0.020, -0.006)]),
+    # two fingertips, 2.5 to 5 marker pitches apart
+    'two': one_after_the_other([partial(press, f'fingertips_{mm}mm', x, y, 0.003, 0.006) for mm, x, y in (
+        (23, 0.0, 0.0), (18, 0.004, -0.006), (14, -0.006, 0.005), (11, 0.003, 0.002))], pause=0.5),
+    # two of unlike size, of which one goes deeper and moves away
+    'two_unlike': one_after_the_other([partial(one_of_two, 'fingers_4_and_9mm_20mm', 0.001, 0.002, 0.003, 0.6, 0.002, 0.004),
+                                       partial(one_of_two, 'fingers_4_and_9mm_26mm', -0.002, -0.001, 0.005, 2.9, -0.002, 0.003)],
+                                      pause=0.5),
+    'calibration': one_after_the_other(_calibration(np.random.default_rng(1)), pause=0.3),
+    'test': one_after_the_other(_test(np.random.default_rng(2)), pause=0.3),
+    'plate': by_the_step('plate_57x39mm', [(0.0, 0.0)], *(1e-3 * mm for mm in range(1, 14))),
+    'markers': by_the_step(_TIP, on_markers((1, 4, 6, 8, 11), (1, 3, 4, 5, 7), 13, 9, (0.0045, 0.0045)), 0.002, 0.005),
+    # m: places of table 1 of the paper areal_sensor_contact_position, and the depth at each, three times each
+    'table_1': by_the_step(_TIP, [place for place in ((0.0130, -0.0095, 0.010), (-0.0160, 0.0055, 0.007), (-0.0140, -0.0115, 0.013))
+                                  for _ in range(3)]),
+    'session': _session(),
+}.items()} | {'areal_single_rest': Script(areal_single, duration=10.0)}

@@ -1,24 +1,29 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated gel with a camera under it: a clear elastic layer on a window, dark dots near its surface; and its scenes."""
+"""A simulated gel with a camera under it: a clear elastic layer on a window, dark dots near its surface; or, as TacTip's, white pins under
+a soft skin, whose tips the camera sees; and their scenes.
+
+The skin over pins is the surface of the gel. A pin is rigid and stands on it: its tip moves with the place where it stands, and by its
+length as the skin tilts there.
+"""
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import cv2
 import numpy as np
 
 from ..gel.contact import GelContact, GelState, Indenter
-from ..gel.elements import Material
+from ..gel.elements import Material, Response
 from ..optics.camera import mounted
-from ..optics.led_light import SideLight
+from ..optics.led_light import Lamps
 from ..optics.pattern import uneven
 from ..optics.rendering import Imaging, Renderer
 from ..skin.surfaces import Sheet
-from ..truth import FramesInOrder, NON_CONTACT, NO_SLIP, SLIPPING, STICKING, SimulatedFrame, Touch, TruthFrame
+from ..truth import FramesInOrder, NON_CONTACT, SLIPPING, STICKING, SimulatedFrame, Touch, TruthFrame, slip_state_of
 
 #: The gel as made; chosen: silicone, the size and stiffness of a fingertip's.
 MATERIAL = Material(thickness=4.0e-3, depth=0.4e-3, young=0.22e6, poisson=0.48)
@@ -28,17 +33,20 @@ PITCH, ROWS, COLUMNS = 1.5e-3, 9, 12
 _HALF = (0.012, 0.009)  # m, of the gel that the camera sees
 _DOT = 0.24e-3  # m, radius; chosen
 _STEP = 0.10e-3  # m, that an object moves in one step of contact; chosen: half of it changes forces by 1 %
+#: m, distance of neighbouring pins, and their length; rings of pins around the one in the middle: 127 pins. Chosen.
+SPACING, LENGTH, RINGS = 1.35e-3, 1.0e-3, 6
+_TILT = 1e-5  # m, over which the skin's slope is taken
 
 
 @dataclass(frozen=True)
 class GelScript:
     """keys: rows of t, s, x, y, m, and depth, m, under the surface, between which the object moves straight; friction: coefficient;
-    grid: whether the dots form one."""
+    printed: 'grid' or 'random' dots, or 'pins'."""
 
     indenter: Indenter
     keys: Sequence[tuple[float, float, float, float]]
     friction: float = 0.5
-    grid: bool = True
+    printed: str = 'grid'
 
 
 class GelScene(FramesInOrder[TruthFrame]):
@@ -48,18 +56,19 @@ class GelScene(FramesInOrder[TruthFrame]):
         rng = np.random.default_rng([seed, 17])
         self.sensor, self.rate = 'touchpad', rate
         self.camera = mounted((FOCAL, FOCAL), (321.0, 238.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, DISTANCE), (640, 480), width)
-        self.material = MATERIAL
-        self.rows, self.columns = (ROWS, COLUMNS) if script.grid else (0, 0)
+        self._pins = script.printed == 'pins'
+        self.rows, self.columns = (ROWS, COLUMNS) if script.printed == 'grid' else (0, 0)
         self._keys = np.array(script.keys, float)
         self.frames = max(int(round((self._keys[-1, 0] + 0.5) * rate)), 1)
         self.duration = self.frames / rate
-        self.places = dot_places(script.grid, rng)
+        self.places = pins(rng) if self._pins else dot_places(script.printed == 'grid', rng)
         self._radius = uneven(_DOT, 0.05, len(self.places), rng)
-        self._contact = GelContact(self.material, script.indenter, script.friction)
+        self._contact = GelContact(MATERIAL, script.indenter, script.friction)
         self._known: list[TruthFrame] = []
         self._at = self._keys[0, 1:]
         sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 50.0, 1.3, 1e-4, 33)
-        light = SideLight((165.0, 170.0, 160.0), 1.8, float(rng.uniform(0, 2 * np.pi)), _HALF)
+        angle = rng.uniform(0, 2 * np.pi)  # of an LED beside the gel; chosen: the brightest place is twice as bright as the darkest
+        light = Lamps(((0.03 * np.cos(angle), 0.03 * np.sin(angle), -0.03),), (100.0,), 0.042, 55.0, (0.97, 1.0, 0.94), exposure=1.0)
         self._renderer = Renderer(sheet, self.camera, light, Imaging(blur=1.0, read_noise=1.2, shot_noise=0.02, ink=0.8), seed)
         self._shape = sheet.coarse(sheet.rest)
 
@@ -68,7 +77,8 @@ class GelScene(FramesInOrder[TruthFrame]):
         number = math.floor(t * self.rate + 0.5)
         truth = self.observe(number)
         _, slope = self.camera.project_with_slope(truth.dot_xyz)
-        return SimulatedFrame(self._renderer.draw(self._shape, truth.dot_uv, slope[:, :, :2], self._radius, number), truth)
+        image = self._renderer.draw(self._shape, truth.dot_uv, slope[:, :, :2], self._radius, number)
+        return SimulatedFrame(255 - image if self._pins else image, truth)  # pins are white on a dark skin
 
     def _next(self) -> TruthFrame:
         end = np.array([np.interp(len(self._known) / self.rate, self._keys[:, 0], column) for column in self._keys[:, 1:].T])
@@ -82,11 +92,11 @@ class GelScene(FramesInOrder[TruthFrame]):
         return self._truth(state)
 
     def _truth(self, state: GelState | None) -> TruthFrame:
-        places, ids = self.places.copy(), np.arange(len(self.places))
+        ids, response = np.arange(len(self.places)), self._contact.response
         if state is None:
-            return TruthFrame(ids, self.camera.project(places), places, np.full(len(ids), NON_CONTACT, np.uint8))
-        moves = self._contact.response.matrix(self.places[:, :2], state.places, 'dots')
-        places += np.einsum('dipj,pj->di', moves, state.force)
+            return TruthFrame(ids, self.camera.project(self.places), self.places, np.full(len(ids), NON_CONTACT, np.uint8))
+        places = pin_tips(response, self.places, state) if self._pins else \
+            self.places + _moved(response, self.places[:, :2], state, 'dots')
         truth = TruthFrame(ids, self.camera.project(places), places, self._states(state))
         cell = self._contact.cell
         truth.area, truth.normal = len(state.places) * cell**2, np.array([0.0, 0.0, 1.0])
@@ -96,7 +106,7 @@ class GelScene(FramesInOrder[TruthFrame]):
         truth.wrench = np.concatenate([total, torque])
         truth.contacts = [Touch(np.append(state.middle, -state.depth), truth.normal, float(state.depth), float(-total[2]))]
         truth.slipping_fraction = float(state.slides.mean())
-        truth.slip_state = NO_SLIP if truth.slipping_fraction < 0.05 else 1 if truth.slipping_fraction < 0.9 else 2
+        truth.slip_state = slip_state_of(truth.slipping_fraction)
         return truth
 
     def _states(self, state: GelState) -> np.ndarray:
@@ -105,6 +115,29 @@ class GelScene(FramesInOrder[TruthFrame]):
         nearest = off.argmin(axis=1)
         found = np.where(state.slides[nearest], SLIPPING, STICKING)
         return np.where(off.min(axis=1) <= self._contact.cell / 2, found, NON_CONTACT).astype(np.uint8)
+
+
+def _moved(response: Response, points: np.ndarray, state: GelState, where: str) -> np.ndarray:
+    """(N, 3) m, by which points (N, 2), m, 'surface' or 'dots', move under the forces of a state."""
+    return np.einsum('dipj,pj->di', response.matrix(points, state.places, where), state.force)
+
+
+def pins(rng: np.random.Generator) -> np.ndarray:
+    """(127, 3) m, tips of the pins at rest, in rings of hexagons."""
+    a, b = np.mgrid[-RINGS:RINGS + 1, -RINGS:RINGS + 1].reshape(2, -1)
+    a, b = a[np.abs(a + b) <= RINGS], b[np.abs(a + b) <= RINGS]
+    xy = SPACING * np.stack([a + b / 2, b * np.sqrt(0.75)], axis=1)
+    return np.column_stack([xy + rng.normal(0, 0.01 * SPACING, xy.shape), np.full(len(xy), -LENGTH)])
+
+
+def pin_tips(response: Response, rest: np.ndarray, state: GelState) -> np.ndarray:
+    """(N, 3) m, tips of pins with tips at rest (N, 3) under the forces of a state."""
+    xy = rest[:, :2]
+    tips = rest + _moved(response, xy, state, 'surface')
+    for axis, step in enumerate(_TILT * np.eye(2)):
+        rise = _moved(response, xy + step, state, 'surface') - _moved(response, xy - step, state, 'surface')
+        tips[:, axis] += LENGTH * rise[:, 2] / (2 * _TILT)
+    return tips
 
 
 def dot_places(grid: bool, rng: np.random.Generator) -> np.ndarray:
@@ -140,8 +173,17 @@ _BALL = Indenter(0.006)
 _DEMO = GelScript(_BALL, [(1.5, -0.002, 0.001, -2e-4), (2.0, -0.002, 0.001, 6e-4), (2.5, -0.002, 0.001, 9e-4), (3.0, -0.002, 0.001, 9e-4),
                           (4.0, -0.0012, 0.0013, 9e-4), (4.3, -0.0012, 0.0013, 9e-4), (4.8, -0.0012, 0.0013, -2e-4)])
 
+
+def _presses(places: Sequence[tuple[float, float]], *depths: float) -> GelScript:
+    """A ball pressed into pins to each of the depths, m, at each of the places, mm, in turn; a quarter of a second at each depth."""
+    stops = [(1e-3 * x, 1e-3 * y, depth) for x, y in places for depth in (-2e-4, *depths, -2e-4)]
+    return GelScript(Indenter(0.005), [(1 + 0.25 * k, *stop) for k, stop in enumerate(stops)], printed='pins')
+
+
 #: Name -> function of (rate, seed, width in px) that makes the scene.
-GEL_SCENES: dict[str, Callable[[float, int, int], GelScene]] = {
-    'gel_demo': partial(GelScene, _DEMO),
-    'gel_random': partial(GelScene, GelScript(_BALL, _DEMO.keys, grid=False)),
-}
+GEL_SCENES: dict[str, Callable[[float, int, int], GelScene]] = {name: partial(GelScene, script) for name, script in {
+    'gel_demo': _DEMO,
+    'gel_random': replace(_DEMO, printed='random'),
+    'pins_calib': _presses([(x, y) for y in (-3, -1.5, 0, 1.5, 3) for x in (-3, -1.5, 0, 1.5, 3)], 3e-4, 6e-4, 9e-4, 1.2e-3),
+    'pins_demo': _presses([(-1.1, 0.6), (0.4, -1.7), (2.2, 2.0), (0.2, 0.3)], 4e-4, 8e-4, 1.1e-3),
+}.items()}

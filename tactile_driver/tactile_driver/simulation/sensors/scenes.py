@@ -13,13 +13,12 @@ from ..scene.scene import Scene, TwoCameraScene
 from ..scene.specimen import Script, Shutters, Specimen
 from ..skin.tools import Motion, tool_named
 from .gel import GEL_SCENES, GelScene
-from .pins import PIN_SCENES
 from .touchpad import TOUCHPAD_SCENES
 
 #: Scenes of the touchpad have plain names; names of other scenes begin with the sensor.
 SCENES: dict[str, Script] = {**TOUCHPAD_SCENES, **AREAL_SINGLE_SCENES, **AREAL_DUAL_SCENES, **AIR_CUSHION_SCENES}
 #: Of elastic layers.
-LAYER_SCENES = GEL_SCENES | PIN_SCENES
+LAYER_SCENES = GEL_SCENES
 
 
 def _script(name: str, rate: float) -> Script:

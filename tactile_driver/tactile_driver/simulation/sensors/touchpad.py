@@ -12,7 +12,7 @@ from ..optics.camera import SimulatedCamera, mounted
 from ..optics.pattern import DotPattern, uneven
 from ..optics.rendering import Imaging, Renderer
 from ..optics.water_light import Lighting
-from ..scene.specimen import STARTING, UNTOUCHED, Act, Script, Specimen, act, one_after_the_other, session
+from ..scene.specimen import STARTING, UNTOUCHED, Act, Script, Specimen, acting, one_after_the_other, session
 from ..skin.surfaces import Membrane
 from ..skin.tools import Key
 
@@ -45,52 +45,28 @@ def touchpad(seed: int, width: int, lighting: Lighting = Lighting(), imaging: Im
     return Specimen('touchpad', membrane, pattern, (camera,), (Renderer(membrane, camera, lighting, imaging, seed),))
 
 
-def _rectangle_drag(start: float) -> Act:
-    return act('rectangle', start, {'t': 0.8, 'press': 0.0032}, {'t': 1.1}, {'t': 3.1, 'x': 0.0055}, {'t': 3.4}, {'t': 4.0, 'press': 0.0})
-
-
-def _disc_twist(start: float) -> Act:
-    return act('disc', start, {'t': 0.7, 'press': 0.0030}, {'t': 1.0}, {'t': 2.6, 'yaw': 0.75}, {'t': 2.9}, {'t': 3.4, 'press': 0.0})
-
-
-def _ring_press(start: float) -> Act:
-    return act('ring', start, {'t': 0.9, 'press': 0.0030}, {'t': 1.4}, {'t': 2.2, 'y': 0.0018}, {'t': 2.8, 'press': 0.0})
-
-
-def _normal_press(tool: str, start: float) -> Act:
-    """Along the normal, without slip, deeper and deeper (paper touchpad_contact_region, section 4.4)."""
-    return act(tool, start, {'t': 2.0, 'press': 0.0032}, {'t': 2.4})
-
-
-def _sphere_press(start: float) -> Act:
-    return act('sphere', start, {'t': 0.8, 'press': 0.0042}, {'t': 1.3}, {'t': 1.9, 'press': 0.0}, x=0.003, y=-0.002)
-
-
-def _sphere_tilt(start: float) -> Act:
-    """A ball rolls across the pad, then rotates in place."""
-    return act('sphere', start, {'t': 0.7, 'press': 0.0036}, {'t': 2.0, 'x': 0.003, 'pitch': 0.75}, {'t': 2.9, 'roll': 0.35},
-               {'t': 3.4, 'press': 0.0}, x=-0.003)
-
-
-def _impact(start: float) -> Act:
-    """A ball hits the pad and leaves within 0.17 s."""
-    return act('sphere', start, {'t': 0.07, 'press': 0.0045}, {'t': 0.17, 'press': 0.0}, y=0.002)
-
-
-def _disc_tilt(start: float) -> Act:
-    return act('disc', start, {'t': 0.7, 'press': 0.0024}, {'t': 1.5, 'press': 0.0032, 'pitch': 0.16},
-               {'t': 2.3, 'pitch': 0.0, 'roll': 0.16}, {'t': 2.9, 'press': 0.0})
-
-
-def _two_spheres(start: float) -> Act:
-    return act('two_spheres', start, {'t': 0.8, 'press': 0.0034}, {'t': 1.2}, {'t': 1.9, 'y': 0.002}, {'t': 2.5, 'press': 0.0})
-
-
-def _two_objects(start: float) -> Act:
-    """Two balls, pressed together, then dragged apart along y, one of them deeper; each slips or sticks by itself."""
-    return act('two_spheres', start, {'t': 0.8, 'press': 0.0034}, {'t': 1.2},
-               {'t': 2.2, 'y': 0.0008, 'other_y': -0.0035, 'other_press': 0.0005}, {'t': 2.5},
-               {'t': 3.1, 'press': 0.0, 'other_press': 0.0})
+#: Acts of which each is a scene.
+_ACTS = {
+    'rectangle_drag': acting('rectangle', {'t': 0.8, 'press': 0.0032}, {'t': 1.1}, {'t': 3.1, 'x': 0.0055}, {'t': 3.4},
+                             {'t': 4.0, 'press': 0.0}),
+    'disc_twist': acting('disc', {'t': 0.7, 'press': 0.0030}, {'t': 1.0}, {'t': 2.6, 'yaw': 0.75}, {'t': 2.9}, {'t': 3.4, 'press': 0.0}),
+    'disc_tilt': acting('disc', {'t': 0.7, 'press': 0.0024}, {'t': 1.5, 'press': 0.0032, 'pitch': 0.16},
+                        {'t': 2.3, 'pitch': 0.0, 'roll': 0.16}, {'t': 2.9, 'press': 0.0}),
+    'ring_press': acting('ring', {'t': 0.9, 'press': 0.0030}, {'t': 1.4}, {'t': 2.2, 'y': 0.0018}, {'t': 2.8, 'press': 0.0}),
+    'sphere_press': acting('sphere', {'t': 0.8, 'press': 0.0042}, {'t': 1.3}, {'t': 1.9, 'press': 0.0}, x=0.003, y=-0.002),
+    # a ball hits the pad and leaves within 0.17 s
+    'impact': acting('sphere', {'t': 0.07, 'press': 0.0045}, {'t': 0.17, 'press': 0.0}, y=0.002),
+    'two_spheres': acting('two_spheres', {'t': 0.8, 'press': 0.0034}, {'t': 1.2}, {'t': 1.9, 'y': 0.002}, {'t': 2.5, 'press': 0.0}),
+    # two balls, pressed together, then dragged apart along y, one of them deeper; each slips or sticks by itself
+    'two_objects': acting('two_spheres', {'t': 0.8, 'press': 0.0034}, {'t': 1.2},
+                          {'t': 2.2, 'y': 0.0008, 'other_y': -0.0035, 'other_press': 0.0005}, {'t': 2.5},
+                          {'t': 3.1, 'press': 0.0, 'other_press': 0.0}),
+    # along the normal, without slip, deeper and deeper (paper touchpad_contact_region, section 4.4)
+    **{f'normal_{tool}': acting(tool, {'t': 2.0, 'press': 0.0032}, {'t': 2.4}) for tool in ('rectangle', 'disc', 'ring')},
+}
+#: A ball rolls across the pad, then rotates in place.
+_SPHERE_TILT = acting('sphere', {'t': 0.7, 'press': 0.0036}, {'t': 2.0, 'x': 0.003, 'pitch': 0.75}, {'t': 2.9, 'roll': 0.35},
+                      {'t': 3.4, 'press': 0.0}, x=-0.003)
 
 
 def _sphere_grid() -> tuple[Act, ...]:
@@ -114,21 +90,17 @@ _REFLECTIONS = ((214.0, 186.0, 3.0, 160.0), (402.0, 205.0, 4.0, 210.0), (310.0, 
 _glaring = partial(touchpad, lighting=replace(Lighting(), gloss=900.0, gloss_width=0.01, sheen=0.15, sheen_width=0.05),
                    imaging=replace(Imaging(), reflections=_REFLECTIONS, drift=0.03))
 
+_noisy = partial(touchpad, imaging=replace(Imaging(), read_noise=4.0, shot_noise=0.10))
+_DRAG = one_after_the_other([_ACTS['rectangle_drag']])
+
 TOUCHPAD_SCENES: dict[str, Script] = {
-    'demo': Script(touchpad, one_after_the_other([_rectangle_drag, _disc_twist, _ring_press, _sphere_tilt, _impact], untouched=STARTING)),
+    **{name: Script(touchpad, one_after_the_other([play])) for name, play in _ACTS.items()},
+    'demo': Script(touchpad, one_after_the_other([_ACTS['rectangle_drag'], _ACTS['disc_twist'], _ACTS['ring_press'], _SPHERE_TILT,
+                                                  _ACTS['impact']], untouched=STARTING)),
     'rest': Script(touchpad, duration=10.0),
-    'rectangle_drag': Script(touchpad, one_after_the_other([_rectangle_drag])),
-    'disc_twist': Script(touchpad, one_after_the_other([_disc_twist])),
-    'disc_tilt': Script(touchpad, one_after_the_other([_disc_tilt])),
-    'ring_press': Script(touchpad, one_after_the_other([_ring_press])),
-    **{f'normal_{tool}': Script(touchpad, one_after_the_other([partial(_normal_press, tool)])) for tool in ('rectangle', 'disc', 'ring')},
-    'sphere_press': Script(touchpad, one_after_the_other([_sphere_press])),
-    'impact': Script(touchpad, one_after_the_other([_impact])),
-    'two_spheres': Script(touchpad, one_after_the_other([_two_spheres])),
-    'two_objects': Script(touchpad, one_after_the_other([_two_objects])),
-    'glare': Script(_glaring, one_after_the_other([_rectangle_drag])),
+    'glare': Script(_glaring, _DRAG),
     'glare_rest': Script(_glaring, duration=10.0),
-    'noise': Script(partial(touchpad, imaging=replace(Imaging(), read_noise=4.0, shot_noise=0.10)), one_after_the_other([_rectangle_drag])),
+    'noise': Script(_noisy, _DRAG),
     'session': Script(touchpad, one_after_the_other(session('sphere', _PLACES, 0.0015, 0.0030, 0.0045))),
     'sphere_calibration': Script(touchpad, _sphere_grid()),
 }

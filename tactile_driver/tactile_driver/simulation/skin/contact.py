@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import lapack
 
 from .surfaces import Skin
 from .tools import Pose, Tool
@@ -126,9 +125,7 @@ class FrictionalContact:
         self._held = held[self._near]
         block = self.skin.compliance_among(self._near)
         self._local = block
-        factor, _ = lapack.dpotrf(block + np.eye(len(block)) / self._coupling, lower=1)
-        lower, _ = lapack.dpotri(factor, lower=1)
-        self._answer = np.tril(lower) + np.tril(lower, -1).T
+        self._answer = np.linalg.inv(block + np.eye(len(block)) / self._coupling)
 
     def _solve_linearised(self, tool: Tool, pose: Pose, places: np.ndarray, anchor: np.ndarray) -> tuple[np.ndarray, float]:
         """Linearise skin, fluid and tool surface at places (m, 3), m, and solve the contact. Returns places (m, 3), m, and pressure, Pa.

@@ -7,7 +7,7 @@ from typing import Callable
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import lapack
+from scipy.optimize import brentq
 from scipy.sparse.linalg import splu
 
 #: Approximate number of cells along each side of the grid used for rendering; chosen.
@@ -108,8 +108,8 @@ class Membrane(Skin):
 
     radius: of curvature at rest, m; height: of the cap above the rim plane, m (defaults: touchpad_contact_region, section 2); tension: N/m,
     default chosen; nodes: n along each side; shrink: m^3/Pa, decrease of the fluid's volume with its pressure, 0 for water.
-    Attributes: node_area: (n*n,) m^2, at rest; volume: m^3, at rest; compliance: (m, m) m/N, inverse of the spring matrix of the inner
-    nodes; springs: sparse (m, n*n) N/m, from the positions of all nodes to the spring forces on the inner nodes.
+    Attributes: volume: m^3, at rest; springs: sparse (m, n*n) N/m, from the positions of all nodes to the
+    spring forces on the inner nodes; give: from forces (m, 3), N, on these to their displacements (m, 3), m.
     """
 
     def __init__(self, radius: float = 0.020, height: float = 0.013, tension: float = 32.0, nodes: int = 49, shrink: float = 0.0):
@@ -153,13 +153,9 @@ class Membrane(Skin):
         The dome is part of a sphere; a tool touches it where its distance from the centre equals the radius. distance: signed distance,
         m, of points (k, 3), m, in the tool frame, exact outside the tool.
         """
-        low, high = self.centre[2] - self.radius, self.centre[2] + 3 * self.radius
-        for _ in range(4):
-            heights = np.linspace(low, high, 40)
-            from_tool = self.centre - np.stack([np.full(40, x), np.full(40, y), heights], axis=1)
-            inside = int(np.flatnonzero(distance(from_tool @ turn) < self.radius)[-1])
-            low, high = heights[inside], heights[min(inside + 1, 39)]
-        return 0.5 * (low + high)
+        def gap(height: float) -> float:
+            return float(distance((self.centre - [x, y, height])[None] @ turn)[0]) - self.radius
+        return brentq(gap, self.centre[2], self.centre[2] + 3 * self.radius, xtol=1e-12)
 
     def _set_up_springs(self):
         """Cotangent spring constants of linear triangles on the rest shape, averaged over both diagonals of each cell."""
@@ -168,11 +164,9 @@ class Membrane(Skin):
         triangles = np.concatenate([np.stack(t, axis=1) for t in ((a, b, c), (a, c, d), (a, b, d), (b, c, d))])
         corners = self.rest.reshape(-1, 3)[triangles]
         total = sparse.csr_matrix((self.nodes**2, self.nodes**2))
-        self.node_area = np.zeros(self.nodes**2)
         area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
-            np.add.at(self.node_area, triangles[:, k], area / 6)
             # The cotangent at corner k is the spring of the opposite edge; factors 0.5 for the two diagonals and 0.5 from the energy.
             dot = np.einsum('ij,ij->i', corners[:, i] - corners[:, k], corners[:, j] - corners[:, k])
             weight = 0.25 * self.tension * dot / (2 * area)
@@ -180,13 +174,10 @@ class Membrane(Skin):
             columns = np.concatenate([triangles[:, j], triangles[:, i], triangles[:, i], triangles[:, j]])
             total += sparse.coo_matrix((np.concatenate([-weight, -weight, weight, weight]), (rows, columns)), total.shape).tocsr()
         self.springs = total[self.inner]
-        free = self.springs[:, self.inner]
-        self._solve = splu(free.tocsc()).solve
-        # Single precision suffices, because _solve computes the final positions; it halves the memory.
-        factor, _ = lapack.spotrf(np.asfortranarray(free.toarray().astype(np.float32)), lower=1, overwrite_a=1)
-        lower, _ = lapack.spotri(factor, lower=1, overwrite_c=1)
-        lower += np.tril(lower, -1).T
-        self.compliance = lower
+        free = self.springs[:, self.inner].tocsc()
+        self.give = splu(free).solve
+        # Single precision suffices, because give computes the final positions; it halves the memory.
+        self._compliance = np.linalg.inv(free.toarray().astype(np.float32))
 
     def _balance(self):
         """Compensate the discretisation error on the sphere, so that the rest shape is an exact equilibrium."""
@@ -195,7 +186,7 @@ class Membrane(Skin):
         pull = self.springs @ self.rest.reshape(-1, 3)
         bias = pull - self.pressure * self.area_vectors(self.rest)[self.inner]
         rim = self.rest.reshape(-1, 3) * ~self.inner[:, None]
-        self.slack = self._solve(bias - self.springs @ rim)
+        self.slack = self.give(bias - self.springs @ rim)
 
     def fluid(self, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
         """First-order model of the enclosed fluid around the shape (n, n, 3), m; its volume decreases in proportion to its pressure.
@@ -209,13 +200,9 @@ class Membrane(Skin):
         room = self.volume - self.volume_of(shape) + float((push * (shape.reshape(-1, 3)[self.inner] - self.slack)).sum())
         return push, lift, rise, (room + self.shrink * self.pressure) / rise
 
-    def give(self, forces: np.ndarray) -> np.ndarray:
-        """Displacements (m, 3), m, of the inner nodes under additional forces (m, 3), N."""
-        return self._solve(forces)
-
     def compliance_among(self, near: np.ndarray) -> np.ndarray:
         """Compliance matrix (k, k), m/N, of the inner nodes with the indices near (k,)."""
-        return self.compliance[np.ix_(near, near)].astype(float)
+        return self._compliance[np.ix_(near, near)].astype(float)
 
 
 # An incompressible neo-Hookean rubber of stiffness T, stretched isotropically by the factor s, has the energy T/2 (|F|^2 + s^-6 / J^2)

@@ -3,11 +3,12 @@
 """Tools that touch a skin, as signed distance functions of points (..., 3), m, in the tool frame; their motions. Sizes are chosen."""
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Callable
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ...errors import BadArgument
 from .surfaces import Skin
@@ -77,34 +78,29 @@ class Tool:
         return values[0], slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-300)
 
 
-def _balls(name: str, radius: float, *places: tuple) -> Tool:
-    """One ball of radius, m, or several with centres at places (3,), m."""
-    places = places or ((0.0, 0.0, 0.0),)
-    return Tool(name, (partial(sphere, radius=radius),) * len(places), places, radius)
+def _balls(name: str, *balls: tuple[float, tuple], central: bool = False) -> Tool:
+    """One ball or several. balls: radius, m, and place (3,), m, of its centre; central: see Tool."""
+    radii, places = zip(*balls)
+    return Tool(name, tuple(partial(sphere, radius=radius) for radius in radii), places, min(radii), central)
 
 
-def _pair(name: str, radius: float, apart: float) -> Tool:
-    """Two balls of radius, m, with centres apart, m, along x."""
-    return replace(_balls(name, radius, (-apart / 2, 0.0, 0.0), (apart / 2, 0.0, 0.0)), central=True)
-
-
-def _fingers(name: str, radii: tuple[float, float], apart: float) -> Tool:
-    """Two balls of radii, m, whose lowest points are at one height and apart, m, along x."""
-    parts = tuple(partial(sphere, radius=radius) for radius in radii)
-    return Tool(name, parts, tuple((x, 0.0, radius) for x, radius in zip((-apart / 2, apart / 2), radii)), min(radii), central=True)
+def _pair(name: str, radii: tuple[float, float], apart_mm: float, level: bool = True) -> Tool:
+    """Two balls of radii, m, apart along x, with their centres at one height, or (level: false) their lowest points."""
+    places = ((side * 0.5e-3 * apart_mm, 0.0, 0.0 if level else radius) for side, radius in zip((-1, 1), radii))
+    return _balls(f'{name}_{apart_mm}mm', *zip(radii, places), central=True)
 
 
 TOOLS = {tool.name: tool for tool in (
     Tool('rectangle', (block,)),
     Tool('disc', (disc,)),
     Tool('ring', (ring,)),
-    _balls('sphere', 0.0080),
-    _balls('two_spheres', 0.0045, (-0.0065, 0.0, 0.0), (0.0065, 0.0, 0.0004)),
-    *(_balls(f'ball_{mm}mm', mm * 1e-3) for mm in (5, 6, 7.5, 8, 10, 15, 22, 30, 42, 60)),
-    *(_pair(f'fingertips_{mm}mm', 0.0050, mm * 1e-3) for mm in (11, 14, 18, 23, 28, 37, 46)),
-    *(_fingers(f'fingers_4_and_9mm_{mm}mm', (0.004, 0.009), mm * 1e-3) for mm in (20, 26)),
-    *(_fingers(f'fingers_6_and_12mm_{mm}mm', (0.006, 0.012), mm * 1e-3) for mm in (30, 42)),
-    *(_pair(f'fists_{mm}mm', 0.0150, mm * 1e-3) for mm in (42, 56, 70)),
+    _balls('sphere', (0.0080, (0.0, 0.0, 0.0))),
+    _balls('two_spheres', (0.0045, (-0.0065, 0.0, 0.0)), (0.0045, (0.0065, 0.0, 0.0004))),
+    *(_balls(f'ball_{mm}mm', (mm * 1e-3, (0.0, 0.0, 0.0))) for mm in (5, 6, 7.5, 8, 10, 15, 22, 30, 42, 60)),
+    *(_pair('fingertips', (0.0050, 0.0050), mm) for mm in (11, 14, 18, 23, 28, 37, 46)),
+    *(_pair('fists', (0.0150, 0.0150), mm) for mm in (42, 56, 70)),
+    *(_pair('fingers_4_and_9mm', (0.004, 0.009), mm, False) for mm in (20, 26)),
+    *(_pair('fingers_6_and_12mm', (0.006, 0.012), mm, False) for mm in (30, 42)),
     *(Tool(f'plate_{2e3 * x:.0f}x{2e3 * y:.0f}mm', (partial(block, half_x=x, half_y=y, rounding=0.0),), plate=(x, y))
       for x, y in ((0.0285, 0.0195), (0.0635, 0.0435))),
 )}
@@ -137,11 +133,7 @@ class Key:
 
 def attitude(yaw: float, roll: float, pitch: float) -> np.ndarray:
     """Rotation matrix (3, 3) from the tool frame to the sensor frame: roll about x, then pitch about y, then yaw about z, rad."""
-    (cy, sy), (cr, sr), (cp, sp) = ((np.cos(a), np.sin(a)) for a in (yaw, roll, pitch))
-    turn_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1.0]])
-    turn_y = np.array([[cp, 0, sp], [0, 1.0, 0], [-sp, 0, cp]])
-    turn_x = np.array([[1.0, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    return turn_z @ turn_y @ turn_x
+    return Rotation.from_euler('xyz', [roll, pitch, yaw]).as_matrix()
 
 
 @dataclass(frozen=True)
@@ -186,11 +178,7 @@ class Motion:
         part = np.clip((t - self.times[k]) / (self.times[k + 1] - self.times[k]), 0, 1)
         # Trapezoidal velocity profile of a stage: 15 % of the time each to accelerate and to decelerate; chosen.
         ramp = 0.15
-        if part < ramp:
-            share = part**2 / (2 * ramp)
-        elif part > 1 - ramp:
-            share = 1 - ramp - (1 - part)**2 / (2 * ramp)
-        else:
-            share = part - ramp / 2
-        row = self._rows[k] + (share / (1 - ramp)) * (self._rows[k + 1] - self._rows[k])
+        near = min(part, 1 - part)
+        share = (min(near, ramp)**2 / (2 * ramp) + max(near - ramp, 0)) / (1 - ramp)
+        row = self._rows[k] + (share if part < 0.5 else 1 - share) * (self._rows[k + 1] - self._rows[k])
         return Pose(row[:3], attitude(*row[3:6]), row[6:])

@@ -4,17 +4,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from ...errors import BadArgument
-from ..truth import GROSS, INCIPIENT, NO_SLIP, Touch, TruthFrame
+from ..truth import NO_SLIP, Touch, TruthFrame, slip_state_of
 from .pad import FACES, FINE, Ink, InkSpecimen, PadSpecimen, PadState, RubberPad, face_named
 
 STEP_S = 0.01  # step of the object's motion, small against the pitch of the places; chosen
-_INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9  # slipping fractions: the definition in truth.TruthFrame
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class TaxelScript:
     smoothness: float = 1.0
 
 
-def _held(face: str, **more) -> TaxelScript:
-    keys = ((0.0, -1e-4), (0.5, -1e-4), (1.0, 3e-4), (3.0, 3e-4), (3.4, -1e-4), (4.0, -1e-4))
-    return TaxelScript(face, tuple(Key(time, 0.0, 0.0, 0.3, d) for time, d in keys), **more)
+def _pressed(face: str, depths: Iterable[tuple[float, float]], x: float = 0.0, turn: float = 0.3, **more) -> TaxelScript:
+    """An object that stays at x, m, is pressed to depths, (s, m)."""
+    return TaxelScript(face, tuple(Key(time, x, 0.0, turn, depth) for time, depth in depths), **more)
 
 
 def _dragged(face: str, dx: float, dy: float, turn: float) -> TaxelScript:
@@ -52,18 +52,11 @@ def _dragged(face: str, dx: float, dy: float, turn: float) -> TaxelScript:
     keys = [Key(0.0, *start, -1e-4), Key(0.5, *start, -1e-4), Key(1.0, *start, down), Key(1.5, *start, down)]
     for time, part in ((2.1, 0.08), (2.7, 0.3), (3.3, 1.0)):
         keys.append(Key(time, start[0] + part * dx, start[1] + part * dy, start[2] + part * turn, down))
-    end = keys[-1]
-    return TaxelScript(face, (*keys, Key(3.8, end.x, end.y, end.turn, down), Key(4.2, end.x, end.y, end.turn, -1e-4),
-                              Key(4.6, end.x, end.y, end.turn, -1e-4)))
+    keys += [replace(keys[-1], time=time, depth=depth) for time, depth in ((3.8, down), (4.2, -1e-4), (4.6, -1e-4))]
+    return TaxelScript(face, tuple(keys))
 
 
-def _gripped(face: str) -> TaxelScript:
-    """The object does not move; only the grip force changes."""
-    depths = ((0, -1e-4), (0.5, -1e-4), (1.0, 2e-4), (1.5, 2e-4), (2.0, 4e-4), (2.5, 4e-4), (3.2, 1.5e-4), (3.8, 3e-4), (4.2, -1e-4))
-    return TaxelScript(face, tuple(Key(float(time), 0.0, 0.0, 0.3, depth) for time, depth in depths))
-
-
-def _moved(face: str, path: tuple, down: float = 3e-4, **more) -> TaxelScript:
+def _moved(face: str, path: Iterable[tuple[float, float]], down: float = 3e-4, **more) -> TaxelScript:
     """Pressed, held, moved along x by path, (s, m) from 1.5 s on, and released."""
     keys = [Key(time, 0.0, 0.0, 0.3, depth) for time, depth in ((0.0, -1e-4), (0.5, -1e-4), (1.0, down), (1.5, down))]
     keys += [Key(1.5 + time, x, 0.3 * x, 0.3, down) for time, x in path]
@@ -79,28 +72,29 @@ def _tilted(face: str, tilts: tuple, down: float) -> TaxelScript:
     return TaxelScript(face, (*keys, *(Key(end + t, 0.0, 0.0, 0.0, -1e-3) for t in (0.2, 0.7))))
 
 
-_BACK_AND_FORTH = tuple((0.3 * k, 1e-4 * (0, 1, 0, -1)[k % 4]) for k in range(9))
-_JERKS = tuple((0.25 * k, 2.5e-4 * (k // 4 * 4 + (0, 3, 3, 2)[k % 4])) for k in range(13))
-
 def _plate(rest: float, after: float) -> TaxelScript:
     """A plate over all taxels, in steps up and down, after rest, s, and before after, s, without contact."""
     rising = [(rest + 0.3 + 0.6 * k, 1e-4 * (k // 2 + 1)) for k in range(8)]
     falling = [(rest + 5.1 + 0.6 * k, 1e-4 * (3 - k // 2)) for k in range(6)]
     steps = [(0.0, -1e-4), (rest, -1e-4), *rising, *falling, (rest + 8.7, -1e-4), (rest + 8.7 + after, -1e-4)]
-    return TaxelScript('edge', tuple(Key(t, -0.05, 0.0, 0.0, d) for t, d in steps))
+    return _pressed('edge', steps, -0.05, 0.0)
 
+
+_HELD = ((0.0, -1e-4), (0.5, -1e-4), (1.0, 3e-4), (3.0, 3e-4), (3.4, -1e-4), (4.0, -1e-4))
+#: The object does not move; only the grip force changes.
+_GRIP = ((0.0, -1e-4), (0.5, -1e-4), (1.0, 2e-4), (1.5, 2e-4), (2.0, 4e-4), (2.5, 4e-4), (3.2, 1.5e-4), (3.8, 3e-4), (4.2, -1e-4))
 
 TAXEL_SCENES: dict[str, TaxelScript] = {
     'demo': _dragged('bar', 4e-3, 1e-3, 0.0),
-    **{face: _held(face) for face in FACES},
-    'rest': TaxelScript('bar', (Key(0.0, 0, 0, 0, -1e-4), Key(3.0, 0, 0, 0, -1e-4))),
+    **{face: _pressed(face, _HELD) for face in FACES},
+    'rest': _pressed('bar', ((0.0, -1e-4), (3.0, -1e-4)), turn=0.0),
     'drag': _dragged('disc', -3e-3, 3e-3, 0.0),
     'turn': _dragged('bar', 0.0, 0.0, 0.8),
-    'grip': _gripped('bar'),
-    'dead_rows': _held('disc', dead_rows=(17, 25)),
+    'grip': _pressed('bar', _GRIP),
+    'dead_rows': _pressed('disc', _HELD, dead_rows=(17, 25)),
     'smooth': _moved('bar', ((0.0, 0.0), (1.0, 3e-3)), smoothness=0.25),
-    'cycle': _moved('bar', _BACK_AND_FORTH),
-    'jerks': _moved('disc', _JERKS),
+    'cycle': _moved('bar', ((0.3 * k, 1e-4 * (0, 1, 0, -1)[k % 4]) for k in range(9))),
+    'jerks': _moved('disc', ((0.25 * k, 2.5e-4 * (k // 4 * 4 + (0, 3, 3, 2)[k % 4])) for k in range(13))),
     'roll': _tilted('roller', ((0.3, 0, 0), (1.3, 0.12, 0), (2.3, -0.12, 0), (2.8, 0, 0)), 5e-4),
     'slide': _moved('sphere', ((0.0, 0.0), (0.8, 2.5e-3)), down=7e-4),
     'rock': _tilted('edge', ((0.3, 0, 0), (1.3, 0.01, 0.004), (2.3, 0.02, -0.01), (3.3, 0.0, 0.0)), 3e-4),
@@ -156,15 +150,14 @@ class TaxelScene:
         return self._ink.read(self.pad.felt(state)), self._truth(state, slipped, place, time)
 
     def _truth(self, state: PadState, slipped: np.ndarray, place: np.ndarray, time: float) -> TruthFrame:
-        frame = TruthFrame(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, np.uint8), wrench=self.pad.force(state))
+        frame = TruthFrame(wrench=self.pad.force(state))
         if not state.touched.any():
             return frame
         frame.area, frame.normal = float(state.covered.sum()) * self.pad.cell, np.array([0.0, 0.0, 1.0])
         frame.centroid = np.array([*np.average(self.pad.places, axis=0, weights=state.covered), 0.0])
         frame.outlines, frame.holes = self._loops(state.touched)
         frame.slipping_fraction = float(slipped[state.touched].mean())
-        frame.slip_state = GROSS if frame.slipping_fraction >= _GROSS_FROM else \
-            INCIPIENT if frame.slipping_fraction >= _INCIPIENT_FROM else NO_SLIP
+        frame.slip_state = slip_state_of(frame.slipping_fraction)
         frame.contacts = self._touches(state, place)
         self._tell_motion(frame, place, time)
         return frame
@@ -193,14 +186,12 @@ class TaxelScene:
     def _loops(self, touched: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Outlines and holes, lists of (n, 3), m, through the places at the border."""
         image = touched.reshape(self.specimen.rows * FINE, -1).astype(np.uint8)
-        found, order = cv2.findContours(image, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
-        outlines, holes = [], []
-        step, middle = self.specimen.pitch / FINE, 0.5 * np.array([image.shape[1] - 1, image.shape[0] - 1])
-        for loop, (_, _, _, parent) in zip(found, order[0] if order is not None else ()):
-            flat = (loop[:, 0] - middle) * step
-            if len(flat) >= 3:
-                (outlines if parent < 0 else holes).append(np.column_stack([flat, np.zeros(len(flat))]))
-        return outlines, holes
+        lines, family = cv2.findContours(image, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+        found, middle = ([], []), 0.5 * np.array([image.shape[1] - 1, image.shape[0] - 1])
+        for line, kin in zip(lines, family[0]):
+            if len(line) >= 3:
+                found[int(kin[3] >= 0)].append(np.pad((line[:, 0] - middle) * (self.specimen.pitch / FINE), ((0, 0), (0, 1))))
+        return found
 
 
 def open_taxel_scene(name: str = 'demo', rate: float = 100.0, seed: int = 0) -> TaxelScene:
