@@ -168,9 +168,9 @@ def judge(cases: Iterable[Case], calibration: Path | None = None, changes: Mappi
                 if counts(estimated, true):
                     judged.instants += 1
                     judged.evaluation.add(stamp, estimated, true)
-        stages = bag.times.stages
+        stages = bag.stages
         judged.ms += (1e3 * (np.array(stages['all']) - stages['decoding'])).tolist()
-        judged.refused += sum(bag.times.refused.values())
+        judged.refused += bag.left_out.total
     return judged
 
 
@@ -200,8 +200,8 @@ def main() -> None:
         changes = yaml.safe_load('\n'.join(one.replace('=', ': ', 1) for one in given.set)) or {}
         judged = judge([cases[name] for name in given.names], file, changes)
     ms = {'median': float(np.median(judged.ms)), 'within_95': float(np.percentile(judged.ms, 95)), 'worst': max(judged.ms)}
-    refused = {'frames': judged.refused} if judged.refused else {}
-    times = {'latency_ms': {}, 'stages_ms': {'all': ms}, 'memory_mb': np.nan, 'refused': refused}
+    left_out = [f'{judged.refused} frames'] if judged.refused else []
+    times = {'latency_ms': {}, 'stages_ms': {'all': ms}, 'memory_mb': np.nan, 'left_out': left_out}
     instants = {'judged': judged.instants, 'without an estimate': 0, 'without truth': 0}
     print(text({'instants': instants, **judged.evaluation.summary(), 'times': times}))
     if judged.evaluation.dots.any():

@@ -9,7 +9,7 @@ from pathlib import Path
 from tactile_driver.recordings.reader import COMPRESSED_IMAGE, BagReader
 from tactile_driver.recordings.serialization import decode
 
-from ..common.progress import Progress
+from ..common.progress import progress
 from ..errors import BadCalibration, BadRecording
 
 TRUTH, TRUE_WRENCH = 'ground_truth/contacts', 'ground_truth/wrench'
@@ -31,7 +31,7 @@ def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info:
             raise BadCalibration(f'{bag}: no {prefix}{TRUTH}: calibration needs to know where the tool was')
         extra = {TRUE_WRENCH} & {topic.removeprefix(prefix) for topic in reader.topics}
         needed, waiting = {*wanted, *extra}, {}
-        for raw in Progress(reader.messages({prefix + name for name in (*needed, 'camera_info')}), f'messages of {bag.name}'):
+        for raw in progress(reader.messages({prefix + name for name in (*needed, 'camera_info')}), f'messages of {bag.name}'):
             message = decode(raw.data, raw.type_name)
             topic = raw.topic.removeprefix(prefix)
             if topic == 'camera_info':

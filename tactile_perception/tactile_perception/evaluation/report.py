@@ -64,7 +64,7 @@ def _times(times: dict) -> str:
     lines = [f'latency of {topic}: {_ms(found)}' for topic, found in times['latency_ms'].items()]
     lines += [f'time per frame, {stage}: {_ms(found)}, one thread' for stage, found in times['stages_ms'].items()]
     lines += [f'memory: {times["memory_mb"]:.0f} MB at most'] if math.isfinite(times['memory_mb']) else []
-    lines += [f'refused {count} times: {reason}' for reason, count in times['refused'].items()]
+    lines += [f'left out: {line}' for line in times['left_out']]
     return '\n'.join(lines)
 
 

@@ -30,7 +30,7 @@ def evaluate(bag: JudgedBag) -> tuple[Evaluation, dict]:
     if not judged:
         raise BadArgument('no instant has both an estimate and ground truth; check the stamps of ground_truth/*')
     unmatched = {name: bag.unmatched[name] for name in ('without an estimate', 'without truth')}
-    return evaluation, {'instants': {'judged': judged, **unmatched}, **evaluation.summary(), 'times': bag.times.summary()}
+    return evaluation, {'instants': {'judged': judged, **unmatched}, **evaluation.summary(), 'times': bag.times()}
 
 
 def write(evaluation: Evaluation, report: dict, name: str, folder: Path) -> list[Path]:

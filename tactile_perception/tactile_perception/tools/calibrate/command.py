@@ -13,7 +13,7 @@ from pathlib import Path
 from tactile_driver.command import tells_errors
 from tactile_driver.recordings.reader import descriptions
 
-from ...bags.chain import SENSOR_TYPE
+from ...bags.replay import SENSOR_TYPE
 from ...finger.model import SENSOR as PSD_FINGER
 from ...taxel.response import SENSOR as TAXEL_ARRAY
 from ...errors import BadArgument

@@ -23,7 +23,7 @@ from tactile_driver.recordings.writer import write_messages
 
 from ...taxel.response import SENSOR as TAXEL_ARRAY
 from .camera import KNOWN, Recording
-from ...common.progress import Progress
+from ...common.progress import progress
 from ...nodes.messages.conversions import camera_info_message, description_messages
 from ...parameters.touchpad import DOT_PARAMETERS
 from ...finger.tools import PsdRecording
@@ -51,7 +51,7 @@ def convert(recording: Recording | PsdRecording | TaxelRecording, target: Path, 
     first = next(messages)
     sensor_type, transforms = str(parameters(recording)['sensor_type']), sensor_frames(recording, namespace)
     described = description_messages(first[0], sensor_type, namespace, {'source': 'file', 'path': str(recording.path)}, transforms)
-    write_messages(target, namespace, Progress(chain(described, [first], messages), 'messages'))
+    write_messages(target, namespace, progress(chain(described, [first], messages), 'messages'))
     return len(recording)
 
 
