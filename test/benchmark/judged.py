@@ -138,8 +138,8 @@ class Judged:
 
     def mean(self, quantity: str, factor: float = 1.0) -> float:
         """Mean of the absolute errors of a quantity times factor; NaN without one."""
-        errors = self.evaluation.all_errors().get(quantity)
-        return factor * float(np.abs(errors.table()[:, 3]).mean()) if errors and errors.rows else np.nan
+        errors = np.abs(self.evaluation.errors().get(quantity, np.zeros((0, 4)))[:, 3])
+        return factor * float(np.nanmean(errors)) if np.isfinite(errors).any() else np.nan
 
     def dots_f1(self) -> dict[str, float]:
         """F1 of 'contact', 'sticking' and 'slipping' dots among those seen; of the last two among those that touch and are found to."""
