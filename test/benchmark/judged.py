@@ -31,7 +31,7 @@ from tactile_perception.evaluation.evaluation import Evaluation, Instant
 from tactile_perception.evaluation.report import text
 from tactile_perception.evaluation.scores import f1
 from tactile_perception.tools.calibrate.command import calibrator
-from tactile_perception.tools.convert.command import convert, open_recording, parameters
+from tactile_perception.tools.convert.command import convert, open_recording
 
 RATES = {'psd_finger': 1000.0, 'taxel_array': 100.0}  # Hz, of scenes; else 30
 _WRITERS = {'psd_finger': write_psd_scene, 'taxel_array': write_taxel_scene}
@@ -63,7 +63,7 @@ def recorded(folder: Path, name: str, sensor: str) -> Case:
     case = Case(folder / name, folder / f'{name}.yaml', unclear)
     if not case.bag.exists():
         convert(recording, case.bag, sensor)
-    case.params.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters(recording)}}))
+    case.params.write_text(yaml.safe_dump({'/**': {'ros__parameters': recording.parameters()}}))
     return case
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
-from tactile_driver.nodes.messages.conversions import header_of, instants, voltages_message
+from tactile_driver.nodes.messages.conversions import header_of, instants, static_transform, voltages_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
@@ -179,6 +179,6 @@ class PsdRecording:
         """Name -> value of the parameters that meta.json contains."""
         return {'sensor_type': self.meta['sensor'], 'radius': float(self.meta['R_s_m'])}
 
-    def frames(self) -> dict[str, float]:
-        """z in the sensor frame, m, of the sensor's own frames, by name."""
-        return {'tip': float(self.meta['R_s_m'])}
+    def transforms(self, frame_id: str) -> list:
+        """TransformStamped of the tip in the sensor frame."""
+        return [static_transform(frame_id, f'{frame_id}_tip', (0.0, 0.0, float(self.meta['R_s_m'])))]
