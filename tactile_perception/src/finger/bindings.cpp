@@ -130,7 +130,7 @@ void bind_results(py::module_& module) {
         .def_readonly("normal", &Touch::normal, "(3,) unit vector, outwards")
         .def_readonly("force", &Touch::force, "N, NaN where not calibrated")
         .def_readonly("depth", &Touch::depth, "m, NaN where not calibrated")
-        .def_readonly("covariance", &Touch::covariance, "(3, 3) of the position, m^2")
+        .def_readonly("position_covariance", &Touch::covariance, "(3, 3) of the position, m^2")
         .def_readonly("flags", &Touch::flags, "sum of OUT_OF_RANGE, AMBIGUOUS, SATURATED");
     py::class_<Estimate>(module, "Estimate", "The result of some samples.")
         .def_readonly("at", &Estimate::at, "mean of their numbers in the batch")

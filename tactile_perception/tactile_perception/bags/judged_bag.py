@@ -18,7 +18,7 @@ from ..common.estimates import ContactEstimate
 from ..common.progress import progress
 from ..errors import BadFrame, BadRecording
 from ..evaluation.evaluation import Instant
-from ..nodes.messages.estimates import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
+from ..nodes.messages.conversions import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
 from .replay import Replay
 from .stamped import choose_prefix
 

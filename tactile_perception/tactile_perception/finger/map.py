@@ -19,13 +19,6 @@ def direction(phi: np.ndarray, theta: np.ndarray) -> np.ndarray:
     return np.stack([np.cos(phi) * np.sin(theta), np.sin(phi) * np.sin(theta), np.cos(theta) + 0 * phi], axis=-1)
 
 
-def angles(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Azimuth in (-pi, pi], 0 at the pole, and polar angle, rad, of unit vectors (..., 3); NaN for non-finite vectors."""
-    normal = np.where(np.isfinite(normal), normal, np.nan)
-    across = np.hypot(normal[..., 0], normal[..., 1])
-    return np.arctan2(normal[..., 1], normal[..., 0]) * (across > 0), np.arctan2(across, normal[..., 2])
-
-
 def error_angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Angles, rad, between unit vectors (..., 3) (eqs 12, 13). The arc sine of half the chord keeps small angles exact."""
     return 2 * np.arcsin(np.clip(0.5 * np.linalg.norm(a - b, axis=-1), 0.0, 1.0))

@@ -38,13 +38,6 @@ def features(place: np.ndarray, light: np.ndarray) -> np.ndarray:
     return np.column_stack([np.ones(len(place)), log, log * log, square, square * square, x, y, square * log])
 
 
-def place_part(fitted: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """The part (N,) of features @ fitted that depends on the position alone."""
-    x, y = place.T
-    square = x * x + y * y
-    return fitted[0] + fitted[3] * square + fitted[4] * square**2 + fitted[5] * x + fitted[6] * y
-
-
 @dataclass(frozen=True)
 class FingerModel:
     """Parameters of one finger; those that were not calibrated are None.
@@ -101,7 +94,7 @@ class FingerModel:
             deviation = self.smooth.deviation(place)
             inside = self._inside(place)
         cross = nothing if self.cross is None else cross_basis(place) @ self.cross
-        parts = [nothing if fitted is None else place_part(fitted, place) for fitted in (self.force, self.depth)]
+        parts = [nothing if fitted is None else features(place, np.ones(len(place))) @ fitted for fitted in (self.force, self.depth)]
         return np.column_stack([self.normals(place), deviation, inside, self.levels(place), cross, *parts, *self._bend(place)])
 
     def _bend(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -113,9 +106,7 @@ class FingerModel:
 
     def _inside(self, place: np.ndarray) -> np.ndarray:
         """(N,) 1 where a calibrated contact is within reach, else 0."""
-        nearest = np.full(len(place), np.inf)
-        for known in self.smooth.place:
-            nearest = np.minimum(nearest, ((place - known) ** 2).sum(1))
+        nearest = np.min([np.square(place - known).sum(axis=1) for known in self.smooth.place], axis=0)
         return (nearest <= self.reach**2).astype(float)
 
     @cached_property

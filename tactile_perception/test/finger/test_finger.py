@@ -53,7 +53,7 @@ def test_covariances_match_the_errors(grid):
         for k in range(run.start + 60, run.stop - 60, 15):
             touch = played.touch(finger, samples, slice(k, k + 1))
             error = touch.position - 0.016 * truth.normal[k]
-            squares.append(error @ np.linalg.pinv(touch.covariance, rcond=1e-5) @ error / 2)
+            squares.append(error @ np.linalg.pinv(touch.position_covariance, rcond=1e-5) @ error / 2)
     assert len(squares) > 200 and 0.6 < np.mean(squares) < 1.4
 
 
@@ -133,7 +133,7 @@ def test_the_pole_and_azimuth_pi_are_nothing_special(model, phi):
         volts, truth = played.script(PsdScript([Act(0.5, 1.0, (phi, theta), (phi, theta), 3e-4)], 1.2))
         found, true = touched(finger, finger.detect(volts, PERIOD), truth)
         assert np.degrees(error_angle(found[0].normal, true[0])) < 0.6
-        assert np.isfinite(found[0].covariance).all()
+        assert np.isfinite(found[0].position_covariance).all()
 
 
 @pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
@@ -157,7 +157,7 @@ def test_a_dead_output_is_estimated_and_no_place_is_made_up(model):
     assert finger.stuck == [False, True, False, False]
     run = next(r for r in played.runs(samples) if samples.contact[r].any())
     touch = played.touch(finger, samples, run)
-    assert np.isnan(touch.position).all() and np.isnan(touch.covariance).all() and touch.flags & AMBIGUOUS
+    assert np.isnan(touch.position).all() and np.isnan(touch.position_covariance).all() and touch.flags & AMBIGUOUS
 
 
 def test_saturated_outputs_are_flagged_and_no_place_is_made_up(model):
@@ -221,7 +221,7 @@ def squared_errors(found, truth):
     for k, touch in found:
         if truth.touching[k]:
             off = touch.position - 0.016 * truth.normal[k]
-            squares.append(off @ np.linalg.pinv(touch.covariance, rcond=1e-5) @ off / 2)
+            squares.append(off @ np.linalg.pinv(touch.position_covariance, rcond=1e-5) @ off / 2)
     return np.array(squares)
 
 

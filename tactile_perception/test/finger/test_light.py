@@ -172,5 +172,5 @@ def test_light_that_may_be_a_lamps_widens_the_covariance():
     for k in range(0, len(volts), 5):
         samples = made.detect(volts[k:k + 5], PERIOD)
         if samples.contact.all():
-            spreads.append(np.trace(made.touch(samples, 0, 5).covariance))
+            spreads.append(np.trace(made.touch(samples, 0, 5).position_covariance))
     assert np.median(spreads[-30:]) > 2 * np.median(spreads[20:50])

@@ -8,7 +8,7 @@ from tactile_perception._core.finger import centroid_covariance
 from tactile_perception.calibration.files.format import write_calibration
 from tactile_perception.errors import BadCalibration
 from tactile_perception.finger.map import (
-    MIX, NOMINAL_BETA, TOTAL, EquidistantMap, LightShift, angles, direction, error_angle, exp_map, fit_light_shift,
+    MIX, NOMINAL_BETA, TOTAL, EquidistantMap, LightShift, direction, error_angle, exp_map, fit_light_shift,
     fit_smooth_map, log_map, position, trend)
 from tactile_perception.finger.model import Creep, FingerFit, FingerModel, psd_file, read_psd
 from tactile_perception.finger.parameters import PsdFinger
@@ -16,15 +16,6 @@ from tactile_perception.finger.published import fit_equidistant_map, paper_finge
 
 PHI = np.array([0.0, 1.0, np.pi, -np.pi, -2.0, 3.1])
 THETA = np.array([0.0, 0.4, 1.2, 1.2, 1e-9, 1.5])
-
-
-def test_angles_there_and_back():
-    normal = direction(PHI, THETA)
-    assert np.linalg.norm(normal, axis=1) == pytest.approx(1.0)
-    phi, theta = angles(normal)
-    assert theta == pytest.approx(THETA)
-    assert np.cos(phi - PHI)[1:] == pytest.approx(1.0)
-    assert angles(np.array([0.0, 0.0, 1.0])) == (0.0, 0.0)
 
 
 def test_the_logarithmic_map_keeps_distances_to_the_pole():

@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Conversions between messages and arrays; live nodes and offline tools use the same functions."""
+"""Conversions between messages and arrays; live nodes and offline tools use the same functions. Readers of recorded results and of ground
+truth, which has the same types, convert back."""
 from __future__ import annotations
 
 from array import array
@@ -9,17 +10,17 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 import numpy as np
 import yaml
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Twist, WrenchStamped
-from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import CameraInfo, PointCloud2, PointField
 from std_msgs.msg import String
-from tactile_driver.nodes.messages.conversions import header_of, point, polygon, stamp_ns_of, vector
+from tactile_driver.nodes.messages.conversions import bytes_of, header_of, point, polygon, stamp_ns_of, vector
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 from tf2_msgs.msg import TFMessage
 
-from .checks import dot_numbers
+from .checks import check_numbers, dot_numbers
 from ...common import dots
 from ...common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
+from ...common.surface_points import SurfacePoints
 from ...errors import BadFrame
-from .point_cloud import points_to_message
 
 #: Limits of plumb_bob numbers, beyond any lens: chosen, so that the algorithms do not overflow.
 _SHORTEST_FOCUS, _FARTHEST_PX, _STRONGEST_DISTORTION = 1.0, 1e6, 1e6
@@ -142,6 +143,32 @@ def slip_to_message(estimate: SlipEstimate, header) -> Slip:
     )
 
 
+POINTS = {'points': PointCloud2}
+#: Fields in their order: of a vector three, of a number one.
+_VECTORS = {'xyz': ('x', 'y', 'z'), 'normal': ('normal_x', 'normal_y', 'normal_z'),
+            'displacement': ('displacement_x', 'displacement_y', 'displacement_z'), 'force': ('force_x', 'force_y', 'force_z')}
+_FLOATS = (*(name for names in _VECTORS.values() for name in names), 'normal_force')
+_STEP = 56  # bytes a point: its floats and the state, filled up to a multiple of four
+_POINT = np.dtype({'names': [*_FLOATS, 'state'], 'formats': ['<f4'] * len(_FLOATS) + ['u1'],
+                   'offsets': [4 * k for k in range(len(_FLOATS) + 1)], 'itemsize': _STEP})
+
+
+def points_to_message(points: SurfacePoints, header) -> PointCloud2:
+    """The cloud under the raw message's header: as many rows and columns as the grid, a point where its number says."""
+    rows, columns = points.shape
+    packed = np.zeros(rows * columns, _POINT)
+    for vector, names in _VECTORS.items():
+        for name, values in zip(names, getattr(points, vector).T):
+            packed[name] = values
+    packed['normal_force'], packed['state'] = points.normal_force, points.state
+    fields = [PointField(name=name, offset=offset, datatype=PointField.UINT8 if kind == 'u1' else PointField.FLOAT32, count=1)
+              for name, (kind, offset) in _POINT.fields.items()]
+    message = PointCloud2(header=header, height=rows, width=columns, fields=fields, is_bigendian=False, point_step=_STEP,
+                          row_step=_STEP * columns, is_dense=bool(np.isfinite(points.xyz).all()), check_fields=True)
+    message.data = bytes_of(packed.view(np.uint8))
+    return message
+
+
 #: Topic -> type of the estimates of all sensors.
 RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
 #: topic -> (attribute of an estimator's result, its conversion)
@@ -178,3 +205,47 @@ def description_messages(stamp_ns: int, sensor_type: str, frame_id: str, about: 
     for transform in transforms:
         transform.header.stamp = header_of(stamp_ns, frame_id).stamp
     yield stamp_ns, '/tf_static', TFMessage(transforms=list(transforms))
+
+
+def contacts_from_message(message: Contacts) -> list[ContactEstimate]:
+    """The contacts; members, which the message does not carry, are empty. Raises BadFrame for invalid numbers."""
+    check_numbers(message)
+    return [ContactEstimate(c.id, _xyz(c.position), _xyz(c.normal), c.depth, c.force, np.array(c.position_covariance).reshape(3, 3),
+                            c.flags, np.zeros(0, bool)) for c in message.contacts]
+
+
+def region_from_message(message: ContactRegion) -> ContactRegionEstimate:
+    """The region. Raises BadFrame for different numbers of dots and states, an undefined state, or an invalid number."""
+    check_numbers(message)
+    ids, states = np.array(message.dot_id, np.int64), np.array(message.dot_state, np.uint8)
+    return ContactRegionEstimate(ids, states, [_loop(loop) for loop in message.outlines], [_loop(loop) for loop in message.holes],
+                                 message.area, _xyz(message.centroid), _xyz(message.normal), message.orientation, message.major_axis,
+                                 message.minor_axis, *_motion(message.motion), message.motion_interval, *_motion(message.pose),
+                                 np.array(message.dot_confidence, float))
+
+
+def slip_from_message(message: Slip) -> SlipEstimate:
+    """The slip. Raises BadFrame for an undefined state, arrays of different lengths, or an infinite number."""
+    check_numbers(message)
+    places = (np.array(getattr(message, name), float) for name in ('x', 'y', 'vx', 'vy'))
+    return SlipEstimate(message.state, message.slipping_fraction, _xyz(message.velocity.linear), _xyz(message.velocity.angular),
+                        _xyz(message.rotation_center), *places, message.confidence)
+
+
+def wrench_from_message(message: WrenchStamped) -> np.ndarray:
+    """(6,) N and N m. Raises BadFrame for an infinite number."""
+    check_numbers(message)
+    return np.concatenate([_xyz(message.wrench.force), _xyz(message.wrench.torque)])
+
+
+def _xyz(point) -> np.ndarray:
+    return np.array([point.x, point.y, point.z])
+
+
+def _motion(transform) -> tuple[np.ndarray, np.ndarray]:
+    turn = transform.rotation
+    return _xyz(transform.translation), np.array([turn.x, turn.y, turn.z, turn.w])
+
+
+def _loop(polygon) -> np.ndarray:
+    return np.array([(p.x, p.y, p.z) for p in polygon.points], float).reshape(-1, 3)
