@@ -25,8 +25,7 @@ from tactile_driver.nodes.runtime.host import AdaptiveSubscription, Host
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, steady_timer
 from tactile_driver.parameters.table import Parameter
-from tactile_perception.nodes.messages.checks import check_message
-from tactile_perception.nodes.messages.conversions import stamp_seconds
+from tactile_perception.nodes.messages.conversions import check_message, stamp_seconds
 from tactile_perception.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray

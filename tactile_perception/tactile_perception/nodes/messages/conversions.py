@@ -1,7 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Conversions between messages and arrays; live nodes and offline tools use the same functions. Readers of recorded results and of ground
-truth, which has the same types, convert back."""
+truth, which has the same types, convert back. ROS passes any number and arrays of any lengths: checks raise BadFrame, which says what is
+wrong and where. A message that passed has parallel arrays of equal lengths, and numbers that are finite, or NaN where not known."""
 from __future__ import annotations
 
 from array import array
@@ -16,14 +17,120 @@ from tactile_driver.nodes.messages.conversions import bytes_of, header_of, point
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 from tf2_msgs.msg import TFMessage
 
-from .checks import check_numbers, dot_numbers
 from ...common import dots
 from ...common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ...common.surface_points import SurfacePoints
 from ...errors import BadFrame
 
+# Limits beyond every sensor; products of numbers within them do not overflow. Chosen.
+_FARTHEST_PX = 1e6  # wider than any image
+_LARGEST_PX2 = _FARTHEST_PX**2
+_FARTHEST_M = 100.0  # from the origin, which is on the sensor
+_LARGEST = 1e9  # of forces, velocities, covariances in SI units
+_IN_IMAGE, _PLACES = ('u', 'v', 'du', 'dv', 'area'), ('x', 'y', 'z')
+_DOT_LIMITS = np.array([_FARTHEST_PX] * 4 + [_LARGEST_PX2] + [_FARTHEST_M] * 3)
+
+
+def dot_numbers(message: DotTracks) -> tuple[np.ndarray, np.ndarray]:
+    """Indices (N,) int64 of dots, and (8, N) float64 u, v, du, dv, area, x, y, z; (5, N) without places.
+
+    Raises BadFrame unless arrays have equal lengths, indices are unique and on the grid, and places within an image.
+    """
+    count = len(message.id)
+    _check_lengths('dots', message, _IN_IMAGE, count)
+    places = [len(getattr(message, name)) for name in _PLACES]
+    if set(places) not in ({0}, {count}):
+        raise BadFrame(f'dots: x, y, z have {", ".join(map(str, places))} entries, id has {count}')
+    ids = np.asarray(message.id, np.int64)
+    _check_ids('dots', ids, message.rows * message.columns)
+    names = (*_IN_IMAGE, *_PLACES) if count and places[0] else _IN_IMAGE
+    numbers = np.stack([np.asarray(getattr(message, name)) for name in names]).astype(float)
+    limits = _DOT_LIMITS[:len(names)]
+    if (np.abs(numbers) > limits[:, None]).any() or np.isnan(numbers[:2]).any():
+        for name, values, limit in zip(names, numbers, limits):
+            _check_values(f'dots: {name}', values, limit, known=name in 'uv')
+    if (numbers[_IN_IMAGE.index('area')] <= 0).any():
+        raise BadFrame('dots: an area is not above 0; publish NaN where it is not known')
+    return ids, numbers
+
+
+#: Type of a message -> name of a field or of one within it, and the largest magnitude of its numbers.
+_LIMITS = {
+    ContactRegion: {**dict.fromkeys(('centroid', 'normal', 'motion', 'pose', 'area', 'dot_confidence', 'orientation', 'major_axis',
+                                     'minor_axis'), _FARTHEST_M), 'motion_interval': _LARGEST},
+    Contact: {'position': _FARTHEST_M, **dict.fromkeys(('normal', 'depth', 'force', 'position_covariance'), _LARGEST)},
+    Slip: dict.fromkeys(('x', 'y', 'vx', 'vy', 'slipping_fraction', 'confidence', 'rotation_center', 'velocity'), _LARGEST),
+    WrenchStamped: {'wrench': _LARGEST},
+}
+
+
+def check_message(message) -> None:
+    """Check the stamp of any message, and the numbers of a result; images are checked by image_to_array. Raises BadFrame."""
+    stamp_ns_of(message.header)
+    check_numbers(message)
+
+
+def check_numbers(message) -> None:
+    """Check the numbers of dots or of a result: arrays that belong together are equally long, states are defined, numbers finite or NaN.
+    Raises BadFrame."""
+    if isinstance(message, DotTracks):
+        dot_numbers(message)
+    elif isinstance(message, ContactRegion):
+        count, states = len(message.dot_id), np.asarray(message.dot_state, np.int64)
+        if count != len(states) or (states > ContactRegion.SLIPPING).any():
+            raise BadFrame(f'contact_region: {count} dots with {len(states)} states of 0 to {ContactRegion.SLIPPING}; both arrays must '
+                           'have the same length')
+        if len(message.dot_confidence) not in (0, count):
+            raise BadFrame(f'contact_region: {len(message.dot_confidence)} confidences of {count} dots; one each, or none at all')
+        for name in ('outlines', 'holes'):
+            for loop in getattr(message, name):
+                _check_values(f'contact_region: {name}', [c for p in loop.points for c in (p.x, p.y, p.z)], _FARTHEST_M, known=True)
+    elif isinstance(message, Slip):
+        if message.state > Slip.GROSS:
+            raise BadFrame(f'slip: state {message.state} is none of 0 to {Slip.GROSS}')
+        _check_lengths('slip', message, ('y', 'vx', 'vy'), len(message.x), 'x')
+    for part in message.contacts if isinstance(message, Contacts) else (message,):
+        for name, limit in _LIMITS.get(type(part), {}).items():
+            _check_values(f'{_TOPICS[type(part)]}: {name}', _numbers(getattr(part, name)), limit)
+
+
+_TOPICS = {ContactRegion: 'contact_region', Contact: 'contacts', Slip: 'slip', WrenchStamped: 'wrench'}
+
+
+def _numbers(value) -> Sequence[float]:
+    """All numbers of a field."""
+    if hasattr(value, 'get_fields_and_field_types'):
+        return [number for name in value.get_fields_and_field_types() for number in _numbers(getattr(value, name))]
+    return np.atleast_1d(value)
+
+
+def _check_lengths(topic: str, message, names: Sequence[str], count: int, like: str = 'id') -> None:
+    for name in names:
+        if len(getattr(message, name)) != count:
+            raise BadFrame(f'{topic}: {name} has {len(getattr(message, name))} entries, {like} has {count}; the publisher of {topic} '
+                           'must fill both with as many')
+
+
+def _check_ids(topic: str, ids: np.ndarray, count: int) -> None:
+    """Raise BadFrame for an index that appears twice or is not below count (0: no grid)."""
+    if count and len(ids) and ids.max() >= count:
+        raise BadFrame(f'{topic}: index {ids.max()} is beyond the grid of {count}; rows and columns of tracker and publisher differ')
+    if not (ids[1:] > ids[:-1]).all() and len(np.unique(ids)) != len(ids):
+        raise BadFrame(f'{topic}: an index appears twice in id; each dot has its own')
+
+
+def _check_values(what: str, values, limit: float, known: bool = False) -> None:
+    """Raise BadFrame for a magnitude above limit, and for NaN where the value must be known."""
+    values = np.asarray(values, float)
+    bad = ~(np.abs(values) <= limit)
+    if not known and bad.any():
+        bad &= ~np.isnan(values)
+    if bad.any():
+        raise BadFrame(f'{what} holds {values[bad][0]:g}; allowed are magnitudes up to {limit:g}{"" if known else ", and NaN: not known"}')
+
+
 #: Limits of plumb_bob numbers, beyond any lens: chosen, so that the algorithms do not overflow.
-_SHORTEST_FOCUS, _FARTHEST_PX, _STRONGEST_DISTORTION = 1.0, 1e6, 1e6
+_SHORTEST_FOCUS, _STRONGEST_DISTORTION = 1.0, 1e6
 _NO_DISTORTION = 1e-12  # a smaller coefficient counts as 0: it bends no ray, and the inversion would divide by it; chosen
 
 
