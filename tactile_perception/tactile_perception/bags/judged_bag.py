@@ -111,8 +111,8 @@ class JudgedBag:
             yield from reader.messages(wanted)
 
     def times(self) -> dict:
-        """median, within_95 and worst of each stage of computed estimates, and of each latency from stamp to receipt of a bag recorded live,
-        ms; memory: MB, peak of the process; what was left out."""
+        """median, within_95 and worst, ms, of each stage of computed estimates, and of each latency from stamp to receipt of a bag recorded
+        live; memory: MB, peak of the process; what was left out."""
         late = {topic: values for topic, values in self._latencies.items() if 0 < np.median(values) < _SAME_CLOCK_S}
         return {'latency_ms': {topic: _spread(values) for topic, values in late.items()},
                 'stages_ms': {stage: _spread(values) for stage, values in self.stages.items()},

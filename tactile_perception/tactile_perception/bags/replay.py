@@ -83,7 +83,8 @@ class Replay:
     used; stages: s of thread time for each frame that was not refused, by stage. Raises TactileError for an unusable bag.
     """
 
-    def __init__(self, bag: Path, params: Path, calibration: Path | None = None, namespace: str = '', topics: Collection[str] | None = None):
+    def __init__(self, bag: Path, params: Path, calibration: Path | None = None, namespace: str = '',
+                 topics: Collection[str] | None = None):
         self._wanted, self._chain = topics, make_chain(params, calibration)
         source, opened = self._chain.stages[0].input, bag_opener(params, self._chain.stages[0].stitching)
         self.open = partial(opened, bag)

@@ -61,7 +61,8 @@ def draw_residuals(path: Path, title: str, found: Sequence[Residuals]) -> None:
         known = np.argsort(np.abs(value))[:np.isfinite(value).sum()]  # of several presses at one position the largest error is on top
         most = max(float(np.abs(value[known]).max(initial=0.0)), 1e-12)
         middle = np.median(np.abs(value[known])) if len(known) else np.nan
-        drawn = panel.scatter(*place[known].T, c=value[known], s=36, edgecolors='black', linewidths=0.4, cmap='coolwarm', vmin=-most, vmax=most)
+        drawn = panel.scatter(*place[known].T, c=value[known], s=36, edgecolors='black', linewidths=0.4, cmap='coolwarm', vmin=-most,
+                              vmax=most)
         figure.colorbar(drawn, ax=panel, label=f'{residuals.name} ({residuals.unit})')
         panel.set_title(f'{residuals.name}: median {middle:.2g}, largest {most:.2g} {residuals.unit}', fontsize='small')
         panel.set(xlabel=residuals.axes[0], ylabel=residuals.axes[1])

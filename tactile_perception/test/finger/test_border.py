@@ -25,7 +25,8 @@ def results(finger, volts=VOLTS, stamp_s=1.0):
     for k in range(0, len(volts), 7):
         for one in finger.estimate(volts[k:k + 7], stamp_s + k * PERIOD, PERIOD).estimates:
             touch = one.touch
-            rows.append([k + one.at] + ([] if touch is None else [touch.id, *touch.position, *touch.normal, *touch.position_covariance.ravel()]))
+            known = [] if touch is None else [touch.id, *touch.position, *touch.normal, *touch.position_covariance.ravel()]
+            rows.append([k + one.at] + known)
     return rows
 
 

@@ -264,8 +264,8 @@ def points_to_message(points: SurfacePoints, header) -> PointCloud2:
     """The cloud under the raw message's header: as many rows and columns as the grid, a point where its number says."""
     rows, columns = points.shape
     packed = np.zeros(rows * columns, _POINT)
-    for vector, names in _VECTORS.items():
-        for name, values in zip(names, getattr(points, vector).T):
+    for whole, names in _VECTORS.items():
+        for name, values in zip(names, getattr(points, whole).T):
             packed[name] = values
     packed['normal_force'], packed['state'] = points.normal_force, points.state
     fields = [PointField(name=name, offset=offset, datatype=PointField.UINT8 if kind == 'u1' else PointField.FLOAT32, count=1)
