@@ -30,7 +30,7 @@ from tactile_perception.errors import BadArgument, TactileError
 from tactile_perception.evaluation.evaluation import Evaluation, Instant
 from tactile_perception.evaluation.report import text
 from tactile_perception.evaluation.scores import f1
-from tactile_perception.tools.calibrate.command import calibrator
+from tactile_perception.tools.calibrate import calibrator
 from tactile_perception.tools.convert.command import convert, open_recording
 
 RATES = {'psd_finger': 1000.0, 'taxel_array': 100.0}  # Hz, of scenes; else 30
