@@ -28,10 +28,10 @@ from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.errors import BadArgument, TactileError
 from tactile_perception.evaluation.evaluation import Evaluation, Instant
-from tactile_perception.evaluation.report import text
 from tactile_perception.evaluation.scores import f1
 from tactile_perception.tools.calibrate import calibrator
 from tactile_perception.tools.convert.command import convert, open_recording
+from tactile_perception.tools.evaluate import text
 
 RATES = {'psd_finger': 1000.0, 'taxel_array': 100.0}  # Hz, of scenes; else 30
 _WRITERS = {'psd_finger': write_psd_scene, 'taxel_array': write_taxel_scene}

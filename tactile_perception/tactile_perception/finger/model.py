@@ -18,8 +18,6 @@ from ..errors import BadCalibration
 from .map import NOMINAL_BETA, EquidistantMap, LightShift, SmoothMap, exp_map, level_basis, tabulated
 
 LOAD_TERMS = 8  # of features
-# Channels of the table, as in src/finger/detector.hpp
-NORMAL, DEVIATION, INSIDE, LEVEL, CROSS, LOADS, LIGHT, BEND = slice(0, 3), 3, 4, 5, 6, slice(7, 9), 9, slice(10, 13)
 _NOMINAL_DEVIATION = np.pi / 18  # rad, of the uncalibrated map. Chosen: 10 degrees, above the largest error of the paper (6 degrees, fig 8)
 
 
@@ -83,7 +81,7 @@ class FingerModel:
 
     @cached_property
     def table(self) -> np.ndarray:
-        """Table (nodes, nodes, channels) of the model by detector position; its channels are the slices above. Made on first use."""
+        """Table (nodes, nodes, channels) of the model by detector position, made on first use; channels: src/finger/detector.hpp."""
         return tabulated(self._channels)
 
     def _channels(self, place: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 from tactile_perception.evaluation.evaluation import Evaluation, Instant
-from tactile_perception.evaluation.report import plain, text
+from tactile_perception.tools.evaluate import plain, text
 
 from made import contact, region, slip
 
