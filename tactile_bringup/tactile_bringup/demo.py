@@ -25,8 +25,7 @@ from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
-from tactile_perception.nodes.messages.checks import check_message
-from tactile_perception.nodes.messages.conversions import stamp_seconds
+from tactile_perception.nodes.messages.conversions import check_message, stamp_seconds
 
 from .nodes.drawing_node import StampSync
 from .parameters.table import DEMO_PARAMETERS, VIDEO_RATE

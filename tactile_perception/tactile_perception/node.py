@@ -25,9 +25,8 @@ from tactile_driver.nodes.runtime.run import run_node
 from .errors import BadArgument, ClockSetBack, TactileError
 from .nodes.messages.conversions import stamp_ns_of, stamp_seconds
 from .sensors import load
-from .shedding import LONGEST_S, Shedding
 from .stage import Input, Stage
-from .work_log import WorkLog
+from .work_log import LONGEST_S, Shedding, WorkLog
 
 _PATIENCE_S = 5.0  # that the first message waits for camera_info: chosen; discovery by Fast DDS can take seconds
 _STALE_S = 2.0  # without a processed message there is nothing to take as the reference: chosen

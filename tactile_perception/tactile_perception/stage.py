@@ -11,8 +11,7 @@ from tactile_driver.parameters.table import Parameter
 from tactile_driver.stitching.calibration import Stitching
 
 from .clock import StampClock
-from .nodes.messages.checks import check_message
-from .nodes.messages.conversions import stamp_seconds
+from .nodes.messages.conversions import check_message, stamp_seconds
 
 
 class Input(NamedTuple):

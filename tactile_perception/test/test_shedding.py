@@ -3,7 +3,7 @@
 """A simulated queue of the middleware with a slow consumer: age of the processed messages, and which are dropped."""
 import numpy as np
 import pytest
-from tactile_perception.shedding import Shedding
+from tactile_perception.work_log import Shedding
 
 MS = 1_000_000
 

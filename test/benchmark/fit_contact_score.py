@@ -24,7 +24,7 @@ from tactile_driver.simulation.scene.scene import Scene
 from tactile_driver.simulation.scene.specimen import act, one_after_the_other
 from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS, touchpad
 from tactile_driver.simulation.skin.tools import Motion, Tool, block, disc, ring, sphere
-from tactile_perception.common.progress import Progress
+from tactile_perception.common.progress import progress
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.touchpad.membrane import Membrane
@@ -254,7 +254,7 @@ def main() -> None:
     parser.add_argument('--out', type=Path, default=Path('out/border_network.npz'))
     given = parser.parse_args()
     cv2.setNumThreads(1)
-    found = [examples(random_scene(number, given.seed), share(number)) for number in Progress(range(given.scenes), 'scenes', given.scenes)]
+    found = [examples(random_scene(number, given.seed), share(number)) for number in progress(range(given.scenes), 'scenes', given.scenes)]
     fed, reported, weight = (np.concatenate(part) for part in zip(*found))
     print(f'{len(reported)} dots in {given.scenes} scenes')
     given.out.parent.mkdir(parents=True, exist_ok=True)

@@ -28,10 +28,10 @@ from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.errors import BadArgument, TactileError
 from tactile_perception.evaluation.evaluation import Evaluation, Instant
-from tactile_perception.evaluation.report import text
 from tactile_perception.evaluation.scores import f1
-from tactile_perception.tools.calibrate.command import calibrator
-from tactile_perception.tools.convert.command import convert, open_recording, parameters
+from tactile_perception.tools.calibrate import calibrator
+from tactile_perception.tools.convert.command import convert, open_recording
+from tactile_perception.tools.evaluate import text
 
 RATES = {'psd_finger': 1000.0, 'taxel_array': 100.0}  # Hz, of scenes; else 30
 _WRITERS = {'psd_finger': write_psd_scene, 'taxel_array': write_taxel_scene}
@@ -63,7 +63,7 @@ def recorded(folder: Path, name: str, sensor: str) -> Case:
     case = Case(folder / name, folder / f'{name}.yaml', unclear)
     if not case.bag.exists():
         convert(recording, case.bag, sensor)
-    case.params.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters(recording)}}))
+    case.params.write_text(yaml.safe_dump({'/**': {'ros__parameters': recording.parameters()}}))
     return case
 
 
@@ -138,8 +138,8 @@ class Judged:
 
     def mean(self, quantity: str, factor: float = 1.0) -> float:
         """Mean of the absolute errors of a quantity times factor; NaN without one."""
-        errors = self.evaluation.all_errors().get(quantity)
-        return factor * float(np.abs(errors.table()[:, 3]).mean()) if errors and errors.rows else np.nan
+        errors = np.abs(self.evaluation.errors().get(quantity, np.zeros((0, 4)))[:, 3])
+        return factor * float(np.nanmean(errors)) if np.isfinite(errors).any() else np.nan
 
     def dots_f1(self) -> dict[str, float]:
         """F1 of 'contact', 'sticking' and 'slipping' dots among those seen; of the last two among those that touch and are found to."""
@@ -168,9 +168,9 @@ def judge(cases: Iterable[Case], calibration: Path | None = None, changes: Mappi
                 if counts(estimated, true):
                     judged.instants += 1
                     judged.evaluation.add(stamp, estimated, true)
-        stages = bag.times.stages
+        stages = bag.stages
         judged.ms += (1e3 * (np.array(stages['all']) - stages['decoding'])).tolist()
-        judged.refused += sum(bag.times.refused.values())
+        judged.refused += bag.left_out.total
     return judged
 
 
@@ -200,8 +200,8 @@ def main() -> None:
         changes = yaml.safe_load('\n'.join(one.replace('=', ': ', 1) for one in given.set)) or {}
         judged = judge([cases[name] for name in given.names], file, changes)
     ms = {'median': float(np.median(judged.ms)), 'within_95': float(np.percentile(judged.ms, 95)), 'worst': max(judged.ms)}
-    refused = {'frames': judged.refused} if judged.refused else {}
-    times = {'latency_ms': {}, 'stages_ms': {'all': ms}, 'memory_mb': np.nan, 'refused': refused}
+    left_out = [f'{judged.refused} frames'] if judged.refused else []
+    times = {'latency_ms': {}, 'stages_ms': {'all': ms}, 'memory_mb': np.nan, 'left_out': left_out}
     instants = {'judged': judged.instants, 'without an estimate': 0, 'without truth': 0}
     print(text({'instants': instants, **judged.evaluation.summary(), 'times': times}))
     if judged.evaluation.dots.any():

@@ -18,7 +18,7 @@ from tactile_bringup.installed import share
 from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
-from tactile_perception.bags.stream import Task
+from tactile_perception.bags.replay import Replay
 from tactile_perception.errors import BadArgument
 from tactile_perception.gel.tools import calibrate_pins
 from tactile_perception.tools.process_bag import process_bag
@@ -73,7 +73,7 @@ def test_the_touchpad_on_a_recording_when_calibrated(tmp_path):
     check_touchpad(found, 0.92, 0.85, 0.85, 0.78)
     assert found.medians()['depth'] < 0.03 and found.medians()['force_relative'] < 5
     # the dots' places in 3D
-    process_bag(Task(tmp_path / name, tmp_path / f'{name}.yaml', calibration), tmp_path / 'out')
+    process_bag(Replay(tmp_path / name, tmp_path / f'{name}.yaml', calibration), tmp_path / 'out')
     truth, off = np.load(recording_folder(name) / 'truth.npz'), []
     with BagReader(tmp_path / 'out') as reader:
         for k, raw in enumerate(reader.messages({'/touchpad/dots'})):

@@ -17,8 +17,7 @@ from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
 from tactile_driver.recordings.serialization import encode  # noqa: E402
 from tactile_perception.errors import BadFrame  # noqa: E402
 from tactile_perception.finger.stage import FingerStage  # noqa: E402
-from tactile_perception.nodes.messages.checks import check_message  # noqa: E402
-from tactile_perception.nodes.messages.conversions import camera_matrices  # noqa: E402
+from tactile_perception.nodes.messages.conversions import camera_matrices, check_message  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
 _BEGIN = 14  # messages after which every node has processed a frame, so that later stamps can be checked against its stamp

@@ -14,10 +14,10 @@ from sensor_msgs.msg import CompressedImage  # noqa: E402
 from tactile_bringup.installed import share  # noqa: E402
 from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene  # noqa: E402
 from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
-from tactile_driver.recordings.reader import BagReader, RawMessage  # noqa: E402
+from tactile_driver.recordings.reader import BagReader  # noqa: E402
 from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
 from tactile_driver.recordings.writer import write_messages  # noqa: E402
-from tactile_perception.bags.stream import KEPT, FrameDone, Task, stream  # noqa: E402
+from tactile_perception.bags.replay import Replay  # noqa: E402
 from tactile_perception.node import make_node  # noqa: E402
 from waiting import until  # noqa: E402
 
@@ -35,7 +35,7 @@ COMPRESSED = {'touchpad': '.jpg'}
 
 @pytest.fixture(scope='module', params=[*SENSORS, *(f'{name} compressed' for name in COMPRESSED)])
 def sensor(request, tmp_path_factory):
-    """(type, task) of a bag of the simulated specimen."""
+    """(type, files) of a bag of the simulated specimen: bag, parameters, calibration or None."""
     (name, *compressed), folder = request.param.split(), tmp_path_factory.mktemp('bags')
     write, scene, rate, frames, _ = SENSORS[name]
     raw = folder / 'raw' if compressed else folder / name
@@ -43,8 +43,7 @@ def sensor(request, tmp_path_factory):
     if compressed:
         write_messages(folder / name, name, compressed_messages(raw, f'/{name}/image_raw', COMPRESSED[name]))
     calibration = Path(share('calibration', f'{name}_sim.yaml'))
-    task = Task(folder / name, Path(share('params', f'{name}_sim.yaml')), calibration if calibration.exists() else None)
-    return name, task
+    return name, (folder / name, Path(share('params', f'{name}_sim.yaml')), calibration if calibration.exists() else None)
 
 
 def compressed_messages(bag, images, kind):
@@ -62,11 +61,12 @@ class Bench:
     """A sensor's nodes and a helper that publishes to them and hears their results, in one process; raw: topic -> type of what it
     publishes."""
 
-    def __init__(self, name, task, raw):
-        words = ['--params-file', str(task.params), '-r', f'__ns:=/{name}']
+    def __init__(self, name, files, raw):
+        _, params, calibration = files
+        words = ['--params-file', str(params), '-r', f'__ns:=/{name}']
         compressed = [topic for topic, kind in raw.items() if get_message(kind) is CompressedImage]
         words += [word for topic in compressed for word in ('-r', f'{topic}:={topic}/compressed')]
-        words += ['-p', f'calibration:={task.calibration}'] if task.calibration else []
+        words += ['-p', f'calibration:={calibration}'] if calibration else []
         rclpy.init(args=['--ros-args', *words])
         self.nodes = [make_node(node) for node in SENSORS[name][4]]
         self.helper = rclpy.create_node('helper', use_global_arguments=False, namespace=f'/{name}')
@@ -96,32 +96,31 @@ class Bench:
         rclpy.try_shutdown()
 
 
-def frames_of(items):
-    """Raw message by raw message, {topic: [bytes]} of the estimates."""
-    found, frame = [], {}
-    for item in items:
-        if isinstance(item, RawMessage) and item.topic.split('/', 2)[-1] not in KEPT and item.topic not in KEPT:
-            frame.setdefault(item.topic, []).append(encode(item.message))
-        elif isinstance(item, FrameDone):
-            found.append(frame)
-            frame = {}
+def frames_of(replay):
+    """Raw message by raw message, {topic: [(type, bytes)]} of the estimates."""
+    found = []
+    for messages in replay:
+        if not any(message.data for message in messages):  # kept as it was
+            found.append({})
+            for message in messages:
+                found[-1].setdefault(message.topic, []).append(encode(message.message))
     return found
 
 
 def test_estimates_are_those_of_the_live_nodes(sensor):
-    name, task = sensor
-    chain, count = task.chain(), SENSORS[name][3]
-    offline = frames_of(stream(task))[:count]
+    name, files = sensor
+    replay, count = Replay(*files), SENSORS[name][3]
+    offline = frames_of(replay)[:count]
     kinds = {topic: items[0][0] for frame in offline for topic, items in frame.items()}
-    with task.open(chain) as reader:
-        raw = {f'/{name}/{topic}' for topic in (chain.raw, 'camera_info')} & set(reader.topics)
-        bench = Bench(name, task, {topic: reader.topics[topic] for topic in raw})
+    with replay.open() as reader:
+        raw = {replay.raw, f'/{name}/camera_info'} & set(reader.topics)
+        bench = Bench(name, files, {topic: reader.topics[topic] for topic in raw})
         try:
             bench.listen(kinds)
             done, expected = 0, dict.fromkeys(kinds, 0)
             for message in reader.messages(raw):
                 bench.publishers[message.topic].publish(decode(message.data, message.type_name))
-                if message.topic.endswith(chain.raw):
+                if message.topic == replay.raw:
                     for topic, items in offline[done].items():
                         expected[topic] += len(items)
                     bench.until(lambda: all(len(bench.heard[topic]) >= n for topic, n in expected.items()))

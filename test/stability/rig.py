@@ -20,7 +20,7 @@ from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import open_taxel_scene
 from tactile_driver.stitching.calibration import load_stitching
 from tactile_driver.stitching.methods import make_stitcher
-from tactile_perception.bags.chain import make_chain
+from tactile_perception.bags.replay import make_chain
 
 SENSORS = ('touchpad', 'areal_single', 'areal_dual', 'air_cushion', 'psd_finger', 'taxel_array')
 SHEETS = SENSORS[1:4]

@@ -7,7 +7,7 @@ from tactile_bringup.installed import share
 from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
-from tactile_perception.bags.stream import Task
+from tactile_perception.bags.replay import Replay
 from tactile_perception.press.calibration import read_touch
 from tactile_perception.press.tools import calibrate_markers
 from tactile_perception.tools.process_bag import process_bag
@@ -40,8 +40,9 @@ def _messages(bag):
 def test_circles_have_the_numbers_of_the_calibration_in_another_recording(folder):
     known = read_touch(folder / 'cushion.yaml', 'air_cushion')
     assert 150 < len(known.pattern) < 400
-    summary = process_bag(Task(folder / 'demo', folder / 'params.yaml', folder / 'cushion.yaml'), folder / 'out')
-    assert summary.frames == 16 and not summary.left_out.total
+    replay = Replay(folder / 'demo', folder / 'params.yaml', folder / 'cushion.yaml')
+    process_bag(replay, folder / 'out')
+    assert replay.done == 16 and not replay.left_out.total
     frames = _messages(folder / 'out')
     for frame in frames:
         dots = frame['dots']

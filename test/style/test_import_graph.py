@@ -16,7 +16,7 @@ ROOMS = {
     'tactile_perception': ('errors', 'sensors', 'common', 'dots', 'press.sensor', 'calibration.files', 'calibration', 'touchpad', 'gel',
         'finger', 'taxel',
         'parameters', 'press', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage', 'finger.stage', 'taxel.stage',
-        'press.stage', 'touchpad.stage', 'dots.stage', 'shedding', 'work_log', 'node', 'bags', 'finger.tools', 'press.tools',
+        'press.stage', 'touchpad.stage', 'dots.stage', 'work_log', 'node', 'bags', 'finger.tools', 'press.tools',
         'touchpad.tools', 'taxel.tools', 'gel.tools', 'tools.convert', 'tools.calibrate', 'tools'),
     'tactile_bringup': ('installed', 'parameters', 'visualization',
          'guide', 'hand', 'launch', 'simulate', 'papers', 'nodes', 'demo'),

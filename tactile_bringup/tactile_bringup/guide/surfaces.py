@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from tactile_driver.errors import BadArgument
-from tactile_perception.bags.chain import SENSOR_TYPE
+from tactile_perception.bags.replay import SENSOR_TYPE
 from tactile_perception.finger.parameters import PSD_PARAMETERS
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS

@@ -39,7 +39,7 @@ from tactile_perception.common.geometry import (
 from tactile_perception.errors import BadFrame
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.sensors import SENSOR_TYPES
-from tactile_perception.tools.calibrate.command import main as calibrate
+from tactile_perception.tools.calibrate import main as calibrate
 from tf2_msgs.msg import TFMessage
 
 from ..guide.loads import Loads

@@ -28,8 +28,7 @@ from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, s
 from tactile_driver.parameters.table import Parameter
 from tactile_driver.stitching.calibration import Stitching, load_stitching
 from tactile_msgs.msg import Contacts, DotTracks
-from tactile_perception.nodes.messages.checks import check_message
-from tactile_perception.nodes.messages.conversions import RESULTS, camera_matrices, stamp_seconds
+from tactile_perception.nodes.messages.conversions import RESULTS, camera_matrices, check_message, stamp_seconds
 from tactile_perception.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray

@@ -23,7 +23,7 @@ from tactile_driver.simulation.taxel.scene import Key, TaxelScene, TaxelScript, 
 from tactile_perception.calibration.files.format import read_calibration  # noqa: E402
 from tactile_perception.press.sensor import MARKER_SENSORS  # noqa: E402
 from tactile_perception.sensors import SENSOR_TYPES  # noqa: E402
-from tactile_perception.tools.calibrate.command import main as calibrate  # noqa: E402
+from tactile_perception.tools.calibrate import main as calibrate  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.full, pytest.mark.slow, pytest.mark.timeout(1200)]
 

@@ -28,16 +28,6 @@ py::array_t<double> wide_of(const py::object& xyz) {
     return output(extended(given.data(), given.length(), given.length(1)), {given.length() + 2 * BEYOND, given.length(1) + 2 * BEYOND, 3});
 }
 
-py::array_t<double> surface_points(const py::object& wide, const py::object& places) {
-    const Input<double> surface(wide, "wide", {ANY, ANY, 3}), given(places, "places", {ANY, 2});
-    const Nodes nodes = wide_surface(surface);
-    std::vector<double> found(3 * given.length());
-    for (py::ssize_t i = 0; i < given.length(); ++i) {
-        store(found.data(), i, surface_point(nodes, given.data()[2 * i], given.data()[2 * i + 1]));
-    }
-    return rows_of(found);
-}
-
 py::tuple outlines(const py::object& score, const py::object& wide, double level, double ceiling, int refine) {
     const Input<double> given(score, "score", {ANY, ANY}), surface(wide, "wide", {ANY, ANY, 3});
     const Nodes nodes = wide_surface(surface);
@@ -101,10 +91,6 @@ void bind_common(py::module_& module) {
     module.def(
         "extend_surface", &wide_of, py::arg("xyz"),
         "xyz (rows, columns, 3) with two nodes more on each side (rows + 4, columns + 4, 3), extrapolated linearly from the last two.");
-    module.def(
-        "surface_points", &surface_points, py::arg("wide"), py::arg("places"),
-        "Points (M, 3) at places (M, 2) of (row, column), up to a node off the grid, of the surface wide (rows + 4, columns + 4, 3)\n"
-        "through dots, which is extended by two nodes on each side.");
     module.def(
         "find_outlines", &outlines, py::arg("score"), py::arg("wide"), py::kw_only(), py::arg("level"), py::arg("ceiling"),
         py::arg("refine"),

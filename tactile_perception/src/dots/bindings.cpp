@@ -109,11 +109,10 @@ Blobs blobs(const py::object& image, const py::object& small, const py::object& 
     return without_gil([&] { return fit_blobs(as_image(pixels), as_image(few), step, named.data(), regions); });
 }
 
-Lattice lattice(const py::object& places, double angle_hint) {
+Lattice lattice(const py::object& places) {
     const Input<double> given(places, "places", {ANY, 2});
-    within(angle_hint, "angle_hint", -1e3, 1e3);
     check_places(given, "places");
-    return without_gil([&] { return find_lattice(given.data(), given.length(), angle_hint); });
+    return without_gil([&] { return find_lattice(given.data(), given.length()); });
 }
 
 void bind_detection(py::module_& module) {
@@ -176,9 +175,9 @@ void bind_lattice(py::module_& module) {
         .def_readonly("angle", &Lattice::angle, "rad, of the rows from u")
         .def_readonly("pitch", &Lattice::pitch, "px");
     module.def(
-        "find_lattice", &lattice, py::arg("places"), py::arg("angle_hint") = 0.0,
+        "find_lattice", &lattice, py::arg("places"),
         "Lattice of dots at finite places (N, 2) float64, px; of the four possible directions of its rows the one within 45 degrees\n"
-        "of angle_hint, rad.");
+        "of u.");
 }
 
 }  // namespace

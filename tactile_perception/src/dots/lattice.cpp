@@ -253,10 +253,10 @@ class Search {
  public:
     Search(const double* places, std::ptrdiff_t count) : places_(places), count_(count) {}
 
-    Lattice run(double hint) {
+    Lattice run() {
         Lattice lattice;
         if (count_ < 4 || !find_pairs()) return lattice;
-        if (!find_direction(hint, lattice.angle)) return lattice;
+        if (!find_direction(lattice.angle)) return lattice;
         turn_upright(lattice.angle);
         CellMeans cells({places_, 2, count_}, CELL * pitch_);
         std::vector<Complex> steps[2];
@@ -290,8 +290,8 @@ class Search {
         return !pairs_.empty();
     }
 
-    // Estimates the angle of the grid, within 45 degrees of the hint; false if the directions of its pairs are not coherent.
-    bool find_direction(double hint, double& angle) const {
+    // Estimates the angle of the grid, within 45 degrees; false if the directions of its pairs are not coherent.
+    bool find_direction(double& angle) const {
         Complex total = 0;  // of fourth powers of the directions: rows and columns add up
         double weight = 0;
         for (const Pair& pair : pairs_) {
@@ -303,7 +303,7 @@ class Search {
             weight += near;
         }
         if (std::abs(total) < COHERENCE * weight) return false;
-        angle = hint + std::arg(total * std::polar(1.0, -4 * hint)) / 4;
+        angle = std::arg(total) / 4;
         return true;
     }
 
@@ -484,8 +484,8 @@ class Growth {
 
 }  // namespace
 
-Lattice find_lattice(const double* places, std::ptrdiff_t count, double hint) {
-    Lattice lattice = Search(places, count).run(hint);
+Lattice find_lattice(const double* places, std::ptrdiff_t count) {
+    Lattice lattice = Search(places, count).run();
     if (!lattice.found) {
         lattice.rc.assign(2 * count, 0);
         lattice.member.assign(count, 0);

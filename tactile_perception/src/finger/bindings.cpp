@@ -18,7 +18,6 @@ using finger::Estimates;
 using finger::FingerModel;
 using finger::FingerSettings;
 using finger::PsdFinger;
-using finger::Samples;
 using finger::Touch;
 
 constexpr double LEAST = 1e-9, LARGEST = 1e9;  // of settings, s and V. Chosen: beyond any sensor, and products stay far from overflow
@@ -77,44 +76,11 @@ void check_period(double period) {
     refuse("BadFrame", "sample_period is " + std::to_string(period) + " s; it must be positive and finite (NaN only for a single sample)");
 }
 
-Samples detect(PsdFinger& finger, const py::object& volts, double period) {
-    const Eigen::Matrix4Xd given = as_volts(volts);
-    check_period(period);
-    return change(finger, [&](PsdFinger& next) { return next.detect(given, period); });
-}
-
 Estimates estimate(PsdFinger& finger, const py::object& volts, double stamp_s, double period) {
     const Eigen::Matrix4Xd given = as_volts(volts);
     if (!(std::isnan(period) && given.cols() == 1)) check_period(period);
     if (!(std::abs(stamp_s) <= LATEST)) refuse("BadFrame", "stamp_s is " + std::to_string(stamp_s) + " s; it must be a time");
     return change(finger, [&](PsdFinger& next) { return next.estimate(given, stamp_s, period); });
-}
-
-void check_run(const Samples& samples, py::ssize_t begin, py::ssize_t end) {
-    if (!(0 <= begin && begin <= end && end <= samples.size()))
-        refuse("BadArgument",
-               "samples " + std::to_string(begin) + " to " + std::to_string(end) + " are not among " + std::to_string(samples.size()));
-}
-
-Touch touch(const PsdFinger& finger, const Samples& samples, py::ssize_t begin, py::ssize_t end) {
-    check_run(samples, begin, end);
-    const std::optional<Touch> found = finger.touch(samples, begin, end);
-    if (!found) refuse("BadArgument", "samples " + std::to_string(begin) + " to " + std::to_string(end) + " are not in contact");
-    return *found;
-}
-
-py::array_t<double> rows_of(const Eigen::MatrixXd& columns) {
-    py::array_t<double> rows({columns.cols(), columns.rows()});
-    std::copy(columns.data(), columns.data() + columns.size(), rows.mutable_data());
-    return rows;
-}
-
-py::array_t<double> normals(const PsdFinger& finger, const Samples& samples) {
-    Eigen::MatrixXd found = Eigen::MatrixXd::Constant(3, samples.size(), finger::UNKNOWN);
-    for (py::ssize_t k = 0; k < samples.size(); ++k) {
-        if (samples.contact[k] && samples.sums(finger::TOTAL, k) > 0) found.col(k) = finger::normal_of(samples.sums.col(k), finger.model());
-    }
-    return rows_of(found);
 }
 
 Eigen::Matrix2d covariance_of_centroid(const py::object& place, double total, const py::object& noise) {
@@ -130,7 +96,7 @@ void bind_results(py::module_& module) {
         .def_readonly("normal", &Touch::normal, "(3,) unit vector, outwards")
         .def_readonly("force", &Touch::force, "N, NaN where not calibrated")
         .def_readonly("depth", &Touch::depth, "m, NaN where not calibrated")
-        .def_readonly("covariance", &Touch::covariance, "(3, 3) of the position, m^2")
+        .def_readonly("position_covariance", &Touch::covariance, "(3, 3) of the position, m^2")
         .def_readonly("flags", &Touch::flags, "sum of OUT_OF_RANGE, AMBIGUOUS, SATURATED");
     py::class_<Estimate>(module, "Estimate", "The result of some samples.")
         .def_readonly("at", &Estimate::at, "mean of their numbers in the batch")
@@ -138,20 +104,6 @@ void bind_results(py::module_& module) {
     py::class_<Estimates>(module, "Estimates", "The results of a batch.")
         .def_readonly("estimates", &Estimates::estimates, "list of Estimate")
         .def_readonly("needs_period", &Estimates::needs_period, "a single sample of unknown rate follows no other: it has no result");
-    py::class_<Samples>(module, "Samples", "States of single samples (N,).")
-        .def_property_readonly(
-            "known", [](const Samples& one) { return mask(one.known); }, "(N,) bool: the reference is available and the outputs are finite")
-        .def_property_readonly(
-            "contact", [](const Samples& one) { return mask(one.contact); }, "(N,) bool: something touches")
-        .def_property_readonly(
-            "saturated", [](const Samples& one) { return mask(one.saturated); }, "(N,) bool: an output saturates")
-        .def_property_readonly(
-            "id", [](const Samples& one) { return row_of(one.id); }, "(N,) of the contact, 0 for none")
-        .def_property_readonly(
-            "sums", [](const Samples& samples) { return rows_of(samples.sums); },
-            "(N, 4) V, net of ambient light: difference along x, along y, total, cross term (eq 1); NaN where not known")
-        .def("runs", &Samples::runs,
-             "[(begin, end)] of samples with one contact, or with none; unknown ones belong to the run before them");
 }
 
 }  // namespace
@@ -190,26 +142,14 @@ void bind_finger(py::module_& parent) {
             "single sample of unknown rate. One result for each run of samples with one contact or with none, or for each sample; none "
             "for\n"
             "samples without a reference. Raises BadFrame for another shape or a period or stamp that is none.")
-        .def("detect", &detect, py::arg("volts"), py::arg("period"),
-             "Samples of voltages (N, 4), V, period s apart. Raises BadFrame as estimate.")
-        .def("touch", &touch, py::arg("samples"), py::arg("begin"), py::arg("end"),
-             "Touch of samples begin to end, from the mean of those in contact that are not saturated; NaN where an output is saturated\n"
-             "throughout, or stuck. Raises BadArgument where none is in contact.")
-        .def("normals", &normals, py::arg("samples"), "Unit normals (N, 3) of single samples; NaN without contact.")
         .def("set_reference", &PsdFinger::set_reference, "Measure the untouched state again from the next samples.")
-        .def("interrupt", &PsdFinger::interrupt, py::arg("seconds"),
-             "Samples are missing for so many seconds: what is known of a movement, and of a contact if they are many, ends here.")
         .def_property_readonly("stuck", &PsdFinger::stuck, "[4] whether an output has stopped changing")
         .def_property_readonly(
             "ready", [](const PsdFinger& one) { return one.light().ready(); }, "whether the reference is measured")
         .def_property_readonly(
             "offset", [](const PsdFinger& one) { return one.light().offset(); }, "(4,) V, of the untouched outputs")
         .def_property_readonly(
-            "noise", [](const PsdFinger& one) { return one.light().noise(); }, "(4, 4) V^2, covariance of the sums")
-        .def_property_readonly(
-            "sigma", [](const PsdFinger& one) { return one.light().sigma(); }, "V, of the total at rest")
-        .def_property_readonly(
-            "uncertainty", [](const PsdFinger& one) { return one.light().uncertainty(); }, "V, of the total of the offset");
+            "sigma", [](const PsdFinger& one) { return one.light().sigma(); }, "V, of the total at rest");
 }
 
 }  // namespace tactile::border

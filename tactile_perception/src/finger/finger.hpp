@@ -57,12 +57,6 @@ class PsdFinger {
     PsdFinger(std::shared_ptr<const FingerModel> model, const FingerSettings& settings);
     // Measure the untouched state again from the next samples.
     void set_reference();
-    // Samples are missing for so many seconds: what is known of a movement, and of a contact if they are many, ends here.
-    void interrupt(double seconds);
-    // States of samples period apart, s.
-    Samples detect(const Volts& volts, double period);
-    // The contact of the mean of samples begin to end; none where nothing touches.
-    std::optional<Touch> touch(const Samples& samples, std::ptrdiff_t begin, std::ptrdiff_t end) const;
     // Results of a batch, the first sample of which was taken at stamp_s; period: s, NaN for a single sample of unknown rate. None for
     // samples without a reference.
     Estimates estimate(const Volts& volts, double stamp_s, double period);
@@ -70,9 +64,14 @@ class PsdFinger {
     // Whether each output has stopped changing.
     std::array<bool, 4> stuck() const;
     const Light& light() const { return light_; }
-    const FingerModel& model() const { return *model_; }
 
  private:
+    // Samples are missing for so many seconds: what is known of a movement, and of a contact if they are many, ends here.
+    void interrupt(double seconds);
+    // States of samples period apart, s.
+    Samples detect(const Volts& volts, double period);
+    // The contact of the mean of samples begin to end; none where nothing touches.
+    std::optional<Touch> touch(const Samples& samples, std::ptrdiff_t begin, std::ptrdiff_t end) const;
     bool is_stuck() const;
     void add(const Eigen::Vector4d& volts, double period, Samples& found);
     Estimate estimate_run(const Samples& samples, std::pair<std::ptrdiff_t, std::ptrdiff_t> run, double stamp_s, double period);

@@ -60,7 +60,6 @@ class Light {
 
     bool ready() const { return ready_; }
     Eigen::Vector4d offset() const { return unmix(offset_.level()); }                 // V, of the outputs
-    const Eigen::Matrix4d& noise() const { return noise_; }                           // V^2, covariance of a sample's sums
     double sigma() const { return std::sqrt(noise_(TOTAL, TOTAL)); }                  // V, standard deviation of the total at rest
     double uncertainty() const { return std::sqrt(offset_.spread()(TOTAL, TOTAL)); }  // V, of the total of the offset
     LightErrors errors() const;

@@ -62,11 +62,6 @@ Eigen::Matrix2d centroid_covariance(const Eigen::Vector2d& place, double total, 
     return found;
 }
 
-Eigen::Vector3d normal_of(const Eigen::Vector4d& sums, const FingerModel& model) {
-    const Cell cell(model, centroid(sums));
-    return (cell.vector(NORMAL) + relative_light(cell, sums[TOTAL]) * cell.vector(BEND)).normalized();
-}
-
 Touch estimate_touch(const MeanLight& mean, const LightErrors& errors, const FingerModel& model, double radius) {
     Touch found;
     const double total = mean.sums[TOTAL];

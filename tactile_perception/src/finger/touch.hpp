@@ -47,9 +47,6 @@ Touch estimate_touch(const MeanLight& mean, const LightErrors& errors, const Fin
 // V^2.
 Eigen::Matrix2d centroid_covariance(const Eigen::Vector2d& place, double total, const Eigen::Matrix4d& noise);
 
-// The unit normal of a single sample of light with these sums.
-Eigen::Vector3d normal_of(const Eigen::Vector4d& sums, const FingerModel& model);
-
 // Takes the creep of the cover off the normals of one contact after the other.
 //
 // The cover is a standard linear solid (Zener; Ferry, Viscoelastic Properties of Polymers, chapter 3): of a new load it shows all but a

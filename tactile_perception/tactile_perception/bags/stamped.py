@@ -9,29 +9,28 @@ from pathlib import Path
 from tactile_driver.recordings.reader import COMPRESSED_IMAGE, BagReader
 from tactile_driver.recordings.serialization import decode
 
-from ..common.progress import Progress
+from ..common.progress import progress
 from ..errors import BadCalibration, BadRecording
 
 TRUTH, TRUE_WRENCH = 'ground_truth/contacts', 'ground_truth/wrench'
-IMAGE, VOLTAGES, DOTS = 'sensor_msgs/msg/Image', 'tactile_msgs/msg/PsdVoltages', 'tactile_msgs/msg/DotTracks'
+IMAGE, VOLTAGES = 'sensor_msgs/msg/Image', 'tactile_msgs/msg/PsdVoltages'
 IMAGES = IMAGE, COMPRESSED_IMAGE
 
 
-def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info: Callable, images: str = 'image_raw',
+def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info: Callable,
              open_bag: Callable[[Path], BagReader] = BagReader) -> Iterator[tuple[str, dict]]:
     """Yield ('bag at stamp', {topic: message}) for each stamp that has all wanted topics, in the order of completion.
 
-    ground_truth/wrench is required too when the bag has it. on_camera_info(message) is called for each
-    camera_info; images: image topic, by which the sensor is found; open_bag: opens the bag. Raises BadCalibration for a bag without ground
-    truth, BadRecording for one without images.
+    ground_truth/wrench is required too when the bag has it. on_camera_info(message) is called for each camera_info; open_bag: opens the
+    bag. Raises BadCalibration for a bag without ground truth, BadRecording for one without images.
     """
     with open_bag(bag) as reader:
-        prefix = find_prefix(reader.topics, namespace, images)
+        prefix = find_prefix(reader.topics, namespace)
         if prefix + TRUTH not in reader.topics:
             raise BadCalibration(f'{bag}: no {prefix}{TRUTH}: calibration needs to know where the tool was')
         extra = {TRUE_WRENCH} & {topic.removeprefix(prefix) for topic in reader.topics}
         needed, waiting = {*wanted, *extra}, {}
-        for raw in Progress(reader.messages({prefix + name for name in (*needed, 'camera_info')}), f'messages of {bag.name}'):
+        for raw in progress(reader.messages({prefix + name for name in (*needed, 'camera_info')}), f'messages of {bag.name}'):
             message = decode(raw.data, raw.type_name)
             topic = raw.topic.removeprefix(prefix)
             if topic == 'camera_info':

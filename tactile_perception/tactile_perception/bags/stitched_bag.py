@@ -50,11 +50,6 @@ class StitchedBag(BagReader):
             recorded |= {prefix + name: kind for name, kind in _MADE.items()}
         return recorded
 
-    def count(self, topics: set[str]) -> int:
-        """Number of messages on these topics; an upper bound, because a view may lack a pair."""
-        made = {prefix + 'image_raw': prefix + VIEWS[0] for prefix in self._prefixes(super().topics)}
-        return super().count({made.get(topic, topic) for topic in topics})
-
     def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
         """Yield the messages of the given topics (None: all); a picture comes once both views have been read."""
         prefixes = [prefix for prefix in self._prefixes(super().topics) if topics is None or prefix + 'image_raw' in topics]

@@ -49,11 +49,6 @@ def outliers(found: Sequence[Residuals]) -> list[str]:
     return lines
 
 
-def plot_path(calibration: Path) -> Path:
-    """Path of the plot beside a calibration file."""
-    return calibration.with_name(calibration.stem + '_residuals.png')
-
-
 def draw_residuals(path: Path, title: str, found: Sequence[Residuals]) -> None:
     """Write a PNG with one panel per quantity: a disc at each press, coloured by its error. Raises OSError."""
     import matplotlib
@@ -62,20 +57,15 @@ def draw_residuals(path: Path, title: str, found: Sequence[Residuals]) -> None:
 
     figure, panels = pyplot.subplots(1, len(found), figsize=(5.2 * len(found), 4.6), squeeze=False, layout='constrained')
     for panel, residuals in zip(panels[0], found):
-        order = np.argsort(np.abs(residuals.value))  # of several presses at one position the largest error is on top
-        value, place = np.asarray(residuals.value, float)[order], np.asarray(residuals.place, float)[order]
-        known = np.isfinite(value)
-        signed = bool((value[known] < 0).any())
+        value, place = np.asarray(residuals.value, float), np.asarray(residuals.place, float)
+        known = np.argsort(np.abs(value))[:np.isfinite(value).sum()]  # of several presses at one position the largest error is on top
         most = max(float(np.abs(value[known]).max(initial=0.0)), 1e-12)
-        drawn = panel.scatter(*place[known].T, c=value[known], s=36, edgecolors='black', linewidths=0.4,
-                              cmap='coolwarm' if signed else 'viridis', vmin=-most if signed else 0.0, vmax=most)
-        panel.scatter(*place[~known].T, marker='x', c='grey', s=24)
+        middle = np.median(np.abs(value[known])) if len(known) else np.nan
+        drawn = panel.scatter(*place[known].T, c=value[known], s=36, edgecolors='black', linewidths=0.4, cmap='coolwarm', vmin=-most,
+                              vmax=most)
         figure.colorbar(drawn, ax=panel, label=f'{residuals.name} ({residuals.unit})')
-        middle = np.median(np.abs(value[known])) if known.any() else np.nan
         panel.set_title(f'{residuals.name}: median {middle:.2g}, largest {most:.2g} {residuals.unit}', fontsize='small')
         panel.set(xlabel=residuals.axes[0], ylabel=residuals.axes[1])
-        same = residuals.axes[0].split('(')[-1] == residuals.axes[1].split('(')[-1]
-        panel.set_aspect('equal' if same else 'auto', adjustable='datalim')
     figure.suptitle(title)
     try:
         figure.savefig(path, dpi=90)
@@ -95,7 +85,7 @@ def write_and_report(output: Path, content: CalibrationFile, found: Sequence[Res
 
 def report_residuals(found: Sequence[Residuals], standing_out: Sequence[str], output: Path, sensor: str) -> list[str]:
     """Plot the residuals beside the calibration file output; lines that name the plot and the outliers (standing_out)."""
-    picture = plot_path(output)
+    picture = output.with_name(output.stem + '_residuals.png')
     try:
         draw_residuals(picture, f'{sensor}: errors at held-out presses', found)
         drawn = f'plot of the errors: {picture}'

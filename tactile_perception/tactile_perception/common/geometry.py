@@ -30,11 +30,7 @@ def rotation_vector(rotation: np.ndarray) -> np.ndarray:
 
 def rotation_matrix(vector: np.ndarray) -> np.ndarray:
     """Rotation (3, 3) by a vector (3,) of axis times angle, rad (Rodrigues)."""
-    angle = np.linalg.norm(vector)
-    x, y, z = vector
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0.0]])
-    half = np.sinc(angle / 2 / np.pi)
-    return np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * half**2 * cross @ cross
+    return cv2.Rodrigues(np.asarray(vector, float))[0]
 
 
 def quaternion(rotation: np.ndarray) -> np.ndarray:

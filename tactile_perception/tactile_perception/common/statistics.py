@@ -8,9 +8,9 @@ import numpy as np
 SIGMA_PER_MAD = 1.4826  # standard deviation of normal errors over their median absolute deviation: 1 / (upper quartile of N(0, 1))
 
 
-def all_within(values: np.ndarray, most: float = np.finfo(float).max) -> bool:
-    """Whether none of the values is NaN or beyond most."""
-    return bool((np.abs(values) <= most).all())
+def all_within(values: np.ndarray) -> bool:
+    """Whether all values are finite."""
+    return bool(np.isfinite(values).all())
 
 
 def upper_median(values: np.ndarray) -> float:

@@ -113,10 +113,6 @@ class DotSurface:
         """Rows and columns of the grid."""
         return self.xyz.shape[:2]
 
-    def points(self, places: np.ndarray) -> np.ndarray:
-        """Points (M, 3), m, at places (M, 2) of (row, column), up to a pitch off the grid."""
-        return _core.surface_points(self.wide, places)
-
 
 @dataclass(frozen=True)
 class Moments:
@@ -142,13 +138,6 @@ class Moments:
     def normal(self) -> np.ndarray:
         """(3,) unit: mean normal, out of the sensor."""
         return self.vector_area / np.sqrt(self.vector_area @ self.vector_area)
-
-    @property
-    def spread(self) -> np.ndarray:
-        """(2, 2) m^2: variances of x and y over the region."""
-        xx, xy, yy = self.second / self.area
-        x, y = self.centroid[:2]
-        return np.array([[xx - x * x, xy - x * y], [xy - x * y, yy - y * y]])
 
 
 def joined(loops: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

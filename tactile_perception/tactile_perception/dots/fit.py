@@ -20,24 +20,19 @@ _PER_PIXEL = 24  # samples of a profile per pixel
 _PIXEL_VARIANCE = 1.0 / 12.0  # px^2, of a square pixel
 
 
-def blurred_disc(radius: np.ndarray, diameter: float, blur: float) -> np.ndarray:
-    """Radial profile of a blurred disc of unit brightness, at distances radius (any shape, px) from its centre.
+def _profile(radius: np.ndarray, diameter: float, blur: float) -> np.ndarray:
+    """Radial profile (N,) of a blurred disc of unit brightness, at rising distances radius (N,) px from its centre.
 
     diameter: px; blur: px, standard deviation of the optics without the pixel. The disc is integrated over strips, each a difference of
     normal distribution functions, which is exact up to the number of strips.
     """
-    grid = np.arange(int(np.max(radius) * _PER_PIXEL) + 2) / _PER_PIXEL
-    return np.interp(radius, grid, _profile(grid, diameter, blur))
-
-
-def _profile(radius, diameter, blur):
     s = np.sqrt(blur**2 + _PIXEL_VARIANCE)
     half = diameter / 2
     strips = _STRIPS + int(_STRIPS_PER_BLUR * half / s)
     angle = (np.arange(strips) + 0.5) / strips * np.pi - np.pi / 2
     along, share = half * np.sin(angle), half * np.cos(angle) * np.pi / strips
     chord = 2 * ndtr(half * np.cos(angle) / s) - 1
-    near = radius[radius < half + _REACH * s]  # radius ascends
+    near = radius[radius < half + _REACH * s]
     exponent = (near[:, None] - along) / s
     exponent *= exponent
     exponent *= -0.5
@@ -98,7 +93,8 @@ class DiscModel:
         length = int((self.largest / 2 + _BEYOND * np.hypot(self.blur, 0.3)) ** 2 * _PER_SQUARE) + 1
         radius = np.sqrt(np.arange(length) / _PER_SQUARE)
         diameters = np.linspace(self.smallest, self.largest, 2 + int((self.largest - self.smallest) * _PER_DIAMETER))
-        profile = np.array([blurred_disc(radius, diameter, self.blur) for diameter in diameters], np.float32)
+        grid = np.arange(int(radius[-1] * _PER_PIXEL) + 2) / _PER_PIXEL
+        profile = np.array([np.interp(radius, grid, _profile(grid, diameter, self.blur)) for diameter in diameters], np.float32)
         profile[:, -1] = 0.0
         return profile
 

@@ -8,8 +8,6 @@ the pattern's irregularity (print, lens, press) excludes a shift by a pitch; els
 """
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from .. import _core
@@ -43,27 +41,13 @@ _OBLIQUE = 0.34  # cosine: rows and columns of a printed grid are square to each
 _UNEQUAL = 2.0  # ratio of the pitches, largest
 
 
-@dataclass
-class Numbered:
-    """Indexed dots of an earlier frame: uv (N, 2) px, id (N,) int64."""
-
-    uv: np.ndarray
-    id: np.ndarray
-
-
-def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None = None) -> GridNumbers:
-    """Row and column of dots at uv (N, 2) px, in any order, on a printed grid of rows x columns; row 0 on top, column 0 left.
-
-    previous: the last certain frame, which tells the rows where some are hidden. Rows may be rotated by up to 38 degrees. Raises
-    BadArgument for a grid smaller than 2 x 2 or uv of another shape.
-    """
+def number_grid(uv: np.ndarray, rows: int, columns: int) -> GridNumbers:
+    """Row and column of dots at uv (N, 2) px, in any order, on a printed grid of rows x columns; row 0 on top, column 0 left. Rows may be
+    rotated by up to 38 degrees. Raises BadArgument for a grid smaller than 2 x 2 or uv of another shape."""
     uv = np.asarray(uv, np.float64)
     if uv.ndim != 2 or uv.shape[1] != 2:
         raise BadArgument(f'uv must have the shape (N, 2), not {uv.shape}')
-    numbering = GridNumbering(rows, columns)
-    if previous is not None:
-        numbering.remember(np.asarray(previous.uv, float), np.asarray(previous.id, np.int64))
-    return numbering.number(uv)
+    return GridNumbering(rows, columns).number(uv)
 
 
 class GridNumbering:
@@ -96,17 +80,10 @@ class GridNumbering:
         rc = rc + origin
         inside = ((rc >= 0) & (rc < self._printed)).all(axis=1)
         id[good[member[inside]]] = rc[inside] @ (self._printed[1], 1)
-        self.remember(uv, id)
+        before = np.full((*self._printed, 2), np.nan)
+        before[tuple(rc[inside].T)] = uv[good[member[inside]]]
+        self._before = [before, *self._before[-1:]]
         return GridNumbers(id, '', pitch)
-
-    def remember(self, uv: np.ndarray, id: np.ndarray) -> None:
-        """Take dots at uv (N, 2) px with numbers id (N,), -1 for none, as the last certain frame. Raises BadArgument for other numbers."""
-        rows, columns = self._printed
-        if len(id) != len(uv) or not ((id >= -1) & (id < rows * columns)).all():
-            raise BadArgument(f'id: a number from -1 to {rows * columns - 1} is needed for each of {len(uv)} dots')
-        before = np.full((rows * columns, 2), np.nan)
-        before[id[id >= 0]] = uv[id >= 0]
-        self._before = [before.reshape(rows, columns, 2), *self._before[-1:]] if len(id) else []
 
     def _origin(self, uv, rc, pitch, found) -> np.ndarray:
         """See _Origin, of the last certain frame, or else of the first. Raises _NotCertain."""
@@ -215,13 +192,9 @@ class _Origin:
         return bool(spreads[0] < ratio * min(spreads[1:]))
 
 
-def find_lattice(uv: np.ndarray, angle_hint: float = 0.0) -> Lattice | None:
-    """Relative row and column indices of dots, or None if they form no grid.
-
-    uv: (N, 2) px, finite; angle_hint: rad, expected direction of the rows; of the four possible directions, the one within 45 degrees of
-    it is returned.
-    """
-    lattice = _core.dots.find_lattice(np.ascontiguousarray(uv, float), angle_hint)
+def find_lattice(uv: np.ndarray) -> Lattice | None:
+    """Relative row and column indices of dots at uv (N, 2) px, finite, or None if they form no grid; rows run within 45 degrees of u."""
+    lattice = _core.dots.find_lattice(np.ascontiguousarray(uv, float))
     return lattice if lattice.found else None
 
 

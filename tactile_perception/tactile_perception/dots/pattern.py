@@ -22,7 +22,6 @@ NEIGHBOURS = 8  # that predict a dot's position
 DISAGREE = 0.35  # spacings, largest deviation from that prediction
 LEAST_MATCHED = 0.75  # of the pattern, least matches of a certain result. Chosen
 NEARLY_ALL = 0.985  # of the pattern, matches at which no wider start is tried. Chosen
-SLENDER = 0.15  # height over longest side of a triangle; flatter ones may flip by noise
 
 
 class Pattern:
@@ -40,10 +39,8 @@ class Pattern:
         self._near = distance[1][:, 1:]
         self._unit = float(np.median(self.spacing))
         self._middle = uv.mean(axis=0)
-        try:
-            self._triangles = _stout(scipy.spatial.Delaunay(uv).simplices, uv)
-        except scipy.spatial.QhullError as error:
-            raise BadArgument('the positions of a pattern are collinear') from error
+        if np.linalg.matrix_rank(uv - self._middle, 1e-6 * self._unit) < 2:
+            raise BadArgument('the positions of a pattern are collinear')
         self._basis, self._cost = self._modes()
 
     def match(self, uv: np.ndarray) -> np.ndarray:
@@ -97,33 +94,10 @@ class Pattern:
         return start + self._basis @ np.linalg.solve(matrix, self._basis.T @ pull)
 
     def _agreeing(self, place, uv):
-        """(M,) bool: matches near the affine prediction of their neighbours and in no flipped triangle."""
+        """(M,) bool: matches near the affine prediction of their neighbours."""
         moved = np.full_like(self.uv, np.nan)
         moved[place] = uv
-        turned = self._in_flipped(moved)
-        expected = _by_neighbours(self.uv, moved, self._near)
-        off = np.hypot(*(moved - expected).T)
-        agrees = (off < DISAGREE * self._unit) & ~turned
-        return agrees[place]
-
-    def _in_flipped(self, moved):
-        """(K,) bool: in a flipped triangle."""
-        a, b, c = moved[self._triangles.T]
-        p, q = b - a, c - a
-        over = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] <= 0  # false where one is missing
-        turned = np.zeros(len(moved), bool)
-        turned[self._triangles[over]] = True
-        return turned
-
-
-def _stout(triangles, uv):
-    """Triangles (T, 3) without slivers, all with the same orientation."""
-    a, b, c = uv[triangles.T]
-    p, q = b - a, c - a
-    twice = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
-    longest = np.max([(p**2).sum(1), (q**2).sum(1), ((p - q)**2).sum(1)], axis=0)
-    triangles = np.where((twice < 0)[:, None], triangles[:, ::-1], triangles)
-    return triangles[np.abs(twice) > SLENDER * longest]
+        return (np.hypot(*(moved - _by_neighbours(self.uv, moved, self._near)).T) < DISAGREE * self._unit)[place]
 
 
 def _by_neighbours(rest, moved, near):

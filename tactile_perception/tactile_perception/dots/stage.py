@@ -25,7 +25,7 @@ from ..parameters.touchpad import DOT_PARAMETERS
 from ..stage import Input
 from ..touchpad.places import TouchpadDots
 from ..touchpad.sensor import Touchpad, camera_pose
-from .tracker import DotEstimator
+from .tracker import DotTracker, tracker_options
 
 
 class DotStage(CameraStage):
@@ -57,13 +57,14 @@ class DotStage(CameraStage):
         """Name the sensor frame, unless the parameter frame_id does."""
         self._frame_id = self.values['frame_id'] or frame_id or self._frame_id
 
-    def make_estimator(self, matrices: Matrices | None, size: tuple[int, int] | None) -> DotEstimator:
+    def make_estimator(self, matrices: Matrices | None, size: tuple[int, int] | None) -> DotTracker:
         """See CameraStage; without a camera dots have no 3D positions."""
         known = {name: self._markers and getattr(self._markers, name) for name in ('pattern', 'rest')}
         if self._surface is not None:
             make_view = view_maker(self._surface, matrices, self._markers and self._markers.stitching, camera_pose(self.values))
-            return DotEstimator(self.sensor, self.values, self._places(make_view) if make_view else None,
-                                seam=self.stitching and self.stitching.seam, **known)
+            places = self._places(make_view) if make_view else None
+            return DotTracker(**tracker_options(self.sensor, self.values, **known), places=places,
+                              seam=self.stitching and self.stitching.seam)
         camera = self.sensor.camera(*matrices) if matrices else None
         water = read_touchpad(self.values['calibration'], camera, size) if self._water and camera else None
         return TouchpadDots(self.sensor, camera, self.values, water, **known)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Protocol
 
 import cv2
 import numpy as np
@@ -86,20 +85,23 @@ class DotTracker:
     rows and columns that are 0 are those of the first frame's dots where these form a grid; detector: an object with detect(image) -> Dots
     that replaces the named one; reference: Reference() by default; pattern: (K, 2) px, positions of a pattern to register, the first
     frame's dots by default; as_tracks: a Reference of dots that are reported as tracks while their places on the grid are not certain, None
-    to refuse such frames; mask: what of the image shows the sensor, None for all. Raises BadArgument for unknown names and bad sizes.
+    to refuse such frames; mask: what of the image shows the sensor, None for all; places: 3D positions of the dots, an object with
+    locate(image, tracks, stamp_s) -> (N, 3) m in the sensor frame, NaN: unknown, and renew(), which drops what depends on the reference;
+    seam: px, column of an image stitched from two cameras beyond which the right one sees. Raises BadArgument for unknown names and bad
+    sizes.
 
-    unnumbered: why the dots of the last frame have no numbers, ''.
+    unnumbered: why the dots of the last frame have no numbers, and what would help; ''.
     """
 
     def __init__(self, rows: int, columns: int, polarity: str = 'dark', detection: str = 'likelihood', numbering: str = 'lattice',
                  detector=None, reference: Reference | None = None, pattern: np.ndarray | None = None, as_tracks: Reference | None = None,
-                 mask: Mask | None = None):
+                 mask: Mask | None = None, places=None, seam: float | None = None):
         if not (rows == columns == 0 or (rows >= 2 and columns >= 2)):
             raise BadArgument(f'rows and columns must both be 0 (no grid) or at least 2, not {rows} and {columns}')
         self.rows, self.columns = rows, columns
         self.reference = Reference() if reference is None else reference
         self._detector = DotDetector(polarity, detection) if detector is None else detector
-        self._mask = mask
+        self._mask, self._places, self._seam = mask, places, seam
         self._search_grid = numbering == AUTO and not rows
         self._numbering = self._make_numbering('lattice' if numbering == AUTO else numbering, pattern)
         self._linker, self._track_reference = Linker(), as_tracks
@@ -119,6 +121,13 @@ class DotTracker:
         self.reference.reset()
         if self._track_reference is not None:
             self._track_reference.reset()
+        if self._places is not None:
+            self._places.renew()
+
+    @property
+    def warning(self) -> str:
+        """Why the reference may not show the untouched sensor; ''."""
+        return self.reference.warning
 
     @property
     def found(self) -> str:
@@ -129,12 +138,14 @@ class DotTracker:
         return f'{getattr(self._detector, "found", "") or "dots"}, {grid}'
 
     def process(self, image: np.ndarray, stamp_s: float, touched: bool | None = None) -> DotTracks:
-        """Indexed dots of an image; dots without a certain index are left out.
+        """Indexed dots of an image, and their 3D positions; dots without a certain index are left out.
 
         image: uint8 (H, W) or (H, W, 3) BGR; stamp_s: exposure time, s; touched: whether a later stage detected contact, None if unknown.
         Raises BadFrame for a bad image or stamp, and when no dot can be indexed with certainty; a bad frame leaves the tracker unchanged.
         """
         self._check(image, stamp_s)
+        if self._seam is not None and not self.reference.taken and not self._shows_both(image):
+            raise BadFrame('one of the two views is black: both must be there when the reference is taken; check its camera or topic')
         dots = self._detect(image)
         loose = self._track_reference is not None and self.rows
         track = self._linker.update(dots, stamp_s) if loose else None
@@ -146,9 +157,16 @@ class DotTracker:
             id, self.unnumbered = None, f'{error}. Until then dots are tracks without grid numbers'
         self._stamp_s, self._size = stamp_s, image.shape
         tracks = self._displaced(dots, track, stamp_s, 0, 0, self._track_reference, touched) if loose else None
-        if id is None:
-            return tracks
-        return self._displaced(dots, id, stamp_s, self.rows, self.columns, self.reference, touched)
+        if id is not None:
+            tracks = self._displaced(dots, id, stamp_s, self.rows, self.columns, self.reference, touched)
+        if self._places is not None:
+            tracks.xyz = self._places.locate(image, tracks, stamp_s)
+        return tracks
+
+    def _shows_both(self, image: np.ndarray) -> bool:
+        """Whether a stitched image shows both views; the half of a view that is missing is black."""
+        seam = round(self._seam)
+        return bool(image[:, :seam].any() and image[:, seam + 1:].any())
 
     def _detect(self, image):
         dots = _detected(self._detector, self._mask, image)
@@ -189,26 +207,25 @@ class DotTracker:
         return numbers.id
 
 
-class PrintedGrid(Protocol):
-    """What a tracker needs of a sensor: rows and columns of the printed grid, both 0 for other patterns."""
+def tracker_options(sensor, values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None,
+                    image_only: bool = False) -> dict:
+    """Arguments of a DotTracker with the given parameters.
 
-    rows: int
-    columns: int
-
-
-def make_tracker(sensor: PrintedGrid, values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None,
-                 image_only: bool = False) -> DotTracker:
-    """A tracker with the given parameters.
-
-    values: of DOT_PARAMETERS; pattern: (K, 2) px, untouched image positions whose order gives the ids of an irregular pattern; rest:
-    (K, 2) px, calibrated untouched positions, used to detect contact in the first frame; image_only: no later stage needs grid numbers.
+    sensor: has rows and columns of the printed grid, both 0 for other patterns; values: of DOT_PARAMETERS; pattern: (K, 2) px, untouched
+    image positions whose order gives the ids of an irregular pattern; rest: (K, 2) px, calibrated untouched positions, used to detect
+    contact in the first frame; image_only: no later stage needs grid numbers, so that dots without are tracks.
     """
     known = None if rest is None else CalibratedRest(rest)
     constants = values['reference.time_constant'], values['reference.frames']
-    numbering = values['numbering'] if pattern is None or values['numbering'] == SORT else REGISTER
-    return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], numbering,
-                      reference=Reference(*constants, known), pattern=pattern, as_tracks=Reference(*constants) if image_only else None,
-                      mask=_mask_of(values))
+    return {'rows': sensor.rows, 'columns': sensor.columns, 'polarity': values['polarity'], 'detection': values['detection'],
+            'numbering': values['numbering'] if pattern is None or values['numbering'] == SORT else REGISTER, 'pattern': pattern,
+            'reference': Reference(*constants, known), 'as_tracks': Reference(*constants) if image_only else None,
+            'mask': _mask_of(values)}
+
+
+def make_tracker(*given, **known) -> DotTracker:
+    """A tracker with the given parameters; see tracker_options."""
+    return DotTracker(**tracker_options(*given, **known))
 
 
 def _mask_of(values: Mapping) -> Mask | None:
@@ -224,58 +241,3 @@ def find_pattern(image: np.ndarray, values: Mapping) -> np.ndarray:
     """(K, 2) px, image positions of the dots of the untouched sensor, from top to bottom. Raises BadFrame if there are none."""
     uv = _detected(DotDetector(values['polarity'], values['detection']), _mask_of(values), image).uv
     return uv[np.argsort(uv[:, 1])]
-
-
-class Places(Protocol):
-    """3D positions of dots: DotPlaces or MarkerPlaces."""
-
-    def locate(self, image: np.ndarray, tracks: DotTracks, stamp_s: float) -> np.ndarray:
-        """Positions (N, 3), m, in the sensor frame, of tracks in an image exposed at stamp_s, s; NaN if unknown. Raises BadFrame."""
-
-    def renew(self) -> None:
-        """Discard all state that depends on the reference."""
-
-
-class DotEstimator:
-    """Tracks and locates dots frame by frame. values: of DOT_PARAMETERS; places: 3D positions of the dots; pattern, rest: see make_tracker;
-    seam: px, column of an image stitched from two cameras beyond which the right one sees; None for one camera."""
-
-    def __init__(self, sensor: PrintedGrid, values: Mapping, places: Places | None = None, pattern: np.ndarray | None = None,
-                 rest: np.ndarray | None = None, seam: float | None = None):
-        image_only = places is None and values['surface'] in ('none', 'gel', 'pins')
-        self._tracker, self._places, self._seam = make_tracker(sensor, values, pattern, rest, image_only), places, seam
-
-    @property
-    def warning(self) -> str:
-        """Why the reference may not show the untouched sensor; ''."""
-        return self._tracker.reference.warning
-
-    @property
-    def unnumbered(self) -> str:
-        """Why the dots of the last frame have no numbers, and what would help; ''."""
-        return self._tracker.unnumbered
-
-    @property
-    def found(self) -> str:
-        """What is tracked, in one line; '' before the first frame."""
-        return self._tracker.found
-
-    def set_reference(self) -> None:
-        """Use the next frame as the untouched reference."""
-        self._tracker.set_reference()
-        if self._places is not None:
-            self._places.renew()
-
-    def process(self, image: np.ndarray, stamp_s: float) -> DotTracks:
-        """Dots of an image, uint8 (H, W) or (H, W, 3) BGR, exposed at stamp_s, s. Raises BadFrame for an unusable image or stamp."""
-        if self._seam is not None and not self._tracker.reference.taken and not self._shows_both(image):
-            raise BadFrame('one of the two views is black: both must be there when the reference is taken; check its camera or topic')
-        tracks = self._tracker.process(image, stamp_s)
-        if self._places is not None:
-            tracks.xyz = self._places.locate(image, tracks, stamp_s)
-        return tracks
-
-    def _shows_both(self, image: np.ndarray) -> bool:
-        """Whether a stitched image shows both views; the half of a view that is missing is black."""
-        seam = round(self._seam)
-        return bool(image[:, :seam].any() and image[:, seam + 1:].any())

@@ -73,36 +73,18 @@ QUANTITIES = {
 }
 
 
-@dataclass
-class Errors:
-    """Errors of one quantity, SI units. rows: (stamp s, x m, y m of the contact, error); untold: number of frames without an estimate."""
-
-    rows: list[tuple[float, float, float, float]] = field(default_factory=list)
-    untold: int = 0
-
-    def add(self, stamp: float, place: np.ndarray, error: float) -> None:
-        """Add an error; NaN: no estimate. place: (2,) m."""
-        if np.isnan(error):
-            self.untold += 1
-        else:
-            self.rows.append((stamp, *place.tolist(), float(error)))
-
-    def table(self) -> np.ndarray:
-        """The rows as (N, 4)."""
-        return np.array(self.rows, float).reshape(-1, 4)
-
-
 def spread(values: np.ndarray, quantity: Quantity) -> dict[str, float]:
-    """Statistics of errors (N,), in the quantity's unit: median, within_95 (95 % of the errors are no worse), worst and count of the
-    absolute errors; for a signed quantity also bias, the median of the signed errors. NaN without errors.
+    """Statistics of errors (N,), in the quantity's unit, NaN: no estimate. median, within_95 (95 % of the errors are no worse), worst and
+    count of the absolute errors, and how many are not_reported; for a signed quantity also bias, the median of the signed errors.
     """
-    found = {'median': np.nan, 'within_95': np.nan, 'worst': np.nan, 'count': len(values)}
-    if len(values):
-        sizes = quantity.factor * np.abs(values)
+    known = values[~np.isnan(values)]
+    found = {'median': np.nan, 'within_95': np.nan, 'worst': np.nan, 'count': len(known), 'not_reported': len(values) - len(known)}
+    if len(known):
+        sizes = quantity.factor * np.abs(known)
         middle, most = np.percentile(sizes, [50, 95 if quantity.low else 5])
         found.update(median=float(middle), within_95=float(most), worst=float(sizes.max() if quantity.low else sizes.min()))
         if quantity.signed:
-            found['bias'] = float(quantity.factor * np.median(values))
+            found['bias'] = float(quantity.factor * np.median(known))
     return found
 
 
@@ -128,17 +110,6 @@ def touch_errors(estimated: ContactEstimate, true: ContactEstimate) -> dict[str,
 
 
 @dataclass
-class _Episode:
-    """One true touch from begin to end."""
-
-    frames: int = 0
-    estimated: int = 0
-    begin: float = np.nan
-    first_estimated: float = np.nan
-    numbers: list[int] = field(default_factory=list)
-
-
-@dataclass
 class TouchCounts:
     """Counts of detected, missed and false touches, and the consistency of the covariances.
 
@@ -150,9 +121,10 @@ class TouchCounts:
     flagged: Counter = field(default_factory=Counter)
     squares: list[tuple[float, int]] = field(default_factory=list)
     uncertain: int = 0
-    _episodes: dict[int, _Episode] = field(default_factory=dict)
+    _begun: dict[int, float] = field(default_factory=dict)  # id of each true touch -> stamp of its first frame
+    _numbers: dict[int, list[int]] = field(default_factory=dict)  # the same of those estimated -> ids in their order
+    _late: list[float] = field(default_factory=list)
     _estimated: set[int] = field(default_factory=set)
-    _matched: set[int] = field(default_factory=set)
 
     def add(self, stamp: float, estimated: list[ContactEstimate], true: list[ContactEstimate], matched: list) -> None:
         """Add one frame; matched: its pairs."""
@@ -161,37 +133,30 @@ class TouchCounts:
                 'false': bool(estimated) and not true}
         self.frames.update(name for name, so in here.items() if so)
         self._estimated.update(touch.id for touch in estimated)
-        self._matched.update(touch.id for touch, _ in matched)
         for touch in true:
-            episode = self._episodes.setdefault(touch.id, _Episode(begin=stamp))
-            episode.frames += 1
+            self._begun.setdefault(touch.id, stamp)
         for touch, there in matched:
-            self._match(self._episodes[there.id], stamp, touch, there)
-
-    def _match(self, episode: _Episode, stamp: float, touch: ContactEstimate, there: ContactEstimate) -> None:
-        if not episode.estimated:
-            episode.first_estimated = stamp
-        episode.estimated += 1
-        if episode.numbers[-1:] != [touch.id]:
-            episode.numbers.append(touch.id)
-        self.flagged.update(name for name, flag in FLAGS.items() if touch.flags & flag)
-        square, directions = normalised_square(touch.position - there.position, touch.position_covariance)
-        if directions:
-            self.squares.append((square, directions))
-        elif np.isfinite(there.position).all():
-            self.uncertain += 1
+            numbers = self._numbers.setdefault(there.id, [])
+            if not numbers:
+                self._late.append(stamp - self._begun[there.id])
+            if numbers[-1:] != [touch.id]:
+                numbers.append(touch.id)
+            self.flagged.update(name for name, flag in FLAGS.items() if touch.flags & flag)
+            square, directions = normalised_square(touch.position - there.position, touch.position_covariance)
+            if directions:
+                self.squares.append((square, directions))
+            elif np.isfinite(there.position).all():
+                self.uncertain += 1
 
     def summary(self) -> dict:
         """Counts of frames, of touches and of flags, by name."""
-        episodes = list(self._episodes.values())
-        late = [e.first_estimated - e.begin for e in episodes if e.estimated]
         names = ('judged', 'touched', 'missed', 'too_few', 'too_many', 'untouched', 'false')
+        late = 1e3 * np.array(self._late) if self._late else np.full(1, np.nan)
         return {'frames': {name: self.frames[name] for name in names},
-                'touches': {'there': len(episodes), 'never_reported': sum(not e.estimated for e in episodes),
-                            'made_up': len(self._estimated - self._matched),
-                            'renumbered': sum(max(len(e.numbers) - 1, 0) for e in episodes),
-                            'reported_after_ms': {'median': 1e3 * float(np.median(late)) if late else np.nan,
-                                              'worst': 1e3 * float(np.max(late)) if late else np.nan}},
+                'touches': {'there': len(self._begun), 'never_reported': len(self._begun) - len(self._numbers),
+                            'made_up': len(self._estimated.difference(*self._numbers.values())),
+                            'renumbered': sum(len(numbers) - 1 for numbers in self._numbers.values()),
+                            'reported_after_ms': {'median': float(np.median(late)), 'worst': float(late.max())}},
                 'flagged': {name: self.flagged[name] for name in FLAGS}}
 
     def consistency(self) -> dict:
@@ -207,12 +172,12 @@ class TouchCounts:
 class Evaluation:
     """Accumulates frames; summary() reports.
 
-    errors: by name of QUANTITIES; dots: (3, 4) counts, true state by estimated state, last column: dots not seen; slip: (3, 3) counts,
-    true by estimated; context: (stamp s, touched, depth m) of the truth of each frame.
+    dots: (3, 4) counts, true state by estimated state, last column: dots not seen; slip: (3, 3) counts, true by estimated; context:
+    (stamp s, touched, depth m) of the truth of each frame.
     """
 
     def __init__(self):
-        self.errors: dict[str, Errors] = defaultdict(Errors)
+        self._rows: dict[str, list[tuple[float, float, float, float]]] = defaultdict(list)
         self.touches = TouchCounts()
         self.dots, self.slip = np.zeros((3, 4), int), np.zeros((3, 3), int)
         self.context: list[tuple[float, float, float]] = []
@@ -220,85 +185,82 @@ class Evaluation:
 
     def add(self, stamp: float, estimated: Instant, true: Instant) -> None:
         """Add one frame: estimate and truth; stamp: s."""
-        place = true.place
+        place, errors = true.place, {}
         if true.contacts is not None:
             depths = [contact.depth for contact in true.contacts if np.isfinite(contact.depth)]
             self.context.append((stamp, float(bool(true.contacts)), max(depths, default=np.nan)))
             if estimated.contacts is not None:
-                self._add_touches(stamp, estimated.contacts, true.contacts)
+                matched = pairs(estimated.contacts, true.contacts)
+                self.touches.add(stamp, estimated.contacts, true.contacts, matched)
+                for touch, there in matched:
+                    self._keep(stamp, there.position[:2], touch_errors(touch, there))
         if estimated.region is not None and true.region is not None:
-            self._add_region(stamp, place, estimated.region, true.region)
+            errors |= self._region_errors(estimated.region, true.region)
         if estimated.slip is not None and true.slip is not None and true.touched is not False:
-            self._add_slip(stamp, place, estimated, true)
-        if estimated.wrench is not None and true.wrench is not None and true.touched is not False and np.isfinite(true.wrench).any():
+            errors |= self._slip_errors(estimated, true)
+        self._keep(stamp, place, errors)
+        if estimated.wrench is not None and true.wrench is not None and true.touched is not False:
             self._wrenches.append((stamp, place, estimated.wrench, true.wrench))
 
-    def _add_touches(self, stamp: float, estimated: list, true: list) -> None:
-        matched = pairs(estimated, true)
-        self.touches.add(stamp, estimated, true, matched)
-        for touch, there in matched:
-            for name, error in touch_errors(touch, there).items():
-                self.errors[name].add(stamp, there.position[:2], error)
+    def _keep(self, stamp: float, place: np.ndarray, errors: dict[str, float]) -> None:
+        for name, error in errors.items():
+            self._rows[name].append((stamp, *place.tolist(), float(error)))
 
-    def _add_region(self, stamp: float, place: np.ndarray, estimated: ContactRegionEstimate, true: ContactRegionEstimate) -> None:
+    def _region_errors(self, estimated: ContactRegionEstimate, true: ContactRegionEstimate) -> dict[str, float]:
         if len(true.dot_id) and len(estimated.dot_id):
             found = dict(zip(estimated.dot_id.tolist(), estimated.dot_state.tolist()))
             columns = [found.get(number, 3) for number in true.dot_id.tolist()]
             np.add.at(self.dots, (true.dot_state, columns), 1)
         if not true.area > 0:
-            return
+            return {}
+        errors = {'region_area': estimated.area / true.area - 1}
         if true.outlines:
-            self.errors['region_overlap'].add(stamp, place, region_iou(estimated.outlines + estimated.holes, true.outlines + true.holes))
-        self.errors['region_area'].add(stamp, place, estimated.area / true.area - 1)
+            errors['region_overlap'] = region_iou(estimated.outlines + estimated.holes, true.outlines + true.holes)
         if np.isfinite(true.centroid[:2]).all():
-            self.errors['region_centroid'].add(stamp, place, float(np.hypot(*(estimated.centroid - true.centroid)[:2])))
+            errors['region_centroid'] = np.hypot(*(estimated.centroid - true.centroid)[:2])
+        return errors
 
-    def _add_slip(self, stamp: float, place: np.ndarray, estimated: Instant, true: Instant) -> None:
+    def _slip_errors(self, estimated: Instant, true: Instant) -> dict[str, float]:
         self.slip[true.slip.state, estimated.slip.state] += 1
+        errors = {}
         if np.isfinite(true.slip.slipping_fraction):
-            self.errors['slipping_fraction'].add(stamp, place, estimated.slip.slipping_fraction - true.slip.slipping_fraction)
-        if not true.slip.state:
-            return
+            errors['slipping_fraction'] = estimated.slip.slipping_fraction - true.slip.slipping_fraction
         at = true.region.centroid if true.region is not None else np.full(3, np.nan)
-        there = _velocity(true.slip, at)
-        if np.isfinite(there[:2]).all():
-            self.errors['slip_velocity'].add(stamp, place, float(np.hypot(*(_velocity(estimated.slip, at) - there)[:2])))
+        there = _velocity(true.slip, at)[:2]
+        if true.slip.state and np.isfinite(there).all():
+            errors['slip_velocity'] = np.hypot(*(_velocity(estimated.slip, at)[:2] - there))
+        return errors
 
-    def _add_wrenches(self) -> dict[str, Errors]:
-        """Errors of force and moment; relative ones need the largest of the recording."""
-        found = {name: Errors() for name in ('force', 'force_relative', 'moment', 'moment_relative')}
+    def _wrench_errors(self) -> dict[str, list]:
+        """Rows of the errors of force and moment; relative ones need the largest of the recording."""
+        found = defaultdict(list)
         for name, part in (('force', slice(3)), ('moment', slice(3, 6))):
-            rows = [(stamp, place, estimated[part], true[part]) for stamp, place, estimated, true in self._wrenches
-                    if np.isfinite(true[part]).all()]
-            strongest = max((np.linalg.norm(true) for *_, true in rows), default=0.0)
-            for stamp, place, estimated, true in rows:
-                found[name].add(stamp, place, _known_norm(estimated - true))
-                if np.linalg.norm(true) > _WEAK * strongest:
-                    found[f'{name}_relative'].add(stamp, place, _known_norm(estimated - true) / np.linalg.norm(true))
-        return {name: errors for name, errors in found.items() if errors.rows or errors.untold}
+            rows = [(stamp, place, estimated[part] - true[part], np.linalg.norm(true[part])) for stamp, place, estimated, true
+                    in self._wrenches if np.isfinite(true[part]).all()]
+            strongest = max((size for *_, size in rows), default=0.0)
+            for stamp, place, off, size in rows:
+                error = np.linalg.norm(off[np.isfinite(off)]) if np.isfinite(off).any() else np.nan  # of the components that are estimated
+                found[name].append((stamp, *place, error))
+                if size > _WEAK * strongest:
+                    found[f'{name}_relative'].append((stamp, *place, error / size))
+        return found
 
-    def all_errors(self) -> dict[str, Errors]:
-        """Errors by name, in the order of QUANTITIES, for the quantities that were compared."""
-        known = {**self.errors, **self._add_wrenches()}
-        return {name: known[name] for name in QUANTITIES if name in known}
+    def errors(self) -> dict[str, np.ndarray]:
+        """Rows (N, 4) by name, in the order of QUANTITIES, of the quantities that were compared: stamp, s, x and y of the contact, m, and
+        error, SI units, NaN: no estimate."""
+        known = {**self._rows, **self._wrench_errors()}
+        return {name: np.array(known[name], float) for name in QUANTITIES if name in known}
 
     def summary(self) -> dict:
         """All results by name, in the units of QUANTITIES; NaN for a quantity that was not compared."""
-        errors = {name: (QUANTITIES[name], e.table(), e.untold) for name, e in self.all_errors().items()}
         return {
             **self.touches.summary(),
-            'errors': {name: {'text': q.text, 'unit': q.unit, **spread(t[:, 3], q), 'not_reported': untold}
-                       for name, (q, t, untold) in errors.items()},
+            'errors': {name: {'text': QUANTITIES[name].text, 'unit': QUANTITIES[name].unit, **spread(rows[:, 3], QUANTITIES[name])}
+                       for name, rows in self.errors().items()},
             'covariance': self.touches.consistency(),
             'dot_states': _confused(self.dots, DOT_STATES, 'not seen') if self.dots.any() else None,
             'slip_states': {**_confused(self.slip, SLIP_STATES), 'macro_f1': macro_f1(self.slip)} if self.slip.any() else None,
         }
-
-
-def _known_norm(error: np.ndarray) -> float:
-    """Norm of the known components; NaN without one."""
-    known = np.isfinite(error)
-    return float(np.linalg.norm(error[known])) if known.any() else np.nan
 
 
 def _velocity(slip: SlipEstimate, at: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ What the presses do not determine keeps its default, with a note.
 """
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -211,30 +212,36 @@ def _row(recording: Recording, sums: np.ndarray, chosen: np.ndarray, begin: int)
 
 def fit_finger(presses: Presses) -> FingerFit:
     """The model fitted to presses. Raises BadCalibration without a usable press."""
-    segments = presses.segments
+    segments, onsets = presses.segments, presses.onsets
     place, normal, noise, light, when = _places(segments, presses.noise)
     paper, notes = fit_equidistant_map(place, normal)
+
+    def determined(without: tuple, effect: str, fit: Callable[..., tuple], *given) -> tuple:
+        """What fit(*given) finds; where the presses do not determine it, what holds without, with a note on the effect."""
+        try:
+            return fit(*given)
+        except BadCalibration as error:
+            notes.append(f'{effect}: {error}')
+            return without
     paper_errors = error_angle(paper.normals(place), normal)
     smooth, shift, errors, more = _smooth(place, normal, noise * paper.beta, light, paper_errors)
-    if smooth is None:
-        errors = _leave_one_out_equidistant(place, normal)
-    level, level_limits, level_notes = _level(presses)
+    notes += more
+    sigma = float(np.sqrt(presses.noise[TOTAL, TOTAL]))
+    level, limits = determined((None, FingerModel.level_limits), 'contact is detected by the noise threshold alone', fit_touch_level,
+                               position(onsets.sums), onsets.level, onsets.brightest, sigma)
+    force, force_error = determined((None, np.nan), 'force is not estimated', fit_load, *_loads(segments, segments.force))
+    depth, depth_error = determined((None, np.nan), 'depth is not estimated', fit_load, *_loads(segments, segments.depth))
     cross, cross_volts = _cross(segments, presses.noise[CROSS, CROSS])
-    force, force_error, force_notes = _load(segments, segments.force, 'force')
-    depth, depth_error, depth_notes = _load(segments, segments.depth, 'depth')
     creep = fit_creep(presses.lights)
-    creep_notes = [] if creep else ['creep of the cover: the presses do not show it; a contact that slides is reported behind the object']
-    model = FingerModel(paper, smooth, shift, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(place), level, level_limits, cross,
+    notes += [] if creep else ['creep of the cover: the presses do not show it; a contact that slides is reported behind the object']
+    model = FingerModel(paper, smooth, shift, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(place), level, limits, cross,
                         cross_volts, force, depth, presses.room, creep)
-    theta = np.linalg.norm(log_map(normal), axis=1)
+    theta, bright = np.linalg.norm(log_map(normal), axis=1), segments.sums[:, TOTAL]
     residuals = {'places': len(place), 'left_out_mean': float(errors.mean()), 'left_out_largest': float(errors.max()),
                  'paper_mean': float(paper_errors.mean()), 'paper_largest': float(paper_errors.max()),
                  'force_relative': force_error, 'depth_relative': depth_error}
-    span = {'theta': [float(theta.min()), float(theta.max())],
-            'light': [float(segments.sums[:, TOTAL].min()), float(segments.sums[:, TOTAL].max())]}
-    return FingerFit(model, len(place), errors, paper_errors, residuals, span, [*notes, *more, *level_notes, *force_notes, *depth_notes,
-                                                                   *creep_notes],
-                     normal, when)
+    span = {name: [float(values.min()), float(values.max())] for name, values in (('theta', theta), ('light', bright))}
+    return FingerFit(model, len(place), errors, paper_errors, residuals, span, notes, normal, when)
 
 
 def _places(segments: Segments, noise: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -282,35 +289,12 @@ def _with_shift(place, values, noise, light, terms):
     return smooth, None, np.linalg.norm(left_out, axis=1)
 
 
-def _leave_one_out_equidistant(place: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """(N,) rad: leave-one-out errors of the equidistant map; NaN where the other positions do not determine one."""
-    errors = np.full(len(place), np.nan)
-    for k in range(len(place)):
-        others = np.arange(len(place)) != k
-        try:
-            paper, _ = fit_equidistant_map(place[others], normal[others])
-        except BadCalibration:
-            continue
-        errors[k] = error_angle(paper.normals(place[k:k + 1]), normal[k:k + 1])[0]
-    return errors
-
-
 def _reach(place: np.ndarray) -> float:
     """Half widths within which a calibrated position covers its surroundings: 1.5 times the median distance to the third neighbour."""
     if len(place) < 4:
         return _REACH_MOST
     distance = np.sort(np.linalg.norm(place[:, None] - place[None], axis=-1), axis=1)
     return float(np.clip(_REACH_SPACINGS * np.median(distance[:, 3]), _REACH_LEAST, _REACH_MOST))
-
-
-def _level(presses: Presses):
-    onsets = presses.onsets
-    sigma = float(np.sqrt(presses.noise[TOTAL, TOTAL]))
-    try:
-        level, limits = fit_touch_level(position(onsets.sums), onsets.level, onsets.brightest, sigma)
-    except BadCalibration as error:
-        return None, FingerModel.level_limits, [f'contact is detected by the noise threshold alone: {error}']
-    return level, limits, []
 
 
 def _cross(segments: Segments, noise: float) -> tuple[np.ndarray | None, float]:
@@ -327,14 +311,11 @@ def _cross(segments: Segments, noise: float) -> tuple[np.ndarray | None, float]:
     return fitted, float(np.sqrt(max(whole - part, _CROSS_LEAST * whole)))
 
 
-def _load(segments: Segments, known: np.ndarray, name: str) -> tuple[np.ndarray | None, float, list[str]]:
+def _loads(segments: Segments, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Positions (N, 2), light (N,), V, and loads of some of the segments with known loads (M,)."""
     usable = np.flatnonzero(np.isfinite(known) & (known > 0))
     usable = usable[np.unique(np.linspace(0, max(len(usable) - 1, 0), min(len(usable), _MOST_LOADS)).round().astype(int))]
-    try:
-        fitted, error = fit_load(position(segments.sums[usable]), segments.sums[usable, TOTAL], known[usable])
-    except BadCalibration as problem:
-        return None, float('nan'), [f'{name} is not estimated: {problem}']
-    return fitted, error, []
+    return position(segments.sums[usable]), segments.sums[usable, TOTAL], known[usable]
 
 
 def fit_load(place: np.ndarray, light: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, float]:

@@ -19,13 +19,6 @@ def direction(phi: np.ndarray, theta: np.ndarray) -> np.ndarray:
     return np.stack([np.cos(phi) * np.sin(theta), np.sin(phi) * np.sin(theta), np.cos(theta) + 0 * phi], axis=-1)
 
 
-def angles(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Azimuth in (-pi, pi], 0 at the pole, and polar angle, rad, of unit vectors (..., 3); NaN for non-finite vectors."""
-    normal = np.where(np.isfinite(normal), normal, np.nan)
-    across = np.hypot(normal[..., 0], normal[..., 1])
-    return np.arctan2(normal[..., 1], normal[..., 0]) * (across > 0), np.arctan2(across, normal[..., 2])
-
-
 def error_angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Angles, rad, between unit vectors (..., 3) (eqs 12, 13). The arc sine of half the chord keeps small angles exact."""
     return 2 * np.arcsin(np.clip(0.5 * np.linalg.norm(a - b, axis=-1), 0.0, 1.0))
@@ -126,49 +119,44 @@ class SmoothMap:
 
     def deviation(self, place: np.ndarray) -> np.ndarray:
         """Standard deviation (M,), rad, of either value at positions (M, 2), without the noise of the light."""
-        inverse = np.linalg.inv(self._covariance())
+        inverse, basis, normal = self._process()
         cross = self.amplitude**2 * _kernel(place, self.place, self.length)
         explained = (cross @ inverse * cross).sum(1)
-        basis = trend(self.place, len(self.slopes))
         free = trend(place, len(self.slopes)) - cross @ (inverse @ basis)
-        freedom = np.linalg.pinv(basis.T @ inverse @ basis)
-        variance = self.amplitude**2 - explained + ((free @ freedom) * free).sum(1)
+        variance = self.amplitude**2 - explained + ((free @ np.linalg.pinv(normal)) * free).sum(1)
         return np.sqrt(np.maximum(variance, 0.0) + self.extra**2)
 
     def precision(self) -> np.ndarray:
         """Inverse covariance (N, N), rad^-2, of either value at the training positions, with the trend projected out."""
-        inverse = np.linalg.inv(self._covariance())
-        basis = trend(self.place, len(self.slopes))
-        return _without_trend(inverse, basis, basis.T @ inverse @ basis)
+        return _without_trend(*self._process())
 
-    def _covariance(self) -> np.ndarray:
-        return _covariance_of(self.place, self.noise, self.length, self.amplitude, self.extra)
+    def _process(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return _process(self.place, self.noise, len(self.slopes), (self.length, self.amplitude, self.extra))
 
 
-def _covariance_of(place: np.ndarray, noise: np.ndarray, length: float, amplitude: float, extra: float) -> np.ndarray:
-    return amplitude**2 * _kernel(place, place, length) + np.diag(noise**2 + extra**2)
+def _process(place: np.ndarray, noise: np.ndarray, terms: int,
+             hyper: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Inverse covariance (N, N) of values at positions (N, 2), basis (N, terms) of their trend, and (terms, terms) of its least squares;
+    hyper: length, amplitude, extra."""
+    length, amplitude, extra = hyper
+    inverse, basis = np.linalg.inv(amplitude**2 * _kernel(place, place, length) + np.diag(noise**2 + extra**2)), trend(place, terms)
+    return inverse, basis, basis.T @ inverse @ basis
 
 
 def _without_trend(inverse: np.ndarray, basis: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """The inverse covariance (N, N) with the trend of basis (N, terms) projected out; normal: (terms, terms), of its least squares."""
+    """The inverse covariance (N, N) with the trend projected out; see _process."""
     return inverse - inverse @ basis @ np.linalg.solve(normal, basis.T @ inverse)
 
 
 def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int, hyper: tuple[float, float, float]):
-    """(log restricted likelihood, slopes, weights, leave-one-out residuals (N, 2)) for hyper = length, amplitude, extra."""
-    covariance = _covariance_of(place, noise, *hyper)
-    basis = trend(place, terms)
-    inverse = np.linalg.inv(covariance)
-    normal = basis.T @ inverse @ basis
+    """(log restricted likelihood, slopes, weights, leave-one-out residuals (N, 2)) for hyper (see _process)."""
+    inverse, basis, normal = _process(place, noise, terms, hyper)
     slopes = np.linalg.solve(normal, basis.T @ inverse @ values)
     weights = inverse @ (values - basis @ slopes)
     # Leave-one-out residuals in closed form: weights over the diagonal of the precision with the trend projected out.
-    precision = _without_trend(inverse, basis, normal)
-    left_out = weights / np.diag(precision)[:, None]
-    fit = 0.5 * ((values - basis @ slopes) * weights).sum()
-    count = values.shape[1]
-    likelihood = -fit - 0.5 * count * np.linalg.slogdet(covariance)[1] - 0.5 * count * np.linalg.slogdet(normal)[1]
-    return likelihood, slopes, weights, left_out
+    left_out = weights / np.diag(_without_trend(inverse, basis, normal))[:, None]
+    evidence = values.shape[1] * (np.linalg.slogdet(inverse)[1] - np.linalg.slogdet(normal)[1])
+    return 0.5 * (evidence - ((values - basis @ slopes) * weights).sum()), slopes, weights, left_out
 
 
 def fit_smooth_map(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int = 5) -> tuple[SmoothMap, np.ndarray]:

@@ -18,8 +18,6 @@ from ..errors import BadCalibration
 from .map import NOMINAL_BETA, EquidistantMap, LightShift, SmoothMap, exp_map, level_basis, tabulated
 
 LOAD_TERMS = 8  # of features
-# Channels of the table, as in src/finger/detector.hpp
-NORMAL, DEVIATION, INSIDE, LEVEL, CROSS, LOADS, LIGHT, BEND = slice(0, 3), 3, 4, 5, 6, slice(7, 9), 9, slice(10, 13)
 _NOMINAL_DEVIATION = np.pi / 18  # rad, of the uncalibrated map. Chosen: 10 degrees, above the largest error of the paper (6 degrees, fig 8)
 
 
@@ -36,13 +34,6 @@ def features(place: np.ndarray, light: np.ndarray) -> np.ndarray:
     x, y = place.T
     square, log = x * x + y * y, np.log(np.maximum(light, 1e-6))
     return np.column_stack([np.ones(len(place)), log, log * log, square, square * square, x, y, square * log])
-
-
-def place_part(fitted: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """The part (N,) of features @ fitted that depends on the position alone."""
-    x, y = place.T
-    square = x * x + y * y
-    return fitted[0] + fitted[3] * square + fitted[4] * square**2 + fitted[5] * x + fitted[6] * y
 
 
 @dataclass(frozen=True)
@@ -90,7 +81,7 @@ class FingerModel:
 
     @cached_property
     def table(self) -> np.ndarray:
-        """Table (nodes, nodes, channels) of the model by detector position; its channels are the slices above. Made on first use."""
+        """Table (nodes, nodes, channels) of the model by detector position, made on first use; channels: src/finger/detector.hpp."""
         return tabulated(self._channels)
 
     def _channels(self, place: np.ndarray) -> np.ndarray:
@@ -101,7 +92,7 @@ class FingerModel:
             deviation = self.smooth.deviation(place)
             inside = self._inside(place)
         cross = nothing if self.cross is None else cross_basis(place) @ self.cross
-        parts = [nothing if fitted is None else place_part(fitted, place) for fitted in (self.force, self.depth)]
+        parts = [nothing if fitted is None else features(place, np.ones(len(place))) @ fitted for fitted in (self.force, self.depth)]
         return np.column_stack([self.normals(place), deviation, inside, self.levels(place), cross, *parts, *self._bend(place)])
 
     def _bend(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -113,9 +104,7 @@ class FingerModel:
 
     def _inside(self, place: np.ndarray) -> np.ndarray:
         """(N,) 1 where a calibrated contact is within reach, else 0."""
-        nearest = np.full(len(place), np.inf)
-        for known in self.smooth.place:
-            nearest = np.minimum(nearest, ((place - known) ** 2).sum(1))
+        nearest = np.min([np.square(place - known).sum(axis=1) for known in self.smooth.place], axis=0)
         return (nearest <= self.reach**2).astype(float)
 
     @cached_property

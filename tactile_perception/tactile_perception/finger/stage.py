@@ -10,9 +10,8 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from builtin_interfaces.msg import Time
 from std_msgs.msg import Header
-from tactile_msgs.msg import Contact, Contacts, PsdVoltages
+from tactile_msgs.msg import Contacts, PsdVoltages
 
-from .._core import finger
 from ..errors import BadFrame
 from ..nodes.messages import conversions as convert
 from ..stage import Input, Stage
@@ -67,7 +66,8 @@ class FingerStage(Stage):
         found = self.finger.estimate(np.frombuffer(message.voltages, np.float32).reshape(-1, 4), stamp_s, period_s)
         if found.needs_period:
             raise BadFrame('a single sample without a sample_period; its period is known from the second one on')
-        return {'contacts': [contacts_message(one.touch, later(message.header, one.at * period_s if one.at else 0.0))
+        return {'contacts': [convert.contacts_to_message([one.touch] if one.touch else [],
+                                                         later(message.header, one.at * period_s if one.at else 0.0))
                              for one in found.estimates]}
 
     def health(self) -> tuple[str, dict]:
@@ -88,11 +88,3 @@ def later(header: Header, seconds: float) -> Header:
         return header
     stamp = convert.stamp_ns_of(header) + round(seconds * _NS)
     return Header(frame_id=header.frame_id, stamp=Time(sec=stamp // _NS, nanosec=stamp % _NS))
-
-
-def contacts_message(touch: finger.Touch | None, header: Header) -> Contacts:
-    """Contacts under a header: one, or none."""
-    contacts = [] if touch is None else [
-        Contact(id=touch.id, position=convert.point(touch.position), normal=convert.vector(touch.normal), depth=touch.depth,
-                force=touch.force, position_covariance=touch.covariance.ravel(), flags=touch.flags)]
-    return Contacts(header=header, contacts=contacts)

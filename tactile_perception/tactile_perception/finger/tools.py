@@ -11,7 +11,7 @@ from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
-from tactile_driver.nodes.messages.conversions import header_of, instants, voltages_message
+from tactile_driver.nodes.messages.conversions import header_of, instants, static_transform, voltages_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
@@ -21,7 +21,7 @@ from tactile_driver.simulation.truth import Touch
 from ..bags.stamped import TRUTH, VOLTAGES, find_prefix
 from ..calibration.files.format import Specimen
 from ..calibration.residuals import Residuals, write_and_report
-from ..common.progress import Progress
+from ..common.progress import progress
 from ..errors import BadCalibration, BadRecording
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
@@ -41,7 +41,7 @@ def read_recording(bag: Path, namespace: str) -> Recording:
         prefix = find_prefix(reader.topics, namespace, 'voltages', VOLTAGES)
         if prefix + TRUTH not in reader.topics:
             raise BadCalibration(f'{bag}: no {prefix}{TRUTH}: calibration needs the positions of the presses')
-        for raw in Progress(reader.messages({prefix + 'voltages', prefix + TRUTH}), f'messages of {bag.name}'):
+        for raw in progress(reader.messages({prefix + 'voltages', prefix + TRUTH}), f'messages of {bag.name}'):
             message = decode(raw.data, raw.type_name)
             (blocks if raw.topic == prefix + 'voltages' else truths).append((convert.stamp_seconds(message.header), message))
     volts, times, period = _samples(blocks, bag)
@@ -179,6 +179,6 @@ class PsdRecording:
         """Name -> value of the parameters that meta.json contains."""
         return {'sensor_type': self.meta['sensor'], 'radius': float(self.meta['R_s_m'])}
 
-    def frames(self) -> dict[str, float]:
-        """z in the sensor frame, m, of the sensor's own frames, by name."""
-        return {'tip': float(self.meta['R_s_m'])}
+    def transforms(self, frame_id: str) -> list:
+        """TransformStamped of the tip in the sensor frame."""
+        return [static_transform(frame_id, f'{frame_id}_tip', (0.0, 0.0, float(self.meta['R_s_m'])))]

@@ -38,8 +38,7 @@ UP = np.array([0.0, 0.0, 1.0])
 @dataclass(frozen=True)
 class GelResult:
     """Estimates of one frame. wrench: (6,) N and N m, of the object on the gel, NaN without a modulus; points: surface points on demand;
-    force_sigma: (3,) N, standard deviations of the wrench's force; tractions: None without contact; places: (P, 2) m, of its loads;
-    slip: None where the friction is not known.
+    force_sigma: (3,) N, standard deviations of the wrench's force; slip: None where the friction is not known.
     """
 
     region: ContactRegionEstimate
@@ -47,8 +46,6 @@ class GelResult:
     wrench: np.ndarray
     points: Callable[[], SurfacePoints]
     force_sigma: np.ndarray
-    tractions: Tractions | None
-    places: np.ndarray
     slip: SlipEstimate | None = None
 
 
@@ -161,7 +158,7 @@ class GelEstimator:
         contacts, self._force_sigma = self._contacts(found, parts, members), sigma
         points = partial(dot_points, (1, len(tracks)), np.pad(xy, ((0, 0), (0, 1))), np.pad(rest, ((0, 0), (0, 1))), region.dot_state, None)
         slip = self._slip(found.total if parts else None) if self._friction else None
-        return GelResult(region, contacts, wrench * self._modulus, points, sigma, found, laid.fit.places, slip)
+        return GelResult(region, contacts, wrench * self._modulus, points, sigma, slip)
 
     def _slip(self, force: np.ndarray | None) -> SlipEstimate:
         """How much of a contact slips that bears a force (3,) in any unit; None: no contact. With a part q of its friction used up, a ball

@@ -180,7 +180,7 @@ class PinEstimator:
         self._touching = touched
         points = partial(dot_points, (1, len(tracks)), np.pad(rest + tracks.duv * metres, ((0, 0), (0, 1))), np.pad(rest, ((0, 0), (0, 1))),
                          region.dot_state, None)
-        return GelResult(region, contacts, np.full(6, np.nan), points, np.full(3, np.nan), None, np.zeros((0, 2)))
+        return GelResult(region, contacts, np.full(6, np.nan), points, np.full(3, np.nan))
 
     def _metres(self, tracks: DotTracks) -> float:
         """m a pixel; NaN where neither gel.scale nor gel.pitch tells."""

@@ -12,7 +12,6 @@ from .calibration import read_touch
 from ..camera_stage import CameraStage, Matrices
 from ..errors import BadArgument, BadFrame
 from ..nodes.messages import conversions as convert
-from ..nodes.messages.point_cloud import POINTS
 from .parameters import POINT_PARAMETERS, marker_sensor
 from ..press.estimator import TouchEstimator
 from ..stage import Input
@@ -25,7 +24,7 @@ class ContactPointStage(CameraStage):
 
     node, parameters, has_reference = 'contact_point_node', POINT_PARAMETERS, False
     input = Input('dots', DotTracks, depth=1)
-    outputs = {'contact_region': ContactRegion, 'contacts': Contacts, 'wrench': WrenchStamped, **POINTS}
+    outputs = {'contact_region': ContactRegion, 'contacts': Contacts, 'wrench': WrenchStamped, **convert.POINTS}
 
     def __init__(self, values: Mapping):
         super().__init__(values)

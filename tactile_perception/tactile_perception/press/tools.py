@@ -19,7 +19,6 @@ from ..bags.stamped import TRUE_WRENCH, TRUTH, find_prefix, pairs_of
 from ..bags.stitched_bag import VIEWS, bag_opener, stitching_in
 from ..calibration.files.format import CalibrationFile, Specimen, write_calibration
 from ..calibration.residuals import outliers, report_residuals
-from ..common.progress import log_reported
 from ..dots.tracker import DotTracker, find_pattern, make_tracker
 from ..errors import BadCalibration, BadFrame, BadRecording
 from ..nodes.messages import conversions as convert
@@ -200,9 +199,8 @@ def fit_methods(presses: Presses, reader: PressReader, only: str = '') -> tuple[
     for name in [only] if only else known:
         print(f'fitting {name} to {presses.touching.sum()} presses, and cross-validating it', file=sys.stderr, flush=True)
         try:
-            with log_reported():
-                fitted = known[name].fit(presses, reader.sensor)
-                held[name] = held_out(known[name], presses, reader.sensor, fitted)
+            fitted = known[name].fit(presses, reader.sensor)
+            held[name] = held_out(known[name], presses, reader.sensor, fitted)
             methods[name] = fitted
         except BadCalibration as error:
             reader.left_out.append(f'method {name}: {error}')

@@ -17,7 +17,6 @@ from ..common.geometry import FrameTree, wrench_at
 from ..errors import BadFrame
 from ..nodes.messages import conversions as convert
 from ..nodes.messages.conversions import stamp_seconds
-from ..nodes.messages.point_cloud import POINTS
 from ..stage import Input, Stage
 from .parameters import TAXEL_PARAMETERS, contact_depth, frames_of, grasped_object, taxel_estimator
 
@@ -32,7 +31,7 @@ class TaxelStage(Stage):
     node, parameters = 'taxel_contact_node', TAXEL_PARAMETERS
     # Longer than usual, since slip is estimated from motion, so that no frame should be lost; chosen.
     input = Input('image_raw', Image, depth=100, patience_s=0.15)
-    outputs = convert.RESULTS | POINTS
+    outputs = convert.RESULTS | convert.POINTS
 
     def __init__(self, values: Mapping):
         super().__init__(values)

@@ -17,7 +17,7 @@ from .response import Response, taxel_file
 from ..bags.stamped import TRUE_WRENCH, find_prefix
 from ..calibration.files.format import Specimen
 from ..calibration.residuals import Residuals, write_and_report
-from ..common.progress import Progress
+from ..common.progress import progress
 from ..errors import BadCalibration, BadFrame
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
@@ -66,7 +66,7 @@ def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
         prefix = find_prefix(reader.topics, namespace)
         if prefix + TRUE_WRENCH not in reader.topics:
             raise BadCalibration(f'{bag}: no {prefix}{TRUE_WRENCH}: calibration needs the normal force')
-        for raw in Progress(reader.messages({prefix + 'image_raw', prefix + TRUE_WRENCH}), f'messages of {bag.name}'):
+        for raw in progress(reader.messages({prefix + 'image_raw', prefix + TRUE_WRENCH}), f'messages of {bag.name}'):
             message = decode(raw.data, raw.type_name)
             stamp = convert.stamp_seconds(message.header)
             if raw.topic == prefix + 'image_raw':

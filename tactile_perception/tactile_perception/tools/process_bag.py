@@ -8,16 +8,15 @@ import signal
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from tactile_driver.recordings.reader import LeftOut, RawMessage
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import COMPRESSED, BagWriter
 
-from ..bags.stream import KEPT, Head, Skipped, Task, stream
-from ..common.progress import ProgressLine
+from ..bags.replay import KEPT, Replay
+from ..common.progress import progress
 from ..errors import BadArgument, TactileError
 
 FAILED, INCOMPLETE, SIGNALLED = 1, 3, 128
@@ -26,101 +25,46 @@ _CODES = f"""exit code: 0 complete; {FAILED} no result, with a one-line error; 2
 what is listed as left out; {SIGNALLED} + number of the signal that interrupted it, the bag written so far can be read"""
 
 
-@dataclass
-class Summary:
-    """frames: raw messages read; written: results by topic; left_out: with reasons; seconds: duration; ended: True if interrupted."""
+def process_bag(replay: Replay, target: Path, stopped: Callable[[], bool] = lambda: False) -> Counter:
+    """Write what comes of a recording to target, a new bag, with the stamps of the recording; number of messages by topic.
 
-    frames: int = 0
-    written: Counter = field(default_factory=Counter)
-    left_out: LeftOut = field(default_factory=LeftOut)
-    seconds: float = 0.0
-    ended: bool = False
-
-
-def process_bag(task: Task, target: Path, stopped: Callable[[], bool] = lambda: False) -> Summary:
-    """Write the results for the task's bag to target, a new bag, with the stamps of the recording. An interrupted bag is readable.
-
-    stopped: called after each frame; True ends the work. Raises TactileError for an unusable bag, OSError when target cannot be written.
+    stopped: called after each message of the recording; True ends the work. An interrupted bag is readable. Raises TactileError for an
+    existing target, OSError when it cannot be written.
     """
-    if target.exists():
-        raise BadArgument(f'bag {target}: exists already; choose another name or remove it')
-    if task.source.is_file() and task.source.suffix not in _BAGS or task.source.is_dir() and not any(
-            file.suffix in _BAGS for file in task.source.iterdir()):
-        raise BadArgument(f'{task.source} is no bag. Make one of a video, images or an array\'s file: ros2 launch tactile_bringup '
-                          f'SENSOR.launch.py source:=file path:={task.source} rate:=0 params:={task.params} record:=BAG')
-    items = stream(task)
-    head = next(items)
-    summary, begin, progress = Summary(), time.monotonic(), ProgressLine('frames', head.frames)
-    with _Output(target, head, summary) as output:
-        for item in items:
-            if isinstance(item, RawMessage):
-                output.write(item)
-            elif isinstance(item, Skipped):
-                summary.left_out.add(item.topic, item.reason, item.stamp_ns)
-            elif isinstance(item, LeftOut):
-                summary.left_out.merge(item)
-            else:
-                summary.frames += 1
-                progress.step()
-                if stopped():
-                    summary.ended = True
-                    break
-    progress.end()
-    summary.seconds = time.monotonic() - begin
-    return summary
+    written = Counter()
+    with BagWriter(target, COMPRESSED) as writer:  # measured: points of a taxel array are 60 times as large as its images
+        for messages in progress(replay, 'messages'):
+            for message in messages:
+                type_name, data = (message.type_name, message.data) if message.data else encode(message.message)
+                writer.write(message.topic, type_name, message.stamp_ns, data)
+                written[message.topic.removeprefix(replay.prefix)] += 1
+            if stopped():
+                break
+    return written
 
 
-class _Output:
-    """The output bag and its counts in summary."""
+@contextmanager
+def _signals() -> Iterator[list[int]]:
+    """Context that yields a list, which takes the number of the first SIGINT or SIGTERM, so that the work ends after the current message;
+    a second one ends it immediately."""
+    taken = []
 
-    def __init__(self, target: Path, head: Head, summary: Summary):
-        self._prefix, self._summary, self._unusable = head.prefix, summary, head.unusable
-        self._writer = BagWriter(target, COMPRESSED)  # measured: points of a taxel array are 60 times as large as its images
-
-    def __enter__(self) -> _Output:
-        self._writer.__enter__()
-        return self
-
-    def __exit__(self, *exc) -> None:
-        self._writer.__exit__(*exc)
-
-    def write(self, message: RawMessage) -> None:
-        """Write and count a message, or count it as left out."""
-        topic = message.topic.removeprefix(self._prefix)
-        if message.topic in self._unusable:
-            self._summary.left_out.add(topic, self._unusable[message.topic], message.stamp_ns)
-            return
-        type_name, data = (message.type_name, message.data) if message.data else encode(message.message)
-        self._writer.write(message.topic, type_name, message.stamp_ns, data)
-        self._summary.written[topic] += 1
-
-
-def report(summary: Summary, target: Path) -> str:
-    """The summary as text."""
-    results = ', '.join(f'{n} {topic}' for topic, n in sorted(summary.written.items()))
-    lines = [f'{target}: {summary.frames} frames, {summary.seconds:.1f} s; {results or "no results"} written']
-    lines += [f'  left out: {line}' for line in summary.left_out.lines()]
-    return '\n'.join(lines)
-
-
-class _Signals:
-    """Stores the first SIGINT or SIGTERM in number, so that the work ends after the current frame; a second one ends it immediately."""
-
-    def __init__(self):
-        self.number = 0
-        self._before: dict = {}
-
-    def __enter__(self) -> _Signals:
-        self._before = {number: signal.signal(number, self._on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
-        return self
-
-    def __exit__(self, *_exc) -> None:
-        for number, handler in self._before.items():
+    def take(number: int, _frame: object) -> None:
+        taken.append(number)
+        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+    before = {number: signal.signal(number, take) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield taken
+    finally:
+        for number, handler in before.items():
             signal.signal(number, handler)
 
-    def _on_signal(self, number: int, _frame: object) -> None:
-        self.number = number
-        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+
+def _check_source(source: Path, params: Path) -> None:
+    """Raise BadArgument for what is no bag."""
+    if source.is_file() and source.suffix not in _BAGS or source.is_dir() and not any(file.suffix in _BAGS for file in source.iterdir()):
+        raise BadArgument(f'{source} is no bag. Make one of a video, images or an array\'s file: ros2 launch tactile_bringup '
+                          f'SENSOR.launch.py source:=file path:={source} rate:=0 params:={params} record:=BAG')
 
 
 def main(args: list[str] | None = None) -> int:
@@ -133,21 +77,25 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--calibration', type=Path, help='calibration file; default: the one in the parameter file')
     parser.add_argument('--namespace', default='', help='namespace of the sensor; needed when the recording has several sensors')
     given = parser.parse_args(args)
-    task = Task(given.input, given.params, given.calibration, given.namespace)
     try:
-        with _Signals() as signals:
-            summary = process_bag(task, given.output, lambda: signals.number != 0)
+        _check_source(given.input, given.params)
+        begin, replay = time.monotonic(), Replay(given.input, given.params, given.calibration, given.namespace)
+        with _signals() as signals:
+            written = process_bag(replay, given.output, lambda: bool(signals))
     except (TactileError, OSError) as error:
         print(f'process_bag: {error}', file=sys.stderr)
         return FAILED
-    print(report(summary, given.output))
-    if summary.ended:
+    results = ', '.join(f'{n} {topic}' for topic, n in sorted(written.items())) or 'no results'
+    print(f'{given.output}: {replay.done} frames, {time.monotonic() - begin:.1f} s; {results} written')
+    for line in replay.left_out.lines():
+        print(f'  left out: {line}')
+    if signals:
         print(f'process_bag: interrupted; {given.output} can be read', file=sys.stderr)
-        return SIGNALLED + signals.number
-    if not any(count for topic, count in summary.written.items() if topic not in KEPT):
+        return SIGNALLED + signals[0]
+    if written.keys() <= set(KEPT):
         print('process_bag: no result could be computed', file=sys.stderr)
         return FAILED
-    return INCOMPLETE if summary.left_out.total else 0
+    return INCOMPLETE if replay.left_out.total else 0
 
 
 if __name__ == '__main__':

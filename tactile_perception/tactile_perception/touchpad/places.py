@@ -13,7 +13,7 @@ from ..common.dots import DotTracks
 from ..common.geometry import Cap
 from ..common.statistics import all_within
 from ..errors import BadArgument, BadFrame
-from ..dots.tracker import DotEstimator
+from ..dots.tracker import DotTracker, tracker_options
 from .identification import identify
 from .membrane import Membrane
 from .sensor import Touchpad
@@ -129,10 +129,11 @@ def _are_at_one_place(uv: np.ndarray) -> bool:
     return len(uv) > 1 and all(np.abs(some - uv[0]).max() < _AT_ONE_PLACE for some in (uv[-1], uv))
 
 
-class TouchpadDots(DotEstimator):
-    """DotEstimator of a touchpad. camera: None if not calibrated, then its dots get no 3D positions; water: of a calibration; known: see
-    DotEstimator."""
+class TouchpadDots(DotTracker):
+    """DotTracker of a touchpad. camera: None if not calibrated, then its dots get no 3D positions; values, and known (pattern, rest): see
+    tracker_options; water: of a calibration."""
 
     def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None, **known):
         places = DotPlaces(sensor, camera, water) if sensor.cap is not None and camera is not None else None
-        super().__init__(sensor, values, places, **known)
+        image_only = places is None and values['surface'] in ('none', 'gel', 'pins')
+        super().__init__(**tracker_options(sensor, values, image_only=image_only, **known), places=places)

@@ -14,7 +14,6 @@ from ..errors import BadFrame
 from ..gel.estimator import GelEstimator, layer_of
 from ..gel.pins import SENSOR as PINS, PinEstimator, PinModel
 from ..nodes.messages import conversions as convert
-from ..nodes.messages.point_cloud import POINTS
 from ..parameters.touchpad import REGION_PARAMETERS
 from ..stage import Input
 from .estimator import ContactEstimator
@@ -27,7 +26,7 @@ class ContactRegionStage(CameraStage):
 
     node, parameters, has_reference = 'contact_region_node', REGION_PARAMETERS, False
     input = Input('dots', DotTracks, depth=1)
-    outputs = convert.RESULTS | POINTS
+    outputs = convert.RESULTS | convert.POINTS
 
     def __init__(self, values: Mapping):
         super().__init__(values)

@@ -9,8 +9,7 @@ from tactile_driver.nodes.messages.conversions import header_of, image_to_messag
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_msgs.msg import Contact, Contacts, Slip
-from tactile_perception.bags.judged_bag import JudgedBag, SampledTruth
-from tactile_perception.common.estimates import ContactEstimate
+from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.errors import BadArgument, BadRecording
 
 MS = 10**6
@@ -49,23 +48,23 @@ def test_each_instant_has_both(tmp_path):
     found = [(stamp, reported.contacts[0].depth - 1, true.contacts[0].depth) for stamp, reported, true in bag.instants()]
     assert found == [(pytest.approx(k * 0.033), k, 1.0) for k in (1, 2, 4, 5)]
     assert bag.unmatched == {'without an estimate': 1, 'without truth': 1}
-    assert bag.times.summary()['latency_ms']['contacts']['median'] == pytest.approx(24)
+    assert bag.times()['latency_ms']['contacts']['median'] == pytest.approx(24)
 
 
 def test_latencies_are_only_those_of_a_live_recording(tmp_path):
     rows = [(k * MS, k * MS + 5 * MS, topic, contacts(1.0)) for k in range(3) for topic in ('/pad/contacts', '/pad/ground_truth/contacts')]
     offline = JudgedBag(write(tmp_path / 'offline', rows))
-    assert len(list(offline.instants())) == 3 and offline.times.summary()['latency_ms'] == {}
+    assert len(list(offline.instants())) == 3 and offline.times()['latency_ms'] == {}
     old = [(stamp, received + 10**13, topic, message) for stamp, received, topic, message in rows]
     played = JudgedBag(write(tmp_path / 'played', [*old, (1, 10**13, '/pad/image_raw', image(1))]))
-    assert len(list(played.instants())) == 3 and played.times.summary()['latency_ms'] == {}, 'the stamps are of another clock'
+    assert len(list(played.instants())) == 3 and played.times()['latency_ms'] == {}, 'the stamps are of another clock'
 
 
 def test_a_message_that_cannot_be_meant_is_counted(tmp_path):
     rows = [(k, k, '/pad/slip', Slip(state=4 * (k == 1))) for k in range(3)] + [(k, k, '/pad/ground_truth/slip', Slip()) for k in range(3)]
     bag = JudgedBag(write(tmp_path / 'bag', rows))
     assert [reported.slip is None for _, reported, _ in bag.instants()] == [False, True, False]
-    assert bag.times.summary()['refused'] == {'slip: state 4 is none of 0 to 2': 1}
+    assert bag.left_out.lines() == ['1 of slip: slip: state 4 is none of 0 to 2 (first at 0.000 s)']
 
 
 def test_a_damaged_message_is_counted_and_the_rest_judged(tmp_path):
@@ -77,17 +76,17 @@ def test_a_damaged_message_is_counted_and_the_rest_judged(tmp_path):
                 type_name, data = encode(message)
                 writer.write(topic, type_name, k, data[:9] if (k, topic) == (1, '/pad/contacts') else data)
     bag = JudgedBag(tmp_path / 'bag')
-    assert len(list(bag.instants())) == 2 and bag.unmatched == {'without an estimate': 1}
-    (reason, count), = bag.times.summary()['refused'].items()
-    assert '/pad/contacts: 9 bytes' in reason and count == 1
+    assert len(list(bag.instants())) == 2 and +bag.unmatched == {'without an estimate': 1}
+    line, = bag.left_out.lines()
+    assert line.startswith('1 of contacts: 9 bytes')
 
 
 @pytest.mark.full
 def test_computed_anew_each_stage_is_timed(pressed_bag):
     bag = JudgedBag(pressed_bag, params=pressed_bag.with_name('disc.yaml'))
     found = list(bag.instants())
-    assert len(found) == 14 and not bag.unmatched and all(reported.contacts is not None for _, reported, _ in found)
-    times = bag.times.summary()
+    assert len(found) == 14 and not +bag.unmatched and all(reported.contacts is not None for _, reported, _ in found)
+    times = bag.times()
     assert set(times['stages_ms']) == {'decoding', 'dots', 'contact', 'all'} and times['latency_ms'] == {}
     stages = {name: stage['median'] for name, stage in times['stages_ms'].items()}
     assert 0 < stages['decoding'] < stages['dots'] and 0 < stages['contact'] < stages['all'] < 1000
@@ -111,30 +110,31 @@ def test_a_parameter_file_that_is_not_there_is_said(pressed_bag, tmp_path):
         JudgedBag(pressed_bag, params=tmp_path / 'none.yaml')
 
 
-def true_contact(x, number=1):
-    return ContactEstimate(number, np.array([x, 0.0, 0.0]), np.array([0.0, x, 1.0]), 0.1 * x, x, np.zeros((3, 3)), 0, np.zeros(0, bool))
+def sampled(path, truth, stamps):
+    """A bag with true contacts (stamp ns -> list of (id, x)), and an estimate at each of the stamps."""
+    rows = [(stamp, stamp, '/pad/contacts', contacts(0.0)) for stamp in stamps]
+    for stamp, known in truth.items():
+        message = Contacts(header=Header(), contacts=[Contact(id=number, force=x, depth=0.1 * x) for number, x in known])
+        for contact, (_, x) in zip(message.contacts, known):
+            contact.position.x, contact.normal.y, contact.normal.z = x, x, 1.0
+        rows.append((stamp, stamp, '/pad/ground_truth/contacts', message))
+    return JudgedBag(write(path, rows))
 
 
-def test_a_contact_that_lasts_moves_evenly():
-    truth = SampledTruth()
-    truth.add(40 * MS, [true_contact(3.0)])
-    truth.add(20 * MS, [true_contact(1.0)])
-    found, = truth.at(25 * MS)
+def test_a_contact_that_lasts_moves_evenly(tmp_path):
+    bag = sampled(tmp_path / 'bag', {40 * MS: [(1, 3.0)], 20 * MS: [(1, 1.0)]}, [25 * MS])
+    (_, _, true), = bag.instants()
+    found, = true.contacts
     assert found.position[0] == found.force == pytest.approx(1.5) and found.depth == pytest.approx(0.15)
     assert np.linalg.norm(found.normal) == pytest.approx(1) and found.normal[1] / found.normal[2] == pytest.approx(1.5)
-    assert truth.used == {20 * MS, 40 * MS}
+    assert not +bag.unmatched
 
 
-def test_another_contact_begins_at_its_stamp():
-    truth = SampledTruth()
-    for stamp, known in ((0, []), (20, [true_contact(1.0)]), (30, [true_contact(2.0, 2)])):
-        truth.add(stamp * MS, known)
-    assert truth.at(19 * MS) == [] and truth.at(29 * MS)[0].position[0] == 1.0
+def test_another_contact_begins_at_its_stamp(tmp_path):
+    bag = sampled(tmp_path / 'bag', {0: [], 20 * MS: [(1, 1.0)], 30 * MS: [(2, 2.0)]}, [19 * MS, 29 * MS])
+    assert [[contact.position[0] for contact in true.contacts] for _, _, true in bag.instants()] == [[], [1.0]]
 
 
-def test_beyond_what_is_known_nothing_is():
-    truth = SampledTruth()
-    assert truth.at(5) is None
-    truth.add(10 * MS, [])
-    truth.add(100 * MS, [])
-    assert [truth.at(stamp * MS) for stamp in (5, 50, 101)] == [None] * 3 and truth.used == set()
+def test_beyond_what_is_known_nothing_is(tmp_path):
+    bag = sampled(tmp_path / 'bag', {10 * MS: [], 100 * MS: []}, [5 * MS, 50 * MS, 101 * MS])
+    assert not list(bag.instants()) and bag.unmatched == {'without truth': 3, 'without an estimate': 2}

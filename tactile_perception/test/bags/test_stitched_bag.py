@@ -56,7 +56,6 @@ def test_pairs_are_pictures_under_the_left_views_stamp(bag, stitching, method):
 
 def test_views_without_a_pair_are_counted(bag, stitching):
     with StitchedBag(bag, stitching, 'plane', 0.008) as reader:
-        assert reader.count({'/pad/image_raw'}) == 7 and reader.count({'/pad/ground_truth/contacts'}) == 8
         assert [m.topic for m in reader.messages({'/pad/image_raw'})].count('/pad/image_raw') == 6
         assert reader.left_out.lines() == ["2 of /pad/left and right/image_raw: one camera's view without the other's"]
 

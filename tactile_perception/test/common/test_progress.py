@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import gc
-import logging
 import os
 from types import SimpleNamespace
 
@@ -11,33 +10,19 @@ from tactile_perception.common.progress import in_parallel
 
 
 def test_items_come_through_and_a_short_run_is_silent(capsys):
-    assert list(progress.Progress('abc', 'letters')) == ['a', 'b', 'c']
-    assert list(progress.Progress([], 'letters')) == []
+    assert list(progress.progress('abc', 'letters')) == ['a', 'b', 'c']
+    assert list(progress.progress([], 'letters')) == []
     assert capsys.readouterr() == ('', '')
 
 
 def test_a_long_run_counts_once_in_a_while(capsys, monkeypatch):
     now = iter(0.4 * k for k in range(100))
     monkeypatch.setattr(progress, 'time', SimpleNamespace(monotonic=lambda: next(now)))  # threads of other tests ask for the time too
-    assert len(list(progress.Progress(range(9), 'frames'))) == 9
+    assert len(list(progress.progress(range(9), 'frames'))) == 9
     out, err = capsys.readouterr()
     lines = err.splitlines()
     assert out == '' and 2 <= len(lines) <= 4 and lines[0].endswith('a second') and ' frames, ' in lines[0]
     assert [int(line.split()[0]) for line in lines] == sorted(int(line.split()[0]) for line in lines)
-
-
-def test_what_is_logged_of_long_work_is_reported_once_in_a_while(capsys, monkeypatch):
-    now = iter(5 + 0.4 * k for k in range(100))
-    monkeypatch.setattr(progress, 'time', SimpleNamespace(monotonic=lambda: next(now)))  # threads of other tests ask for the time too
-    log = logging.getLogger('tactile_perception.touch.any')
-    # launch, which other tests import, makes loggers that keep to themselves
-    monkeypatch.setattr(log, 'parent', logging.getLogger('tactile_perception'))
-    monkeypatch.setattr(log, 'propagate', True)
-    with progress.log_reported():
-        for k in range(7):
-            log.info('%d of 7', k)
-    log.info('not reported')
-    assert capsys.readouterr().err.splitlines() == ['0 of 7', '3 of 7', '6 of 7']
 
 
 def square(number):
@@ -49,14 +34,10 @@ def squares_of(numbers):
 
 
 @pytest.mark.parametrize('cores', [1, 3])
-def test_results_are_in_order_and_reported(cores, monkeypatch, caplog):
+def test_results_are_in_order(cores, monkeypatch):
     monkeypatch.setattr(os, 'sched_getaffinity', lambda pid: range(cores))
-    # launch, which other tests import, makes loggers that keep to themselves
-    log = logging.getLogger(progress.__name__)
-    monkeypatch.setattr(log, 'handlers', [caplog.handler])
-    with caplog.at_level(logging.INFO, logger=log.name):
-        done = in_parallel(square, [1, 2, 3, 4, 5], 'squares')
-    assert [value for value, _ in done] == [1, 4, 9, 16, 25] and caplog.messages[-1] == 'squares: 5 of 5'
+    done = in_parallel(square, [1, 2, 3, 4, 5], 'squares')
+    assert [value for value, _ in done] == [1, 4, 9, 16, 25]
     assert all((process == os.getpid()) == (cores == 1) for _, process in done)
 
 

@@ -34,14 +34,6 @@ def test_fill_ends_where_nothing_is_known():
     np.testing.assert_array_equal(fill_unseen(np.where(np.eye(3) > 0, 1.0, np.nan)), 1)
 
 
-def test_points_lie_on_the_cap(pad):
-    surface = DotSurface(pad.rest.reshape(23, 23, 3))
-    places = np.random.default_rng(0).uniform(4, 18, (200, 2))
-    points = surface.points(places)
-    np.testing.assert_allclose(points[:, 0], (places[:, 1] - 11) * pad.pitch, atol=1e-12)
-    assert np.abs(points[:, 2] - pad.cap.heights(points[:, :2])).max() < 1e-6
-
-
 def test_unseen_dots_are_continued(pad):
     grid = pad.rest.reshape(23, 23, 3).copy()
     true = grid[10, 12].copy()

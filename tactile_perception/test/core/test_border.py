@@ -119,7 +119,6 @@ CALLS = {
     'scores': (lambda **a: [border_network().scores(_core.DotLoads(**LOADS | a), pitch=1.3e-3, **GRID)], LOADS),
     'stick_slip': (call_stick_slip, LOADS | {'score': np.where(NUMBERS % 7 < 4, 1.0, 0.0)}),
     'extend_surface': (lambda xyz=WIDE: [_core.extend_surface(xyz)], {'xyz': WIDE}),
-    'surface_points': (lambda wide=WIDE, places=PLACED: [_core.surface_points(wide, places)], {'wide': WIDE, 'places': PLACED}),
     'find_outlines': (lambda **a: _core.find_outlines(**SCORE | a, level=0.5, ceiling=1.0, refine=2), SCORE),
     'region_axes': (lambda **a: [_core.region_axes(**AXES | a, pitch=1e-3)], AXES),
     'region_contact': (lambda **a: fields(_core.region_contact(**PATCH | a, **GRID, area=1e-5, pitch=1.3e-3, sigma=3e-5, centre_z=-0.01,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tactile_perception.dots.number import METHODS, GridNumbering, Numbered, grid_numbering, number_grid
+from tactile_perception.dots.number import METHODS, GridNumbering, grid_numbering, number_grid
 from tactile_perception.errors import BadArgument
 
 SCENES = {
@@ -52,6 +52,13 @@ def score(numbers, number):
     return np.sum(true & (numbers.id >= 0) & (numbers.id != number)), np.sum(true & (numbers.id < 0)), np.sum(true)
 
 
+def after(uv, rows, columns):
+    """A numbering that has seen a whole grid at uv (N, 2) px."""
+    numbering = GridNumbering(rows, columns)
+    assert numbering.number(uv).certain
+    return numbering
+
+
 @pytest.mark.parametrize('scene', SCENES)
 def test_from_nothing_no_number_is_wrong(scene):
     rng = np.random.default_rng(1)
@@ -70,10 +77,9 @@ def test_a_fast_move_between_two_frames_changes_no_number(pitches):
     rng = np.random.default_rng(int(10 * pitches))
     for scene in ('plain', 'missing, merged and false', 'dragged'):
         for way in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            uv, number = make_grid(rng)
-            previous = Numbered(uv, number)
+            numbering = after(make_grid(rng)[0], 23, 23)
             uv, number = make_grid(rng, **SCENES[scene], shift=np.array(way) * pitches)
-            wrong, missed, count = score(number_grid(uv, 23, 23, previous), number)
+            wrong, missed, count = score(numbering.number(uv), number)
             assert wrong == 0
             assert missed <= 0.02 * count or pitches == 3  # a row has left by then, and the move is too far to tell which
 
@@ -128,8 +134,6 @@ def test_wrong_arguments_are_named():
         number_grid(np.zeros((4, 3)), 23, 23)
     with pytest.raises(BadArgument, match='1 x 23'):
         number_grid(np.zeros((4, 2)), 1, 23)
-    with pytest.raises(BadArgument, match='^id: '):
-        number_grid(np.zeros((4, 2)), 5, 5, Numbered(np.zeros((2, 2)), np.array([3, 25])))
 
 
 SIMULATED = Path(os.environ.get('TACTILE_RECORDINGS', '')) / 'simulated'
@@ -143,13 +147,12 @@ def test_all_markers_seen_in_the_deepest_presses_are_numbered_from_one_image(nam
     """Of a dome's grid the corners are missing; each view of two cameras sees eight of fourteen columns."""
     truth = np.load(SIMULATED / name / 'truth.npz')
     number = truth['dot_rc'] - divmod(first, 17 if name.startswith('ac') else 14)
-    previous = None
+    numbering = GridNumbering(rows, columns)
     for uv, seen in zip(truth['uv' + side], truth['visible' + side]):
         numbers, id = number_grid(uv[seen].astype(float), rows, columns), number[seen] @ [columns, 1]
         assert numbers.certain and (numbers.id >= 0).mean() >= 0.85
-        for given in (numbers.id, number_grid(uv[seen].astype(float), rows, columns, previous).id):
+        for given in (numbers.id, numbering.number(uv[seen].astype(float)).id):
             assert np.array_equal(given[given >= 0], id[given >= 0])
-        previous = Numbered(uv[seen], id)
 
 
 @pytest.fixture
@@ -170,13 +173,13 @@ def test_half_a_grid_is_certain_only_by_its_own_unevenness(dome):
     uv, _, column, id = dome
     left = column < 5
     assert '5 of 10 columns' in number_grid(uv[left], 8, 10).reason
-    np.testing.assert_array_equal(number_grid(uv[left] + 2.0, 8, 10, Numbered(uv, id)).id, id[left])
+    np.testing.assert_array_equal(after(uv, 8, 10).number(uv[left] + 2.0).id, id[left])
 
 
 def test_on_an_even_grid_a_hidden_row_cannot_be_reported_from_a_move():
     row, column = np.divmod(np.arange(80), 10)
     uv, seen = 30.0 * np.stack([column + 1.0, row + 0.5], axis=1), row < 7
-    assert '7 of 8 rows' in number_grid(uv[seen], 8, 10, Numbered(uv, np.arange(80))).reason
+    assert '7 of 8 rows' in after(uv, 8, 10).number(uv[seen]).reason
 
 
 @pytest.mark.parametrize('speed', [0.02, 0.1, 0.25])

@@ -5,12 +5,12 @@ import json
 
 import numpy as np
 from tactile_perception.evaluation.evaluation import Evaluation, Instant
-from tactile_perception.evaluation.report import plain, text
+from tactile_perception.tools.evaluate import plain, text
 
 from made import contact, region, slip
 
 TIMES = {'latency_ms': {'contacts': {'median': 12.34, 'within_95': 20.0, 'worst': 99.9, 'count': 5}}, 'stages_ms': {}, 'memory_mb': 151.2,
-         'refused': {'image is black': 2}}
+         'left_out': ['2 of image_raw: image is black']}
 
 
 def report(*frames, times=TIMES):
@@ -28,13 +28,13 @@ def test_the_text_says_it_all():
     assert '1 instants compared; 3 without an estimate' in page and 'touches:  1 true, 0 missed, 0 false' in page
     assert 'flags:    1 OUT_OF_RANGE' in page and 'depth of the touch +0.25 mm' in page and 'normalised squared error' in page
     assert 'latency of contacts: 12.3 ms in the median, 20 in 95 %, 99.9 at most' in page
-    assert 'memory: 151 MB' in page and 'refused 2 times: image is black' in page
+    assert 'memory: 151 MB' in page and 'left out: 2 of image_raw: image is black' in page
     assert max(map(len, page.splitlines())) < 180
 
 
 def test_of_little_little_is_said():
     page = text(report((Instant(wrench=np.ones(6)), Instant(wrench=np.ones(6))),
-                       times={'latency_ms': {}, 'stages_ms': {}, 'memory_mb': np.nan, 'refused': {}}))
+                       times={'latency_ms': {}, 'stages_ms': {}, 'memory_mb': np.nan, 'left_out': []}))
     assert 'touches:' not in page and 'dots' not in page and 'covariance' not in page and 'memory' not in page
     assert 'force of the wrench' in page
 

@@ -85,7 +85,7 @@ def circling(model, values=VALUES, seed=0):
         for k, touches in results(finger, counts[first:first + 25] * (5 / 4096), first / 5000, 1 / 5000):
             if touches and 2200 < first + k < 6800:
                 off = touches[0].position - 0.016 * truth.normal[int(first + k)]
-                normal, spread = touches[0].normal, touches[0].covariance
+                normal, spread = touches[0].normal, touches[0].position_covariance
                 found.append((np.degrees(np.linalg.norm(off) / 0.016), off @ np.linalg.pinv(spread, rcond=1e-5) @ off / 2,
                               np.linalg.norm(spread @ normal) / np.trace(spread)))
     return np.array(found).T
@@ -126,7 +126,7 @@ def test_places_under_a_lamp_that_is_switched_are_right_or_uncertain_and_contact
             late.append((at - ended).clip(0).min())
         elif touches and np.abs(at - ended).min() > 10:
             errors.append(np.linalg.norm(touches[0].position / 0.016 - truth.normal[int(at)]))
-            stated.append(np.sqrt(np.trace(touches[0].covariance)) / 0.016)
+            stated.append(np.sqrt(np.trace(touches[0].position_covariance)) / 0.016)
     errors, stated = np.array(errors), np.array(stated)
     assert np.mean(errors > np.maximum(3 * stated, np.radians(1))) < 0.003
     assert 0.3 < np.mean((errors / stated) ** 2) < 2 and max(late, default=0) < 300

@@ -3,12 +3,13 @@
 import numpy as np
 import played
 import pytest
+from scipy.ndimage import map_coordinates
 import yaml
 from tactile_perception._core.finger import centroid_covariance
 from tactile_perception.calibration.files.format import write_calibration
 from tactile_perception.errors import BadCalibration
 from tactile_perception.finger.map import (
-    MIX, NOMINAL_BETA, TOTAL, EquidistantMap, LightShift, angles, direction, error_angle, exp_map, fit_light_shift,
+    MIX, NOMINAL_BETA, TOTAL, EquidistantMap, LightShift, direction, error_angle, exp_map, fit_light_shift,
     fit_smooth_map, log_map, position, trend)
 from tactile_perception.finger.model import Creep, FingerFit, FingerModel, psd_file, read_psd
 from tactile_perception.finger.parameters import PsdFinger
@@ -16,15 +17,6 @@ from tactile_perception.finger.published import fit_equidistant_map, paper_finge
 
 PHI = np.array([0.0, 1.0, np.pi, -np.pi, -2.0, 3.1])
 THETA = np.array([0.0, 0.4, 1.2, 1.2, 1e-9, 1.5])
-
-
-def test_angles_there_and_back():
-    normal = direction(PHI, THETA)
-    assert np.linalg.norm(normal, axis=1) == pytest.approx(1.0)
-    phi, theta = angles(normal)
-    assert theta == pytest.approx(THETA)
-    assert np.cos(phi - PHI)[1:] == pytest.approx(1.0)
-    assert angles(np.array([0.0, 0.0, 1.0])) == (0.0, 0.0)
 
 
 def test_the_logarithmic_map_keeps_distances_to_the_pole():
@@ -132,12 +124,10 @@ def test_far_from_calibrated_light_it_is_bounded():
 PLACE = np.random.default_rng(0).uniform(-0.7, 0.7, (30, 2))
 
 
-def test_a_finger_runs_the_model_between_the_nodes_of_its_table_too(model):
-    finger, (volts, _) = PsdFinger(model), played.scene('slide')
-    samples = finger.detect(volts, played.PERIOD)
-    sums = samples.sums[samples.contact]
-    exact = model.normals(position(sums), sums[:, 2])
-    assert len(sums) > 500 and np.degrees(error_angle(finger.normals(samples)[samples.contact], exact)).max() < 0.1
+def test_the_table_holds_the_model_between_its_nodes_too(model):
+    nodes = (PLACE[:, ::-1].T + 1) / 2 * (len(model.table) - 1)
+    found = np.stack([map_coordinates(model.table[..., axis], nodes, order=1) for axis in range(3)], axis=1)
+    assert np.degrees(error_angle(found, model.normals(PLACE))).max() < 0.02
 
 
 def test_a_table_that_is_none_is_refused(model):
@@ -226,14 +216,13 @@ def test_the_published_method_is_less_accurate_than_the_map(model):
     volts, truth = played.scene('grid')
     errors = {}
     for name, finger in (('paper', paper_finger(model, 0.2)), ('map', PsdFinger(model))):
-        samples = finger.detect(volts, played.PERIOD)
-        runs = [r for r in played.runs(samples) if samples.contact[r].sum() > 100]
-        errors[name] = [np.degrees(error_angle(played.touch(finger, samples, r).normal, truth.normal[r.start + 100])) for r in runs]
+        found = [(round(k), touch) for k, touch in played.Player(finger).play(volts) if touch]
+        errors[name] = [np.degrees(error_angle(touch.normal, truth.normal[k])) for k, touch in found]
     assert len(errors['paper']) == len(errors['map']) == 25
     assert np.mean(errors['paper']) > 2 * np.mean(errors['map'])
 
 
 def test_its_offset_is_constant_so_drift_becomes_contact(model):
-    finger = paper_finger(model, 0.2)
-    samples = finger.detect(played.scene('light')[0], played.PERIOD)
-    assert samples.contact.mean() > 0.2
+    volts = played.scene('light')[0]
+    found = played.Player(paper_finger(model, 0.2, each_sample=True)).play(volts)
+    assert played.contact(found, len(volts)).mean() > 0.2

@@ -21,8 +21,7 @@ from tactile_driver.simulation.psd.scene import open_psd_scene  # noqa: E402
 from tactile_perception.errors import BadRecording  # noqa: E402
 from tactile_perception.finger.model import read_psd  # noqa: E402
 from tactile_perception.finger.tools import PsdRecording, read_recording  # noqa: E402
-from tactile_perception.tools import process_bag  # noqa: E402
-from tactile_perception.tools.calibrate import command as calibrate  # noqa: E402
+from tactile_perception.tools import calibrate, process_bag  # noqa: E402
 from tactile_perception.tools.convert import command as convert_recording  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]

@@ -5,7 +5,7 @@ import numpy as np
 from tactile_driver.simulation.psd.scene import PsdScene, open_psd_scene
 
 from tactile_perception.finger.calibration import Recording
-from tactile_perception.finger.map import position
+from tactile_perception.finger.parameters import FingerSettings, PsdFinger
 
 RATE = 1000.0
 PERIOD = 1 / RATE
@@ -48,16 +48,36 @@ def lags(true, found):
     return np.array([(found - event)[np.argmin(np.abs(found - event))] for event in true])
 
 
-def runs(samples):
-    """Slices of samples with one contact, or with none."""
-    return [slice(*run) for run in samples.runs()]
+class Player:
+    """A PsdFinger that is fed voltages batch by batch, without a gap unless one is made by wait."""
+
+    def __init__(self, finger):
+        self.finger, self._stamp_s = finger, 1.0
+
+    def play(self, volts, size=10**9, period=PERIOD):
+        """[(mean sample, touch or None)] of batches of that size."""
+        found = []
+        for first in range(0, len(volts), size):
+            batch = volts[first:first + size]
+            found += [(first + one.at, one.touch) for one in self.finger.estimate(batch, self._stamp_s, period).estimates]
+            self._stamp_s += len(batch) * period
+        return found
+
+    def wait(self, seconds):
+        self._stamp_s += seconds
 
 
-def touch(finger, samples, run):
-    """The contact of a slice of samples."""
-    return finger.touch(samples, run.start, run.stop)
+def each_sample(model, **settings):
+    """A player of a finger with a result for each sample."""
+    return Player(PsdFinger(model, FingerSettings(each_sample=True, **settings)))
 
 
-def place(samples):
-    """Centroids (N, 2) on the detector, half widths; NaN without contact."""
-    return np.where(samples.contact[:, None], position(samples.sums), np.nan)
+def touches(found, count):
+    """The touch of each of so many samples, or None, of the results of a finger with one for each sample."""
+    at = {round(k): touch for k, touch in found}
+    return [at.get(k) for k in range(count)]
+
+
+def contact(found, count):
+    """(count,) bool: whether something touches."""
+    return np.array([touch is not None for touch in touches(found, count)])

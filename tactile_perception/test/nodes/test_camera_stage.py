@@ -12,8 +12,7 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 from std_msgs.msg import Header  # noqa: E402
 from tactile_perception.dots.stage import DotStage  # noqa: E402
 from tactile_perception.errors import BadCalibration, BadFrame  # noqa: E402
-from tactile_perception.nodes.messages.conversions import RESULTS  # noqa: E402
-from tactile_perception.nodes.messages.point_cloud import POINTS  # noqa: E402
+from tactile_perception.nodes.messages.conversions import POINTS, RESULTS  # noqa: E402
 from tactile_perception.touchpad.stage import ContactRegionStage  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -17,8 +17,7 @@ from tactile_perception.press.methods import SHEET_METHODS
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.press.tools import find_stitching, fit_wrench, tell_truth
-from tactile_perception.tools import process_bag
-from tactile_perception.tools.calibrate import command as calibrate
+from tactile_perception.tools import calibrate, process_bag
 
 
 class Pushes:

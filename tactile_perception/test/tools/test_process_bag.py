@@ -10,7 +10,7 @@ from taxel_bags import write_taxels
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode, type_hash
 from tactile_driver.recordings.writer import BagWriter
-from tactile_perception.bags.stream import Task
+from tactile_perception.bags.replay import Replay
 from tactile_perception.errors import BadArgument
 from tactile_perception.tools import process_bag as module
 
@@ -137,34 +137,33 @@ def test_what_is_kept_is_left_out_where_its_type_is_not_known(tmp_path, capsys, 
 
 
 def test_what_was_interrupted_can_be_read_and_is_not_overwritten(tmp_path):
-    task, target, asked = Task(write_taxels(tmp_path / 'bag'), tmp_path / 'bag.yaml'), tmp_path / 'out', iter(range(1, 1000))
-    first = module.process_bag(task, target, stopped=lambda: next(asked) >= 12)
-    assert first.ended and first.frames == 12 and len(decoded(target)['/pad/contacts']) == 12
+    replay, target, asked = Replay(write_taxels(tmp_path / 'bag'), tmp_path / 'bag.yaml'), tmp_path / 'out', iter(range(1, 1000))
+    module.process_bag(replay, target, stopped=lambda: next(asked) >= 12)
+    assert replay.done == len(decoded(target)['/pad/contacts']) == 12
     with pytest.raises(BadArgument, match='exists'):
-        module.process_bag(task, target)
+        module.process_bag(replay, target)
 
 
 def test_what_failed_amid_the_work_can_be_read(tmp_path):
-    task, target, asked = Task(write_taxels(tmp_path / 'bag'), tmp_path / 'bag.yaml'), tmp_path / 'out', iter(range(1000))
+    replay, target, asked = Replay(write_taxels(tmp_path / 'bag'), tmp_path / 'bag.yaml'), tmp_path / 'out', iter(range(1000))
 
     def fail():
         raise MemoryError
     with pytest.raises(MemoryError):
-        module.process_bag(task, target, stopped=lambda: next(asked) >= 20 and fail())
+        module.process_bag(replay, target, stopped=lambda: next(asked) >= 20 and fail())
     assert len(decoded(target)['/pad/contacts']) == 21
 
 
-def test_signals_end_it_with_their_number(tmp_path, capsys, monkeypatch):
-    source, write = write_taxels(tmp_path / 'bag'), module._Output.write
+def test_a_signal_ends_it_with_its_number(tmp_path, capsys, monkeypatch):
+    source, write, written = write_taxels(tmp_path / 'bag'), BagWriter.write, []
 
-    def interrupting(self, message):
-        write(self, message)
-        if self._summary.frames == 3:
+    def interrupting(self, topic, *message):
+        write(self, topic, *message)
+        written.append(topic)
+        if written.count('/pad/contacts') == 4 and topic == '/pad/contacts':
             os.kill(os.getpid(), signal.SIGTERM)
-    monkeypatch.setattr(module._Output, 'write', interrupting)
+    monkeypatch.setattr(BagWriter, 'write', interrupting)
     before = signal.getsignal(signal.SIGTERM)
-    # The second one would end the process at once.
-    monkeypatch.setattr(module._Signals, '_on_signal', lambda self, number, _frame: setattr(self, 'number', number))
     assert run(source, tmp_path / 'out') == 128 + signal.SIGTERM
     assert signal.getsignal(signal.SIGTERM) is before
     assert 'interrupted' in capsys.readouterr().err and len(decoded(tmp_path / 'out')['/pad/contacts']) == 4

@@ -6,26 +6,34 @@ with two cameras) and truth.npz (true positions, states, loads).
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 from zipfile import BadZipFile
 
 import cv2
 import numpy as np
+from tactile_driver.frame import Frame
+from tactile_driver.frame_names import optical_frame
+from tactile_driver.nodes.messages.conversions import camera_transforms, header_of, image_to_message
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP, SLIPPING, Touch, TruthFrame
 
 from ...errors import BadRecording
+from ...nodes.messages.conversions import camera_info_message
+from ...parameters.touchpad import DOT_PARAMETERS
 from ...sensors import MARKER_SENSOR_TYPES
 
 #: What recordings tell of the ground truth.
 KNOWN = 'contacts', 'contact_region', 'slip', 'wrench'
 # Slipping fraction from which the ground truth is incipient slip, and from which gross slip; chosen.
 _INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
+FIRST_S = 1.0  # much of ROS takes a stamp of zero for an unknown time
+#: Frames averaged for the reference: the parameter's default.
+_USUAL_FRAMES = next(one.default for one in DOT_PARAMETERS if one.name == 'reference.frames')
 
 
-@dataclass(frozen=True)
-class RecordedView:
+class RecordedView(NamedTuple):
     """Images of one camera. name: '' for a single camera, 'left' or 'right'; camera: its entry in sensor.json; stamps: (T,) s; images:
     T files.
     """
@@ -47,7 +55,7 @@ class Recording:
         self.sensor = self._read('sensor.json', lambda path: json.loads(path.read_text()))
         self._truth = self._read('truth.npz', read_arrays)
         self.stamps = self._truth['timestamps']
-        cameras = self.sensor['cameras']
+        cameras, self._interval = self.sensor['cameras'], float(self.sensor['frame_interval_s'])  # s, between frames
         names = [''] if len(cameras) == 1 else [camera['name'] for camera in cameras]
         self.views = [self._view(name, camera) for name, camera in zip(names, cameras)]
 
@@ -83,6 +91,30 @@ class Recording:
             raise BadRecording(f'recording {self.path}: {path.name} cannot be decoded as an image')
         return image
 
+    def messages(self, frame_id: str) -> Iterator[tuple[int, str, object]]:
+        """Yield (stamp in ns, topic, message) in order: camera_info and image of each view with its own stamp, and the ground truth of the
+        frame, as from a simulated sensor."""
+        numbers, shift = TouchNumbers(), FIRST_S if self.stamps[0] < FIRST_S else 0.0
+        for index, stamp in enumerate(self.stamps):
+            for k, view in enumerate(self.views):
+                stamp_ns, prefix = round((view.stamps[index] + shift) * 1e9), view.name and view.name + '/'
+                header = header_of(stamp_ns, optical_frame(frame_id, view.name))
+                yield stamp_ns, prefix + 'camera_info', camera_info_message(view.camera, header)
+                yield stamp_ns, prefix + 'image_raw', image_to_message(Frame(self.image(index, k), stamp_ns, 'bgr8'), '', header)
+            stamp_ns, truth = round((stamp + shift) * 1e9), self.truth(index)
+            ids = numbers.assign(truth.contacts)
+            for name, message in truth_messages(truth, ids, self._interval, header_of(stamp_ns, frame_id), KNOWN).items():
+                yield stamp_ns, f'ground_truth/{name}', message
+
+    def parameters(self) -> dict[str, object]:
+        """Name -> value of the sensor's parameters; the frames before the first contact, the usual number at most, make the reference."""
+        untouched = int(np.argmax(np.append(self._truth['contact_area'] > 0, True)))
+        return sensor_parameters(self.sensor) | {'reference.frames': int(np.clip(untouched, 1, _USUAL_FRAMES))}
+
+    def transforms(self, frame_id: str) -> list:
+        """TransformStamped of the cameras in the sensor frame, named as the driver of a live sensor names them."""
+        return camera_transforms(frame_id, {view.name: _pose(view.camera) for view in self.views})
+
     def truth(self, index: int) -> TruthFrame:
         """Ground truth of frame index, with dots in the first view; unknown values are NaN."""
         truth = {name: values[index] for name, values in self._truth.items() if len(values) == len(self.stamps)}
@@ -108,11 +140,6 @@ class Recording:
         )
 
     @property
-    def untouched(self) -> int:
-        """Number of frames before the first contact."""
-        return int(np.argmax(np.append(self._truth['contact_area'] > 0, True)))
-
-    @property
     def _ids(self) -> np.ndarray:
         row, column = (self._truth['dot_rc'] - self._truth['dot_rc'].min(axis=0)).T
         return row * (int(column.max()) + 1) + column
@@ -122,11 +149,6 @@ class Recording:
         mine = np.flatnonzero(self._truth['loop_frame'] == index)
         loops = [(bool(self._truth['loop_is_hole'][k]), xyz[start[k]:start[k + 1]]) for k in mine]
         return [loop for hole, loop in loops if not hole], [loop for hole, loop in loops if hole]
-
-    @property
-    def interval(self) -> float:
-        """Time between frames, s."""
-        return float(self.sensor['frame_interval_s'])
 
     def _twist(self, truth: dict) -> np.ndarray:
         """Twist (6,), m/s and rad/s, of the object relative to the dots, at the sensor's origin.
@@ -143,7 +165,7 @@ class Recording:
         blocks[:, :, :3] = np.eye(3)
         for axis in range(3):
             blocks[:, :, 3 + axis] = np.cross(np.eye(3)[axis], place)
-        return np.linalg.lstsq(blocks.reshape(-1, 6), -slip.ravel() / self.interval, rcond=None)[0]
+        return np.linalg.lstsq(blocks.reshape(-1, 6), -slip.ravel() / self._interval, rcond=None)[0]
 
     def _touches(self, truth: dict) -> list[Touch]:
         """One touch per tool; of a round tool, pressed at known positions or on any sheet or dome, the position is that of its tip."""
@@ -175,3 +197,35 @@ def _slip_state(fraction: float) -> int:
     if not fraction >= _INCIPIENT_FROM:
         return NO_SLIP
     return GROSS if fraction >= _GROSS_FROM else INCIPIENT
+
+
+def _pose(camera: dict) -> tuple[list[float], list[float]]:
+    rotation = cv2.Rodrigues(np.array(camera['R_cam_from_sensor'], float))[0].ravel()
+    return rotation.tolist(), [float(x) for x in camera['t_cam_from_sensor']]
+
+
+def sensor_parameters(sensor: dict) -> dict[str, object]:
+    """Name -> value of the parameters that sensor.json contains."""
+    camera = sensor['cameras'][0]
+    rows, columns = (int(n) + 1 for n in np.ptp(sensor['dots']['row_col'], axis=0))
+    pose = dict(zip(('camera.rotation', 'camera.translation'), _pose(camera)))
+    info, found = sensor['info'], {'sensor_type': sensor['sensor'], 'rows': rows, 'columns': columns, **pose}
+    if sensor['sensor'] == 'touchpad':
+        names = {'cap.curvature_radius': 'curvature_radius', 'cap.height': 'cap_height',
+                 'membrane.shear_stiffness': 'shear_modulus_times_thickness', 'membrane.rest_pressure': 'rest_gauge_pressure'}
+        return found | {name: float(info[key]) for name, key in names.items()}
+    found |= {'pitch': _pitch(sensor['dots']), 'polarity': 'bright', 'detection': 'blobs'}
+    if 'size' in info:
+        return found | {'sheet_size': [float(x) for x in info['size']], 'surface': 'sheet'}
+    return found | {'sheet_size': [0.0, 0.0], 'dome.rim_radius': float(info['base_radius']), 'dome.height': float(info['dome_height']),
+                    'surface': 'none'}
+
+
+def _pitch(dots: dict) -> list[float]:
+    """Nominal pitch along rows and along columns, m."""
+    places = {tuple(rc): np.array(xyz, float) for rc, xyz in zip(dots['row_col'], dots['rest_xyz_nominal'])}
+    pitch = []
+    for step in ((0, 1), (1, 0)):
+        nexts = ((place, places.get((rc[0] + step[0], rc[1] + step[1]))) for rc, place in places.items())
+        pitch.append(round(float(np.median([np.linalg.norm(after - place) for place, after in nexts if after is not None])), 7))
+    return pitch

@@ -6,21 +6,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 from zipfile import BadZipFile
 
 import cv2
 import numpy as np
 from tactile_driver.frame import Frame
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message, static_transform
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.simulation.truth import Touch, TruthFrame
 
 from ...errors import BadRecording
-from .camera import KNOWN, read_arrays
+from .camera import FIRST_S, KNOWN, read_arrays
 
-_FIRST_S = 1.0  # chosen: much of ROS takes a stamp of zero for an unknown time
 _GRAVITY = 9.81  # m/s^2
 # The .npz of imprints: the name of an array is a letter for the weight (g) and a number; the pitch is 3.4 mm.
 _GRAMS = {letter: 200 + 100 * k for k, letter in enumerate('ABCDEFGH')}
@@ -31,8 +30,7 @@ _LOADED = 0.8  # chosen: fraction of the 90th percentile of an imprint's sums ab
 _SETTLED = 0.5  # chosen: fraction of the loaded time after which the load is taken as settled
 
 
-@dataclass(frozen=True)
-class _Row:
+class _Row(NamedTuple):
     """One frame: values (rows, columns), stamp (s), and ground truth, None when unknown."""
 
     values: np.ndarray
@@ -58,7 +56,7 @@ class TaxelRecording:
     def messages(self, frame_id: str) -> Iterator[tuple[int, str, object]]:
         """Yield (stamp in ns, topic, message) in order; each frame is followed by its ground truth."""
         numbers, last = TouchNumbers(), None
-        shift = _FIRST_S if self._rows[0].stamp < _FIRST_S else 0.0
+        shift = FIRST_S if self._rows[0].stamp < FIRST_S else 0.0
         for row in self._rows:
             stamp_ns = round((row.stamp + shift) * 1e9)
             header = header_of(stamp_ns, frame_id)
@@ -82,9 +80,10 @@ class TaxelRecording:
                  'pad.shear_modulus': 'pad_G_Pa', 'pad.friction': 'mu_nominal'}
         return found | {name: self.meta[key] for name, key in names.items() if key in self.meta}
 
-    def frames(self) -> dict[str, float]:
-        """z in the sensor frame, m, of the sensor's own frames, by name."""
-        return {'taxels': -float(self.meta['pad_thickness_m'])} if 'pad_thickness_m' in self.meta else {}
+    def transforms(self, frame_id: str) -> list:
+        """TransformStamped of the taxels in the sensor frame, where the pad's thickness is known."""
+        below = [float(self.meta[name]) for name in ('pad_thickness_m',) if name in self.meta]
+        return [static_transform(frame_id, f'{frame_id}_taxels', (0.0, 0.0, -thickness)) for thickness in below]
 
     def _folder(self) -> list[_Row]:
         self.meta = json.loads((self.path / 'meta.json').read_text())

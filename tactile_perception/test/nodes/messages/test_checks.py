@@ -11,7 +11,7 @@ from geometry_msgs.msg import Point, Point32, Polygon, Vector3, Wrench, WrenchSt
 from sensor_msgs.msg import Image  # noqa: E402
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip  # noqa: E402
 from tactile_perception.errors import BadFrame  # noqa: E402
-from tactile_perception.nodes.messages.checks import check_message  # noqa: E402
+from tactile_perception.nodes.messages.conversions import check_message  # noqa: E402
 
 NAN = float('nan')
 

@@ -18,7 +18,7 @@ from tactile_perception.common.dots import DotTracks
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.dots.tracker import make_tracker
-from tactile_perception.tools.calibrate import command as module
+from tactile_perception.tools import calibrate as module
 from tactile_perception.touchpad.tools import chosen
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad

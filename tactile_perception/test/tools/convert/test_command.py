@@ -15,7 +15,7 @@ from tactile_perception.parameters.file import read_parameters
 from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.tools.convert import command as module
-from tactile_perception.tools.convert.camera import Recording
+from tactile_perception.tools.convert.camera import Recording, sensor_parameters
 
 pytestmark = pytest.mark.ros
 FIRST = {'description', '/tf_static'}
@@ -81,7 +81,7 @@ def test_the_parameters_are_the_sensors(recording_folder, converted, tmp_path):
 def test_frames_before_the_first_contact_make_the_reference(recording_folder, touched, frames, monkeypatch):
     recording = Recording(recording_folder)
     monkeypatch.setitem(recording._truth, 'contact_area', np.array(touched, float))
-    assert module.parameters(recording)['reference.frames'] == frames
+    assert recording.parameters()['reference.frames'] == frames
 
 
 def test_what_cannot_be_converted_is_said_in_one_line(recording_folder, tmp_path, capsys):
@@ -116,7 +116,7 @@ def test_two_cameras_become_two_topics_under_their_own_stamps(dual_folder, tmp_p
 def test_recorded_sheets_and_domes(name, sensor_type, rows, columns, pitch, size, tmp_path):
     folder = Path(os.environ['TACTILE_RECORDINGS']) / 'simulated' / name
     sensor = json.loads((folder / 'sensor.json').read_text())
-    (tmp_path / 'a.yaml').write_text(module.yaml.safe_dump({'/**': {'ros__parameters': module.sensor_parameters(sensor)}}))
+    (tmp_path / 'a.yaml').write_text(yaml.safe_dump({'/**': {'ros__parameters': sensor_parameters(sensor)}}))
     found = marker_sensor(read_parameters(tmp_path / 'a.yaml', 'contact_point_node', MARKER_SENSOR_PARAMETERS))
     assert (found.type, found.rows, found.columns, found.size) == (sensor_type, rows, columns, size)
     assert found.pitch == pytest.approx(pitch, rel=0.01) and found.is_sheet == (sensor_type != 'air_cushion')

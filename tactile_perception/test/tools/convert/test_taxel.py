@@ -12,8 +12,7 @@ import yaml
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from tactile_perception.errors import BadRecording  # noqa: E402
-from tactile_perception.tools import process_bag  # noqa: E402
-from tactile_perception.tools.calibrate import command as calibrate  # noqa: E402
+from tactile_perception.tools import calibrate, process_bag  # noqa: E402
 from tactile_perception.tools.convert import command as convert_recording  # noqa: E402
 from tactile_perception.tools.convert.taxel import TaxelRecording, _loops  # noqa: E402
 

@@ -1,8 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The stream tells all that comes of a bag in order."""
+"""A replay tells all that comes of a bag in order."""
 import math
-from collections import Counter
 from pathlib import Path
 
 import cv2
@@ -13,23 +12,26 @@ from geometry_msgs.msg import TransformStamped
 from taxel_bags import write_taxels
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
-from tactile_driver.recordings.reader import BagReader, RawMessage
+from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
-from tactile_perception.bags.stream import FrameDone, Head, Skipped, Task, stream
+from tactile_perception.bags.replay import Replay
 from tf2_msgs.msg import TFMessage
 
 
-def test_items_come_frame_by_frame(tmp_path):
-    task = Task(write_taxels(tmp_path / 'bag', 5, change=lambda k, m: encode(m)[1] if k != 2 else b'x'), tmp_path / 'bag.yaml')
-    head, *items, last = stream(task)
-    assert head == Head('/pad/', 5, {})
-    assert last.total == 0
-    kinds = [item.topic.removeprefix('/pad/') if isinstance(item, (RawMessage, Skipped)) else type(item).__name__ for item in items]
-    each = ['contact_region', 'contacts', 'slip', 'wrench', 'points', 'FrameDone']
-    assert kinds == each * 2 + ['image_raw', 'FrameDone'] + each * 2
-    assert Counter(type(item) for item in items) == {RawMessage: 20, Skipped: 1, FrameDone: 5}
-    assert [i.stamp_ns for i in items if isinstance(i, Skipped)] == [1_040_000_000]
+def of(messages, topic):
+    """The messages of a topic."""
+    return [message for one in messages for message in one if message.topic == topic]
+
+
+def test_estimates_come_frame_by_frame(tmp_path):
+    bag = write_taxels(tmp_path / 'bag', 5, change=lambda k, m: encode(m)[1] if k != 2 else b'x')
+    replay = Replay(bag, tmp_path / 'bag.yaml')
+    each = [f'/pad/{name}' for name in ('contact_region', 'contacts', 'slip', 'wrench', 'points')]
+    assert [[message.topic for message in messages] for messages in replay] == [each, each, [], each, each]
+    assert replay.prefix == '/pad/' and replay.done == 5 and len(replay.stages['all']) == 4
+    line, = replay.left_out.lines()
+    assert line.startswith('1 of image_raw: ') and line.endswith('(first at 1.040 s)')
 
 
 def test_transforms_tell_of_the_grasped_object_and_those_that_stay_are_written_again(tmp_path):
@@ -38,24 +40,22 @@ def test_transforms_tell_of_the_grasped_object_and_those_that_stay_are_written_a
     link.transform.rotation.z, link.transform.rotation.w = math.sqrt(0.5), math.sqrt(0.5)
     object_known = {'object.weight': 2.0, 'object.gravity': [0.0, -1.0, 0.0], 'object.gravity_frame': 'world'}
     bag = write_taxels(tmp_path / 'bag', 20, first=[('/tf_static', TFMessage(transforms=[link]))], **object_known)
-    _, *items, _ = stream(Task(bag, tmp_path / 'bag.yaml'))
-    assert {item.topic for item in items if isinstance(item, RawMessage)} == {
+    messages = list(Replay(bag, tmp_path / 'bag.yaml'))
+    assert {message.topic for one in messages for message in one} == {
         '/tf_static', *(f'/pad/{name}' for name in ('contact_region', 'contacts', 'slip', 'wrench', 'points'))}
-    force = [item.message for item in items if isinstance(item, RawMessage) and item.topic == '/pad/wrench'][-1].wrench.force
+    force = of(messages, '/pad/wrench')[-1].message.wrench.force
     assert [force.x, force.y] == pytest.approx([-1.0, 0.0], abs=1e-12)
 
 
 def test_images_before_the_first_camera_info_are_done_too(tmp_path, pressed_bag):
-    task = Task(tmp_path / 'bag', Path(f'{pressed_bag}.yaml'))
     with BagReader(pressed_bag) as reader, BagWriter(tmp_path / 'bag') as writer:
         images = [m for m in reader.messages({'/touchpad/image_raw'})][:2]
         info = next(reader.messages({'/touchpad/camera_info'}))
         for message in images:
             writer.write(message.topic, message.type_name, message.stamp_ns, message.data)
         writer.write(info.topic, info.type_name, images[1].stamp_ns + 1, info.data)
-    items = list(stream(task))
-    assert not any(isinstance(item, Skipped) for item in items)
-    assert sum(isinstance(item, RawMessage) and item.topic == '/touchpad/contacts' for item in items) == 2
+    replay = Replay(tmp_path / 'bag', Path(f'{pressed_bag}.yaml'))
+    assert len(of(replay, '/touchpad/contacts')) == 2 and not replay.left_out.total
 
 
 def test_a_sensor_without_a_model_of_its_surface_has_dots(tmp_path):
@@ -70,6 +70,5 @@ def test_a_sensor_without_a_model_of_its_surface_has_dots(tmp_path):
             message = image_to_message(Frame(image, 10**8 * k, 'mono8'), '', header_of(10**8 * k, 'skin_camera_optical'))
             kind, data = encode(message)
             writer.write('/skin/image_raw', kind, 10**8 * k, data)
-    dots = [item.message for item in stream(Task(tmp_path / 'bag', tmp_path / 'my_skin.yaml'))
-            if isinstance(item, RawMessage) and item.topic == '/skin/dots']
-    assert [len(message.id) for message in dots] == [12] * 3
+    dots = of(Replay(tmp_path / 'bag', tmp_path / 'my_skin.yaml'), '/skin/dots')
+    assert [len(one.message.id) for one in dots] == [12] * 3

@@ -13,18 +13,18 @@ from pathlib import Path
 from tactile_driver.command import tells_errors
 from tactile_driver.recordings.reader import descriptions
 
-from ...bags.chain import SENSOR_TYPE
-from ...finger.model import SENSOR as PSD_FINGER
-from ...taxel.response import SENSOR as TAXEL_ARRAY
-from ...errors import BadArgument
-from ...press.tools import calibrate_markers
-from ...press.sensor import MARKER_SENSORS
-from ...parameters.file import read_parameters
-from ...finger.tools import calibrate_psd
-from ...gel.pins import SENSOR as PIN_DOME
-from ...gel.tools import calibrate_pins
-from ...taxel.tools import calibrate_taxels
-from ...touchpad.tools import calibrate_touchpad
+from ..bags.replay import SENSOR_TYPE
+from ..finger.model import SENSOR as PSD_FINGER
+from ..taxel.response import SENSOR as TAXEL_ARRAY
+from ..errors import BadArgument
+from ..press.tools import calibrate_markers
+from ..press.sensor import MARKER_SENSORS
+from ..parameters.file import read_parameters
+from ..finger.tools import calibrate_psd
+from ..gel.pins import SENSOR as PIN_DOME
+from ..gel.tools import calibrate_pins
+from ..taxel.tools import calibrate_taxels
+from ..touchpad.tools import calibrate_touchpad
 
 
 def calibrator(sensor_type: str, sphere_radius: float | None = None, plate: Path | None = None) -> Callable[..., str]:
