@@ -9,7 +9,7 @@ import time
 import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from lifecycle_msgs.srv import ChangeState, GetState
+from lifecycle_msgs.srv import GetState
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
@@ -21,7 +21,6 @@ from tactile_driver.nodes.runtime.diagnostics import NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
 from waiting import until
 
-CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE, SHUTDOWN_ACTIVE = 1, 2, 3, 4, 7
 ERROR = b'\x02'
 
 
@@ -68,11 +67,6 @@ class Watcher:
             if future.done():
                 return future.result().current_state.label
         raise AssertionError(f'/{self.name}/get_state does not answer')
-
-    def change(self, transition):
-        request = ChangeState.Request()
-        request.transition.id = transition
-        return self.call(ChangeState, f'/{self.name}/change_state', request).success
 
     def put(self, name, text):
         value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=text)

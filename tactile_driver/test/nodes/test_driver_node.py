@@ -140,6 +140,9 @@ def test_transitions_open_run_hold_and_close_the_source(node):
     assert len(driver.published) == count
     assert driver.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
     assert film.asked == ['open', 'close']
+    assert driver.trigger_configure() == driver.trigger_activate() == TransitionCallbackReturn.SUCCESS
+    assert driver.trigger_shutdown() == TransitionCallbackReturn.SUCCESS
+    assert film.asked == ['open', 'close'] * 2
 
 
 @pytest.mark.parametrize('stay', [True, False])

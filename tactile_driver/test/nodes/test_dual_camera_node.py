@@ -3,7 +3,6 @@
 """dual_camera_node: its stream, its topics as a source, its life."""
 
 import itertools
-import re
 import time
 from functools import partial
 
@@ -220,12 +219,3 @@ def test_two_image_topics_are_stitched_and_not_published_again(watcher, cameras,
     watcher.until(lambda: len(shown(left=True)) >= 5)
     assert all(watcher.node.count_publishers(f'/{name}/image_raw') == 1 for name in ('left', 'right'))
     watcher.until(lambda: shown(left=False) and any('no left camera' in s.message for m in reports for s in m.status))
-
-
-def test_cameras_that_are_missing_are_named_and_waited_for(cameras, watcher):
-    reports = watcher.collect(DiagnosticArray, '/diagnostics', 10)
-    process = cameras(source='device', device='a', right_device='b')
-    watcher.until(lambda: any("'a'" in s.message for m in reports for s in m.status))
-    assert watcher.state() == 'unconfigured'
-    code, log = ended(process)
-    assert code == 0 and log.count('[ERROR]') == 1 and re.search("left: .*'a'.*right: .*'b'", log)
