@@ -7,6 +7,7 @@ from typing import Callable
 
 import numpy as np
 from scipy import sparse
+from scipy.linalg import lapack
 from scipy.optimize import brentq
 from scipy.sparse.linalg import splu
 
@@ -177,7 +178,9 @@ class Membrane(Skin):
         free = self.springs[:, self.inner].tocsc()
         self.give = splu(free).solve
         # Single precision suffices, because give computes the final positions; it halves the memory.
-        self._compliance = np.linalg.inv(free.toarray().astype(np.float32))
+        factor, _ = lapack.spotrf(np.asfortranarray(free.toarray().astype(np.float32)), lower=1, overwrite_a=1)
+        lower, _ = lapack.spotri(factor, lower=1, overwrite_c=1)
+        self._compliance = lower + np.tril(lower, -1).T
 
     def _balance(self):
         """Compensate the discretisation error on the sphere, so that the rest shape is an exact equilibrium."""
