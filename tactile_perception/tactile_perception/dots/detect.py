@@ -201,7 +201,7 @@ def _measure_appearance(image, sign) -> _Appearance:
     """Appearance of markers. Raises BadFrame without markers."""
     spread = cv2.meanStdDev(image)[1][:, 0]
     channel = 'grey' if spread.min() > _ALIKE * spread.max() else CHANNELS[int(spread.argmax())]
-    kind = find_kind(select_channel(image, channel), (sign,))
+    kind = find_kind(select_channel(image, channel), (sign,), fewest=2)
     uv = kind.peaks.uv[kind.peaks.correlation > kind.lowest]
     pitch = float(np.median(scipy.spatial.cKDTree(uv).query(uv, 2)[0][:, 1]))
     step = 2 if kind.diameter >= _SMALLEST_SEGMENTED else 1
