@@ -3,7 +3,6 @@
 """The surface through dots, and regions on it."""
 import numpy as np
 import pytest
-from tactile_perception import _core
 from tactile_perception.common.surface import DotSurface, fill_unseen, grid_normals, region_outlines, to_grid
 from tactile_perception.errors import BadArgument
 
@@ -81,13 +80,3 @@ def test_unseen_dots_leave_no_hole():
     score[11, 11] = score[10, 14] = np.nan
     region, = region_outlines(score, flat())[0]
     assert not region.holes
-
-
-def test_refuses_shapes_that_do_not_fit():
-    for start in ([0, 3], [0, 5, 5, 9]):
-        with pytest.raises(ValueError, match='^start: '):
-            _core.region_axes(np.ones(6), np.zeros((9, 3)), np.array(start), pitch=1e-3)
-    with pytest.raises(ValueError, match='^score: '):
-        _core.find_outlines(np.zeros((22, 23)), flat().wide, level=0.5, ceiling=1.0, refine=2)
-    with pytest.raises(ValueError, match='^xyz: '):
-        _core.extend_surface(flat().xyz[:1])

@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """process_bag writes every estimate under the stamps that came in, the same bytes each time, interrupted or not, and says what it left."""
+import itertools
 import os
 import signal
 
@@ -155,19 +156,11 @@ def test_what_failed_amid_the_work_can_be_read(tmp_path):
 
 
 def test_signals_end_it_with_their_number(tmp_path, capsys, monkeypatch):
-    source, write = write_taxels(tmp_path / 'bag'), module._Output.write
-
-    def interrupting(self, message):
-        write(self, message)
-        if self._summary.frames == 3:
-            os.kill(os.getpid(), signal.SIGTERM)
-    monkeypatch.setattr(module._Output, 'write', interrupting)
-    before = signal.getsignal(signal.SIGTERM)
-    # The second one would end the process at once.
-    monkeypatch.setattr(module._Signals, '_on_signal', lambda self, number, _frame: setattr(self, 'number', number))
+    source, steps, before = write_taxels(tmp_path / 'bag'), itertools.count(1), signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr(module.ProgressLine, 'step', lambda _line: next(steps) == 3 and os.kill(os.getpid(), signal.SIGTERM))
     assert run(source, tmp_path / 'out') == 128 + signal.SIGTERM
     assert signal.getsignal(signal.SIGTERM) is before
-    assert 'interrupted' in capsys.readouterr().err and len(decoded(tmp_path / 'out')['/pad/contacts']) == 4
+    assert 'interrupted' in capsys.readouterr().err and len(decoded(tmp_path / 'out')['/pad/contacts']) == 3
 
 
 @pytest.mark.parametrize('source, more, message', [
