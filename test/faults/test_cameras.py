@@ -7,13 +7,11 @@ from functools import partial
 import numpy as np
 import pytest
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from fake_cameras import Cameras, FakeCamera  # noqa: E402
-from fault_rig import ERROR, OK  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
-from tactile_driver.nodes.camera_node import CameraNode  # noqa: E402
-from tactile_driver.camera import device  # noqa: E402
+from fake_cameras import Cameras, FakeCamera
+from fault_rig import ERROR, OK
+from sensor_msgs.msg import Image
+from tactile_driver.nodes.camera_node import CameraNode
+from tactile_driver.camera import device
 
 pytestmark = pytest.mark.ros
 

@@ -6,16 +6,13 @@ import time
 import numpy as np
 import pytest
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from emulated import CountingArray, CountingFinger, frames, samples  # noqa: E402
-from fault_rig import ERROR, OK, WARN  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
-from tactile_driver.emulators.port import CORRUPTIONS  # noqa: E402
-from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
-from tactile_driver.nodes.taxel_array_node import TaxelArrayNode  # noqa: E402
-from tactile_msgs.msg import PsdVoltages  # noqa: E402
+from emulated import CountingArray, CountingFinger, frames, samples
+from fault_rig import ERROR, OK, WARN
+from sensor_msgs.msg import Image
+from tactile_driver.emulators.port import CORRUPTIONS
+from tactile_driver.nodes.psd_node import PsdNode
+from tactile_driver.nodes.taxel_array_node import TaxelArrayNode
+from tactile_msgs.msg import PsdVoltages
 
 pytestmark = pytest.mark.ros
 ARRAY = {'rows': 4, 'columns': 4}

@@ -6,12 +6,10 @@ import time
 
 import pytest
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-import serial  # noqa: E402
-from emulated import CountingFinger  # noqa: E402
-from tactile_msgs.msg import PsdVoltages  # noqa: E402
+import serial
+from emulated import CountingFinger
+from fault_rig import PATIENCE
+from tactile_msgs.msg import PsdVoltages
 
 pytestmark = pytest.mark.ros
 CODES = {signal.SIGKILL: -9, signal.SIGTERM: 0}
@@ -23,12 +21,12 @@ def test_a_signal_ends_the_driver_frees_the_device_and_the_next_start_works(benc
     for number in CODES:
         space, begun = bench.fresh('driver'), time.monotonic()
         heard = bench.ear.hear(PsdVoltages, f'{space}/voltages')
-        process = bench.zygote.start('tactile_driver.nodes.psd_node', space, source='device', device=port)
+        process = bench.start('tactile_driver', 'psd_node', space, source='device', device=port)
         bench.until(lambda: heard)  # noqa: B023
         bench.report(f'start after {before}', 'nothing', heard[0].at - begun)
         sent = time.monotonic()
-        process.send(number)
-        assert process.wait() == CODES[number], process.log
+        process.send_signal(number)
+        assert process.wait(PATIENCE) == CODES[number], process.log
         lasted = time.monotonic() - sent
         assert 'Traceback' not in process.log, process.log
         with serial.Serial(str(port), exclusive=True):
