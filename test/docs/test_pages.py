@@ -5,7 +5,6 @@ import pytest
 from pages import PAGES, blocks, files
 from session import Session
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
 
 

@@ -6,15 +6,13 @@ import os
 
 import pytest
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from sensor_msgs.msg import Image  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-from tactile_bringup.simulate.bags import write_scene, write_taxel_scene  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
-from tactile_driver.recordings.writer import BagWriter  # noqa: E402
-from tactile_msgs.msg import Contacts, DotTracks  # noqa: E402
+from sensor_msgs.msg import Image
+from std_msgs.msg import String
+from tactile_bringup.simulate.bags import write_scene, write_taxel_scene
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode, encode
+from tactile_driver.recordings.writer import BagWriter
+from tactile_msgs.msg import Contacts, DotTracks
 
 pytestmark = pytest.mark.ros
 FRAMES = 12

@@ -3,7 +3,6 @@
 """calibrate.launch.py: what it says first."""
 import pytest
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 pytestmark = pytest.mark.ros
 SESSION = ('launch', 'tactile_bringup', 'calibrate.launch.py', 'namespace:=/palm', 'scene:=areal_single_session', 'rate:=5')

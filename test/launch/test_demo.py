@@ -8,9 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from ament_index_python.packages import get_package_share_directory  # noqa: E402
+from ament_index_python.packages import get_package_share_directory
 
 pytestmark = pytest.mark.ros
 

@@ -8,12 +8,10 @@ import psutil
 import pytest
 import yaml
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
-from tactile_msgs.msg import ContactRegion, Contacts  # noqa: E402
-from tf2_msgs.msg import TFMessage  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from tactile_msgs.msg import ContactRegion, Contacts
+from tf2_msgs.msg import TFMessage
 
 pytestmark = pytest.mark.ros
 HAND = {'sensors': [{'name': 'left/pad', 'type': 'taxel_array', 'xyz': [0.1, 0.0, 0.0], 'rate': 50},

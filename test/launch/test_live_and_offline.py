@@ -6,20 +6,19 @@ from pathlib import Path
 import cv2
 import pytest
 
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rosidl_runtime_py.utilities import get_message  # noqa: E402
-from sensor_msgs.msg import CompressedImage  # noqa: E402
-from tactile_bringup.installed import share  # noqa: E402
-from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene  # noqa: E402
-from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
-from tactile_driver.recordings.reader import BagReader, RawMessage  # noqa: E402
-from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
-from tactile_driver.recordings.writer import write_messages  # noqa: E402
-from tactile_perception.bags.stream import KEPT, FrameDone, Task, stream  # noqa: E402
-from tactile_perception.node import make_node  # noqa: E402
-from waiting import until  # noqa: E402
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rosidl_runtime_py.utilities import get_message
+from sensor_msgs.msg import CompressedImage
+from tactile_bringup.installed import share
+from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene
+from tactile_driver.nodes.messages.images import image_to_array
+from tactile_driver.recordings.reader import BagReader, RawMessage
+from tactile_driver.recordings.serialization import decode, encode
+from tactile_driver.recordings.writer import write_messages
+from tactile_perception.bags.stream import KEPT, FrameDone, Task, stream
+from tactile_perception.node import make_node
+from waiting import until
 
 pytestmark = pytest.mark.ros
 MARKERS = ('dot_tracker_node', 'contact_point_node')

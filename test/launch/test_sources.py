@@ -5,12 +5,10 @@ import cv2
 import numpy as np
 import pytest
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from ament_index_python.packages import get_package_share_directory  # noqa: E402
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode  # noqa: E402
+from ament_index_python.packages import get_package_share_directory
+from diagnostic_msgs.msg import DiagnosticArray
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
 
 pytestmark = pytest.mark.ros
 RATE = 10.0  # Hz

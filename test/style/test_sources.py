@@ -11,12 +11,6 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HEADER = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
-ROS_MODULES = re.compile(
-    r'(rclpy|launch\w*|cv_bridge|message_filters|ament_index_python|rosbag2_py|rosidl\w*|\w+_msgs|\w+_srvs)(\.|$)')
-MAY_IMPORT_ROS = re.compile(
-    r'(tactile_\w+/tactile_\w+/nodes/|tactile_driver/tactile_driver/recordings/|tactile_perception/tactile_perception/'
-    r'(\w+/)?(node|stage|camera_stage|work_log)\.py|'
-    r'tactile_bringup/|environment/|test/|tactile_\w+/test/)')
 ABSOLUTE_PATH = re.compile(r"""['"](/home/|/root/|/work/|/tmp/|/dev/video\d|/opt/ros|/usr/)""")
 LINES_OF_A_FILE = 600
 LINES_OF_A_FUNCTION = 60
@@ -65,11 +59,6 @@ def test_lines_have_no_trailing_blanks_and_files_end_with_one_newline():
 def test_files_and_functions_are_not_too_long():
     long = [name for name in PYTHON if len(text_of(name).splitlines()) > LINES_OF_A_FILE]
     assert long + [f'{name}: {function}' for name in PYTHON for function in parsed(name)[1]] == []
-
-
-def test_ros_is_imported_in_nodes_and_recordings_only():
-    without_ros = [name for name in CODE if not MAY_IMPORT_ROS.match(name)]
-    assert [(name, module) for name in without_ros for module in parsed(name)[0] if ROS_MODULES.match(module)] == []
 
 
 def test_bags_are_read_and_written_by_rosbag2_py_alone():
