@@ -17,7 +17,6 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image
 
-pytestmark = pytest.mark.ros
 PAGE = ROOT / 'docs' / 'extending.md'
 PORT = 7100 + os.getpid() % 800
 FIND = """

@@ -14,7 +14,6 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.recordings.writer import write_messages
 
-pytestmark = pytest.mark.ros
 UNTOUCHED, PRESSED = [[10, 11], [12, 13]], [[40, 71], [22, 33]]  # counts of 0.1 N
 
 

@@ -5,7 +5,7 @@ import pathlib
 
 import pytest
 from emulated import Bus
-from fault_rig import Beside, Bench, Runner, host
+from fault_rig import Bench, Beside, Runner, host
 from sensor_nodes import made, planned
 from tactile_driver.emulators import port
 from tactile_driver.nodes.runtime.run import make_room_for_images

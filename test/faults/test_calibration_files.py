@@ -10,7 +10,6 @@ from tactile_driver.errors import TactileError as DriverError
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_perception.errors import TactileError
 
-pytestmark = pytest.mark.ros
 READERS = {'areal_single': ('dot_tracker_node', 'contact_point_node'), 'areal_dual': ('contact_point_node',),
            'air_cushion': ('dot_tracker_node', 'contact_point_node'), 'psd_finger': ('psd_contact_node',),
            'taxel_array': ('taxel_contact_node',)}

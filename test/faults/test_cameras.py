@@ -13,8 +13,6 @@ from sensor_msgs.msg import Image
 from tactile_driver.nodes.camera_node import CameraNode
 from tactile_driver.camera import device
 
-pytestmark = pytest.mark.ros
-
 
 @pytest.fixture
 def cameras(tmp_path, monkeypatch):

@@ -16,7 +16,6 @@ from tactile_driver.nodes.psd_node import PsdNode
 from tactile_msgs.msg import Contacts, PsdVoltages
 from tactile_perception.node import make_node
 
-pytestmark = pytest.mark.ros
 HOUR = 3600 * 10**9
 
 

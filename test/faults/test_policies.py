@@ -18,7 +18,6 @@ from tactile_bringup.nodes.hand_frames_node import HandFramesNode
 from tactile_perception.sensors import NODES
 from tactile_driver.nodes.runtime.host import Host
 
-pytestmark = pytest.mark.ros
 FOLDER = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'sros'
 SPACE = '/sensor'  # namespace of the policies
 TYPES = ('touchpad', 'areal_dual', 'psd_finger', 'taxel_array')

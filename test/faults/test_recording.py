@@ -16,7 +16,6 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_msgs.msg import PsdVoltages
 
-pytestmark = pytest.mark.ros
 ROOM = 12 << 20  # bytes, size of the disk
 
 

@@ -13,7 +13,6 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from tactile_msgs.msg import ContactRegion, Contacts
 from tf2_msgs.msg import TFMessage
 
-pytestmark = pytest.mark.ros
 HAND = {'sensors': [{'name': 'left/pad', 'type': 'taxel_array', 'xyz': [0.1, 0.0, 0.0], 'rate': 50},
                     {'name': 'tip', 'type': 'psd_finger', 'parent': 'left_pad', 'rate': 500}]}
 TOPICS = {'/left/pad/contact_region': ContactRegion, '/left/pad/contacts': Contacts, '/tip/contacts': Contacts}

@@ -20,7 +20,6 @@ from tactile_perception.bags.stream import KEPT, FrameDone, Task, stream
 from tactile_perception.node import make_node
 from waiting import until
 
-pytestmark = pytest.mark.ros
 MARKERS = ('dot_tracker_node', 'contact_point_node')
 # sensor type: writer of a scene, the scene, rate in Hz, number of raw messages, and the nodes
 SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24, ('dot_tracker_node', 'contact_region_node')),

@@ -19,7 +19,6 @@ from tactile_driver.recordings.serialization import decode
 from tactile_driver.recordings.writer import BagWriter
 from waiting import until
 
-pytestmark = pytest.mark.ros
 DRIVERS = {
     'one camera': (CameraNode, lambda path: write_scene(path, 'areal_single_press', 3.0, frames=9, namespace='pad'),
                    {'topic': 'image_raw', 'rate': 30.0}),

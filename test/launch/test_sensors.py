@@ -15,7 +15,6 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
 from visualization_msgs.msg import MarkerArray
 
-pytestmark = pytest.mark.ros
 SPACE = 'left/pad'
 DOTS = {'dots': DotTracks, 'contacts': Contacts, 'contact_region': ContactRegion, 'wrench': WrenchStamped, 'points': PointCloud2}
 CAMERA = {'image_raw': Image, 'camera_info': CameraInfo}

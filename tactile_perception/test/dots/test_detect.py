@@ -8,7 +8,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-
 from tactile_perception.dots.detect import METHODS, DotDetector
 from tactile_perception.dots.fit import DiscModel
 from tactile_perception.dots.look import measure_look

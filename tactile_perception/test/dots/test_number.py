@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings, strategies as st
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 from tactile_perception.dots.number import GridNumbering, Numbered, find_lattice, number_grid
 from tactile_perception.errors import BadArgument
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from tactile_perception.common.dots import Dots
 from tactile_perception.dots.links import Linker, link_places
 from tactile_perception.dots.pattern import Pattern, PatternNumbers

@@ -3,9 +3,8 @@
 """Errors of made-up recordings, by hand: which touch is which, what was missed and made up, whether covariances are consistent."""
 import numpy as np
 import pytest
-from tactile_perception.evaluation.evaluation import QUANTITIES, Evaluation, Instant, TouchCounts, pairs, spread, touch_errors
-
 from made import contact, region, slip
+from tactile_perception.evaluation.evaluation import QUANTITIES, Evaluation, Instant, TouchCounts, pairs, spread, touch_errors
 
 WRENCH = np.array([0.0, 0.0, -2.0, 0.01, 0.0, 0.0])
 

@@ -23,7 +23,7 @@ from tactile_perception.tools import process_bag
 from tactile_perception.tools.calibrate import command as calibrate
 from tactile_perception.tools.convert import command as convert_recording
 
-pytestmark = [pytest.mark.ros, pytest.mark.full]
+pytestmark = pytest.mark.full
 
 
 def write_psd(path, name, begin=0, end=None, truth_every=1):

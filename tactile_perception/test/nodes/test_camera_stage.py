@@ -11,8 +11,6 @@ from tactile_perception.nodes.messages.conversions import RESULTS
 from tactile_perception.nodes.messages.point_cloud import POINTS
 from tactile_perception.touchpad.stage import ContactRegionStage
 
-pytestmark = pytest.mark.ros
-
 
 @pytest.fixture(scope='module')
 def done(ball_messages):

@@ -39,8 +39,6 @@ from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
 from waiting import until
 
-pytestmark = pytest.mark.ros
-
 
 class Bench:
     """Both nodes, a publisher of images and listeners, in one executor."""

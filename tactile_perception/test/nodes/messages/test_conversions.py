@@ -3,13 +3,13 @@
 """Messages and arrays hold the same, what was made into a message comes back; what a message cannot mean is refused by name."""
 import numpy as np
 import pytest
-
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
 from tactile_perception.errors import BadFrame
-from tactile_perception.nodes.messages import conversions as convert, estimates
+from tactile_perception.nodes.messages import conversions as convert
+from tactile_perception.nodes.messages import estimates
 
 HEADER = Header(frame_id='pad')
 HEADER.stamp.sec, HEADER.stamp.nanosec = 12, 500_000_000

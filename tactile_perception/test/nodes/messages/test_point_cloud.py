@@ -9,7 +9,6 @@ from std_msgs.msg import Header
 from tactile_perception.common.surface_points import UNKNOWN, SurfacePoints
 from tactile_perception.nodes.messages.point_cloud import points_to_message
 
-pytestmark = pytest.mark.ros
 NAMES = ['x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z', 'displacement_x', 'displacement_y', 'displacement_z', 'force_x', 'force_y',
          'force_z', 'normal_force', 'state']
 

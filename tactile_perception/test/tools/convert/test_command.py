@@ -18,7 +18,6 @@ from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.tools.convert import command as module
 from tactile_perception.tools.convert.camera import Recording
 
-pytestmark = pytest.mark.ros
 FIRST = {'description', '/tf_static'}
 TOPICS = {'camera_info', 'image_raw', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip', 'ground_truth/wrench'}
 

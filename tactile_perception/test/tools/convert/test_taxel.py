@@ -15,7 +15,6 @@ from tactile_perception.tools.calibrate import command as calibrate
 from tactile_perception.tools.convert import command as convert_recording
 from tactile_perception.tools.convert.taxel import TaxelRecording
 
-pytestmark = pytest.mark.ros
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', 'nowhere'))
 needs_simulated = pytest.mark.skipif(not (RECORDINGS / 'simulated/tac_cal_flat').is_dir(),
                                      reason='TACTILE_RECORDINGS names no folder with simulated/tac_cal_flat')
