@@ -22,11 +22,15 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from tactile_bringup.hand.description import HandSensor
+from tactile_bringup.launch.arguments import SensorPlan
+from tactile_bringup.launch.hand import hand_arguments, planned_sensor
 from tactile_driver.nodes.runtime.diagnostics import NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_msgs.msg import PsdVoltages
+from tactile_perception.node import make_node
 
 OK, WARN, ERROR = 0, 1, 2
 PATIENCE = 60.0  # s, for what takes a second on an idle machine
@@ -210,3 +214,14 @@ class Beside:
 def host(namespace: str, **parameters) -> Host:
     """Under a namespace, with parameters."""
     return Host(['-r', f'__ns:={namespace}'], parameters)
+
+
+def planned(sensor_type: str, space: str) -> SensorPlan:
+    """Of a simulated sensor whose driver waits to be configured."""
+    given = {argument.name: '' for argument in hand_arguments()} | {'source': 'sim', 'autostart': 'false', 'composed': 'true'}
+    return planned_sensor(HandSensor(space.strip('/'), sensor_type, 'hand'), given)
+
+
+def made(plan: SensorPlan, name: str, **more) -> Node:
+    """The node of this name as it is alone in a process; more: parameters that it has besides. Raises TactileError."""
+    return make_node(name, Host(['-r', f'__ns:=/{plan.namespace}', '--params-file', plan.params], {**plan.nodes[name], **more}))

@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-
 from emulated import CountingFinger, samples
 from fault_rig import OK
 from rclpy.clock import ClockType

@@ -7,12 +7,10 @@ import xml.etree.ElementTree as Tree
 from pathlib import Path
 
 import pytest
-
-from fault_rig import PATIENCE, Runner
+from fault_rig import PATIENCE, Runner, made, planned
 from rclpy.lifecycle import LifecycleNode
 from rclpy.node import NodeNameNonExistentError
 from rosidl_runtime_py.utilities import get_message
-from sensor_nodes import made, planned
 from tactile_bringup.installed import share
 from tactile_bringup.nodes.hand_frames_node import HandFramesNode
 from tactile_perception.sensors import NODES

@@ -8,7 +8,6 @@ import time
 
 import pytest
 import yaml
-
 from emulated import CountingFinger, samples
 from fault_rig import ERROR, OK, PATIENCE
 from tactile_driver.nodes.psd_node import PsdNode

@@ -7,7 +7,6 @@ import signal
 import psutil
 import pytest
 import yaml
-
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from tactile_msgs.msg import ContactRegion, Contacts

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import cv2
 import pytest
-
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rosidl_runtime_py.utilities import get_message

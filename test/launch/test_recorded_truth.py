@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A driver plays the ground truth of a recording, and offers none where a recording has none."""
 import pytest
-
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile

@@ -7,7 +7,6 @@ import pathlib
 import numpy as np
 import pytest
 import yaml
-
 from ament_index_python.packages import get_package_share_directory
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
