@@ -3,7 +3,6 @@
 """The finger's stage on messages: what it refuses, when it begins again, and what it reports."""
 import numpy as np
 import pytest
-
 from tactile_driver.nodes.messages.conversions import header_of, voltages_message
 from tactile_driver.parameters.table import defaults
 from tactile_driver.samples import SampleBlock

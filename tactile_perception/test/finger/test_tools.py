@@ -8,7 +8,6 @@ from contextlib import redirect_stdout
 import numpy as np
 import pytest
 import yaml
-
 from tactile_driver.nodes.messages.conversions import header_of, voltages_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
 from tactile_driver.recordings.reader import BagReader

@@ -3,7 +3,6 @@
 """From message to message: what nodes and process_bag both run."""
 
 import pytest
-
 from std_msgs.msg import Header
 from tactile_perception.dots.stage import DotStage
 from tactile_perception.errors import BadCalibration

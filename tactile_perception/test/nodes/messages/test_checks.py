@@ -5,7 +5,6 @@ from array import array
 
 import numpy as np
 import pytest
-
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3, Wrench, WrenchStamped
 from sensor_msgs.msg import Image
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip

@@ -3,7 +3,6 @@
 """The cloud as other people's readers see it: by names, types and offsets of its fields."""
 import numpy as np
 import pytest
-
 from sensor_msgs.msg import PointField
 from std_msgs.msg import Header
 from tactile_perception.common.surface_points import UNKNOWN, SurfacePoints

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-
 from tactile_perception.errors import BadRecording
 from tactile_perception.tools import process_bag
 from tactile_perception.tools.calibrate import command as calibrate
