@@ -6,7 +6,6 @@ import sys
 
 import numpy as np
 import pytest
-
 from pages import ROOT, files
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
