@@ -159,7 +159,9 @@ def _pair(radii: list[float], apart: float) -> str:
 def write(sheet: AnySheet, folder: Path, name: str, script: Script, rate: float, shutters: Shutters | None = None) -> Case:
     """The bag of a script, which becomes a scene of the sheet's sensor."""
     name = f'{sheet.name}_{name}'
-    SCENES[name] = AREAL_DUAL_SCENES[name] = script
+    SCENES[name] = script
+    if sheet.name == 'areal_dual':
+        AREAL_DUAL_SCENES[name] = script
     write_scene(folder / name, name, rate, sheet.seed, shutters=shutters)
     return Case(folder / name, Path(share('params', f'{sheet.name}_sim.yaml')))
 
