@@ -22,15 +22,17 @@ LEAST, APART = 5e-4, 0.0145  # m: two tips count from this depth, and this far a
 
 
 def judged(folder, scene, rate=30.0, shutters=None, tips=1, frames=0):
-    """What `evaluate` finds in the frames with so many tips, and in untouched ones. The scene's name begins with that of the sensor."""
-    files = [Path(share(kind, '_'.join(scene.split('_')[:2]) + '_sim.yaml')) for kind in ('params', 'calibration')]
+    """What `evaluate` finds in the frames with so many tips, and in untouched ones but for traces. Scenes are named after the sensor."""
+    params, calibration = (Path(share(kind, '_'.join(scene.split('_')[:2]) + '_sim.yaml')) for kind in ('params', 'calibration'))
     write_scene(folder / 'bag', scene, rate, shutters=shutters, frames=frames)
 
-    def counts(_estimated, true):
+    def counts(estimated, true):
         there = true.contacts
-        return not there or len(there) == tips and min(tip.depth for tip in there) > (TRACE if tips == 1 else LEAST) and (
+        if not there:
+            return not any(touch.depth <= TRACE for touch in estimated.contacts)
+        return len(there) == tips and min(tip.depth for tip in there) > (TRACE if tips == 1 else LEAST) and (
             tips == 1 or np.hypot(*(there[0].position - there[1].position)[:2]) >= APART)
-    return judge([Case(folder / 'bag', *files)], counts=counts)
+    return judge([Case(folder / 'bag', params)], calibration, counts=counts)
 
 
 def check(found, place, depth, squared=2.0, whole=0.9, beside=np.inf):
