@@ -9,6 +9,7 @@ This process of pytest, and what it starts, has a ROS domain of its own, on this
 """
 import contextlib
 import importlib
+import importlib.util
 import os
 import pathlib
 
@@ -29,6 +30,8 @@ except ImportError:  # there is no ROS, and no node
 else:
     DefectGuard.strict = True
 
+#: Where there is no ROS, the rules of style alone can be tested at the top level.
+collect_ignore_glob = [] if importlib.util.find_spec('rclpy') else ['test/[!s]*', 'test/stability*']
 TOP = pathlib.Path(__file__).resolve().parent / 'test'
 #: What `make test` runs of the tests that need more than one package; all others of them have the marker `full`.
 QUICK = (TOP / 'style', TOP / 'launch' / 'test_demo.py')

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Time and error of finding dots in an image, methods interleaved: the part dots of run.py.
+"""Time and accuracy of finding dots in an image, methods interleaved: the part dots of run.py.
 
 Error relative to the Cramer-Rao bound (2-D RMS of dots neither overlapping nor under glare), missed and false dots per thousand, standard
 deviation of the errors relative to the stated sigma.
@@ -25,9 +25,9 @@ MATCH = 3.0  # px: a dot farther than this from every true position is false
 class BlobDetector:
     """cv2.SimpleBlobDetector with its own search over thresholds, given the size of the dots; scale: of the image against 640 x 480."""
 
-    def __init__(self, dark: bool = True, scale: float = 1.0):
+    def __init__(self, scale: float):
         wanted = cv2.SimpleBlobDetector_Params()
-        wanted.blobColor = 0 if dark else 255
+        wanted.blobColor = 0
         wanted.minArea, wanted.maxArea, wanted.minDistBetweenBlobs = 8 * scale**2, 120 * scale**2, 4 * scale
         wanted.filterByConvexity = wanted.filterByInertia = False
         self._detector = cv2.SimpleBlobDetector_create(wanted)
@@ -42,7 +42,7 @@ class BlobDetector:
 class TrackpyDetector:
     """trackpy.locate at a diameter of 9 px in 640 x 480. Raises ImportError where it is not installed."""
 
-    def __init__(self, scale: float = 1.0):
+    def __init__(self, scale: float):
         import trackpy
         trackpy.quiet()
         self._locate, self._diameter, self._mass = trackpy.locate, 2 * round(4 * scale) + 1, 300 * scale**2
@@ -56,7 +56,7 @@ class TrackpyDetector:
 def detectors(scale: float = 1.0) -> dict:
     """Name -> fresh detector of every method to compare, for images of that size against 640 x 480; trackpy only where it is installed."""
     found = {name: DotDetector('dark', name) for name in METHODS if name != 'paper_cushion'}  # its non-local means take 0.2 s per frame
-    found['SimpleBlobDetector'] = BlobDetector(scale=scale)
+    found['SimpleBlobDetector'] = BlobDetector(scale)
     try:
         found['trackpy'] = TrackpyDetector(scale)
     except ImportError:
@@ -72,24 +72,10 @@ def score(scene, dots, noise: float) -> dict:
     clear = scene.clear & (distance[np.arange(len(nearest)), nearest] < MATCH)
     error = dots.uv[nearest[clear]] - scene.uv[clear] if len(dots) else np.zeros((0, 2))
     sigma = dots.sigma[nearest[clear]] if len(dots) else np.zeros(0)
-    return {'error2': float((error**2).sum()), 'bound2': float((_bounds(scene, noise)[clear]**2).sum()), 'matched': int(clear.sum()),
+    bound = position_bound(scene.diameter, scene.amplitude, noise)[clear]
+    return {'error2': float((error**2).sum()), 'bound2': float((bound**2).sum()), 'matched': int(clear.sum()),
             'true': int(scene.clear.sum()), 'false': int((distance[scene.present].min(0) > MATCH).sum()) if len(dots) else 0,
             'normal2': float((error**2 / sigma[:, None] ** 2).sum() / 2)}
-
-
-def _bounds(scene, noise: float) -> np.ndarray:
-    """Of all dots, px; kept in the scene."""
-    kept = scene.extra.setdefault('bounds', {})
-    if noise not in kept:
-        kept[noise] = position_bound(scene.diameter, scene.amplitude, scene.psf, noise)
-    return kept[noise]
-
-
-def summary(sums: dict) -> dict:
-    """Ratios of added sums."""
-    return {'error_over_bound': (sums['error2'] / max(sums['bound2'], 1e-12)) ** 0.5,
-            'missed_per_1000': 1e3 * (1 - sums['matched'] / sums['true']), 'false_per_1000': 1e3 * sums['false'] / sums['true'],
-            'normalised_variance': sums['normal2'] / max(sums['matched'], 1)}
 
 
 def find(seed: int, frames: int, names=NAMES, size: tuple[int, int] = (640, 480)) -> dict[str, tuple[dict, float]]:
@@ -102,20 +88,15 @@ def find(seed: int, frames: int, names=NAMES, size: tuple[int, int] = (640, 480)
         for turn in range(frames + 1):
             image = scene.frame(NOISE, rng)
             for method, detector in compared.items():
-                dots, spent = _timed(detector, image)
-                if turn == 0:
-                    continue  # the first frame measures the dots' appearance
-                times[method][name].append(spent)
-                for key, value in score(scene, dots, NOISE).items():
-                    sums[method][key] += value
+                begin = time.thread_time()
+                try:
+                    dots = detector.detect(image)
+                except BadFrame:
+                    dots = Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+                spent = time.thread_time() - begin
+                if turn:  # the first frame measures the dots' appearance
+                    times[method][name].append(spent)
+                    for key, value in score(scene, dots, NOISE).items():
+                        sums[method][key] += value
     return {method: (dict(found), 1e3 * float(np.median([np.median(spent) for spent in times[method].values()])))
             for method, found in sums.items()}
-
-
-def _timed(detector, image) -> tuple[Dots, float]:
-    start = time.thread_time()
-    try:
-        dots = detector.detect(image)
-    except BadFrame:
-        dots = Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
-    return dots, time.thread_time() - start

@@ -116,27 +116,10 @@ def random_scene(number: int, seed: int, rate: float = RATE) -> Scene:
     return Scene(specimen, [motion], motion.times[-1] + 0.15, rate, u(0.2, 0.6))
 
 
-def is_inside(loops: list[np.ndarray], points: np.ndarray) -> np.ndarray:
-    """(K,) bool: which points (K, 2) an odd number of loops (M, >= 2) encloses."""
-    crossed = np.zeros(len(points), int)
-    for loop in loops:
-        here, there = loop[:, :2], np.roll(loop[:, :2], -1, axis=0)
-        x, y = points[:, 0, None], points[:, 1, None]
-        rise = np.where(there[:, 1] == here[:, 1], 1e-12, there[:, 1] - here[:, 1])
-        at = here[:, 0] + (y - here[:, 1]) / rise * (there[:, 0] - here[:, 0])
-        crossed += (((here[:, 1] > y) != (there[:, 1] > y)) & (x < at)).sum(axis=1)
-    return crossed % 2 == 1
-
-
 def signed_distance(loops: list[np.ndarray], points: np.ndarray) -> np.ndarray:
-    """(K,) m, distances of points (K, 2) from the outlines loops (M, >= 2), seen along z; positive inside."""
-    nearest = np.full(len(points), np.inf)
-    for loop in loops:
-        here, way = loop[:, :2], np.roll(loop[:, :2], -1, axis=0) - loop[:, :2]
-        off = points[:, None] - here
-        part = np.clip((off * way).sum(axis=2) / np.maximum((way**2).sum(axis=1), 1e-15), 0, 1)
-        nearest = np.minimum(nearest, np.linalg.norm(off - part[..., None] * way, axis=2).min(axis=1))
-    return np.where(is_inside(loops, points), nearest, -nearest)
+    """(K,) m, distances of points (K, 2) from the outlines loops (M, >= 2), seen along z; positive where an odd number encloses."""
+    each = np.array([[cv2.pointPolygonTest(loop[:, :2].astype(np.float32), point, True) for point in points.tolist()] for loop in loops])
+    return np.abs(each).min(axis=0) * np.where((each > 0).sum(axis=0) % 2, 1, -1)
 
 
 def heights(places: np.ndarray, normals: np.ndarray, pitch: float) -> np.ndarray:

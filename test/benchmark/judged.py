@@ -23,9 +23,10 @@ import cv2
 import numpy as np
 import yaml
 from tactile_bringup.installed import share
-from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene
+from tactile_bringup.simulate.bags import CAMERA, WRITERS, write_scene
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.bags.judged_bag import JudgedBag
+from tactile_perception.common.estimates import ContactEstimate
 from tactile_perception.errors import BadArgument, TactileError
 from tactile_perception.evaluation.evaluation import Evaluation, Instant
 from tactile_perception.evaluation.scores import f1
@@ -33,19 +34,19 @@ from tactile_perception.tools.calibrate import calibrator
 from tactile_perception.tools.convert.command import convert, open_recording
 from tactile_perception.tools.evaluate import text
 
-RATES = {'psd_finger': 1000.0, 'taxel_array': 100.0}  # Hz, of scenes; else 30
-_WRITERS = {'psd_finger': write_psd_scene, 'taxel_array': write_taxel_scene}
 _NEAR = 50e-6  # m: a free dot nearer to the tool is in neither class, as the description of the recordings asks
 _TOLERANCE = 10e-6  # m, of the touchpad: a slip of half to three times this value is in neither class
 
 
 @dataclass(frozen=True)
 class Case:
-    """A bag with ground truth, and the parameter file of its sensor. unclear: stamp, ns -> numbers of the dots that are in no class."""
+    """A bag with ground truth, and the parameter file of its sensor. unclear: stamp, ns -> numbers of the dots that are in no class;
+    calibration: file of this very specimen."""
 
     bag: Path
     params: Path
     unclear: Mapping[int, np.ndarray] = field(default_factory=dict)
+    calibration: Path | None = None
 
 
 def recording_folder(name: str) -> Path:
@@ -76,22 +77,22 @@ def _unclear(folder: Path) -> dict[int, np.ndarray]:
     return {round((stamp + shift) * 1e9): numbers[these] for stamp, these in zip(stamps.tolist(), doubtful)}
 
 
-def simulated(folder: Path, name: str, rate: float, sensor: str, seed: int = 0) -> Case:
-    """A scene of a simulated sensor at rate Hz, as a bag in the folder; one that is there is taken."""
+def simulated(folder: Path, name: str, sensor: str, rate: float = 0.0, seed: int = 0) -> Case:
+    """A scene of a simulated sensor at rate Hz (0: the usual one), as a bag in the folder; one that is there is taken."""
     case = Case(folder / f'{name}_{seed}', Path(share('params', f'{sensor}_sim.yaml')))
+    write, usual, _ = WRITERS.get(sensor, WRITERS[CAMERA])
     if not case.bag.exists():
-        _WRITERS.get(sensor, write_scene)(case.bag, name, rate, seed)
+        write(case.bag, name, rate or usual, seed)
     return case
 
 
 def touchpad_scene(folder: Path, name: str, rate: float, size: tuple[int, int] = (640, 480), seed: int = 3) -> Case:
     """The same of a touchpad seen by a camera of another size, (width, height) px, with the parameters of that very specimen."""
     name_of_bag = f'{name}_{size[0]}'
-    scene = open_scene(name, rate, seed, width=size[0], height=size[1])
-    bag, unclear = folder / name_of_bag, {}
-    for number in range(scene.frames):
-        truth = scene.observe(number).truth
-        unclear[10**9 + round(number / rate * 1e9)] = truth.dot_id[(truth.dot_state == 0) & (truth.dot_gap < _NEAR)]
+    scene, bag = open_scene(name, rate, seed, width=size[0], height=size[1]), folder / name_of_bag
+    truths = [scene.observe(number).truth for number in range(scene.frames)]
+    unclear = {10**9 + round(number / rate * 1e9): truth.dot_id[(truth.dot_state == 0) & (truth.dot_gap < _NEAR)]
+               for number, truth in enumerate(truths)}
     if not bag.exists():
         write_scene(bag, name, rate, seed, size=size)
     return Case(bag, parameter_file(folder / f'{name_of_bag}.yaml', None, touchpad_parameters(scene)), unclear)
@@ -125,12 +126,14 @@ def calibrated(case: Case, sensor: str, output: Path, more: Iterable[Path] = (),
 
 @dataclass
 class Judged:
-    """One method on some bags. ms: of each frame, one thread, from the raw message to the messages of the results; refused: frames."""
+    """One method on some bags. ms: of each frame, one thread, from the raw message to the messages of the results; refused: frames;
+    single: (estimated, true) contact of the instants with one each."""
 
     evaluation: Evaluation = field(default_factory=Evaluation)
     ms: list[float] = field(default_factory=list)
     refused: int = 0
     instants: int = 0
+    single: list[tuple[ContactEstimate, ContactEstimate]] = field(default_factory=list)
 
     def medians(self) -> dict[str, float]:
         """Median errors by name of QUANTITIES, in their units; NaN for what was not compared or not estimated."""
@@ -156,22 +159,28 @@ Counts = Callable[[Instant, Instant], bool]
 
 def judge(cases: Iterable[Case], calibration: Path | None = None, changes: Mapping = {},
           counts: Counts = lambda estimated, true: True) -> Judged:
-    """A method, by the changes that it needs to the parameters, on some bags; counts: which instants (estimated, true) are judged."""
+    """A method, by the changes that it needs to the parameters, on some bags, with a calibration in place of the specimens' own; counts:
+    which instants (estimated, true) are judged."""
     judged = Judged()
     for case in cases:
         path = case.bag.with_name(f'{case.bag.name}_changed.yaml')
         params = parameter_file(path, case.params, changes) if changes else case.params
         with contextlib.redirect_stderr(io.StringIO()):
-            bag = JudgedBag(case.bag, params=params, calibration=calibration)
+            bag = JudgedBag(case.bag, params=params, calibration=calibration or case.calibration)
             for stamp, estimated, true in bag.instants():
                 clear(true, case.unclear.get(round(stamp * 1e9)))
                 if counts(estimated, true):
                     judged.instants += 1
                     judged.evaluation.add(stamp, estimated, true)
-        stages = bag.stages
+                    judged.single += zip(estimated.contacts, true.contacts) if _one_each(estimated, true) else ()
+        stages = bag.times.stages
         judged.ms += (1e3 * (np.array(stages['all']) - stages['decoding'])).tolist()
         judged.refused += bag.left_out.total
     return judged
+
+
+def _one_each(estimated: Instant, true: Instant) -> bool:
+    return len(estimated.contacts or ()) == len(true.contacts or ()) == 1
 
 
 def clear(true: Instant, unclear: np.ndarray | None) -> None:
@@ -179,6 +188,19 @@ def clear(true: Instant, unclear: np.ndarray | None) -> None:
     if unclear is not None and true.region is not None:
         kept = ~np.isin(true.region.dot_id, unclear)
         true.region.dot_id, true.region.dot_state = true.region.dot_id[kept], true.region.dot_state[kept]
+
+
+def report(judged: Judged) -> str:
+    """The report of `evaluate`, and F1 of the dots."""
+    ms = {name: float(np.percentile(judged.ms, part)) for name, part in (('median', 50), ('within_95', 95), ('worst', 100))}
+    refused = {'frames': judged.refused} if judged.refused else {}
+    times = {'latency_ms': {}, 'stages_ms': {'all': ms}, 'memory_mb': np.nan, 'refused': refused}
+    instants = {'judged': judged.instants, 'without an estimate': 0, 'without truth': 0}
+    lines = [text({'instants': instants, **judged.evaluation.summary(), 'times': times})]
+    if judged.evaluation.dots.any():
+        lines.append('F1 of dots that are ' + ', '.join(f'{name} {value:.3f}' for name, value in judged.dots_f1().items()) +
+                     f"; mean overlap of the regions {judged.mean('region_overlap'):.3f}")
+    return '\n'.join(lines)
 
 
 def main() -> None:
@@ -191,22 +213,11 @@ def main() -> None:
     given = parser.parse_args()
     cv2.setNumThreads(1)
     with TemporaryDirectory() as place:
-        folder, scene = Path(place), 'scene:'
-        rate = RATES.get(given.sensor, 30.0)
-        cases = {name: simulated(folder, name.removeprefix(scene), rate, given.sensor) if name.startswith(scene) else
-                 recorded(folder, name, given.sensor) for name in (*given.names, *given.presses)}
-        first, *more = (cases[name] for name in given.presses) if given.presses else [None]
-        file = first and calibrated(first, given.sensor, folder / 'calibration.yaml', [case.bag for case in more])
-        changes = yaml.safe_load('\n'.join(one.replace('=', ': ', 1) for one in given.set)) or {}
-        judged = judge([cases[name] for name in given.names], file, changes)
-    ms = {'median': float(np.median(judged.ms)), 'within_95': float(np.percentile(judged.ms, 95)), 'worst': max(judged.ms)}
-    left_out = [f'{judged.refused} frames'] if judged.refused else []
-    times = {'latency_ms': {}, 'stages_ms': {'all': ms}, 'memory_mb': np.nan, 'left_out': left_out}
-    instants = {'judged': judged.instants, 'without an estimate': 0, 'without truth': 0}
-    print(text({'instants': instants, **judged.evaluation.summary(), 'times': times}))
-    if judged.evaluation.dots.any():
-        print('F1 of dots that are ' + ', '.join(f'{name} {value:.3f}' for name, value in judged.dots_f1().items()) +
-              f"; mean overlap of the regions {judged.mean('region_overlap'):.3f}")
+        folder = Path(place)
+        cases, presses = ([simulated(folder, name[6:], given.sensor) if name.startswith('scene:') else recorded(folder, name, given.sensor)
+                           for name in names] for names in (given.names, given.presses))
+        file = calibrated(presses[0], given.sensor, folder / 'calibration.yaml', [case.bag for case in presses[1:]]) if presses else None
+        print(report(judge(cases, file, yaml.safe_load('\n'.join(one.replace('=', ': ', 1) for one in given.set)) or {})))
 
 
 if __name__ == '__main__':

@@ -5,17 +5,22 @@ from __future__ import annotations
 
 import contextlib
 import io
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from tactile_bringup.installed import share
+from tactile_bringup.papers.bench import mean
 from tactile_bringup.papers.sheets import fit_published
 from tactile_perception.evaluation.evaluation import Instant
+from tactile_perception.finger.map import error_angle
 from tactile_perception.press.tools import calibrate_markers
 
 import dots
-from judged import Case, Judged, calibrated, judge, parameter_file, recorded, simulated, touchpad_scene
+from judged import Case, Counts, Judged, calibrated, judge, parameter_file, recorded, simulated, touchpad_scene
 from printed_dots import NAMES
 
 SIZES = {'320 x 240': (320, 240), '640 x 480': (640, 480), '960 x 720': (960, 720)}
@@ -31,128 +36,100 @@ PAPERS_MARKERS = {'paper': 'paper_areal', 'paper_cushion': 'paper_cushion'}  # c
 TAXEL_RECORDINGS = ('static_ring', 'incipient_rect', 'rotate_rect', 'grip_hold')
 FARTHEST = np.radians(61.0)  # from the finger's pole
 
-
-@dataclass(frozen=True)
-class Plan:
-    """quick: less of all; recorded: recordings of another simulation (TACTILE_RECORDINGS) in place of the simulated sensors that ship;
-    bags: folder for bags, those that are there are taken."""
-
-    quick: bool
-    recorded: bool
-    bags: Path
+Row = tuple[str, str, str, float, dict[str, float]]  # source, method, size of the images ('' without), ms a frame, errors by name
 
 
 @dataclass(frozen=True)
-class Row:
-    """What one method did in one round. part: name in PARTS; source: what it was judged on; size: of images, '' without; ms: of a frame;
-    errors: by name, less is better, NaN: not estimated."""
+class Part:
+    """units: of each error, of which less is better; prepare(quick, from_recordings, bags): makes what is measured on, in the folder bags,
+    whose bags are taken if they are there, and returns a function of the round's number that yields a Row a method."""
 
-    part: str
+    units: dict[str, str]
+    prepare: Callable[[bool, bool, Path], Callable[[int], Iterator[Row]]]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A sensor on groups of bags; a figure is the mean over the groups that know it. methods: name -> (calibration in place of the bags'
+    own, changes of the parameters); figures: of a judged group; counts: makes what says which instants are judged; unknown: method ->
+    figures that it does not estimate."""
+
     source: str
-    method: str
-    size: str
-    ms: float
-    errors: dict[str, float]
+    groups: list[list[Case]]
+    methods: Mapping[str, tuple[Path | None, Mapping]]
+    figures: Callable[[Judged], dict[str, float]]
+    size: str = ''
+    counts: Counts = lambda _estimated, _true: True
+    unknown: Mapping[str, str] = field(default_factory=dict)
+
+    def measure(self, _number: int) -> Iterator[Row]:
+        """A Row for each method."""
+        for method, (calibration, changes) in self.methods.items():
+            found = [judge(group, calibration, changes, self.counts) for group in self.groups]
+            each = [self.figures(judged) for judged in found]
+            errors = {name: np.nan if name == self.unknown.get(method) else mean([one[name] for one in each]) for name in each[0]}
+            yield self.source, method, self.size, mean([np.median(judged.ms) for judged in found]), errors
 
 
-def _of_pitch(pixels: float, size: tuple[int, int]) -> float:
-    """Thousandths of the dots' pitch, which is 18 px in 640 x 480."""
-    return 1e3 * pixels / (18 * size[0] / 640)
+def all_of(subjects: list[Subject]) -> Callable[[int], Iterator[Row]]:
+    return lambda number: (row for subject in subjects for row in subject.measure(number))
 
 
-class Dots:
-    """Detection alone: images of 23 x 23 dots, of three sizes."""
+def own_folder(bags: Path, sensor: str) -> Path:
+    (bags / sensor).mkdir(parents=True, exist_ok=True)
+    return bags / sensor
 
-    errors = {'place': '1/1000 pitch', 'missed or false': 'per 1000'}
 
-    def __init__(self, plan: Plan):
-        self._sizes = {name: SIZES[name] for name in list(SIZES)[:2 if plan.quick else 3]}
-        self._names = ('plain', 'all at once') if plan.quick else NAMES
-        self._frames = 2 if plan.quick else 4
-
-    def measure(self, number: int) -> list[Row]:
-        """A row for each method and size; other dots in each round."""
-        rows = []
-        for size, pixels in self._sizes.items():
-            names = self._names if size == VGA else self._names[:1]
-            for method, (sums, ms) in dots.find(number, self._frames, names, pixels).items():
+def printed(quick: bool, _from_recordings: bool, _bags: Path) -> Callable[[int], Iterator[Row]]:
+    """Detection alone: images of 23 x 23 dots, of three sizes; other dots in each round."""
+    def measure(number: int) -> Iterator[Row]:
+        for size in list(SIZES)[:2 if quick else 3]:
+            names = (('plain', 'all at once') if quick else NAMES)[:None if size == VGA else 1]
+            for method, (sums, ms) in dots.find(number, 2 if quick else 4, names, SIZES[size]).items():
                 place = (sums['error2'] / sums['matched'])**0.5 if sums['matched'] else np.nan
                 lost = 1e3 * (sums['true'] - sums['matched'] + sums['false']) / sums['true']
-                rows.append(Row('dots', 'printed dots', method, size, ms, {'place': _of_pitch(place, pixels), 'missed or false': lost}))
-        return rows
+                # the pitch is 18 px in 640 x 480
+                yield 'printed dots', method, size, ms, {'place': 1e3 * place / (18 * SIZES[size][0] / 640), 'missed or false': lost}
+    return measure
 
 
-class Touchpad:
+def touchpad(quick: bool, from_recordings: bool, bags: Path) -> Callable[[int], Iterator[Row]]:
     """From an image to the contact region, of two sizes."""
-
-    errors = {'region overlap': '1 - IoU', 'contact dots': '1 - F1', 'slipping dots': '1 - F1', 'depth': 'mm'}
-
-    def __init__(self, plan: Plan):
-        folder = plan.bags / 'touchpad'
-        folder.mkdir(parents=True, exist_ok=True)
-        if plan.recorded:
-            self._cases = {VGA: [recorded(folder, name, 'touchpad') for name in TOUCHPAD_RECORDINGS]}
-        else:
-            rate, names = 5.0 if plan.quick else 10.0, ('rectangle_drag', 'ring_press', 'disc_twist')
-            self._cases = {size: [touchpad_scene(folder, name, rate, SIZES[size]) for name in names] for size in ('320 x 240', VGA)}
-
-    def measure(self, number: int) -> list[Row]:
-        """A row for each method and size: means over scenes."""
-        rows = []
-        for size, cases in self._cases.items():
-            for method, changes in TOUCHPAD_METHODS.items():
-                found = [judge([case], changes=changes) for case in cases]
-                each = [touchpad_errors(judged) for judged in found]
-                ms = float(np.mean([np.median(judged.ms) for judged in found]))
-                errors = {name: known_mean([one[name] for one in each]) for name in self.errors}
-                if method != 'membrane':
-                    errors['depth'] = np.nan  # ours: the paper estimates none
-                rows.append(Row('touchpad', 'touchpad', method, size, ms, errors))
-        return rows
+    folder = own_folder(bags, 'touchpad')
+    if from_recordings:
+        cases = {VGA: [recorded(folder, name, 'touchpad') for name in TOUCHPAD_RECORDINGS]}
+    else:
+        cases = {size: [touchpad_scene(folder, name, 5.0 if quick else 10.0, SIZES[size])
+                        for name in ('rectangle_drag', 'ring_press', 'disc_twist')] for size in ('320 x 240', VGA)}
+    methods = {name: (None, changes) for name, changes in TOUCHPAD_METHODS.items()}
+    ours = dict.fromkeys(set(methods) - {'membrane'}, 'depth')  # the paper estimates none
+    return all_of([Subject('touchpad', [[case] for case in some], methods, touchpad_figures, size, unknown=ours)
+                   for size, some in cases.items()])
 
 
-def touchpad_errors(judged: Judged) -> dict[str, float]:
-    """The figures of a touchpad on one bag."""
+def touchpad_figures(judged: Judged) -> dict[str, float]:
     f1 = judged.dots_f1()
     return {'region overlap': 1 - judged.mean('region_overlap'), 'contact dots': 1 - f1['contact'], 'slipping dots': 1 - f1['slipping'],
             'depth': judged.medians().get('depth', np.nan)}
 
 
-def known_mean(values: list[float]) -> float:
-    """Mean of those that are known; NaN of none."""
-    known = np.array(values)[np.isfinite(values)]
-    return float(known.mean()) if len(known) else np.nan
+def sheets(quick: bool, from_recordings: bool, bags: Path) -> Callable[[int], Iterator[Row]]:
+    """From an image, or two, to presses on sheets and domes by one tip, calibrated by presses at other places."""
+    return all_of([sheet(sensor, own_folder(bags, sensor), from_recordings) for sensor in list(SHEETS)[:1 if quick else 3]])
 
 
-class Sheets:
-    """From an image, or two, to presses on sheets and domes, calibrated by presses at other places."""
-
-    errors = {'place': 'mm', 'depth': 'mm', 'force': '%', 'missed, split or false': 'per 1000'}
-
-    def __init__(self, plan: Plan):
-        self._sensors = [sheet(name, plan.bags, plan.recorded) for name in list(SHEETS)[:1 if plan.quick else 3]]
-
-    def measure(self, number: int) -> list[Row]:
-        """A row for each sensor and method."""
-        return [Row('sheets and dome', sensor, method, '', float(np.median(judged.ms)), sheet_errors(judged))
-                for sensor, (cases, methods) in self._sensors for method, judged in judge_sheet(sensor, cases, methods).items()]
-
-
-def sheet(sensor: str, bags: Path, from_recordings: bool) -> tuple[str, tuple[list[Case], dict]]:
-    """(sensor, (cases to judge on, method -> (calibration, changes of the parameters))). The published method of sheets needs a plate,
-    which the recordings lack."""
-    folder = bags / sensor
-    folder.mkdir(parents=True, exist_ok=True)
+def sheet(sensor: str, folder: Path, from_recordings: bool) -> Subject:
+    """The published method of sheets needs a plate, which the recordings lack."""
     if from_recordings:
         presses, *tests = (recorded(folder, f'{SHEETS[sensor]}_{part}', sensor) for part in ('calib_small', 'test'))
     else:
-        presses, *tests = (simulated(folder, f'{sensor}_{scene}', rate, sensor) for scene, rate in
+        presses, *tests = (simulated(folder, f'{sensor}_{scene}', sensor, rate) for scene, rate in
                            (('calibration', 3.0), ('test', 4.0), ('two', 4.0)))
     paper, of_paper, plate = 'paper_cushion' if sensor == 'air_cushion' else 'paper', None, None
     if sensor == 'air_cushion':
-        of_paper = presses if from_recordings else simulated(folder, 'air_cushion_zones_calibration', 4.0, sensor)
+        of_paper = presses if from_recordings else simulated(folder, 'air_cushion_zones_calibration', sensor, 4.0)
     elif not from_recordings:
-        of_paper, plate = (simulated(folder, f'{sensor}_{scene}', rate, sensor) for scene, rate in (('markers', 2.0), ('plate', 8.0)))
+        of_paper, plate = (simulated(folder, f'{sensor}_{scene}', sensor, rate) for scene, rate in (('markers', 2.0), ('plate', 8.0)))
     with contextlib.redirect_stderr(io.StringIO()):
         calibrate_markers([presses.bag], presses.params, model := folder / 'model.yaml', only='model')
         methods = {'model': (model, {'touch': 'model'})}
@@ -161,75 +138,30 @@ def sheet(sensor: str, bags: Path, from_recordings: bool) -> tuple[str, tuple[li
             params, file = parameter_file(folder / 'paper.yaml', of_paper.params, changes), folder / 'paper_calibration.yaml'
             fit_published(sensor, [of_paper.bag], params, file, paper, plate and plate.bag)
             methods[paper] = (file, changes)
-    return sensor, (tests, methods)
+    return Subject(sensor, [tests], methods, sheet_figures, counts=partial(deep_enough, SHALLOWEST[sensor]))
 
 
-def judge_sheet(sensor: str, cases: list[Case], methods: dict) -> dict[str, Judged]:
-    """Presses by one tip, and untouched frames, by each method."""
-    def counts(_estimated: Instant, true: Instant) -> bool:
-        return not true.contacts or (len(true.contacts) == 1 and true.contacts[0].depth >= SHALLOWEST[sensor])
-    return {method: judge(cases, calibration, changes, counts) for method, (calibration, changes) in methods.items()}
+def deep_enough(least: float, _estimated: Instant, true: Instant) -> bool:
+    return not true.contacts or (len(true.contacts) == 1 and true.contacts[0].depth >= least)
 
 
-def sheet_errors(judged: Judged) -> dict[str, float]:
-    """The figures of a sheet or a dome."""
+def sheet_figures(judged: Judged) -> dict[str, float]:
     frames = judged.evaluation.summary()['frames']
     wrong = frames['missed'] + frames['too_many'] + frames['false'] + judged.refused
     return {'place': judged.mean('place', 1e3), 'depth': judged.mean('depth', 1e3),
             'force': judged.medians().get('force_relative', np.nan), 'missed, split or false': 1e3 * wrong / max(frames['judged'], 1)}
 
 
-class Finger:
-    """From four voltages to the normal; a frame is a message of ten samples."""
-
-    errors = {'normal': 'degrees', 'false samples': '%'}
-
-    def __init__(self, plan: Plan):
-        folder = plan.bags / 'psd_finger'
-        folder.mkdir(parents=True, exist_ok=True)
-        if plan.recorded:
-            self._specimens = [[recorded(folder, f'psd_{name}', 'psd_finger') for name in ('cal_dense', 'grid25', 'nocontact_drift')]]
-        else:
-            self._specimens = [[simulated(folder, name, 1000.0, 'psd_finger', seed) for name in ('calibration', 'grid', 'light')]
-                               for seed in range(1 if plan.quick else 2)]
-        self._files = [calibrated(presses, 'psd_finger', folder / f'calibration_{k}.yaml')
-                       for k, (presses, *_) in enumerate(self._specimens)]
-
-    def measure(self, number: int) -> list[Row]:
-        """A row for each method: means over specimens, out to 60 degrees."""
-        rows = []
-        for method in ('map', 'paper'):
-            normals, ms, false = [], [], []
-            for (_, grid, light), file in zip(self._specimens, self._files):
-                touches = Touches()
-                ms.append(np.median(judge([grid], file, {'method': method}, touches.take).ms))
-                normals.append(float(np.mean(touches.errors())))
-                judged = judge([light], file, {'method': method})
-                false.append(100 * judged.evaluation.touches.frames['false'] / judged.instants)
-            rows.append(Row('finger', 'psd_finger', method, '', float(np.mean(ms)),
-                            {'normal': float(np.mean(normals)), 'false samples': float(np.mean(false))}))
-        return rows
-
-
-class Touches:
-    """Normals of each touch within reach of the map, estimated and true."""
-
-    def __init__(self):
-        self._normals: dict[int, list] = {}
-
-    def take(self, estimated: Instant, true: Instant) -> bool:
-        """Take an instant; whether it is judged."""
-        if in_reach(estimated, true) and len(true.contacts) == len(estimated.contacts or []) == 1:
-            self._normals.setdefault(true.contacts[0].id, []).append((estimated.contacts[0].normal, true.contacts[0].normal))
-        return in_reach(estimated, true)
-
-    def errors(self) -> list[float]:
-        """Error of the mean normal of the middle half of each touch, degrees."""
-        errors = []
-        for pairs in self._normals.values():
-            mean, true = np.nanmean(pairs[len(pairs) // 4:len(pairs) - len(pairs) // 4], axis=0)
-            errors.append(float(np.degrees(np.arctan2(np.linalg.norm(np.cross(mean, true)), mean @ true))))
-        return errors
+def finger(quick: bool, from_recordings: bool, bags: Path) -> Callable[[int], Iterator[Row]]:
+    """From four voltages to the normal, out to 60 degrees; a frame is a message of ten samples."""
+    folder, groups = own_folder(bags, 'psd_finger'), []
+    for seed in range(1 if quick or from_recordings else 2):
+        presses, *tests = (recorded(folder, f'psd_{name}', 'psd_finger') for name in ('cal_dense', 'grid25', 'nocontact_drift')) \
+            if from_recordings else (simulated(folder, name, 'psd_finger', seed=seed) for name in ('calibration', 'grid', 'light'))
+        file = calibrated(presses, 'psd_finger', folder / f'calibration_{seed}.yaml')
+        groups += [[replace(case, calibration=file)] for case in tests]
+    return all_of([Subject('psd_finger', groups, {method: (None, {'method': method}) for method in ('map', 'paper')}, finger_figures,
+                           counts=in_reach)])
 
 
 def in_reach(_estimated: Instant, true: Instant) -> bool:
@@ -237,37 +169,41 @@ def in_reach(_estimated: Instant, true: Instant) -> bool:
     return not true.contacts or np.arccos(np.clip(true.contacts[0].normal[2], -1, 1)) < FARTHEST
 
 
-class Taxels:
+def finger_figures(judged: Judged) -> dict[str, float]:
+    """The error of the mean normal of the middle half of each touch; false contacts of a bag in which nothing touches."""
+    touches = defaultdict(list)
+    for estimated, true in judged.single:
+        touches[true.id].append((estimated.normal, true.normal))
+    middles = [np.nanmean(pairs[len(pairs) // 4:len(pairs) - len(pairs) // 4], axis=0) for pairs in touches.values()]
+    frames = judged.evaluation.summary()['frames']
+    return {'normal': mean([np.degrees(error_angle(*middle)) for middle in middles]),
+            'false samples': np.nan if frames['touched'] else 100 * frames['false'] / judged.instants}
+
+
+def taxels(quick: bool, from_recordings: bool, bags: Path) -> Callable[[int], Iterator[Row]]:
     """From pressures to region, slip and force."""
-
-    errors = {'slip states': '1 - F1', 'region overlap': '1 - IoU', 'slip velocity': 'mm/s', 'force': '%'}
-
-    def __init__(self, plan: Plan):
-        folder = plan.bags / 'taxel_array'
-        folder.mkdir(parents=True, exist_ok=True)
-        if plan.recorded:
-            names = ('cal_zero', 'cal_flat', *TAXEL_RECORDINGS)
-            zero, flat, *self._cases = (recorded(folder, f'tac_{name}', 'taxel_array') for name in names)
-            self._calibration = calibrated(flat, 'taxel_array', folder / 'calibration.yaml', [zero.bag])
-        else:
-            names = ('drag', 'grip') if plan.quick else ('demo', 'drag', 'turn', 'grip', 'ring')
-            self._cases = [simulated(folder, name, 50.0, 'taxel_array') for name in names]
-            self._calibration = Path(share('calibration', 'taxel_array_sim.yaml'))
-
-    def measure(self, number: int) -> list[Row]:
-        """A row for each method: all scenes together."""
-        found = {method: judge(self._cases, self._calibration, {'method': method}) for method in ('mechanics', 'paper')}
-        ours = {'mechanics': {}, 'paper': {'force': np.nan}}  # by calibrated pressure, which the paper has not
-        return [Row('taxels', 'taxel_array', method, '', float(np.median(judged.ms)), taxel_errors(judged) | ours[method])
-                for method, judged in found.items()]
+    folder, sensor = own_folder(bags, 'taxel_array'), 'taxel_array'
+    if from_recordings:
+        zero, flat, *cases = (recorded(folder, f'tac_{name}', sensor) for name in ('cal_zero', 'cal_flat', *TAXEL_RECORDINGS))
+        calibration = calibrated(flat, sensor, folder / 'calibration.yaml', [zero.bag])
+    else:
+        names = ('drag', 'grip') if quick else ('demo', 'drag', 'turn', 'grip', 'ring')
+        cases = [simulated(folder, name, sensor, 50.0) for name in names]
+        calibration = Path(share('calibration', 'taxel_array_sim.yaml'))
+    methods = {method: (calibration, {'method': method}) for method in ('mechanics', 'paper')}
+    return all_of([Subject(sensor, [cases], methods, taxel_figures, unknown={'paper': 'force'})])  # by calibrated pressure
 
 
-def taxel_errors(judged: Judged) -> dict[str, float]:
-    """The figures of a taxel array."""
-    middle = judged.medians()
+def taxel_figures(judged: Judged) -> dict[str, float]:
+    medians = judged.medians()
     return {'slip states': 1 - judged.evaluation.summary()['slip_states']['macro_f1'],
-            'region overlap': 1 - middle.get('region_overlap', np.nan), 'slip velocity': middle.get('slip_velocity', np.nan),
-            'force': middle.get('force_relative', np.nan)}
+            'region overlap': 1 - medians.get('region_overlap', np.nan), 'slip velocity': medians.get('slip_velocity', np.nan),
+            'force': medians.get('force_relative', np.nan)}
 
 
-PARTS = {'dots': Dots, 'touchpad': Touchpad, 'sheets and dome': Sheets, 'finger': Finger, 'taxels': Taxels}
+PARTS = {
+    'dots': Part({'place': '1/1000 pitch', 'missed or false': 'per 1000'}, printed),
+    'touchpad': Part({'region overlap': '1 - IoU', 'contact dots': '1 - F1', 'slipping dots': '1 - F1', 'depth': 'mm'}, touchpad),
+    'sheets and dome': Part({'place': 'mm', 'depth': 'mm', 'force': '%', 'missed, split or false': 'per 1000'}, sheets),
+    'finger': Part({'normal': 'degrees', 'false samples': '%'}, finger),
+    'taxels': Part({'slip states': '1 - F1', 'region overlap': '1 - IoU', 'slip velocity': 'mm/s', 'force': '%'}, taxels)}

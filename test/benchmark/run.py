@@ -30,11 +30,25 @@ import tactile_driver.nodes  # noqa: F401  (one thread of linear algebra; said b
 import cv2
 import numpy as np
 from tactile_perception.errors import TactileError
+from tactile_perception.evaluation.report import plain
+from tactile_perception.sensors import SENSOR_TYPES
 
-import results
-from parts import PARTS, Plan, Row
+from parts import PARTS
 
 _ROUNDS = {True: 2, False: 3}  # by quick
+#: Changes that are none whatever the noise: of a time, as a part of it; of an error, as a part of it and in its own unit.
+_TIME, _ERROR = 0.1, 0.02
+_LEAST = {'1/1000 pitch': 0.02, 'per 1000': 0.5, '1 - IoU': 2e-3, '1 - F1': 2e-3, 'mm': 2e-3, '%': 0.1, 'degrees': 0.01, 'mm/s': 0.02}
+#: Panels of the plot: title, part, error that is drawn, source (all for ''), and the error that the sensor's paper reports, in the same
+#: unit: of sheets the mean distance in its tables 1 and 2.
+PANELS = (('dots found in an image', 'dots', 'place', '', None),
+          ('touchpad: contact region', 'touchpad', 'region overlap', '', None),
+          ('sheet, one camera: touch', 'sheets and dome', 'place', 'areal_single', 2.64),
+          ('sheet, two cameras: touch', 'sheets and dome', 'place', 'areal_dual', 0.93),
+          ('dome: touch', 'sheets and dome', 'place', 'air_cushion', None),
+          ('PSD finger, 10 samples a frame', 'finger', 'normal', '', 6.0),
+          ('taxel array: none, incipient or gross slip', 'taxels', 'slip states', '', None))
+_KEY = ('part', 'source', 'method', 'size')
 
 
 def yardstick() -> float:
@@ -52,54 +66,149 @@ def yardstick() -> float:
     return 1e3 * float(np.median(taken))
 
 
-def measure(names: list[str], plan: Plan, rounds: int) -> list[tuple[float, list[Row]]]:
-    """(yardstick, rows) of each part in each round; parts take turns."""
-    ready, found = {}, []
+def measure(names: list[str], quick: bool, from_recordings: bool, bags: Path) -> list[dict]:
+    """An entry for each method: the keys of _KEY; in each round ms a frame, ms relative to the yardstick, and errors by name. Parts take
+    turns."""
+    entries, ready = {}, {}
     for name in names:
         print(f'{name}: making what it is measured on', file=sys.stderr, flush=True)
-        ready[name] = PARTS[name](plan)
-    for number in range(rounds):
-        for name, part in ready.items():
-            print(f'round {number + 1} of {rounds}: {name}', file=sys.stderr, flush=True)
-            found.append((yardstick(), part.measure(number)))
-    return found
+        ready[name] = PARTS[name].prepare(quick, from_recordings, bags)
+    for number in range(_ROUNDS[quick]):
+        for name, measured in ready.items():
+            print(f'round {number + 1} of {_ROUNDS[quick]}: {name}', file=sys.stderr, flush=True)
+            unit = yardstick()
+            for *key, ms, errors in measured(number):
+                key = (name, *key)
+                entry = entries.setdefault(key, {**dict(zip(_KEY, key)), 'ms': [], 'relative': [], 'errors': {}})
+                entry['ms'].append(ms)
+                entry['relative'].append(ms / unit)
+                for error, value in errors.items():
+                    entry['errors'].setdefault(error, []).append(float(value))
+    return list(entries.values())
 
 
 def machine() -> dict:
     """What it was measured on."""
-    return {'processor': _processor(), 'cores': os.cpu_count(), 'python': platform.python_version(), 'numpy': np.__version__,
+    about = Path('/proc/cpuinfo')
+    lines = about.read_text().splitlines() if about.exists() else []
+    processor = next((line.partition(':')[2].strip() for line in lines if line.startswith('model name')), platform.processor())
+    return {'processor': processor, 'cores': os.cpu_count(), 'python': platform.python_version(), 'numpy': np.__version__,
             'opencv': cv2.__version__, 'date': time.strftime('%Y-%m-%d %H:%M'), 'load': os.getloadavg()[0]}
 
 
-def _processor() -> str:
-    about = Path('/proc/cpuinfo')
-    lines = about.read_text().splitlines() if about.exists() else []
-    return next((line.partition(':')[2].strip() for line in lines if line.startswith('model name')), platform.processor())
+def middle(values: list[float | None]) -> float:
+    """Median over the rounds; NaN where one is not known."""
+    return float(np.median(np.array(values, float)))
 
 
-def write(entries: list[results.Entry], about: dict, out: Path) -> list[Path]:
-    """benchmark.md, benchmark.json, benchmark.png in the folder out; their paths."""
-    out.mkdir(parents=True, exist_ok=True)
-    paths = [out / f'benchmark.{ending}' for ending in ('md', 'json', 'png')]
-    said = '; '.join(f'{name} {value}' for name, value in about.items())
-    paths[0].write_text(f'{results.summary(entries)}\n{results.tables(entries)}\n{said}\n')
-    paths[1].write_text(json.dumps({'about': about, 'entries': results.to_plain(entries)}, indent=1) + '\n')
-    run = ('quick' if about['quick'] else 'full') + ' run' + (' on recordings' if about['recorded'] else '')
-    results.draw(entries, paths[2], f"{run}, {about['processor']}, {about['date']}")
-    return paths
+def noise(values: list[float]) -> float:
+    """Half of the range over the median; 0 for a median of 0."""
+    return float(np.ptp(values)) / (2 * middle(values)) if middle(values) else 0.0
 
 
-def compared(old: Path, entries: list[results.Entry], about: dict, names: list[str]) -> list[str]:
-    """What became worse than in an earlier benchmark.json, of the parts named. Exits with a line that says why it cannot be compared."""
+def _said(value: float) -> str:
+    return f'{value:.3g}' if np.isfinite(value) else '-'
+
+
+def tables(entries: list[dict]) -> str:
+    """A Markdown table for each part: medians over rounds, and by how much the rounds' times differ from it."""
+    pages = []
+    for part in dict.fromkeys(entry['part'] for entry in entries):
+        units = PARTS[part].units
+        head = ['sensor', 'method', 'image', 'ms a frame', 'rounds within', *(f'{name}, {unit}' for name, unit in units.items())]
+        rows = [[e['source'], e['method'], e['size'] or '-', _said(middle(e['ms'])), f'{100 * noise(e["ms"]):.0f} %',
+                 *(_said(middle(e['errors'][name])) for name in units)] for e in entries if e['part'] == part]
+        lines = [f'| {" | ".join(row)} |' for row in (head, *rows)]
+        pages.append('\n'.join([f'## {part}', '', lines[0], '|' + '---|' * len(head), *lines[1:]]))
+    return '\n\n'.join(pages) + '\n'
+
+
+def summary(entries: list[dict]) -> str:
+    """One Markdown table of the sensors: their methods on the largest images, times and errors, medians over rounds."""
+    lines = ['|sensor|method|ms a frame|errors|', '|---|---|---|---|']
+    for entry in entries:
+        if entry['source'] in SENSOR_TYPES and entry['size'] == max(e['size'] for e in entries if e['source'] == entry['source']):
+            errors = [f'{name} {_said(value)} {unit.replace(" - ", "-")}' for name, unit in PARTS[entry['part']].units.items()
+                      if np.isfinite(value := middle(entry['errors'][name]))]
+            lines.append(f'|{entry["source"]}|{entry["method"]}|{_said(middle(entry["ms"]))}|{"; ".join(errors)}|')
+    return '\n'.join(lines) + '\n'
+
+
+def compared(path: Path, entries: list[dict], about: dict, names: list[str]) -> list[str]:
+    """What became slower, or less accurate, or is gone since an earlier benchmark.json, of the parts named: a line each. Times count over
+    the yardstick's, so that a machine that is slower as a whole makes nothing slower; a change counts by more than the rounds of both
+    differ among themselves. Exits with a line that says why it cannot be compared."""
     try:
-        kept = json.loads(old.read_text())
-        before = [entry for entry in results.from_plain(kept['entries']) if entry.part in names]
+        kept = json.loads(path.read_text())
+        old = [entry for entry in kept['entries'] if entry['part'] in names]
         same = all(kept['about'][name] == about[name] for name in ('quick', 'recorded'))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        sys.exit(f'{old}: no result of this benchmark: {error!r}')
+        sys.exit(f'{path}: no result of this benchmark: {error!r}')
     if not same:
-        sys.exit(f'{old}: measured with other options (--quick, --recorded); the same ones have to be given')
-    return results.compare(before, entries)
+        sys.exit(f'{path}: measured with other options (--quick, --recorded); the same ones have to be given')
+    known, lines = {tuple(entry[name] for name in _KEY): entry for entry in entries}, []
+    for before in old:
+        key = tuple(before[name] for name in _KEY)
+        said, after = ', '.join(filter(None, key)), known.get(key)
+        if after is None:
+            lines.append(f'{said}: not measured any more')
+            continue
+        change = middle(after['relative']) / middle(before['relative']) - 1
+        if change > _TIME + noise(after['relative']) + noise(before['relative']):
+            lines.append(f'{said}: slower by {100 * change:.0f} % ({_said(middle(before["ms"]))} to {_said(middle(after["ms"]))} ms)')
+        for name, unit in PARTS[before['part']].units.items():
+            a, b = (np.array(entry['errors'].get(name, [np.nan]), float) for entry in (before, after))
+            allowed = _ERROR * middle(a) + _LEAST[unit] + 0.5 * (np.ptp(a) + np.ptp(b))
+            if np.isfinite(a).all() and not middle(b) - middle(a) <= allowed:
+                lines.append(f'{said}: {name} {_said(middle(a))} to {_said(middle(b))} {unit}')
+    return lines
+
+
+def draw(entries: list[dict], path: Path, said: str) -> None:
+    """A panel for each of PANELS: colours are methods, marks are images' sizes, bars reach over the rounds, the grey line is the front,
+    the dashed one what the sensor's paper reports. said: of the run, under the title."""
+    import matplotlib
+    matplotlib.use('Agg')
+    from matplotlib import pyplot
+    shown = [(panel, [e for e in entries if e['part'] == panel[1] and panel[3] in ('', e['source'])]) for panel in PANELS]
+    shown = [(panel, these) for panel, these in shown if these]
+    columns = min(len(shown), 4)
+    rows = -(-len(shown) // columns)
+    figure, axes = pyplot.subplots(rows, columns, figsize=(4.6 * columns, 0.5 + 4.6 * rows), layout='constrained', squeeze=False)
+    for empty in axes.ravel()[len(shown):]:
+        empty.set_axis_off()
+    for axis, (panel, these) in zip(axes.ravel(), shown):
+        _panel(axis, *panel, these)
+    figure.suptitle(f'Time of one thread against error: lower left is better (grey line: no method beats these)\n{said}')
+    figure.savefig(path, dpi=80)
+    pyplot.close(figure)
+
+
+def _panel(axis, title: str, part: str, error: str, _source: str, reported: float | None, entries: list[dict]) -> None:
+    from matplotlib.ticker import LogLocator, NullLocator
+    methods, sizes = list(dict.fromkeys(e['method'] for e in entries)), sorted({e['size'] for e in entries})
+    points = [(e, middle(e['ms']), middle(e['errors'][error])) for e in entries if np.isfinite(middle(e['errors'][error]))]
+    for size in sizes:
+        these = sorted((at, off) for e, at, off in points if e['size'] == size)
+        front = [point for k, point in enumerate(these) if point[1] < min((off for _, off in these[:k]), default=np.inf)]
+        axis.plot(*zip(*front), '-', color='lightgrey', linewidth=1.5, zorder=1) if front else None
+    for e, at, off in points:
+        bars = ([[value - min(values)], [max(values) - value]] for value, values in ((off, e['errors'][error]), (at, e['ms'])))
+        axis.errorbar(at, off, *bars, 'os^Dv'[sizes.index(e['size'])], color=f'C{methods.index(e["method"]) % 10}', markersize=7, zorder=2)
+    for k, method in enumerate(methods):
+        axis.plot([], [], 'o', color=f'C{k % 10}', label=method)
+    for mark, size in zip('os^Dv', sizes if len(sizes) > 1 else []):
+        axis.plot([], [], mark, color='grey', label=size)
+    if reported is not None:
+        axis.axhline(reported, color='black', linestyle='--', linewidth=1, label='reported in the paper')
+    axis.margins(0.12)
+    axis.set(xscale='log', yscale='log', title=title, xlabel='ms a frame', ylabel=f'error of {error}, {PARTS[part].units[error]}')
+    for ticks, (low, high) in ((axis.xaxis, axis.get_xlim()), (axis.yaxis, axis.get_ylim())):
+        ticks.set_major_locator(LogLocator(subs=(1, 1.2, 1.4, 1.7, 2, 2.5, 3, 3.5, 4, 5, 6, 7, 8) if high / low < 5 else (1, 2, 5)))
+        ticks.set_major_formatter('{x:g}')
+        ticks.set_minor_locator(NullLocator())
+    axis.grid(alpha=0.3)
+    axis.legend(fontsize='x-small', loc='upper center', bbox_to_anchor=(0.5, -0.16), ncols=2)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -117,9 +226,14 @@ def main(arguments: list[str] | None = None) -> int:
         print('trackpy is not installed, and left out; pip install trackpy adds it', file=sys.stderr)
     names, about = given.part or list(PARTS), {'quick': given.quick, 'recorded': given.recorded, **machine()}
     with nullcontext(given.bags) if given.bags else TemporaryDirectory() as folder:
-        entries = results.collect(measure(names, Plan(given.quick, given.recorded, Path(folder)), _ROUNDS[given.quick]))
-    paths = write(entries, about, given.out)
-    print(paths[0].read_text() + '\n' + '\n'.join(map(str, paths)))
+        entries = measure(names, given.quick, given.recorded, Path(folder))
+    given.out.mkdir(parents=True, exist_ok=True)
+    page, stored, plot = (given.out / f'benchmark.{ending}' for ending in ('md', 'json', 'png'))
+    page.write_text(f'{summary(entries)}\n{tables(entries)}\n' + '; '.join(f'{name} {value}' for name, value in about.items()) + '\n')
+    stored.write_text(json.dumps(plain({'about': about, 'entries': entries}), indent=1) + '\n')
+    kind = ('quick' if given.quick else 'full') + ' run' + (' on recordings' if given.recorded else '')
+    draw(entries, plot, f"{kind}, {about['processor']}, {about['date']}")
+    print(f'{page.read_text()}\n{page}\n{stored}\n{plot}')
     worse = compared(given.compare, entries, about, names) if given.compare else []
     if given.compare:
         print('\n'.join(['worse than before:', *worse]) if worse else 'nothing is slower or less accurate than before')

@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import shutil
 import tempfile
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -40,7 +39,7 @@ TIPS = 0.6, 2.0         # radii over the calibrated one
 @dataclass(frozen=True)
 class Kind:
     """A sensor: module; stiffness of thickness one, N/m; bending, N m; nodes; print; radius, m, of a usual tip; places, m, and depths, m,
-    of the calibration; distance, m, within which scenes stay from the centre; range of depths, m; way of drags, m; rate of calibrations."""
+    of the calibration; distance, m, within which scenes stay from the centre; range of depths, m; way of drags, m."""
 
     module: object
     tension: float
@@ -157,14 +156,14 @@ def _pair(radii: list[float], apart: float) -> str:
     return name
 
 
-def write(sheet: AnySheet, folder: Path, name: str, script: Script, rate: float, shutters: Shutters | None = None) -> Path:
+def write(sheet: AnySheet, folder: Path, name: str, script: Script, rate: float, shutters: Shutters | None = None) -> Case:
     """The bag of a script, which becomes a scene of the sheet's sensor."""
-    known = AREAL_DUAL_SCENES if sheet.name == 'areal_dual' else {}
     name = f'{sheet.name}_{name}'
-    SCENES[name] = known[name] = script
-    bag = folder / name
-    write_scene(bag, name, rate, sheet.seed, shutters=shutters)
-    return bag
+    SCENES[name] = script
+    if sheet.name == 'areal_dual':
+        AREAL_DUAL_SCENES[name] = script
+    write_scene(folder / name, name, rate, sheet.seed, shutters=shutters)
+    return Case(folder / name, Path(share('params', f'{sheet.name}_sim.yaml')))
 
 
 def counts(apart: float, _estimated, true) -> bool:
@@ -190,22 +189,6 @@ ROWS = {'areal_single': ('press', *(f'drag_{friction}' for friction in (0.2, 0.3
 ROWS['areal_dual'] = (*ROWS['areal_single'], *(f'shutter_{ms}' for ms in (-16.0, -11.5, -5.0, 0.0, 5.0, 11.5, 16.0)))
 
 
-def run(kind: str, specimens: range, rows: tuple[str, ...], seed: int) -> Iterator[tuple[int, str, Judged]]:
-    """Specimen, row and errors."""
-    params = Path(share('params', f'{kind}_sim.yaml'))
-    for number in specimens:
-        sheet = AnySheet(kind, number)
-        with tempfile.TemporaryDirectory() as place:
-            folder = Path(place)
-            presses = Case(write(sheet, folder, 'small', sheet.calibration(), SLOW), params)
-            calibration = calibrated(presses, kind, folder / 'calibration.yaml')
-            for row in rows:
-                script, shutters = sheet.scene(row, seed)
-                bag = write(sheet, folder, row, script, RATE, shutters)
-                yield number, row, judge([Case(bag, params)], calibration, counts=partial(counts, APART * 1.6 * sheet.radius))
-                shutil.rmtree(bag)
-
-
 def main() -> None:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -215,9 +198,17 @@ def main() -> None:
     parser.add_argument('--rows', nargs='+', default=None)
     wanted = parser.parse_args()
     print('| specimen, row | place, mm, mean / 95 % | depth | squared | force, % | moment, % | reported, % | beside |\n' + '|---' * 8 + '|')
-    rows = tuple(wanted.rows or ROWS[wanted.sensor])
-    for number, row, judged in run(wanted.sensor, range(wanted.seed, wanted.seed + wanted.specimens), rows, wanted.seed):
-        print(line(f'{number}, {row}', judged), flush=True)
+    for number in range(wanted.seed, wanted.seed + wanted.specimens):
+        sheet = AnySheet(wanted.sensor, number)
+        with tempfile.TemporaryDirectory() as place:
+            folder = Path(place)
+            calibration = calibrated(write(sheet, folder, 'small', sheet.calibration(), SLOW), wanted.sensor, folder / 'calibration.yaml')
+            for row in wanted.rows or ROWS[wanted.sensor]:
+                script, shutters = sheet.scene(row, wanted.seed)
+                case = write(sheet, folder, row, script, RATE, shutters)
+                judged = judge([case], calibration, counts=partial(counts, APART * 1.6 * sheet.radius))
+                print(line(f'{number}, {row}', judged), flush=True)
+                shutil.rmtree(case.bag)
 
 
 if __name__ == '__main__':

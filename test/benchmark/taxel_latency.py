@@ -8,6 +8,7 @@ distribution. The simulated pad and the estimator share no formula.
 """
 from __future__ import annotations
 
+import itertools
 import sys
 from collections import defaultdict
 from dataclasses import dataclass, field
@@ -68,34 +69,27 @@ def device(folder: Path, specimen: PadSpecimen, ink: InkSpecimen, seed: int) -> 
     return params, calibrated(Case(folder / 'plate', params), 'taxel_array', folder / 'calibration.yaml')
 
 
-def play(folder: Path, name: str, of: tuple, seed: int, params: Path, calibration: Path, method: str) -> tuple[np.ndarray, np.ndarray]:
-    """True and reported states (N,) of a scene, -1 without contact."""
-    bag = folder / name
-    if not bag.exists():
-        write_taxel_scene(bag, name, RATE, scene=TaxelScene(TAXEL_SCENES[name], RATE, seed, *of))
-    judged = JudgedBag(bag, params=parameter_file(folder / 'method.yaml', params, {'method': method}), calibration=calibration)
-    states = [[one.slip.state if one.touched else -1 for one in (true, reported)] for _, reported, true in judged.instants()]
-    return tuple(np.array(states).T)
-
-
-def main() -> int:
+def main() -> None:
     """Print a line a scene, then the sums of each device and method."""
     seeds, scenes = int(sys.argv[1]) if len(sys.argv) > 1 else 1, sys.argv[2:] or SCENES
-    scores = {(name, method): Score() for name in DEVICES for method in ('mechanics', 'paper')}
-    for name, of in DEVICES.items():
-        for seed in range(seeds):
-            with TemporaryDirectory() as place:
-                params, calibration = device(Path(place), *of, seed)
-                for scene in scenes:
-                    for method in ('mechanics', 'paper'):
-                        states, one = play(Path(place), scene, of, seed, params, calibration, method), Score()
-                        one.add(*states)
-                        scores[name, method].add(*states)
-                        print(f'{name} {seed} {scene}, {method}: {one.lines()[0]}', flush=True)
-    for (name, method), score in scores.items():
-        print('\n  '.join([f'device {name}, {method}:', *score.lines()]))
-    return 0
+    scores = defaultdict(Score)
+    for (name, of), seed in itertools.product(DEVICES.items(), range(seeds)):
+        with TemporaryDirectory() as place:
+            folder = Path(place)
+            params, calibration = device(folder, *of, seed)
+            for scene in scenes:
+                write_taxel_scene(folder / scene, scene, RATE, scene=TaxelScene(TAXEL_SCENES[scene], RATE, seed, *of))
+                for method in ('mechanics', 'paper'):
+                    changed = parameter_file(folder / 'method.yaml', params, {'method': method})
+                    instants = JudgedBag(folder / scene, params=changed, calibration=calibration).instants()
+                    states = np.array([[at.slip.state if at.touched else -1 for at in (true, found)] for _, found, true in instants]).T
+                    one = Score()
+                    for score in (one, scores[f'device {name}, {method}']):
+                        score.add(*states)
+                    print(f'{name} {seed} {scene}, {method}: {one.lines()[0]}', flush=True)
+    for name, score in scores.items():
+        print('\n  '.join([f'{name}:', *score.lines()]))
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    main()

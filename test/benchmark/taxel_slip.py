@@ -59,27 +59,22 @@ def read_npz(path: Path) -> Iterator[Pad]:
                 yield Pad(f'{path.stem} {name}', t, stored[name])
 
 
-def play(pad: Pad) -> tuple[np.ndarray, np.ndarray]:
-    """States (N,) and velocities (N, 2) m/s of the slip of each frame; frames whose stamp repeats are passed over (state 0)."""
+def events(pad: Pad) -> tuple[list[tuple[float, float, float]], float]:
+    """(begin s, end s, largest speed along the finger m/s, with its sign) of each slip, and the share of frames with slip; frames whose
+    stamp repeats are passed over."""
     shape = pad.values.shape[1:]
     response = Response(zero=np.zeros(shape, np.float32))  # in contact from the first frame
     estimator = TaxelEstimator(TaxelArray(*shape, PITCH, FULL_SCALE), SoftPad(), TaxelSettings(response=response))
-    states, velocities = np.zeros(len(pad.t), int), np.full((len(pad.t), 2), np.nan)
-    last = -1.0
-    for k, (t, values) in enumerate(zip(pad.t, pad.values)):
-        if t > last:
-            slip = estimator.process(values, 1 + t).slip
-            states[k], velocities[k], last = slip.state, slip.linear[:2], t
-    return states, velocities
-
-
-def events(t: np.ndarray, states: np.ndarray, velocities: np.ndarray) -> list[tuple[float, float, float]]:
-    """(begin s, end s, largest speed along the finger m/s, with its sign) of each slip."""
-    slipping, found = np.flatnonzero(states != NONE), []
-    for group in np.split(slipping, np.flatnonzero(np.diff(t[slipping]) > _PAUSE_S) + 1) if len(slipping) else []:
-        along = np.nan_to_num(velocities[group, 1])
-        found.append((float(t[group[0]]), float(t[group[-1]]), float(along[np.argmax(np.abs(along))])))
-    return found
+    found, last, slipping = [], -1.0, 0
+    for t, values in zip(pad.t.tolist(), pad.values):
+        if t <= last:
+            continue
+        slip, last = estimator.process(values, 1 + t).slip, t
+        if slip.state != NONE:
+            slipping, speed = slipping + 1, float(np.nan_to_num(slip.linear[1]))
+            begin, end, largest = found.pop() if found and t - found[-1][1] <= _PAUSE_S else (t, t, 0.0)
+            found.append((begin, t, max(largest, speed, key=abs)))
+    return found, slipping / len(pad.t)
 
 
 def pads(folder: Path) -> Iterator[Pad]:
@@ -90,15 +85,14 @@ def pads(folder: Path) -> Iterator[Pad]:
         yield from (pad for pad in read_npz(path) if pad.values.max() >= _LEAST)
 
 
-def main() -> int:
+def main() -> None:
     """Print a line a pad."""
     for pad in pads(Path(sys.argv[1])):
-        states, velocities = play(pad)
-        found = [f'{begin:.2f}-{end:.2f} s {1e3 * speed:+.1f} mm/s' for begin, end, speed in events(pad.t, states, velocities)]
+        found, share = events(pad)
+        said = [f'{begin:.2f}-{end:.2f} s {1e3 * speed:+.1f} mm/s' for begin, end, speed in found]
         more = f' and {len(found) - 6} more' if len(found) > 6 else ''
-        print(f'{pad.name}: {len(pad.t)} frames, {np.mean(states > 0):.1%} slip; {"; ".join(found[:6]) or "quiet"}{more}', flush=True)
-    return 0
+        print(f'{pad.name}: {len(pad.t)} frames, {share:.1%} slip; {"; ".join(said[:6]) or "quiet"}{more}', flush=True)
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    main()

@@ -1,15 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Sets up ROS for nodes of this process; any exception that no check foresaw is raised (see DefectGuard.strict)."""
-
 import pytest
-
+import rclpy
 
 
 @pytest.fixture(scope='module', autouse=True)
 def ros():
-    rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-    pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
     rclpy.init()
     yield
     rclpy.try_shutdown()

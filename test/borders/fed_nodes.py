@@ -1,18 +1,25 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Nodes in this process that receive messages by direct calls, without middleware."""
+"""Nodes in this process that receive messages by direct calls, without middleware; valid messages by sensor type: raw ones of a simulated
+sensor, untouched and then pressed."""
 from __future__ import annotations
 
 import copy
 import functools
 import itertools
+from array import array
 
-from good_messages import messages
+import cv2
+import numpy as np
+import rig
 from rclpy.serialization import serialize_message
+from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 from tactile_bringup.installed import share
-from tactile_perception.node import make_node
+from tactile_driver.nodes.messages.conversions import header_of
+from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.nodes.runtime.host import Host, SharedPublisher
+from tactile_perception.node import make_node
 
 _NUMBERS = itertools.count(1)
 INPUTS = {'dot_tracker_node': ('camera_info', 'image_raw'), 'contact_region_node': ('camera_info', 'dots'),
@@ -24,6 +31,34 @@ MARKERS = {'touchpad': 'markers_node', 'areal_single': 'markers_node', 'psd_fing
            'taxel_array': 'taxel_markers_node'}
 #: (node, sensor), each once
 NODES = [(name, sensor) for sensor, names in CHAINS.items() for name in names] + [(name, sensor) for sensor, name in MARKERS.items()]
+BEGIN_NS = 1_700_000_000 * 10**9
+_PERIOD_NS = {'psd_finger': 10**7, 'taxel_array': 10**7}  # of messages; else 0.1 s
+_BLOCK = 10
+
+
+@functools.cache
+def messages(sensor: str) -> list[tuple[str, object]]:
+    """(topic, message) in the order in which they are sent; nobody may change them."""
+    of, found = rig.seen(sensor), []
+    chain = of.chain()
+    if sensor == 'psd_finger':
+        raws, topic = np.concatenate([*of.rest, of.pressed]).reshape(-1, _BLOCK, 4), 'voltages'
+    else:
+        raws, topic = [*of.rest, *[of.pressed] * 20] if sensor == 'taxel_array' else [*of.rest[:3], *[of.pressed] * 3], 'image_raw'
+    for number, raw in enumerate(raws):
+        stamp = BEGIN_NS + number * _PERIOD_NS.get(sensor, rig.STEP_NS)
+        if of.info is not None:
+            info = copy.deepcopy(of.info)
+            info.header = header_of(stamp, sensor)
+            found.append(('camera_info', info))
+        found.append((topic, chain.message(raw, stamp)))
+    return found
+
+
+def compressed(image: Image, kind: str) -> CompressedImage:
+    """The same image under the same header; kind: .png or .jpg."""
+    data = cv2.imencode(kind, image_to_array(image))[1]
+    return CompressedImage(header=image.header, format=kind[1:], data=array('B', data.tobytes()))
 
 
 def arguments(space: str, sensor: str) -> list[str]:

@@ -7,19 +7,16 @@ from array import array
 
 import numpy as np
 import pytest
+from fed_nodes import NODES, at, fed, sent, stamp_of
+from random_messages import hostile
+from tactile_driver.nodes.messages.images import image_to_array
+from tactile_driver.recordings.serialization import encode
+from tactile_perception.errors import BadFrame
+from tactile_perception.finger.stage import FingerStage
+from tactile_perception.nodes.messages.checks import check_message
+from tactile_perception.nodes.messages.conversions import camera_matrices
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from fed_nodes import NODES, at, fed, sent, stamp_of  # noqa: E402
-from random_messages import hostile  # noqa: E402
-from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
-from tactile_driver.recordings.serialization import encode  # noqa: E402
-from tactile_perception.errors import BadFrame  # noqa: E402
-from tactile_perception.finger.stage import FingerStage  # noqa: E402
-from tactile_perception.nodes.messages.conversions import camera_matrices, check_message  # noqa: E402
-
-pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
+pytestmark = pytest.mark.filterwarnings('ignore::RuntimeWarning')
 _BEGIN = 14  # messages after which every node has processed a frame, so that later stamps can be checked against its stamp
 _PERIOD_NS = 1_000_000  # ns from a bad message to the next good one
 

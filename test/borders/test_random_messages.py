@@ -5,16 +5,10 @@ import random
 
 import numpy as np
 import pytest
+from fed_nodes import NODES, at, compressed, fed, sent, stamp_of
+from random_messages import hostile
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from fed_nodes import NODES, at, fed, sent, stamp_of  # noqa: E402
-from good_messages import compressed  # noqa: E402
-from random_messages import hostile  # noqa: E402
-
-pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
-_FEW, _MANY = 50, 20_000
+pytestmark = pytest.mark.filterwarnings('ignore::RuntimeWarning')
 _STEP_NS = 10_000_000
 #: Markers of a taxel array need five messages of one stamp of which none was refused: measured, 16 of 800 times.
 _DRAWN = 0.005
@@ -39,7 +33,9 @@ def thrown(name, sensor, count):
     return node, stamp, published
 
 
-def check(name, sensor, count):
+@pytest.mark.parametrize('count', [50, pytest.param(20_000, marks=[pytest.mark.slow, pytest.mark.timeout(3600)])])
+@pytest.mark.parametrize('name, sensor', NODES)
+def test_random_messages_of_each_type_meet_no_defect(name, sensor, count):
     node, stamp, published = thrown(name, sensor, count)
     try:
         log = node.node.log
@@ -52,15 +48,3 @@ def check(name, sensor, count):
         assert log.done > done
     finally:
         node.close()
-
-
-@pytest.mark.parametrize('name, sensor', NODES)
-def test_random_messages_meet_no_defect(name, sensor):
-    check(name, sensor, _FEW)
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(3600)
-@pytest.mark.parametrize('name, sensor', NODES)
-def test_twenty_thousand_random_messages_of_each_type_meet_no_defect(name, sensor):
-    check(name, sensor, _MANY)

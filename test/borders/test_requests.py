@@ -4,17 +4,12 @@
 import random
 
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
 from random_messages import hostile, random_message
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from sensor_nodes import made, planned
+from fault_rig import made, planned
 from std_srvs.srv import Trigger
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 
-pytestmark = pytest.mark.ros
 _COUNT = 60
 _TYPES = [ParameterType.PARAMETER_NOT_SET, *range(1, 10), 10, 200, 255]
 

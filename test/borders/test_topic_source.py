@@ -4,17 +4,11 @@
 import random
 
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from fed_nodes import at, stamp_of  # noqa: E402
-from good_messages import compressed, messages  # noqa: E402
-from random_messages import hostile  # noqa: E402
-from tactile_driver.errors import BadFrame  # noqa: E402
-from tactile_driver.nodes.topic_source import TopicSource  # noqa: E402
-
-pytestmark = pytest.mark.ros
+import rclpy
+from fed_nodes import at, compressed, messages, stamp_of
+from random_messages import hostile
+from tactile_driver.errors import BadFrame
+from tactile_driver.nodes.topic_source import TopicSource
 
 
 @pytest.mark.parametrize('count', [300, pytest.param(20_000, marks=[pytest.mark.slow, pytest.mark.timeout(3600)])])

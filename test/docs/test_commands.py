@@ -14,8 +14,7 @@ from unittest import mock
 import pytest
 from pages import ALL_PAGES, ROOT, commands, files, indented_commands
 
-pytest.importorskip('ament_index_python', reason='ROS is not sourced')
-from ament_index_python.packages import get_package_prefix, get_package_share_directory  # noqa: E402
+from ament_index_python.packages import get_package_prefix, get_package_share_directory
 
 VERBS = ('topic', 'service', 'param', 'node', 'bag')
 TOPICS = {'image_raw', 'camera_info', 'time_reference', 'voltages', 'description', 'dots', 'contact_region', 'contacts', 'slip', 'wrench',

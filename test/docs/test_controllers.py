@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 from pages import ROOT, blocks
 
-pytest.importorskip('ament_index_python', reason='ROS is not sourced')
-from ament_index_python.packages import PackageNotFoundError, get_package_prefix  # noqa: E402
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
 PAGE, EXAMPLE = ROOT / 'docs' / 'controllers.md', ROOT / 'docs' / 'examples' / 'slip_watch'
 STAND_IN = Path(__file__).with_name('rclcpp_stand_in')

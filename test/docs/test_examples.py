@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 from pages import ROOT, files
 
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import qos_profile_sensor_data  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import Image
 
-pytestmark = pytest.mark.ros
 PAGE = ROOT / 'docs' / 'extending.md'
 PORT = 7100 + os.getpid() % 800
 FIND = """

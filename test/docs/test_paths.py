@@ -1,10 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Links, paths and names in the code that the documentation gives lead to what is there."""
+import json
 import re
 
 import pytest
+import run
 from pages import ALL_PAGES, ROOT, files, prose
+from tactile_perception.sensors import SENSOR_TYPES
 
 PACKAGES = ('tactile_driver', 'tactile_perception', 'tactile_bringup')
 #: Where a path may begin besides the page's folder: at the top, in a package, in its Python folder, among the tests, in the example.
@@ -65,15 +68,11 @@ def test_paths_and_names_exist(page):
             f'{page.name} names {name} in {path}, which does not define it'
 
 
-def test_a_wrong_path_or_name_is_seen(tmp_path):
-    page = tmp_path / 'page.md'
-    page.write_text('`dots/tracker.py:DotTracker` and `dots/no_such_file.py` and `params/TYPE.yaml`, never `name/of/topic words`')
-    assert code_paths(page) == [('dots/tracker.py', 'DotTracker'), ('dots/no_such_file.py', ''), ('params/TYPE.yaml', '')]
-    assert [bool(targets(page, path)) for path, _ in code_paths(page)] == [True, False, True]
-    page.write_text('`dots/tracker.py:NoSuchClass`')
-    with pytest.raises(AssertionError, match='NoSuchClass'):
-        test_paths_and_names_exist(page)
-
-
 def test_the_readme_is_short():
     assert len((ROOT / 'README.md').read_text().split()) <= 1500
+
+
+def test_the_readmes_table_is_of_the_benchmark_that_is_stored_and_shows_every_sensor():
+    entries = json.loads((ROOT / 'test/benchmark/doc/benchmark.json').read_text())['entries']
+    assert set(SENSOR_TYPES) <= {entry['source'] for entry in entries}
+    assert run.summary(entries) in (ROOT / 'README.md').read_text(), 'run.py --out test/benchmark/doc measures again'

@@ -6,18 +6,13 @@ import sys
 
 import numpy as np
 import pytest
+from pages import ROOT, files
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_driver.recordings.writer import write_messages
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from pages import ROOT, files  # noqa: E402
-from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode  # noqa: E402
-from tactile_driver.recordings.writer import write_messages  # noqa: E402
-
-pytestmark = pytest.mark.ros
 UNTOUCHED, PRESSED = [[10, 11], [12, 13]], [[40, 71], [22, 33]]  # counts of 0.1 N
 
 

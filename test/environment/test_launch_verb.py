@@ -8,7 +8,6 @@ import subprocess
 
 import pytest
 
-pytestmark = pytest.mark.ros
 LAUNCH_FILE = """
 import sys
 from launch import LaunchDescription

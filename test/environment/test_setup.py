@@ -1,13 +1,18 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""setup.bash leaves the user's shell whole, does nothing when nothing is missing, and finds what it promises."""
-
+"""setup.bash leaves the user's shell whole, does nothing when nothing is missing, and finds what it promises; what it fixes in wheels and
+pins."""
 import fcntl
+import importlib.util
 import os
 import pathlib
 import subprocess
+import sysconfig
 
+import numpy
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -122,3 +127,33 @@ def test_a_step_ends_at_its_first_command_that_fails(tmp_path):
     assert done.returncode == 1
     assert not (tmp_path / 'went_on').exists()
     assert not (tmp_path / 'stamps' / 'broken').exists()
+
+
+PATH = pathlib.Path(__file__).resolve().parents[2] / 'environment' / 'fix_cmake_paths.py'
+
+
+def test_both_include_folders_are_replaced():
+    spec = importlib.util.spec_from_file_location('fix_cmake_paths', PATH)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    prefix = '/opt/python/cp311-cp311'
+    text = f'set(x "{prefix}/include/python3.11;{prefix}/lib/python3.11/site-packages/numpy/_core/include;/usr")'
+    assert module.fix(text) == f'set(x "{sysconfig.get_paths()["include"]};{numpy.get_include()};/usr")'
+
+
+FOLDER = pathlib.Path(__file__).resolve().parents[2] / 'environment'
+
+
+def requirements(name):
+    lines = (FOLDER / name).read_text().splitlines()
+    return [Requirement(line) for line in lines if line.strip() and not line.startswith('#')]
+
+
+@pytest.mark.parametrize('python', ['3.10', '3.11', '3.12', '3.13'])
+def test_every_wanted_package_is_pinned_once(python):
+    here = {'python_version': python, 'python_full_version': python + '.1', 'sys_platform': 'linux'}
+    valid = [one for one in requirements('requirements.txt') if not one.marker or one.marker.evaluate(here)]
+    pinned = {canonicalize_name(one.name): str(one.specifier).removeprefix('==') for one in valid}
+    assert len(pinned) == len(valid)
+    for one in requirements('requirements.in'):
+        assert one.specifier.contains(pinned[canonicalize_name(one.name)]), one

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import re
+import subprocess
 import threading
 import time
 from collections import defaultdict
@@ -13,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 import rclpy
+from ament_index_python.packages import get_package_prefix
 from diagnostic_msgs.msg import DiagnosticArray
 from emulated import CountingFinger, samples
 from rcl_interfaces.msg import Log
@@ -20,12 +22,15 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from tactile_bringup.hand.description import HandSensor
+from tactile_bringup.launch.arguments import SensorPlan
+from tactile_bringup.launch.hand import hand_arguments, planned_sensor
 from tactile_driver.nodes.runtime.diagnostics import NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_msgs.msg import PsdVoltages
-from zygote import Zygote
+from tactile_perception.node import make_node
 
 OK, WARN, ERROR = 0, 1, 2
 PATIENCE = 60.0  # s, for what takes a second on an idle machine
@@ -69,6 +74,20 @@ class Runner:
         self._thread.join(timeout=10)
 
 
+class Process(subprocess.Popen):
+    """A node of a package as its command starts it; its output is gathered in log."""
+
+    def __init__(self, package: str, name: str, words: list[str], path: Path):
+        self._path = path
+        with path.open('w') as log:
+            super().__init__([Path(get_package_prefix(package), 'lib', package, name), *words], stdin=subprocess.DEVNULL, stdout=log,
+                             stderr=subprocess.STDOUT, cwd=path.parent, start_new_session=True)
+
+    @property
+    def log(self) -> str:
+        return self._path.read_text(errors='replace')
+
+
 class Ear:
     """Listens, in a context of its own. health: node -> what it said of itself; said: what was logged, as (at, node, text)."""
 
@@ -99,17 +118,25 @@ class Ear:
 
 
 class Bench:
-    """What the tests of this folder share: ear, zygote, and the rows of the report."""
+    """What the tests of this folder share: ear, processes, and the rows of the report; folder: for logs."""
 
     def __init__(self, folder: Path):
-        self.rows, self._names = [], itertools.count(1)
+        self.rows, self._names, self._folder, self._started = [], itertools.count(1), folder, []
         rclpy.init()
-        self.zygote, self.ear = Zygote(folder), Ear()
+        self.ear = Ear()
 
     def close(self) -> None:
-        self.zygote.close()
+        for process in self._started:
+            process.kill()
         self.ear.close()
         rclpy.try_shutdown()
+
+    def start(self, package: str, name: str, namespace: str, **parameters) -> Process:
+        """The process of a node under a namespace, with parameters."""
+        given = [word for parameter, value in parameters.items() for word in ('-p', f'{parameter}:={value}')]
+        path = self._folder / f'{name}_{len(self._started)}.log'
+        self._started.append(Process(package, name, ['--ros-args', '-r', f'__ns:={namespace}', *given], path))
+        return self._started[-1]
 
     def fresh(self, name: str) -> str:
         """A namespace that no test has used: parts of a lifecycle node live on after it."""
@@ -153,10 +180,10 @@ class Beside:
     def __init__(self, bench: Bench, folder: Path):
         self._bench, self._bag, self._done = bench, folder / 'beside', 0
         self._heard = bench.ear.hear(PsdVoltages, '/beside/voltages')
-        self._recorder = bench.zygote.start('tactile_bringup.nodes.record_node', '/beside', bag=self._bag, patience=0.0)
+        self._recorder = bench.start('tactile_bringup', 'record_node', '/beside', bag=self._bag, patience=0.0)
         bench.until(lambda: 'record_node' in bench.ear.health or '/beside/record_node' in bench.ear.health)
         self._emulator = CountingFinger(folder / 'beside_port', mark=77, patient=True)
-        self._driver = bench.zygote.start('tactile_driver.nodes.psd_node', '/beside', source='device', device=folder / 'beside_port',
+        self._driver = bench.start('tactile_driver', 'psd_node', '/beside', source='device', device=folder / 'beside_port',
                                           batch_period=0.05)
         bench.until(lambda: len(self._heard) > 3)
 
@@ -176,7 +203,7 @@ class Beside:
         may still lose to one of those who listen."""
         self._emulator.pull()
         self._bench.until(lambda: time.monotonic() - self._heard[-1].at > 1.0)
-        codes = [(process.send(2), process.wait())[1] for process in (self._driver, self._recorder)]
+        codes = [(process.send_signal(2), process.wait(PATIENCE))[1] for process in (self._driver, self._recorder)]
         heard = samples([h.message for h in self._heard])[:, 0]
         with BagReader(self._bag) as bag:
             recorded = samples([decode(m.data, m.type_name) for m in bag.messages({'/beside/voltages'})])[:, 0]
@@ -187,3 +214,14 @@ class Beside:
 def host(namespace: str, **parameters) -> Host:
     """Under a namespace, with parameters."""
     return Host(['-r', f'__ns:={namespace}'], parameters)
+
+
+def planned(sensor_type: str, space: str) -> SensorPlan:
+    """Of a simulated sensor whose driver waits to be configured."""
+    given = {argument.name: '' for argument in hand_arguments()} | {'source': 'sim', 'autostart': 'false', 'composed': 'true'}
+    return planned_sensor(HandSensor(space.strip('/'), sensor_type, 'hand'), given)
+
+
+def made(plan: SensorPlan, name: str, **more) -> Node:
+    """The node of this name as it is alone in a process; more: parameters that it has besides. Raises TactileError."""
+    return make_node(name, Host(['-r', f'__ns:=/{plan.namespace}', '--params-file', plan.params], {**plan.nodes[name], **more}))

@@ -2,17 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Calibration files that are missing, truncated or of another sensor: the node exits with one line and its own exit code."""
 import pytest
+from fault_rig import PATIENCE, made, planned
+from tactile_bringup.installed import share
+from tactile_driver.errors import TactileError as DriverError
+from tactile_driver.nodes.runtime.run import WRONG
+from tactile_perception.errors import TactileError
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from sensor_nodes import made, planned  # noqa: E402
-from tactile_bringup.installed import share  # noqa: E402
-from tactile_driver.errors import TactileError as DriverError  # noqa: E402
-from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
-from tactile_perception.errors import TactileError  # noqa: E402
-
-pytestmark = pytest.mark.ros
 READERS = {'areal_single': ('dot_tracker_node', 'contact_point_node'), 'areal_dual': ('contact_point_node',),
            'air_cushion': ('dot_tracker_node', 'contact_point_node'), 'psd_finger': ('psd_contact_node',),
            'taxel_array': ('taxel_contact_node',)}
@@ -47,8 +42,8 @@ def test_a_bad_calibration_file_is_named(bench, files, monkeypatch, sensor_type,
 @pytest.mark.parametrize('fault', FAULTS)
 def test_a_node_with_a_bad_calibration_file_ends_with_one_line_and_its_own_code(bench, files, fault):
     path = files('psd_finger') / FAULTS[fault]
-    process = bench.zygote.start('tactile_perception.node:psd_contact_node', bench.fresh('file'), calibration=path)
-    assert process.wait() == WRONG
+    process = bench.start('tactile_perception', 'psd_contact_node', bench.fresh('file'), calibration=path)
+    assert process.wait(PATIENCE) == WRONG
     lines = [line for line in process.log.strip().splitlines() if 'RTPS_' not in line]  # by the middleware, about killed processes
     assert len(lines) == 1 and FAULTS[fault] in lines[0], process.log
     bench.rows.append((f'calibration file {fault}', f'{lines[0].split("]: ")[-1]} (exit code {WRONG})', float('nan')))

@@ -6,20 +6,15 @@ from functools import partial
 
 import numpy as np
 import pytest
+from emulated import CountingFinger, samples
+from fault_rig import OK
+from rclpy.clock import ClockType
+from rosgraph_msgs.msg import Clock
+from tactile_driver.nodes.driver_node import DriverNode
+from tactile_driver.nodes.psd_node import PsdNode
+from tactile_msgs.msg import Contacts, PsdVoltages
+from tactile_perception.node import make_node
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from emulated import CountingFinger, samples  # noqa: E402
-from fault_rig import OK  # noqa: E402
-from rclpy.clock import ClockType  # noqa: E402
-from rosgraph_msgs.msg import Clock  # noqa: E402
-from tactile_driver.nodes.driver_node import DriverNode  # noqa: E402
-from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
-from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402
-from tactile_perception.node import make_node  # noqa: E402
-
-pytestmark = pytest.mark.ros
 HOUR = 3600 * 10**9
 
 

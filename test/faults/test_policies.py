@@ -7,21 +7,15 @@ import xml.etree.ElementTree as Tree
 from pathlib import Path
 
 import pytest
+from fault_rig import PATIENCE, Runner, made, planned
+from rclpy.lifecycle import LifecycleNode
+from rclpy.node import NodeNameNonExistentError
+from rosidl_runtime_py.utilities import get_message
+from tactile_bringup.installed import share
+from tactile_bringup.nodes.hand_frames_node import HandFramesNode
+from tactile_perception.sensors import NODES
+from tactile_driver.nodes.runtime.host import Host
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from fault_rig import PATIENCE, Runner  # noqa: E402
-from rclpy.lifecycle import LifecycleNode  # noqa: E402
-from rclpy.node import NodeNameNonExistentError  # noqa: E402
-from rosidl_runtime_py.utilities import get_message  # noqa: E402
-from sensor_nodes import made, planned  # noqa: E402
-from tactile_bringup.installed import share  # noqa: E402
-from tactile_bringup.nodes.hand_frames_node import HandFramesNode  # noqa: E402
-from tactile_perception.sensors import NODES  # noqa: E402
-from tactile_driver.nodes.runtime.host import Host  # noqa: E402
-
-pytestmark = pytest.mark.ros
 FOLDER = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'sros'
 SPACE = '/sensor'  # namespace of the policies
 TYPES = ('touchpad', 'areal_dual', 'psd_finger', 'taxel_array')
@@ -111,10 +105,10 @@ def test_the_frames_of_a_hand_do_so_too(running):
 
 def test_a_recorder_does_so_too(bench, tmp_path):
     space = bench.fresh('policed')
-    process = bench.zygote.start('tactile_bringup.nodes.record_node', space, bag=tmp_path / 'bag', patience=0.0, pictures='true')
+    process = bench.start('tactile_bringup', 'record_node', space, bag=tmp_path / 'bag', patience=0.0, pictures='true')
     agree(Seen(bench.ear.node, 'record_node', space))
-    process.send(signal.SIGINT)
-    assert process.wait() == 0
+    process.send_signal(signal.SIGINT)
+    assert process.wait(PATIENCE) == 0
 
 
 def test_every_node_has_a_policy_in_the_form_that_sros2_reads():

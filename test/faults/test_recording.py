@@ -8,19 +8,13 @@ import time
 
 import pytest
 import yaml
+from emulated import CountingFinger, samples
+from fault_rig import ERROR, OK, PATIENCE
+from tactile_driver.nodes.psd_node import PsdNode
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_msgs.msg import PsdVoltages
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from emulated import CountingFinger, samples  # noqa: E402
-from fault_rig import ERROR, OK  # noqa: E402
-from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode  # noqa: E402
-from tactile_msgs.msg import PsdVoltages  # noqa: E402
-
-pytestmark = pytest.mark.ros
-RECORDER = 'tactile_bringup.nodes.record_node'
 ROOM = 12 << 20  # bytes, size of the disk
 
 
@@ -78,7 +72,7 @@ def record_more(bench, space):
 
 def test_the_disk_is_full_for_a_while(bench, beside, finger, disk):
     space, heard = finger
-    recorder = bench.zygote.start(RECORDER, space, bag=disk / 'bag', patience=0.0)
+    recorder = bench.start('tactile_bringup', 'record_node', space, bag=disk / 'bag', patience=0.0)
     bench.until(lambda: bench.recorded(space) > 50)
     before = time.monotonic()
     record_more(bench, space)
@@ -92,8 +86,8 @@ def test_the_disk_is_full_for_a_while(bench, beside, finger, disk):
     sure = time.monotonic()
     bench.until(lambda: heard[-1].at > sure + 0.8)
     record_more(bench, space)
-    recorder.send(signal.SIGINT)
-    assert recorder.wait() == 0, recorder.log
+    recorder.send_signal(signal.SIGINT)
+    assert recorder.wait(PATIENCE) == 0, recorder.log
     got, kept = samples([h.message for h in heard])[:, 0].tolist(), numbers_in(disk / 'bag', f'{space}/voltages')
     assert got == list(range(got[0], got[-1] + 1)), 'raw data go on'
     early = set(samples([h.message for h in heard if h.at < before])[-100:, 0])
@@ -110,23 +104,23 @@ def test_the_disk_is_full_for_a_while(bench, beside, finger, disk):
 @pytest.mark.slow
 def test_the_disk_stays_full_and_the_index_finds_its_room_all_the_same(bench, beside, finger, disk):
     space, _ = finger
-    recorder = bench.zygote.start(RECORDER, space, bag=disk / 'bag', patience=0.0)
+    recorder = bench.start('tactile_bringup', 'record_node', space, bag=disk / 'bag', patience=0.0)
     bench.until(lambda: bench.recorded(space) > 20)
     fill(disk)
     bench.reported(f'{space}/record_node', ERROR, 'No space left on device')
-    recorder.send(signal.SIGTERM)
-    assert recorder.wait() == 0 and 'lost' in recorder.log
+    recorder.send_signal(signal.SIGTERM)
+    assert recorder.wait(PATIENCE) == 0 and 'lost' in recorder.log
     assert count_of(disk / 'bag') > 20
 
 
 @pytest.mark.slow
 def test_the_recorder_is_killed(bench, beside, finger, tmp_path):
     space, heard = finger
-    recorder = bench.zygote.start(RECORDER, space, bag=tmp_path / 'bag', patience=0.0)
+    recorder = bench.start('tactile_bringup', 'record_node', space, bag=tmp_path / 'bag', patience=0.0)
     bench.until(lambda: bench.recorded(space) > 60)
     time.sleep(1.5)
-    recorder.send(signal.SIGKILL)
-    assert recorder.wait() == -9
+    recorder.send_signal(signal.SIGKILL)
+    assert recorder.wait(PATIENCE) == -9
     killed = time.monotonic()
     kept = numbers_in(tmp_path / 'bag', f'{space}/voltages')
     earlier = samples([h.message for h in heard if h.at < killed - 1.5])[:, 0]

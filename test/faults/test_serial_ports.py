@@ -1,23 +1,20 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sensors on serial ports: unplugged, plugged in elsewhere, swapped, at a wrong baud rate."""
+"""Sensors on serial ports: unplugged, plugged in elsewhere, swapped, at a wrong baud rate; how SIGKILL and SIGTERM end a driver."""
+import signal
 import time
 
 import numpy as np
 import pytest
+import serial
+from emulated import CountingArray, CountingFinger, frames, samples
+from fault_rig import ERROR, OK, PATIENCE, WARN
+from sensor_msgs.msg import Image
+from tactile_driver.emulators.port import CORRUPTIONS
+from tactile_driver.nodes.psd_node import PsdNode
+from tactile_driver.nodes.taxel_array_node import TaxelArrayNode
+from tactile_msgs.msg import PsdVoltages
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from emulated import CountingArray, CountingFinger, frames, samples  # noqa: E402
-from fault_rig import ERROR, OK, WARN  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
-from tactile_driver.emulators import CORRUPTIONS  # noqa: E402
-from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
-from tactile_driver.nodes.taxel_array_node import TaxelArrayNode  # noqa: E402
-from tactile_msgs.msg import PsdVoltages  # noqa: E402
-
-pytestmark = pytest.mark.ros
 ARRAY = {'rows': 4, 'columns': 4}
 RNG = np.random.default_rng(1)
 
@@ -113,3 +110,26 @@ def test_a_wrong_baud_rate_is_reported_and_gives_no_numbers(bench, beside, bus, 
     bench.reported(node, OK, 'Hz', right)
     assert set(frames(messages(heard))[:, 1]) == {1}
     bench.report('wrong baud rate', reported.text, heard[0].at - right)
+
+
+CODES = {signal.SIGKILL: -9, signal.SIGTERM: 0}
+
+
+def test_a_signal_ends_the_driver_frees_the_device_and_the_next_start_works(bench, beside, bus):
+    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
+    port, before = bus.folder / 'ttyUSB0', 'nothing'
+    for number in CODES:
+        space, begun = bench.fresh('driver'), time.monotonic()
+        heard = bench.ear.hear(PsdVoltages, f'{space}/voltages')
+        process = bench.start('tactile_driver', 'psd_node', space, source='device', device=port)
+        bench.until(lambda: heard)  # noqa: B023
+        bench.report(f'start after {before}', 'nothing', heard[0].at - begun)
+        sent = time.monotonic()
+        process.send_signal(number)
+        assert process.wait(PATIENCE) == CODES[number], process.log
+        lasted = time.monotonic() - sent
+        assert 'Traceback' not in process.log, process.log
+        with serial.Serial(str(port), exclusive=True):
+            pass
+        before = number.name
+        bench.report(f'{before} while active', f'exit code {CODES[number]}', lasted)

@@ -12,6 +12,7 @@ import time
 import traceback
 import tty
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -199,21 +200,12 @@ def wrong_sequence(bench: Bench) -> None:
 
 
 def _fault(bench: Bench, name: str) -> None:
+    """The stream breaks off, or the driver disconnects the device."""
     with bench.camera() as (node, heard):
         begin = time.monotonic()
         control('/dev/video0', name, 1)
         bench.reported(node, ERROR, 'check the cable', begin)
         bench.goes_on(node, heard, begin)
-
-
-def fatal_streaming_error(bench: Bench) -> None:
-    """The stream breaks off."""
-    _fault(bench, 'Inject Fatal Streaming Error')
-
-
-def disconnect(bench: Bench) -> None:
-    """The driver disconnects the device."""
-    _fault(bench, 'Disconnect')
 
 
 def unbound(bench: Bench) -> None:
@@ -247,6 +239,7 @@ def selection(bench: Bench) -> None:
 
 
 def _pulled(bench: Bench, name: str) -> None:
+    """Its adapter is pulled and put back."""
     *_, numbers, mark = _SERIAL[name]
     with bench.serial(name) as (node, heard):
         begin = bench.ask(name, 'pull')
@@ -254,16 +247,6 @@ def _pulled(bench: Bench, name: str) -> None:
         back = bench.ask(name, 'plug')
         bench.goes_on(node, heard, back)
         assert set(numbers([h.message for h in heard])[:, 1]) == {mark}
-
-
-def finger_pulled(bench: Bench) -> None:
-    """Its adapter is pulled and put back."""
-    _pulled(bench, 'finger')
-
-
-def array_pulled(bench: Bench) -> None:
-    """Its adapter is pulled and put back."""
-    _pulled(bench, 'array')
 
 
 def names_of_ports(bench: Bench) -> None:
@@ -287,6 +270,7 @@ def wrong_baud_rate(bench: Bench) -> None:
 
 
 def _bytes(bench: Bench, name: str, what: str, part: str) -> None:
+    """Bytes of frames are missing, the begin of each frame comes twice, or chance bytes come as fast as the adapter takes them."""
     *_, numbers, mark = _SERIAL[name]
     with bench.serial(name) as (node, heard):
         begin = bench.ask(name, what)
@@ -298,25 +282,14 @@ def _bytes(bench: Bench, name: str, what: str, part: str) -> None:
         assert set(numbers([h.message for h in heard])[:, 1]) == {mark}, 'a wrong number was published'
 
 
-def bytes_lost(bench: Bench) -> None:
-    """Bytes of frames are missing."""
-    _bytes(bench, 'finger', 'drop', 'crc errors')
-
-
-def bytes_doubled(bench: Bench) -> None:
-    """The begin of each frame comes twice."""
-    _bytes(bench, 'array', 'double', 'garbage bytes')
-
-
-def flood(bench: Bench) -> None:
-    """Chance bytes as fast as the adapter takes them."""
-    _bytes(bench, 'finger', 'flood', 'garbage bytes')
-
-
 #: What is run, in this order.
-CASES = {case.__name__: case for case in (
-    selection, formats, not_offered, controls, lost_buffers, errored_buffers, wrong_sequence, fatal_streaming_error, disconnect, unbound,
-    two_cameras, names_of_ports, finger_pulled, array_pulled, wrong_baud_rate, bytes_lost, bytes_doubled, flood)}
+CASES = {**{case.__name__: case for case in (selection, formats, not_offered, controls, lost_buffers, errored_buffers, wrong_sequence)},
+         'fatal_streaming_error': partial(_fault, name='Inject Fatal Streaming Error'), 'disconnect': partial(_fault, name='Disconnect'),
+         **{case.__name__: case for case in (unbound, two_cameras, names_of_ports)},
+         'finger_pulled': partial(_pulled, name='finger'), 'array_pulled': partial(_pulled, name='array'),
+         'wrong_baud_rate': wrong_baud_rate, 'bytes_lost': partial(_bytes, name='finger', what='drop', part='crc errors'),
+         'bytes_doubled': partial(_bytes, name='array', what='double', part='garbage bytes'),
+         'flood': partial(_bytes, name='finger', what='flood', part='garbage bytes')}
 
 
 def main(wanted: list[str]) -> None:

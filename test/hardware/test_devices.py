@@ -6,12 +6,8 @@ import os
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from guest import CASES  # noqa: E402
-from machine import Machine, missing  # noqa: E402
+from guest import CASES
+from machine import Machine, missing
 
 pytestmark = [pytest.mark.hardware, pytest.mark.timeout(1800)]
 HERE = Path(__file__).resolve().parent

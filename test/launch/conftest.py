@@ -6,10 +6,11 @@ import os
 import re
 import signal
 import subprocess
-import threading
 import time
 
 import pytest
+import rclpy
+from fault_rig import Runner
 from ros_domain import claimed
 from waiting import until
 
@@ -85,23 +86,13 @@ class Listener:
     """Subscribes to topics: topic -> type; `heard` holds their messages, as they come."""
 
     def __init__(self, topics):
-        import rclpy
-        from rclpy.executors import SingleThreadedExecutor
         self._context = rclpy.Context()
         rclpy.init(context=self._context)
         self.node = rclpy.create_node('listener', context=self._context)
         self.heard = {topic: [] for topic in topics}
         for topic, kind in topics.items():
             self.node.create_subscription(kind, topic, self.heard[topic].append, 50)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self.node)
-        self._ended = False
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-        self._thread.start()
-
-    def _spin(self):
-        while not self._ended:
-            self._executor.spin_once(timeout_sec=0.1)
+        self._runner = Runner(self.node, self._context)
 
     def wait_for(self, condition, seconds):
         """Whether condition() came true within so many s."""
@@ -112,10 +103,7 @@ class Listener:
         return [stamp for stamp in map(stamp_of, list(self.heard[topic])) if stamp]
 
     def close(self):
-        self._ended = True
-        self._thread.join(timeout=5)
-        self._executor.shutdown()
-        self.node.destroy_node()
+        self._runner.end()
         self._context.try_shutdown()
 
 

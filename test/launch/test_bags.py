@@ -1,22 +1,22 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""source:=bag of a simulated and a real sensor, on bags of all topics, annotated images included, as `ros2 bag record` writes them: it
-ends with the bag; a refused bag ends the launch with one line and exit code 1."""
+"""source:=bag of a simulated and a real sensor, on bags of all topics, annotated images included, as `ros2 bag record` writes them, and a
+video: the launch ends with the recording and nothing of it is lost; a refused bag ends the launch with one line and exit code 1."""
 import os
 
+import cv2
+import numpy as np
 import pytest
+from ament_index_python.packages import get_package_share_directory
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import Image
+from std_msgs.msg import String
+from tactile_bringup.simulate.bags import write_scene, write_taxel_scene
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode, encode
+from tactile_driver.recordings.writer import BagWriter
+from tactile_msgs.msg import Contacts, DotTracks
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from sensor_msgs.msg import Image  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-from tactile_bringup.simulate.bags import write_scene, write_taxel_scene  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
-from tactile_driver.recordings.writer import BagWriter  # noqa: E402
-from tactile_msgs.msg import Contacts, DotTracks  # noqa: E402
-
-pytestmark = pytest.mark.ros
 FRAMES = 12
 # sensor type: writer of a scene, a scene with contact, rate in Hz
 SENSORS = {'areal_single': (write_scene, 'areal_single_press', 4.0), 'areal_dual': (write_scene, 'areal_dual_press', 4.0),
@@ -63,3 +63,37 @@ def test_what_is_refused_ends_the_launch(ros2, tmp_path):
     launched = ros2('launch', 'tactile_bringup', 'taxel_array.launch.py', 'source:=bag', f'path:={bag}', 'topic:=/nowhere')
     assert launched.wait(120) == 1 or 'TACTILE_FALLBACK' not in os.environ, "ROS 2's own verb has another code"
     assert launched.log.count("has no images on '/nowhere'; its image topics: ") == 1 and 'Traceback' not in launched.log, launched.log
+
+
+RATE = 10.0  # Hz
+
+
+def params(name):
+    return f'params:={get_package_share_directory("tactile_bringup")}/params/{name}'
+
+
+@pytest.fixture
+def video(tmp_path):
+    """8 x 6 dots at rest; two seconds, the last frame 6 px to the right."""
+    path = tmp_path / 'rest.avi'
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), RATE, (320, 240))
+    image = np.full((240, 320, 3), 170, np.uint8)
+    for k in range(48):
+        cv2.circle(image, (26 + 38 * (k % 8), 22 + 38 * (k // 8)), 5, (40, 40, 40), -1, cv2.LINE_AA)
+    for k in range(20):
+        writer.write(cv2.GaussianBlur(np.roll(image, 6 if k == 19 else 0, axis=1), (0, 0), 1.0))
+    writer.release()
+    return path
+
+
+def test_a_launch_ends_with_its_recording_and_nothing_of_it_is_lost(ros2, listen, video, tmp_path):
+    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'source:=file', f'path:={video}', params('marker_video.yaml'),
+                    'record:=bag', 'rate:=4')
+    ear = listen({'/diagnostics': DiagnosticArray})
+    assert launched.wait(120) == 0, launched.log
+    assert launched.complaints == [] and launched.log.count('the recording is over') == 1, launched.log
+    said = {status.message.split(':')[0] for message in ear.heard['/diagnostics'] for status in message.status}
+    assert 'ended' in said, said
+    with BagReader(tmp_path / 'bag') as bag:
+        last = [decode(message.data, message.type_name) for message in bag.messages({'/touchpad/dots'})][-1]
+    assert np.median(last.du) == pytest.approx(6.0, abs=0.5), 'the last frame is recorded'

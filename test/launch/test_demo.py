@@ -1,18 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""demo.launch.py on a simulated sensor and an array's file ends by itself and writes its pictures."""
+"""demo.launch.py on a simulated sensor and an array's file ends by itself and writes pictures; calibrate.launch.py: what it says first."""
 import re
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from ament_index_python.packages import get_package_share_directory  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from ament_index_python.packages import get_package_share_directory
 
 
 def frames_in(path):
@@ -62,3 +57,14 @@ def test_where_nothing_comes_it_fails_with_a_word(ros2):
     assert demo.wait(120) == 1
     assert 'demo: no frame' in demo.log and 'dots' in demo.log
     assert 'Traceback' not in demo.log
+
+
+SESSION = ('launch', 'tactile_bringup', 'calibrate.launch.py', 'namespace:=/palm', 'scene:=areal_single_session', 'rate:=5')
+
+
+def test_a_session_on_the_simulated_stage_begins_and_keeps_what_it_has_when_interrupted(ros2):
+    launched = ros2(*SESSION, 'simulated_stage:=true', 'probe:=stage_tip', 'wrench:=/stage/wrench')
+    launched.wait_for_line('press 1 of 12: go to', 120)
+    launched.wait_for_line('held at|dropped', 120)
+    launched.interrupt()  # exit codes after it: test_sensors.py
+    assert 'start it again with the same output to go on' in launched.log and 'does not join' not in launched.log

@@ -7,15 +7,11 @@ import signal
 import psutil
 import pytest
 import yaml
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from tactile_msgs.msg import ContactRegion, Contacts
+from tf2_msgs.msg import TFMessage
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
-from tactile_msgs.msg import ContactRegion, Contacts  # noqa: E402
-from tf2_msgs.msg import TFMessage  # noqa: E402
-
-pytestmark = pytest.mark.ros
 HAND = {'sensors': [{'name': 'left/pad', 'type': 'taxel_array', 'xyz': [0.1, 0.0, 0.0], 'rate': 50},
                     {'name': 'tip', 'type': 'psd_finger', 'parent': 'left_pad', 'rate': 500}]}
 TOPICS = {'/left/pad/contact_region': ContactRegion, '/left/pad/contacts': Contacts, '/tip/contacts': Contacts}

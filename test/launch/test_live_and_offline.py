@@ -5,23 +5,20 @@ from pathlib import Path
 
 import cv2
 import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rosidl_runtime_py.utilities import get_message
+from sensor_msgs.msg import CompressedImage
+from tactile_bringup.installed import share
+from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene
+from tactile_driver.nodes.messages.images import image_to_array
+from tactile_driver.recordings.reader import BagReader, RawMessage
+from tactile_driver.recordings.serialization import decode, encode
+from tactile_driver.recordings.writer import write_messages
+from tactile_perception.bags.stream import KEPT, FrameDone, Task, stream
+from tactile_perception.node import make_node
+from waiting import until
 
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rosidl_runtime_py.utilities import get_message  # noqa: E402
-from sensor_msgs.msg import CompressedImage  # noqa: E402
-from tactile_bringup.installed import share  # noqa: E402
-from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene  # noqa: E402
-from tactile_driver.nodes.messages.images import image_to_array  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
-from tactile_driver.recordings.writer import write_messages  # noqa: E402
-from tactile_perception.bags.replay import Replay  # noqa: E402
-from tactile_perception.node import make_node  # noqa: E402
-from waiting import until  # noqa: E402
-
-pytestmark = pytest.mark.ros
 MARKERS = ('dot_tracker_node', 'contact_point_node')
 # sensor type: writer of a scene, the scene, rate in Hz, number of raw messages, and the nodes
 SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24, ('dot_tracker_node', 'contact_region_node')),

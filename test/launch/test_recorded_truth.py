@@ -2,26 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """A driver plays the ground truth of a recording, and offers none where a recording has none."""
 import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import QoSProfile
+from std_msgs.msg import String
+from tactile_bringup.simulate.bags import write_psd_scene, write_scene
+from tactile_driver.nodes.camera_node import CameraNode
+from tactile_driver.nodes.dual_camera_node import DualCameraNode
+from tactile_driver.nodes.psd_node import PsdNode
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
+from tactile_msgs.msg import Contacts
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_driver.recordings.writer import BagWriter
+from waiting import until
 
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from rclpy.context import Context  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import QoSProfile  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-from tactile_bringup.simulate.bags import write_psd_scene, write_scene  # noqa: E402
-from tactile_driver.nodes.camera_node import CameraNode  # noqa: E402
-from tactile_driver.nodes.dual_camera_node import DualCameraNode  # noqa: E402
-from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
-from tactile_driver.nodes.runtime.host import Host  # noqa: E402
-from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS  # noqa: E402
-from tactile_msgs.msg import Contacts  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode  # noqa: E402
-from tactile_driver.recordings.writer import BagWriter  # noqa: E402
-from waiting import until  # noqa: E402
-
-pytestmark = pytest.mark.ros
 DRIVERS = {
     'one camera': (CameraNode, lambda path: write_scene(path, 'areal_single_press', 3.0, frames=9, namespace='pad'),
                    {'topic': 'image_raw', 'rate': 30.0}),
@@ -30,46 +26,24 @@ DRIVERS = {
     'finger': (PsdNode, lambda path: write_psd_scene(path, 'taps', 1000.0, namespace='pad'), {'topic': 'voltages'})}
 
 
-class Played:
-    """A driver that plays a bag, and somebody who hears its ground truth."""
-
-    def __init__(self, kind, **parameters):
-        self.context = Context()
-        rclpy.init(context=self.context)
-        host = Host(['-r', '__ns:=/finger/tip'], {'source': 'bag', 'frame_id': 'tip', **parameters})
-        host.options['context'] = self.context
-        self.driver, self.heard = kind(host), []
-        self.listener = rclpy.create_node('listener', context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        for node in (self.driver, self.listener):
-            self.executor.add_node(node)
-        self.listener.create_subscription(Contacts, '/finger/tip/ground_truth/contacts', self.heard.append, QoSProfile(depth=1000))
-
-    def until(self, condition):
-        return until(condition, self.executor)
-
-    def offered(self):
-        names = self.driver.get_publisher_names_and_types_by_node(self.driver.get_name(), '/finger/tip')
-        return {topic.removeprefix('/finger/tip/') for topic, _ in names if 'ground_truth' in topic}
-
-    def close(self):
-        self.executor.shutdown()
-        self.driver.destroy_node()
-        self.listener.destroy_node()
-        rclpy.shutdown(context=self.context)
-
-
 @pytest.fixture
 def play():
-    """Starts to play; ends it after the test."""
-    started = []
+    """play(kind, heard, **parameters): a driver that plays a bag, somebody who hears its truth in heard, and a function that waits."""
+    rclpy.init()
+    executor = SingleThreadedExecutor()
 
-    def begin(kind, **parameters):
-        started.append(Played(kind, **parameters))
-        return started[-1]
+    def begin(kind, heard, **parameters):
+        driver = kind(Host(['-r', '__ns:=/finger/tip'], {'source': 'bag', 'frame_id': 'tip', **parameters}))
+        listener = rclpy.create_node('listener')
+        listener.create_subscription(Contacts, '/finger/tip/ground_truth/contacts', heard.append, QoSProfile(depth=1000))
+        executor.add_node(driver), executor.add_node(listener)
+        return driver, listener, lambda condition: until(condition, executor)
     yield begin
-    for each in started:
-        each.close()
+    nodes = executor.get_nodes()
+    executor.shutdown()
+    for node in nodes:
+        node.destroy_node()
+    rclpy.shutdown()
 
 
 def recorded(path):
@@ -86,10 +60,10 @@ def summary(message):
 def test_the_truth_of_a_recording_is_played_as_recorded(play, tmp_path, name):
     kind, write, parameters = DRIVERS[name]
     write(tmp_path / 'bag')
-    wanted = recorded(tmp_path / 'bag')
-    played = play(kind, path=str(tmp_path / 'bag'), **parameters)
-    assert played.until(lambda: len(played.heard) >= len(wanted)), (len(played.heard), len(wanted))
-    assert [summary(message) for message in played.heard] == wanted and {message.header.frame_id for message in played.heard} == {'tip'}
+    wanted, heard = recorded(tmp_path / 'bag'), []
+    *_, wait = play(kind, heard, path=str(tmp_path / 'bag'), **parameters)
+    assert wait(lambda: len(heard) >= len(wanted)), (len(heard), len(wanted))
+    assert [summary(message) for message in heard] == wanted and {message.header.frame_id for message in heard} == {'tip'}
     assert any(count for *_, count in wanted)
 
 
@@ -98,8 +72,9 @@ def test_where_a_recording_has_none_none_is_offered(play, tmp_path):
     with BagReader(tmp_path / 'bag') as bag, BagWriter(tmp_path / 'plain') as plain:
         for raw in bag.messages({'/pad/image_raw', '/pad/camera_info'}):
             plain.write(raw.topic, raw.type_name, raw.stamp_ns, raw.data)
-    played = play(CameraNode, path=str(tmp_path / 'plain'), topic='image_raw')
+    driver, listener, wait = play(CameraNode, [], path=str(tmp_path / 'plain'), topic='image_raw')
     reported = []
-    played.listener.create_subscription(String, '/finger/tip/description', reported.append, LATCHED_QOS)
-    assert played.until(lambda: reported)
-    assert played.offered() == set()
+    listener.create_subscription(String, '/finger/tip/description', reported.append, LATCHED_QOS)
+    assert wait(lambda: reported)
+    offered = driver.get_publisher_names_and_types_by_node(driver.get_name(), '/finger/tip')
+    assert not any('ground_truth' in topic for topic, _ in offered)

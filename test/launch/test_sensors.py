@@ -7,17 +7,13 @@ import pathlib
 import numpy as np
 import pytest
 import yaml
+from ament_index_python.packages import get_package_share_directory
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import WrenchStamped
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
+from visualization_msgs.msg import MarkerArray
 
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-
-from ament_index_python.packages import get_package_share_directory  # noqa: E402
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from geometry_msgs.msg import WrenchStamped  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2  # noqa: E402
-from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip  # noqa: E402
-from visualization_msgs.msg import MarkerArray  # noqa: E402
-
-pytestmark = pytest.mark.ros
 SPACE = 'left/pad'
 DOTS = {'dots': DotTracks, 'contacts': Contacts, 'contact_region': ContactRegion, 'wrench': WrenchStamped, 'points': PointCloud2}
 CAMERA = {'image_raw': Image, 'camera_info': CameraInfo}

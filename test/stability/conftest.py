@@ -2,11 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated touchpad as fixtures."""
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-import rig  # noqa: E402
+import rig
 
 
 @pytest.fixture(scope='session')

@@ -7,9 +7,9 @@ import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 
-import cv2
 import numpy as np
 import yaml
+from judged import touchpad_parameters
 from sensor_msgs.msg import CameraInfo
 from tactile_bringup.installed import share
 from tactile_driver.frame import Frame, pinhole_calibration
@@ -57,20 +57,13 @@ def camera(sensor, name='', at=None, scene=None, width=640, height=480):
         frames = [scene.render(k / 10) for k in range(6)] + [scene.render(at)]
         images, truths = [frame.image for frame in frames], [frame.truth for frame in frames]
         info = calibration_to_message(pinhole_calibration(scene.camera.matrix, scene.camera.distortion, (width, height)))
-    return Seen(sensor, images[:-1], images[-1], truths[-1].contacts, info, specimen(scene) if sensor == 'touchpad' else {}, truths[0],
-                truths[-1])
+    values = touchpad_parameters(scene) if sensor == 'touchpad' else {}
+    return Seen(sensor, images[:-1], images[-1], truths[-1].contacts, info, values, truths[0], truths[-1])
 
 
 def stitcher():
     """Function that stitches the two views of the simulated sheet, either of which may be None."""
     return make_stitcher('plane', load_stitching(share('calibration', 'areal_dual_sim.yaml'))).stitch
-
-
-def specimen(scene):
-    """Parameters of a simulated touchpad."""
-    skin, camera = scene.membrane, scene.camera
-    return {'membrane.shear_stiffness': float(skin.tension), 'membrane.rest_pressure': float(skin.pressure),
-            'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(), 'camera.translation': camera.translation.tolist()}
 
 
 def _finger():

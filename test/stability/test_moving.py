@@ -10,62 +10,55 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from judged import Case, judge
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.simulation.scene.specimen import Script, Shutters, drag, one_after_the_other
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_driver.simulation.sensors.scenes import SCENES
-from tactile_perception.bags.judged_bag import JudgedBag
-from tactile_perception.evaluation.scores import normalised_square
-from tactile_perception.evaluation.evaluation import pairs
 
 TRACE = 0.3e-3  # m: a shallower tip stands on one node of the simulated sheet, up to 0.7 mm beside its place
 LEAST, APART = 5e-4, 0.0145  # m: two tips count from this depth, and this far apart
 
 
-def errors(folder, scene, rate=30.0, shutters=None, tips=1, frames=0):
-    """(N, 3): place, depth, mm, and normalised squared error of the place, of the touches in frames with so many tips, all of which are
-    found; the share of such frames; and how many touches are beside. The scene's name begins with that of the sensor."""
-    files = [Path(share(kind, '_'.join(scene.split('_')[:2]) + '_sim.yaml')) for kind in ('params', 'calibration')]
+def judged(folder, scene, rate=30.0, shutters=None, tips=1, frames=0):
+    """What `evaluate` finds in the frames with so many tips, and in untouched ones but for traces. Scenes are named after the sensor."""
+    params, calibration = (Path(share(kind, '_'.join(scene.split('_')[:2]) + '_sim.yaml')) for kind in ('params', 'calibration'))
     write_scene(folder / 'bag', scene, rate, shutters=shutters, frames=frames)
-    found, whole, beside = [], [], 0
-    for _, estimated, true in JudgedBag(folder / 'bag', params=files[0], calibration=files[1]).instants():
-        touches, there = estimated.contacts, true.contacts
+
+    def counts(estimated, true):
+        there = true.contacts
         if not there:
-            beside += any(touch.depth > TRACE for touch in touches)
-        elif len(there) == tips and min(tip.depth for tip in there) > (TRACE if tips == 1 else LEAST) and (
-                tips == 1 or np.hypot(*(there[0].position - there[1].position)[:2]) >= APART):
-            whole.append(len(touches) == tips)
-            for tip, touch in pairs(there, touches) if touches and whole[-1] else ():
-                off = touch.position - tip.position
-                found.append((1e3 * np.hypot(*off[:2]), 1e3 * abs(touch.depth - tip.depth),
-                              normalised_square(off, touch.position_covariance)[0] / 3))
-    return np.array(found), float(np.mean(whole)), beside
+            return not any(touch.depth <= TRACE for touch in estimated.contacts)
+        return len(there) == tips and min(tip.depth for tip in there) > (TRACE if tips == 1 else LEAST) and (
+            tips == 1 or np.hypot(*(there[0].position - there[1].position)[:2]) >= APART)
+    return judge([Case(folder / 'bag', params)], calibration, counts=counts)
 
 
-def check(found, place, depth, squared=2.0):
-    """place, depth: mm, largest mean and 95 % of the errors; squared: largest mean of the normalised squared error."""
-    for errors_mm, limits in ((found[:, 0], place), (found[:, 1], depth)):
+def check(found, place, depth, squared=2.0, whole=0.9, beside=np.inf):
+    """place, depth: mm, largest mean and 95 % of the errors; squared: largest mean of the normalised squared error; whole: least share of
+    frames in which all tips are found; beside: most untouched frames with a touch."""
+    errors, summary = found.evaluation.all_errors(), found.evaluation.summary()
+    for name, limits in (('place', place), ('depth', depth)):
+        errors_mm = 1e3 * np.abs(errors[name].table()[:, 3])
         assert errors_mm.mean() < limits[0] and np.percentile(errors_mm, 95) < limits[1]
-    assert found[:, 2].mean() < squared
+    frames = summary['frames']
+    assert summary['covariance']['mean'] < squared and frames['false'] <= beside
+    assert 1 - (frames['missed'] + frames['too_few'] + frames['too_many']) / frames['touched'] > whole
 
 
 @pytest.mark.parametrize('friction, place, depth', [(0.2, (0.2, 0.4), (0.1, 0.2)), (1.0, (0.25, 0.7), (0.35, 0.8))])
 def test_a_drag_over_a_sheet_whatever_the_friction(tmp_path, monkeypatch, friction, place, depth):
     name = 'areal_single_drag'
     monkeypatch.setitem(SCENES, name, dataclasses.replace(SCENES[name], friction=friction))
-    found, whole, beside = errors(tmp_path, name, 15.0)
-    check(found, place, depth)
-    assert whole > 0.9 and beside == 0
+    check(judged(tmp_path, name, 15.0), place, depth, beside=0)
 
 
 @pytest.mark.parametrize('friction', [0.2, 1.0])
 def test_a_drag_over_the_dome_whatever_the_friction(tmp_path, monkeypatch, friction):
     act = partial(drag, 'ball_30mm', 0.02, -0.01, 0.022, -0.021, 0.021, duration=2.0)
     monkeypatch.setitem(SCENES, 'air_cushion_any', Script(air_cushion, one_after_the_other([act]), friction=friction))
-    found, whole, _ = errors(tmp_path, 'air_cushion_any', 5.0)
-    check(found, (2.0, 6.0), (2.0, 4.0), 3.0)  # mm; the first frame of a drag that sticks may be a centimetre off
-    assert whole > 0.9
+    check(judged(tmp_path, 'air_cushion_any', 5.0), (2.0, 6.0), (2.0, 4.0), 3.0)  # the first frame of a drag may be a centimetre off
 
 
 # Largest errors of place and depth, mean and 95 %, mm: of a sheet with one camera, and with two.
@@ -75,15 +68,11 @@ TWO = {'areal_single_two': ((0.25, 0.6), (0.1, 0.3)), 'areal_single_two_unlike':
 
 @pytest.mark.parametrize('name', TWO)
 def test_two_tips_are_two_where_they_touch(tmp_path, name):
-    found, whole, _ = errors(tmp_path, name, 5.0, tips=2)
-    check(found, *TWO[name])
-    assert whole > 0.85
+    check(judged(tmp_path, name, 5.0, tips=2), *TWO[name], whole=0.85)
 
 
 @pytest.mark.parametrize('scene, shutters, place, depth', [
     ('areal_dual_fast', Shutters(-0.0164, jitter=2e-4), (0.25, 0.5), (0.12, 0.3)),
     ('areal_dual_fast_drag', Shutters(0.003, 0.009, 2e-4), (0.45, 1.0), (0.06, 0.15))])
 def test_fast_presses_and_drags_by_cameras_that_run_free(tmp_path, scene, shutters, place, depth):
-    found, whole, beside = errors(tmp_path, scene, shutters=shutters, frames=180)  # six seconds
-    assert whole > 0.9 and beside == 0
-    check(found, place, depth)
+    check(judged(tmp_path, scene, shutters=shutters, frames=180), place, depth, beside=0)  # six seconds

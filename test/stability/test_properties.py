@@ -3,15 +3,13 @@
 """Properties that hold for any input, tested on many examples (hypothesis, derandomized)."""
 import numpy as np
 import pytest
-
-hypothesis = pytest.importorskip('hypothesis', reason='pip install hypothesis')
-from hypothesis import HealthCheck, assume, given, settings, strategies as st  # noqa: E402
-
-from tactile_perception.common.geometry import rotation_matrix, rotation_vector  # noqa: E402
-from tactile_perception.errors import BadFrame  # noqa: E402
-from tactile_perception.clock import StampClock  # noqa: E402
-from tactile_perception.finger.map import direction, error_angle, exp_map, log_map  # noqa: E402
-from tactile_perception.touchpad.pose import fit_rigid  # noqa: E402
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from tactile_perception.clock import StampClock
+from tactile_perception.common.geometry import rotation_matrix, rotation_vector
+from tactile_perception.errors import BadFrame
+from tactile_perception.finger.map import angles, direction, error_angle, exp_map, log_map
+from tactile_perception.touchpad.pose import fit_rigid
 
 pytestmark = pytest.mark.filterwarnings('ignore::RuntimeWarning')
 few = settings(derandomize=True, database=None, deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))

@@ -3,10 +3,9 @@
 """Any bytes from a serial port: no exception, no false sample, and the second frame after the damage is received."""
 import numpy as np
 import pytest
-
-hypothesis = pytest.importorskip('hypothesis', reason='pip install hypothesis')
-from hypothesis import HealthCheck, given, settings, strategies as st  # noqa: E402
-from tactile_driver.serial.frames import BinaryReader, CountFrame, LineReader, MATRIX, SAMPLES, write_frame, write_line  # noqa: E402
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from tactile_driver.serial.frames import MATRIX, SAMPLES, BinaryReader, CountFrame, Expected, LineReader, write_frame, write_line
 
 FEW = settings(derandomize=True, database=None, deadline=None, max_examples=120, suppress_health_check=list(HealthCheck))
 MANY = settings(FEW, max_examples=6000)

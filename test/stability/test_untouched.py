@@ -11,6 +11,8 @@ from tactile_driver.simulation.optics.water_light import Lighting
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.sensors.touchpad import touchpad
 
+MANY = pytest.mark.slow, pytest.mark.timeout(1200)
+
 
 def noisy_frames(of, count, level):
     """Untouched frames with noise of so many grey levels beyond the camera's own."""
@@ -22,12 +24,12 @@ def noisy_frames(of, count, level):
         yield np.clip(np.rint(of.rest[rng.integers(0, len(of.rest))] + noise), 0, 255).astype(np.uint8)
 
 
-@pytest.mark.parametrize('level', [1, 4])
+@pytest.mark.parametrize('level, count', [(1, 20), (4, 20), pytest.param(3, 1000, marks=MANY)])
 @pytest.mark.parametrize('sensor', rig.SENSORS[:4])
-def test_no_contact_in_noisy_images(sensor, level):
+def test_no_contact_in_noisy_images(sensor, level, count):
     of = rig.seen(sensor)
     chain = of.chain()
-    assert all(untouched(chain(image)) for image in noisy_frames(of, 20, level))
+    assert all(untouched(chain(image)) for image in noisy_frames(of, count, level))
 
 
 def test_no_contact_under_noise_of_a_taxel_array():
@@ -48,27 +50,10 @@ def false_with_glare(count, seed, lighting=None):
     return sum(not untouched(chain(scene.render(k / 30).image, rig.FIRST_NS + round(k / 30 * 1e9))) for k in range(count))
 
 
-def test_no_contact_with_glare_and_drift():
-    assert false_with_glare(40, 11) == 0
+WHITE = {'gloss': 700.0, 'gloss_width': 0.01, 'sheen_width': 0.041, 'sheen_water': 0.0}
 
 
-@pytest.mark.parametrize('seed, sheen', [(1, 0.16), (3, 0.2)])
-def test_no_contact_with_white_highlights_and_drift(seed, sheen):
-    lighting = Lighting(gloss=700.0, gloss_width=0.01, sheen=sheen, sheen_width=0.041, sheen_water=0.0)
-    assert false_with_glare(30, seed, lighting) == 0
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(1200)
-@pytest.mark.parametrize('seed', range(21, 26))
-def test_no_contact_in_5000_frames_with_glare_and_drift(seed):
-    assert false_with_glare(1000, seed) == 0
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(1200)
-@pytest.mark.parametrize('sensor', rig.SENSORS[:4])
-def test_no_contact_in_1000_noisy_images(sensor):
-    of = rig.seen(sensor)
-    chain = of.chain()
-    assert all(untouched(chain(image)) for image in noisy_frames(of, 1000, 3))
+@pytest.mark.parametrize('seed, count, light', [(11, 40, None), (1, 30, {**WHITE, 'sheen': 0.16}), (3, 30, {**WHITE, 'sheen': 0.2}),
+                                                *(pytest.param(seed, 1000, None, marks=MANY) for seed in range(21, 26))])
+def test_no_contact_with_glare_white_highlights_and_drift(seed, count, light):
+    assert false_with_glare(count, seed, light and Lighting(**light)) == 0

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A replay tells all that comes of a bag in order."""
+"""The stream tells all that comes of a bag in order; images and truth come together by their stamps."""
 import math
 from pathlib import Path
 
@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 import yaml
 from geometry_msgs.msg import TransformStamped
-from taxel_bags import write_taxels
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
-from tactile_perception.bags.replay import Replay
+from tactile_perception.bags.stamped import TRUTH, find_prefix, pairs_of
+from tactile_perception.bags.stream import FrameDone, Head, Skipped, Task, stream
+from tactile_perception.errors import BadCalibration, BadRecording
+from taxel_bags import write_taxels
 from tf2_msgs.msg import TFMessage
 
 
@@ -70,5 +72,33 @@ def test_a_sensor_without_a_model_of_its_surface_has_dots(tmp_path):
             message = image_to_message(Frame(image, 10**8 * k, 'mono8'), '', header_of(10**8 * k, 'skin_camera_optical'))
             kind, data = encode(message)
             writer.write('/skin/image_raw', kind, 10**8 * k, data)
-    dots = of(Replay(tmp_path / 'bag', tmp_path / 'my_skin.yaml'), '/skin/dots')
-    assert [len(one.message.id) for one in dots] == [12] * 3
+    dots = [item.message for item in stream(Task(tmp_path / 'bag', tmp_path / 'my_skin.yaml'))
+            if isinstance(item, RawMessage) and item.topic == '/skin/dots']
+    assert [len(message.id) for message in dots] == [12] * 3
+
+
+def test_each_image_comes_with_what_is_known_of_it(pressed_bag):
+    infos = []
+    found = list(pairs_of(pressed_bag, '', ('image_raw', TRUTH), infos.append))
+    assert len(found) == len(infos) == 14
+    for name, pair in found:
+        assert pair['image_raw'].header.stamp == pair[TRUTH].header.stamp
+        assert name.startswith('disc at ')
+    assert [len(pair[TRUTH].contacts) for _, pair in found][0] == 0
+
+
+def test_the_sensor_is_found_or_has_to_be_named():
+    image = 'sensor_msgs/msg/Image'
+    assert find_prefix({'/a/image_raw': image, '/a/dots': 'x'}, '') == '/a/'
+    assert find_prefix({'/a/image_raw': image, '/b/image_raw': image}, 'b') == '/b/'
+    assert find_prefix({'/a/left/image_raw': image, '/a/right/image_raw': image}, '', 'left/image_raw') == '/a/'
+    with pytest.raises(BadRecording, match='--namespace'):
+        find_prefix({'/a/image_raw': image, '/b/image_raw': image}, '')
+
+
+def test_a_bag_without_truth_is_refused(pressed_bag, tmp_path):
+    with BagReader(pressed_bag) as reader, BagWriter(tmp_path / 'bare') as writer:
+        for raw in reader.messages({'/touchpad/image_raw'}):
+            writer.write(raw.topic, raw.type_name, raw.stamp_ns, raw.data)
+    with pytest.raises(BadCalibration, match='tool'):
+        list(pairs_of(tmp_path / 'bare', '', ('image_raw', TRUTH), lambda _info: None))

@@ -15,8 +15,6 @@ from tactile_driver.nodes.messages.images import image_to_array
 
 from dual_bags import DISTORTION, LATE, MATRIX, PARAMETERS, PERIOD, SENSOR, pair, write_pairs
 
-pytestmark = pytest.mark.ros
-
 
 @pytest.fixture(scope='module')
 def stitching():

@@ -37,11 +37,6 @@ def test_a_panel_for_each_quantity(tmp_path, value):
     assert picture.shape[1] > 800 and picture.shape[0] > 300 and len(np.unique(picture)) > 10
 
 
-def test_a_folder_that_is_not_there(tmp_path):
-    with pytest.raises(OSError):
-        draw_residuals(tmp_path / 'none' / 'x.png', '', [Residuals('a', 'b', np.zeros(1), np.zeros((1, 2)), ('x', 'y'), ())])
-
-
 FOUND = [Residuals('depth', 'mm', np.arange(3.0), np.zeros((3, 2)), ('x (mm)', 'y (mm)'), ('a', 'b', 'c'))]
 
 

@@ -5,15 +5,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 from tactile_perception.common.geometry import (Cap, FrameTree, deepest_notch, lie_on_a_line, matrix_of_quaternion, quaternion,
-                                                rotation_matrix, rotation_vector, sphere_ranges, spline_fit, tangents)
+                                                rotation_matrix, sphere_ranges, spline_fit, tangents)
 from tactile_perception.errors import BadArgument, BadFrame
-
-
-def test_half_a_turn_keeps_its_axis():
-    for axis in np.eye(3):
-        assert abs(rotation_vector(rotation_matrix(np.pi * axis)) @ axis) == pytest.approx(np.pi)
-    tilted = np.pi * np.array([0.6, -0.8, 0.0])
-    assert abs(rotation_vector(rotation_matrix(tilted)) @ tilted) == pytest.approx(np.pi**2)
 
 
 @pytest.mark.parametrize('vector', [[0, 0, 0], [3.1, 0, 0], [0, -3.0, 0.2], [0.1, 0.2, 3.0], [1, 1, 1]])

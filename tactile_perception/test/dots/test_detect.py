@@ -1,5 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+"""Dots in images: small ones fitted by likelihood, what they look like, and large markers."""
 import os
 import warnings
 from pathlib import Path
@@ -7,8 +8,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-
 from tactile_perception.dots.detect import METHODS, DotDetector
+from tactile_perception.dots.fit import DiscModel
+from tactile_perception.dots.look import measure_look
 from tactile_perception.errors import BadArgument, BadFrame
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
@@ -98,15 +100,6 @@ def test_a_new_look_is_measured_when_dots_are_lost(draw_dots, lattice):
     assert len(larger) == 48 and nearest(larger, uv * 2)[1].max() < 0.2, 'in px of the whole image, though it was reduced'
 
 
-def test_colour_frames(draw_dots, lattice):
-    uv, diameter = lattice
-    image = np.stack([noisy(draw_dots(uv, diameter, ground=g, contrast=c), 2.0) for g, c in ((40.0, -10.0), (60.0, -20.0), (180.0,
-        -130.0))], -1)
-    dots = DotDetector('dark').detect(image)
-    assert len(dots) == 48
-    assert nearest(dots, uv)[1].max() < 0.1
-
-
 @pytest.mark.parametrize('frame, said', [
     (np.zeros((120, 160), np.uint8), 'black'),
     (np.full((120, 160), 255, np.uint8), 'white'),
@@ -134,6 +127,8 @@ def test_unknown_names_list_the_known_ones():
         DotDetector('dark', 'guess')
     with pytest.raises(BadArgument, match='dark, bright'):
         DotDetector('grey')
+    with pytest.raises(BadArgument, match='detection to auto'):
+        DotDetector('any', 'blobs')
 
 
 @pytest.mark.skipif(not (RECORDINGS / 'simulated/tp_rect_drag').is_dir(), reason='TACTILE_RECORDINGS holds no simulated/tp_rect_drag')
@@ -177,3 +172,114 @@ def test_lamps_and_their_reflections_give_dots_or_a_bad_frame(method, seed):
         except BadFrame:
             continue
         assert np.isfinite(dots.uv).all() and (dots.area > 0).all()
+
+
+@pytest.mark.parametrize('blur', [0.6, 0.9, 1.4])
+def test_blur_size_and_contrast_are_measured(draw_dots, lattice, blur):
+    uv, diameter = lattice
+    look = measure_look(noisy(draw_dots(uv, diameter, blur=blur), 2.0), -1)
+    assert look.blur == pytest.approx(blur, abs=0.1)
+    assert look.typical == pytest.approx(np.median(diameter), rel=0.06)
+    assert look.contrast == pytest.approx(-120, rel=0.05)
+    assert look.ground == pytest.approx(180, rel=0.03)
+    assert look.noise == pytest.approx(2.0, rel=0.3)
+    assert look.smallest < diameter.min() and look.largest > diameter.max()
+
+
+@pytest.mark.parametrize('sign', [1, -1])
+def test_noise_alone_has_no_dots(sign):
+    with pytest.raises(BadFrame, match='polarity'):
+        measure_look(noisy(np.full((240, 320), 120.0), 5.0), sign)
+
+
+@pytest.mark.parametrize('smallest, largest, blur', [(0.8, 1.2, 0.3), (1.5, 2.0, 0.5), (3.0, 5.0, 0.8), (9.0, 14.0, 1.5)])
+def test_tables_of_dots_of_any_size_have_all_directions_of_the_basis(smallest, largest, blur):
+    model, other = DiscModel(smallest, largest, blur), DiscModel(8.0, 10.0, 1.0)
+    assert model.basis.shape[1] == other.basis.shape[1]
+    assert model.estimators.shape[-2:] == (5, model.basis.shape[1]) and np.isfinite(model.estimators).all()
+
+
+SHAPE = (200, 260)
+
+
+@pytest.fixture
+def markers():
+    """(30, 2) places off the pixel grid at a pitch of 40 px, and (30,) diameters of 18 to 22 px."""
+    rng = np.random.default_rng(3)
+    row, column = np.divmod(np.arange(30), 6)
+    return np.stack([29 + 40.2 * column, 21 + 39.7 * row], 1) + rng.uniform(-0.5, 0.5, (30, 2)), rng.uniform(18, 22, 30)
+
+
+def errors(dots, uv):
+    """(N, 2) px of the dots from the nearest of places uv, and which of them that is."""
+    nearest = np.hypot(*(dots.uv[:, None] - uv).transpose(2, 0, 1)).argmin(1)
+    return dots.uv - uv[nearest], nearest
+
+
+def check(dots, uv, area, limit, share):
+    error, nearest = errors(dots, uv)
+    assert len(np.unique(nearest)) == len(dots) == len(uv)
+    assert np.sqrt((error**2).sum(1).mean()) < limit
+    assert np.abs(dots.area / area[nearest] - 1).max() < share
+    assert 0.2 < ((error / dots.sigma[:, None])**2).mean() < 1.6
+
+
+@pytest.mark.parametrize('polarity, ground, contrast', [('bright', 15.0, 180.0), ('dark', 220.0, -180.0)])
+def test_places_areas_and_sigma_in_uneven_light(draw_dots, markers, polarity, ground, contrast):
+    uv, diameter = markers
+    light = np.linspace(1, 1 / 3, SHAPE[1])  # three to one
+    image = (ground + contrast * draw_dots(uv, diameter, SHAPE, 1.0, 0.0, 1.0)) * light
+    check(DotDetector(polarity, 'blobs').detect(noisy(image, 2.0)), uv, np.pi / 4 * diameter**2, 0.05, 0.025)
+
+
+def test_the_channel_with_the_contrast_is_taken(draw_dots, markers):
+    uv, diameter = markers
+    inside = draw_dots(uv, diameter, SHAPE, 1.0, 0.0, 1.0)
+    for channel in range(3):
+        image = np.dstack([noisy(15 + (180 if k == channel else 20) * inside, 2.0, k) for k in range(3)])
+        dots, alone = DotDetector('bright', 'blobs').detect(image), DotDetector('bright', 'blobs').detect(image[:, :, channel].copy())
+        assert np.array_equal(dots.uv, alone.uv)
+    grey = np.dstack([noisy(15 + 180 * inside, 12.0, k) for k in range(3)])
+    error = [errors(DotDetector('bright', 'blobs').detect(image), uv)[0].std() for image in (grey, grey[:, :, 1].copy())]
+    assert error[0] < 0.8 * error[1]  # the channels' noise is their own
+
+
+def test_cut_hidden_and_false_ones_are_left_out(draw_dots, markers):
+    uv, diameter = markers[0] - [29, 0], markers[1]  # the first column lies on the border
+    image = 15 + 180 * draw_dots(uv, diameter, SHAPE, 1.0, 0.0, 1.0)
+    image[int(uv[9, 1]) - 15: int(uv[9, 1]) + 15, int(uv[9, 0]) + 1: int(uv[9, 0]) + 15] = 15  # half hidden
+    image[90:112, 58:61] = 255  # a scratch
+    image[:, 250:] = 60  # something at the border
+    error, nearest = errors(DotDetector('bright', 'blobs').detect(noisy(image, 2.0)), uv)
+    assert set(nearest) == set(np.flatnonzero(uv[:, 0] > 20)) - {9}
+    assert np.hypot(*error.T).max() < 0.1
+
+
+def test_glare_on_a_marker_moves_it_little(draw_dots, markers):
+    uv, diameter = markers
+    y, x = np.mgrid[:SHAPE[0], :SHAPE[1]]
+    image = 15 + 150 * draw_dots(uv, diameter, SHAPE, 1.0, 0.0, 1.0)
+    image += 150 * np.exp(-((x - uv[14, 0] - 3)**2 + (y - uv[14, 1])**2) / 9)
+    error, nearest = errors(DotDetector('bright', 'blobs').detect(noisy(image, 2.0)), uv)
+    assert len(error) >= 29
+    assert np.hypot(*error.T).max() < 0.4
+
+
+@pytest.mark.skipif(not (RECORDINGS / 'simulated/as_test').is_dir(), reason='TACTILE_RECORDINGS holds no simulated/as_test')
+@pytest.mark.parametrize('name, side, limit, of_area', [('as_test', '', 0.02, 0.005), ('ad_test', '_left', 0.015, 0.005),
+                                                       ('ad_test', '_right', 0.015, 0.005), ('ac_test', '', 0.04, 0.012)])
+def test_recorded_markers(name, side, limit, of_area):
+    truth = np.load(RECORDINGS / 'simulated' / name / 'truth.npz')
+    detector, all_errors, normal, ratio, found = DotDetector('bright', 'blobs'), [], [], [], 0
+    for k in range(len(truth['timestamps'])):
+        seen = truth['visible' + side][k]
+        dots = detector.detect(cv2.imread(str(RECORDINGS / 'simulated' / name / f'frames{side}' / f'{k:03d}.webp')))
+        error, nearest = errors(dots, truth['uv' + side][k][seen])
+        found += len(np.unique(nearest))
+        all_errors.append(error)
+        normal.append(error / dots.sigma[:, None])
+        ratio.append(dots.area / truth['area_px' + side][k][seen][nearest])
+    assert found == sum(map(len, all_errors)) >= truth['visible' + side].sum() - 1
+    assert np.sqrt((np.vstack(all_errors)**2).sum(1).mean()) < limit
+    assert 0.5 < (np.vstack(normal)**2).mean() < 1.5
+    assert np.percentile(np.abs(np.concatenate(ratio) - 1), 95) < of_area

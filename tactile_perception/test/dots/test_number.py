@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tactile_perception.dots.number import METHODS, GridNumbering, grid_numbering, number_grid
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from tactile_perception.dots.number import GridNumbering, Numbered, find_lattice, number_grid
 from tactile_perception.errors import BadArgument
 
 SCENES = {
@@ -84,15 +86,6 @@ def test_a_fast_move_between_two_frames_changes_no_number(pitches):
             assert missed <= 0.02 * count or pitches == 3  # a row has left by then, and the move is too far to tell which
 
 
-def test_the_order_of_the_dots_and_those_that_are_not_finite_do_not_matter():
-    uv, number = make_grid(np.random.default_rng(2))
-    uv[7] = np.nan
-    numbers = number_grid(uv, 23, 23)
-    assert numbers.certain
-    assert numbers.id[7] == -1
-    np.testing.assert_array_equal(np.delete(numbers.id, 7), np.delete(number, 7))
-
-
 @pytest.mark.parametrize(('rows', 'columns'), [(23, 25), (20, 23), (13, 9)])
 def test_another_pattern_than_configured_is_said(rows, columns):
     uv, _ = make_grid(np.random.default_rng(4))
@@ -107,14 +100,6 @@ def test_dots_at_random_places_get_no_number():
     for _ in range(20):
         numbers = number_grid(rng.uniform(0, 480, (529, 2)), 23, 23)
         assert not numbers.certain and np.all(numbers.id == -1)
-
-
-def test_half_of_the_dots_gone_misnumbers_none():
-    rng = np.random.default_rng(6)
-    for _ in range(20):
-        uv, number = make_grid(rng)
-        for gone in (uv[:, 0] > 320, uv[:, 1] < 240, rng.uniform(size=len(uv)) < 0.5):
-            assert score(number_grid(uv[~gone], 23, 23), number[~gone])[0] == 0
 
 
 @pytest.mark.parametrize(('gone', 'numbered'), [(0.15, 0.98), (0.3, 0.9)])
@@ -151,8 +136,9 @@ def test_all_markers_seen_in_the_deepest_presses_are_numbered_from_one_image(nam
     for uv, seen in zip(truth['uv' + side], truth['visible' + side]):
         numbers, id = number_grid(uv[seen].astype(float), rows, columns), number[seen] @ [columns, 1]
         assert numbers.certain and (numbers.id >= 0).mean() >= 0.85
-        for given in (numbers.id, numbering.number(uv[seen].astype(float)).id):
-            assert np.array_equal(given[given >= 0], id[given >= 0])
+        for ids in (numbers.id, number_grid(uv[seen].astype(float), rows, columns, previous).id):
+            assert np.array_equal(ids[ids >= 0], id[ids >= 0])
+        previous = Numbered(uv[seen], id)
 
 
 @pytest.fixture
@@ -233,13 +219,6 @@ def test_a_clipped_row_more_than_configured_is_left_out(dome):
     np.testing.assert_array_equal(number_grid(uv[seen], 7, 10).id, np.where(row > 0, id - 10, -1)[seen])
 
 
-@pytest.mark.parametrize('name', METHODS)
-def test_each_method_numbers_a_still_grid(name):
-    row, column = np.divmod(np.arange(63), 9)
-    uv = np.stack([column, row], axis=1) * 20.0 + 39.5
-    np.testing.assert_array_equal(grid_numbering(name, 7, 9).number(uv + 1.0, 240, 200).id, np.arange(63))
-
-
 def test_a_copy_remembers_frames_of_its_own(dome):
     uv, _, column, id = dome
     numbering, left = GridNumbering(8, 10), column < 5
@@ -251,3 +230,26 @@ def test_a_copy_remembers_frames_of_its_own(dome):
 def test_a_grid_turned_by_45_degrees_is_not_certain():
     uv, _ = make_grid(np.random.default_rng(7), turn=45.0, pitch=14.0)
     assert 'degrees' in number_grid(uv, 23, 23).reason
+
+
+def printed(rows, columns, pitch=20.0, degrees=0.0):
+    """Places (N, 2) of a grid's dots and their indices (N, 2), row after row."""
+    rc = np.stack(np.divmod(np.arange(rows * columns), columns), axis=1)
+    z = pitch * (rc[:, 1] + 1j * rc[:, 0]) * np.exp(1j * np.deg2rad(degrees))
+    return np.stack([z.real, z.imag], axis=1) + 200, rc
+
+
+@given(seed=st.integers(0, 2**32 - 1), rows=st.integers(6, 12), columns=st.integers(6, 12), degrees=st.floats(-40, 40),
+       noise=st.floats(0, 1.5), lost=st.floats(0, 0.15))
+@example(seed=11, rows=4, columns=11, degrees=0.0, noise=0.0, lost=0.078125)  # three lost dots leave no closed cell between two columns
+@settings(max_examples=80, deadline=None)
+def test_indices_of_a_turned_grid_with_gaps(seed, rows, columns, degrees, noise, lost):
+    rng = np.random.default_rng(seed)
+    uv, rc = printed(rows, columns, degrees=degrees)
+    kept = rng.permutation(len(uv))[:len(uv) - int(lost * len(uv))]
+    found = find_lattice(uv[kept] + rng.normal(0, noise, (len(kept), 2)))
+    assert found is not None
+    assert len(np.unique((found.rc - rc[kept])[found.member], axis=0)) == 1
+    assert found.member.mean() > 0.75 - 2 * lost
+    assert np.degrees(found.angle) == pytest.approx(degrees, abs=1.5 + noise)
+    assert found.pitch == pytest.approx(20.0, abs=0.5 + 2.5 * noise)

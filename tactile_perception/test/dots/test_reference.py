@@ -25,16 +25,6 @@ def test_first_frames_are_averaged():
     assert np.sqrt(np.mean((reference.uv - UV) ** 2)) < 0.02 / 4 * 1.2
 
 
-def test_a_touch_is_noticed_and_freezes():
-    reference = Reference(time_constant_s=0.1)
-    run(reference, 20)
-    before = reference.uv.copy()
-    duv = run(reference, 100, start=1.0, move=DENT)
-    assert reference.touched
-    np.testing.assert_array_equal(reference.uv, before)
-    assert np.abs(duv - DENT).max() < 0.12
-
-
 @pytest.mark.full
 def test_what_a_touch_leaves_behind_is_followed_slowly():
     reference = Reference(time_constant_s=10.0)
@@ -109,24 +99,6 @@ def test_taken_while_pressed_is_suspicious_until_taken_anew():
 def test_wrong_parameters():
     with pytest.raises(BadArgument, match='time_constant_s'):
         Reference(time_constant_s=0.0)
-
-
-def test_a_touch_at_the_start_is_reported_by_the_calibrated_places():
-    reference = Reference(known=CalibratedRest(UV))
-    duv = run(reference, 20, move=2 * DENT)
-    assert reference.touched and 'was touched' in reference.warning
-    assert np.abs(duv - 2 * DENT).max() < 0.12
-    run(reference, 20, start=1.0, move=0.7)
-    assert reference.warning == '' and not reference.touched, 'released, though the camera has drifted since it was calibrated'
-    assert np.abs(reference.uv - UV - 0.7).max() < 0.05
-
-
-def test_a_touch_at_the_start_beside_a_camera_that_has_moved_is_reported_until_it_ends():
-    reference = Reference(known=CalibratedRest(UV))
-    run(reference, 5, move=2 * DENT + [6.0, 0.0])
-    assert 'calibrate again' in reference.warning
-    run(reference, 5, start=1.0, move=np.array([6.0, 0.0]))
-    assert reference.warning == '' and np.abs(reference.uv - UV - [6.0, 0.0]).max() < 0.1
 
 
 def test_a_camera_that_has_not_moved_adds_the_calibrated_places_to_the_first_frames():

@@ -1,14 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """A simulated finger, and the model that its calibration scene gives."""
-
+import played
 import pytest
+from tactile_perception.finger.calibration import find_presses, fit_finger
+from tactile_perception.finger.parameters import PsdFinger
 
 
 @pytest.fixture(scope='session')
 def fit():
-    import played
-    from tactile_perception.finger.calibration import find_presses, fit_finger
     return fit_finger(find_presses([played.recording('calibration')], 4.9))
 
 
@@ -19,5 +19,4 @@ def model(fit):
 
 @pytest.fixture
 def finger(model):
-    from tactile_perception.finger.parameters import PsdFinger
     return PsdFinger(model)

@@ -4,7 +4,6 @@
 import numpy as np
 import played
 import pytest
-
 from tactile_perception.errors import BadCalibration
 from tactile_perception.finger.calibration import Recording, find_presses, fit_creep, fit_finger, fit_load, fit_touch_level
 from tactile_perception.finger.map import TOTAL, level_basis

@@ -66,14 +66,6 @@ def test_a_moving_contact_is_stamped_with_the_time_at_which_it_is_there():
     assert inside.sum() > 20 and abs(np.mean(late)) < np.radians(0.1) and np.abs(late).max() < np.radians(0.6)
 
 
-def test_single_samples_of_unknown_rate(taps):
-    finger = make_finger(FingerModel(), VALUES)
-    first = finger.estimate(taps[0][:1], 1.0, float('nan'))
-    assert first.needs_period and not first.estimates
-    found = [touches for k in range(1, 600) for _, touches in results(finger, taps[0][k:k + 1], 1 + 1e-3 * k, float('nan'))]
-    assert any(found) and len(found) == 399
-
-
 def circling(model, values=VALUES, seed=0):
     """Of a contact that circles twice at 45 degrees, 900 degrees a second: errors (N,), degrees, of the normal; their squares over the
     covariance; and the part of the covariance that does not lie along the surface."""

@@ -8,23 +8,21 @@ from contextlib import redirect_stdout
 import numpy as np
 import pytest
 import yaml
+from tactile_driver.nodes.messages.conversions import header_of, voltages_message
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode, encode
+from tactile_driver.recordings.writer import BagWriter
+from tactile_driver.samples import SampleBlock
+from tactile_driver.simulation.psd.scene import open_psd_scene
+from tactile_perception.errors import BadRecording
+from tactile_perception.finger.model import read_psd
+from tactile_perception.finger.tools import PsdRecording, read_recording
+from tactile_perception.tools import process_bag
+from tactile_perception.tools.calibrate import command as calibrate
+from tactile_perception.tools.convert import command as convert_recording
 
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from tactile_driver.nodes.messages.conversions import header_of, voltages_message  # noqa: E402
-from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode, encode  # noqa: E402
-from tactile_driver.recordings.writer import BagWriter  # noqa: E402
-from tactile_driver.samples import SampleBlock  # noqa: E402
-from tactile_driver.simulation.psd.scene import open_psd_scene  # noqa: E402
-from tactile_perception.errors import BadRecording  # noqa: E402
-from tactile_perception.finger.model import read_psd  # noqa: E402
-from tactile_perception.finger.tools import PsdRecording, read_recording  # noqa: E402
-from tactile_perception.tools import calibrate, process_bag  # noqa: E402
-from tactile_perception.tools.convert import command as convert_recording  # noqa: E402
-
-pytestmark = [pytest.mark.ros, pytest.mark.full]
+pytestmark = pytest.mark.full
 
 
 def write_psd(path, name, begin=0, end=None, truth_every=1):

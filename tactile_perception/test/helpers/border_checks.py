@@ -41,24 +41,24 @@ def odd_arrays(good):
         yield 'all the same', np.full_like(good, 7)
 
 
-def check_any_array(call, arrays, name):
-    """call(**{name: array}) answers or raises ValueError that begins with an argument's name, for any array in place of arrays[name]."""
+def check_any_array(call, arrays, name, refusal=ValueError):
+    """call(**{name: array}) answers or raises an error that begins with an argument's name, for any array in place of arrays[name]."""
     answered = 0
     for kind, array in odd_arrays(arrays[name]):
         try:
             call(**{name: array})
             answered += 1
-        except ValueError as error:
+        except refusal as error:
             assert re.match(r'\w+: ', str(error)), kind
     assert answered >= 3
 
 
-def check_wrong_type(call, arrays, name):
+def check_wrong_type(call, arrays, name, refusal=ValueError):
     """A wrong type or shape is refused with the argument's name."""
     good = arrays[name]
     swapped = [good.astype(good.dtype.newbyteorder('>'))] if good.dtype.itemsize > 1 else []
     for wrong in (None, good.tolist(), 'text', good.astype(np.complex64), good[None], *swapped):
-        with pytest.raises(ValueError, match=f'^{name}: '):
+        with pytest.raises(refusal, match=f'^{name}: '):
             call(**{name: wrong})
 
 

@@ -113,3 +113,11 @@ def dual_folder(recording_folder):
     truth['uv_left'], truth['uv_right'] = truth.pop('uv'), np.zeros((3, 12, 2))
     np.savez(folder / 'truth.npz', **truth, timestamps_right=truth['timestamps'] + 0.004)
     return folder
+
+
+def change_truth(folder, change):
+    """Let change(name -> array) change the truth of a recording."""
+    with np.load(folder / 'truth.npz') as stored:
+        truth = {name: stored[name] for name in stored.files}
+    change(truth)
+    np.savez(folder / 'truth.npz', **truth)

@@ -8,7 +8,6 @@ import pytest
 @pytest.fixture(scope='session')
 def ball_messages():
     """camera_info, two untouched images and a pressed one, the parameters that belong to them, and the ball's truth."""
-    pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
     from tactile_driver.frame import Frame
     from tactile_driver.nodes.messages.conversions import header_of, image_to_message
     from tactile_driver.parameters.table import defaults

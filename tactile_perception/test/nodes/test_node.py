@@ -13,33 +13,30 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy')
+import rclpy
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
-from std_srvs.srv import Trigger  # noqa: E402
-from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.nodes.runtime.diagnostics import WARN  # noqa: E402
-from tactile_driver.nodes.runtime.host import Host  # noqa: E402
-from tactile_driver.nodes.runtime.defect_guard import DefectGuard  # noqa: E402
-from tactile_driver.simulation.sensors.scenes import open_scene  # noqa: E402
-from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages  # noqa: E402
-from tactile_perception.dots.stage import DotStage  # noqa: E402
-from tactile_perception.node import PerceptionNode, make_node  # noqa: E402
-from tactile_perception.nodes.messages.conversions import camera_info_message  # noqa: E402
-from tactile_perception.stage import Input, Stage  # noqa: E402
-from tactile_perception.press.parameters import POINT_PARAMETERS  # noqa: E402
-from tactile_perception.finger.parameters import PSD_PARAMETERS  # noqa: E402
-from tactile_perception.taxel.parameters import TAXEL_PARAMETERS  # noqa: E402
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS  # noqa: E402
-from waiting import until  # noqa: E402
-
-pytestmark = pytest.mark.ros
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from sensor_msgs.msg import CameraInfo, Image
+from std_srvs.srv import Trigger
+from tactile_driver.errors import BadArgument
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.nodes.runtime.diagnostics import WARN
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.defect_guard import DefectGuard
+from tactile_driver.simulation.sensors.scenes import open_scene
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages
+from tactile_perception.dots.stage import DotStage
+from tactile_perception.node import PerceptionNode, make_node
+from tactile_perception.nodes.messages.conversions import camera_info_message
+from tactile_perception.stage import Input, Stage
+from tactile_perception.press.parameters import POINT_PARAMETERS
+from tactile_perception.finger.parameters import PSD_PARAMETERS
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
+from waiting import until
 
 
 class Bench:
@@ -139,13 +136,6 @@ def test_a_tracker_that_starts_after_its_listener(bench):
         assert bench.until(lambda: bench.bench.count_subscribers('/late/image_raw') == 1)
     finally:
         tracker.destroy_node()
-
-
-def test_without_images_there_is_no_reference_to_take(bench):
-    client = bench.bench.create_client(Trigger, 'set_reference')
-    assert bench.until(client.service_is_ready)
-    answer = client.call_async(Trigger.Request())
-    assert bench.until(answer.done) and not answer.result().success and 'image_raw' in answer.result().message
 
 
 @pytest.mark.parametrize('make, table', [

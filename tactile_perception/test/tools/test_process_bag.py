@@ -1,18 +1,22 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""process_bag writes every estimate under the stamps that came in, the same bytes each time, interrupted or not, and says what it left."""
+"""process_bag writes every estimate under the stamps that came in, the same bytes each time, interrupted or not, and says what it left;
+evaluate judges them: a table, JSON and pictures."""
+import itertools
+import json
 import os
 import signal
 
 import numpy as np
 import pytest
-from taxel_bags import write_taxels
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode, type_hash
 from tactile_driver.recordings.writer import BagWriter
 from tactile_perception.bags.replay import Replay
 from tactile_perception.errors import BadArgument
+from tactile_perception.tools import evaluate
 from tactile_perception.tools import process_bag as module
+from taxel_bags import write_taxels
 
 RESULTS = ('dots', 'contact_region', 'contacts', 'slip', 'wrench', 'points')
 
@@ -154,19 +158,12 @@ def test_what_failed_amid_the_work_can_be_read(tmp_path):
     assert len(decoded(target)['/pad/contacts']) == 21
 
 
-def test_a_signal_ends_it_with_its_number(tmp_path, capsys, monkeypatch):
-    source, write, written = write_taxels(tmp_path / 'bag'), BagWriter.write, []
-
-    def interrupting(self, topic, *message):
-        write(self, topic, *message)
-        written.append(topic)
-        if written.count('/pad/contacts') == 4 and topic == '/pad/contacts':
-            os.kill(os.getpid(), signal.SIGTERM)
-    monkeypatch.setattr(BagWriter, 'write', interrupting)
-    before = signal.getsignal(signal.SIGTERM)
+def test_signals_end_it_with_their_number(tmp_path, capsys, monkeypatch):
+    source, steps, before = write_taxels(tmp_path / 'bag'), itertools.count(1), signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr(module.ProgressLine, 'step', lambda _line: next(steps) == 3 and os.kill(os.getpid(), signal.SIGTERM))
     assert run(source, tmp_path / 'out') == 128 + signal.SIGTERM
     assert signal.getsignal(signal.SIGTERM) is before
-    assert 'interrupted' in capsys.readouterr().err and len(decoded(tmp_path / 'out')['/pad/contacts']) == 4
+    assert 'interrupted' in capsys.readouterr().err and len(decoded(tmp_path / 'out')['/pad/contacts']) == 3
 
 
 @pytest.mark.parametrize('source, more, message', [
@@ -183,3 +180,33 @@ def test_a_video_is_no_bag_and_how_to_make_one_is_reported(tmp_path, capsys):
     (tmp_path / 'press.mp4').write_bytes(b'no bag')
     assert run(tmp_path / 'press.mp4', tmp_path / 'out') == module.FAILED
     assert 'record:=' in capsys.readouterr().err and not (tmp_path / 'out').exists()
+
+
+@pytest.mark.full
+def test_a_processed_bag_is_judged_by_the_truth_it_carries_as_if_computed_here(pressed_bag, tmp_path, capsys):
+    assert module.main([str(pressed_bag), str(tmp_path / 'out'), '--params', f'{pressed_bag}.yaml']) == 0
+    assert evaluate.main([str(tmp_path / 'out'), '--report', str(tmp_path / 'report')]) == 0
+    out = capsys.readouterr().out
+    assert '14 instants compared' in out and 'place of the touch' in out and 'states.png' in out
+    report = json.loads((tmp_path / 'report/report.json').read_text())
+    assert report['frames']['false'] == 0 and report['touches']['there'] == 1
+    assert report['errors']['place']['median'] < 0.4 and report['errors']['depth']['median'] < 0.3
+    assert report['errors']['region_overlap']['median'] > 0.85 and report['dot_states']['f1']['untouched'] > 0.97
+    assert sum(map(sum, report['dot_states']['counts'])) == 14 * 529
+    assert report['times']['stages_ms'] == report['times']['latency_ms'] == {}
+    assert {path.name for path in (tmp_path / 'report').iterdir()} == {
+        'report.json', 'report.txt', 'errors_over_time.png', 'errors_over_surface.png', 'states.png'}
+    assert evaluate.main([str(pressed_bag), '--params', f'{pressed_bag}.yaml', '--report', str(tmp_path / 'anew')]) == 0
+    anew = json.loads((tmp_path / 'anew/report.json').read_text())
+    assert anew.pop('times')['stages_ms']['all']['median'] > 0
+    report.pop('times')
+    assert anew == report
+
+
+@pytest.mark.parametrize('arguments, message', [
+    (['none'], 'no such file'), (['disc'], 'no estimates'), (['disc', '--namespace', 'elsewhere'], 'no /elsewhere/'),
+    (['disc', '--calibration', 'x.yaml'], 'needs --params')])
+def test_what_cannot_be_evaluated_is_said_in_one_line(pressed_bag, capsys, arguments, message):
+    assert evaluate.main([str(pressed_bag.parent / arguments[0]), *arguments[1:]]) == 1
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1 and lines[0].startswith('evaluate: ') and message in lines[0]

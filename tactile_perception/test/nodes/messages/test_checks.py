@@ -5,13 +5,11 @@ from array import array
 
 import numpy as np
 import pytest
-
-pytest.importorskip('tactile_msgs.msg')
-from geometry_msgs.msg import Point, Point32, Polygon, Vector3, Wrench, WrenchStamped  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
-from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip  # noqa: E402
-from tactile_perception.errors import BadFrame  # noqa: E402
-from tactile_perception.nodes.messages.conversions import check_message  # noqa: E402
+from geometry_msgs.msg import Point, Point32, Polygon, Vector3, Wrench, WrenchStamped
+from sensor_msgs.msg import Image
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
+from tactile_perception.errors import BadFrame
+from tactile_perception.nodes.messages.checks import check_message
 
 NAN = float('nan')
 

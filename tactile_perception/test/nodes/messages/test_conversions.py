@@ -1,17 +1,15 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages and arrays hold the same; what a message cannot mean is refused by name."""
-
+"""Messages and arrays hold the same, what was made into a message comes back; what a message cannot mean is refused by name."""
 import numpy as np
 import pytest
-
-pytest.importorskip('tactile_msgs.msg')
-from sensor_msgs.msg import CameraInfo  # noqa: E402
-from std_msgs.msg import Header  # noqa: E402
-from tactile_perception.common.dots import DotTracks  # noqa: E402
-from tactile_perception.common.estimates import ContactRegionEstimate, SlipEstimate  # noqa: E402
-from tactile_perception.errors import BadFrame  # noqa: E402
-from tactile_perception.nodes.messages import conversions as convert  # noqa: E402
+from sensor_msgs.msg import CameraInfo
+from std_msgs.msg import Header
+from tactile_perception.common.dots import DotTracks
+from tactile_perception.common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
+from tactile_perception.errors import BadFrame
+from tactile_perception.nodes.messages import conversions as convert
+from tactile_perception.nodes.messages import estimates
 
 HEADER = Header(frame_id='pad')
 HEADER.stamp.sec, HEADER.stamp.nanosec = 12, 500_000_000
@@ -54,3 +52,32 @@ def test_a_camera_of_zeros_is_uncalibrated_and_another_model_is_refused():
     info.distortion_model, info.d = 'plumb_bob', [0.0] * 8
     with pytest.raises(BadFrame, match='8 distortion'):
         convert.camera_matrices(info)
+
+
+def same(a, b, names):
+    for name in names:
+        for one, other in zip(np.atleast_1d(getattr(a, name)), np.atleast_1d(getattr(b, name))):
+            np.testing.assert_allclose(one, other, rtol=1e-6, equal_nan=True)
+
+
+def test_contacts():
+    made = [ContactEstimate(3, np.array([1e-3, 2e-3, 3e-3]), np.array([0, 0, 1.0]), 1e-3, np.nan, np.diag([1e-8, 2e-8, 3e-8]), 5, None)]
+    back = estimates.contacts_from_message(convert.contacts_to_message(made, HEADER))
+    assert len(back) == 1 and len(back[0].members) == 0
+    same(made[0], back[0], ('id', 'position', 'normal', 'depth', 'force', 'position_covariance', 'flags'))
+
+
+def test_a_region():
+    loop = np.array([[0, 0, 0], [1e-3, 0, 0], [0, 1e-3, 0]])
+    made = ContactRegionEstimate(np.array([4, 7]), np.array([1, 2], np.uint8), [loop], [loop / 2], 1e-6, np.ones(3), np.array([0, 0, 1.0]),
+                                 0.1, 2e-3, 1e-3, np.zeros(3), np.array([0, 0, 0, 1.0]), 0.05)
+    back = estimates.region_from_message(convert.region_to_message(made, HEADER))
+    same(made, back, ('dot_id', 'dot_state', 'outlines', 'holes', 'area', 'centroid', 'normal', 'orientation', 'major_axis', 'minor_axis',
+                      'motion_translation', 'motion_rotation', 'motion_interval'))
+
+
+def test_slip_and_wrench():
+    made = SlipEstimate(1, 0.5, np.arange(3.0), np.arange(3.0), np.full(3, np.nan), *(np.arange(2.0) + k for k in range(4)))
+    back = estimates.slip_from_message(convert.slip_to_message(made, HEADER))
+    same(made, back, ('state', 'slipping_fraction', 'linear', 'angular', 'rotation_center', 'x', 'y', 'vx', 'vy'))
+    assert estimates.wrench_from_message(convert.wrench_to_message(np.arange(6.0), HEADER)).tolist() == [0, 1, 2, 3, 4, 5]

@@ -3,14 +3,11 @@
 """The cloud as other people's readers see it: by names, types and offsets of its fields."""
 import numpy as np
 import pytest
+from sensor_msgs.msg import PointField
+from std_msgs.msg import Header
+from tactile_perception.common.surface_points import UNKNOWN, SurfacePoints
+from tactile_perception.nodes.messages.point_cloud import points_to_message
 
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-from sensor_msgs.msg import PointField  # noqa: E402
-from std_msgs.msg import Header  # noqa: E402
-from tactile_perception.common.surface_points import UNKNOWN, SurfacePoints  # noqa: E402
-from tactile_perception.nodes.messages.conversions import points_to_message  # noqa: E402
-
-pytestmark = pytest.mark.ros
 NAMES = ['x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z', 'displacement_x', 'displacement_y', 'displacement_z', 'force_x', 'force_y',
          'force_z', 'normal_force', 'state']
 

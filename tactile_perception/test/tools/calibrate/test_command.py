@@ -23,8 +23,6 @@ from tactile_perception.touchpad.tools import chosen
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 
-pytestmark = pytest.mark.ros
-
 
 def run(bag, target, *more):
     return module.main([str(bag), '--params', f'{bag}.yaml', '--output', str(target), *more])

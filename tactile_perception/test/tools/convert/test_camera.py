@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from touchpad_bags import change_truth
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP
 from tactile_perception.errors import BadRecording
 from tactile_perception.tools.convert.camera import Recording
@@ -25,10 +26,7 @@ def test_the_truth_of_a_free_and_of_touched_frames(recording_folder):
 
 
 def test_incipient_slip_is_some_but_not_all(recording_folder):
-    with np.load(recording_folder / 'truth.npz') as stored:
-        truth = {name: stored[name] for name in stored.files}
-    truth['dot_state'][1, 0] = 2
-    np.savez(recording_folder / 'truth.npz', **truth)
+    change_truth(recording_folder, lambda truth: truth['dot_state'].__setitem__((1, 0), 2))
     frame = Recording(recording_folder).truth(1)
     assert frame.slip_state == INCIPIENT and frame.slipping_fraction == pytest.approx(0.25)
 
@@ -61,11 +59,7 @@ def test_a_file_that_is_no_image_is_named(recording_folder):
 
 
 def test_a_tip_between_the_dots_touches_too(dual_folder):
-    with np.load(dual_folder / 'truth.npz') as stored:
-        truth = {name: stored[name] for name in stored.files}
-    truth['dot_contact'][1] = False
-    truth['dot_state'][1] = 0
-    np.savez(dual_folder / 'truth.npz', **truth)
+    change_truth(dual_folder, lambda truth: truth.update(dot_contact=np.zeros_like(truth['dot_contact']), dot_state=0 * truth['dot_state']))
     frame = Recording(dual_folder).truth(1)
     contact, = frame.contacts
     assert contact.depth == pytest.approx(1e-3) and contact.force == pytest.approx(2.0)
@@ -74,7 +68,5 @@ def test_a_tip_between_the_dots_touches_too(dual_folder):
 
 
 def test_numbers_of_dots_begin_at_the_first_row_and_column(recording_folder):
-    with np.load(recording_folder / 'truth.npz') as stored:
-        truth = {name: stored[name] for name in stored.files}
-    np.savez(recording_folder / 'truth.npz', **{**truth, 'dot_rc': truth['dot_rc'] + 1})
+    change_truth(recording_folder, lambda truth: truth.update(dot_rc=truth['dot_rc'] + 1))
     assert Recording(recording_folder).truth(0).dot_id.tolist() == list(range(12))

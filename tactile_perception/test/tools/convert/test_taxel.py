@@ -8,15 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from tactile_perception.errors import BadRecording
+from tactile_perception.tools import process_bag
+from tactile_perception.tools.calibrate import command as calibrate
+from tactile_perception.tools.convert import command as convert_recording
+from tactile_perception.tools.convert.taxel import TaxelRecording
 
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from tactile_perception.errors import BadRecording  # noqa: E402
-from tactile_perception.tools import calibrate, process_bag  # noqa: E402
-from tactile_perception.tools.convert import command as convert_recording  # noqa: E402
-from tactile_perception.tools.convert.taxel import TaxelRecording, _loops  # noqa: E402
-
-pytestmark = pytest.mark.ros
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', 'nowhere'))
 needs_simulated = pytest.mark.skipif(not (RECORDINGS / 'simulated/tac_cal_flat').is_dir(),
                                      reason='TACTILE_RECORDINGS names no folder with simulated/tac_cal_flat')
@@ -79,14 +76,3 @@ def test_real_weights_held_out(name, most, tmp_path, capsys):
     convert_recording.main([str(RECORDINGS / f'dsa_slip/weights/{name}.npz'), str(tmp_path / 'bag')])
     assert calibrate.main([str(tmp_path / 'bag'), '--params', str(tmp_path / 'bag.yaml'), '--output', str(tmp_path / 'c.yaml')]) == 0
     assert float(capsys.readouterr().out.split('held-out loads: error ')[1].split('%')[0]) < most
-
-
-def test_outlines_lie_where_taxels_are_touched_by_half():
-    fraction = np.zeros((8, 10), np.float32)
-    fraction[1:7, 2:9] = 1
-    fraction[3:5, 4:6] = 0
-    outlines, holes = _loops(fraction, 2e-3)
-    assert len(outlines) == len(holes) == 1
-    assert [*outlines[0].min(0), *outlines[0].max(0)] == pytest.approx([-6e-3, -6e-3, 0, 8e-3, 6e-3, 0], abs=3e-4)
-    assert [*holes[0].min(0), *holes[0].max(0)] == pytest.approx([-2e-3, -2e-3, 0, 2e-3, 2e-3, 0], abs=3e-4)
-    assert _loops(np.zeros((8, 10), np.float32), 2e-3) == ([], [])

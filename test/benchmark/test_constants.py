@@ -1,36 +1,128 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The touchpad's models of membrane and of stick and slip on random scenes: halved and doubled constants, other frame rates, more noise,
-and whether their probabilities are right. Dots are seen with the noise of images, their ranges are smoothed by the membrane."""
+"""Halved and doubled constants: of the detection of dots and of their ranges by colour, on images that are rendered once; of the touchpad's
+models of membrane and of stick and slip, on random scenes whose dots are seen with the noise of images and whose ranges are smoothed by the
+membrane. There also other frame rates, more noise, and whether the probabilities are right."""
+from dataclasses import fields
 from functools import lru_cache
 from types import SimpleNamespace
 
+import dots
 import numpy as np
 import pytest
-
-pytest.importorskip('rclpy', reason='ROS is not sourced')
 from fit_contact_score import KINDS, random_scene
+from judged import touchpad_parameters
+from printed_dots import make_scene
+from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS
 from tactile_perception import _core
 from tactile_perception.common.estimates import NONE, next_state
+from tactile_perception.dots.detect import LikelihoodDetector
+from tactile_perception.dots.look import measure_look
+from tactile_perception.dots.tracker import make_tracker
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS
+from tactile_perception.touchpad import water
 from tactile_perception.touchpad.contact import border_network, state_confidence
 from tactile_perception.touchpad.membrane import Membrane, MembraneMaterial
+from tactile_perception.touchpad.places import DotPlaces
+from tactile_perception.touchpad.sensor import Touchpad
 from tactile_perception.touchpad.slip import slip_confidence
 
 PIXEL, SPREAD = 15e-6, 18e-6  # rad, m: noise of a dot's place in the image, and of its range
 GAIN, SCALE = 0.03, 0.05  # relative error that the displacements along the rays share, and its standard deviation as known
-RATE = 20.0  # frames/s
+COLOUR_RATE, RATE = 5.0, 20.0  # frames/s
 NEAR = 50e-6  # m: a free dot nearer to the tool is not judged
-TOOLS = 'block', 'disc', 'ball', 'edge', 'balls'
-DECIDE = {model: [name for name in dir(model) if not name.startswith('_')] for model in (_core.StickSlipModel, _core.MembraneModel)}
 pytestmark = pytest.mark.full
+
+
+def changed(kind, name, factor):
+    """A model with that constant so many times as large."""
+    model = kind()
+    setattr(model, name, factor * getattr(model, name))
+    return model
+
+
+def halved_and_doubled(names, errors):
+    """(name, factor) -> errors(name, factor)."""
+    return {(name, factor): errors(name, factor) for name in names for factor in (0.5, 2.0)}
+
+
+def constants(kind):
+    return [name for name in dir(kind) if not name.startswith('_')]
+
+
+@lru_cache(maxsize=1)
+def printed():
+    """Scenes of printed dots, a noisy image of each, its noise, and the look of its dots."""
+    found = []
+    for name, noise in (('plain', 2.0), ('compressed', 8.0), ('glare', 4.0), ('all at once', 2.0)):
+        scene = make_scene(name, seed=31)
+        image = scene.frame(noise, np.random.default_rng(31))
+        found.append((scene, image, noise, measure_look(image, -1)))
+    return found
+
+
+def detected(limits):
+    """1 - F1 of dots that neither overlap nor are under glare, and mean square of their errors over the least possible."""
+    sums = [dots.score(scene, LikelihoodDetector(-1, look, limits).detect(image), noise) for scene, image, noise, look in printed()]
+    matched, true, false, error2, bound2 = (sum(one[name] for one in sums) for name in ('matched', 'true', 'false', 'error2', 'bound2'))
+    return np.array([1 - 2 * matched / (matched + true + false), error2 / bound2])
+
+
+def test_no_limit_of_dots_decides_alone():
+    kind = _core.dots.DotLimits
+    usual = detected(kind())
+    found = halved_and_doubled(constants(kind), lambda *change: detected(changed(kind, *change)))
+    assert {which: errors for which, errors in found.items() if (errors > 1.25 * usual + [0.005, 0]).any()} == {}, usual
+
+
+@pytest.mark.parametrize('pitch', [9.0, 36.0])
+def test_dots_at_half_and_at_double_the_pitch_are_found_as_well(pitch):
+    scene = make_scene('uneven light', seed=32, size=(round(35.6 * pitch), round(26.7 * pitch)), pitch=pitch)
+    found = dots.score(scene, LikelihoodDetector(-1).detect(scene.frame(2.0, np.random.default_rng(32))), 2.0)
+    assert found['matched'] > 0.99 * found['true'] and found['false'] < 5 and found['error2'] < 1.3 * found['bound2']
+
+
+@lru_cache(maxsize=1)
+def coloured():
+    """Scenes with glare and without: sensor, camera, images, tracks of their dots, and true places."""
+    found = []
+    for kind, effect in (('disc', 1), ('ball', 4)):
+        scene = random_scene(KINDS.index(kind) + effect * len(KINDS), 9300, COLOUR_RATE)
+        values = {**defaults(DOT_PARAMETERS), **touchpad_parameters(scene)}
+        sensor = Touchpad.from_parameters(values)
+        tracker, frames = make_tracker(sensor, values), [scene.render(k / COLOUR_RATE) for k in range(scene.frames)]
+        tracks = [tracker.process(frame.image, 1 + k / COLOUR_RATE) for k, frame in enumerate(frames)]
+        found.append((sensor, sensor.camera(scene.camera.matrix, scene.camera.distortion), frames, tracks))
+    return found
+
+
+def located():
+    """Root mean square error of the places of all dots, m, with glare and without."""
+    found = []
+    for sensor, camera, frames, tracks in coloured():
+        places = DotPlaces(sensor, camera)
+        off = [np.square(places.locate(frame.image, seen) - frame.truth.dot_xyz[seen.id]).sum(axis=1)
+               for frame, seen in zip(frames, tracks)]
+        found.append(np.sqrt(np.nanmean(np.concatenate(off))))
+    return np.array(found)
+
+
+def test_no_limit_of_colour_decides_alone(monkeypatch):
+    def errors(name, factor):
+        value = getattr(water.LIMITS, name)
+        with monkeypatch.context() as patch:  # of shares of a level, the distance from 1 is halved and doubled
+            patch.setattr(water.LIMITS, name, 1 + factor * (value - 1) if name in ('ink', 'glare') else factor * value)
+            return located()
+    usual, found = located(), halved_and_doubled([field.name for field in fields(water.WaterLimits)], errors)
+    assert {which: errors for which, errors in found.items() if (errors > 1.5 * usual).any()} == {}, usual
 
 
 @lru_cache(maxsize=4)
 def measured(rate, noise=1.0, seed=8800):
-    """The scenes: what is seen of them, and the truth."""
+    """Scenes of five tools: what is seen of them, and the truth."""
     return [_measured(random_scene(KINDS.index(kind) + 24, seed, rate), np.random.default_rng(KINDS.index(kind) + 24), noise)
-            for kind in TOOLS]
+            for kind in ('block', 'disc', 'ball', 'edge', 'balls')]
 
 
 def _measured(scene, rng, noise):
@@ -63,13 +155,6 @@ def _solved(scene, model=None):
     return scene.origin, membrane.core, frames
 
 
-def changed(kind, name, factor):
-    """A model with that constant so many times as large."""
-    model = kind()
-    setattr(model, name, factor * getattr(model, name))
-    return model
-
-
 def classified(scenes, rate, every=1, model=_core.StickSlipModel()):
     """Counts (3, 3) of true by found states, and of each dot that touches: stated probability, and whether the state is right."""
     counts, reported = np.zeros((3, 3)), []
@@ -92,8 +177,7 @@ def f1(counts):
 def test_no_constant_of_stick_and_slip_decides_alone():
     scenes, kind = seen(RATE), _core.StickSlipModel
     usual = f1(classified(scenes, RATE)[0])
-    found = {(name, factor): f1(classified(scenes, RATE, model=changed(kind, name, factor))[0])
-             for name in DECIDE[kind] for factor in (0.5, 2.0)}
+    found = halved_and_doubled(constants(kind), lambda *change: f1(classified(scenes, RATE, model=changed(kind, *change))[0]))
     assert {which: value for which, value in found.items() if value < usual - 0.25 * (1 - usual)} == {}, usual
 
 
@@ -116,7 +200,7 @@ def placed(model):
 def test_no_constant_of_the_membrane_decides_alone():
     kind = _core.MembraneModel
     usual = placed(kind())
-    found = {(name, factor): placed(changed(kind, name, factor)) / usual for name in DECIDE[kind] for factor in (0.5, 2.0)}
+    found = halved_and_doubled(constants(kind), lambda *change: placed(changed(kind, *change)) / usual)
     assert {which: errors for which, errors in found.items() if (errors > 1.35).any()} == {}
 
 
