@@ -30,7 +30,7 @@ import tactile_driver.nodes  # noqa: F401  (one thread of linear algebra; said b
 import cv2
 import numpy as np
 from tactile_perception.errors import TactileError
-from tactile_perception.evaluation.report import plain
+from tactile_perception.tools.evaluate import plain
 from tactile_perception.sensors import SENSOR_TYPES
 
 from parts import PARTS

@@ -13,7 +13,7 @@ from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.serialization import encode
 from tactile_perception.errors import BadFrame
 from tactile_perception.finger.stage import FingerStage
-from tactile_perception.nodes.messages.checks import check_message
+from tactile_perception.nodes.messages.conversions import check_message
 from tactile_perception.nodes.messages.conversions import camera_matrices
 
 pytestmark = pytest.mark.filterwarnings('ignore::RuntimeWarning')

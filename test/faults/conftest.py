@@ -6,7 +6,7 @@ import pathlib
 import pytest
 from emulated import Bus
 from fault_rig import Bench, Beside, Runner, host, made, planned
-from tactile_driver.emulators import port
+from tactile_driver import emulators
 from tactile_driver.nodes.runtime.run import make_room_for_images
 from tactile_driver.serial import port as serial_port
 
@@ -18,7 +18,7 @@ def bench(tmp_path_factory):
     make_room_for_images()  # listeners here use the same settings as the nodes
     bench = Bench(tmp_path_factory.mktemp('faults'))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(port, '_LARGEST_BACKLOG_NS', 10**10)  # a device keeps sending however busy this machine is
+        patch.setattr(emulators, '_LARGEST_BACKLOG_NS', 10**10)  # a device keeps sending however busy this machine is
         yield bench
     bench.close()
     if bench.rows:

@@ -12,10 +12,10 @@ from sensor_msgs.msg import CompressedImage
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene
 from tactile_driver.nodes.messages.images import image_to_array
-from tactile_driver.recordings.reader import BagReader, RawMessage
+from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.recordings.writer import write_messages
-from tactile_perception.bags.stream import KEPT, FrameDone, Task, stream
+from tactile_perception.bags.replay import Replay
 from tactile_perception.node import make_node
 from waiting import until
 

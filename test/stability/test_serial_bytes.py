@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from tactile_driver.serial.frames import MATRIX, SAMPLES, BinaryReader, CountFrame, Expected, LineReader, write_frame, write_line
+from tactile_driver.serial.frames import MATRIX, SAMPLES, BinaryReader, CountFrame, LineReader, write_frame, write_line
 
 FEW = settings(derandomize=True, database=None, deadline=None, max_examples=120, suppress_health_check=list(HealthCheck))
 MANY = settings(FEW, max_examples=6000)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The stream tells all that comes of a bag in order; images and truth come together by their stamps."""
+"""A replay tells all that comes of a bag in order; images and truth come together by their stamps."""
 import math
 from pathlib import Path
 
@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 import yaml
 from geometry_msgs.msg import TransformStamped
+from taxel_bags import write_taxels
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
+from tactile_perception.bags.replay import Replay
 from tactile_perception.bags.stamped import TRUTH, find_prefix, pairs_of
-from tactile_perception.bags.stream import FrameDone, Head, Skipped, Task, stream
 from tactile_perception.errors import BadCalibration, BadRecording
-from taxel_bags import write_taxels
 from tf2_msgs.msg import TFMessage
 
 
@@ -72,9 +72,8 @@ def test_a_sensor_without_a_model_of_its_surface_has_dots(tmp_path):
             message = image_to_message(Frame(image, 10**8 * k, 'mono8'), '', header_of(10**8 * k, 'skin_camera_optical'))
             kind, data = encode(message)
             writer.write('/skin/image_raw', kind, 10**8 * k, data)
-    dots = [item.message for item in stream(Task(tmp_path / 'bag', tmp_path / 'my_skin.yaml'))
-            if isinstance(item, RawMessage) and item.topic == '/skin/dots']
-    assert [len(message.id) for message in dots] == [12] * 3
+    dots = of(Replay(tmp_path / 'bag', tmp_path / 'my_skin.yaml'), '/skin/dots')
+    assert [len(one.message.id) for one in dots] == [12] * 3
 
 
 def test_each_image_comes_with_what_is_known_of_it(pressed_bag):

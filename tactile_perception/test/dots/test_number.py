@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from tactile_perception.dots.number import GridNumbering, Numbered, find_lattice, number_grid
+from tactile_perception.dots.number import GridNumbering, find_lattice, number_grid
 from tactile_perception.errors import BadArgument
 
 SCENES = {
@@ -136,9 +136,8 @@ def test_all_markers_seen_in_the_deepest_presses_are_numbered_from_one_image(nam
     for uv, seen in zip(truth['uv' + side], truth['visible' + side]):
         numbers, id = number_grid(uv[seen].astype(float), rows, columns), number[seen] @ [columns, 1]
         assert numbers.certain and (numbers.id >= 0).mean() >= 0.85
-        for ids in (numbers.id, number_grid(uv[seen].astype(float), rows, columns, previous).id):
+        for ids in (numbers.id, numbering.number(uv[seen].astype(float)).id):
             assert np.array_equal(ids[ids >= 0], id[ids >= 0])
-        previous = Numbered(uv[seen], id)
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 from made import contact, region, slip
 from tactile_perception.evaluation.evaluation import Evaluation, Instant
 from tactile_perception.evaluation.plots import draw
-from tactile_perception.evaluation.report import plain, text
+from tactile_perception.tools.evaluate import plain, text
 
 TIMES = {'latency_ms': {'contacts': {'median': 12.34, 'within_95': 20.0, 'worst': 99.9, 'count': 5}}, 'stages_ms': {}, 'memory_mb': 151.2,
          'left_out': ['2 of image_raw: image is black']}

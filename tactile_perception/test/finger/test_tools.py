@@ -18,8 +18,7 @@ from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_perception.errors import BadRecording
 from tactile_perception.finger.model import read_psd
 from tactile_perception.finger.tools import PsdRecording, read_recording
-from tactile_perception.tools import process_bag
-from tactile_perception.tools.calibrate import command as calibrate
+from tactile_perception.tools import calibrate, process_bag
 from tactile_perception.tools.convert import command as convert_recording
 
 pytestmark = pytest.mark.full

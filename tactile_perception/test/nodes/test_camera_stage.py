@@ -6,8 +6,7 @@ import pytest
 from std_msgs.msg import Header
 from tactile_perception.dots.stage import DotStage
 from tactile_perception.errors import BadCalibration
-from tactile_perception.nodes.messages.conversions import RESULTS
-from tactile_perception.nodes.messages.point_cloud import POINTS
+from tactile_perception.nodes.messages.conversions import POINTS, RESULTS
 from tactile_perception.touchpad.stage import ContactRegionStage
 
 

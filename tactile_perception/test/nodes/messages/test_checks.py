@@ -9,7 +9,7 @@ from geometry_msgs.msg import Point, Point32, Polygon, Vector3, Wrench, WrenchSt
 from sensor_msgs.msg import Image
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.errors import BadFrame
-from tactile_perception.nodes.messages.checks import check_message
+from tactile_perception.nodes.messages.conversions import check_message
 
 NAN = float('nan')
 

@@ -6,7 +6,7 @@ import pytest
 from sensor_msgs.msg import PointField
 from std_msgs.msg import Header
 from tactile_perception.common.surface_points import UNKNOWN, SurfacePoints
-from tactile_perception.nodes.messages.point_cloud import points_to_message
+from tactile_perception.nodes.messages.conversions import points_to_message
 
 NAMES = ['x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z', 'displacement_x', 'displacement_y', 'displacement_z', 'force_x', 'force_y',
          'force_z', 'normal_force', 'state']

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from tactile_perception.errors import BadRecording
-from tactile_perception.tools import process_bag
-from tactile_perception.tools.calibrate import command as calibrate
+from tactile_perception.tools import calibrate, process_bag
 from tactile_perception.tools.convert import command as convert_recording
 from tactile_perception.tools.convert.taxel import TaxelRecording
 
