@@ -12,7 +12,7 @@ from ...common.progress import in_parallel
 from ...common.geometry import Cap
 from ...errors import BadCalibration
 from ..field import MarkerField, marker_radii
-from ..identification import Prior, beyond, identify
+from ..calibration import Prior, beyond, identify
 from ..presses import Presses
 from ..published import common_rest
 from ..sensor import MarkerSensor, dome_cap, first_touch_height, rest_points
@@ -24,22 +24,22 @@ LOAD_STEPS = 18         # of a press to the deepest. Chosen: friction depends on
 DEPTH_POWER = 1.3       # grading of the load steps. Chosen
 PLACES = 3              # simulated at most, evenly over their distances from the axis. Chosen
 DEPTHS = 4              # of a place at most. Chosen
-#: Prior of the logs of tension over shear modulus and thickness, of gas, and of friction: sealed air at 1.5 kPa, or any other gas
-LIKELY, SIGMA = np.log([0.3, 70.0, 0.5]), np.array([1.5, 6.0, 0.7])
+#: Prior of the logs of the log prestretch, of gas, and of friction: sealed air at 1.5 kPa, or any other gas
+LIKELY, SIGMA = np.log([0.2, 70.0, 0.5]), np.array([2.0, 6.0, 0.7])
 SLIPS = np.log(0.35)    # start of the log friction: a tip with more sticks to an ideal balloon, and slopes would show nothing. Chosen
 TIP = 0.03              # prior standard deviation of the log radius of the tip, which heights tell. Chosen
-TENSIONS = 1.0, 0.3, 0.1  # starts: of a soap film to a skin that is hardly stretched. Chosen
+STRETCHES = 1.6, 0.06, 0.02  # starts of the log prestretch: of an ideal balloon to a skin that is hardly stretched. Chosen
 GASES = 70.0, 2.0, 0.01     # starts: of sealed air at 1.5 kPa, of air with a reservoir, and of a pressure that is held. Chosen
 TRUST = 0.002           # relative error of the model. Chosen
 UNSOLVED = 0.2          # relative error of presses whose simulation does not converge. Chosen
-LEAST_LOGS = np.log([0.02, 1e-3, 0.05, 2e-3])   # bounds of the logs; such gas counts as a pressure that is held
-MOST_LOGS = np.log([1.0, 500.0, 3.0, 0.2])
+LEAST_LOGS = np.log([3e-3, 1e-3, 0.05, 2e-3])   # bounds of the logs; such gas counts as a pressure that is held
+MOST_LOGS = np.log([1.8, 500.0, 3.0, 0.2])
 
 
 def numbers_of(logs: np.ndarray) -> tuple[DomeMaterial, float]:
-    """Material of the dome, and radius, m, of the tip that pressed, from the logs (4,) of tension, gas, friction and radius."""
-    tension, gas, friction, radius = np.exp(np.clip(logs, LEAST_LOGS, MOST_LOGS)).tolist()
-    return DomeMaterial(1 - tension, gas, friction), radius
+    """Material of the dome, and radius, m, of the tip that pressed, from the logs (4,) of log prestretch, gas, friction and radius."""
+    stretch, gas, friction, radius = np.exp(np.clip(logs, LEAST_LOGS, MOST_LOGS)).tolist()
+    return DomeMaterial(float(np.exp(-6 * stretch)), gas, friction), radius
 
 
 def identify_dome(presses: Presses, points: np.ndarray, camera_centres: np.ndarray, cap: Cap, plane_z: float, marker: float,
@@ -52,7 +52,7 @@ def identify_dome(presses: Presses, points: np.ndarray, camera_centres: np.ndarr
     explain = partial(_explained, presses.some(PLACES, DEPTHS), deepest=presses.depth.max(), points=points, camera_centres=camera_centres,
                       cap=cap, plane_z=plane_z, marker=marker)
     prior = Prior(np.append(LIKELY, np.log(radius)), np.append(SIGMA, TIP), LEAST_LOGS, MOST_LOGS)
-    starts = [np.array([np.log(tension), np.log(gas), SLIPS, prior.mean[3]]) for tension in TENSIONS for gas in GASES]
+    starts = [np.array([np.log(stretch), np.log(gas), SLIPS, prior.mean[3]]) for stretch in STRETCHES for gas in GASES]
     return numbers_of(identify(explain, starts, prior))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from ...common.progress import in_parallel
 from ...errors import BadCalibration
 from ..field import MarkerField, marker_radii
-from ..identification import Prior, beyond, identify
+from ..calibration import Prior, beyond, identify
 from ..presses import Presses
 from ..sensor import MarkerSensor
 from .library import LibraryPlan, Press, build_library, field_appearance
