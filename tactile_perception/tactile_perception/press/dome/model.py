@@ -10,8 +10,7 @@ import numpy as np
 
 from ...common.geometry import cross
 from ...errors import BadArgument
-from .. import choice
-from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
+from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
 from ..field import MarkerField
 from ..sensor import MarkerSensor, first_touch_height
 from .library import RADIUS_SPREAD, DomeLibrary
@@ -306,7 +305,7 @@ class DomeModelMethod:
     def _reset(self) -> None:
         """What comes next is another touch."""
         self._last: DomeFound | None = None
-        self._choice = choice.Choice()
+        self._choice = Choice()
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and where the markers move too little to tell a place. Raises BadArgument for
@@ -363,8 +362,8 @@ class DomeModelMethod:
             return self.solver.solve(field, self.solver.solve(field, self.solver.start_of_two(match)).presses, OF_TWO)
 
         return self._choice.explain(
-            choice.Evidence(2 * int(field.seen.sum()), CONSTANTS.ordinary),
-            lambda start, what: self.solver.solve(field, start, DRAGGED if what is choice.DRAGGED else STRAIGHT),
+            Evidence(2 * int(field.seen.sum()), CONSTANTS.ordinary),
+            lambda start, dragged: self.solver.solve(field, start, DRAGGED if dragged else STRAIGHT),
             self.solver.start(match), two)
 
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:

@@ -10,8 +10,7 @@ from functools import partial
 import numpy as np
 
 from ...common.geometry import cross
-from ..choice import DRAGGED, Choice, Evidence
-from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
+from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
 from ..field import MarkerField
 from ..sensor import MarkerSensor
 from .library import Press, SheetLibrary
@@ -309,8 +308,7 @@ class SheetModelMethod:
             straight = self._inverse.solve(seen, self._start.best_pair(field))
             return self._inverse.solve(seen, straight.presses, drags=True)  # each draws the sheet along under the other
 
-        return self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary),
-                                    lambda start, what: self._inverse.solve(seen, start, what is DRAGGED), start, two)
+        return self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary), partial(self._inverse.solve, seen), start, two)
 
     def _is_seen(self, touch: TouchEstimate, field: MarkerField) -> bool:
         """Whether markers around a touch are seen: of a touch that begins between two exposures, one camera may show none."""
