@@ -235,7 +235,14 @@ def _least_squares(left: Callable[[np.ndarray], np.ndarray], start: np.ndarray, 
         last = [(units.copy(), now)]
         return slope
 
-    return least_squares(value, start, slopes, bounds=bounds, method='dogbox', ftol=GAINED, xtol=1e-3, max_nfev=EVALUATIONS).x
+    return least_squares(value, start, slopes, bounds=bounds, ftol=GAINED, xtol=1e-3, max_nfev=EVALUATIONS).x
+
+
+def noise_at_rest(values: list[np.ndarray], usual: float, least: float) -> float:
+    """Standard deviation of values of untouched fields, NaN where unknown, whose own mean is the reference; usual: that of fewer than two."""
+    if len(values) < 2:
+        return usual
+    return max(float(np.sqrt(np.nanmean(np.square(values)) * len(values) / (len(values) - 1))), least)
 
 
 def beyond(errors: np.ndarray, variances: np.ndarray) -> float:

@@ -12,7 +12,7 @@ from ...common.progress import in_parallel
 from ...common.geometry import Cap
 from ...errors import BadCalibration
 from ..field import MarkerField, marker_radii
-from ..calibration import Prior, beyond, identify
+from ..calibration import Prior, beyond, identify, noise_at_rest
 from ..presses import Presses
 from ..published import common_rest
 from ..sensor import MarkerSensor, dome_cap, first_touch_height, rest_points
@@ -102,7 +102,7 @@ FARTHER = 1.5         # pitches by which the library reaches farther out than th
 RADII = np.arange(2e-3, 0.0801, 5e-4)  # m, candidates for the start of the tip's radius
 LIKELY_MARKER = 0.3   # of the pitch: radius of a marker whose area is unknown. Chosen
 TOP = 0.35            # of the rim's radius: markers nearer to the axis tell their radius. Chosen
-STILL = 2e-5          # m, noise without untouched frames. Chosen
+STILL, QUIETEST = 2e-5, 1e-6  # m, noise without untouched frames, and least noise. Chosen
 SHARES = 0.003, 0.002  # least model error over a marker's displacement, and over the greatest. Chosen
 MOST_PRESSES = 60             # presses that tell the noise, at most. Chosen
 SAME = replace(STRAIGHT, rougher=0.0, wider=0.0)  # of presses by the tip and with the friction that are identified
@@ -121,7 +121,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     deepest, reached = float(straight.depth.max()), float(np.hypot(*straight.position[:, :2].T).max())
     library = known.library if known else _simulated(straight, rest, camera_centres, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
-    noise = FieldNoise(_still(still), *SHARES)
+    noise = FieldNoise(noise_at_rest([field.shift for field in still], STILL, QUIETEST), *SHARES)
     first = DomeCalibration(library, rest, camera_centres, noise, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest, reached + max(sensor.pitch), 0.0)
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST_PRESSES).astype(int)))
     first = replace(first, noise=_with_model_error(first.inverse(sensor), some))
@@ -157,13 +157,6 @@ def _tip_radius(presses: Presses, sensor: MarkerSensor) -> float:
     first = presses.position[:, 2] + presses.depth
     off = [np.nansum((first_touch_height(presses.position[:, :2], radius, sensor) - first)**2) for radius in RADII]
     return float(RADII[int(np.argmin(off))])
-
-
-def _still(fields: list) -> float:
-    """m, noise of untouched fields per axis: their own mean is the reference."""
-    if len(fields) < 2:
-        return STILL
-    return max(float(np.sqrt(np.nanmean([field.shift**2 for field in fields]) * len(fields) / (len(fields) - 1))), 1e-6)
 
 
 def _rows(presses: Presses):

@@ -96,7 +96,7 @@ UNKNOWN_FRICTION = 0.35
 UNKNOWN_TIP = float(np.log(2.0 / 0.6) / np.sqrt(12) / RADIUS_SPREAD)
 #: Of a press that goes straight in, which hardly tells friction, and of one that is dragged, which turns the friction of the press along
 #: the drag, so that nothing of it is left once the tip slips; a tip that sticks carries the skin farther than it is deep. Chosen
-STRAIGHT, DRAGGED = PressPrior(0.005, 0.05, rougher=UNKNOWN_FRICTION, wider=UNKNOWN_TIP), PressPrior(1.0, 1.0)
+STRAIGHT, DRAGGED = PressPrior(0.005, 0.02, rougher=UNKNOWN_FRICTION, wider=UNKNOWN_TIP), PressPrior(1.0, 1.0)
 #: Of two presses: the more one is dragged by the other or slips, the less else markers tell; gas and tension of the skin are shared. Chosen
 OF_TWO = PressPrior(0.1, 0.01, together=0.1)
 
@@ -315,9 +315,8 @@ class DomeModelMethod:
             return []
         touches = [self._touch(found, k) for k in range(len(found.presses))]
         radius = self.calibration.library.plan.radius
-        sure = [touch for touch in touches if touch.depth > CONSTANTS.sure * touch.depth_sigma
+        return [touch for touch in touches if touch.depth > CONSTANTS.sure * touch.depth_sigma
                 and np.sqrt(np.linalg.eigvalsh(touch.covariance[:2, :2])[-1]) * CONSTANTS.sure < radius]
-        return sure if len(found.presses) == 1 else [_added(touch) for touch in sure]
 
     def find(self, field: MarkerField) -> DomeFound | None:
         """The presses of one frame; None without contact. Raises BadArgument for another pattern."""
@@ -383,10 +382,13 @@ class DomeModelMethod:
         at_edge = np.hypot(*press[[X, Y]]) > EDGE * reach or np.hypot(*first) > calibration.farthest
         flags = OUT_OF_RANGE * (depth > BEYOND * calibration.deepest) | AT_EDGE * bool(at_edge)
         flags |= AMBIGUOUS * (found.misfit > CONSTANTS.unexplained)
-        if len(found.presses) > 1:
-            position, wrench = lowest + self._centre(press, radius, slopes), np.full(6, np.nan)
+        position, wrench = lowest, np.full(6, np.nan)
+        if len(found.presses) == 1:
+            wrench = self._wrench(press, lowest, radius)
         else:
-            position, wrench = lowest, self._wrench(press, lowest, radius)
+            position = lowest + self._centre(press, radius, slopes)
+            aside, deeper = OFF_CENTRE * float(np.linalg.norm(position - lowest)), CONSTANTS.added * depth
+            covariance += np.diag(np.square([aside, aside, deeper, deeper]))
         sigma = float(np.sqrt(covariance[3, 3]))
         return TouchEstimate(position, depth, covariance[:3, :3], sigma, radius, int(flags), wrench=wrench, lowest=lowest)
 
@@ -448,10 +450,3 @@ class DomeModelMethod:
         touch = np.column_stack([at, cap.heights(at)])
         up = self.solver.library.moved(touch, others)[:, 2]
         return -float(up[0]), (up[1::2] - up[2::2]) / (2 * BESIDE)
-
-
-def _added(touch: TouchEstimate) -> TouchEstimate:
-    """One of two touches, with what a sum of two fields lacks in its errors."""
-    aside, deeper = OFF_CENTRE * float(np.linalg.norm(touch.position - touch.lowest)), CONSTANTS.added * touch.depth
-    covariance = touch.covariance + np.diag(np.square([aside, aside, deeper]))
-    return replace(touch, covariance=covariance, depth_sigma=float(np.hypot(touch.depth_sigma, deeper)))
