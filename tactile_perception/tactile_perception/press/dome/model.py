@@ -441,9 +441,9 @@ class DomeModelMethod:
     def _by_others(self, found: DomeFound, number: int, radius: float) -> tuple[float, np.ndarray]:
         """What the other presses do to the skin where one touches it: m, by which they lower it, as depth is measured from the untouched
         dome; and the slopes (2,) that they give it."""
-        others = np.delete(found.presses, number, axis=0)
-        if not len(others):
+        if len(found.presses) == 1:
             return 0.0, np.zeros(2)
+        others = np.delete(found.presses, number, axis=0)
         cap = self.calibration.library.plan.cap
         at = found.presses[number, :2] * cap.curvature_radius / (cap.curvature_radius + radius)
         at = at + BESIDE * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
