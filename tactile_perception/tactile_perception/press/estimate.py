@@ -1,27 +1,27 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The estimate of one press, the interface of methods, and the contact region."""
+"""The estimate of one press, the interface of methods, and the choice of what explains a marker field: one press straight in, one that is
+dragged, or two; one rule for sheets and domes.
+
+The evidence of a hypothesis is its likelihood at the best fit, less half the log number of values for each number that was fitted (Schwarz
+1978), plus its log prior. Displacements are not as exact as noise and the model's known error say where tips, frictions and paths are
+others than in calibration: the scale of the errors is unknown, so that the likelihood of n values with a residual chi-square q per value is
+q^(-n/2). Model errors are smooth: neighbouring markers err alike, and n is smaller than the number of markers.
+"""
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactRegionEstimate
-from ..common.geometry import tangents
+from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE
 from .field import MarkerField
-from .sensor import MarkerSensor, dome_cap
 
-STEEPEST = 0.95    # largest contact radius over tip radius. Chosen: below a hemisphere's 1, where the slope is infinite
-LEAST = 1e-9       # m, of a contact radius: a region has a centre
-AT_CLAMP = 0.499   # of a side: places are no nearer to the clamp
-RADII = np.geomspace(1e-4, 1.0, 1000)  # over the largest, between which contact radii are interpolated: to 1e-5
-CORNERS = 36       # of an outline: the polygon has 0.5 % less area than the disc
-AROUND = np.stack([np.cos(np.arange(CORNERS) * 2 * np.pi / CORNERS), np.sin(np.arange(CORNERS) * 2 * np.pi / CORNERS)], axis=1)
-
-__all__ = ['AMBIGUOUS', 'AT_EDGE', 'OUT_OF_RANGE', 'TouchEstimate', 'TouchMethod']
+__all__ = ['AMBIGUOUS', 'AT_EDGE', 'OUT_OF_RANGE', 'Choice', 'Evidence', 'TouchEstimate', 'TouchMethod']
 
 
 @dataclass(frozen=True)
@@ -52,58 +52,57 @@ class TouchMethod(Protocol):
         """The touches of one frame; empty where nothing touches."""
 
 
-def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSensor, tip_radius: float) -> ContactRegionEstimate:
-    """Contact region of a frame's touches; tip_radius: m, of tips whose radius the touch method does not estimate.
-
-    The outlines are the circles where the skin leaves the tips, perpendicular to the untouched surface's normal there. A marker that
-    appears under a tip is sticking; slip is not estimated.
-    """
-    seen = np.flatnonzero(field.seen)
-    now, camera_centre, under = (field.rest + field.shift)[seen], field.camera_centre[seen], np.zeros(len(seen), np.uint8)
-    estimate = ContactRegionEstimate(seen, under)
-    if not touches:
-        return estimate
-    discs = [_disc(touch, touch.radius if np.isfinite(touch.radius) else tip_radius, sensor) for touch in touches]
-    for centre, _, radius in discs:
-        share = (sensor.plane_z - camera_centre[:, 2:]) / (centre[2] - camera_centre[:, 2:])  # as the camera sees it in the viewing plane
-        under |= np.hypot(*(now - camera_centre[:, :2] - share * (centre[:2] - camera_centre[:, :2])).T) <= radius
-    centres, normals, radii = (np.array(part) for part in zip(*discs))
-    areas = np.pi * radii**2
-    estimate.outlines = [_circle(*disc) for disc in discs]
-    estimate.area = float(areas.sum())
-    estimate.centroid = areas @ centres / areas.sum()
-    normal = areas @ normals
-    estimate.normal = normal / np.linalg.norm(normal)
-    estimate.major_axis = estimate.minor_axis = 2 * float(radii[0]) if len(discs) == 1 else np.nan
-    return estimate
+#: A model error is shared by so many values, since it is smooth over some pitches. Chosen on simulated presses, drags and pairs of a sheet.
+ALIKE = 20.0
 
 
-def _disc(touch: TouchEstimate, tip_radius: float, sensor: MarkerSensor) -> tuple[np.ndarray, np.ndarray, float]:
-    """Centre (3,) and normal (3,) of the disc in which a tip of tip_radius, m, and the skin touch, and its radius, m."""
-    lowest = touch.position if touch.lowest is None else touch.lowest
-    bend = 0.0 if sensor.is_sheet else 1 / dome_cap(sensor).curvature_radius  # a convex skin leaves the tip sooner
-    radius = _contact_radius(touch.depth, 1 / (1 / tip_radius + bend), _clearance(lowest[:2], sensor))
-    normal = sensor.normal(lowest[:2] / (1 + tip_radius * bend))
-    return lowest + [0.0, 0.0, tip_radius] - np.sqrt(max(tip_radius**2 - radius**2, 0.0)) * normal, normal, radius
+class Hypothesis(NamedTuple):
+    """numbers: that are fitted; prior: log of the share of frames in which it holds."""
+
+    numbers: int
+    prior: float
 
 
-def _contact_radius(depth: float, tip_radius: float, clearance: float) -> float:
-    """Contact radius a, m, of a round tip on a taut membrane clamped at a distance of clearance, m. Within a the membrane follows the tip
-    (a paraboloid, slope a / tip_radius at its edge); outside it solves Laplace's equation, so depth is logarithmic in the distance:
-    depth = a^2 / tip_radius (1/2 + ln(clearance / a))."""
-    radii = max(min(STEEPEST * tip_radius, clearance), LEAST) * RADII
-    return float(np.interp(depth, radii**2 / tip_radius * (0.5 + np.log(max(clearance, LEAST) / radii)), radii))
+#: Tips press straight in or are dragged about as often; two at once is one frame in twenty, on a hand as in recordings.
+STRAIGHT, DRAGGED, TWO = Hypothesis(3, math.log(0.5)), Hypothesis(5, math.log(0.45)), Hypothesis(8, math.log(0.05))
 
 
-def _clearance(place: np.ndarray, sensor: MarkerSensor) -> float:
-    """Conformal radius, m, of the clamped area at a place (2,), m: radius of the circular membrane that is as compliant in its centre. A
-    disc's is (R^2 - r^2) / R; a rectangle's is approximated from those of its two strips."""
-    if not sensor.is_sheet:
-        return max(sensor.rim_radius - place @ place / sensor.rim_radius, 0.0)
-    size = np.array(sensor.size)
-    return float(np.sum((2 * size / np.pi * np.cos(np.pi * np.clip(place / size, -AT_CLAMP, AT_CLAMP)))**-4.0)**-0.25)
+class Evidence:
+    """Compares hypotheses on a number of values, two or three of each marker that is seen; least: chi-square below which a fit is not
+    better, that of presses under their own hypothesis."""
+
+    def __init__(self, values: int, least: float):
+        self._count, self._least = max(values / ALIKE, 2.0), least
+
+    def of(self, hypothesis: Hypothesis, chi_square: float) -> float:
+        """Log evidence; chi_square: of the residuals, per value."""
+        return hypothesis.prior - 0.5 * (self._count * math.log(max(chi_square, self._least)) + hypothesis.numbers * math.log(self._count))
+
+    def may_win(self, hypothesis: Hypothesis, known: float) -> bool:
+        """Whether a perfect fit of a hypothesis would have more than a known log evidence."""
+        return self.of(hypothesis, self._least) > known
 
 
-def _circle(centre: np.ndarray, normal: np.ndarray, radius: float) -> np.ndarray:
-    """(CORNERS, 3) m, around the disc."""
-    return centre + radius * AROUND @ tangents(normal)
+class Choice:
+    """The hypothesis of most evidence for each frame of a skin. dragged: the press of the last frame if it was a drag, else None: a drag
+    lasts until the touch ends, as friction holds the skin while the tip is lifted."""
+
+    def __init__(self):
+        self.dragged = None
+
+    def explain(self, evidence: Evidence, solve: Callable, begin, two: Callable):
+        """The fit to a frame: solve(start, dragged) fits one press, from begin, to it; two() fits two at once; a fit has presses and a
+        misfit, the residual chi-square per value."""
+        dragged, begin = self.dragged is not None, self.dragged if self.dragged is not None else begin
+        single = solve(begin, dragged)
+        most = evidence.of(DRAGGED if dragged else STRAIGHT, single.misfit)
+        if not dragged and evidence.may_win(DRAGGED, most):
+            drag = solve(single.presses, True)
+            if evidence.of(DRAGGED, drag.misfit) > most:
+                single, most, dragged = drag, evidence.of(DRAGGED, drag.misfit), True
+        if evidence.may_win(TWO, most):
+            both = two()
+            if evidence.of(TWO, both.misfit) > most:
+                return both
+        self.dragged = single.presses if dragged else None
+        return single

@@ -12,16 +12,17 @@ import numpy as np
 from ..common.contact_tracker import goes_on
 from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
+from ..common.geometry import tangents
 from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..dots.reference import CalibratedRest
 from ..errors import BadArgument, BadFrame
 from .calibration import TouchCalibration
-from .estimate import TouchEstimate, region_of
+from .estimate import TouchEstimate
 from .field import MarkerField, MarkerView, RestMarkers
 from .methods import make_method
 from .parameters import AUTO
-from .sensor import MarkerSensor, rest_points
+from .sensor import MarkerSensor, dome_cap, rest_points
 
 FASTEST = 0.5  # m/s, of a touch that goes on. Chosen: a hand that reaches
 SIGMAS = 4.0   # standard deviations by which two estimates of one touch differ at most. Chosen
@@ -65,6 +66,71 @@ class TouchTracker:
         seen_s, before = last
         sigma = np.sqrt(np.trace(one.covariance + before.covariance))
         return float(np.linalg.norm(one.position - before.position) / (FASTEST * (stamp_s - seen_s) + SIGMAS * sigma))
+
+
+STEEPEST = 0.95    # largest contact radius over tip radius. Chosen: below a hemisphere's 1, where the slope is infinite
+LEAST = 1e-9       # m, of a contact radius: a region has a centre
+AT_CLAMP = 0.499   # of a side: places are no nearer to the clamp
+RADII = np.geomspace(1e-4, 1.0, 1000)  # over the largest, between which contact radii are interpolated: to 1e-5
+CORNERS = 36       # of an outline: the polygon has 0.5 % less area than the disc
+AROUND = np.stack([np.cos(np.arange(CORNERS) * 2 * np.pi / CORNERS), np.sin(np.arange(CORNERS) * 2 * np.pi / CORNERS)], axis=1)
+
+
+def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSensor, tip_radius: float) -> ContactRegionEstimate:
+    """Contact region of a frame's touches; tip_radius: m, of tips whose radius the touch method does not estimate.
+
+    The outlines are the circles where the skin leaves the tips, perpendicular to the untouched surface's normal there. A marker that
+    appears under a tip is sticking; slip is not estimated.
+    """
+    seen = np.flatnonzero(field.seen)
+    now, camera_centre, under = (field.rest + field.shift)[seen], field.camera_centre[seen], np.zeros(len(seen), np.uint8)
+    estimate = ContactRegionEstimate(seen, under)
+    if not touches:
+        return estimate
+    discs = [_disc(touch, touch.radius if np.isfinite(touch.radius) else tip_radius, sensor) for touch in touches]
+    for centre, _, radius in discs:
+        share = (sensor.plane_z - camera_centre[:, 2:]) / (centre[2] - camera_centre[:, 2:])  # as the camera sees it in the viewing plane
+        under |= np.hypot(*(now - camera_centre[:, :2] - share * (centre[:2] - camera_centre[:, :2])).T) <= radius
+    centres, normals, radii = (np.array(part) for part in zip(*discs))
+    areas = np.pi * radii**2
+    estimate.outlines = [_circle(*disc) for disc in discs]
+    estimate.area = float(areas.sum())
+    estimate.centroid = areas @ centres / areas.sum()
+    normal = areas @ normals
+    estimate.normal = normal / np.linalg.norm(normal)
+    estimate.major_axis = estimate.minor_axis = 2 * float(radii[0]) if len(discs) == 1 else np.nan
+    return estimate
+
+
+def _disc(touch: TouchEstimate, tip_radius: float, sensor: MarkerSensor) -> tuple[np.ndarray, np.ndarray, float]:
+    """Centre (3,) and normal (3,) of the disc in which a tip of tip_radius, m, and the skin touch, and its radius, m."""
+    lowest = touch.position if touch.lowest is None else touch.lowest
+    bend = 0.0 if sensor.is_sheet else 1 / dome_cap(sensor).curvature_radius  # a convex skin leaves the tip sooner
+    radius = _contact_radius(touch.depth, 1 / (1 / tip_radius + bend), _clearance(lowest[:2], sensor))
+    normal = sensor.normal(lowest[:2] / (1 + tip_radius * bend))
+    return lowest + [0.0, 0.0, tip_radius] - np.sqrt(max(tip_radius**2 - radius**2, 0.0)) * normal, normal, radius
+
+
+def _contact_radius(depth: float, tip_radius: float, clearance: float) -> float:
+    """Contact radius a, m, of a round tip on a taut membrane clamped at a distance of clearance, m. Within a the membrane follows the tip
+    (a paraboloid, slope a / tip_radius at its edge); outside it solves Laplace's equation, so depth is logarithmic in the distance:
+    depth = a^2 / tip_radius (1/2 + ln(clearance / a))."""
+    radii = max(min(STEEPEST * tip_radius, clearance), LEAST) * RADII
+    return float(np.interp(depth, radii**2 / tip_radius * (0.5 + np.log(max(clearance, LEAST) / radii)), radii))
+
+
+def _clearance(place: np.ndarray, sensor: MarkerSensor) -> float:
+    """Conformal radius, m, of the clamped area at a place (2,), m: radius of the circular membrane that is as compliant in its centre. A
+    disc's is (R^2 - r^2) / R; a rectangle's is approximated from those of its two strips."""
+    if not sensor.is_sheet:
+        return max(sensor.rim_radius - place @ place / sensor.rim_radius, 0.0)
+    size = np.array(sensor.size)
+    return float(np.sum((2 * size / np.pi * np.cos(np.pi * np.clip(place / size, -AT_CLAMP, AT_CLAMP)))**-4.0)**-0.25)
+
+
+def _circle(centre: np.ndarray, normal: np.ndarray, radius: float) -> np.ndarray:
+    """(CORNERS, 3) m, around the disc."""
+    return centre + radius * AROUND @ tangents(normal)
 
 
 _NO_DOTS = np.zeros(0, bool)

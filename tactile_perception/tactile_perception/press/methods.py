@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from ..errors import BadArgument
+from .calibration import restored, stored
 from .dome.calibration import calibrate_dome
 from .dome.model import DomeCalibration, DomeModelMethod
 from .estimate import TouchMethod
@@ -15,7 +16,6 @@ from .published import CushionCalibration, PaperCalibration, PaperCushion, Paper
 from .sensor import MarkerSensor
 from .sheet.calibration import calibrate_sheet
 from .sheet.model import SheetCalibration, SheetModelMethod
-from .stored import restored, stored
 
 
 class Method(NamedTuple):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument
-from tactile_perception.press.estimate import TouchEstimate, region_of
+from tactile_perception.press.estimate import TouchEstimate
+from tactile_perception.press.estimator import region_of
 from tactile_perception.press.field import MarkerField
 from tactile_perception.press.sensor import MARKER_SENSORS, MarkerSensor, dome_cap, first_touch_height
 

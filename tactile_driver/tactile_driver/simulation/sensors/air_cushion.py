@@ -26,8 +26,9 @@ _PITCH, _RADIUS = 0.0140, 0.0046
 #: m: largest distance of a circle from the top, along the skin; chosen.
 _PRINTED = 0.118
 #: Node spacings that a tip moves at most in one step of contact; chosen: a press in two frames leaves markers up to 0.08 mm off, with 0.95
-#: up to 0.42.
-_STEP = 0.25
+#: up to 0.42. And when a step has settled; chosen: with the usual 0.005 and 6, the skin under a tip that stands still went on moving, which
+#: looked like a tip that moves by up to 3 mm.
+_STEP, _SETTLED, _LINEARISATIONS = 0.25, 0.001, 20
 _SPEED = 0.08  # m/s of the zones' stage: at 20 frames/s, circles overlap themselves from frame to frame
 _IMAGING = Imaging(blur=1.0, read_noise=2.6, shot_noise=0.06, ink=(-5.4, -5.7, -5.6), housing=1.5, cosine=1.5, stop=0.0)
 _LAMPS = Lamps(tuple((0.022 * np.cos(a), 0.022 * np.sin(a), -0.036) for a in (0.4, 2.5, 4.6)), (46.0, 38.0, 42.0), 0.150, 45.0,
@@ -66,7 +67,7 @@ def air_cushion(seed: int, width: int = 640, pattern=_regular) -> Specimen:
     pressure = _BLOWN_UP * (1 + rng.normal(0, 0.03))
     volume = np.pi * _HEIGHT**2 * (3 * _BALL - _HEIGHT) / 3
     membrane = Membrane(_BALL, _HEIGHT, pressure * _BALL / 2, 61, volume / (_AIR + pressure))
-    membrane.longest_step = _STEP
+    membrane.longest_step, membrane.settled, membrane.linearisations = _STEP, _SETTLED, _LINEARISATIONS
     camera = built_camera(rng, 233.0, (322.0, 238.0), (-0.055, 0.0055, 3e-4, 2e-4, 0.0), (0.002, -0.004, 0.003), (0.0, 0.0, 0.042),
                           (640, 480), width)
     renderer = Renderer(membrane, camera, _LAMPS, _IMAGING, seed)

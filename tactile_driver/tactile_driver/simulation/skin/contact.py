@@ -15,13 +15,10 @@ from .surfaces import Skin
 from .tools import Pose, Tool
 
 #: Penalty of ADMM, relative to the skin's tension; chosen near the geometric mean of the skin's least and greatest stiffness.
-#: Over-relaxation, linearisations per step and iterations per linearisation below: chosen.
+#: Over-relaxation and iterations per linearisation below: chosen.
 _COUPLING = 0.47
 _OVER_RELAXATION = 1.6
-_LINEARISATIONS = 6
 _SWEEPS = 10
-#: In node spacings: a step ends early when a linearisation moves no node further; chosen.
-_CLOSE_ENOUGH = 0.005
 #: In node spacings: nodes nearer to the tool than this take part; a new set is chosen with the margin, so that its inverse serves many
 #: frames; chosen.
 _NEAR, _NEAR_MARGIN = 0.7, 1.9
@@ -94,9 +91,9 @@ class FrictionalContact:
         sticks, on_tool = self._met(tool, before.to_tool(inner_shape[self._near]), now.to_tool(inner_shape[self._near]))
         self._rubbing, anchor = sticks * self.friction, now.to_sensor(on_tool)
         places = inner_shape + self._moved
-        for _ in range(_LINEARISATIONS):
+        for _ in range(self.skin.linearisations):
             last, (places, pressure) = places, self._solve_linearised(tool, now, places, anchor)
-            if np.abs(places - last).max() < _CLOSE_ENOUGH * self.skin.spacing:
+            if np.abs(places - last).max() < self.skin.settled * self.skin.spacing:
                 break
         self._moved = places - inner_shape
         self._keep(places, pressure)

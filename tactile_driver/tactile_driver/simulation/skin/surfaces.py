@@ -36,10 +36,11 @@ class Skin:
     pressure: Pa, gauge pressure of the enclosed fluid at rest; slack: (m, 3) m, force-free positions of the inner nodes, near rest.
     Subclasses also have surface and square_of (from material coordinates (..., 2) in [-1, 1]^2 to the rest shape and back), seen_at_rest
     (ray intersection), rim (border line), touching_height (of a tool), and give, compliance_among and fluid (response to forces).
-    longest_step, longest_slide: node spacings that a tool may move, and move along the skin, in one step of contact; chosen.
+    longest_step, longest_slide: node spacings that a tool may move, and move along the skin, in one step of contact; settled,
+    linearisations: such a step ends when a linearisation moves no node further, in node spacings, or after so many; chosen.
     """
 
-    longest_step, longest_slide = 0.95, np.inf
+    longest_step, longest_slide, settled, linearisations = 0.95, np.inf, 0.005, 6
 
     def __init__(self, rest: np.ndarray, tension: float):
         self.rest, self.tension, self.nodes = rest, tension, len(rest)

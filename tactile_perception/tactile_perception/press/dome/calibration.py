@@ -12,7 +12,7 @@ from ...common.progress import in_parallel
 from ...common.geometry import Cap
 from ...errors import BadCalibration
 from ..field import MarkerField, marker_radii
-from ..identification import Prior, beyond, identify
+from ..calibration import Prior, beyond, identify, noise_at_rest
 from ..presses import Presses
 from ..published import common_rest
 from ..sensor import MarkerSensor, dome_cap, first_touch_height, rest_points
@@ -24,22 +24,22 @@ LOAD_STEPS = 18         # of a press to the deepest. Chosen: friction depends on
 DEPTH_POWER = 1.3       # grading of the load steps. Chosen
 PLACES = 3              # simulated at most, evenly over their distances from the axis. Chosen
 DEPTHS = 4              # of a place at most. Chosen
-#: Prior of the logs of tension over shear modulus and thickness, of gas, and of friction: sealed air at 1.5 kPa, or any other gas
-LIKELY, SIGMA = np.log([0.3, 70.0, 0.5]), np.array([1.5, 6.0, 0.7])
+#: Prior of the logs of the log prestretch, of gas, and of friction: sealed air at 1.5 kPa, or any other gas
+LIKELY, SIGMA = np.log([0.2, 70.0, 0.5]), np.array([2.0, 6.0, 0.7])
 SLIPS = np.log(0.35)    # start of the log friction: a tip with more sticks to an ideal balloon, and slopes would show nothing. Chosen
 TIP = 0.03              # prior standard deviation of the log radius of the tip, which heights tell. Chosen
-TENSIONS = 1.0, 0.3, 0.1  # starts: of a soap film to a skin that is hardly stretched. Chosen
+STRETCHES = 1.6, 0.06, 0.02  # starts of the log prestretch: of an ideal balloon to a skin that is hardly stretched. Chosen
 GASES = 70.0, 2.0, 0.01     # starts: of sealed air at 1.5 kPa, of air with a reservoir, and of a pressure that is held. Chosen
 TRUST = 0.002           # relative error of the model. Chosen
 UNSOLVED = 0.2          # relative error of presses whose simulation does not converge. Chosen
-LEAST_LOGS = np.log([0.02, 1e-3, 0.05, 2e-3])   # bounds of the logs; such gas counts as a pressure that is held
-MOST_LOGS = np.log([1.0, 500.0, 3.0, 0.2])
+LEAST_LOGS = np.log([3e-3, 1e-3, 0.05, 2e-3])   # bounds of the logs; such gas counts as a pressure that is held
+MOST_LOGS = np.log([1.8, 500.0, 3.0, 0.2])
 
 
 def numbers_of(logs: np.ndarray) -> tuple[DomeMaterial, float]:
-    """Material of the dome, and radius, m, of the tip that pressed, from the logs (4,) of tension, gas, friction and radius."""
-    tension, gas, friction, radius = np.exp(np.clip(logs, LEAST_LOGS, MOST_LOGS)).tolist()
-    return DomeMaterial(1 - tension, gas, friction), radius
+    """Material of the dome, and radius, m, of the tip that pressed, from the logs (4,) of log prestretch, gas, friction and radius."""
+    stretch, gas, friction, radius = np.exp(np.clip(logs, LEAST_LOGS, MOST_LOGS)).tolist()
+    return DomeMaterial(float(np.exp(-6 * stretch)), gas, friction), radius
 
 
 def identify_dome(presses: Presses, points: np.ndarray, camera_centres: np.ndarray, cap: Cap, plane_z: float, marker: float,
@@ -52,7 +52,7 @@ def identify_dome(presses: Presses, points: np.ndarray, camera_centres: np.ndarr
     explain = partial(_explained, presses.some(PLACES, DEPTHS), deepest=presses.depth.max(), points=points, camera_centres=camera_centres,
                       cap=cap, plane_z=plane_z, marker=marker)
     prior = Prior(np.append(LIKELY, np.log(radius)), np.append(SIGMA, TIP), LEAST_LOGS, MOST_LOGS)
-    starts = [np.array([np.log(tension), np.log(gas), SLIPS, prior.mean[3]]) for tension in TENSIONS for gas in GASES]
+    starts = [np.array([np.log(stretch), np.log(gas), SLIPS, prior.mean[3]]) for stretch in STRETCHES for gas in GASES]
     return numbers_of(identify(explain, starts, prior))
 
 
@@ -102,7 +102,7 @@ FARTHER = 1.5         # pitches by which the library reaches farther out than th
 RADII = np.arange(2e-3, 0.0801, 5e-4)  # m, candidates for the start of the tip's radius
 LIKELY_MARKER = 0.3   # of the pitch: radius of a marker whose area is unknown. Chosen
 TOP = 0.35            # of the rim's radius: markers nearer to the axis tell their radius. Chosen
-STILL = 2e-5          # m, noise without untouched frames. Chosen
+STILL, QUIETEST = 2e-5, 1e-6  # m, noise without untouched frames, and least noise. Chosen
 SHARES = 0.003, 0.002  # least model error over a marker's displacement, and over the greatest. Chosen
 MOST_PRESSES = 60             # presses that tell the noise, at most. Chosen
 SAME = replace(STRAIGHT, rougher=0.0, wider=0.0)  # of presses by the tip and with the friction that are identified
@@ -121,7 +121,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     deepest, reached = float(straight.depth.max()), float(np.hypot(*straight.position[:, :2].T).max())
     library = known.library if known else _simulated(straight, rest, camera_centres, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
-    noise = FieldNoise(_still(still), *SHARES)
+    noise = FieldNoise(noise_at_rest([field.shift for field in still], STILL, QUIETEST), *SHARES)
     first = DomeCalibration(library, rest, camera_centres, noise, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, deepest, reached + max(sensor.pitch), 0.0)
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST_PRESSES).astype(int)))
     first = replace(first, noise=_with_model_error(first.inverse(sensor), some))
@@ -157,13 +157,6 @@ def _tip_radius(presses: Presses, sensor: MarkerSensor) -> float:
     first = presses.position[:, 2] + presses.depth
     off = [np.nansum((first_touch_height(presses.position[:, :2], radius, sensor) - first)**2) for radius in RADII]
     return float(RADII[int(np.argmin(off))])
-
-
-def _still(fields: list) -> float:
-    """m, noise of untouched fields per axis: their own mean is the reference."""
-    if len(fields) < 2:
-        return STILL
-    return max(float(np.sqrt(np.nanmean([field.shift**2 for field in fields]) * len(fields) / (len(fields) - 1))), 1e-6)
 
 
 def _rows(presses: Presses):

@@ -10,8 +10,7 @@ import numpy as np
 
 from ...common.geometry import cross
 from ...errors import BadArgument
-from .. import choice
-from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
+from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
 from ..field import MarkerField
 from ..sensor import MarkerSensor, first_touch_height
 from .library import RADIUS_SPREAD, DomeLibrary
@@ -97,7 +96,7 @@ UNKNOWN_FRICTION = 0.35
 UNKNOWN_TIP = float(np.log(2.0 / 0.6) / np.sqrt(12) / RADIUS_SPREAD)
 #: Of a press that goes straight in, which hardly tells friction, and of one that is dragged, which turns the friction of the press along
 #: the drag, so that nothing of it is left once the tip slips; a tip that sticks carries the skin farther than it is deep. Chosen
-STRAIGHT, DRAGGED = PressPrior(0.005, 0.05, rougher=UNKNOWN_FRICTION, wider=UNKNOWN_TIP), PressPrior(1.0, 1.0)
+STRAIGHT, DRAGGED = PressPrior(0.005, 0.02, rougher=UNKNOWN_FRICTION, wider=UNKNOWN_TIP), PressPrior(1.0, 1.0)
 #: Of two presses: the more one is dragged by the other or slips, the less else markers tell; gas and tension of the skin are shared. Chosen
 OF_TWO = PressPrior(0.1, 0.01, together=0.1)
 
@@ -306,7 +305,7 @@ class DomeModelMethod:
     def _reset(self) -> None:
         """What comes next is another touch."""
         self._last: DomeFound | None = None
-        self._choice = choice.Choice()
+        self._choice = Choice()
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and where the markers move too little to tell a place. Raises BadArgument for
@@ -316,9 +315,8 @@ class DomeModelMethod:
             return []
         touches = [self._touch(found, k) for k in range(len(found.presses))]
         radius = self.calibration.library.plan.radius
-        sure = [touch for touch in touches if touch.depth > CONSTANTS.sure * touch.depth_sigma
+        return [touch for touch in touches if touch.depth > CONSTANTS.sure * touch.depth_sigma
                 and np.sqrt(np.linalg.eigvalsh(touch.covariance[:2, :2])[-1]) * CONSTANTS.sure < radius]
-        return sure if len(found.presses) == 1 else [_added(touch) for touch in sure]
 
     def find(self, field: MarkerField) -> DomeFound | None:
         """The presses of one frame; None without contact. Raises BadArgument for another pattern."""
@@ -363,8 +361,8 @@ class DomeModelMethod:
             return self.solver.solve(field, self.solver.solve(field, self.solver.start_of_two(match)).presses, OF_TWO)
 
         return self._choice.explain(
-            choice.Evidence(2 * int(field.seen.sum()), CONSTANTS.ordinary),
-            lambda start, what: self.solver.solve(field, start, DRAGGED if what is choice.DRAGGED else STRAIGHT),
+            Evidence(2 * int(field.seen.sum()), CONSTANTS.ordinary),
+            lambda start, dragged: self.solver.solve(field, start, DRAGGED if dragged else STRAIGHT),
             self.solver.start(match), two)
 
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
@@ -384,10 +382,13 @@ class DomeModelMethod:
         at_edge = np.hypot(*press[[X, Y]]) > EDGE * reach or np.hypot(*first) > calibration.farthest
         flags = OUT_OF_RANGE * (depth > BEYOND * calibration.deepest) | AT_EDGE * bool(at_edge)
         flags |= AMBIGUOUS * (found.misfit > CONSTANTS.unexplained)
-        if len(found.presses) > 1:
-            position, wrench = lowest + self._centre(press, radius, slopes), np.full(6, np.nan)
+        position, wrench = lowest, np.full(6, np.nan)
+        if len(found.presses) == 1:
+            wrench = self._wrench(press, lowest, radius)
         else:
-            position, wrench = lowest, self._wrench(press, lowest, radius)
+            position = lowest + self._centre(press, radius, slopes)
+            aside, deeper = OFF_CENTRE * float(np.linalg.norm(position - lowest)), CONSTANTS.added * depth
+            covariance += np.diag(np.square([aside, aside, deeper, deeper]))
         sigma = float(np.sqrt(covariance[3, 3]))
         return TouchEstimate(position, depth, covariance[:3, :3], sigma, radius, int(flags), wrench=wrench, lowest=lowest)
 
@@ -440,19 +441,12 @@ class DomeModelMethod:
     def _by_others(self, found: DomeFound, number: int, radius: float) -> tuple[float, np.ndarray]:
         """What the other presses do to the skin where one touches it: m, by which they lower it, as depth is measured from the untouched
         dome; and the slopes (2,) that they give it."""
-        others = np.delete(found.presses, number, axis=0)
-        if not len(others):
+        if len(found.presses) == 1:
             return 0.0, np.zeros(2)
+        others = np.delete(found.presses, number, axis=0)
         cap = self.calibration.library.plan.cap
         at = found.presses[number, :2] * cap.curvature_radius / (cap.curvature_radius + radius)
         at = at + BESIDE * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
         touch = np.column_stack([at, cap.heights(at)])
         up = self.solver.library.moved(touch, others)[:, 2]
         return -float(up[0]), (up[1::2] - up[2::2]) / (2 * BESIDE)
-
-
-def _added(touch: TouchEstimate) -> TouchEstimate:
-    """One of two touches, with what a sum of two fields lacks in its errors."""
-    aside, deeper = OFF_CENTRE * float(np.linalg.norm(touch.position - touch.lowest)), CONSTANTS.added * touch.depth
-    covariance = touch.covariance + np.diag(np.square([aside, aside, deeper]))
-    return replace(touch, covariance=covariance, depth_sigma=float(np.hypot(touch.depth_sigma, deeper)))

@@ -11,7 +11,7 @@ import numpy as np
 from ...common.progress import in_parallel
 from ...errors import BadCalibration
 from ..field import MarkerField, marker_radii
-from ..identification import Prior, beyond, identify
+from ..calibration import Prior, beyond, identify, noise_at_rest
 from ..presses import Presses
 from ..sensor import MarkerSensor
 from .library import LibraryPlan, Press, build_library, field_appearance
@@ -171,11 +171,8 @@ def _placed(camera_centres: CameraShifts, presses: Presses, truths: list[Press],
 def _noise(still: list[MarkerField], fields: list[MarkerField], truths: list[Press], inverse: SheetInverse) -> FieldNoise:
     """Noise of untouched fields, and the model error in proportion to a marker's displacement and to the depth of the press:
     of markers that hardly move, then of all."""
-    shift, growth = STILL.shift, STILL.growth
-    if still:  # unbiased: their own mean is the reference
-        spare = np.sqrt(len(still) / max(len(still) - 1, 1))
-        shift = spare * float(np.sqrt(np.nanmean([field.shift**2 for field in still])))
-        growth = spare * float(np.sqrt(np.nanmean([field.growth**2 for field in still])))
+    shift, growth = (noise_at_rest([getattr(field, name) for field in still], getattr(STILL, name), getattr(QUIETEST, name))
+                     for name in ('shift', 'growth'))
     rows = []
     for field, truth in zip(fields, truths):
         seen = Seen(field)

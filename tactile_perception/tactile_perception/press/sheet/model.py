@@ -10,8 +10,7 @@ from functools import partial
 import numpy as np
 
 from ...common.geometry import cross
-from ..choice import DRAGGED, Choice, Evidence, Hypothesis
-from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
+from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
 from ..field import MarkerField
 from ..sensor import MarkerSensor
 from .library import Press, SheetLibrary
@@ -314,10 +313,8 @@ class SheetModelMethod:
             straight = self._inverse.solve(seen, self._start.best_pair(field))
             return self._inverse.solve(seen, straight.presses, drags=True)  # each draws the sheet along under the other
 
-        def one(start: list[Press], hypothesis: Hypothesis) -> Inverse:
-            if hypothesis is DRAGGED:
-                return self._inverse.solve(seen, start, True, self._tip)
-            return self._inverse.solve(seen, start)
+        def one(start: list[Press], dragged: bool) -> Inverse:
+            return self._inverse.solve(seen, start, dragged, self._tip if dragged else (0.0, CONSTANTS.tip))
 
         found = self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary), one, start, two)
         if len(found.presses) == 1 and self._choice.dragged is None:

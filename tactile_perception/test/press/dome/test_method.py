@@ -11,7 +11,7 @@ from tactile_perception.press.dome.library import RADIUS_SPREAD
 from tactile_perception.press.dome.model import DEPTH, STRAIGHT, UNKNOWN_FRICTION, DomeCalibration, DomeModelMethod, FieldNoise
 from tactile_perception.press.estimate import OUT_OF_RANGE
 from tactile_perception.press.sensor import first_touch_height
-from tactile_perception.press.stored import restored, stored
+from tactile_perception.press.calibration import restored, stored
 
 pytestmark = pytest.mark.full  # simulates a small library
 

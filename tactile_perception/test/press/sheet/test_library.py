@@ -11,7 +11,7 @@ from tactile_perception.press.sheet import library as module
 from tactile_perception.press.sheet.model import show
 from tactile_perception.press.sheet.library import Press, SheetLibrary, build_library, field_appearance
 from tactile_perception.press.sheet.mechanics import SheetMesh, press_sheet, uniform
-from tactile_perception.press.stored import restored, stored
+from tactile_perception.press.calibration import restored, stored
 
 
 @pytest.mark.parametrize('place, depth, radius, drag', [
