@@ -191,8 +191,8 @@ class RollWatch:
         self._pulls = False
 
     def follow(self, pressure: np.ndarray, sigma: float, touched: np.ndarray, stamp_s: float) -> bool:
-        """Whether an object that moves, over touched (rows, columns) bool, rolls; pressure: (rows, columns) as the taxels see it; sigma: its
-        noise."""
+        """Whether an object that moves, over touched (rows, columns) bool, rolls; pressure: (rows, columns) as the taxels see it, of noise
+        sigma."""
         if min(pressure.shape) < 4:
             return self._rolls
         if self._before is None:
