@@ -315,9 +315,11 @@ std::vector<double> ObjectMotion::explain(TouchingObject& object, const std::arr
     }
     const double at_rest = still(), faintest = noise_ / std::sqrt(count());
     found[AT_REST] = {Twist::Zero(), at_rest + std::max(stuck, slipped), std::vector<double>(dots_.size())};
-    // They are also at rest below an object that slides on evenly, from when their drift has ended, and it rises no more. A drift that begins
-    // has any scale; one that goes on does not end at once.
-    const auto ended = [&](double now) { return slid ? DRIFTS * std::log(std::max(drift / std::max(now, faintest), 1.0)) : std::log(SCALES); };
+    // They are also at rest below an object that slides on evenly, from when their drift has ended, and it rises no more. A drift that
+    // begins has any scale; one that goes on does not end at once.
+    const auto ended = [&](double now) {
+        return slid ? DRIFTS * std::log(std::max(drift / std::max(now, faintest), 1.0)) : std::log(SCALES);
+    };
     const double change = drift > 0 ? std::log1p(risen / std::pow(model_.acceleration * seconds_ * seconds_, 2)) : 0;
     const double evenly = at_rest + slipped - ended(0) - change;
     found[SLIDING].evidence -= ended(object.drift * seconds_);
