@@ -23,6 +23,7 @@ constexpr double SUMMED = 4;                                  // dots whose load
 constexpr double USUAL = 1.084;                               // what Student's logarithm costs a dot that is off by normal noise alone
 constexpr double FASTEST = 20e-3;                             // m/s, of objects and skin in the first rounds
 constexpr double FRICTION_TIME = 0.4, FRICTION_DRIFT = 0.09;  // s, in which dots show the friction once; 1/s, variance that it gains
+constexpr double DRIFTS = 3;                                  // components of a drift that are seen: two along the skin, and a turn
 constexpr int ROUNDS = 4, WIDE_ROUNDS = 2;
 constexpr double TWO_PI = 2 * M_PI, MEDIAN_SQUARE = 1.386;  // of a normal vector in the plane, in variances
 
@@ -34,7 +35,8 @@ double weight_of(double square, double v) {
     return (TAILS + 2) / (TAILS * v + square);
 }
 
-// Cauchy's density of each component's change, scale by scale, with the curvature of the dots: Laplace's approximation.
+// Cauchy's density of each component's change, scale by scale, with the curvature of the dots: Laplace's approximation, in which a
+// component that the dots do not show counts nothing.
 template <int N>
 struct Prior {
     using Vector = Eigen::Matrix<double, N, 1>;
@@ -46,7 +48,7 @@ struct Prior {
         Matrix scaled = scale.asDiagonal() * curvature * scale.asDiagonal();
         scaled.diagonal() += scale.array().square().matrix().cwiseQuotient(variance(z));
         const Eigen::LLT<Matrix> factor(scaled);
-        return -off.array().square().log1p().sum() - Vector(factor.matrixLLT().diagonal()).array().log().sum();
+        return N * std::log(2.0) / 2 - off.array().square().log1p().sum() - Vector(factor.matrixLLT().diagonal()).array().log().sum();
     }
 };
 
@@ -234,7 +236,7 @@ double ObjectMotion::slipping(const Dot& dot, const Twist& twist) const {
 
 // The object, whose twist is near mean, slides over all dots: along their normals they move with it, along the skin they drift, as a rigid
 // body and beyond that by an unknown scatter.
-ObjectMotion::Explanation ObjectMotion::slide(const Twist& mean) const {
+ObjectMotion::Explanation ObjectMotion::slide(const Twist& mean, double& drift_speed) const {
     Prior<12> prior;
     prior.mean << mean, Twist::Zero();
     prior.scale << Twist::Constant(model_.acceleration * seconds_ * seconds_), Twist::Constant(model_.drift * seconds_);
@@ -265,25 +267,32 @@ ObjectMotion::Explanation ObjectMotion::slide(const Twist& mean) const {
                 density += own * (student(squares[i], variance) + least_) + slipping(dot, both.head<6>()) / SUMMED -
                            (TAILS + 1) / 2 * std::log1p(off / TAILS) / model_.share;
         }
-        if (round == ROUNDS)
-            return {both.head<6>(), density + prior.log_evidence(both, sums.matrix) - std::log(SCALES),
-                    std::vector<double>(dots_.size(), 1.0)};
         const double drift = both.tail<6>().norm() / std::sqrt(6.0);
-        if (round > 0) prior.scale.tail<6>().setConstant(std::clamp(drift, noise_ / std::sqrt(count()), model_.drift * seconds_));
+        if (round == ROUNDS) {
+            drift_speed = drift / seconds_;
+            return {both.head<6>(), density + prior.log_evidence(both, sums.matrix),
+                    std::vector<double>(dots_.size(), 1.0)};
+        }
+        // Where the object rises, the dots spring back by friction's part of its way.
+        double risen = 0;
+        for (const Dot& dot : dots_) risen += dot.rows.row(2).dot(both.head<6>()) / count();
+        const double fastest = model_.drift * seconds_ + std::exp(friction_) * std::max(risen, 0.0);
+        if (round > 0) prior.scale.tail<6>().setConstant(std::clamp(drift, noise_ / std::sqrt(count()), fastest));
         Eigen::Matrix<double, 12, 1> variances = prior.variance(both);
         if (round == 0) variances.tail<6>().setConstant(std::pow(FASTEST * seconds_, 2));
         both = sums.solve(prior.mean, variances);
     }
 }
 
-// Object and dots are at rest: nothing moves but the noise.
-ObjectMotion::Explanation ObjectMotion::rest() const {
+// Logarithmic density of the dots if none moves.
+double ObjectMotion::still() const {
     double density = 0;
-    for (const Dot& dot : dots_)
-        density += student(dot.moved.head<2>().squaredNorm(), noise_ * noise_) + least_ +
-                   std::max(ratio_if_sticks(dot), ratio_if_slips(dot)) / SUMMED -
-                   (TAILS + 1) / 2 * std::log1p(std::pow(dot.moved[2] / model_.depth_noise, 2) / TAILS) / model_.share;
-    return {Twist::Zero(), density, std::vector<double>(dots_.size())};
+    for (const Dot& dot : dots_) {
+        const double off = dot.moved[2] / model_.depth_noise;
+        density += student(dot.moved.head<2>().squaredNorm(), noise_ * noise_) + least_ -
+                   (TAILS + 1) / 2 * std::log1p(off * off / TAILS) / model_.share;
+    }
+    return density;
 }
 
 std::vector<double> ObjectMotion::explain(TouchingObject& object, const std::array<double, MODES>& odds) const {
@@ -294,8 +303,30 @@ std::vector<double> ObjectMotion::explain(TouchingObject& object, const std::arr
     std::array<Explanation, MODES> found;
     found[HELD] = stick(whole, last, false);
     found[IN_PART] = stick(whole, last, true);
-    found[SLIDING] = slide(likeliest({HELD, IN_PART, SLIDING}));
-    found[AT_REST] = rest();
+    // Sliding goes on from sliding, or else begins from what was likeliest.
+    const bool slid = object.odds[SLIDING] > model_.rate * seconds_ * (1 - object.odds[SLIDING]);
+    const double drift = object.drift * seconds_;
+    found[SLIDING] = slide(slid ? before_[SLIDING] : last, object.drift);
+    // At rest the dots keep the loads with which they stuck, or those with which they slipped until the object stopped.
+    double stuck = 0, slipped = 0, risen = 0;
+    for (const Dot& dot : dots_) {
+        stuck += ratio_if_sticks(dot) / SUMMED, slipped += slipping(dot, before_[SLIDING]) / SUMMED;
+        risen += std::pow(dot.rows.row(2).dot(before_[SLIDING]), 2) / count();
+    }
+    const double at_rest = still(), faintest = noise_ / std::sqrt(count());
+    found[AT_REST] = {Twist::Zero(), at_rest + std::max(stuck, slipped), std::vector<double>(dots_.size())};
+    // They are also at rest below an object that slides on evenly, from when their drift has ended, and it rises no more. A drift that
+    // begins has any scale; one that goes on does not end at once.
+    const auto ended = [&](double now) {
+        return slid ? DRIFTS * std::log(std::max(drift / std::max(now, faintest), 1.0)) : std::log(SCALES);
+    };
+    const double change = drift > 0 ? std::log1p(risen / std::pow(model_.acceleration * seconds_ * seconds_, 2)) : 0;
+    const double evenly = at_rest + slipped - ended(0) - change;
+    found[SLIDING].evidence -= ended(object.drift * seconds_);
+    if (slid && evenly > found[SLIDING].evidence) {
+        found[SLIDING].twist = before_[SLIDING], found[SLIDING].evidence = evenly;
+        object.drift = 0;
+    }
     double largest = -INFINITY, sum = 0;
     for (int mode = 0; mode < MODES; ++mode) largest = std::max(largest, found[mode].evidence + std::log(odds[mode]));
     for (int mode = 0; mode < MODES; ++mode) {

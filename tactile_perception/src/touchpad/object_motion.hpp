@@ -46,8 +46,8 @@ class ObjectMotion {
         std::vector<double> slips;
     };
     Explanation stick(const Twist& start, const Twist& mean, bool in_part) const;
-    Explanation slide(const Twist& mean) const;
-    Explanation rest() const;
+    Explanation slide(const Twist& mean, double& drift_speed) const;
+    double still() const;
     double slip_density(const Eigen::Vector2d& left, const Dot& dot, double way) const;
     double lags(const Eigen::Vector2d& left) const;
     double slipping(const Dot& dot, const Twist& twist) const;

@@ -21,6 +21,7 @@ constexpr double FIRST_NOISE = 2e-6;                    // m, across the ray, be
 constexpr double CALMEST = 0.2, CALMEST_SIGMA = 0.668;  // quantile of the motions taken for noise, and its place in deviations (Rayleigh)
 constexpr double SMOOTHING = 0.2;                       // weight of a new value in the running mean of the noise
 constexpr double HALF = 0.5;                            // score of the border of a contact
+constexpr double KNOWN = 2.0 / 3;                       // probability of slip from which it is reported: twice that of none
 // An object that slides is taken to move on as before, for so many seconds, and where it neither turns nor comes down by more than these
 // parts of its speed.
 constexpr double LONGEST = 1.0, TURNS = 0.1, STEEP = 0.3;
@@ -100,7 +101,7 @@ std::vector<std::uint8_t> StickSlip::update(const DotLoads& loads, const std::ve
             const std::vector<double> slips = motion.explain(object, odds);
             for (std::size_t i = 0; i < both.size(); ++i) {
                 slipping_[both[i]] = slips[i];
-                states[both[i]] = slips[i] > 0.5 ? SLIPPING : STICKING;
+                states[both[i]] = slips[i] > KNOWN ? SLIPPING : STICKING;
             }
             object.adrift = object.slides() ? object.adrift + seconds : 0;
             friction_ = object.friction, friction_variance_ = object.friction_variance;

@@ -22,14 +22,14 @@ enum Mode : std::uint8_t { HELD, IN_PART, SLIDING, AT_REST, MODES };
 struct StickSlipModel {
     double depth_noise = 20e-6;    // m, noise of a dot's motion along the skin's normal
     double strain = 0.04;          // share of an object's motion by which dots that stick to it part, as their loads change
-    double creep = 0.06e-3;        // m/s, most of that
+    double creep = 0.04e-3;        // m/s, most of that
     double slip = 0.3e-3;          // m/s, lag from which a dot is said to slip
     double drift = 0.3e-3;         // m/s, by which an object that slides drags the dots along
     double acceleration = 6e-3;    // m/s^2, of objects
     double friction = 0.3;         // coefficient of an object of which nothing is known
     double friction_spread = 0.5;  // standard deviation of its logarithm
     double friction_noise = 0.15;  // that of the logarithm of a slipping dot's ratio of loads over the object's friction
-    double aim = 0.5;              // rad, standard deviation of the angle between a slipping dot's lag and its drag
+    double aim = 0.3;              // rad, standard deviation of the angle between a slipping dot's lag and its drag
     double rate = 0.5;             // 1/s, of changes from one mode to the next
     double share = 2.0;            // dots whose loads and creep are those of their neighbours count as one
 };
@@ -39,12 +39,12 @@ using Twist = Eigen::Matrix<double, 6, 1>;
 // An object that touches, by what is known after a frame. odds, slipping: of each mode its probability and the share of the dots that slip
 // in it; twist: m and rad a frame about the centre, in each mode, w = 2 tan(angle / 2) times the axis (Cayley's form is exact and linear:
 // after - before = v + w x ((before + after) / 2 - centre)); friction, friction_variance: of its logarithm; count: dots judged, 0 of a new
-// one; adrift: s for which it has slid.
+// one; adrift: s for which it has slid; drift: m/s, of the dots below it if it slides.
 struct TouchingObject {
     std::array<double, MODES> odds{0.5, 0.5, 0, 0}, slipping{};
     std::array<Twist, MODES> twist{Twist::Zero(), Twist::Zero(), Twist::Zero(), Twist::Zero()};
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    double friction = 0, friction_variance = 0, adrift = 0;
+    double friction = 0, friction_variance = 0, adrift = 0, drift = 0;
     std::ptrdiff_t count = 0;
     bool slides() const { return odds[SLIDING] > 0.5; }
     // The twist of the likeliest mode in which it holds dots; NaN if these are too few.

@@ -15,7 +15,7 @@ from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, C
 from ..common.surface import axes
 from ..common.surface_points import SurfacePoints
 from ..errors import BadArgument, BadFrame
-from .motion import MotionTracker, ObjectMotion, SeenPressure, TaxelSlip
+from .motion import MotionTracker, ObjectMotion, TaxelSlip
 from .pressure import Baseline, DeadTaxels, SoftPad, TaxelArray
 from .published import PaperMethod
 from .region import ContactScore, Regions, TaxelRegion, find_regions
@@ -87,14 +87,12 @@ class MechanicsMethod:
         pressure (rows, columns); full: (rows, columns) bool, taxels that are saturated."""
         bound = np.maximum(pressure, 0)
         surface = pressure - np.clip(self._motion.shear.traction_pressure() / self._assumed, -bound, bound)
-        self._seen = SeenPressure(pressure, sigma)
+        self._seen = pressure, sigma
         score = self._score.compute(surface, sigma, full)
         return find_regions(score, surface, self._array, self._pad.thickness / self._array.pitch), surface
 
-    def slip(self, regions: Regions, surface: np.ndarray, stamp_s: float,
-             clipped: bool = False) -> tuple[SlipEstimate, ObjectMotion | None]:
-        """Slip, and motion of the contacts, in the frame of the last call of regions; stamp_s: s; clipped: whether touched taxels are
-        saturated."""
+    def slip(self, regions: Regions, surface: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, ObjectMotion | None]:
+        """Slip, and motion of the contacts, in the frame of the last call of regions; stamp_s: s."""
         if not regions.all:
             self.reset()
             return SlipEstimate(), None
@@ -102,7 +100,7 @@ class MechanicsMethod:
         if not self._known:
             mean = max(float(surface[touched].mean()), 1e-6)
             self._assumed = np.float32(_ASSUMED_SLIDE * self._pad.shear_modulus / (self._pad.friction * mean))
-        motion = self._motion.process(surface * self._assumed, touched, stamp_s, replace(self._seen, clipped=clipped))
+        motion = self._motion.process(surface * self._assumed, touched, stamp_s, *self._seen)
         return self._slip.process(motion, touched), motion
 
 
@@ -152,7 +150,7 @@ class TaxelEstimator:
         regions, surface = self._method.regions(pressure, noise, full)
         self.baseline.follow(change, regions.touched, interval)
         saturated = [_any_in(full, region, regions) for region in regions.all] if full.any() else [False] * len(regions.all)
-        slip, motion = self._method.slip(regions, surface, stamp_s, any(saturated))
+        slip, motion = self._method.slip(regions, surface, stamp_s)
         tracked = self._tracker.assign(regions.labels, [(region.label, region.moments) for region in regions.all],
                                        _REACH * self.array.pitch, stamp_s)
         normal = self._normal_forces(regions, saturated)

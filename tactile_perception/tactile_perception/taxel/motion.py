@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -42,7 +41,6 @@ class Limits:
     key_moved, key_grew = 0.8, 0.3  # since a keyframe, before a new one: slopes hold for parts of a taxel
     # Load
     load_s, load_change, other_load = 0.06, 0.2, 0.1  # a change over this time to which the image's is attributed; and one that lasts
-    evident = 0.4  # a frame, from which a centroid's shift is motion even if the load rises a little
     # Motion
     window_s, velocity_s = 0.2, 0.06  # longest stretch of a steady motion; stretch of the velocity that is reported
     fewest_frames = 4  # for a velocity that is reported: two more than a line needs
@@ -155,16 +153,6 @@ def _centroid(pressure: np.ndarray, touched: np.ndarray) -> np.ndarray:
     return np.array([weight @ column, weight @ row]) / weight.sum()
 
 
-@dataclass(frozen=True)
-class SeenPressure:
-    """pressure: (rows, columns) as the taxels see it; sigma: its noise; clipped: whether taxels are saturated, so that what is curved looks
-    flat."""
-
-    pressure: np.ndarray
-    sigma: float
-    clipped: bool = False
-
-
 class RollWatch:
     """Whether an object that moves has no traction, so that it rolls.
 
@@ -180,7 +168,7 @@ class RollWatch:
     def reset(self) -> None:
         """The next picture is the one before a motion, of which no traction is known."""
         self._drop()
-        self._pulls = self._rolls = self._loose = False
+        self._pulls = self._rolls = False
 
     def _drop(self) -> None:
         self._before: np.ndarray | None = None
@@ -199,39 +187,29 @@ class RollWatch:
 
     def release(self) -> None:
         """The object of the last picture at rest has hardly any traction: whether it rolls is open."""
-        self._pulls, self._loose = False, True
+        self._pulls = False
 
-    def follow(self, seen: SeenPressure, touched: np.ndarray, stamp_s: float) -> bool:
-        """Whether an object that moves, over touched (rows, columns) bool, rolls."""
-        if min(seen.pressure.shape) < 4:
+    def follow(self, pressure: np.ndarray, sigma: float, touched: np.ndarray, stamp_s: float) -> bool:
+        """Whether an object that moves, over touched (rows, columns) bool, rolls; pressure: (rows, columns) as the taxels see it, of noise
+        sigma."""
+        if min(pressure.shape) < 4:
             return self._rolls
         if self._before is None:
-            self.rest(seen.pressure, True, stamp_s)
+            self.rest(pressure, True, stamp_s)
         if self._share is None:
             self._fit(touched)
-        found = self._share @ (seen.pressure[self._box] - self._before[self._box]).ravel()
+        found = self._share @ (pressure[self._box] - self._before[self._box]).ravel()
         if not np.isfinite(found).all():
             return self._rolls
         shift, traction = found[:2], found[2:]
-        went, noise = math.hypot(*shift), Limits.sigmas * self._noise * seen.sigma
-        rolls = self._roll(traction @ shift / max(went, 1e-9), max(Limits.pulls, noise), went,
-                           lambda: self._rolls and seen.clipped or is_curved(seen.pressure, touched, shift))
-        if went > (0.5 if self._rolls else 1.0) * Limits.picture:
-            self._loose = False
-            self._drop()
-            self.rest(seen.pressure, True, stamp_s)
-        return rolls
-
-    def _roll(self, traction: float, least: float, shift: float, curved: Callable[[], bool]) -> bool:
-        """Whether the object rolls, or is still to show by its traction that it does not; traction along a shift, taxels, is seen from
-        least on; curved: tells whether its face is."""
-        if traction > (2 if self._rolls else 1) * least:  # growth and load disturb what is seen of one that rolls on
+        went = math.hypot(*shift)
+        if traction @ shift > max(Limits.pulls, Limits.sigmas * self._noise * sigma) * max(went, 1e-9):
             self._pulls, self._rolls = True, False
-        if self._rolls:
-            self._rolls = shift <= Limits.rolled or curved()
-        elif self._loose and not self._pulls and curved():
-            self._rolls = shift > Limits.rolled
-            return True
+        elif went > Limits.rolled:
+            self._rolls = not self._pulls and is_curved(pressure, touched, shift)
+        if went > (0.5 if self._rolls else 1.0) * Limits.picture:
+            self._drop()
+            self.rest(pressure, True, stamp_s)
         return self._rolls
 
     def _fit(self, touched: np.ndarray) -> None:
@@ -307,9 +285,9 @@ class MotionTracker:
         self._arm = np.zeros(2)  # m, of the keyframe's centre from the origin
         self._along = np.zeros(3)  # unit vector of the motion of that centre, rotation as the path of the edges
 
-    def process(self, pressure: np.ndarray, touched: np.ndarray, stamp_s: float, seen: SeenPressure) -> ObjectMotion:
+    def process(self, pressure: np.ndarray, touched: np.ndarray, stamp_s: float, seen: np.ndarray, sigma: float) -> ObjectMotion:
         """Motion and slip in one frame with pressure (rows, columns, Pa) without the part that traction causes, and touched (rows, columns)
-        bool, not empty; seen: the pressure with that part."""
+        bool, not empty; seen: the pressure with that part, of noise sigma."""
         count = int(np.count_nonzero(touched))
         load = float(pressure[touched].sum(dtype=float))
         self._pulled = math.hypot(*self.shear.force) / max(load * self._array.taxel_area, 1e-12)
@@ -322,7 +300,7 @@ class MotionTracker:
             self._path.reset()
             self._moves = False
             return ObjectMotion(np.full(2, np.nan), np.nan, np.zeros(self._array.shape, bool), np.full(2, np.nan), np.nan)
-        waits = self._load_varies(found, few, load, stamp_s)
+        waits = self._load_varies(load, stamp_s)
         if self._waited and not waits and abs(load - self._key_load) > Limits.other_load * self._key_load:
             self._rekey(few, *now)
             found = found._replace(fit=np.zeros(4), turn=0 * found.turn)
@@ -332,7 +310,7 @@ class MotionTracker:
         self._expected = found.fit if self._seen is None else 1.5 * found.fit - 0.5 * self._seen.fit
         self._seen = found
         smooth, path = self._follow(step, stamp_s)
-        if self._rolls(seen, touched, path.velocity, not waits, stamp_s):
+        if self._rolls(seen, sigma, touched, path.velocity, not waits, stamp_s):
             smooth, self._moves = np.zeros(3), False
         slip = self.shear.move(touched, pressure, smooth, self._pad.friction)
         slipping = self._lagging(slip, smooth, touched) if self._moves else np.zeros_like(touched)
@@ -343,7 +321,7 @@ class MotionTracker:
         linear, turn = path.reported[:2], float(path.reported[2])
         return ObjectMotion(linear, math.nan if math.isnan(found.turn) else turn, slipping, step[:2], float(turned))
 
-    def _load_varies(self, seen: KeyframeMotion, few: bool, load: float, stamp_s: float) -> bool:
+    def _load_varies(self, load: float, stamp_s: float) -> bool:
         """Whether the load varies, so that motion since the keyframe is estimated when it has settled: a new keyframe at each variation
         would add up the errors of those positions."""
         self._loads.append((stamp_s, load))
@@ -351,8 +329,7 @@ class MotionTracker:
             self._loads.popleft()
         least, most = min(value for _, value in self._loads), max(value for _, value in self._loads)
         self._varied = 1 - least / max(most, 1e-9)
-        moved = few and seen.largest > Limits.evident and load < (1 + Limits.load_change) * self._loads[0][1]
-        return self._varied > Limits.load_change and not moved
+        return self._varied > Limits.load_change
 
     def _step(self, seen: KeyframeMotion, mean: float) -> np.ndarray:
         """m, m, rad since the last frame, at the keyframe's centre, under a mean pressure, Pa. The pressure of the last frame's
@@ -390,15 +367,15 @@ class MotionTracker:
         released = BORDER_LEAD * self._pad.thickness * self._pulled * self._varied
         return self._moves or path.speed * path.lasting > (Limits.path * self._seen.sigma * pitch + released) * self._followed
 
-    def _rolls(self, seen: SeenPressure, touched: np.ndarray, velocity: np.ndarray, same_load: bool, stamp_s: float) -> bool:
+    def _rolls(self, seen: np.ndarray, sigma: float, touched: np.ndarray, velocity: np.ndarray, same_load: bool, stamp_s: float) -> bool:
         """Whether the object, which moves by velocity (3,), rolls without traction."""
         if not (self._moves and same_load):
-            self._watch.rest(seen.pressure, same_load, stamp_s)
+            self._watch.rest(seen, same_load, stamp_s)
             if self._pulled < Limits.pulls:
                 self._watch.release()
             return False
         x, y, turn = self._along_of(velocity)
-        return self._watch.follow(seen, touched, stamp_s) and isinstance(self._key, EdgeKeyframe) and abs(turn) <= math.hypot(x, y)
+        return self._watch.follow(seen, sigma, touched, stamp_s) and isinstance(self._key, EdgeKeyframe) and abs(turn) <= math.hypot(x, y)
 
     def _along_of(self, velocity: np.ndarray) -> tuple[float, float, float]:
         """m/s of the keyframe's centre, and of its edges by the turn, for a velocity (3,) at the origin."""

@@ -57,7 +57,7 @@ class PaperMethod:
         self.located = image_moments(np.where(touched, pressure, 0), self._array)
         return find_regions(touched.astype(np.float32), pressure, self._array), pressure
 
-    def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float, clipped: bool = False) -> tuple[SlipEstimate, None]:
+    def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, None]:
         """Slip since the last frame; stamp_s: s. None stands for the motion, which this method does not estimate."""
         top = float(pressure.max(initial=0.0))
         if not regions.all or top <= 0:

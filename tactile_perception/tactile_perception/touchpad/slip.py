@@ -14,9 +14,8 @@ from ..errors import BadArgument, BadFrame
 from .region import ContactDots
 
 _FEWEST = 6  # dots that tell a twist; chosen: twice the three that determine it
-# Share of the frames of whose state of slip the model is sure and wrong, with fewer dots than this and with more: measured on random scenes
-# (docs/stick_slip.md). One of so many dots is the share from which slip is incipient.
-_FEW, _WRONG = 20, (0.32, 0.16)
+# Share of the frames of whose state of slip the model is sure and wrong: measured on random scenes (docs/stick_slip.md).
+_WRONG = 0.09
 _MOST = 3  # objects, largest first, whose modes count in the probability of slip: it takes time as four to the power of it
 
 
@@ -73,5 +72,4 @@ def slip_confidence(state: int, objects: Sequence) -> float:
     for modes in product(range(4), repeat=len(judged)):
         fraction = sum(one.count * one.slipping[mode] for one, mode in zip(judged, modes)) / count
         right += math.prod(one.odds[mode] for one, mode in zip(judged, modes)) * (next_state(NONE, fraction) == state)
-    wrong = _WRONG[count >= _FEW]
-    return wrong / 2 + (1 - 1.5 * wrong) * right  # each of the two other states is as likely
+    return _WRONG / 2 + (1 - 1.5 * _WRONG) * right  # each of the two other states is as likely

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
-from tactile_perception.taxel.motion import CentroidKeyframe, EdgeKeyframe, MotionTracker, ObjectMotion, SeenPressure, TaxelSlip
+from tactile_perception.taxel.motion import CentroidKeyframe, EdgeKeyframe, MotionTracker, ObjectMotion, TaxelSlip
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
 from tactile_perception.taxel.region import LEVEL, ContactScore
 from taxel_pictures import ARRAY, bar, picture
@@ -17,7 +17,7 @@ def played(places, load=lambda k: 3e4, rate=100.0):
     tracker, found = MotionTracker(ARRAY, PAD), []
     for k, (x, y, turn) in enumerate(places):
         image = picture(bar(x, y, turn), load(k))
-        found.append(tracker.process(image, SCORE.compute(image, 20.0) > LEVEL, 1 + k / rate, SeenPressure(image, 20.0)))
+        found.append(tracker.process(image, SCORE.compute(image, 20.0) > LEVEL, 1 + k / rate, image, 20.0))
     return found
 
 
@@ -43,7 +43,7 @@ def test_traction_that_a_falling_load_lets_go_is_no_slip():
 def test_motion_of_a_picture_without_features_is_not_known():
     tracker = MotionTracker(ARRAY, PAD)
     full = np.ones((44, 44), np.float32)
-    motion = tracker.process(full * 3e4, full > 0, 1.0, SeenPressure(full * 3e4, 20.0))
+    motion = tracker.process(full * 3e4, full > 0, 1.0, full * 3e4, 20.0)
     assert np.isnan(motion.linear).all() and not motion.slipping.any()
 
 
@@ -54,7 +54,7 @@ def test_few_coarse_taxels_show_a_jump_of_the_object_and_not_a_change_of_load():
 
     def slips(pictures):
         tracker = MotionTracker(coarse, PAD)
-        found = [tracker.process(p, p > 0, 0.03 * k, SeenPressure(p, 20.0)) for k, p in enumerate(pictures)]
+        found = [tracker.process(p, p > 0, 0.03 * k, p, 20.0) for k, p in enumerate(pictures)]
         return [bool(motion.slipping.any()) for motion in found], found
     assert not any(slips([values * load for load in (1, 1, 1.2, 1.5, 2, 1, 0.7, 0.7, 0.7)])[0])
     seen, found = slips([values] * 6 + [np.roll(values, 2, axis=0)] * 3)
@@ -69,7 +69,7 @@ def test_a_load_that_flickers_and_leans_with_itself_is_no_slip(seed):
     for k in range(200):
         image = np.zeros((13, 6), np.float32)
         image[6:11, 4] = 100 * profile * (1 + 0.25 * lean * rng.normal() + 0.1 * rng.normal())
-        motion = tracker.process(image, image > 4500, k / 31, SeenPressure(image, 20.0))
+        motion = tracker.process(image, image > 4500, k / 31, image, 20.0)
         assert not motion.slipping.any(), k
 
 

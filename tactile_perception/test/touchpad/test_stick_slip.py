@@ -87,6 +87,16 @@ def test_an_object_that_stops_after_gross_slip_over_dots_that_hardly_moved_rests
         assert frame < 3 or (found[face.inside] == STICKING).all()
 
 
+def test_whether_an_object_slides_on_over_dots_that_came_to_rest_by_themselves_is_not_known():
+    face, states = Face(), Tracker()
+    _drag_until_it_slips(face, states, 0.6)
+    for frame in range(60):
+        states.update(face.state([6e-6 * 0.7**frame, 0, 0], 0.6), face.score)
+        slides, rests = states.objects[0].odds[2:]
+        assert slides + rests > 0.99 and (frame < 25 or 0.2 < rests < 0.8)
+    assert 0.2 < slip_confidence(2, states.objects) < 0.7 and 0.2 < slip_confidence(0, states.objects) < 0.7
+
+
 def test_an_object_that_rested_after_gross_slip_and_gets_under_way_backwards_sticks():
     face, states = Face(), Tracker()
     _drag_until_it_slips(face, states, 0.6)
