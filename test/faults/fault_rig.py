@@ -218,7 +218,7 @@ def host(namespace: str, **parameters) -> Host:
 
 def planned(sensor_type: str, space: str) -> SensorPlan:
     """Of a simulated sensor whose driver waits to be configured."""
-    given = {argument.name: '' for argument in hand_arguments()} | {'source': 'sim', 'autostart': 'false', 'composed': 'true'}
+    given = dict.fromkeys(hand_arguments(), '') | {'source': 'sim', 'autostart': 'false', 'composed': 'true'}
     return planned_sensor(HandSensor(space.strip('/'), sensor_type, 'hand'), given)
 
 

@@ -38,9 +38,9 @@ def judged(folder, scene, rate=30.0, shutters=None, tips=1, frames=0):
 def check(found, place, depth, squared=2.0, whole=0.9, beside=np.inf):
     """place, depth: mm, largest mean and 95 % of the errors; squared: largest mean of the normalised squared error; whole: least share of
     frames in which all tips are found; beside: most untouched frames with a touch."""
-    errors, summary = found.evaluation.all_errors(), found.evaluation.summary()
+    errors, summary = found.evaluation.errors(), found.evaluation.summary()
     for name, limits in (('place', place), ('depth', depth)):
-        errors_mm = 1e3 * np.abs(errors[name].table()[:, 3])
+        errors_mm = 1e3 * np.abs(errors[name][:, 3])
         assert errors_mm.mean() < limits[0] and np.percentile(errors_mm, 95) < limits[1]
     frames = summary['frames']
     assert summary['covariance']['mean'] < squared and frames['false'] <= beside

@@ -47,6 +47,7 @@ class TruthFrame:
     motion: (6,) m and rad, displacement of the object since the previous frame, at the sensor frame's origin, NaN without contact;
     pose: (6,), the same since the frame in which it touched;
     wrench: (6,) N and N m, of the object on the sensor at the sensor frame's origin; pressure: Pa, gauge pressure inside the skin;
+    dot_gap: (K,) m, distance of each dot from the object, inf without contact, None if unknown;
     tip: (3,) m, lowest point of a round tip that is near, whether it touches or not, NaN of none.
     """
 
@@ -68,6 +69,7 @@ class TruthFrame:
     pose: np.ndarray = _unknown(6)
     wrench: np.ndarray = field(default_factory=lambda: np.zeros(6))
     pressure: float = np.nan
+    dot_gap: np.ndarray | None = None
     tip: np.ndarray = _unknown(3)
 
 

@@ -16,7 +16,7 @@ from ..common.statistics import upper_median
 from ..errors import BadArgument, BadFrame
 from .auto import AutoDetector
 from .fit import DiscModel
-from .look import CHANNELS, Look, find_kind, measure_look, select_channel, shrink
+from .look import Look, measure_look, select_channel, shrink
 from .published import PaperArealDetector, PaperCushionDetector, PaperDetector
 
 POLARITIES = {'dark': -1, 'bright': 1, 'any': 0}
@@ -31,10 +31,11 @@ _WEAKEST, _ABOVE_NOISE = 0.14, 2.0  # lowest peak: of the contrast, which admits
 
 # The detector of large markers
 _ALIKE = 0.6  # ratio of channel contrasts from which channels are averaged, since their noise is independent
-_WIDEST_BOX, _NARROWEST_BOX = 255, 9  # px, bounds of the box of the local mean
-_PER_PITCH = 1.1  # pitches, side of that box: a little over one marker with its ground
+_FIRST_BOX = 0.1  # of the image's longer side: box of the local mean before the pitch is known
+_WIDEST_BOX, _NARROWEST_BOX = 255, 9  # px, bounds of that box
+_PER_PITCH = 1.1  # pitches, side of that box afterwards: a little over one marker with its ground
 _SMALLEST_SEGMENTED = 8.0  # px: smaller markers are segmented in the full image
-_LOWEST = 0.12  # of the markers' contrast, threshold of the segmentation
+_LOWEST = 0.15  # of the markers' contrast, threshold of the segmentation
 _LEAST_CONTRAST = 6.0  # grey levels
 _SOLID = (0.975, 1.05)  # solidity of one whole marker; others are partly hidden or touch another
 _SMALL_SOLID = (0.8, 1.25)  # the same for small markers, whose pixels are coarse
@@ -146,10 +147,10 @@ def _candidates(grey: np.ndarray, look: Look) -> np.ndarray:
 
 @dataclass
 class _Appearance:
-    """channel: see look.CHANNELS; step: reduction of the small image; box: its px, of the local mean; lowest: grey levels,
+    """channel: of a BGR image, -1 for grey; step: reduction of the small image; box: its px, of the local mean; lowest: grey levels,
     threshold; count: of markers."""
 
-    channel: str
+    channel: int
     step: int
     box: int
     lowest: float
@@ -176,8 +177,7 @@ class BlobDetector:
 
     def _find(self, image):
         appearance = self._appearance
-        grey = select_channel(image, appearance.channel)
-        grey = grey if self._sign > 0 else cv2.bitwise_not(grey)
+        grey = _plane(image, appearance.channel, self._sign)
         small, above = _above(grey, appearance.step, appearance.box)
         mask = cv2.threshold(above, appearance.lowest, 255, cv2.THRESH_BINARY)[1]
         least, most = _SOLID if appearance.step == 2 else _SMALL_SOLID
@@ -191,22 +191,44 @@ class BlobDetector:
         return Dots(blobs.uv[good], blobs.area[good], blobs.sigma[good])
 
 
+def _plane(image, channel, sign):
+    """One channel, or grey for -1, inverted for dark markers."""
+    if image.ndim == 3:
+        image = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if channel < 0 else cv2.extractChannel(image, channel)
+    return image if sign > 0 else cv2.bitwise_not(image)
+
+
 def _above(grey, step, box):
     """The small image, and its excess over the local mean."""
     small = cv2.resize(grey, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) if step == 2 else grey
     return small, cv2.subtract(small, cv2.blur(small, (box, box)))
 
 
-def _measure_appearance(image, sign) -> _Appearance:
-    """Appearance of markers. Raises BadFrame without markers."""
+def _best_channel(image) -> int:
+    if image.ndim == 2:
+        return -1
     spread = cv2.meanStdDev(image)[1][:, 0]
-    channel = 'grey' if spread.min() > _ALIKE * spread.max() else CHANNELS[int(spread.argmax())]
-    kind = find_kind(select_channel(image, channel), (sign,), fewest=2)
-    uv = kind.peaks.uv[kind.peaks.correlation > kind.lowest]
-    pitch = float(np.median(scipy.spatial.cKDTree(uv).query(uv, 2)[0][:, 1]))
-    step = 2 if kind.diameter >= _SMALLEST_SEGMENTED else 1
-    contrast = float(np.median(kind.peaks.amplitude[kind.peaks.correlation > kind.lowest]))
-    return _Appearance(channel, step, _odd(_PER_PITCH * pitch / step), max(_LOWEST * contrast, _LEAST_CONTRAST), 0)
+    return -1 if spread.min() > _ALIKE * spread.max() else int(spread.argmax())
+
+
+def _measure_appearance(image, sign) -> _Appearance:
+    """Appearance of markers, from regions over Otsu's threshold of the excess over the local mean. Raises BadFrame without markers."""
+    channel = _best_channel(image)
+    grey = _plane(image, channel, sign)
+    box = _odd(_FIRST_BOX * max(grey.shape))
+    for _ in range(2):  # the second time with a box that fits the pitch
+        _, above = _above(grey, 1, box)
+        threshold = cv2.threshold(above, 0, 255, cv2.THRESH_OTSU)[0]
+        smooth = cv2.GaussianBlur(above, (3, 3), 0)
+        regions = _find_regions(cv2.threshold(smooth, max(threshold, _LEAST_CONTRAST), 255, cv2.THRESH_BINARY)[1])
+        if len(regions.box) < 2:
+            raise BadFrame('fewer than two markers found in the frame: check light, focus and the parameter polarity')
+        pitch = float(np.median(scipy.spatial.cKDTree(regions.centre).query(regions.centre, 2)[0][:, 1]))
+        box = _odd(_PER_PITCH * pitch)
+    step = 2 if np.sqrt(4 / np.pi * np.median(regions.area)) >= _SMALLEST_SEGMENTED else 1
+    contrast = float(above[above > threshold].mean())
+    lowest = max(_LOWEST * contrast, _LEAST_CONTRAST)
+    return _Appearance(channel, step, _odd(box / step), lowest, 0)
 
 
 def _odd(length) -> int:

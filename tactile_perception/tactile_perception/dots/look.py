@@ -98,23 +98,23 @@ def shrink(grey: np.ndarray, step: int) -> np.ndarray:
     return grey if step == 1 else cv2.resize(grey[:rows * step, :columns * step], (columns, rows), interpolation=cv2.INTER_AREA)
 
 
-def find_kind(image: np.ndarray, signs: tuple[int, ...], fewest: int = FEWEST) -> Kind:
-    """The dots that explain most of an image, (H, W) or (H, W, 3) uint8, of one of the signs. Raises BadFrame for fewer than fewest.
+def find_kind(image: np.ndarray, signs: tuple[int, ...]) -> Kind:
+    """The dots that explain most of an image, (H, W) or (H, W, 3) uint8, of one of the signs. Raises BadFrame without any.
 
     Every second scale of the grey image comes first, and its neighbours in all channels then; colours are looked through alone where grey
     shows nothing.
     """
     diameters = _DIAMETERS[3 * _DIAMETERS < min(image.shape[:2])].tolist()
     colours = CHANNELS[:-1] if image.ndim == 3 and _coloured(image) else ()
-    found = _best_kind(image, CHANNELS[-1:], signs, diameters[::2], fewest) or _best_kind(image, colours, signs, diameters[::2], fewest)
+    found = _best_kind(image, CHANNELS[-1:], signs, diameters[::2]) or _best_kind(image, colours, signs, diameters[::2])
     if found is None:
         polarity = '' if len(signs) > 1 else 'bright ' if signs[0] > 0 else 'dark '
         raise BadFrame(f'no {polarity}dots found in the frame: check light, focus and the parameter polarity; a dot is one of many alike')
     near = [diameter for diameter in diameters if abs(np.log2(diameter / found.diameter)) < 0.3]
-    return _best_kind(image, (*colours, CHANNELS[-1]), (found.sign,), near, fewest, found)
+    return _best_kind(image, (*colours, CHANNELS[-1]), (found.sign,), near, found)
 
 
-def _best_kind(image, channels, signs, diameters, fewest, best: Kind | None = None) -> Kind | None:
+def _best_kind(image, channels, signs, diameters, best: Kind | None = None) -> Kind | None:
     """The one with the highest score, best or better ones."""
     known = best and (best.channel, best.diameter)
     for channel in channels:
@@ -126,7 +126,7 @@ def _best_kind(image, channels, signs, diameters, fewest, best: Kind | None = No
             found = find_peaks(grey, (-1, 1), diameter)
             for sign in signs:
                 for lowest in _CORRELATED:
-                    score = _explained(found[sign], found[-sign], diameter, lowest, least, fewest)
+                    score = _explained(found[sign], found[-sign], diameter, lowest, least)
                     if score > (best.score if best else 0):
                         best = Kind(sign, channel, diameter, lowest, score, found[sign])
     return best
@@ -137,12 +137,12 @@ def _coloured(image) -> bool:
     return bool(np.percentile(np.ptp(part, axis=2), 90) > 12)  # grey levels, over noise and white balance
 
 
-def _explained(found: Peaks, opposite: Peaks, diameter: float, lowest: float, least: float, fewest: int) -> float:
+def _explained(found: Peaks, opposite: Peaks, diameter: float, lowest: float, least: float) -> float:
     """Contrast that dots of this diameter, px, and at least so many grey levels explain, of each no more than of most, by how alike and how
     many they are; none of texture, which has them in the opposite sign, too, and as strong: gaps of packed dots are fainter."""
     is_round = found.correlation > lowest
     disc = is_round & (found.amplitude > least)
-    if disc.sum() < fewest:
+    if disc.sum() < FEWEST:
         return 0.0
     typical = np.median(found.amplitude[disc])
     ratio = found.amplitude[is_round] / typical

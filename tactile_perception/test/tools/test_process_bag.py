@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """process_bag writes every estimate under the stamps that came in, the same bytes each time, interrupted or not, and says what it left;
 evaluate judges them: a table, JSON and pictures."""
-import itertools
 import json
 import os
 import signal
@@ -158,12 +157,19 @@ def test_what_failed_amid_the_work_can_be_read(tmp_path):
     assert len(decoded(target)['/pad/contacts']) == 21
 
 
-def test_signals_end_it_with_their_number(tmp_path, capsys, monkeypatch):
-    source, steps, before = write_taxels(tmp_path / 'bag'), itertools.count(1), signal.getsignal(signal.SIGTERM)
-    monkeypatch.setattr(module.ProgressLine, 'step', lambda _line: next(steps) == 3 and os.kill(os.getpid(), signal.SIGTERM))
+def test_a_signal_ends_it_with_its_number(tmp_path, capsys, monkeypatch):
+    source, write, written = write_taxels(tmp_path / 'bag'), BagWriter.write, []
+
+    def interrupting(self, topic, *message):
+        write(self, topic, *message)
+        written.append(topic)
+        if written.count('/pad/contacts') == 4 and topic == '/pad/contacts':
+            os.kill(os.getpid(), signal.SIGTERM)
+    monkeypatch.setattr(BagWriter, 'write', interrupting)
+    before = signal.getsignal(signal.SIGTERM)
     assert run(source, tmp_path / 'out') == 128 + signal.SIGTERM
     assert signal.getsignal(signal.SIGTERM) is before
-    assert 'interrupted' in capsys.readouterr().err and len(decoded(tmp_path / 'out')['/pad/contacts']) == 3
+    assert 'interrupted' in capsys.readouterr().err and len(decoded(tmp_path / 'out')['/pad/contacts']) == 4
 
 
 @pytest.mark.parametrize('source, more, message', [

@@ -135,7 +135,8 @@ class Observer:
         self._before = None
         self._first: Pose | None = None  # of the tool, in the first frame of its touch
         places, uv, spread = pattern.seen(skin.rest, camera)
-        truth = TruthFrame(pattern.numbers, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=skin.pressure)
+        truth = TruthFrame(pattern.numbers, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=skin.pressure,
+                           dot_gap=np.full(len(uv), np.inf))
         self.untouched = Observation(skin.coarse(skin.rest), spread, truth)  # of all frames without contact
 
     def lifted(self) -> Observation:
@@ -156,7 +157,7 @@ class Observer:
         states = np.where(touching, STICKING, NON_CONTACT).astype(np.uint8)
         states[np.linalg.norm(way_of_dots, axis=1) > SLIP_SPEED * self.interval] = SLIPPING
         truth = TruthFrame(self.pattern.numbers, uv, places, states, region.outlines, region.holes, region.area, region.centroid,
-                           region.normal)
+                           region.normal, dot_gap=gap)
         truth.contacts = self._touches(state, nodes, region, tool, now)
         self._tell_slip(truth, nodes, way_of_nodes @ now.turn.T)
         truth.motion = _motion(before, now)

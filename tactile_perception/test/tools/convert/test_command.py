@@ -68,7 +68,7 @@ def test_the_parameters_are_the_sensors(recording_folder, converted, tmp_path):
 @pytest.mark.parametrize(('touched', 'frames'), [([0, 0, 1], 2), ([1, 0, 1], 1)])
 def test_frames_before_the_first_contact_make_the_reference(recording_folder, touched, frames):
     change_truth(recording_folder, lambda truth: truth.update(contact_area=np.array(touched, float)))
-    assert module.parameters(Recording(recording_folder))['reference.frames'] == frames
+    assert Recording(recording_folder).parameters()['reference.frames'] == frames
 
 
 def test_what_cannot_be_converted_is_said_in_one_line(recording_folder, tmp_path, capsys):
