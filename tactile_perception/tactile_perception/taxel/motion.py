@@ -41,6 +41,7 @@ class Limits:
     key_moved, key_grew = 0.8, 0.3  # since a keyframe, before a new one: slopes hold for parts of a taxel
     # Load
     load_s, load_change, other_load = 0.06, 0.2, 0.1  # a change over this time to which the image's is attributed; and one that lasts
+    evident = 0.4  # a frame, from which a centroid's shift is motion even if the load rises a little
     # Motion
     window_s, velocity_s = 0.2, 0.06  # longest stretch of a steady motion; stretch of the velocity that is reported
     fewest_frames = 4  # for a velocity that is reported: two more than a line needs
@@ -300,7 +301,7 @@ class MotionTracker:
             self._path.reset()
             self._moves = False
             return ObjectMotion(np.full(2, np.nan), np.nan, np.zeros(self._array.shape, bool), np.full(2, np.nan), np.nan)
-        waits = self._load_varies(load, stamp_s)
+        waits = self._load_varies(found, few, load, stamp_s)
         if self._waited and not waits and abs(load - self._key_load) > Limits.other_load * self._key_load:
             self._rekey(few, *now)
             found = found._replace(fit=np.zeros(4), turn=0 * found.turn)
@@ -321,7 +322,7 @@ class MotionTracker:
         linear, turn = path.reported[:2], float(path.reported[2])
         return ObjectMotion(linear, math.nan if math.isnan(found.turn) else turn, slipping, step[:2], float(turned))
 
-    def _load_varies(self, load: float, stamp_s: float) -> bool:
+    def _load_varies(self, seen: KeyframeMotion, few: bool, load: float, stamp_s: float) -> bool:
         """Whether the load varies, so that motion since the keyframe is estimated when it has settled: a new keyframe at each variation
         would add up the errors of those positions."""
         self._loads.append((stamp_s, load))
@@ -329,7 +330,8 @@ class MotionTracker:
             self._loads.popleft()
         least, most = min(value for _, value in self._loads), max(value for _, value in self._loads)
         self._varied = 1 - least / max(most, 1e-9)
-        return self._varied > Limits.load_change
+        moved = few and seen.largest > Limits.evident and load < (1 + Limits.load_change) * self._loads[0][1]
+        return self._varied > Limits.load_change and not moved
 
     def _step(self, seen: KeyframeMotion, mean: float) -> np.ndarray:
         """m, m, rad since the last frame, at the keyframe's centre, under a mean pressure, Pa. The pressure of the last frame's
