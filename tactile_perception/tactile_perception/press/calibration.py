@@ -239,7 +239,7 @@ def _least_squares(left: Callable[[np.ndarray], np.ndarray], start: np.ndarray, 
 
 
 def noise_at_rest(values: list[np.ndarray], usual: float, least: float) -> float:
-    """Standard deviation of values of untouched fields, NaN where unknown, whose own mean is the reference; usual: that of fewer than two."""
+    """Standard deviation of untouched fields' values, NaN unknown, whose own mean is the reference; usual: that of fewer than two."""
     if len(values) < 2:
         return usual
     return max(float(np.sqrt(np.nanmean(np.square(values)) * len(values) / (len(values) - 1))), least)
