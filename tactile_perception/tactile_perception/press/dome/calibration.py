@@ -27,10 +27,10 @@ DEPTHS = 4              # of a place at most. Chosen
 #: Prior of the logs of the log prestretch, of gas, and of friction: sealed air at 1.5 kPa, or any other gas
 LIKELY, SIGMA = np.log([0.2, 70.0, 0.5]), np.array([2.0, 6.0, 0.7])
 SLIPS = np.log(0.35)    # start of the log friction: a tip with more sticks to an ideal balloon, and slopes would show nothing. Chosen
-TIP = 0.03              # prior standard deviation of the log radius of the tip, which heights tell. Chosen
+TIP = 0.01              # prior standard deviation of the log radius of the tip, which heights tell. Chosen
 STRETCHES = 1.6, 0.06, 0.02  # starts of the log prestretch: of an ideal balloon to a skin that is hardly stretched. Chosen
 GASES = 70.0, 2.0, 0.01     # starts: of sealed air at 1.5 kPa, of air with a reservoir, and of a pressure that is held. Chosen
-TRUST = 0.002           # relative error of the model. Chosen
+TRUST = 0.0005          # relative error of the model. Chosen: at 0.002 the prior decided how far an ideal balloon stretches
 UNSOLVED = 0.2          # relative error of presses whose simulation does not converge. Chosen
 LEAST_LOGS = np.log([3e-3, 1e-3, 0.05, 2e-3])   # bounds of the logs; such gas counts as a pressure that is held
 MOST_LOGS = np.log([1.8, 500.0, 3.0, 0.2])
