@@ -123,7 +123,7 @@ class Stream:
 
 
 #: s that a node stays after the end of a recording; chosen: /diagnostics says so at least once, and nodes in other processes finish what
-#: waits for them, which is never older than some tenths of a second (tactile_perception/shedding.py)
+#: waits for them, which is never older than some tenths of a second (tactile_perception/work_log.py)
 _FAREWELL_S = 2.0
 _SUPERVISION_S = 0.1  # chosen: a device that is plugged in again is open within a frame or two of a slow camera
 
