@@ -193,8 +193,8 @@ def clear(true: Instant, unclear: np.ndarray | None) -> None:
 def report(judged: Judged) -> str:
     """The report of `evaluate`, and F1 of the dots."""
     ms = {name: float(np.percentile(judged.ms, part)) for name, part in (('median', 50), ('within_95', 95), ('worst', 100))}
-    refused = {'frames': judged.refused} if judged.refused else {}
-    times = {'latency_ms': {}, 'stages_ms': {'all': ms}, 'memory_mb': np.nan, 'refused': refused}
+    left_out = [f'{judged.refused} frames'] if judged.refused else []
+    times = {'latency_ms': {}, 'stages_ms': {'all': ms}, 'memory_mb': np.nan, 'left_out': left_out}
     instants = {'judged': judged.instants, 'without an estimate': 0, 'without truth': 0}
     lines = [text({'instants': instants, **judged.evaluation.summary(), 'times': times})]
     if judged.evaluation.dots.any():

@@ -11,7 +11,7 @@ import parts
 import printed_dots
 import pytest
 import taxel_slip
-from judged import Case, calibrated, judge, recorded, recording_folder, touchpad_scene
+from judged import Case, calibrated, judge, recorded, recording_folder, report, touchpad_scene
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.recordings.reader import BagReader
@@ -44,6 +44,7 @@ def check_touchpad(judged, contact, stick, slip, overlap):
     for reached, least in zip(found.values(), (contact, stick, slip, overlap), strict=True):
         assert not reached < least, found
     assert judged.evaluation.touches.frames['false'] == judged.refused == 0
+    assert f"contact {found['contact']:.3f}" in report(judged)
 
 
 @pytest.mark.parametrize('name, least', [('tp_rect_drag', (0.95, 0.85, 0.85, 0.87)), ('tp_ring_press', (0.87, 0.85, np.nan, 0.64)),
