@@ -8,11 +8,6 @@ import numpy as np
 SIGMA_PER_MAD = 1.4826  # standard deviation of normal errors over their median absolute deviation: 1 / (upper quartile of N(0, 1))
 
 
-def all_within(values: np.ndarray) -> bool:
-    """Whether all values are finite."""
-    return bool(np.isfinite(values).all())
-
-
 def upper_median(values: np.ndarray) -> float:
     """The upper of the two middle values (N,), N > 0; np.median takes several times as long for a few hundred."""
     return float(np.partition(values, len(values) // 2)[len(values) // 2])

@@ -12,7 +12,6 @@ import numpy as np
 
 from .. import _core
 from ..errors import BadArgument
-from .statistics import all_within
 
 
 _STRAIGHT_LAYERS = 2  # dots beyond the last known one that are extrapolated linearly; farther ones take means. Chosen
@@ -64,7 +63,7 @@ def fill_unseen(grid: np.ndarray) -> np.ndarray:
     known entries, by means farther away, where linear extrapolation amplifies errors. All NaN stays all NaN, a grid without NaN itself.
     """
     grid = np.asarray(grid, float)
-    if all_within(grid):
+    if np.isfinite(grid).all():
         return grid
     grid = grid.copy()
     layer = 0

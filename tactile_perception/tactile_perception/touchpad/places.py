@@ -11,7 +11,6 @@ import numpy as np
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.geometry import Cap
-from ..common.statistics import all_within
 from ..errors import BadArgument, BadFrame
 from ..dots.tracker import DotTracker, tracker_options
 from .identification import identify
@@ -67,7 +66,7 @@ class DotPlaces:
         """Positions (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for dots without a rest position and in a
         grey image. Raises BadFrame if too few dots have a rest position.
         """
-        if image.ndim == 3 and len(tracks) and all_within(tracks.uv):
+        if image.ndim == 3 and len(tracks) and np.isfinite(tracks.uv).all():
             return self._located(image, tracks)
         seen, xyz = np.isfinite(tracks.uv).all(axis=1), np.full((len(tracks), 3), np.nan)
         if image.ndim == 3 and seen.any():

@@ -15,7 +15,6 @@ from ..common.contact_tracker import ContactTracker
 from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, to_grid
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.geometry import Cap, deepest_notch, quaternion
-from ..common.statistics import all_within
 from ..errors import BadArgument
 from .pose import RigidMotion
 
@@ -49,7 +48,7 @@ class ContactDots:
             values = getattr(self, name)
             if values is None:
                 continue
-            if np.shape(values) != shape or not all_within(np.asarray(values, float)):
+            if np.shape(values) != shape or not np.isfinite(np.asarray(values, float)).all():
                 raise BadArgument(f'contact dots: {name} must be {shape} finite numbers; leave out unknown dots')
             setattr(self, name, np.asarray(values, float))
         if np.shape(self.state) != (count,):

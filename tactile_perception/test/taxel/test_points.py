@@ -88,8 +88,6 @@ def test_normal_force_of_equation_5():
     assert normal_force(200e-6, 4e-4, SoftPad(thickness=0.002, stiffness=3e5)) == pytest.approx(12.0)
 
 
-
-
 def test_pressure_acts_where_the_load_is():
     everywhere = np.ones((44, 44), bool)
     assert pressure_centre(picture(bar(4.0, -3.0)), everywhere, ARRAY, PAD) == pytest.approx([4e-3, -3e-3], abs=2e-5)
