@@ -25,7 +25,7 @@ from tactile_perception.press.sensor import MARKER_SENSORS  # noqa: E402
 from tactile_perception.sensors import SENSOR_TYPES  # noqa: E402
 from tactile_perception.tools.calibrate import main as calibrate  # noqa: E402
 
-pytestmark = [pytest.mark.ros, pytest.mark.full, pytest.mark.slow, pytest.mark.timeout(1200)]
+pytestmark = [pytest.mark.full, pytest.mark.slow, pytest.mark.timeout(1200)]
 
 
 def scene_messages(sensor_type, rounds=1):

@@ -16,7 +16,7 @@ from sensor_msgs.msg import CameraInfo  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message, point  # noqa: E402
 
-pytestmark = [pytest.mark.ros, pytest.mark.full]
+pytestmark = pytest.mark.full
 RATE = 20.0
 HEIGHTS = [5e-3] * 28 + [*np.linspace(5e-3, -3e-3, 8)] + [-3e-3] * 30 + [*np.linspace(-3e-3, 5e-3, 6)] + [5e-3] * 3  # m
 DOWN = 40  # number of an image in which it is held

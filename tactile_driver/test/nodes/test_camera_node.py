@@ -88,7 +88,7 @@ def test_a_calibration_is_published_for_its_size_and_another_size_is_warned_of(s
     one.reported(lambda status: said in status.message)
 
 
-pytestmark = [pytest.mark.ros, pytest.mark.full]
+pytestmark = pytest.mark.full
 
 
 @pytest.fixture

@@ -133,7 +133,7 @@ def test_a_topic_without_a_name_is_refused(node):
         TopicSource(node, '')
 
 
-pytestmark = [pytest.mark.ros, pytest.mark.full]
+pytestmark = pytest.mark.full
 
 
 @pytest.fixture

@@ -119,7 +119,7 @@ def test_a_hosts_parameters_go_before_those_of_the_arguments():
     rclpy.try_shutdown()
 
 
-pytestmark = [pytest.mark.ros, pytest.mark.full]
+pytestmark = pytest.mark.full
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
 LATCHED, VOLATILE = DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE
 

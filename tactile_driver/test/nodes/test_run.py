@@ -47,7 +47,6 @@ _WORK = """self.timer = self.create_timer(0.05, self.work)
         print('working', flush=True); time.sleep(0.5); print('done', flush=True)"""
 
 
-@pytest.mark.ros
 @pytest.mark.full
 @pytest.mark.parametrize(('program', 'lines', 'signals', 'rest'), [
     (PROGRAM, ['up'], [signal.SIGTERM], 'released\n'),
@@ -63,7 +62,6 @@ def test_signals_end_the_process_cleanly_and_interrupt_nothing(program, lines, s
     assert (process.returncode, out, err) == (0, rest, '')
 
 
-@pytest.mark.ros
 @pytest.mark.full
 def test_an_interrupt_while_the_interpreter_closes_down_does_not_count():
     # launch sends its own after that of the terminal
@@ -84,7 +82,6 @@ sys.last_to_go = Last()
     assert process.wait(timeout=60) == 0
 
 
-@pytest.mark.ros
 @pytest.mark.full
 @pytest.mark.parametrize(('error', 'code', 'traceback'), [("RuntimeError('no such thing')", 1, True),
                                                           ("BadArgument('path: no such thing')", run.WRONG, False)])
@@ -114,7 +111,6 @@ def test_without_one_the_profile_is_used_and_exists(monkeypatch):
     assert os.path.isfile(os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'])
 
 
-@pytest.mark.ros
 def test_several_nodes_are_put_away_in_their_order_also_where_one_cannot_be_made(capfd, monkeypatch):
     from rclpy.node import Node
     from tactile_driver.errors import BadArgument

@@ -50,9 +50,6 @@ def test_without_a_recorded_wrench_or_a_model_there_is_no_stiffness(reader):
     assert reader.left_out == ['wrench: no ground_truth/wrench was recorded with the presses', 'wrench: only the method model gives it']
 
 
-pytestmark = pytest.mark.ros
-
-
 @pytest.fixture
 def params(tmp_path):
     path = tmp_path / 'params.yaml'

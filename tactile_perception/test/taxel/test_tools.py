@@ -11,8 +11,6 @@ from tactile_perception.taxel.response import Loop  # noqa: E402
 from tactile_perception.taxel.calibration import Loads, find_loop, held_out_errors  # noqa: E402
 from tactile_perception.taxel.tools import held_out_residuals  # noqa: E402
 
-pytestmark = pytest.mark.ros
-
 
 def loads_of(changes, forces, times=None, when=None):
     """Loads of one recording, a second apart, each a level of its own."""
