@@ -11,53 +11,27 @@ import pytest
 import rclpy
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
+from fake_source import FakeSource
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from sensor_msgs.srv import SetCameraInfo
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
-from tactile_driver.frame import CameraCalibration, Frame, load_calibration
+from tactile_driver.frame import CameraCalibration, load_calibration
 from tactile_driver.nodes.camera_node import CameraNode
 from tactile_driver.nodes.messages.conversions import header_of
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.nodes.topic_source import TopicSource
 from tactile_driver.sources.registry import CAMERA_SOURCES
-from tactile_driver.sources.source import Source
 from waiting import until
 from watching import ERROR, Watcher, ended, stamps
 
 
-class FakeCamera(Source):
-    """A camera of 6 x 4 px and 100 Hz that notes whether its frames were wanted."""
-
-    live = True
-
-    def __init__(self, calibration):
-        self.wanted, self.closed, self.known = [], False, calibration
-
-    def open(self):
-        pass
-
-    def read(self, wanted=True):
-        time.sleep(0.01)
-        self.wanted.append(wanted)
-        return Frame(np.full((4, 6, 3), 9, np.uint8), len(self.wanted), 'bgr8') if wanted else None
-
-    def close(self):
-        self.closed = True
-
-    def calibrations(self):
-        return (self.known,)
-
-    def describe(self):
-        return {'rate': 100.0}
-
-
 @pytest.fixture
 def streamed(driven, monkeypatch):
-    """streamed(calibration, **parameters): the node with a FakeCamera, and that."""
+    """streamed(calibration, **parameters): the node with a FakeSource, and that."""
     def make(calibration=None, **values):
-        fake = FakeCamera(calibration)
+        fake = FakeSource(known=(calibration,))
         monkeypatch.setitem(CAMERA_SOURCES, 'device', lambda _values, _clock: fake)
         return driven(CameraNode, source='device', **values), fake
     return make
@@ -65,16 +39,16 @@ def streamed(driven, monkeypatch):
 
 def test_nothing_is_decoded_for_nobody(streamed):
     one, fake = streamed()
-    assert until(lambda: len(fake.wanted) > 5)
+    assert until(lambda: len(fake.asked) > 5)
     one.close()
-    assert not any(fake.wanted) and fake.closed
+    assert not any(fake.asked) and fake.calls == ['close']
 
 
 def test_the_end_of_ros_is_no_failure_of_the_camera(streamed):
     _, fake = streamed()
     rclpy.shutdown()
-    before = len(fake.wanted)
-    assert until(lambda: len(fake.wanted) > before + 3)
+    before = len(fake.asked)
+    assert until(lambda: len(fake.asked) > before + 3)
 
 
 @pytest.mark.parametrize(('calibration', 'values', 'k', 'said'), [

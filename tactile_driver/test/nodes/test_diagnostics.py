@@ -5,14 +5,11 @@
 import math
 
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter as Parameter_defect, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
-from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.lifecycle import LifecycleNode
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
@@ -20,16 +17,6 @@ from tactile_driver.nodes.runtime.diagnostics import WARN, Health, LogOnce, Node
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.parameters.table import Parameter as Declared
 from waiting import until
-
-
-@pytest.fixture
-def node():
-    context = Context()
-    rclpy.init(context=context)
-    node = Node('diagnosed', context=context)
-    yield node
-    node.destroy_node()
-    rclpy.shutdown(context=context)
 
 
 def test_health_is_published(node):
@@ -41,7 +28,7 @@ def test_health_is_published(node):
     assert until(lambda: diagnostics.update() or any(s.message.startswith('slow') for m in received for s in m.status), executor)
     executor.shutdown()
     status = next(s for m in received for s in m.status if s.message.startswith('slow'))
-    assert (status.name, status.level, status.hardware_id) == ('/diagnosed: camera', WARN, 'A111')
+    assert (status.name, status.level, status.hardware_id) == ('/tested: camera', WARN, 'A111')
     assert {v.key: v.value for v in status.values} == {'rate (Hz)': '14.23', 'frames': '7', 'what to do': 'more light'}
 
 
@@ -107,14 +94,10 @@ def test_a_defect_is_counted_each_time_and_logged_once_with_its_traceback(monkey
 
 
 @pytest.fixture
-def services():
-    rclpy.init()
-    node = LifecycleNode('asked')
+def services(node):
     node.declare_parameter('rate', 1.0)
     guard_services(node)
-    yield {service.srv_type: service.callback for service in node.services}
-    node.destroy_node()
-    rclpy.shutdown()
+    return {service.srv_type: service.callback for service in node.services}
 
 
 def request(kind, type_):
@@ -141,26 +124,18 @@ TABLE = (Declared('rate', float, 30.0, 'Hz', 'frames a second', 0.0, 100.0), Dec
          Declared('autostart', bool, True, '', 'by itself', read_only=True))
 
 
-@pytest.fixture(scope='module')
-def context():
-    context = Context()
-    rclpy.init(context=context)
-    yield context
-    rclpy.shutdown(context=context)
-
-
 @pytest.fixture
-def make(context):
+def make(node):
     """Makes (node, parameters) with values given at the start; destroys the nodes at the end."""
     nodes = []
 
     def with_values(check=None, apply=None, **values):
-        node = Node('parameters_test', context=context, parameter_overrides=[RosParameter(n, value=v) for n, v in values.items()])
-        nodes.append(node)
-        return node, NodeParameters(node, TABLE, check, apply)
+        overrides = [RosParameter(n, value=v) for n, v in values.items()]
+        nodes.append(Node('parameters_test', context=node.context, parameter_overrides=overrides))
+        return nodes[-1], NodeParameters(nodes[-1], TABLE, check, apply)
     yield with_values
-    for node in nodes:
-        node.destroy_node()
+    for made in nodes:
+        made.destroy_node()
 
 
 def put(node, **values):

@@ -2,26 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """What all drivers share: transitions, streams, waiting frames."""
 
-import math
 import time
 
 import numpy as np
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
+from fake_source import FakeSource
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
 from sensor_msgs.msg import Image
 from tactile_driver.errors import BadArgument, DeviceLost
-from tactile_driver.frame import Frame
 from tactile_driver.nodes.driver_node import DriverNode
 from tactile_driver.nodes.messages.conversions import instants, stamp_ns_of
 from tactile_driver.nodes.runtime.diagnostics import ERROR
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.taxel_array_node import TaxelArrayNode
 from tactile_driver.parameters.table import Parameter
-from tactile_driver.sources.source import EndOfSource, Source
 from waiting import until
 
 BLOCKED_S = 1.0
@@ -68,34 +66,6 @@ TABLE = (Parameter('autostart', bool, False, '', 'start by itself', read_only=Tr
          *(Parameter(name, str, '', '', 'fixed') for name in ('source', 'frame_id', 'sensor_type', 'path')))
 
 
-class Film(Source):
-    """Frames without end at 100 Hz, or so many; notes what is asked of it."""
-
-    def __init__(self, live, error):
-        self.live, self.error, self.asked, self.left = live, error, [], math.inf
-
-    def open(self):
-        self.asked.append('open')
-        if self.error is not None:
-            raise self.error
-
-    def read(self, wanted=True):
-        time.sleep(0.01)
-        self.left -= 1
-        if self.left < 0:
-            raise EndOfSource('over')
-        return Frame(np.zeros((4, 6), np.uint8), 1, 'mono8')
-
-    def close(self):
-        self.asked.append('close')
-
-    def describe(self):
-        return {'serial': 'A1', 'rate': 100.0}
-
-    def set_controls(self, values):
-        self.asked.append(values)
-
-
 class Driver(DriverNode):
     """Publishes into a list."""
 
@@ -120,8 +90,10 @@ def node():
     made = []
 
     def make(error=None, live=True, **values):
-        made.append(Driver(Film(live, error), **values))
-        return made[-1], made[-1].film
+        film = FakeSource(live=live, script=() if live else range(10**4), about={'serial': 'A1'})
+        film.open_errors = [error] if error else []
+        made.append(Driver(film, **values))
+        return made[-1], film
     yield make
     for each in made:
         each.destroy_node()
@@ -139,10 +111,10 @@ def test_transitions_open_run_hold_and_close_the_source(node):
     time.sleep(0.1)
     assert len(driver.published) == count
     assert driver.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
-    assert film.asked == ['open', 'close']
+    assert film.calls == ['open', 'close']
     assert driver.trigger_configure() == driver.trigger_activate() == TransitionCallbackReturn.SUCCESS
     assert driver.trigger_shutdown() == TransitionCallbackReturn.SUCCESS
-    assert film.asked == ['open', 'close'] * 2
+    assert film.calls == ['open', 'close'] * 2
 
 
 @pytest.mark.parametrize('stay', [True, False])
@@ -167,7 +139,7 @@ def test_a_node_says_that_its_recording_is_over_and_ends_unless_it_is_to_stay(no
     driver.trigger_configure()
     driver.trigger_activate()
     assert until(lambda: says(' Hz'), executor)
-    film.left = 3
+    film.script = [1, 2, 3]
     assert until(ends, patience_s=3.0 if stay else 60.0) != stay
     assert until(lambda: says('ended'))
     executor.shutdown(), ears.shutdown()
@@ -180,7 +152,7 @@ def test_only_live_parameters_change_while_it_runs(node):
     refused, = driver.set_parameters([RosParameter('path', value='x')])
     assert not refused.successful and 'deactivate and clean up' in refused.reason
     assert driver.set_parameters([RosParameter('exposure', value=0.5)])[0].successful
-    assert {'exposure': 0.5} in film.asked
+    assert {'exposure': 0.5} in film.calls
 
 
 @pytest.mark.parametrize(('error', 'result'), [(DeviceLost('no camera'), 'FAILURE'), (BadArgument('bad path'), 'FAILURE'),

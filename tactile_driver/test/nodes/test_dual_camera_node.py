@@ -3,14 +3,13 @@
 """dual_camera_node: its stream, its topics as a source, its life."""
 
 import itertools
-import time
 from functools import partial
 
-import cv2
 import numpy as np
 import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
+from fake_source import FakeSource
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import CameraInfo, Image, TimeReference
 from stitchings import SIZE, stitching, view
@@ -20,44 +19,31 @@ from tactile_driver.nodes.dual_camera_node import DualCameraNode
 from tactile_driver.nodes.topic_source import TopicSource
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.sources.registry import DUAL_CAMERA_SOURCES
-from tactile_driver.sources.source import NothingYet, Source
+from tactile_driver.sources.source import NothingYet
 from tactile_driver.stitching.methods import make_stitcher
-from watching import Watcher, ended, stamps
+from watching import Watcher, stamps
 
 
-class TwoCameras(Source):
-    """Pairs at 100 Hz, the right frame a millisecond later."""
+def pair_of(size):
+    """Makes the pair of a number: grey, the right frame a millisecond later."""
+    return lambda number: PairFrame(*(Frame(np.full(size[::-1], value, np.uint8), number * 10**7 + late, 'mono8')
+                                      for value, late in ((50, 0), (90, 10**6))))
 
-    live = True
 
-    def __init__(self, size, known):
-        self.size, self.known, self.count = size, known, 0
-
-    def open(self):
-        pass
-
-    def read(self, wanted=True):
-        time.sleep(0.01)
-        self.count += 1
-        frames = [Frame(np.full(self.size[::-1], value, np.uint8), self.count * 10**7 + late, 'mono8')
-                  for value, late in ((50, 0), (90, 10**6))]
-        return PairFrame(*frames) if wanted else None
-
-    def calibrations(self):
-        return self.known
-
-    def describe(self):
-        return {'rate': 100.0, 'shutter offset (ms)': 9.0}
+def stitching_file(folder):
+    """Path of a calibration file in the folder that holds stitching()."""
+    path = folder / 'calibration.yaml'
+    path.write_text(yaml.safe_dump({'fitted': {'stitching': stitching().to_dict()}}))
+    return str(path)
 
 
 @pytest.fixture
 def streamed(driven, tmp_path, monkeypatch):
-    """streamed(**parameters): the node with TwoCameras; stitched: by stitching()."""
+    """streamed(**parameters): the node with pairs of this size; stitched: by stitching()."""
     def make(size=SIZE, stitched=True, calibrations=(None, None), **values):
-        monkeypatch.setitem(DUAL_CAMERA_SOURCES, 'device', lambda _values, _clock: TwoCameras(size, calibrations))
-        path = tmp_path / 'calibration.yaml'
-        path.write_text(yaml.safe_dump({'fitted': {'stitching': stitching().to_dict()}}))
-        return driven(DualCameraNode, source='device', stitching_path=str(path) if stitched else '', **values)
+        fake = FakeSource(make=pair_of(size), about={'shutter offset (ms)': 9.0}, known=calibrations)
+        monkeypatch.setitem(DUAL_CAMERA_SOURCES, 'device', lambda _values, _clock: fake)
+        return driven(DualCameraNode, source='device', stitching_path=stitching_file(tmp_path) if stitched else '', **values)
     return make
 
 
@@ -155,46 +141,14 @@ def views(k=0):
     return [view(side, lambda x, y: 100 + 60 * np.sin(x / 4e-3 + k) + 30 * np.cos(y / 5e-3)) for side in (found.left, found.right)]
 
 
-@pytest.fixture
-def folders(tmp_path):
-    """left and right: six images each; stitching.yaml."""
-    (tmp_path / 'stitching.yaml').write_text(yaml.safe_dump({'fitted': {'stitching': stitching().to_dict()}}))
-    for k in range(6):
-        left, right = views(k)
-        for name, image in (('left', left), ('right', right)):
-            (tmp_path / name).mkdir(exist_ok=True)
-            cv2.imwrite(str(tmp_path / name / f'{k}.png'), image)
-    return tmp_path
-
-
 def picture_of(message):
     return np.frombuffer(bytes(message.data), np.uint8).reshape(message.height, message.width)
 
 
-def collected(watcher):
-    """Lists of (left, right, stitched) images and the stitched picture's camera_info, as they come."""
-    topics = ('left/image_raw', 'right/image_raw', 'image_raw')
-    return [watcher.collect(Image, topic, 100) for topic in topics] + [watcher.collect(CameraInfo, 'camera_info', 100)]
-
-
-def test_files_come_as_two_views_and_as_one_picture(watcher, cameras, folders):
-    left, right, whole, infos = collected(watcher)
-    path = {'path': folders / 'left', 'right_path': folders / 'right'}
-    process = cameras(source='file', rate=20, loop='true', stitching_path=folders / 'stitching.yaml', **path)
-    watcher.until(lambda: right and infos and len(set(stamps(left)) & set(stamps(whole))) >= 8)
-    expected = [make_stitcher('plane', stitching()).stitch(*views(k)) for k in range(6)]
-    for message in whole:
-        assert any((picture_of(message) == picture).all() for picture in expected)
-    assert (whole[0].width, whole[0].height, whole[0].encoding, whole[0].header.frame_id) == (121, 61, 'mono8', 'areal_dual_camera_optical')
-    assert (left[0].width, left[0].height) == (96, 80) and (infos[0].width, infos[0].height, set(infos[0].k)) == (121, 61, {0.0})
-    code, log = ended(process)
-    assert (code, log) == (0, '')
-
-
-def test_two_image_topics_are_stitched_and_not_published_again(watcher, cameras, folders):
+def test_two_image_topics_are_stitched_and_not_published_again(watcher, cameras, tmp_path):
     publishers = [watcher.node.create_publisher(Image, f'{name}/image_raw', 10) for name in ('left', 'right')]
     whole, reports = watcher.collect(Image, 'image_raw', 100), watcher.collect(DiagnosticArray, '/diagnostics', 10)
-    cameras(source='topics', stitching_path=folders / 'stitching.yaml')
+    cameras(source='topics', stitching_path=stitching_file(tmp_path))
     watcher.until(lambda: all(p.get_subscription_count() for p in publishers))
     numbers, pictures = itertools.count(), [views(k) for k in range(6)]
     expected = [make_stitcher('plane', stitching()).stitch(*pair) for pair in pictures]

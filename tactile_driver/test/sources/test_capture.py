@@ -7,46 +7,16 @@ import time
 
 import numpy as np
 import pytest
+from fake_source import FakeSource, frame
 from tactile_driver.errors import BadFrame, BadRecording, DeviceLost
-from tactile_driver.frame import Frame
 from tactile_driver.sources import capture as capture_module
 from tactile_driver.sources.capture import Capture, FrameQueue
-from tactile_driver.sources.source import EndOfSource
 from waiting import until
 
 
-class ScriptedSource:
-    """A source that plays a list of frame numbers and errors; a live one gives frame after frame at its end."""
-
-    skipped = corrupt = 0
-
-    def __init__(self, script, live=False, on_demand=True, period=0.0):
-        self.script, self.live, self.on_demand, self.period = list(script), live, on_demand, period
-        self.opened, self.closed, self.asked = 0, 0, []
-        self.open_errors = []
-
-    def open(self):
-        self.opened += 1
-        if self.open_errors:
-            raise self.open_errors.pop(0)
-
-    def read(self, wanted=True):
-        time.sleep(self.period)
-        self.asked.append(wanted)
-        step = self.script.pop(0) if self.script else (len(self.asked) if self.live else EndOfSource('over'))
-        if isinstance(step, Exception):
-            raise step
-        return frame(step) if wanted else None
-
-    def close(self):
-        self.closed += 1
-
-    def describe(self):
-        return {'source': 'script'}
-
-
-def frame(number, size=(4, 6)):
-    return number if isinstance(number, Frame) else Frame(np.zeros((*size, 3), np.uint8), number, 'bgr8')
+def recording(script):
+    """It is read as fast as it is consumed."""
+    return FakeSource(script, live=False, on_demand=True, period=0.0)
 
 
 class Captured:
@@ -75,7 +45,7 @@ def captured():
 
 
 def test_a_recording_loses_nothing_however_slow_its_reader(captured):
-    it = captured(ScriptedSource(range(20)))
+    it = captured(recording(range(20)))
     it.capture.resume()
     seen = []
     for _ in range(20):
@@ -88,7 +58,7 @@ def test_a_recording_loses_nothing_however_slow_its_reader(captured):
 
 
 def test_of_a_camera_only_the_newest_frame_is_kept(captured):
-    it = captured(ScriptedSource([], live=True, period=0.002))
+    it = captured(FakeSource(period=0.002))
     it.capture.resume()
     it.capture.take(20.0)
     assert until(lambda: it.capture.status.dropped > 5)
@@ -97,7 +67,7 @@ def test_of_a_camera_only_the_newest_frame_is_kept(captured):
 
 
 def test_a_recording_waits_until_it_is_resumed_and_holds_when_paused(captured):
-    source = ScriptedSource(range(100))
+    source = recording(range(100))
     it = captured(source)
     time.sleep(0.05)
     assert source.asked == [] and it.capture.status.state == 'paused'
@@ -110,7 +80,7 @@ def test_a_recording_waits_until_it_is_resumed_and_holds_when_paused(captured):
 
 
 def test_a_camera_is_drained_but_not_decoded_while_nobody_wants_it(captured):
-    source = ScriptedSource([], live=True, period=0.002)
+    source = FakeSource(period=0.002)
     it = captured(source, wanted=lambda: False)
     it.capture.resume()
     assert until(lambda: len(source.asked) > 10)
@@ -121,7 +91,7 @@ def test_a_camera_is_drained_but_not_decoded_while_nobody_wants_it(captured):
 
 def test_as_fast_as_consumed_stands_still_without_a_consumer(captured):
     wanted = threading.Event()
-    source = ScriptedSource(range(5))
+    source = recording(range(5))
     it = captured(source, wanted=wanted.is_set)
     it.capture.resume()
     time.sleep(0.1)
@@ -132,7 +102,7 @@ def test_as_fast_as_consumed_stands_still_without_a_consumer(captured):
 
 def test_at_its_own_pace_a_recording_begins_with_its_first_consumer_and_goes_on_without(captured):
     wanted = threading.Event()
-    source = ScriptedSource(range(5), on_demand=False)
+    source = FakeSource(range(5), live=False, period=0.0)
     source.read = paused_after(source.read, 1)
     it = captured(source, wanted=wanted.is_set)
     it.capture.resume()
@@ -147,7 +117,7 @@ def test_at_its_own_pace_a_recording_begins_with_its_first_consumer_and_goes_on_
 
 
 def test_bad_frames_are_counted_said_once_and_skipped(captured):
-    it = captured(ScriptedSource([1, BadFrame('torn'), BadFrame('torn'), 2, BadFrame('torn'), 3]))
+    it = captured(recording([1, BadFrame('torn'), BadFrame('torn'), 2, BadFrame('torn'), 3]))
     assert it.take_all(3) == [1, 2, 3]
     assert it.capture.status.corrupt == 3
     assert it.capture.status.error == 'torn'
@@ -155,14 +125,14 @@ def test_bad_frames_are_counted_said_once_and_skipped(captured):
 
 
 def test_a_frame_of_another_size_is_skipped(captured):
-    it = captured(ScriptedSource([1, frame(2, (8, 8)), 3]))
+    it = captured(recording([1, frame(2, (8, 8)), 3]))
     assert it.take_all(2) == [1, 3]
     assert it.capture.status.corrupt == 1
     assert '8 x 8' in it.capture.status.error
 
 
 def test_the_newest_frame_s_failure_is_reported_until_a_good_one_comes(captured):
-    source = ScriptedSource([1, BadFrame('torn')], live=True)
+    source = FakeSource([1, BadFrame('torn')], period=0.0)
     source.read = paused_after(source.read, 2)
     it = captured(source)
     it.capture.resume()
@@ -185,7 +155,7 @@ def paused_after(read, count):
 
 def test_a_camera_that_gives_another_size_for_good_is_set_up_anew(captured, monkeypatch):
     monkeypatch.setattr(capture_module, '_OTHER_SIZE_S', 0.05)
-    size, source = [(4, 6)], ScriptedSource([], live=True, period=0.01)
+    size, source = [(4, 6)], FakeSource()
     numbered = source.read
     source.read = lambda wanted=True: numbered(wanted) and frame(len(source.asked), size[0])
     it = captured(source)
@@ -198,12 +168,12 @@ def test_a_camera_that_gives_another_size_for_good_is_set_up_anew(captured, monk
 
 
 def test_a_lost_camera_is_opened_again(captured):
-    source = ScriptedSource([1, DeviceLost('pulled out'), 7], live=True, period=0.002)
+    source = FakeSource([1, DeviceLost('pulled out'), 7], period=0.002)
     source.open_errors = [DeviceLost('not there'), DeviceLost('still not there')]
     it = captured(source)
     it.capture.resume()
     assert until(lambda: len(it.reports) == 2)
-    assert source.opened == 3
+    assert source.calls == ['open'] * 3
     assert until(lambda: it.capture.status.state == 'running')
     assert until(lambda: it.take_all(1)[0] >= 3)
     assert it.reports[0] == ('error', 'pulled out')
@@ -212,7 +182,7 @@ def test_a_lost_camera_is_opened_again(captured):
 
 @pytest.mark.parametrize(('error', 'said'), [(BadRecording('gone'), 'gone'), (RuntimeError('surprise'), 'surprise')])
 def test_what_cannot_be_tried_again_ends_the_reading_with_a_word(captured, error, said):
-    it = captured(ScriptedSource([1, error]))
+    it = captured(recording([1, error]))
     assert it.take_all(1) == [1]
     assert until(lambda: it.capture.status.state == 'failed')
     assert said in it.capture.status.error
