@@ -1,21 +1,19 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tips that are dragged, two tips at once, and two cameras that run free, at other frictions than the calibrated one, as `evaluate` judges.
-
-The scenes, their optics and mechanics share nothing with the estimator; the calibrations are those that ship.
-"""
+"""What presses while it moves: drags, pairs of objects, random cushions, cameras that run free."""
 import dataclasses
 from functools import partial
 from pathlib import Path
 
+from judged import Case, calibrated, judge, parameter_file
 import numpy as np
 import pytest
-from judged import Case, judge
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.simulation.scene.specimen import Script, Shutters, drag, one_after_the_other
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_driver.simulation.sensors.scenes import SCENES
+from tactile_perception.press.calibration import read_touch
 
 TRACE = 0.3e-3  # m: a shallower tip stands on one node of the simulated sheet, up to 0.7 mm beside its place
 LEAST, APART = 5e-4, 0.0145  # m: two tips count from this depth, and this far apart
@@ -76,3 +74,19 @@ def test_two_tips_are_two_where_they_touch(tmp_path, name):
     ('areal_dual_fast_drag', Shutters(0.003, 0.009, 2e-4), (0.45, 1.0), (0.06, 0.15))])
 def test_fast_presses_and_drags_by_cameras_that_run_free(tmp_path, scene, shutters, place, depth):
     check(judged(tmp_path, scene, shutters=shutters, frames=180), place, depth, beside=0)  # six seconds
+
+
+pytestmark = pytest.mark.slow
+
+
+def test_presses_on_a_random_print_are_found_in_another_recording(tmp_path):
+    params = parameter_file(tmp_path / 'params.yaml', Path(share('params', 'air_cushion_sim.yaml')), {'rows': 0, 'columns': 0})
+    presses, demo = (Case(tmp_path / name, params) for name in ('calibration', 'demo'))
+    write_scene(presses.bag, 'air_cushion_random_calibration', rate=1.5, frames=70)
+    write_scene(demo.bag, 'air_cushion_random_demo', rate=2.0, frames=16)
+    file = calibrated(presses, 'air_cushion', tmp_path / 'cushion.yaml')
+    assert 150 < len(read_touch(file, 'air_cushion').pattern) < 400
+    found = judge([demo], file, counts=lambda _estimated, true: not true.contacts or true.contacts[0].depth > 0.008)
+    frames = found.evaluation.summary()['frames']
+    assert frames['touched'] and frames['untouched'] and frames['missed'] == frames['false'] == found.refused == 0
+    assert found.medians()['place'] < 8.0  # mm

@@ -169,7 +169,7 @@ class SlowStage(Stage):
 
 @pytest.mark.full
 def test_a_slow_node_drops_messages_and_reports_it(ros):
-    """How evenly, and how little those that it does have waited: test_shedding.py."""
+    """How evenly, and how little those that it does have waited: test_work_log.py."""
     node, sender, executor = PerceptionNode(SlowStage), rclpy.create_node('sender'), SingleThreadedExecutor()
     voltages = sender.create_publisher(PsdVoltages, 'voltages', 200)
     heard = []

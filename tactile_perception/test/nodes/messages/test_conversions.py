@@ -1,14 +1,20 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages and arrays hold the same, what was made into a message comes back; what a message cannot mean is refused by name."""
+"""Messages and arrays: what is checked, and what goes through a message and back."""
+from array import array
+
+from geometry_msgs.msg import Point, Point32, Polygon, Vector3, Wrench, WrenchStamped
 import numpy as np
 import pytest
-from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import CameraInfo, Image, PointField
 from std_msgs.msg import Header
-from tactile_perception.common.dots import DotTracks
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
+from tactile_perception.common import dots as estimated
 from tactile_perception.common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
+from tactile_perception.common.surface_points import SurfacePoints, UNKNOWN
 from tactile_perception.errors import BadFrame
 from tactile_perception.nodes.messages import conversions as convert
+from tactile_perception.nodes.messages.conversions import check_message, points_to_message
 
 HEADER = Header(frame_id='pad')
 HEADER.stamp.sec, HEADER.stamp.nanosec = 12, 500_000_000
@@ -16,8 +22,8 @@ HEADER.stamp.sec, HEADER.stamp.nanosec = 12, 500_000_000
 
 def some_tracks(xyz=True):
     uv = np.array([[10.5, 20.25], [30.0, 40.0]])
-    return DotTracks(2, 3, np.array([1, 5]), uv, np.array([80.0, np.nan]), np.array([0.02, 0.03]), np.array([[1.0, 2.0], [np.nan, np.nan]]),
-                     np.array([[0.001, 0.002, 0.01], [np.nan] * 3]) if xyz else None)
+    duv, places = np.array([[1.0, 2.0], [np.nan, np.nan]]), np.array([[0.001, 0.002, 0.01], [np.nan] * 3])
+    return estimated.DotTracks(2, 3, np.array([1, 5]), uv, np.array([80.0, np.nan]), np.array([0.02, 0.03]), duv, places if xyz else None)
 
 
 def test_tracks_go_through_a_message_and_back():
@@ -80,3 +86,120 @@ def test_slip_and_wrench():
     back = convert.slip_from_message(convert.slip_to_message(made, HEADER))
     same(made, back, ('state', 'slipping_fraction', 'linear', 'angular', 'rotation_center', 'x', 'y', 'vx', 'vy'))
     assert convert.wrench_from_message(convert.wrench_to_message(np.arange(6.0), HEADER)).tolist() == [0, 1, 2, 3, 4, 5]
+
+
+NAN = float('nan')
+
+
+def floats(*values):
+    return array('f', values)
+
+
+def dots(**changes):
+    good = {'rows': 2, 'columns': 3, 'id': array('I', [1, 5]), 'u': floats(1, 2), 'v': floats(3, 4), 'area': floats(80, NAN),
+            'du': floats(0, NAN), 'dv': floats(0, NAN), 'x': floats(0, NAN), 'y': floats(0, NAN), 'z': floats(0, NAN)}
+    return DotTracks(**{**good, **changes})
+
+
+def test_valid_and_unknown_values_pass():
+    unknown = Point(x=NAN, y=NAN, z=NAN)
+    for message in (dots(), dots(x=floats(), y=floats(), z=floats()), DotTracks(), Image(), ContactRegion(), Contacts(), Slip(),
+                    ContactRegion(centroid=unknown, orientation=NAN, outlines=[Polygon(points=[Point32(x=1e-3)])]),
+                    Contacts(contacts=[Contact(position=unknown, depth=NAN, position_covariance=np.full(9, NAN))]),
+                    Slip(x=floats(NAN), y=floats(0), vx=floats(1), vy=floats(NAN), rotation_center=unknown),
+                    WrenchStamped(wrench=Wrench(force=Vector3(x=NAN, y=1.0, z=-1e3)))):
+        check_message(message)
+
+
+@pytest.mark.parametrize('changes, reason', [
+    ({'u': floats(1)}, 'u has 1 entries, id has 2'), ({'dv': floats()}, 'dv has 0'), ({'x': floats(1)}, 'x, y, z have 1, 2, 2'),
+    ({'id': array('I', [1, 6])}, 'beyond the grid of 6'), ({'id': array('I', [1, 2**32 - 1])}, 'beyond the grid'),
+    ({'id': array('I', [5, 5])}, 'twice'), ({'u': floats(1, NAN)}, 'u holds nan'), ({'v': floats(1, np.inf)}, 'v holds inf'),
+    ({'du': floats(1, 1e30)}, r'du holds 1e\+30'), ({'area': floats(1, 0)}, 'not above 0'),
+    ({'area': floats(1, -np.inf)}, 'area holds -inf'),
+    ({'z': floats(1, 1e9)}, r'z holds 1e\+09')])
+def test_invalid_dots_are_refused(changes, reason):
+    with pytest.raises(BadFrame, match=reason):
+        check_message(dots(**changes))
+
+
+def test_a_pattern_without_a_grid_has_any_indices():
+    check_message(dots(rows=0, columns=0, id=array('I', [7, 2**32 - 1])))
+
+
+@pytest.mark.parametrize('message, reason', [
+    (ContactRegion(dot_id=array('I', [1]), dot_state=array('B', [3])), '1 dots with 1 states'),
+    (ContactRegion(dot_id=array('I', [1, 2]), dot_state=array('B', [1])), '2 dots with 1 states'),
+    (ContactRegion(area=1e9), 'area holds'), (ContactRegion(normal=Vector3(z=np.inf)), 'normal holds inf'),
+    (ContactRegion(holes=[Polygon(points=[Point32(x=NAN)])]), 'holes holds nan'),
+    (ContactRegion(motion_interval=np.inf), 'motion_interval'),
+    (Contacts(contacts=[Contact(), Contact(position=Point(y=-np.inf))]), 'position holds -inf'),
+    (Contacts(contacts=[Contact(position_covariance=np.full(9, 1e300))]), 'position_covariance holds'),
+    (Slip(state=3), 'state 3 is none'), (Slip(x=floats(1)), 'y has 0 entries, x has 1'),
+    (Slip(slipping_fraction=np.inf), 'slipping_fraction'),
+    (WrenchStamped(wrench=Wrench(torque=Vector3(x=np.inf))), 'wrench holds inf')])
+def test_invalid_results_are_refused(message, reason):
+    with pytest.raises(BadFrame, match=reason):
+        check_message(message)
+
+
+@pytest.mark.parametrize('sec, nanosec', [(-1, 0), (-2**31, 0), (0, 10**9), (2**31 - 1, 2**32 - 1)])
+def test_invalid_stamps_are_refused(sec, nanosec):
+    message = Image()
+    message.header.stamp.sec, message.header.stamp.nanosec = sec, nanosec
+    with pytest.raises(BadFrame, match=f'stamp {sec} s'):
+        check_message(message)
+
+
+NAMES = ['x', 'y', 'z', 'normal_x', 'normal_y', 'normal_z', 'displacement_x', 'displacement_y', 'displacement_z', 'force_x', 'force_y',
+         'force_z', 'normal_force', 'state']
+
+
+def some_points(shape=(2, 3)):
+    rng, count = np.random.default_rng(4), shape[0] * shape[1]
+    vectors = [rng.normal(size=(count, 3)) for _ in range(4)]
+    vectors[3][0] = np.nan
+    return SurfacePoints(shape, *vectors, rng.normal(size=count), np.array([0, 1, 2, UNKNOWN, 0, 1][:count], np.uint8))
+
+
+def columns(points):
+    """Field name -> values, as the cloud should hold them."""
+    vectors = np.hstack([points.xyz, points.normal, points.displacement, points.force])
+    return dict(zip(NAMES, (*vectors.T.astype(np.float32), points.normal_force.astype(np.float32), points.state)))
+
+
+def read(message):
+    """Field name -> values, by what the message itself says of its bytes."""
+    kinds = {PointField.FLOAT32: np.dtype('<f4'), PointField.UINT8: np.dtype('u1')}
+    data = np.frombuffer(message.data, np.uint8).reshape(-1, message.point_step)
+    return {f.name: data[:, f.offset:f.offset + kinds[f.datatype].itemsize].copy().view(kinds[f.datatype]).ravel() for f in message.fields}
+
+
+def test_every_field_comes_back():
+    points, header = some_points(), Header(frame_id='pad')
+    message = points_to_message(points, header)
+    assert message.header is header and [f.name for f in message.fields] == NAMES
+    for name, values in read(message).items():
+        np.testing.assert_array_equal(values, columns(points)[name], name)
+
+
+def test_rows_and_columns_are_the_grids():
+    message = points_to_message(some_points(), Header())
+    assert (message.height, message.width, message.row_step) == (2, 3, 3 * message.point_step)
+    assert len(message.data) == 2 * message.row_step and message.is_dense and not message.is_bigendian
+
+
+def test_a_cloud_with_a_point_that_has_no_place_is_not_dense():
+    points = some_points()
+    points.xyz[4] = np.nan
+    assert not points_to_message(points, Header()).is_dense
+
+
+def test_sensor_msgs_py_reads_it():
+    reader = pytest.importorskip('sensor_msgs_py.point_cloud2')
+    points = some_points()
+    message = points_to_message(points, Header())
+    found = reader.read_points(message)
+    for name in NAMES:
+        np.testing.assert_array_equal(found[name].ravel(), columns(points)[name], name)
+    np.testing.assert_array_equal(reader.read_points_numpy(message, ['x', 'y', 'z']), points.xyz.astype(np.float32))
