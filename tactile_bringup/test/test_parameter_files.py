@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Shipped parameter files: what the tables say, and other sensors read with them."""
-
+"""The table of sensors, and the parameter files that ship: what the tables say, and other sensors read with them."""
 import os
 import time
 from pathlib import Path
@@ -14,11 +13,12 @@ from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, TAXEL_DRIVER_PA
 from tactile_driver.sources.registry import CAMERA_SOURCES, TAXEL_SOURCES, make_source
 from tactile_driver.sources.source import EndOfSource
 from tactile_perception.dots.stage import DotStage
-from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
-from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
+from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
+from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.sensors import NODES, SENSOR_TYPES
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.taxel.stage import TaxelStage
 from tactile_perception.touchpad.stage import ContactRegionStage
 
@@ -133,3 +133,25 @@ def test_a_pressure_array_in_a_grasp():
     pressed = np.load(GRASP)[pad][:most].any(axis=(1, 2))  # untouched cells of this array give 0
     assert pressed.sum() > 60 and not (reported & ~pressed).any() and (reported & pressed).sum() >= 0.95 * pressed.sum()
     assert all(result['contact_region'][0].area > 0 for result, one in zip(results, reported) if one)
+
+
+PACKAGE = Path(__file__).resolve().parents[1]
+
+
+@pytest.mark.parametrize('name', SENSOR_TYPES)
+def test_each_type_is_there_in_full(name):
+    kind = SENSOR_TYPES[name]
+    assert {kind.driver, *kind.perception, kind.view} <= set(NODES)
+    for file in (f'launch/{name}.launch.py', f'params/{name}.yaml', f'params/{name}_sim.yaml', f'rviz/{name}.rviz'):
+        assert (PACKAGE / file).is_file(), file
+
+
+def test_every_node_belongs_to_a_type():
+    assert set(NODES) == {name for kind in SENSOR_TYPES.values() for name in (kind.driver, *kind.perception, kind.view)}
+
+
+def test_the_sources_are_those_of_the_drivers():
+    from tactile_driver.sources.registry import CAMERA_CHOICES, PSD_SOURCES, TAXEL_SOURCES
+    known = {'camera_node': CAMERA_CHOICES, 'dual_camera_node': CAMERA_CHOICES, 'psd_node': PSD_SOURCES, 'taxel_array_node': TAXEL_SOURCES}
+    for kind in SENSOR_TYPES.values():
+        assert kind.sources == tuple(known[kind.driver])
