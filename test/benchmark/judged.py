@@ -30,6 +30,7 @@ from tactile_perception.common.estimates import ContactEstimate
 from tactile_perception.errors import BadArgument, TactileError
 from tactile_perception.evaluation.evaluation import Evaluation, Instant
 from tactile_perception.evaluation.scores import f1
+from tactile_perception.parameters.file import write_parameters
 from tactile_perception.tools.calibrate import calibrator
 from tactile_perception.tools.convert.command import convert, open_recording
 from tactile_perception.tools.evaluate import text
@@ -64,7 +65,7 @@ def recorded(folder: Path, name: str, sensor: str) -> Case:
     case = Case(folder / name, folder / f'{name}.yaml', unclear)
     if not case.bag.exists():
         convert(recording, case.bag, sensor)
-    case.params.write_text(yaml.safe_dump({'/**': {'ros__parameters': recording.parameters()}}))
+    write_parameters(case.params, recording.parameters())
     return case
 
 
@@ -95,7 +96,7 @@ def touchpad_scene(folder: Path, name: str, rate: float, size: tuple[int, int] =
                for number, truth in enumerate(truths)}
     if not bag.exists():
         write_scene(bag, name, rate, seed, size=size)
-    return Case(bag, parameter_file(folder / f'{name_of_bag}.yaml', None, touchpad_parameters(scene)), unclear)
+    return Case(bag, write_parameters(folder / f'{name_of_bag}.yaml', touchpad_parameters(scene)), unclear)
 
 
 def touchpad_parameters(scene) -> dict[str, object]:
@@ -105,16 +106,6 @@ def touchpad_parameters(scene) -> dict[str, object]:
             'cap.height': float(skin.height), 'membrane.shear_stiffness': float(skin.tension),
             'membrane.rest_pressure': float(skin.pressure),
             'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(), 'camera.translation': camera.translation.tolist()}
-
-
-def parameter_file(path: Path, old: Path | None, changes: Mapping) -> Path:
-    """A parameter file at path: the old one with changes, for all nodes."""
-    page = yaml.safe_load(old.read_text()) if old else {}
-    for section in page.values():
-        section['ros__parameters'] |= {name: value for name, value in changes.items() if name in section['ros__parameters']}
-    page.setdefault('/**', {'ros__parameters': {}})['ros__parameters'] |= changes
-    path.write_text(yaml.safe_dump(page))
-    return path
 
 
 def calibrated(case: Case, sensor: str, output: Path, more: Iterable[Path] = (), **how) -> Path:
@@ -164,7 +155,7 @@ def judge(cases: Iterable[Case], calibration: Path | None = None, changes: Mappi
     judged = Judged()
     for case in cases:
         path = case.bag.with_name(f'{case.bag.name}_changed.yaml')
-        params = parameter_file(path, case.params, changes) if changes else case.params
+        params = write_parameters(path, changes, case.params) if changes else case.params
         with contextlib.redirect_stderr(io.StringIO()):
             bag = JudgedBag(case.bag, params=params, calibration=calibration or case.calibration)
             for stamp, estimated, true in bag.instants():

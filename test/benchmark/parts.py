@@ -17,10 +17,11 @@ from tactile_bringup.papers.bench import mean
 from tactile_bringup.papers.sheets import fit_published
 from tactile_perception.evaluation.evaluation import Instant
 from tactile_perception.finger.map import error_angle
+from tactile_perception.parameters.file import write_parameters
 from tactile_perception.press.tools import calibrate_markers
 
 import dots
-from judged import Case, Counts, Judged, calibrated, judge, parameter_file, recorded, simulated, touchpad_scene
+from judged import Case, Counts, Judged, calibrated, judge, recorded, simulated, touchpad_scene
 from printed_dots import NAMES
 
 SIZES = {'320 x 240': (320, 240), '640 x 480': (640, 480), '960 x 720': (960, 720)}
@@ -135,7 +136,7 @@ def sheet(sensor: str, folder: Path, from_recordings: bool) -> Subject:
         methods = {'model': (model, {'touch': 'model'})}
         if of_paper:
             changes = {'touch': paper, 'detection': PAPERS_MARKERS[paper]}
-            params, file = parameter_file(folder / 'paper.yaml', of_paper.params, changes), folder / 'paper_calibration.yaml'
+            params, file = write_parameters(folder / 'paper.yaml', changes, of_paper.params), folder / 'paper_calibration.yaml'
             fit_published(sensor, [of_paper.bag], params, file, paper, plate and plate.bag)
             methods[paper] = (file, changes)
     return Subject(sensor, [tests], methods, sheet_figures, counts=partial(deep_enough, SHALLOWEST[sensor]))

@@ -22,8 +22,9 @@ from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecim
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.evaluation.scores import macro_f1
+from tactile_perception.parameters.file import write_parameters
 
-from judged import Case, calibrated, parameter_file
+from judged import Case, calibrated
 
 DEVICES = {'A': (PadSpecimen(), InkSpecimen()), 'B': DEVICE_B}
 SCENES = ('drag', 'turn', 'smooth', 'cycle', 'jerks', 'grip', 'roll', 'slide', 'rock', 'two_fingers', 'l')
@@ -64,7 +65,7 @@ def device(folder: Path, specimen: PadSpecimen, ink: InkSpecimen, seed: int) -> 
     """Parameter and calibration file of a device, calibrated by the plate."""
     pad = {'pad.thickness': specimen.thickness, 'pad.stiffness': specimen.press * specimen.thickness,
            'pad.shear_modulus': specimen.pull * specimen.thickness, 'pad.friction': specimen.grip}
-    params = parameter_file(folder / 'device.yaml', Path(share('params', 'taxel_array_sim.yaml')), pad)
+    params = write_parameters(folder / 'device.yaml', pad, Path(share('params', 'taxel_array_sim.yaml')))
     write_taxel_scene(folder / 'plate', 'plate', 20.0, scene=TaxelScene(TAXEL_SCENES['plate'], 20.0, seed, specimen, ink))
     return params, calibrated(Case(folder / 'plate', params), 'taxel_array', folder / 'calibration.yaml')
 
@@ -80,7 +81,7 @@ def main() -> None:
             for scene in scenes:
                 write_taxel_scene(folder / scene, scene, RATE, scene=TaxelScene(TAXEL_SCENES[scene], RATE, seed, *of))
                 for method in ('mechanics', 'paper'):
-                    changed = parameter_file(folder / 'method.yaml', params, {'method': method})
+                    changed = write_parameters(folder / 'method.yaml', {'method': method}, params)
                     instants = JudgedBag(folder / scene, params=changed, calibration=calibration).instants()
                     states = np.array([[at.slip.state if at.touched else -1 for at in (true, found)] for _, found, true in instants]).T
                     one = Score()

@@ -8,7 +8,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-import yaml
 from judged import touchpad_parameters
 from sensor_msgs.msg import CameraInfo
 from tactile_bringup.installed import share
@@ -21,6 +20,7 @@ from tactile_driver.simulation.taxel.scene import open_taxel_scene
 from tactile_driver.stitching.calibration import load_stitching
 from tactile_driver.stitching.methods import make_stitcher
 from tactile_perception.bags.replay import make_chain
+from tactile_perception.parameters.file import write_parameters
 
 SENSORS = ('touchpad', 'areal_single', 'areal_dual', 'air_cushion', 'psd_finger', 'taxel_array')
 SHEETS = SENSORS[1:4]
@@ -93,12 +93,7 @@ class Chain:
     def __init__(self, of, changes=()):
         params = Path(share('params', f'{of.sensor}_sim.yaml'))
         if changes:
-            page = yaml.safe_load(params.read_text())
-            for section in page.values():
-                section['ros__parameters'] |= {name: value for name, value in dict(changes).items() if name in section['ros__parameters']}
-            page['/**']['ros__parameters'] |= dict(changes)
-            params = Path(tempfile.mkstemp(suffix='.yaml', dir=_FOLDER)[1])
-            params.write_text(yaml.safe_dump(page))
+            params = write_parameters(Path(tempfile.mkstemp(suffix='.yaml', dir=_FOLDER)[1]), dict(changes), params)
         self.of, self.stamp_ns, self._chain = of, FIRST_NS, make_chain(params, of.calibration)
         if of.info is not None:
             self.look(of.info)

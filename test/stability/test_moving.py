@@ -5,7 +5,7 @@ import dataclasses
 from functools import partial
 from pathlib import Path
 
-from judged import Case, calibrated, judge, parameter_file
+from judged import Case, calibrated, judge
 import numpy as np
 import pytest
 from tactile_bringup.installed import share
@@ -13,6 +13,7 @@ from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.simulation.scene.specimen import Script, Shutters, drag, one_after_the_other
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_driver.simulation.sensors.scenes import SCENES
+from tactile_perception.parameters.file import write_parameters
 from tactile_perception.press.calibration import read_touch
 
 TRACE = 0.3e-3  # m: a shallower tip stands on one node of the simulated sheet, up to 0.7 mm beside its place
@@ -80,7 +81,7 @@ pytestmark = pytest.mark.slow
 
 
 def test_presses_on_a_random_print_are_found_in_another_recording(tmp_path):
-    params = parameter_file(tmp_path / 'params.yaml', Path(share('params', 'air_cushion_sim.yaml')), {'rows': 0, 'columns': 0})
+    params = write_parameters(tmp_path / 'params.yaml', {'rows': 0, 'columns': 0}, Path(share('params', 'air_cushion_sim.yaml')))
     presses, demo = (Case(tmp_path / name, params) for name in ('calibration', 'demo'))
     write_scene(presses.bag, 'air_cushion_random_calibration', rate=1.5, frames=70)
     write_scene(demo.bag, 'air_cushion_random_demo', rate=2.0, frames=16)

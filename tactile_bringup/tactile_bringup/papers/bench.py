@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import yaml
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.evaluation.evaluation import Instant
+from tactile_perception.parameters.file import write_parameters
 
 from ..installed import share
 from ..simulate.bags import write_psd_scene, write_scene, write_taxel_scene
@@ -94,13 +94,8 @@ class Bench:
 
     def params(self, sensor: str, changes: Mapping) -> Path:
         """The parameter file of a simulated sensor with changes for all its nodes."""
-        page = yaml.safe_load(Path(share('params', f'{sensor}_sim.yaml')).read_text())
-        for section in page.values():
-            section['ros__parameters'] |= {name: value for name, value in changes.items() if name in section['ros__parameters']}
-        page['/**']['ros__parameters'] |= changes
         path = self.folder / f'{sensor}_{"_".join(map(str, changes.values()))}.yaml'.replace('/', '_')
-        path.write_text(yaml.safe_dump(page))
-        return path
+        return write_parameters(path, changes, Path(share('params', f'{sensor}_sim.yaml')))
 
     def instants(self, bag: Path, params: Path, calibration: Path | None) -> Iterator[tuple[float, Instant, Instant]]:
         """(stamp s, estimate, truth) of each frame."""

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import yaml
@@ -33,6 +33,16 @@ def read_parameters(path: str | Path, node: str, table: Sequence[Parameter]) -> 
             except BadArgument as error:
                 raise BadArgument(f'{path}: {error}') from error
     return values
+
+
+def write_parameters(path: Path, changes: Mapping[str, object], old: Path | None = None) -> Path:
+    """Write a parameter file: the old one, where there is one, with changes, name -> value, for all nodes. Its path."""
+    page = yaml.load(old.read_text(), _Loader) if old else {}
+    for section in page.values():
+        section['ros__parameters'] |= {name: value for name, value in changes.items() if name in section['ros__parameters']}
+    page.setdefault('/**', {'ros__parameters': {}})['ros__parameters'] |= changes
+    path.write_text(yaml.safe_dump(page, sort_keys=False))
+    return path
 
 
 def _sections(path: str | Path, node: str):

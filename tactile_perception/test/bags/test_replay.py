@@ -16,6 +16,7 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_perception.bags.replay import Replay
+from tactile_perception.parameters.file import write_parameters
 from tactile_perception.bags.stamped import TRUTH, find_prefix, pairs_of
 from tactile_perception.errors import BadCalibration, BadRecording
 from tf2_msgs.msg import TFMessage
@@ -62,7 +63,7 @@ def test_images_before_the_first_camera_info_are_done_too(tmp_path, pressed_bag)
 
 def test_a_sensor_without_a_model_of_its_surface_has_dots(tmp_path):
     own = {'sensor_type': 'my_skin', 'surface': 'none', 'rows': 0, 'columns': 0, 'numbering': 'tracks'}
-    (tmp_path / 'my_skin.yaml').write_text(yaml.safe_dump({'/**': {'ros__parameters': own}}))
+    write_parameters(tmp_path / 'my_skin.yaml', own)
     image = np.full((120, 160), 170, np.uint8)
     for k in range(12):
         cv2.circle(image, (20 + 38 * (k % 4), 20 + 38 * (k // 4)), 5, 40, -1, cv2.LINE_AA)

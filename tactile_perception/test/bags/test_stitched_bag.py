@@ -9,6 +9,7 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.stitching.methods import make_stitcher
 from tactile_perception.bags.stitched_bag import StitchedBag, bag_opener, stitching_in
+from tactile_perception.parameters.file import write_parameters
 from tactile_perception.calibration.files.format import CalibrationFile, write_calibration
 from tactile_perception.press.stitching import fit_stitching
 from tactile_driver.nodes.messages.images import image_to_array
@@ -80,7 +81,7 @@ def test_a_bag_of_one_camera_is_read_as_it_is(recording_folder, tmp_path, stitch
 
 def test_the_calibration_file_says_whether_and_how(tmp_path, bag, stitching):
     params = tmp_path / 'params.yaml'
-    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': PARAMETERS}}))
+    write_parameters(params, PARAMETERS)
     path = tmp_path / 'a.yaml'
     write_calibration(path, CalibrationFile('areal_dual', {}, {'stitching': stitching.to_dict()}, {}, {}))
     found = stitching_in(path, 'areal_dual')

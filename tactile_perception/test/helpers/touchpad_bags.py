@@ -14,6 +14,7 @@ from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.nodes.messages.conversions import camera_info_message
+from tactile_perception.parameters.file import write_parameters
 
 
 def write_scene(path, name, times, rate):
@@ -39,7 +40,7 @@ def write_scene(path, name, times, rate):
         'membrane.shear_stiffness': float(scene.membrane.tension),
         'membrane.rest_pressure': float(scene.membrane.pressure),
     }
-    path.with_name(path.name + '.yaml').write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
+    write_parameters(path.with_name(path.name + '.yaml'), values)
 
 
 @pytest.fixture(scope='session')

@@ -10,13 +10,13 @@ import sys
 from itertools import chain
 from pathlib import Path
 
-import yaml
 from tactile_driver.command import tells_errors
 from tactile_driver.recordings.writer import write_messages
 
 from ...common.progress import progress
 from ...finger.tools import PsdRecording
 from ...nodes.messages.conversions import description_messages
+from ...parameters.file import write_parameters
 from ...taxel.response import SENSOR as TAXEL_ARRAY
 from .camera import Recording
 from .taxel import TaxelRecording
@@ -54,7 +54,7 @@ def main(args: list[str] | None = None) -> int:
     recording = open_recording(given.input)
     convert(recording, given.output, given.namespace)
     params = given.output.with_name(given.output.name + '.yaml')
-    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': recording.parameters()}}, sort_keys=False))
+    write_parameters(params, recording.parameters())
     unit = 'samples' if isinstance(recording, PsdRecording) else 'frames'
     print(f'{given.output}: {len(recording)} {unit}; parameters of the sensor: {params}')
     return 0

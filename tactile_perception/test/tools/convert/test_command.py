@@ -12,7 +12,7 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP
 from tactile_perception.errors import BadRecording
-from tactile_perception.parameters.file import read_parameters
+from tactile_perception.parameters.file import read_parameters, write_parameters
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
 from tactile_perception.tools import calibrate, process_bag
@@ -107,7 +107,7 @@ def test_two_cameras_become_two_topics_under_their_own_stamps(dual_folder, tmp_p
 def test_recorded_sheets_and_domes(name, sensor_type, rows, columns, pitch, size, tmp_path):
     folder = Path(os.environ['TACTILE_RECORDINGS']) / 'simulated' / name
     sensor = json.loads((folder / 'sensor.json').read_text())
-    (tmp_path / 'a.yaml').write_text(yaml.safe_dump({'/**': {'ros__parameters': sensor_parameters(sensor)}}))
+    write_parameters(tmp_path / 'a.yaml', sensor_parameters(sensor))
     found = marker_sensor(read_parameters(tmp_path / 'a.yaml', 'contact_point_node', MARKER_SENSOR_PARAMETERS))
     assert (found.type, found.rows, found.columns, found.size) == (sensor_type, rows, columns, size)
     assert found.pitch == pytest.approx(pitch, rel=0.01) and found.is_sheet == (sensor_type != 'air_cushion')
