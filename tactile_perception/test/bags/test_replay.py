@@ -7,7 +7,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-import yaml
 from geometry_msgs.msg import TransformStamped
 from taxel_bags import write_taxels
 from tactile_driver.frame import Frame

@@ -4,7 +4,6 @@
 
 import numpy as np
 import pytest
-import yaml
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.stitching.methods import make_stitcher

@@ -6,7 +6,6 @@ import json
 import cv2
 import numpy as np
 import pytest
-import yaml
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message
