@@ -95,10 +95,10 @@ def camera_messages(scene, number: int, numbers: TouchNumbers, frame_id: str) ->
         truth, views = seen.truth, (('', seen.image, scene.camera, stamp_ns),)
     for view, image, camera, own_ns in views:
         prefix = view and view + '/'
-        info = calibration_to_message(pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height)))
-        info.header = header_of(own_ns, optical_frame(frame_id, view))
-        yield own_ns, f'{prefix}camera_info', info
-        yield own_ns, f'{prefix}image_raw', image_to_message(Frame(image, own_ns, 'bgr8'), '', info.header)
+        header = header_of(own_ns, optical_frame(frame_id, view))
+        calibration = pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height))
+        yield own_ns, f'{prefix}camera_info', calibration_to_message(calibration, header)
+        yield own_ns, f'{prefix}image_raw', image_to_message(Frame(image, own_ns, 'bgr8'), '', header)
     yield from _truth_messages(truth, numbers, scene.rate, header_of(stamp_ns, frame_id), stamp_ns)
 
 

@@ -93,8 +93,7 @@ class StitchedBag(BagReader):
             except BadFrame as error:
                 self.left_out.add(prefix + 'image_raw', str(error), pair.stamp_ns)
                 continue
-            info = calibration_to_message(CameraCalibration(*self._stitcher.size))
-            info.header = header
+            info = calibration_to_message(CameraCalibration(*self._stitcher.size), header)
             for name, message in (('camera_info', info), (RIGHT_TIME, right_time_message(pair.right.stamp_ns, header)),
                                   ('image_raw', image_to_message(Frame(picture, pair.stamp_ns, encoding), '', header))):
                 type_name, data = encode(message)

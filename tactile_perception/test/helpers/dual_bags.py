@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags of a small sheet that two cameras see, drawn, for the tests of this folder."""
 
-from tactile_driver.frame import Frame
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+import numpy as np
+from tactile_driver.frame import Frame, pinhole_calibration
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_msgs.msg import Contact, Contacts
-from tactile_perception.nodes.messages.conversions import camera_info_message
 
 from sheet_pair import DISTORTION, MATRIX, SENSOR, SIZE, picture, printed
 
@@ -24,7 +24,7 @@ def pair():
 def write_pairs(path, pairs, touched=(), truth=True, known=True):
     """A bag under /pad of pairs, ten a second from 1 s on, an image of None left out; touched: numbers of those at which something
     touches; truth: whether that is recorded; known: whether the cameras are calibrated."""
-    info = {'width': SIZE[0], 'height': SIZE[1], 'K': MATRIX if known else [[0.0] * 3] * 3, 'dist_k1_k2_p1_p2_k3': DISTORTION}
+    calibration = pinhole_calibration(MATRIX if known else np.zeros((3, 3)), DISTORTION, SIZE)
     with BagWriter(path) as writer:
         def write(topic, stamp, message):
             type_name, data = encode(message)
@@ -33,7 +33,7 @@ def write_pairs(path, pairs, touched=(), truth=True, known=True):
             for name, image, late in zip(('left', 'right'), images, (0, LATE)):
                 stamp = 10**9 + k * PERIOD + late
                 if image is not None:
-                    write(f'{name}/camera_info', stamp, camera_info_message(info, header_of(stamp, 'pad')))
+                    write(f'{name}/camera_info', stamp, calibration_to_message(calibration, header_of(stamp, 'pad')))
                     write(f'{name}/image_raw', stamp, image_to_message(Frame(image, stamp, 'bgr8'), '', header_of(stamp, 'pad')))
             if truth:
                 header = header_of(10**9 + k * PERIOD, 'pad')

@@ -6,13 +6,12 @@ import json
 import cv2
 import numpy as np
 import pytest
-from tactile_driver.frame import Frame
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.frame import Frame, pinhole_calibration
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.nodes.messages.conversions import camera_info_message
 from tactile_perception.parameters.file import write_parameters
 
 
@@ -20,13 +19,13 @@ def write_scene(path, name, times, rate):
     """A bag of the scene's frames at the given times (s), and the parameter file beside it (path + .yaml)."""
     scene, numbers = open_scene(name, rate=rate, seed=1), TouchNumbers()
     camera = scene.camera
-    info = {'width': camera.width, 'height': camera.height, 'K': camera.matrix, 'dist_k1_k2_p1_p2_k3': camera.distortion}
+    calibration = pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height))
     with BagWriter(path) as writer:
         for time in times:
             seen, stamp = scene.render(time), round((time + 1) * 1e9)
             header = header_of(stamp, 'touchpad')
             for topic, message in {
-                'camera_info': camera_info_message(info, header),
+                'camera_info': calibration_to_message(calibration, header),
                 'image_raw': image_to_message(Frame(seen.image, stamp, 'bgr8'), '', header),
                 'ground_truth/contacts': contacts_message(seen.truth.contacts, numbers.assign(seen.truth.contacts), header),
                 'ground_truth/contact_region': region_message(seen.truth, 1 / rate, header),

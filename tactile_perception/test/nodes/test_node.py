@@ -21,8 +21,8 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
 from tactile_driver.errors import BadArgument
-from tactile_driver.frame import Frame
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.frame import Frame, pinhole_calibration
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.nodes.runtime.diagnostics import WARN
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard
@@ -30,7 +30,6 @@ from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages
 from tactile_perception.dots.stage import DotStage
 from tactile_perception.node import PerceptionNode, make_node
-from tactile_perception.nodes.messages.conversions import camera_info_message
 from tactile_perception.stage import Input, Stage
 from tactile_perception.press.parameters import POINT_PARAMETERS
 from tactile_perception.finger.parameters import PSD_PARAMETERS
@@ -50,7 +49,7 @@ class Bench:
             self.executor.add_node(node)
         self.scene = open_scene('sphere_press', rate=10.0, seed=3)
         camera = self.scene.camera
-        self.info = {'width': camera.width, 'height': camera.height, 'K': camera.matrix, 'dist_k1_k2_p1_p2_k3': camera.distortion}
+        self.calibration = pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height))
         self.image_out = self.bench.create_publisher(Image, 'image_raw', 10)
         self.info_out = self.bench.create_publisher(CameraInfo, 'camera_info', 10)
         self.seen = {}
@@ -69,7 +68,7 @@ class Bench:
         image = image_to_message(Frame(self.scene.render(scene_time).image, stamp, 'bgr8'), '', header)
         if spoil:
             spoil(image)
-        self.info_out.publish(camera_info_message(self.info, header))
+        self.info_out.publish(calibration_to_message(self.calibration, header))
         self.image_out.publish(image)
         return header
 

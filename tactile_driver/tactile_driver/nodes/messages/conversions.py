@@ -61,10 +61,10 @@ def bytes_of(values: np.ndarray) -> array:
     return data
 
 
-def calibration_to_message(calibration: CameraCalibration) -> CameraInfo:
-    """The calibration as a CameraInfo without header."""
-    return CameraInfo(width=calibration.width, height=calibration.height, distortion_model=calibration.model, d=list(calibration.d),
-                      k=list(calibration.k), r=list(calibration.r), p=list(calibration.p))
+def calibration_to_message(calibration: CameraCalibration, header: Header | None = None) -> CameraInfo:
+    """The calibration as a CameraInfo, under a header where there is one."""
+    return CameraInfo(header=header or Header(), width=calibration.width, height=calibration.height, distortion_model=calibration.model,
+                      d=list(calibration.d), k=list(calibration.k), r=list(calibration.r), p=list(calibration.p))
 
 
 def point(values: np.ndarray) -> Point:

@@ -293,14 +293,6 @@ def results_to_messages(result, header, topics: Collection[str]) -> dict[str, li
     return {topic: [to_message(getattr(result, part), header)] for topic, (part, to_message) in _RESULTS.items() if topic in topics}
 
 
-def camera_info_message(camera: Mapping, header) -> CameraInfo:
-    """A recording's camera (width, height, K, dist_k1_k2_p1_p2_k3) as a CameraInfo."""
-    matrix = np.asarray(camera['K'], float)
-    return CameraInfo(header=header, width=int(camera['width']), height=int(camera['height']), distortion_model='plumb_bob',
-                      d=[float(d) for d in camera['dist_k1_k2_p1_p2_k3']], k=matrix.ravel(), r=np.eye(3).ravel(),
-                      p=np.column_stack([matrix, np.zeros(3)]).ravel())
-
-
 def description_messages(stamp_ns: int, sensor_type: str, frame_id: str, about: Mapping,
                          transforms: Sequence[TransformStamped]) -> Iterator[tuple[int, str, object]]:
     """(stamp, ns, topic, message) of the description, as a driver publishes it, and of /tf_static.

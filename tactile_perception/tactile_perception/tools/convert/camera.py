@@ -13,21 +13,18 @@ from zipfile import BadZipFile
 
 import cv2
 import numpy as np
-from tactile_driver.frame import Frame
+from tactile_driver.frame import CameraCalibration, Frame, pinhole_calibration
 from tactile_driver.frame_names import optical_frame
-from tactile_driver.nodes.messages.conversions import camera_transforms, header_of, image_to_message
+from tactile_driver.nodes.messages.conversions import calibration_to_message, camera_transforms, header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
-from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP, SLIPPING, Touch, TruthFrame
+from tactile_driver.simulation.truth import SLIPPING, Touch, TruthFrame, slip_state_of
 
 from ...errors import BadRecording
-from ...nodes.messages.conversions import camera_info_message
 from ...parameters.touchpad import DOT_PARAMETERS
 from ...sensors import MARKER_SENSOR_TYPES
 
 #: What recordings tell of the ground truth.
 KNOWN = 'contacts', 'contact_region', 'slip', 'wrench'
-# Slipping fraction from which the ground truth is incipient slip, and from which gross slip; chosen.
-_INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
 FIRST_S = 1.0  # much of ROS takes a stamp of zero for an unknown time
 #: Frames averaged for the reference: the parameter's default.
 _USUAL_FRAMES = next(one.default for one in DOT_PARAMETERS if one.name == 'reference.frames')
@@ -42,6 +39,12 @@ class RecordedView(NamedTuple):
     camera: dict
     stamps: np.ndarray
     images: list[Path]
+
+    @property
+    def calibration(self) -> CameraCalibration:
+        """Of the camera."""
+        size = int(self.camera['width']), int(self.camera['height'])
+        return pinhole_calibration(self.camera['K'], self.camera['dist_k1_k2_p1_p2_k3'], size)
 
 
 class Recording:
@@ -99,7 +102,7 @@ class Recording:
             for k, view in enumerate(self.views):
                 stamp_ns, prefix = round((view.stamps[index] + shift) * 1e9), view.name and view.name + '/'
                 header = header_of(stamp_ns, optical_frame(frame_id, view.name))
-                yield stamp_ns, prefix + 'camera_info', camera_info_message(view.camera, header)
+                yield stamp_ns, prefix + 'camera_info', calibration_to_message(view.calibration, header)
                 yield stamp_ns, prefix + 'image_raw', image_to_message(Frame(self.image(index, k), stamp_ns, 'bgr8'), '', header)
             stamp_ns, truth = round((stamp + shift) * 1e9), self.truth(index)
             ids = numbers.assign(truth.contacts)
@@ -131,7 +134,7 @@ class Recording:
             area=float(truth['contact_area']),
             centroid=truth['contact_centroid'].astype(float),
             contacts=self._touches(truth) if touched else [],
-            slip_state=_slip_state(fraction),
+            slip_state=slip_state_of(np.nan_to_num(fraction)),
             slipping_fraction=fraction,
             velocity=self._twist(truth) if touched else np.full(6, np.nan),
             motion=_motion(truth) if touched else np.full(6, np.nan),
@@ -191,12 +194,6 @@ def _motion(truth: dict) -> np.ndarray:
     """(6,) m, rad: displacement of the tool since the previous frame, at the sensor's origin."""
     now, turn = truth['obj_p'].astype(float), truth['obj_rotvec'].astype(float)
     return np.concatenate([now - cv2.Rodrigues(turn)[0] @ (now - truth['obj_disp']), turn])
-
-
-def _slip_state(fraction: float) -> int:
-    if not fraction >= _INCIPIENT_FROM:
-        return NO_SLIP
-    return GROSS if fraction >= _GROSS_FROM else INCIPIENT
 
 
 def _pose(camera: dict) -> tuple[list[float], list[float]]:
