@@ -157,13 +157,6 @@ def test_rviz_shows_the_topics_in_the_sensors_namespace(monkeypatch):
     assert topics == {f'/left/pad/{name}' for name in ('image_raw', 'image_annotated', 'markers', 'points')}
 
 
-def test_without_rviz_one_line_says_so(monkeypatch):
-    def missing(name):
-        raise module.PackageNotFoundError(name)
-    monkeypatch.setattr(module, 'get_package_prefix', missing)
-    assert ['is not installed' in note for note in notes(actions('touchpad', rviz='true'))] == [True]
-
-
 NODES = {'camera_node': {'device': '1e3', 'rate': 60.0, 'loop': True}, 'dot_tracker_node': {}, 'markers_node': {'frame_id': 'left_pad'}}
 
 

@@ -9,19 +9,27 @@ import pytest
 
 
 @pytest.fixture
-def start():
-    """Starts a node with parameters, start(name, **parameters); ends it at the end, which has to work cleanly."""
+def start(request):
+    """Starts the node that the module names NODE, start(**parameters); ends it at the end, which has to work cleanly."""
     watching = pytest.importorskip('watching', reason='ROS is not sourced')
     processes = []
 
-    def node(name, **parameters):
-        processes.append(watching.started(name, parameters))
+    def node(**parameters):
+        processes.append(watching.started(request.module.NODE, parameters))
         return processes[-1]
     yield node
     for process in processes:
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
         process.communicate(timeout=60)
+
+
+@pytest.fixture
+def watcher(request):
+    """Of the node that the module names NODE."""
+    watcher = pytest.importorskip('watching', reason='ROS is not sourced').Watcher(request.module.NODE)
+    yield watcher
+    watcher.close()
 
 
 @pytest.fixture

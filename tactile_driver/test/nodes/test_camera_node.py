@@ -3,7 +3,6 @@
 """camera_node: its stream and its life."""
 
 import time
-from functools import partial
 
 import cv2
 import numpy as np
@@ -24,7 +23,7 @@ from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.nodes.topic_source import TopicSource
 from tactile_driver.sources.registry import CAMERA_SOURCES
 from waiting import until
-from watching import ERROR, Watcher, ended, stamps
+from watching import ERROR, ended, stamps
 
 
 @pytest.fixture
@@ -62,25 +61,13 @@ def test_a_calibration_is_published_for_its_size_and_another_size_is_warned_of(s
     one.reported(lambda status: said in status.message)
 
 
+NODE = 'camera_node'
 pytestmark = pytest.mark.full
 
 
-@pytest.fixture
-def watcher():
-    watcher = Watcher('camera_node')
-    yield watcher
-    watcher.close()
-
-
-@pytest.fixture
-def camera(start):
-    """Starts the node with parameters."""
-    return partial(start, 'camera_node')
-
-
-def test_set_camera_info_writes_the_file_of_camera_info_url_and_takes_it(watcher, camera, video, tmp_path):
+def test_set_camera_info_writes_the_file_of_camera_info_url_and_takes_it(watcher, start, video, tmp_path):
     infos = watcher.collect(CameraInfo, 'camera_info')
-    camera(source='file', path=video, loop='true', camera_info_url=tmp_path / 'lens.yaml')
+    start(source='file', path=video, loop='true', camera_info_url=tmp_path / 'lens.yaml')
     watcher.until(lambda: infos and set(infos[-1].k) == {0.0})
     known = CameraInfo(width=64, height=48, distortion_model='plumb_bob', d=[0.0] * 5, k=[50.0, 0, 32, 0, 50, 24, 0, 0, 1],
                        r=[1.0, 0, 0, 0, 1, 0, 0, 0, 1], p=[50.0, 0, 32, 0, 0, 50, 24, 0, 0, 0, 1, 0])
@@ -91,10 +78,10 @@ def test_set_camera_info_writes_the_file_of_camera_info_url_and_takes_it(watcher
     assert load_calibration(str(tmp_path / 'lens.yaml')).k == tuple(known.k)
 
 
-def test_a_video_is_a_camera(watcher, camera, video):
+def test_a_video_is_a_camera(watcher, start, video):
     images, infos = watcher.collect(Image, 'image_raw'), watcher.collect(CameraInfo, 'camera_info')
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    process = camera(source='file', path=video, loop='true')
+    process = start(source='file', path=video, loop='true')
     watcher.until(lambda: len(set(stamps(images)) & set(stamps(infos))) >= 60)
     first = images[0]
     assert (first.width, first.height, first.encoding, first.header.frame_id) == (64, 48, 'bgr8', 'touchpad_camera_optical')
@@ -118,9 +105,9 @@ def test_publishers_are_reliable_and_only_slow_facts_are_latched(driven):
     assert offered['image_raw'].durability == offered['ground_truth/slip'].durability == DurabilityPolicy.VOLATILE
 
 
-def test_a_missing_device_is_reported_and_does_not_end_the_node(watcher, camera, video):
+def test_a_missing_device_is_reported_and_does_not_end_the_node(watcher, start, video):
     reports = watcher.collect(DiagnosticArray, '/diagnostics', 10)
-    process = camera(source='device', device='no-such-serial')
+    process = start(source='device', device='no-such-serial')
     watcher.until(lambda: any(s.level == ERROR and 'no-such-serial' in s.message for m in reports for s in m.status))
     assert watcher.state() == 'unconfigured'
     images = watcher.collect(Image, 'image_raw')
@@ -131,8 +118,8 @@ def test_a_missing_device_is_reported_and_does_not_end_the_node(watcher, camera,
     assert code == 0 and log.count('no-such-serial') == 1
 
 
-def test_nonsense_is_named_once_and_ends_it(camera):
-    process = camera(rate='abc', width=-5, source='nonsense')
+def test_nonsense_is_named_once_and_ends_it(start):
+    process = start(rate='abc', width=-5, source='nonsense')
     log = process.communicate(timeout=60)[1]
     assert process.returncode == WRONG
     for part in ("parameter rate is 'abc'", 'parameter width is -5', '0 to 8192 px', "parameter source is 'nonsense'"):

@@ -3,7 +3,6 @@
 """dual_camera_node: its stream, its topics as a source, its life."""
 
 import itertools
-from functools import partial
 
 import numpy as np
 import pytest
@@ -21,7 +20,7 @@ from tactile_driver.nodes.messages.conversions import header_of, image_to_messag
 from tactile_driver.sources.registry import DUAL_CAMERA_SOURCES
 from tactile_driver.sources.source import NothingYet
 from tactile_driver.stitching.methods import make_stitcher
-from watching import Watcher, stamps
+from watching import stamps
 
 
 def pair_of(size):
@@ -119,20 +118,8 @@ def test_a_topic_without_a_name_is_refused(node):
         TopicSource(node, '')
 
 
+NODE = 'dual_camera_node'
 pytestmark = pytest.mark.full
-
-
-@pytest.fixture
-def watcher():
-    watcher = Watcher('dual_camera_node')
-    yield watcher
-    watcher.close()
-
-
-@pytest.fixture
-def cameras(start):
-    """Starts the node with parameters."""
-    return partial(start, 'dual_camera_node')
 
 
 def views(k=0):
@@ -145,10 +132,10 @@ def picture_of(message):
     return np.frombuffer(bytes(message.data), np.uint8).reshape(message.height, message.width)
 
 
-def test_two_image_topics_are_stitched_and_not_published_again(watcher, cameras, tmp_path):
+def test_two_image_topics_are_stitched_and_not_published_again(watcher, start, tmp_path):
     publishers = [watcher.node.create_publisher(Image, f'{name}/image_raw', 10) for name in ('left', 'right')]
     whole, reports = watcher.collect(Image, 'image_raw', 100), watcher.collect(DiagnosticArray, '/diagnostics', 10)
-    cameras(source='topics', stitching_path=stitching_file(tmp_path))
+    start(source='topics', stitching_path=stitching_file(tmp_path))
     watcher.until(lambda: all(p.get_subscription_count() for p in publishers))
     numbers, pictures = itertools.count(), [views(k) for k in range(6)]
     expected = [make_stitcher('plane', stitching()).stitch(*pair) for pair in pictures]
