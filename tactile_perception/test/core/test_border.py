@@ -1,13 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The border of the compiled module: whatever array NumPy can make, a function answers or raises ValueError with the argument's name."""
+"""The compiled module: its stub, and what any argument gives."""
+import ast
 import re
 from pathlib import Path
 from types import ModuleType
 
+from border_checks import check_any_array, check_memory, check_wrong_type
 import numpy as np
 import pytest
-from border_checks import check_any_array, check_memory, check_wrong_type
 from tactile_perception import _core
 from tactile_perception.press.sheet.mechanics import SheetMesh
 from tactile_perception.touchpad.contact import border_network
@@ -155,3 +156,45 @@ def test_a_table_of_anything_is_answered(member, value):
 def test_numbers_out_of_range_are_refused_by_name(call, wrong):
     with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
         call(**wrong)
+
+
+STUBS = Path(_core.__file__).resolve().parent / 'stubs' / '_core'
+MODULES = {'__init__': _core, **{name: value for name, value in vars(_core).items() if isinstance(value, ModuleType)}}
+
+
+def public(names) -> set:
+    return {name for name in names if not name.startswith('_')}
+
+
+def declared(body: list) -> dict:
+    """Name to node of what a stub declares."""
+    return {getattr(node, 'name', None) or node.target.id: node for node in body
+            if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AnnAssign)}
+
+
+@pytest.fixture(params=MODULES)
+def name(request):
+    """Of a module that has a stub."""
+    if not STUBS.is_dir():
+        pytest.skip('pybind11-stubgen was not installed when the module was built')
+    return request.param
+
+
+def parsed(name: str) -> ast.Module:
+    return ast.parse((STUBS / f'{name}.pyi').read_text())
+
+
+def test_the_stub_declares_what_the_module_holds(name):
+    module, stub = MODULES[name], declared(parsed(name).body)
+    assert public(vars(module)) - set(MODULES) == public(stub) - {'annotations'}
+    for key in public(stub):
+        value = getattr(module, key)
+        if isinstance(value, type):
+            assert public(vars(value)) == public(declared(stub[key].body)), key
+
+
+def test_every_argument_and_result_has_a_type(name):
+    for node in ast.walk(parsed(name)):
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith('__'):
+            untyped = [argument.arg for argument in node.args.args if argument.arg != 'self' and argument.annotation is None]
+            assert not untyped and node.returns is not None, f'{node.name}: {untyped}'
