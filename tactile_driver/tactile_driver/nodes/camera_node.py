@@ -33,7 +33,6 @@ class View:
     """
 
     def __init__(self, node: DriverNode, prefix: str = ''):
-        self._prefix = prefix
         self.image = node.create_lifecycle_publisher(Image, prefix + 'image_raw', STREAM_QOS)
         self.info = node.create_lifecycle_publisher(CameraInfo, prefix + 'camera_info', LATCHED_QOS)
         self.reset(None)

@@ -13,7 +13,7 @@ from stitchings import camera, stitching, view
 from tactile_driver.camera.pairs import LEFT, PairedSource, Pairer, RIGHT
 from tactile_driver.errors import BadArgument, BadFrame, BadRecording, DeviceLost
 from tactile_driver.frame import CameraCalibration, Frame
-from tactile_driver.sources.source import EndOfSource, NothingYet
+from tactile_driver.sources.source import EndOfSource, NothingYet, Source
 from tactile_driver.stitching.calibration import load_stitching, stitching_from_dict
 from tactile_driver.stitching.methods import MiddleStitcher, make_stitcher
 import yaml
@@ -144,15 +144,14 @@ def test_a_drift_through_half_a_period_costs_one_frame(ppm):
 PERIOD_PAIRS = 20_000_000
 
 
-class Camera:
+class Camera(Source):
     """A live camera of 50 Hz, or a recording of so many frames; it can be pulled out, be silent or break."""
 
     on_demand = True
-    skipped, corrupt, warning = 0, 0, ''
 
     def __init__(self, value, count=None, delay=0, gone=False):
         self.value, self.count, self.delay, self.live = value, count, delay, count is None
-        self.gone, self.silent, self.broken, self.closed = gone, threading.Event(), False, False
+        self.gone, self.silent, self.broken = gone, threading.Event(), False
         self.number, self.asked = 0, []
 
     def open(self):
@@ -175,9 +174,6 @@ class Camera:
             if self.number > self.count:
                 raise EndOfSource('over')
         return Frame(np.full((2, 3), self.value, np.uint8), self.number * PERIOD_PAIRS + self.delay, 'mono8') if wanted else None
-
-    def close(self):
-        self.closed = True
 
     def describe(self):
         return {'source': 'device', 'device': str(self.value), 'serial': f'S{self.value}', 'rate': 50.0}
