@@ -77,9 +77,7 @@ def test_fast_presses_and_drags_by_cameras_that_run_free(tmp_path, scene, shutte
     check(judged(tmp_path, scene, shutters=shutters, frames=180), place, depth, beside=0)  # six seconds
 
 
-pytestmark = pytest.mark.slow
-
-
+@pytest.mark.slow
 def test_presses_on_a_random_print_are_found_in_another_recording(tmp_path):
     params = write_parameters(tmp_path / 'params.yaml', {'rows': 0, 'columns': 0}, Path(share('params', 'air_cushion_sim.yaml')))
     presses, demo = (Case(tmp_path / name, params) for name in ('calibration', 'demo'))
