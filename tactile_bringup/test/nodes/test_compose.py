@@ -3,12 +3,10 @@
 """Several nodes in one process: what they are given, and that what they compute does not depend on who shares a process."""
 import json
 import os
-import time
 
 import pytest
 import rclpy
 from ament_index_python.packages import get_package_share_directory
-from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from tactile_bringup.nodes.compose import made
 from tactile_bringup.simulate.bags import write_scene
@@ -19,6 +17,7 @@ from tactile_driver.recordings.serialization import decode
 from tactile_msgs.msg import ContactRegion
 from tactile_perception.sensors import NODES, load
 from tactile_perception.tools import process_bag
+from watching import Watcher
 
 
 def test_the_table_names_what_there_is():
@@ -64,42 +63,24 @@ def processed(bag, folder):
         return [decode(message.data, message.type_name) for message in reader.messages({'/pad/contact_region'})]
 
 
-class Listener:
-    """Spins the nodes, and a node in a context of its own that hears their regions."""
-
-    def __init__(self, nodes):
-        self._context, self._own = Context(), SingleThreadedExecutor()
-        rclpy.init(context=self._context)
-        self.node, self._executor = rclpy.create_node('ear', context=self._context), SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self.node)
-        for node in nodes:
-            self._own.add_node(node)
-        self.regions = []
-        self.node.create_subscription(ContactRegion, '/pad/contact_region', self.regions.append, 50)
-
-    def until(self, condition):
-        end = time.monotonic() + 60
-        while not condition() and time.monotonic() < end:
-            self._own.spin_once(timeout_sec=0.02)
-            self._executor.spin_once(timeout_sec=0.02)
-        assert condition()
-
-    def close(self):
-        self._own.shutdown(), self._executor.shutdown()
-        self.node.destroy_node()
-        rclpy.shutdown(context=self._context)
-
-
 @pytest.mark.full
 def test_each_frame_is_done_as_process_bag_does_it_without_an_image_in_the_middleware(nodes, bag, tmp_path):
-    alone, ear = processed(bag, tmp_path), Listener(nodes)
+    alone, ear, executor = processed(bag, tmp_path), Watcher('listener'), SingleThreadedExecutor()
     assert len(alone) == 14 and alone[0].area == 0 and alone[-1].area > 10e-6
     expected = {stamp_ns_of(region.header): str(region) for region in alone}
+    for node in nodes:
+        executor.add_node(node)
+    regions = ear.collect(ContactRegion, '/pad/contact_region', 50)
+
+    def heard():
+        executor.spin_once(timeout_sec=0.02)
+        return regions and stamp_ns_of(regions[-1].header) == max(expected)
     try:
-        ear.until(lambda: ear.regions and stamp_ns_of(ear.regions[-1].header) == max(expected))
-        found = {stamp_ns_of(region.header): str(region) for region in ear.regions}
+        ear.until(heard)
+        found = {stamp_ns_of(region.header): str(region) for region in regions}
         assert len(found) >= 5 and found.items() <= expected.items(), 'NaN and all; the middleware may lose some'
         for topic in ('image_raw', 'camera_info', 'dots'):
             assert ear.node.count_subscribers(f'/pad/{topic}') == 0, topic
     finally:
         ear.close()
+        executor.shutdown()

@@ -146,6 +146,7 @@ def test_images_of_another_drivers_topic_come_in_the_own_frames_with_its_camera_
     assert (images[-1].width, images[-1].height, set(images[-1].data)) == (6, 4, {90})
 
 
-def test_the_own_topic_is_no_source(node):
-    with pytest.raises(BadArgument, match='what this node publishes'):
-        TopicSource(node, 'image_raw')
+@pytest.mark.parametrize(('topic', 'said'), [('image_raw', 'what this node publishes'), ('', 'topic')])
+def test_the_own_topic_and_none_are_no_source(node, topic, said):
+    with pytest.raises(BadArgument, match=said):
+        TopicSource(node, topic)

@@ -12,7 +12,6 @@ from fake_source import FakeSource
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import CameraInfo, Image, TimeReference
 from stitchings import SIZE, stitching, view
-from tactile_driver.errors import BadArgument
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame
 from tactile_driver.nodes.dual_camera_node import DualCameraNode
 from tactile_driver.nodes.topic_source import TopicSource
@@ -111,11 +110,6 @@ def test_it_subscribes_only_while_frames_are_wanted(node):
     executor.shutdown()
     source.close()
     assert source.calibrations() == (None,)
-
-
-def test_a_topic_without_a_name_is_refused(node):
-    with pytest.raises(BadArgument, match='topic'):
-        TopicSource(node, '')
 
 
 NODE = 'dual_camera_node'
