@@ -12,6 +12,7 @@ from ament_index_python.packages import get_package_share_directory
 from tactile_bringup.installed import share
 from tactile_bringup.simulate.bags import main, write_scene
 from tactile_bringup.simulate.calibrations import calibrate_specimen
+from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.messages.ground_truth import TRUTH
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader
@@ -74,22 +75,18 @@ def messages_of(path):
     return found
 
 
-def stamp_ns(message):
-    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-
-
 def test_one_camera_with_truth(tmp_path):
     assert write_scene(tmp_path / 'bag', 'areal_single_press', 1.0, seed=4, namespace='sheet', frames=4) == 4
     found, scene = messages_of(tmp_path / 'bag'), open_scene('areal_single_press', 1.0, seed=4)
     about, tree = yaml.safe_load(found.pop('/sheet/description')[0].data), found.pop('/tf_static')[0].transforms
     assert about['sensor_type'] == 'areal_single' and about['source'] == 'sim' and (about['width'], about['height']) == (640, 480)
-    assert [(reported.header.frame_id, reported.child_frame_id, stamp_ns(reported)) for reported in tree] == [('sheet',
+    assert [(reported.header.frame_id, reported.child_frame_id, stamp_ns_of(reported.header)) for reported in tree] == [('sheet',
                                                                                                                'sheet_camera_optical',
                                                                                                                10**9)]
     moved = tree[0].transform.translation
     np.testing.assert_allclose([moved.x, moved.y, moved.z], scene.camera.centre, atol=1e-12)
     assert set(found) == {f'/sheet/{name}' for name in ('image_raw', 'camera_info', *(f'ground_truth/{truth}' for truth in TRUTH))}
-    assert [stamp_ns(image) for image in found['/sheet/image_raw']] == [10**9, 2 * 10**9, 3 * 10**9, 4 * 10**9]
+    assert [stamp_ns_of(image.header) for image in found['/sheet/image_raw']] == [10**9, 2 * 10**9, 3 * 10**9, 4 * 10**9]
     np.testing.assert_array_equal(image_to_array(found['/sheet/image_raw'][2]), scene.render(2.0).image)
     np.testing.assert_allclose(camera_matrices(found['/sheet/camera_info'][0])[0], scene.camera.matrix)
     touched = [len(message.contacts) for message in found['/sheet/ground_truth/contacts']]
@@ -103,9 +100,9 @@ def test_one_camera_with_truth(tmp_path):
 def test_two_cameras_the_second_a_little_late(tmp_path):
     write_scene(tmp_path / 'bag', 'areal_dual_press', 10.0, frames=2)
     found = messages_of(tmp_path / 'bag')
-    lefts, rights = ([stamp_ns(image) for image in found[f'/areal_dual/{side}/image_raw']] for side in ('left', 'right'))
+    lefts, rights = ([stamp_ns_of(image.header) for image in found[f'/areal_dual/{side}/image_raw']] for side in ('left', 'right'))
     assert len(lefts) == len(rights) == 2 and all(3e6 <= right - left <= 4e6 for left, right in zip(lefts, rights))
-    assert [stamp_ns(message) for message in found['/areal_dual/ground_truth/contacts']] == lefts
+    assert [stamp_ns_of(message.header) for message in found['/areal_dual/ground_truth/contacts']] == lefts
     frames = ['areal_dual_left_camera_optical', 'areal_dual_right_camera_optical']
     assert [reported.child_frame_id for reported in found['/tf_static'][0].transforms] == frames
     assert [found[f'/areal_dual/{side}/image_raw'][0].header.frame_id for side in ('left', 'right')] == frames

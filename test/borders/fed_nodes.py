@@ -181,8 +181,3 @@ def at(message, stamp_ns: int):
     other.header = Header(frame_id=message.header.frame_id)
     other.header.stamp.sec, other.header.stamp.nanosec = divmod(stamp_ns, 10**9)
     return other
-
-
-def stamp_of(message) -> int:
-    """ns."""
-    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec

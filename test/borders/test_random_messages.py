@@ -6,10 +6,11 @@ import copy
 import random
 from array import array
 
-from fed_nodes import NODES, at, compressed, fed, sent, stamp_of
+from fed_nodes import NODES, at, compressed, fed, sent
 import numpy as np
 import pytest
 from random_messages import hostile
+from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.serialization import encode
 from tactile_perception.errors import BadFrame
@@ -31,7 +32,7 @@ def thrown(name, sensor, count):
         good.setdefault(topic, []).append(message)
         if topic == 'image_raw':
             good[topic].append(compressed(message, rng.choice(('.png', '.jpg'))))
-    stamp, published = max(stamp_of(message) for _, message in found), 0
+    stamp, published = max(stamp_ns_of(message.header) for _, message in found), 0
     with np.errstate(all='ignore'):
         for _ in range(count):
             stamp += _STEP_NS
@@ -52,7 +53,7 @@ def test_random_messages_of_each_type_meet_no_defect(name, sensor, count):
         assert health.values['refused frames'] == log.refused and health.values['last error']
         done = log.done
         for topic, message in sent(sensor):
-            node.feed(topic, at(message, stamp_of(message) - stamp_of(sent(sensor)[0][1]) + stamp + _STEP_NS))
+            node.feed(topic, at(message, stamp_ns_of(message.header) - stamp_ns_of(sent(sensor)[0][1].header) + stamp + _STEP_NS))
         assert log.done > done
     finally:
         node.close()
@@ -104,7 +105,7 @@ BAD = {
 
 def spoiled(name, topic, message, rng):
     """(what, bad message) of all kinds, and random ones that cannot be used, each a little before the good one."""
-    early = at(message, stamp_of(message) - _PERIOD_NS)
+    early = at(message, stamp_ns_of(message.header) - _PERIOD_NS)
     kinds = {**STAMPS, **({} if 'markers' in name else ONLY_ESTIMATES), **BAD.get(topic, {})}
     if topic == 'image_raw' and message.encoding == 'bgr8' and 'markers' not in name:
         kinds['black'] = _set(data=array('B', bytes(len(message.data))))

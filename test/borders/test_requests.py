@@ -4,13 +4,14 @@
 import random
 
 from fault_rig import made, planned
-from fed_nodes import at, compressed, messages, stamp_of
+from fed_nodes import at, compressed, messages
 import pytest
 from random_messages import hostile, random_message
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 import rclpy
 from std_srvs.srv import Trigger
 from tactile_driver.errors import BadFrame
+from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.topic_source import TopicSource
 
@@ -69,7 +70,7 @@ def test_random_images_are_frames_or_refused(count):
     source = TopicSource(node, 'camera/image_raw')
     images = [message for topic, message in messages('touchpad') if topic == 'image_raw']
     packed = [compressed(image, kind) for image in images for kind in ('.png', '.jpg')]
-    stamp, bad = stamp_of(images[-1]), 0
+    stamp, bad = stamp_ns_of(images[-1].header), 0
     try:
         for number in range(count):
             stamp += 10_000_000

@@ -11,6 +11,7 @@ from ament_index_python.packages import get_package_share_directory
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
 from visualization_msgs.msg import MarkerArray
 
@@ -29,10 +30,6 @@ SENSORS = {
 RVIZ_TYPES = {'rviz_default_plugins/Image': 'sensor_msgs/msg/Image', 'rviz_default_plugins/Camera': 'sensor_msgs/msg/Image',
               'rviz_default_plugins/MarkerArray': 'visualization_msgs/msg/MarkerArray',
               'rviz_default_plugins/PointCloud2': 'sensor_msgs/msg/PointCloud2'}
-
-
-def stamp_of(message):
-    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
 
 
 def topics(names):
@@ -55,10 +52,10 @@ def check_rviz(sensor, graph):
 
 def off(sensor, found, truth):
     """(place, depth) of frames in which one thing touches and one contact is found."""
-    true = {stamp_of(message): message.contacts for message in list(truth)}
+    true = {stamp_ns_of(message.header): message.contacts for message in list(truth)}
     stamps, pairs = np.array(sorted(true)), []
     for message in found:
-        last = np.searchsorted(stamps, stamp_of(message), side='right') - 1
+        last = np.searchsorted(stamps, stamp_ns_of(message.header), side='right') - 1
         there = true[stamps[last]] if last >= 0 else []
         if len(message.contacts) == len(there) == 1:
             pairs.append((message.contacts[0], there[0]))
@@ -95,8 +92,8 @@ def test_a_simulated_sensor_as_a_user_starts_it(ros2, listen, sensor):
     least = 150 if sensor == 'psd_finger' else 15
 
     def enough():
-        begin = stamp_of(truth[0]) if truth else np.inf
-        touched = sum(bool(one.contacts) for one in list(contacts) if stamp_of(one) > begin)
+        begin = stamp_ns_of(truth[0].header) if truth else np.inf
+        touched = sum(bool(one.contacts) for one in list(contacts) if stamp_ns_of(one.header) > begin)
         reporting = {status.name for message in list(ear.heard['/diagnostics']) for status in message.status}
         return all(others.heard.values()) and touched > least and len(reporting) >= 3
     assert ear.wait_for(enough, 120), launched.log
