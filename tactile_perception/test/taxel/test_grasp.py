@@ -26,7 +26,6 @@ from tactile_perception.taxel.stage import TaxelStage  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 from waiting import until  # noqa: E402
 
-pytestmark = pytest.mark.ros
 # An object of 30 mm and 4 N, in a gripper of which each finger moves by the joint: at 24.6 mm the pads are 29.2 mm apart.
 OWN = {'reference.start': 'zero', 'object.width': 0.03, 'object.weight': 4.0, 'gripper.joint': 'finger', 'gripper.sign': 2.0,
        'gripper.zero': 0.010}

@@ -13,7 +13,6 @@ from tactile_perception.taxel.stage import TaxelStage  # noqa: E402
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
-pytestmark = pytest.mark.ros
 VALUES = defaults(TAXEL_PARAMETERS)
 
 
