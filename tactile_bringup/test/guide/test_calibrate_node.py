@@ -5,25 +5,21 @@ from itertools import chain
 
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from guided_lab import SHARE, Lab  # noqa: E402
-from scipy.spatial.transform import Rotation  # noqa: E402
-from tactile_bringup.hand.description import read_hand  # noqa: E402
-from tactile_bringup.nodes.simulated_stage import MOUNTING  # noqa: E402
-from tactile_bringup.simulate.bags import camera_messages, psd_messages, taxel_messages  # noqa: E402
-from tactile_driver.nodes.messages.ground_truth import TouchNumbers  # noqa: E402
-from tactile_driver.recordings.reader import BagReader  # noqa: E402
-from tactile_driver.recordings.serialization import decode  # noqa: E402
-from tactile_driver.simulation.psd.scene import open_psd_scene  # noqa: E402
-from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene  # noqa: E402
-from tactile_driver.simulation.taxel.scene import Key, TaxelScene, TaxelScript, open_taxel_scene  # noqa: E402
-from tactile_perception.calibration.files.format import read_calibration  # noqa: E402
-from tactile_perception.press.sensor import MARKER_SENSORS  # noqa: E402
-from tactile_perception.sensors import SENSOR_TYPES  # noqa: E402
-from tactile_perception.tools.calibrate import main as calibrate  # noqa: E402
+from guided_lab import SHARE, Lab
+from scipy.spatial.transform import Rotation
+from tactile_bringup.hand.description import read_hand
+from tactile_bringup.nodes.simulated_stage import MOUNTING
+from tactile_bringup.simulate.bags import camera_messages, psd_messages, taxel_messages
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_driver.simulation.psd.scene import open_psd_scene
+from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
+from tactile_driver.simulation.taxel.scene import Key, TaxelScene, TaxelScript, open_taxel_scene
+from tactile_perception.calibration.files.format import read_calibration
+from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.sensors import SENSOR_TYPES
+from tactile_perception.tools.calibrate import main as calibrate
 
 pytestmark = [pytest.mark.full, pytest.mark.slow, pytest.mark.timeout(1200)]
 

@@ -6,15 +6,12 @@ from itertools import chain
 import cv2
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-
-from geometry_msgs.msg import PointStamped, WrenchStamped  # noqa: E402
-from guided_lab import Lab  # noqa: E402
-from sensor_msgs.msg import CameraInfo  # noqa: E402
-from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message, point  # noqa: E402
+import rclpy
+from geometry_msgs.msg import PointStamped, WrenchStamped
+from guided_lab import Lab
+from sensor_msgs.msg import CameraInfo
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message, point
 
 pytestmark = pytest.mark.full
 RATE = 20.0

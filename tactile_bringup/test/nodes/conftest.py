@@ -5,14 +5,15 @@ import threading
 from functools import partial
 
 import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
 from waiting import until
 
 
 @pytest.fixture
 def bench():
     """bench(make) -> (other node, until(condition) -> whether it came true)."""
-    rclpy = pytest.importorskip('rclpy')
-    from rclpy.executors import SingleThreadedExecutor
     made = []
 
     def begin(make):
@@ -34,9 +35,6 @@ def bench():
 @pytest.fixture
 def beside():
     """beside(make): the node make(context), spun in a thread beside the test."""
-    rclpy = pytest.importorskip('rclpy')
-    from rclpy.context import Context
-    from rclpy.executors import SingleThreadedExecutor
     made = []
 
     def begin(make):

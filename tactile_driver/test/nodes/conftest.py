@@ -6,12 +6,15 @@ import signal
 import cv2
 import numpy as np
 import pytest
+import rclpy
+import watching
+from rclpy.context import Context
+from rclpy.lifecycle import LifecycleNode
 
 
 @pytest.fixture
 def start(request):
     """Starts the node that the module names NODE, start(**parameters); ends it at the end, which has to work cleanly."""
-    watching = pytest.importorskip('watching', reason='ROS is not sourced')
     processes = []
 
     def node(**parameters):
@@ -27,7 +30,7 @@ def start(request):
 @pytest.fixture
 def watcher(request):
     """Of the node that the module names NODE."""
-    watcher = pytest.importorskip('watching', reason='ROS is not sourced').Watcher(request.module.NODE)
+    watcher = watching.Watcher(request.module.NODE)
     yield watcher
     watcher.close()
 
@@ -35,9 +38,6 @@ def watcher(request):
 @pytest.fixture
 def node():
     """A node in a context of its own."""
-    rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-    from rclpy.context import Context
-    from rclpy.lifecycle import LifecycleNode
     context = Context()
     rclpy.init(context=context)
     made = LifecycleNode('tested', context=context)
@@ -49,7 +49,6 @@ def node():
 @pytest.fixture
 def driven():
     """Makes an active driver's node, driven(kind, **parameters), and puts it away at the end."""
-    watching = pytest.importorskip('watching', reason='ROS is not sourced')
     made = []
 
     def make(kind, **parameters):
