@@ -40,7 +40,7 @@ def test_nothing_is_decoded_for_nobody(streamed):
     one, fake = streamed()
     assert until(lambda: len(fake.asked) > 5)
     one.close()
-    assert not any(fake.asked) and fake.calls == ['close']
+    assert not any(fake.asked) and fake.calls == ['open', 'close']
 
 
 def test_the_end_of_ros_is_no_failure_of_the_camera(streamed):
