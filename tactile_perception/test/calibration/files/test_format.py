@@ -1,15 +1,17 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration files: written whole, read back the same, and every way of being broken named."""
+"""Calibration files, and the report of residuals."""
 import logging
 import math
 import time
 
+import cv2
 import numpy as np
 import pytest
-import yaml
 from tactile_perception.calibration.files.format import BELONGS_TO, CalibrationFile, Specimen, read_calibration, write_calibration
+from tactile_perception.calibration.residuals import Residuals, draw_residuals, outliers, report_residuals
 from tactile_perception.errors import BadCalibration
+import yaml
 
 
 @pytest.fixture
@@ -160,3 +162,45 @@ def test_each_sensor_has_its_parameters():
     assert set(BELONGS_TO) == {'touchpad', 'areal_single', 'areal_dual', 'air_cushion', 'psd_finger', 'taxel_array'}
     assert Specimen('1', {'rows': 9, 'pitch': [1, 2], 'contact': 'membrane'}).parameters('areal_single') == {'rows': 9, 'pitch': [1, 2]}
     assert Specimen().parameters('touchpad') == {}
+
+
+def made(value):
+    value = np.asarray(value, float)
+    when = [f'bag at {k}.000 s' for k in range(len(value))]
+    return Residuals('depth', 'mm', value, np.zeros((len(value), 2)), ('x (mm)', 'y (mm)'), when)
+
+
+def test_the_press_that_stands_out_is_named_with_its_error_and_what_is_usual():
+    value = np.random.default_rng(0).normal(0, 0.1, 40)
+    value[[7, 30]] = 1.9, -2.5
+    assert outliers([made(value)]) == ['bag at 30.000 s: depth error 2.5 mm, the median is 0.054 mm',
+                                       'bag at 7.000 s: depth error 1.9 mm, the median is 0.054 mm']
+
+
+def test_nothing_stands_out_of_even_errors_of_few_or_of_unknown_ones():
+    assert outliers([made(np.random.default_rng(1).normal(0, 0.1, 200))]) == []
+    assert outliers([made([0, 0, 0, 5.0]), made(np.full(9, np.nan)), made([])]) == []
+    assert outliers([made([*np.full(9, 0.1), np.nan])]) == []
+
+
+@pytest.mark.parametrize('value', [np.linspace(0, 1, 9), np.linspace(-1, 1, 9), np.full(9, np.nan), np.zeros(0)])
+def test_a_panel_for_each_quantity(tmp_path, value):
+    place = np.random.default_rng(0).normal(size=(len(value), 2))
+    path = tmp_path / 'residuals.png'
+    draw_residuals(path, 'touchpad', [Residuals('depth', 'mm', value, place, ('x (mm)', 'y (mm)'), ())] * 2)
+    picture = cv2.imread(str(path))
+    assert picture.shape[1] > 800 and picture.shape[0] > 300 and len(np.unique(picture)) > 10
+
+
+FOUND = [Residuals('depth', 'mm', np.arange(3.0), np.zeros((3, 2)), ('x (mm)', 'y (mm)'), ('a', 'b', 'c'))]
+
+
+def test_lines_and_the_picture(tmp_path):
+    lines = report_residuals(FOUND, ['c: far off'], tmp_path / 'pad.yaml', 'touchpad')
+    assert lines == ['outlier: c: far off', f'plot of the errors: {tmp_path / "pad_residuals.png"}']
+    assert (tmp_path / 'pad_residuals.png').stat().st_size > 1000
+
+
+def test_no_picture_is_reported(tmp_path):
+    lines = report_residuals(FOUND, [], tmp_path / 'none' / 'pad.yaml', 'touchpad')
+    assert len(lines) == 1 and lines[0].startswith('no plot of the errors: ')
