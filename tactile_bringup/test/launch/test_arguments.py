@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 from launch import LaunchContext
 from launch.actions import LogInfo, Shutdown
+from launch_ros.actions import Node
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -47,12 +48,20 @@ def files(tmp_path):
     return {'source': 'file', 'path': str(video)}, str(calibration)
 
 
+def processes_of(found):
+    """The nodes of each process that the actions of a launch file start, in their order."""
+    def nodes_of(action):
+        words = [word[0].text for word in action.cmd[1:] if hasattr(word[0], 'text')]
+        return words[:words.index('--ros-args')] if action.node_executable == 'sensor_nodes' else [action.node_executable]
+    return [nodes_of(action) for action in found if isinstance(action, Node)]
+
+
 def notes(found):
     return [''.join(part.text for part in action.msg) for action in found if isinstance(action, LogInfo)]
 
 
 @pytest.mark.parametrize('sensor_type', SENSOR_TYPES)
-def test_a_simulated_sensor_is_one_process_of_all_its_nodes_and_calibrated(processes_of, sensor_type):
+def test_a_simulated_sensor_is_one_process_of_all_its_nodes_and_calibrated(sensor_type):
     kind, found = SENSOR_TYPES[sensor_type], actions(sensor_type)
     assert processes_of(found) == [[kind.driver, *kind.perception, kind.view]]
     assert notes(found) == []
@@ -60,7 +69,7 @@ def test_a_simulated_sensor_is_one_process_of_all_its_nodes_and_calibrated(proce
 
 
 @pytest.mark.parametrize('sensor_type', [name for name, kind in SENSOR_TYPES.items() if kind.uncalibrated])
-def test_an_uncalibrated_sensor_says_what_is_missing(processes_of, sensor_type):
+def test_an_uncalibrated_sensor_says_what_is_missing(sensor_type):
     kind, found = SENSOR_TYPES[sensor_type], actions(sensor_type, source='device', device='x')
     perception = kind.perception[:-1] if kind.needs else kind.perception
     assert processes_of(found) == [[kind.driver, *perception, kind.view]]
@@ -282,7 +291,7 @@ def hand_of_nodes(**given):
     return hand_actions({name: default for name, (default, _) in hand_arguments().items()} | given)
 
 
-def test_the_example_hand_is_a_process_for_each_sensor_and_one_for_the_frames(processes_of):
+def test_the_example_hand_is_a_process_for_each_sensor_and_one_for_the_frames():
     found = hand_of_nodes()
     assert notes(found) == []
     assert [nodes[0] for nodes in processes_of(found)] == ['camera_node', 'camera_node', 'psd_node', 'taxel_array_node', 'dual_camera_node',
@@ -338,7 +347,7 @@ def test_what_is_wrong_with_a_sensor_names_it(tmp_path):
         hand_of_nodes(hand=str(path), source='device')
 
 
-def test_what_is_not_installed_is_left_out_with_a_word_and_the_files_are_there(processes_of, monkeypatch, tmp_path):
+def test_what_is_not_installed_is_left_out_with_a_word_and_the_files_are_there(monkeypatch, tmp_path):
     def missing(name):
         raise module.PackageNotFoundError(name)
     monkeypatch.setattr(module, 'get_package_prefix', missing)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Rotations, poses of frames, vectors, caps and splines."""
+"""Rotations, poses of frames, vectors, caps and splines; surfaces of dots, and their normals."""
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
