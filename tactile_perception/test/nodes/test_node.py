@@ -3,7 +3,6 @@
 """The processing nodes over ROS: results under the image's header, no work without subscribers, bad frames counted, the reference on
 request.
 """
-import os
 import re
 import subprocess
 import sys
@@ -11,30 +10,33 @@ import threading
 import time
 from pathlib import Path
 
+from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import pytest
 import rclpy
-os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
+from tactile_driver.nodes.runtime.defect_guard import DefectGuard
 from tactile_driver.nodes.runtime.diagnostics import WARN
 from tactile_driver.nodes.runtime.host import Host
-from tactile_driver.nodes.runtime.defect_guard import DefectGuard
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages
 from tactile_perception.dots.stage import DotStage
-from tactile_perception.node import PerceptionNode, make_node
-from tactile_perception.stage import Input, Stage
-from tactile_perception.press.parameters import POINT_PARAMETERS
+from tactile_perception.errors import BadCalibration
 from tactile_perception.finger.parameters import PSD_PARAMETERS
-from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
+from tactile_perception.node import PerceptionNode, make_node
+from tactile_perception.nodes.messages.conversions import POINTS, RESULTS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
+from tactile_perception.press.parameters import POINT_PARAMETERS
+from tactile_perception.stage import Input, Stage
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
+from tactile_perception.touchpad.stage import ContactRegionStage
 from waiting import until
 
 
@@ -256,3 +258,48 @@ def test_a_defect_is_counted_and_reported_and_the_stage_restarts(ros, monkeypatc
                                  for report in reports for status in report.status for pair in status.values), executor)
     finally:
         executor.shutdown(), node.destroy_node(), sender.destroy_node()
+
+
+@pytest.fixture(scope='module')
+def done(ball_messages):
+    """Dots and results of each image."""
+    info, images, values, _ = ball_messages
+    dots, contact = DotStage(values), ContactRegionStage(values)
+    for stage in (dots, contact):
+        stage.take('camera_info', info)
+    found = [dots.process(image)['dots'][0] for image in images]
+    return found, [{topic: only for topic, (only,) in contact.process(message).items()} for message in found]
+
+
+def test_the_stamp_goes_through_and_the_frame_is_the_sensors(ball_messages, done):
+    dots, results = done
+    for image, message, result in zip(ball_messages[1], dots, results):
+        wanted = Header(stamp=image.header.stamp, frame_id='touchpad')
+        assert message.header == wanted and set(result) == {*RESULTS, 'points'}
+        assert all(type(part) is (RESULTS | POINTS)[topic] and part.header == wanted for topic, part in result.items())
+
+
+def test_a_ball_is_one_contact_and_rest_is_none(ball_messages, done):
+    truth, results = ball_messages[3], done[1]
+    for result in results[:2]:
+        assert result['contacts'].contacts == [] and result['contact_region'].area == 0 and result['wrench'].wrench.force.z == 0
+    contact, = results[2]['contacts'].contacts
+    assert contact.depth == pytest.approx(truth.contacts[0].depth, abs=0.3e-3)
+    assert contact.force == pytest.approx(truth.contacts[0].force, rel=0.15)
+    assert results[2]['wrench'].wrench.force.z == pytest.approx(truth.wrench[2], rel=0.15)
+    assert len(results[2]['contact_region'].outlines) == 1
+
+
+def test_only_what_is_asked_for_becomes_a_message(ball_messages):
+    info, images, values, _ = ball_messages
+    dots, contact = DotStage(values), ContactRegionStage(values)
+    dots.take('camera_info', info), contact.take('camera_info', info)
+    first, second = (dots.process(image)['dots'][0] for image in images[:2])
+    assert list(contact.process(first, ['wrench'])) == ['wrench'] and contact.process(second, []) == {}
+
+
+def test_a_missing_calibration_is_named_before_anything_runs(ball_messages, tmp_path):
+    values = {**ball_messages[2], 'calibration': str(tmp_path / 'none.yaml')}
+    for kind in (DotStage, ContactRegionStage):
+        with pytest.raises(BadCalibration, match='none.yaml'):
+            kind(values)
