@@ -1,12 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Rest places lie on the cap under their untouched images, and are renewed only when the reference has moved.
-Places of dots from colour and membrane: from the rest shape alone, not from grey images, from few dots, with a new reference."""
+"""Dots of a touchpad and their places; what the sensor is."""
 import dataclasses
 
 import cv2
 import numpy as np
 import pytest
+from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.optics.rendering import Imaging
 from tactile_driver.simulation.optics.water_light import Lighting
 from tactile_driver.simulation.sensors.scenes import open_scene
@@ -14,9 +14,11 @@ from tactile_driver.simulation.sensors.touchpad import touchpad
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.geometry import Cap
-from tactile_perception.errors import BadFrame
-from tactile_perception.dots.tracker import make_tracker
-from tactile_perception.touchpad.places import DotPlaces, RestPlaces
+from tactile_perception.dots.tracker import find_pattern, make_tracker
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.parameters.touchpad import SENSOR_PARAMETERS
+from tactile_perception.touchpad.places import DotPlaces, RestPlaces, TouchpadDots
+from tactile_perception.touchpad.sensor import Touchpad
 
 CAMERA = CameraModel([[700, 0, 320], [0, 700, 240], [0, 0, 1]], translation=[0, 0, 0.04])
 
@@ -155,3 +157,78 @@ def test_places_below_white_highlights_that_hide_the_ground_around_them(seed, ba
     scene = open_scene('rest', rate=10.0, seed=seed)
     scene._renderer = touchpad(seed, 640, lighting, dataclasses.replace(Imaging(), blur=0.66, read_noise=1.2)).renderers[0]
     assert located((scene, [scene.render(k / 10) for k in range(3)]), ball).max() < 0.06e-3
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.sum(values**2, axis=1))))
+
+
+@pytest.fixture(scope='module')
+def begun(ball):
+    stage = TouchpadDots(ball.sensor, ball.camera, ball.values)
+    for k, image in enumerate(ball.rest[:3]):
+        stage.process(image, 1 + 0.1 * k)
+    return stage
+
+
+def test_dots_and_places_of_a_press(ball, begun):
+    tracks = begun.process(ball.pressed, 2.0)
+    assert len(tracks) > 515 and len(set(tracks.id.tolist())) == len(tracks)
+    assert np.median(np.linalg.norm(tracks.uv - ball.truth.dot_uv[tracks.id], axis=1)) < 0.05
+    moved = ball.truth.dot_uv - ball.untouched.dot_uv
+    known = np.isfinite(tracks.duv).all(axis=1)
+    assert np.median(np.linalg.norm(tracks.duv - moved[tracks.id], axis=1)[known]) < 0.08
+    placed = np.isfinite(tracks.xyz).all(axis=1)
+    assert placed.mean() > 0.98 and rms((tracks.xyz - ball.truth.dot_xyz[tracks.id])[placed]) < 0.1e-3
+
+
+def test_nothing_moves_at_rest(ball, begun):
+    tracks = begun.process(ball.rest[3], 3.0)
+    assert rms(tracks.xyz - ball.untouched.dot_xyz[tracks.id]) < 0.08e-3
+    assert np.nanmedian(np.abs(tracks.duv)) < 0.03 and begun.warning == ''
+
+
+def test_set_reference_takes_the_next_frame(ball, begun):
+    begun.process(ball.rest[3], 4.0)
+    begun.set_reference()
+    tracks = begun.process(ball.pressed, 4.1)
+    assert np.abs(tracks.duv).max() == 0 and 'touched' in begun.warning
+    begun.set_reference()
+    assert np.abs(begun.process(ball.rest[3], 4.2).duv).max() == 0 and begun.warning == ''
+
+
+def test_without_a_camera_or_a_surface_dots_have_no_places(ball):
+    flat = dataclasses.replace(ball.sensor, cap=None)
+    for stage in (TouchpadDots(ball.sensor, None, ball.values), TouchpadDots(flat, ball.camera, ball.values)):
+        tracks = stage.process(ball.rest[0], 1.0)
+        assert tracks.xyz is None and len(tracks) > 515
+
+
+def test_a_pattern_without_a_grid_numbers_any_image_of_it(ball):
+    sensor, values = dataclasses.replace(ball.sensor, cap=None, rows=0, columns=0), {**ball.values, 'numbering': 'tracks'}
+    pattern = find_pattern(ball.rest[0], values)
+    assert len(pattern) > 515 and (np.diff(pattern[:, 1]) >= 0).all()
+    tracks = make_tracker(sensor, values, pattern).process(ball.pressed, 1.0)  # the first image that the tracker sees
+    assert len(tracks) > 0.9 * len(pattern) and np.abs(tracks.uv - pattern[tracks.id]).max() < 12.0
+
+
+DEFAULT = defaults(SENSOR_PARAMETERS)
+
+
+def test_the_default_is_the_papers_pad_seen_from_40_mm_behind_the_rim():
+    sensor = Touchpad.from_parameters(DEFAULT)
+    camera = sensor.camera(np.diag([700.0, 700.0, 1.0]), np.zeros(5))
+    assert (sensor.rows, sensor.columns, sensor.cap.curvature_radius, sensor.cap.height) == (23, 23, 0.020, 0.013)
+    assert camera.centre == pytest.approx([0, 0, -0.04])
+
+
+@pytest.mark.parametrize('changes, message', [
+    ({'camera.rotation': [0.0, 1.0]}, 'three numbers'), ({'rows': 0, 'columns': 0}, 'at least 3'),
+    ({'cap.height': 0.05}, 'cap: need'), ({'membrane.rest_pressure': 9e5}, 'membrane')])
+def test_what_does_not_fit_together_is_named(changes, message):
+    with pytest.raises(BadArgument, match=message):
+        Touchpad.from_parameters({**DEFAULT, **changes})
+
+
+def test_without_a_surface_a_pattern_may_be_no_grid():
+    assert Touchpad.from_parameters({**DEFAULT, 'surface': 'none', 'rows': 0, 'columns': 0}).cap is None
