@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The worked examples do what their page says: a source of one's own delivers, a method of one's own finds."""
+"""The worked examples do what their page says: a source of one's own delivers, a method of one's own finds, a seventh sensor runs."""
 import os
 import signal
 import socket

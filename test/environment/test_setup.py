@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """setup.bash leaves the user's shell whole, does nothing when nothing is missing, and finds what it promises; what it fixes in wheels and
-pins."""
+pins; `ros2 launch` as it is there."""
 import fcntl
 import importlib.util
 import os

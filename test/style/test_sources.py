@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Rules that every source file of the repository keeps, checked by machine. What comes from files, messages and bags is data: no name in it
-is called, imported, or run."""
+is called, imported, or run. The message definitions are the contract's, field by field."""
 import ast
 import functools
 import pathlib

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Time in sources: stamps, paces, and scenes in real time; every source is made from its node's parameters."""
+"""Time in sources: stamps, paces, and scenes in real time; every source is made from its node's parameters; the thread that reads one."""
 import threading
 import time
 from types import SimpleNamespace

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Contacts of a gel against a simulated one, whose layer is of finite elements and whose friction is Coulomb's."""
+"""Contacts of a gel against a simulated one, whose layer is of finite elements and whose friction is Coulomb's; its own layer."""
 import copy
 
 import numpy as np
