@@ -1,12 +1,18 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+"""The field of markers, and where they are."""
+from dataclasses import replace
+from functools import partial
+
+from dome_scenes import DOME, EYE as DOME_EYE, dented, markers
 import numpy as np
 import pytest
 from tactile_driver.stitching.calibration import SideView, Stitching
 from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.press.field import RestMarkers, StitchedView, camera_view, marker_field, view_maker
+from tactile_perception.press.field import CameraView, MarkerField, RestMarkers, StitchedView, camera_view, marker_field, view_maker
+from tactile_perception.press.positions import MarkerPlaces, SheetSurface, dome_raised, on_rays
 from tactile_perception.press.sensor import MARKER_SENSORS
 
 SENSOR = MARKER_SENSORS['areal_single']
@@ -133,3 +139,112 @@ def test_a_stitched_picture_is_a_plane_with_two_camera_centres():
     seen, camera_centres = view.back_project(np.array([(300.0, 250.0), (500.0, 350.0), (np.nan, np.nan)]))
     assert seen[:2] == pytest.approx(np.array([(-0.01, 0, 1e-8), (0.01, 0.01, 1e-8)]), abs=1e-12) and np.isnan(seen[2, :2]).all()
     assert camera_centres[:2] == pytest.approx(np.array([(-0.02, 0, -0.05), (0.02, 0, -0.05)]))
+
+
+UNTOUCHED = SENSOR.grid()
+EYE = np.array([1e-3, -2e-3, -0.062])
+
+
+@pytest.fixture(scope='module')
+def surface():
+    return SheetSurface(SENSOR)
+
+
+def appears(xyz):
+    return EYE[:2] + (xyz[:, :2] - EYE[:2]) * EYE[2] / (EYE[2] - xyz[:, 2:])
+
+
+def pressed(tip, depth, width=0.009, inwards=0.0):
+    """A bell that is zero at the clamp; markers go inwards by that share of its slope times its height."""
+    clamp = np.prod(np.cos(np.pi * UNTOUCHED / SENSOR.size), axis=1)
+    away = UNTOUCHED - tip
+    bell = depth * clamp * np.exp(-0.5 * (away**2).sum(1) / width**2)
+    return np.column_stack([UNTOUCHED - inwards * bell[:, None] * away / width, -bell])
+
+
+def found(surface, xyz, noise=5e-6, camera_centres=None):
+    camera_centres = np.tile(EYE, (len(UNTOUCHED), 1)) if camera_centres is None else camera_centres
+    place = appears(xyz) + noise * np.random.default_rng(0).standard_normal(UNTOUCHED.shape)
+    plain = np.full(len(UNTOUCHED), np.nan)
+    field = MarkerField(UNTOUCHED, place - UNTOUCHED, plain, camera_centres, plain, UNTOUCHED, UNTOUCHED, plain)
+    return on_rays(field, surface.raised(field), SENSOR)
+
+
+@pytest.mark.parametrize('tip', [(0.0, 0.0), (0.015, -0.010), (-0.018, 0.008)])
+@pytest.mark.parametrize('depth', [0.5e-3, 3e-3, 10e-3])
+def test_depths_of_a_bell_to_a_twentieth(surface, tip, depth):
+    xyz = pressed(np.array(tip), depth)
+    assert np.sqrt(np.mean((found(surface, xyz) - xyz)[:, 2]**2)) < 0.05 * depth + 5e-5
+
+
+def test_what_goes_sideways_is_reported_from_what_goes_down(surface):
+    xyz = pressed(np.array([0.006, 0.004]), 6e-3, inwards=0.1)
+    off = found(surface, xyz) - xyz
+    assert np.sqrt(np.mean(off[:, 2]**2)) < 0.8e-3
+    assert np.sqrt(np.mean(off[:, :2]**2)) < 0.12e-3
+
+
+def test_markers_that_are_not_seen_have_no_place_and_leave_the_others_theirs(surface):
+    xyz = pressed(np.array([0.0, 0.0]), 5e-3)
+    lost = np.random.default_rng(1).choice(len(UNTOUCHED), 12, replace=False)
+    hidden = xyz.copy()
+    hidden[lost] = np.nan
+    got = found(surface, hidden)
+    assert np.isnan(got[lost]).all()
+    seen = np.setdiff1d(np.arange(len(UNTOUCHED)), lost)
+    assert np.sqrt(np.mean((got - xyz)[seen, 2]**2)) < 0.3e-3
+
+
+@pytest.mark.parametrize('wrong', [{'size': (0.05, 0.045)}, {'rows': 13}, {'rows': 1, 'columns': 117}])
+def test_what_does_not_fit_together_is_refused(wrong):
+    with pytest.raises(BadArgument, match='sheet'):
+        SheetSurface(replace(SENSOR, **wrong))
+
+
+DOME_CAMERA = CameraModel(np.array([[230.0, 0, 320], [0, 230, 240], [0, 0, 1]]), translation=-DOME_EYE)
+ON_DOME = markers()
+SEEN = np.flatnonzero(np.isfinite(ON_DOME[:, 0]))
+
+
+def dots_at(xyz):
+    """Of markers at xyz (K, 3) m; every ninth is lost."""
+    id = SEEN[np.arange(len(SEEN)) % 9 > 0]
+    uv, rest = DOME_CAMERA.project(xyz[id]), DOME_CAMERA.project(ON_DOME[id])
+    return DotTracks(17, 17, id, uv, np.full(len(id), 100.0), np.full(len(id), 0.02), uv - rest)
+
+
+def places(method=None):
+    return MarkerPlaces(DOME, len(ON_DOME), lambda uv: CameraView(DOME_CAMERA, DOME.plane_z), partial(dome_raised, method))
+
+
+class Knows:
+    """A method that knows how far each marker is lowered."""
+
+    def __init__(self, xyz):
+        self._raised = xyz[:, 2] - ON_DOME[:, 2]
+
+    def raised(self, field):
+        return self._raised if np.nanmax(np.abs(field.shift)) > 1e-6 else None
+
+
+def test_markers_of_the_untouched_dome_are_on_it():
+    still = dots_at(ON_DOME)
+    for method in (None, Knows(ON_DOME)):
+        assert places(method).locate(None, still, 0.0) == pytest.approx(ON_DOME[still.id], abs=1e-9)
+
+
+def test_markers_are_taken_down_by_the_dent():
+    now = dented(ON_DOME, np.array([0.02, -0.015]), 0.025)
+    found, seen = places(Knows(now)), dots_at(now)
+    off = np.linalg.norm(found.locate(None, seen, 0.0) - now[seen.id], axis=1)
+    assert off.max() < 1e-9 and np.abs(now[seen.id, 2] - ON_DOME[seen.id, 2]).max() > 0.02
+    found.renew()
+    assert found.locate(None, dots_at(ON_DOME), 0.0) == pytest.approx(ON_DOME[seen.id], abs=1e-9)
+
+
+def test_without_a_calibration_markers_that_moved_have_no_place():
+    now = dented(ON_DOME, np.array([0.02, -0.015]), 0.025)
+    seen = dots_at(now)
+    found = places().locate(None, seen, 0.0)
+    near = np.hypot(*(ON_DOME[seen.id, :2] - [0.02, -0.015]).T) < 0.05
+    assert np.isnan(found[near]).all() and np.array_equal(np.isnan(found[:, 0]), np.isnan(found[:, 2]))

@@ -6,25 +6,23 @@ import itertools
 
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
-pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
-from geometry_msgs.msg import TransformStamped, WrenchStamped  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
-from scipy.spatial.transform import Rotation  # noqa: E402
-from sensor_msgs.msg import Image, JointState  # noqa: E402
-from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.nodes.runtime.host import Host  # noqa: E402
-from tactile_driver.parameters.table import defaults  # noqa: E402
-from tactile_msgs.msg import ContactRegion  # noqa: E402
-from tactile_perception.errors import BadFrame  # noqa: E402
-from tactile_perception.node import make_node  # noqa: E402
-from tactile_perception.taxel.parameters import TAXEL_PARAMETERS  # noqa: E402
-from tactile_perception.taxel.stage import TaxelStage  # noqa: E402
-from tf2_msgs.msg import TFMessage  # noqa: E402
-from waiting import until  # noqa: E402
+import rclpy
+from geometry_msgs.msg import TransformStamped, WrenchStamped
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import Image, JointState
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.parameters.table import defaults
+from tactile_msgs.msg import ContactRegion
+from tactile_perception.errors import BadFrame
+from tactile_perception.node import make_node
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
+from tactile_perception.taxel.stage import TaxelStage
+from tf2_msgs.msg import TFMessage
+from waiting import until
 
 # An object of 30 mm and 4 N, in a gripper of which each finger moves by the joint: at 24.6 mm the pads are 29.2 mm apart.
 OWN = {'reference.start': 'zero', 'object.width': 0.03, 'object.weight': 4.0, 'gripper.joint': 'finger', 'gripper.sign': 2.0,

@@ -1,10 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+"""Pressures of an array, and its response to loads."""
 import numpy as np
 import pytest
-from taxel_pictures import bar, picture
-from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.calibration.files.format import write_calibration
+from tactile_perception.errors import BadArgument, BadCalibration, BadFrame
+from tactile_perception.taxel.calibration import fit_gains, fit_loop, fit_response
 from tactile_perception.taxel.pressure import Baseline, DeadTaxels, SoftPad, TaxelArray, fill
+from tactile_perception.taxel.response import Hysteresis, Loop, Response, read_taxels, taxel_file
+from taxel_pictures import bar, picture
 
 OFFSET = np.random.default_rng(5).uniform(0, 20, (12, 12)).astype(np.float32)
 UNTOUCHED = np.zeros(OFFSET.shape, bool)
@@ -106,3 +110,130 @@ def test_healthy_contact_has_no_dead_taxel():
 def test_number_of_no_taxel():
     with pytest.raises(BadArgument, match='0 to 11'):
         TaxelArray(3, 4, 1e-3).dead([12])
+
+
+GAIN = 1 + 0.08 * np.random.default_rng(2).normal(size=(44, 44))
+
+
+def test_gains_come_back_from_even_loads():
+    loads = np.array([20, 60, 100, 160.0])
+    found = fit_gains(loads[:, None, None] * GAIN)
+    assert np.abs(found / found.mean() - GAIN / GAIN.mean()).max() < 1e-3
+
+
+def test_no_gains_from_a_stamp():
+    assert fit_gains(np.stack([picture(bar(), load) for load in (20, 50, 100)])) is None
+
+
+def test_unseen_weights_on_a_stamp():
+    truth = Response((500.0, 0.8, 2000.0), 5.0)
+    changes = np.array([picture(bar(), load) for load in (10, 20, 40, 60, 80, 100.0)], np.float64)
+    forces = 1e-6 * np.array([truth.pressure(image).sum() for image in changes])
+    response, _ = fit_response(changes[::2], forces[::2], 1e-6)
+    assert response.known
+    assert [1e-6 * response.pressure(image).sum() for image in changes[1::2]] == pytest.approx(forces[1::2], rel=1e-2)
+
+
+def test_one_weight_is_not_enough():
+    with pytest.raises(BadCalibration, match='at least 3'):
+        fit_response(np.ones((4, 3, 3)), np.full(4, 2.0), 1e-6)
+
+
+@pytest.mark.parametrize('scale', [(0.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (np.nan, 0.0, 0.0), (1.0,)])
+def test_wrong_scale(scale):
+    with pytest.raises(BadArgument):
+        Response(scale)
+
+
+STEP_S = 0.01
+HARD, SOFT, GROWING = Loop(0.5, 4e3, 0.0, 0.5), Loop(0.12, 8e3, 0.0, 1.0), Loop(0.5, 500.0, 0.08, 1.0)
+SLOW = Loop(0.1, 6e3, 0.0, 1.0, (0.03, 0.05), (0.1, 1.6))
+LOOPS = pytest.mark.parametrize('loop', [HARD, SOFT, GROWING, SLOW])
+
+
+def seen_and_true(loop):
+    """Times, s, loads: up, held, half way down, up again, off; what a layer shows of them."""
+    times = np.arange(0, 6, STEP_S)
+    loads = np.interp(times, [0, 0.5, 1.5, 2.5, 3.0, 4.0, 4.2, 6.0], [0, 0, 5e4, 5e4, 2e4, 4e4, 0, 0])
+    return times, loads, loop.shown(loads, np.full(len(times), STEP_S))
+
+
+def undone(loop, seen):
+    undo = Hysteresis(loop)
+    return np.array([undo.undone(np.full((3, 3), value, np.float32), STEP_S)[1, 1] for value in seen])
+
+
+def test_a_layer_lags_by_half_of_the_loop_and_creeps_to_a_load_that_rests():
+    _, loads, seen = seen_and_true(HARD)
+    half = 0.5 * HARD.width(5e4)
+    assert loads[140] - seen[140] == pytest.approx(half, rel=0.05) and seen[295] - loads[295] == pytest.approx(half, rel=0.05)
+    assert abs(loads[250] - seen[250]) < 0.2 * half
+
+
+@LOOPS
+def test_what_a_layer_hides_is_found_exactly(loop):
+    _, loads, seen = seen_and_true(loop)
+    found = undone(loop, seen)
+    assert np.abs(seen - loads).max() > 500 and np.abs(found - loads).max() < 5
+
+
+@LOOPS
+def test_noise_grows_as_reported(loop):
+    rng, undo = np.random.default_rng(0), Hysteresis(loop)
+    frames = rng.normal(1e4, 100, (200, 20, 20)).astype(np.float32)
+    found = np.array([undo.undone(frame, STEP_S) for frame in frames])[50:]
+    assert found.std(axis=0).mean() == pytest.approx(100 * loop.noise_gain, rel=0.15)
+    assert Loop().noise_gain == 1 and (Hysteresis(Loop()).undone(frames[0], STEP_S) == frames[0]).all()
+
+
+@LOOPS
+def test_a_loop_is_fitted(loop):
+    times, loads, seen = seen_and_true(loop)
+    terms, weights = np.stack([seen, seen**2 * 1e-5], axis=1), np.where(loads > 0, 1e-4, 0)
+    found = fit_loop(times, loads, terms, weights)
+    assert found.width(5e4) == pytest.approx(loop.width(5e4), rel=0.25) and found.relaxation == pytest.approx(loop.relaxation, rel=0.9)
+    assert sum(found.late) == pytest.approx(sum(loop.late), abs=0.01)
+    again = found.shown(loads, np.full(len(times), STEP_S))
+    assert np.abs(again - seen).max() < 0.3 * np.abs(seen - loads).max()
+
+
+def test_no_loop_is_seen_in_noise():
+    times, loads, _ = seen_and_true(HARD)
+    noisy = loads + np.random.default_rng(0).normal(0, 500, len(loads))
+    assert fit_loop(times, loads, np.maximum(noisy, 0)[:, None], np.where(loads > 0, 1e-4, 0)) == Loop()
+
+
+def test_numbers_that_are_no_loop_are_refused():
+    for numbers in ((0.95, 1.0), (-0.1, 1.0), (0.5, -1.0), (0.5, np.inf), (0.5, 1.0, 1.5), (0.5, 1.0, 0.0, 0.0), (np.nan, 1.0),
+                    (0.1, 1.0, 0.0, 1.0, (0.1,)), (0.1, 1.0, 0.0, 1.0, (0.5, 0.45), (1.0, 2.0)), (0.1, 1.0, 0.0, 1.0, (0.1,), (0.0,))):
+        with pytest.raises(BadArgument, match='loop'):
+            Loop(*numbers)
+
+
+ARRAY = TaxelArray(3, 4, 1e-3)
+RESPONSE = Response((400.0, 0.3, 150.0), 12.5, np.linspace(0.9, 1.1, 12).reshape(3, 4), True, np.arange(12.0).reshape(3, 4),
+                    Loop(0.25, 1750.0, 0.04, 0.4, (0.02, 0.01), (0.1, 1.6)))
+
+
+@pytest.fixture
+def path(tmp_path):
+    write_calibration(tmp_path / 'c.yaml', taxel_file(RESPONSE, {'held_out_force_mean': 0.03}, {'force': [1.0, 9.0]}, []))
+    return tmp_path / 'c.yaml'
+
+
+def test_what_is_written_is_read(path):
+    found = read_taxels(path, ARRAY)
+    assert found.scale == pytest.approx(RESPONSE.scale) and found.knee == 12.5 and found.known
+    assert found.loop == RESPONSE.loop
+    assert found.gain == pytest.approx(RESPONSE.gain, rel=1e-6) and found.zero == pytest.approx(RESPONSE.zero)
+
+
+def test_another_array_and_broken_numbers_are_refused(path):
+    with pytest.raises(BadCalibration, match='3 x 4'):
+        read_taxels(path, TaxelArray(4, 4, 1e-3))
+    for old, new in (('400.0', '.nan'), ('150.0', '-150.0'), ('knee: 12.5', 'knee: 0.0'), ('share: 0.25', 'share: 2.0'),
+                     ('share: 0.25', 'part: 0.25')):
+        broken = path.with_name('broken.yaml')
+        broken.write_text(path.read_text().replace(old, new, 1))
+        with pytest.raises(BadCalibration):
+            read_taxels(broken, ARRAY)
