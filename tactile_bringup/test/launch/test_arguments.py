@@ -360,7 +360,7 @@ def test_what_is_not_installed_is_left_out_with_a_word_and_the_files_are_there(m
         'package diagnostic_aggregator is not installed: aggregator_node is left out, everything else is started']
 
 
-EXAMPLE = Path(__file__).parents[1] / 'hands' / 'example_hand.yaml'
+EXAMPLE = Path(__file__).parents[2] / 'hands' / 'example_hand.yaml'
 THUMB = {'name': 'thumb', 'type': 'touchpad'}
 
 

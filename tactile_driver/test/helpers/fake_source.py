@@ -22,7 +22,7 @@ class FakeSource(Source):
 
     def __init__(self, script=(), live=True, on_demand=False, period=0.01, make=frame, about=(), known=(None, None)):
         self.script, self.live, self.on_demand, self.period, self.make = list(script), live, on_demand, period, make
-        self.about, self.known = {'rate': 100.0, **dict(about)}, known
+        self.about, self.known = {'rate': 0.0, **dict(about)}, known  # Hz; none, which a busy machine would not reach
         self.asked, self.calls, self.open_errors = [], [], []
 
     def open(self):
