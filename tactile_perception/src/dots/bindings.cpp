@@ -72,6 +72,11 @@ FoundDots found_dots(const DotFinder& finder, const py::object& image, const py:
     return without_gil([&] { return finder.find(as_image(pixels), uv); });
 }
 
+py::array_t<double> candidates_of(const DotFinder& finder, const py::object& image) {
+    const Input<std::uint8_t> pixels(image, "image", {ANY, ANY});
+    return rows_of(without_gil([&] { return finder.candidates(as_image(pixels)); }), 2);
+}
+
 template <class Result>
 py::array_t<double> each(const std::vector<Result>& results, double Result::*field) {
     py::array_t<double> values(static_cast<py::ssize_t>(results.size()));
@@ -142,6 +147,7 @@ void bind_detection(py::module_& module) {
                    return DotFinder(as_model(model), as_look(look), limits);
                }),
                py::arg("model"), py::arg("look"), py::arg_v("limits", DotLimits(), "DotLimits()"));
+    finder.def("candidates", &candidates_of, py::arg("image"), "Peaks (N, 2), px, of an image (H, W) uint8, reduced as the look says.");
     finder.def("find", &found_dots, py::arg("image"), py::arg("candidates"),
                "Dots near candidates (N, 2) float64, px, of an image (H, W) uint8, reduced as the look says, in px of the whole image.");
     copyable(finder);

@@ -9,6 +9,7 @@
 
 #include "common/median.hpp"
 #include "dots/near_pairs.hpp"
+#include "dots/peaks.hpp"
 
 namespace tactile {
 namespace {
@@ -297,6 +298,10 @@ class Judge {
 
 DotFinder::DotFinder(std::shared_ptr<const DiscModel> model, const DotLook& look, const DotLimits& limits)
     : model_(std::move(model)), look_(look), limits_(limits) {}
+
+std::vector<double> DotFinder::candidates(const Image& image) const {
+    return find_peaks(image, look_);
+}
 
 FoundDots DotFinder::find(const Image& image, const std::vector<double>& candidates) const {
     if (image.rows == 0 || image.columns == 0) return {{}, false};

@@ -38,6 +38,7 @@ struct DotLimits {
 class DotFinder {
  public:
     DotFinder(std::shared_ptr<const DiscModel> model, const DotLook& look, const DotLimits& limits = {});
+    std::vector<double> candidates(const Image& image) const;
     // candidates: rough positions, px, as u, v, u, v, ...; those that are not finite are left out.
     FoundDots find(const Image& image, const std::vector<double>& candidates) const;
 
