@@ -366,7 +366,6 @@ constexpr double LEVERAGES[] = {1.0,
                                 3.0};  // largest variance of a prediction per variance of a dot: the second only if the first adds none
 constexpr double BENT = 0.15;          // rows, largest RMS residual of a fit. Chosen
 constexpr double OFF = 0.25;           // rows, largest distance of a prediction from a whole number. Chosen
-constexpr double LAST_OFF = 0.3;       // rows, the same for an indexed dot in the final check. Chosen
 constexpr double RIDGE = 1e-6;         // of the normal equations: keeps collinear dots solvable
 
 using Node = std::pair<std::int64_t, std::int64_t>;
@@ -383,13 +382,11 @@ class Growth {
           count_(static_cast<std::ptrdiff_t>(lattice.member.size())),
           pitch_(lattice.pitch),
           rc_(lattice.rc),
-          member_(lattice.member),
-          linked_(lattice.member) {}
+          member_(lattice.member) {}
 
     void run() {
         while (std::any_of(std::begin(LEVERAGES), std::end(LEVERAGES), [this](double leverage) { return wave(leverage); })) {
         }
-        confirm();
     }
 
  private:
@@ -412,18 +409,6 @@ class Growth {
             member_[i] = 1;
         }
         return member_ != before;
-    }
-
-    // Drops added dots whose indices do not match the prediction from all of their neighbours.
-    void confirm() {
-        if (members() <= NEAREST + 1) return;
-        std::vector<std::uint8_t> kept(member_);
-        for (std::ptrdiff_t i = 0; i < count_; ++i) {
-            if (!member_[i] || linked_[i]) continue;
-            const Prediction found = predict(i, LEVERAGES[1]);
-            kept[i] = found.sure && off(found, static_cast<double>(rc_[2 * i]), static_cast<double>(rc_[2 * i + 1])) < LAST_OFF;
-        }
-        member_ = kept;
     }
 
     std::size_t members() const { return static_cast<std::size_t>(std::count(member_.begin(), member_.end(), 1)); }
@@ -476,7 +461,6 @@ class Growth {
     const double pitch_;
     std::vector<std::int64_t>& rc_;
     std::vector<std::uint8_t>& member_;
-    const std::vector<std::uint8_t> linked_;
     std::vector<std::pair<double, std::ptrdiff_t>> near_;  // squared distance and index
 };
 
