@@ -18,29 +18,26 @@ constexpr double SMOOTHED = 0.4, FARTHEST_SMOOTHED = 5;  // diameters, and px, o
 constexpr double AROUND = 1.1;                           // diameters, to each side, of the square around
 
 // Sums of step x step pixels, in rows with margins, into which the outermost ones are repeated.
-class Sums {
- public:
-    Sums(const Image& image, std::ptrdiff_t step, std::ptrdiff_t margin)
-        : rows(image.rows / step), columns(image.columns / step), margin(margin), stride(columns + 2 * margin), values_(rows * stride) {
-        for (std::ptrdiff_t r = 0; r < rows; ++r) {
-            std::int32_t *out = values_.data() + r * stride, *inner = out + margin;
-            add(image.pixels + r * step * image.columns, image.columns, step, inner);
-            std::fill(out, inner, *inner);
-            std::fill(inner + columns, out + stride, inner[columns - 1]);
-        }
-    }
+struct Sums {
+    std::ptrdiff_t rows, columns, margin, stride;
+    std::vector<std::int32_t> values;
     // The left end of a row, or of the nearest one.
-    const std::int32_t* row(std::ptrdiff_t r) const { return values_.data() + std::clamp<std::ptrdiff_t>(r, 0, rows - 1) * stride; }
-    const std::ptrdiff_t rows, columns, margin, stride;
-
- private:
-    TACTILE_WIDE void add(const std::uint8_t* pixels, std::ptrdiff_t width, std::ptrdiff_t step, std::int32_t* out) const {
-        const std::uint8_t* below = pixels + width;
-        for (std::ptrdiff_t c = 0; c < columns; ++c)
-            out[c] = step == 1 ? pixels[c] : pixels[2 * c] + pixels[2 * c + 1] + below[2 * c] + below[2 * c + 1];
-    }
-    std::vector<std::int32_t> values_;
+    const std::int32_t* row(std::ptrdiff_t r) const { return values.data() + std::clamp<std::ptrdiff_t>(r, 0, rows - 1) * stride; }
 };
+
+TACTILE_WIDE Sums sums_of(const Image& image, std::ptrdiff_t step, std::ptrdiff_t margin) {
+    Sums found{image.rows / step, image.columns / step, margin, image.columns / step + 2 * margin, {}};
+    found.values.resize(found.rows * found.stride);
+    for (std::ptrdiff_t r = 0; r < found.rows; ++r) {
+        std::int32_t *out = found.values.data() + r * found.stride, *inner = out + margin;
+        const std::uint8_t *pixels = image.pixels + r * step * image.columns, *below = pixels + image.columns;
+        for (std::ptrdiff_t c = 0; c < found.columns; ++c)
+            inner[c] = step == 1 ? pixels[c] : pixels[2 * c] + pixels[2 * c + 1] + below[2 * c] + below[2 * c + 1];
+        std::fill_n(out, margin, *inner);
+        std::fill_n(inner + found.columns, margin, inner[found.columns - 1]);
+    }
+    return found;
+}
 
 // Weights of a Gaussian from its middle outwards.
 std::vector<float> gaussian(std::ptrdiff_t half) {
@@ -74,7 +71,8 @@ TACTILE_WIDE std::vector<float> relief(const Sums& sums, std::ptrdiff_t half, st
         }
         float* out = found.data() + r * sums.columns;
         const std::uint32_t *first = before.data() + sums.margin - reach, *last = first + 2 * reach + 1;
-        for (std::ptrdiff_t c = 0; c < sums.columns; ++c) out[c] = -share * static_cast<float>(static_cast<std::int32_t>(last[c] - first[c]));
+        for (std::ptrdiff_t c = 0; c < sums.columns; ++c)
+            out[c] = -share * static_cast<float>(static_cast<std::int32_t>(last[c] - first[c]));
         for (std::ptrdiff_t k = 0; k <= half; ++k) {
             const float *left = smooth.data() + sums.margin - k, *right = left + 2 * k, weight = sign * (k ? weights[k] : weights[0] / 2);
             for (std::ptrdiff_t c = 0; c < sums.columns; ++c) out[c] += weight * (left[c] + right[c]);
@@ -92,11 +90,6 @@ TACTILE_WIDE void mark_peaks(const float* row, std::ptrdiff_t columns, float low
     }
 }
 
-// Vertex of the parabola through three neighbours, from the middle one.
-double vertex(float before, float middle, float after, double bend) {
-    return std::clamp((after - before) / (2 * std::max(2.0 * middle - before - after, bend)), -1.0, 1.0);
-}
-
 }  // namespace
 
 std::vector<double> find_peaks(const Image& image, const DotLook& look) {
@@ -107,17 +100,20 @@ std::vector<double> find_peaks(const Image& image, const DotLook& look) {
     const double lowest = std::max({WEAKEST * std::abs(look.contrast), ABOVE_NOISE * look.noise / static_cast<double>(step), LEAST});
     std::vector<double> found;
     if (image.rows < 3 * step || image.columns < 3 * step) return found;
-    const Sums sums(image, step, std::max(half, reach));
+    const Sums sums = sums_of(image, step, std::max(half, reach));
     const std::vector<float> heights = relief(sums, half, reach, look.contrast < 0 ? -1 : 1);
     std::vector<std::uint8_t> peak(sums.columns);
     for (std::ptrdiff_t r = 1; r + 1 < sums.rows; ++r) {
         const float* row = heights.data() + r * sums.columns;
         mark_peaks(row, sums.columns, static_cast<float>(lowest * level), peak.data());
         for (auto at = peak.begin(); (at = std::find(at, peak.end(), 1)) != peak.end(); ++at) {
-            const std::ptrdiff_t c = at - peak.begin();
-            const double u = static_cast<double>(c) + vertex(row[c - 1], row[c], row[c + 1], level);
-            const double v = static_cast<double>(r) + vertex(row[c - sums.columns], row[c], row[c + sums.columns], level);
-            for (const double place : {u, v}) found.push_back((place + 0.5) * static_cast<double>(step) - 0.5);
+            const float* top = row + (at - peak.begin());
+            const auto add = [&](std::ptrdiff_t place, std::ptrdiff_t next) {  // the vertex of the parabola through three neighbours
+                const double rise = top[next] - top[-next], bend = std::max(2.0 * *top - top[next] - top[-next], level);
+                found.push_back((static_cast<double>(place) + std::clamp(rise / (2 * bend), -1.0, 1.0) + 0.5) * static_cast<double>(step) -
+                                0.5);
+            };
+            add(top - row, 1), add(r, sums.columns);
         }
     }
     return found;

@@ -78,9 +78,11 @@ struct RingSums {
             const std::ptrdiff_t top = std::max<std::ptrdiff_t>(row - 1, 0), bottom = std::min(row + 2, image.rows);
             const auto add = [&](std::ptrdiff_t height, std::ptrdiff_t width) {
                 const std::uint8_t* pixel = image.pixels + 3 * (top * image.columns + left);
+                int sums[3] = {};
                 for (std::ptrdiff_t r = 0; r < height; ++r, pixel += 3 * image.columns) {
-                    for (std::ptrdiff_t c = 0; c < 3 * width; ++c) of[c % 3][p] += pixel[c];
+                    for (std::ptrdiff_t c = 0; c < 3 * width; ++c) sums[c % 3] += pixel[c];
                 }
+                for (int channel = 0; channel < 3; ++channel) of[channel][p] = sums[channel];
             };
             if (bottom - top == 3 && right - left == 3)
                 add(3, 3);  // unrolled
