@@ -115,12 +115,11 @@ class LikelihoodDetector:
     def detect_all(self, image: np.ndarray) -> Dots:
         """Dots of the look that is known. Detect, and repeat with a larger range of diameters if some dots exceed it."""
         grey = shrink(select_channel(image, self._look.channel), self._look.step)
-        candidates = self._finder.candidates(grey)
-        found = self._finder.find(grey, candidates)
+        found = self._finder.find(grey)
         if found.outgrown and self._look.largest < _MOST_GROWTH * self._look.typical:
             self._take(replace(self._look, largest=1.15 * self._look.largest))
-            found = self._finder.find(grey, candidates)
-        self.candidates = (candidates + 0.5) * self._look.step - 0.5
+            found = self._finder.find(grey)
+        self.candidates = found.candidates
         return Dots(found.uv, found.area, found.sigma)
 
 
@@ -167,7 +166,7 @@ class BlobDetector:
         blobs = _core.dots.fit_blobs(grey, small, labels, regions.box, regions.centre, regions.label, step=appearance.step)
         solidity, amplitude = blobs.solidity, blobs.amplitude
         good = (solidity > least) & (solidity < most) & (amplitude > _FAINT * upper_median(amplitude))
-        return Dots(blobs.uv[good], blobs.area[good], blobs.sigma[good])
+        return Dots(blobs.uv, blobs.area, blobs.sigma).take(good)
 
 
 def _plane(image, channel, sign):
