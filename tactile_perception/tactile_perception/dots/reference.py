@@ -74,7 +74,7 @@ class CalibratedRest:
         rest = self.uv[id[both]]
         off = uv[both] - rest
         distance, index = (near[:, 1:] for near in scipy.spatial.cKDTree(rest).query(rest, _NEIGHBOURS + 1))
-        left = _robust_residual(_affine(rest), off, _KEPT)
+        left = _robust_residual(np.insert(rest - rest[0], 0, 1.0, axis=1), off, _KEPT)
         together, square = np.mean(left * np.mean(left[index], axis=1)), np.mean(left**2)
         shared = float(np.sqrt(2 * max(together, 0.0)))
         if together <= _SHARED_PART * square or shared <= _SHARED_SIZE:
@@ -131,8 +131,6 @@ class Reference:
         """
         id, uv, sigma = np.asarray(id, np.int64), np.asarray(uv, float), np.asarray(sigma, float)
         seen, duv = np.logical_and(*(np.abs(uv.T) < FARTHEST)), np.full(uv.shape, np.nan)
-        if seen.all():
-            return self._displaced(id, uv, sigma, stamp_s, columns, touched)
         duv[seen] = self._displaced(id[seen], uv[seen], sigma[seen], stamp_s, columns, touched)
         return duv
 
@@ -244,7 +242,7 @@ def _deviation(uv, duv, sigma) -> tuple[bool, float]:
     shared = math.sqrt(upper_median(np.einsum('nk,nk->n', duv, duv)))
     if len(uv) < _FEWEST_AFFINE:
         return bool(shared > _DRIFTED), shared
-    away = np.hypot(*_robust_residual(_affine(uv), duv, _KEPT, rounds=2).T)
+    away = np.hypot(*_robust_residual(np.insert(uv - uv[0], 0, 1.0, axis=1), duv, _KEPT, rounds=2).T)
     leaving = np.count_nonzero(away > np.maximum(_QUIET * sigma, _QUIET_FLOOR))  # none of unknown noise
     size = max(_ranked(away, (1 - _OUTLIERS) * (len(away) - 1)), shared)
     return bool(leaving > _OUTLIERS * len(uv) or shared > _DRIFTED), size
@@ -278,13 +276,6 @@ def rest_warning(id: np.ndarray, uv: np.ndarray, columns: int) -> str:
             return (f'the grid of dots {name} ({size:.2f} px shared by neighbours): it may have been touched when the reference was taken. '
                     'Release it, then call set_reference')
     return ''
-
-
-def _affine(uv: np.ndarray) -> np.ndarray:
-    """Basis (N, 3) of affine maps at uv (N, 2)."""
-    basis = np.ones((len(uv), 3))
-    basis[:, 1:] = uv - uv[len(uv) // 2]
-    return basis
 
 
 def _robust_residual(basis, values, kept_percent, rounds=_ROUNDS) -> np.ndarray:
