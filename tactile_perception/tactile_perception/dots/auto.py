@@ -135,13 +135,11 @@ def _alike(dots: Dots, others: Dots, grey, sign, least: float) -> Dots:
         return dots
     tree, count = scipy.spatial.cKDTree(others.uv), min(_NEIGHBOURS + 1, len(others))
 
-    def measured(some: Dots) -> tuple[np.ndarray, np.ndarray]:
-        """Diameters (N,) and logarithms of contrasts (N,)."""
+    def measured(some: Dots) -> tuple[np.ndarray, np.ndarray]:  # diameters and logarithms of contrasts
         diameter = np.sqrt(4 / np.pi * some.area)
         return diameter, np.log(np.maximum(_contrast(grey, sign, some.uv, diameter), 1))
 
-    def around(some: Dots) -> np.ndarray:
-        """(N,) usual logarithms of contrasts there."""
+    def around(some: Dots) -> np.ndarray:  # usual logarithms of contrasts there
         near = np.partition(usual[tree.query(some.uv, count)[1]], count // 2, axis=1)[:, count // 2]
         return np.clip(near, np.median(usual) - np.log(2), np.median(usual) + np.log(2))
     usual_diameter, usual = measured(others)

@@ -88,8 +88,8 @@ def check_frame(image: np.ndarray):
 
 class LikelihoodDetector:
     """The default: peaks of a reduced image (src/dots/peaks.cpp), then a maximum-likelihood fit of each, without the images of overlapping
-    neighbours, and its judgement (src/dots/finder.cpp). sign: 1 for bright dots, -1 for dark; look: of the dots, measured in the first frame by default;
-    limits: what decides what is a dot. candidates: (N, 2) px, places of the last image that were fitted."""
+    neighbours, and its judgement (src/dots/finder.cpp). sign: 1 for bright dots, -1 for dark; look: of the dots, measured in the first
+    frame by default; limits: what decides what is a dot. candidates: (N, 2) px, places of the last image that were fitted."""
 
     def __init__(self, sign: int, look: Look | None = None, limits: _core.dots.DotLimits | None = None):
         self._sign, self._limits = sign, limits or _core.dots.DotLimits()

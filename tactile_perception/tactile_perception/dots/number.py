@@ -14,6 +14,7 @@ from .. import _core
 from .._core.dots import Lattice
 from ..common.dots import GridNumbers
 from ..common.statistics import upper_median
+from ..common.surface import scatter
 from ..errors import BadArgument
 from .links import FARTHEST, Linker
 from .pattern import PatternNumbers
@@ -80,9 +81,8 @@ class GridNumbering:
             return GridNumbers(id, str(error), pitch)
         number, inside = _numbers(rc, self._printed)
         id[good[inside]] = number
-        before = np.full((self._printed[0] * self._printed[1], 2), np.nan)
-        before[number] = uv.take(inside, axis=0)
-        self._before = [before, *self._before[-1:]]
+        if len(number):
+            self._before = [scatter(uv.take(inside, axis=0), number, self._printed[0] * self._printed[1]), *self._before[-1:]]
         return GridNumbers(id, '', pitch)
 
     def _origin(self, uv, rc, pitch, found) -> np.ndarray:
@@ -110,9 +110,9 @@ class _NotCertain(Exception):
 
 
 class _Origin:
-    """What to add to relative rows and columns rc (N, 2) of dots at uv (N, 2) px to get printed ones. The last certain frame, before (rows
-    * columns, 2) px or None, decides where the irregularity of the pattern excludes a shift by a pitch; else one image does where all printed
-    rows and columns are seen. whole: whether the print has no more than these; else one image alone tells nothing."""
+    """What to add to relative rows and columns rc (N, 2) of dots at uv (N, 2) px to get printed ones. The last certain frame, before
+    (rows * columns, 2) px or None, decides where the irregularity of the pattern excludes a shift by a pitch; else one image does where all
+    printed rows and columns are seen. whole: whether the print has no more than these; else one image alone tells nothing."""
 
     def __init__(self, uv: np.ndarray, rc: np.ndarray, pitch: float, printed: tuple[int, int], before: np.ndarray | None, whole: bool):
         self._uv, self._rc, self._pitch, self._printed, self._before, self._whole = uv, rc, pitch, printed, before, whole
@@ -131,7 +131,7 @@ class _Origin:
                               f'{error}') from error
 
     def _place(self, axis: int, name: str, offset: np.ndarray | None, first: int, counts: np.ndarray) -> int:
-        printed, seen, window = self._printed[axis], len(counts), 0  # window: index among the seen rows of printed row 0, negative where that is not seen
+        printed, seen, window = self._printed[axis], len(counts), 0  # window: number of printed row 0 among the seen ones
         if not seen:
             raise _NotCertain(f'no {name} with enough dots')
         by_last = None if offset is None else -int(offset[axis]) - first
@@ -154,10 +154,8 @@ class _Origin:
 
     def _continued(self, guess: np.ndarray) -> np.ndarray | None:
         """(2,) offset at which nearly all dots continue those of the last frame, of two where they may; None without one."""
-        for offset in (lambda: guess, self._of_nearest):
-            offset = offset()
-            if offset is None:
-                break
+        for offset_of in (lambda: guess, self._of_nearest):
+            offset = offset_of()
             moved = np.hypot(*self._moves(offset).T)
             stayed = moved < _NEAR * self._pitch
             if np.count_nonzero(stayed) >= max(_STAYED_SHARE * min(len(self._uv), np.isfinite(self._before[:, 0]).sum()), 1):
@@ -165,18 +163,16 @@ class _Origin:
                 return offset
         return None
 
-    def _of_nearest(self) -> np.ndarray | None:
-        """(2,) offset of some of the dots from those of the last frame that are nearest; None without any near ones."""
+    def _of_nearest(self) -> np.ndarray:
+        """(2,) offset of some of the dots from those of the last frame that are nearest; 0 without any near ones."""
         at = np.flatnonzero(np.isfinite(self._before[:, 0]))
         some = slice(None, None, max(1, len(self._uv) // _SAMPLE))
-        if not len(at):
-            return None
         (u, v), before = self._uv[some].T, self._before[at]
         square = (u[:, None] - before[:, 0])**2 + (v[:, None] - before[:, 1])**2
         nearest = square.argmin(axis=1)
         near = square[np.arange(len(square)), nearest] < (_NEAR * self._pitch)**2
         offsets = (np.stack(np.divmod(at[nearest], self._printed[1]), axis=1) - self._rc[some])[near]
-        return np.array([upper_median(offsets[:, axis]) for axis in (0, 1)], int) if len(offsets) else None
+        return np.array([upper_median(offsets[:, axis]) for axis in (0, 1)], int) if len(offsets) else np.zeros(2, int)
 
     def _moves(self, offset: np.ndarray) -> np.ndarray:
         """(M, 2) px, motions since the last frame of the dots that it shows at rows and columns that are so much higher."""
