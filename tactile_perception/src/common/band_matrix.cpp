@@ -17,6 +17,7 @@ constexpr std::ptrdiff_t PIVOTS = BandMatrix::PIVOTS;
 struct Rows {
     float* value;
     std::ptrdiff_t width, offset, size, half;
+    bool symmetric = false;
 
     TACTILE_INLINE float* operator[](std::ptrdiff_t i) const { return value + i * (width - 1) + offset; }
 };
@@ -28,14 +29,14 @@ TACTILE_INLINE bool factor_block(const Rows& row, std::ptrdiff_t k, std::ptrdiff
         if (!(std::abs(pivot[p]) > 0) || !std::isfinite(pivot[p])) return false;
         for (std::ptrdiff_t q = p + 1; q < k + count; ++q) {
             float* target = row[q];
-            const float share = target[p] /= pivot[p];
+            const float share = target[p] = (row.symmetric ? pivot[q] : target[p]) / pivot[p];
             for (std::ptrdiff_t j = p + 1; j < last; ++j) target[j] -= share * pivot[j];
         }
     }
     return true;
 }
 
-// Each row below a block loses what its pivots explain, all of them in one pass over the row.
+// Each row below a block loses what its pivots explain, all of them in one pass over the row; of a symmetric matrix its upper part alone.
 TACTILE_WIDE bool factor_rows(const Rows& row) {
     for (std::ptrdiff_t k = 0; k < row.size; k += PIVOTS) {
         const std::ptrdiff_t count = std::min(PIVOTS, row.size - k), first = k + count;
@@ -44,12 +45,12 @@ TACTILE_WIDE bool factor_rows(const Rows& row) {
         for (std::ptrdiff_t i = first; i < last; ++i) {
             float* __restrict target = row[i], share[PIVOTS];
             for (std::ptrdiff_t p = 0; p < PIVOTS; ++p) {
-                share[p] = target[k + p];
-                for (std::ptrdiff_t q = 0; q < p; ++q) share[p] -= share[q] * row[k + q][k + p];
+                share[p] = row.symmetric ? row[k + p][i] : target[k + p];
+                for (std::ptrdiff_t q = 0; q < p && !row.symmetric; ++q) share[p] -= share[q] * row[k + q][k + p];
                 target[k + p] = share[p] /= row[k + p][k + p];
             }
             const float* __restrict a = row[k], * __restrict b = row[k + 1], * __restrict c = row[k + 2], * __restrict d = row[k + 3];
-            for (std::ptrdiff_t j = first; j < last; ++j)
+            for (std::ptrdiff_t j = row.symmetric ? i : first; j < last; ++j)
                 target[j] -= share[0] * a[j] + share[1] * b[j] + (share[2] * c[j] + share[3] * d[j]);
         }
     }
@@ -74,8 +75,8 @@ TACTILE_WIDE void solve_rows(const Rows& row, double* x) {
 
 }  // namespace
 
-bool BandMatrix::factor() {
-    return factor_rows({value_.data(), width_, half_ + PIVOTS, size_, half_});
+bool BandMatrix::factor(bool symmetric) {
+    return factor_rows({value_.data(), width_, half_ + PIVOTS, size_, half_, symmetric});
 }
 
 void BandMatrix::solve(double* x) {

@@ -20,8 +20,9 @@ class BandMatrix {
     float* row(std::ptrdiff_t i) { return value_.data() + i * width_ + half_ + PIVOTS - i; }  // row(i)[j] is entry (i, j)
     void clear() { value_.assign(value_.size(), 0.0f); }
 
-    // Replaces the matrix by its LU factors, L with a unit diagonal; without pivoting. False where a pivot is 0 or not finite.
-    bool factor();
+    // Replaces the matrix by its LU factors, L with a unit diagonal; without pivoting. False where a pivot is 0 or not finite. symmetric:
+    // whether the lower part equals the upper one, and is not read.
+    bool factor(bool symmetric = false);
 
     // Solves for x (size,) in place, by the factors.
     void solve(double* x);

@@ -62,14 +62,9 @@ DotLook as_look(const py::object& given) {
             static_cast<int>(number(given, "step", 1, 1e3))};
 }
 
-FoundDots found_dots(const DotFinder& finder, const py::object& image, const py::object& candidates) {
+FoundDots found_dots(const DotFinder& finder, const py::object& image) {
     const Input<std::uint8_t> pixels(image, "image", {ANY, ANY});
-    const Input<double> places(candidates, "candidates", {ANY, 2});
-    std::vector<double> uv;  // those that are positions
-    for (const double *at = places.data(), *end = at + 2 * places.length(); at != end; at += 2) {
-        if (std::abs(at[0]) <= LARGEST_PLACE && std::abs(at[1]) <= LARGEST_PLACE) uv.insert(uv.end(), at, at + 2);
-    }
-    return without_gil([&] { return finder.find(as_image(pixels), uv); });
+    return without_gil([&] { return finder.find(as_image(pixels)); });
 }
 
 template <class Result>
@@ -123,6 +118,7 @@ void bind_detection(py::module_& module) {
             "area", [](const FoundDots& found) { return each(found.dots, &Dot::area); }, "(N,) px^2")
         .def_property_readonly(
             "sigma", [](const FoundDots& found) { return each(found.dots, &Dot::sigma); }, "(N,) px, per axis")
+        .def_property_readonly("candidates", rows(&FoundDots::candidates, 2), "(N, 2) px, of peaks that were fitted")
         .def_readonly("outgrown", &FoundDots::outgrown, "whether larger ones than the model's were left out");
     py::class_<DotLimits>(module, "DotLimits", "What decides what is a dot: docs/constants.md.")
         .def(py::init())
@@ -142,8 +138,7 @@ void bind_detection(py::module_& module) {
                    return DotFinder(as_model(model), as_look(look), limits);
                }),
                py::arg("model"), py::arg("look"), py::arg_v("limits", DotLimits(), "DotLimits()"));
-    finder.def("find", &found_dots, py::arg("image"), py::arg("candidates"),
-               "Dots near candidates (N, 2) float64, px, of an image (H, W) uint8, reduced as the look says, in px of the whole image.");
+    finder.def("find", &found_dots, py::arg("image"), "Dots of an image (H, W) uint8, reduced as the look says, in px of the whole image.");
     copyable(finder);
     py::class_<Blobs>(module, "Blobs", "Large bright markers.")
         .def_property_readonly(

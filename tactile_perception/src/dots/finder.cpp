@@ -9,6 +9,7 @@
 
 #include "common/median.hpp"
 #include "dots/near_pairs.hpp"
+#include "dots/peaks.hpp"
 
 namespace tactile {
 namespace {
@@ -34,18 +35,14 @@ struct DotFit {
     double away() const { return std::max(std::abs(disc.u), std::abs(disc.v)); }
 };
 
-// Fits dots near places (count, 2), px; where dots overlap or are close, each without its neighbours' images. Places that are not finite or
-// show no dot are left out.
+// Fits dots near places u, v, u, v, ..., px; where dots overlap or are close, each without its neighbours' images.
 class Fits {
  public:
     Fits(const Image& image, const DiscModel& model, const DotLook& look, const DotLimits& limits)
         : image_(image), model_(model), look_(look), limits_(limits), patch_(model) {}
 
-    std::vector<DotFit> run(const double* places, std::ptrdiff_t count) {
-        dots_.reserve(count);
-        for (std::ptrdiff_t i = 0; i < count; ++i) {
-            if (std::isfinite(places[2 * i]) && std::isfinite(places[2 * i + 1])) begin(places[2 * i], places[2 * i + 1]);
-        }
+    std::vector<DotFit> run(const std::vector<double>& places) {
+        for (std::size_t i = 0; i < places.size(); i += 2) begin(places[i], places[i + 1]);
         find_neighbours();
         take_doubles();
         subtract_neighbours();
@@ -57,7 +54,7 @@ class Fits {
     }
 
  private:
-    // Index of the pixel nearest to a place, the first for NaN.
+    // Index of the pixel nearest to a place.
     static std::ptrdiff_t pixel(double place, std::ptrdiff_t count) {
         return place > 0 ? static_cast<std::ptrdiff_t>(std::min(place + 0.5, static_cast<double>(count - 1))) : 0;
     }
@@ -230,7 +227,7 @@ class Judge {
     FoundDots run() {
         for (std::size_t i = 0; i < fits_.size(); ++i) good_[i] = is_strong(fits_[i]);
         keep_discs();
-        FoundDots found{{}, false};
+        FoundDots found{{}, {}, false};
         for (std::size_t i = 0; i < fits_.size(); ++i) {
             const DotFit& fit = fits_[i];
             good_[i] = good_[i] && fit.away() < limits_.farthest && is_inside(fit);
@@ -298,15 +295,17 @@ class Judge {
 DotFinder::DotFinder(std::shared_ptr<const DiscModel> model, const DotLook& look, const DotLimits& limits)
     : model_(std::move(model)), look_(look), limits_(limits) {}
 
-FoundDots DotFinder::find(const Image& image, const std::vector<double>& candidates) const {
-    if (image.rows == 0 || image.columns == 0) return {{}, false};
-    const std::vector<DotFit> fits =
-        Fits(image, *model_, look_, limits_).run(candidates.data(), static_cast<std::ptrdiff_t>(candidates.size() / 2));
+FoundDots DotFinder::find(const Image& image) const {
+    std::vector<double> candidates = find_peaks(image, look_);
+    const std::vector<DotFit> fits = Fits(image, *model_, look_, limits_).run(candidates);
     FoundDots found = Judge(image, fits, *model_, look_, limits_).run();
+    const auto whole = [this](double place) { return (place + 0.5) * look_.step - 0.5; };
     for (Dot& dot : found.dots) {
-        dot.u = (dot.u + 0.5) * look_.step - 0.5, dot.v = (dot.v + 0.5) * look_.step - 0.5;
+        dot.u = whole(dot.u), dot.v = whole(dot.v);
         dot.area *= look_.step * look_.step, dot.sigma *= look_.step;
     }
+    std::transform(candidates.begin(), candidates.end(), candidates.begin(), whole);
+    found.candidates = std::move(candidates);
     return found;
 }
 

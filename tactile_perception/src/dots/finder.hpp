@@ -18,15 +18,16 @@ struct Dot {
 
 struct FoundDots {
     std::vector<Dot> dots;
-    bool outgrown;  // whether some are larger than the model's largest disc, and therefore left out
+    std::vector<double> candidates;  // u, v, u, v, ..., px of the whole image, of peaks that were fitted
+    bool outgrown;                   // whether some are larger than the model's largest disc, and therefore left out
 };
 
 // All that decides what is a dot. What each is and how it was found: docs/constants.md.
 struct DotLimits {
-    double same = 0.4;           // of the typical diameter: nearer candidates belong to one dot
-    double met = 0.15;           // of the typical diameter: fits that converge to within this distance belong to one dot
-    double farthest = 1.4;       // px from the middle of the patch: the model's nodes end at 1 px, a fit further away has diverged
-    double faintest = 0.2;       // of the typical contrast
+    double same = 0.4;      // of the typical diameter: nearer candidates belong to one dot
+    double met = 0.15;      // of the typical diameter: fits that converge to within this distance belong to one dot
+    double farthest = 1.4;  // px from the middle of the patch: the model's nodes end at 1 px, a fit further away has diverged
+    double faintest = 0.2;  // of the typical contrast
     double noise = 4.0;     // residual, in standard deviations of a pixel, that any dot may have
     double plain = 0.12;    // and as a share of its contrast
     double usual = 2.5;     // times the median ratio of residual to contrast
@@ -38,8 +39,7 @@ struct DotLimits {
 class DotFinder {
  public:
     DotFinder(std::shared_ptr<const DiscModel> model, const DotLook& look, const DotLimits& limits = {});
-    // candidates: rough positions, px, as u, v, u, v, ...; those that are not finite are left out.
-    FoundDots find(const Image& image, const std::vector<double>& candidates) const;
+    FoundDots find(const Image& image) const;
 
  private:
     std::shared_ptr<const DiscModel> model_;

@@ -8,7 +8,6 @@
 #include <complex>
 #include <iterator>
 #include <limits>
-#include <map>
 #include <utility>
 
 #include "common/median.hpp"
@@ -367,7 +366,6 @@ constexpr double LEVERAGES[] = {1.0,
                                 3.0};  // largest variance of a prediction per variance of a dot: the second only if the first adds none
 constexpr double BENT = 0.15;          // rows, largest RMS residual of a fit. Chosen
 constexpr double OFF = 0.25;           // rows, largest distance of a prediction from a whole number. Chosen
-constexpr double LAST_OFF = 0.3;       // rows, the same for an indexed dot in the final check. Chosen
 constexpr double RIDGE = 1e-6;         // of the normal equations: keeps collinear dots solvable
 
 using Node = std::pair<std::int64_t, std::int64_t>;
@@ -389,46 +387,28 @@ class Growth {
     void run() {
         while (std::any_of(std::begin(LEVERAGES), std::end(LEVERAGES), [this](double leverage) { return wave(leverage); })) {
         }
-        confirm();
     }
 
  private:
-    // Adds dots that fits of at most this leverage predict; returns whether any were added.
+    // Adds dots that fits of at most this leverage predict, at nodes that no other has or claims; returns whether any were added.
     bool wave(double leverage) {
         if (members() <= NEAREST) return false;
-        std::map<Node, int> claims;  // of each node; a dot that has it counts for two
         std::vector<std::pair<std::ptrdiff_t, Node>> said;
-        for (std::ptrdiff_t i = 0; i < count_; ++i) {
-            if (member_[i]) claims[{rc_[2 * i], rc_[2 * i + 1]}] += 2;
-        }
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
             if (member_[i]) continue;
             const Prediction found = predict(i, leverage);
-            if (!found.sure || !(off(found, std::rint(found.row), std::rint(found.column)) < OFF)) continue;
-            said.push_back({i, {std::llrint(found.row), std::llrint(found.column)}});
-            ++claims[said.back().second];
+            if (found.sure && off(found, std::rint(found.row), std::rint(found.column)) < OFF)
+                said.push_back({i, {std::llrint(found.row), std::llrint(found.column)}});
         }
-        bool any = false;
+        const std::vector<std::uint8_t> before(member_);
         for (const auto& [i, place] : said) {
-            if (claims[place] > 1) continue;
-            rc_[2 * i] = place.first;
-            rc_[2 * i + 1] = place.second;
+            std::ptrdiff_t claims = std::count_if(said.begin(), said.end(), [&](const auto& one) { return one.second == place; });
+            for (std::ptrdiff_t j = 0; j < count_; ++j) claims += before[j] && rc_[2 * j] == place.first && rc_[2 * j + 1] == place.second;
+            if (claims > 1) continue;
+            rc_[2 * i] = place.first, rc_[2 * i + 1] = place.second;
             member_[i] = 1;
-            any = true;
         }
-        return any;
-    }
-
-    // Keeps members whose indices match the prediction from their neighbours.
-    void confirm() {
-        if (members() <= NEAREST + 1) return;
-        std::vector<std::uint8_t> kept(member_);
-        for (std::ptrdiff_t i = 0; i < count_; ++i) {
-            if (!member_[i]) continue;
-            const Prediction found = predict(i, LEVERAGES[1]);
-            kept[i] = found.sure && off(found, static_cast<double>(rc_[2 * i]), static_cast<double>(rc_[2 * i + 1])) < LAST_OFF;
-        }
-        member_ = kept;
+        return member_ != before;
     }
 
     std::size_t members() const { return static_cast<std::size_t>(std::count(member_.begin(), member_.end(), 1)); }
@@ -457,19 +437,21 @@ class Growth {
         find_near(i);
         if (near_.size() < FEWEST) return {};
         const std::int64_t* origin = &rc_[2 * near_[0].second];
-        const auto count = static_cast<std::ptrdiff_t>(near_.size());
-        Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, NEAREST, 3> terms(count, 3);
-        Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::ColMajor, NEAREST, 2> index(count, 2);
-        for (std::ptrdiff_t n = 0; n < count; ++n) {
+        Eigen::Vector3d terms[NEAREST];
+        Eigen::RowVector2d index[NEAREST];
+        Eigen::Matrix3d square = RIDGE * Eigen::Matrix3d::Identity();
+        Eigen::Matrix<double, 3, 2> right = Eigen::Matrix<double, 3, 2>::Zero();
+        for (std::size_t n = 0; n < near_.size(); ++n) {
             const std::ptrdiff_t j = near_[n].second;
-            terms.row(n) << 1, (places_[2 * j] - places_[2 * i]) / pitch_, (places_[2 * j + 1] - places_[2 * i + 1]) / pitch_;
-            for (int axis = 0; axis < 2; ++axis) index(n, axis) = static_cast<double>(rc_[2 * j + axis] - origin[axis]);
+            terms[n] << 1, (places_[2 * j] - places_[2 * i]) / pitch_, (places_[2 * j + 1] - places_[2 * i + 1]) / pitch_;
+            for (int axis = 0; axis < 2; ++axis) index[n][axis] = static_cast<double>(rc_[2 * j + axis] - origin[axis]);
+            square += terms[n] * terms[n].transpose(), right += terms[n] * index[n];
         }
-        Eigen::Matrix3d square = terms.transpose() * terms;
-        square.diagonal().array() += RIDGE;
         const Eigen::Matrix3d inverse = square.inverse();
-        const Eigen::Matrix<double, 3, 2> fit = inverse * (terms.transpose() * index);
-        const double rest = (terms * fit - index).squaredNorm() / static_cast<double>(std::max<std::ptrdiff_t>(count - 3, 1));
+        const Eigen::Matrix<double, 3, 2> fit = inverse * right;
+        double rest = 0;
+        for (std::size_t n = 0; n < near_.size(); ++n) rest += (terms[n].transpose() * fit - index[n]).squaredNorm();
+        rest /= static_cast<double>(std::max<std::size_t>(near_.size(), 4) - 3);
         return {inverse(0, 0) < leverage && rest < 2 * BENT * BENT, fit(0, 0) + static_cast<double>(origin[0]),
                 fit(0, 1) + static_cast<double>(origin[1])};
     }

@@ -44,7 +44,7 @@ void fill_holes(Grid grid, double* values, const std::vector<std::uint8_t>& know
             for (std::ptrdiff_t i = 0; known[near] && i < count; ++i) right[i * size + h] += values[near * count + i];
         });
     }
-    matrix.factor();  // positive definite: each hole is linked to a known dot
+    matrix.factor(true);  // positive definite: each hole is linked to a known dot
     for (std::ptrdiff_t i = 0; i < count; ++i) {
         matrix.solve(right.data() + i * size);
         for (std::ptrdiff_t h = 0; h < size; ++h) values[holes[h] * count + i] = right[i * size + h];
@@ -378,7 +378,7 @@ class Steps {
             stiffness += load.weight * by_pressure * by_pressure;
             slope += load.pull * by_pressure;
         });
-        if (!matrix.factor()) return;
+        if (!matrix.factor(true)) return;
         std::vector<double> by_border = border;
         matrix.solve(by_border.data());
         matrix.solve(gradient.data());

@@ -75,12 +75,19 @@ struct RingSums {
             const auto row = static_cast<std::ptrdiff_t>(std::lrint(std::clamp(place[1], -FAR, FAR) + radius * sine[p]));
             const auto column = static_cast<std::ptrdiff_t>(std::lrint(std::clamp(place[0], -FAR, FAR) + radius * cosine[p]));
             const std::ptrdiff_t left = std::max<std::ptrdiff_t>(column - 1, 0), right = std::min(column + 2, image.columns);
-            for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(row - 1, 0); r < std::min(row + 2, image.rows); ++r) {
-                const std::uint8_t* pixel = image.pixels + 3 * (r * image.columns + left);
-                for (std::ptrdiff_t c = left; c < right; ++c, pixel += 3) {
-                    for (int channel = 0; channel < 3; ++channel) of[channel][p] += pixel[channel];
+            const std::ptrdiff_t top = std::max<std::ptrdiff_t>(row - 1, 0), bottom = std::min(row + 2, image.rows);
+            const auto add = [&](std::ptrdiff_t height, std::ptrdiff_t width) {
+                const std::uint8_t* pixel = image.pixels + 3 * (top * image.columns + left);
+                int sums[3] = {};
+                for (std::ptrdiff_t r = 0; r < height; ++r, pixel += 3 * image.columns) {
+                    for (std::ptrdiff_t c = 0; c < 3 * width; ++c) sums[c % 3] += pixel[c];
                 }
-            }
+                for (int channel = 0; channel < 3; ++channel) of[channel][p] = sums[channel];
+            };
+            if (bottom - top == 3 && right - left == 3)
+                add(3, 3);  // unrolled
+            else
+                add(bottom - top, right - left);
         }
     }
 };

@@ -23,6 +23,10 @@ class Dots:
     def __len__(self) -> int:
         return len(self.uv)
 
+    def take(self, some: np.ndarray) -> Dots:
+        """A subset; some: (N,) bool, indices, or a slice."""
+        return Dots(self.uv[some], self.area[some], self.sigma[some])
+
 
 @dataclass(frozen=True)
 class GridNumbers:
@@ -76,7 +80,8 @@ class DotTracks:
     def rest_moved(self, known: np.ndarray, limit: float) -> bool:
         """Whether a dot's untouched position is farther than limit, px, along an axis from known[id], (K, 2) px, or that is NaN."""
         rest = self.rest_uv
-        return bool((np.isfinite(rest).all(1) & ~(np.abs(rest - known[self.id]) <= limit).all(1)).any())
+        stayed = np.abs(rest - known.take(self.id, axis=0)) <= limit
+        return not stayed.all() and bool((np.isfinite(rest).all(1) & ~stayed.all(1)).any())
 
     def take(self, some: np.ndarray) -> DotTracks:
         """A subset of the dots; some: (N,) bool, or indices."""

@@ -72,10 +72,10 @@ def tangents(normal: np.ndarray) -> np.ndarray:
 
 def lie_on_a_line(points: np.ndarray, thinnest: float) -> bool:
     """Whether the second largest extent of points (N, 3) is less than this share of the largest one."""
-    away = points - np.mean(points, axis=0)
+    away = points - points.mean(axis=0)
     scatter = away.T @ away
-    total = np.trace(scatter)  # its square less the squares is twice the sum of the products of two squared extents
-    return bool(total**2 - np.sum(scatter**2) <= 2 * (thinnest * total)**2)
+    total = scatter.trace()  # its square less the squares is twice the sum of the products of two squared extents
+    return bool(total**2 - np.vdot(scatter, scatter) <= 2 * (thinnest * total)**2)
 
 
 _FINE = 1e4  # steps a unit: OpenCV's contours are whole numbers

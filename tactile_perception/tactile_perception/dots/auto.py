@@ -115,35 +115,39 @@ def _left_out(dots, candidates, grey, kind) -> Dots:
         return dots
     candidates = candidates[scipy.spatial.cKDTree(dots.uv).query(candidates)[0] > _APART * kind.diameter]
     strong = _contrast(grey, kind.sign, candidates, np.full(len(candidates), kind.diameter)) > LEAST
+    if not strong.any():
+        return dots.take(slice(0))
     others = place_dots(grey, kind.sign, candidates[strong], kind.diameter)
     correlation = correlate(grey, kind.sign, np.concatenate([others.uv, dots.uv]), kind.diameter)
-    disc = correlation[:len(others)] > _ROUND[0] * np.percentile(correlation[len(others):], _ROUND[1])
-    return Dots(others.uv[disc], others.area[disc], others.sigma[disc])
+    return others.take(correlation[:len(others)] > _ROUND[0] * np.percentile(correlation[len(others):], _ROUND[1]))
 
 
 def _joined(parts: list[Dots], scores: list, diameter: float) -> Dots:
     """All dots, of any two that are too close the one with the higher score."""
     uv, area, sigma = (np.concatenate([getattr(part, name) for part in parts]) for name in ('uv', 'area', 'sigma'))
     score = np.concatenate([np.broadcast_to(score, len(part)) for part, score in zip(parts, scores)])
-    kept = _without_doubles(uv, score, _APART * diameter)
-    return Dots(uv[kept], area[kept], sigma[kept])
+    return Dots(uv, area, sigma).take(_without_doubles(uv, score, _APART * diameter))
 
 
 def _alike(dots: Dots, others: Dots, grey, sign, least: float) -> Dots:
     """Those of dots whose size and contrast differ no more than the others' do, or by less than least, of the contrast's logarithm."""
     if len(others) < FEWEST or not len(dots):
         return dots
-    diameter, usual_diameter = (np.sqrt(4 / np.pi * some.area) for some in (dots, others))
-    typical = np.median(usual_diameter)
-    contrast, usual = (np.maximum(_contrast(grey, sign, some.uv, size), 1) for some, size in ((dots, diameter), (others, usual_diameter)))
-    count = min(_NEIGHBOURS + 1, len(others))
-    near = scipy.spatial.cKDTree(others.uv).query(np.concatenate([dots.uv, others.uv]), count)[1]
-    usual = np.log(usual)
-    local = np.clip(np.median(usual[near], axis=1), np.median(usual) - np.log(2), np.median(usual) + np.log(2))
-    spread = 1.4826 * np.median(np.abs(usual - local[len(dots):]))
-    good = np.abs(np.log(contrast) - local[:len(dots)]) < max(_DEVIATIONS * spread, least)
-    good &= (diameter > _SIZES[0] * typical) & (diameter < _SIZES[1] * typical)
-    return Dots(dots.uv[good], dots.area[good], dots.sigma[good])
+    tree, count = scipy.spatial.cKDTree(others.uv), min(_NEIGHBOURS + 1, len(others))
+
+    def measured(some: Dots) -> tuple[np.ndarray, np.ndarray]:  # diameters and logarithms of contrasts
+        diameter = np.sqrt(4 / np.pi * some.area)
+        return diameter, np.log(np.maximum(_contrast(grey, sign, some.uv, diameter), 1))
+
+    def around(some: Dots) -> np.ndarray:  # usual logarithms of contrasts there
+        near = np.partition(usual[tree.query(some.uv, count)[1]], count // 2, axis=1)[:, count // 2]
+        return np.clip(near, np.median(usual) - np.log(2), np.median(usual) + np.log(2))
+    usual_diameter, usual = measured(others)
+    typical, everywhere = np.median(usual_diameter), around(others)
+    diameter, contrast, local = (usual_diameter, usual, everywhere) if dots is others else (*measured(dots), around(dots))
+    spread = 1.4826 * np.median(np.abs(usual - everywhere))
+    good = np.abs(contrast - local) < max(_DEVIATIONS * spread, least)
+    return dots.take(good & (diameter > _SIZES[0] * typical) & (diameter < _SIZES[1] * typical))
 
 
 def _contrast(grey, sign, uv, diameter):
@@ -151,10 +155,10 @@ def _contrast(grey, sign, uv, diameter):
     angle = np.r_[0, np.arange(8) * np.pi / 4, np.arange(12) * np.pi / 6]
     away = np.r_[0, np.full(8, 0.28), np.full(12, 0.8)]
     offset = away[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    at = np.rint(uv[:, None] + diameter[:, None, None] * offset).astype(int)
-    at = np.clip(at, 0, np.array(grey.shape[::-1]) - 1)
-    levels = sign * grey[at[..., 1], at[..., 0]].astype(float)
-    return levels[:, :9].mean(axis=1) - np.sort(levels[:, 9:], axis=1)[:, 8]
+    column, row = (np.clip(np.rint(place[:, None] + diameter[:, None] * off), 0, most - 1).astype(int)
+                   for place, off, most in zip(uv.T, offset.T, grey.shape[::-1]))
+    levels = sign * grey[row, column].astype(float)
+    return levels[:, :9].mean(axis=1) - np.partition(levels[:, 9:], 8, axis=1)[:, 8]
 
 
 def _without_doubles(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndarray:

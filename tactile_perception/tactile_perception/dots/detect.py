@@ -26,8 +26,6 @@ _LEAST_RANGE = 4  # grey levels; less is a constant frame: above the noise of a 
 # The likelihood detector
 _FEWEST = 4  # dots; with fewer, the appearance is measured again
 _MOST_GROWTH = 2.2  # times the typical diameter: the largest diameter searched
-_HALVED = 5.0  # px: dots from this diameter on are searched in an image of half the size
-_WEAKEST, _ABOVE_NOISE = 0.14, 2.0  # lowest peak: of the contrast, which admits a small dot in a third of the light; of the noise
 
 # The detector of large markers
 _ALIKE = 0.6  # ratio of channel contrasts from which channels are averaged, since their noise is independent
@@ -89,9 +87,9 @@ def check_frame(image: np.ndarray):
 
 
 class LikelihoodDetector:
-    """The default: peaks of a reduced image, then a maximum-likelihood fit of each, without the images of overlapping neighbours, and its
-    judgement (src/dots/finder.cpp). sign: 1 for bright dots, -1 for dark; look: of the dots, measured in the first frame by default;
-    limits: what decides what is a dot. candidates: (N, 2) px, places of the last image that were fitted."""
+    """The default: peaks of a reduced image (src/dots/peaks.cpp), then a maximum-likelihood fit of each, without the images of overlapping
+    neighbours, and its judgement (src/dots/finder.cpp). sign: 1 for bright dots, -1 for dark; look: of the dots, measured in the first
+    frame by default; limits: what decides what is a dot. candidates: (N, 2) px, places of the last image that were fitted."""
 
     def __init__(self, sign: int, look: Look | None = None, limits: _core.dots.DotLimits | None = None):
         self._sign, self._limits = sign, limits or _core.dots.DotLimits()
@@ -117,32 +115,12 @@ class LikelihoodDetector:
     def detect_all(self, image: np.ndarray) -> Dots:
         """Dots of the look that is known. Detect, and repeat with a larger range of diameters if some dots exceed it."""
         grey = shrink(select_channel(image, self._look.channel), self._look.step)
-        candidates = _candidates(grey, self._look)
-        found = self._finder.find(grey, candidates)
+        found = self._finder.find(grey)
         if found.outgrown and self._look.largest < _MOST_GROWTH * self._look.typical:
             self._take(replace(self._look, largest=1.15 * self._look.largest))
-            found = self._finder.find(grey, candidates)
-        self.candidates = (candidates + 0.5) * self._look.step - 0.5
+            found = self._finder.find(grey)
+        self.candidates = found.candidates
         return Dots(found.uv, found.area, found.sigma)
-
-
-def _candidates(grey: np.ndarray, look: Look) -> np.ndarray:
-    """(N, 2) px: peaks of an image (H, W) uint8, smoothed, above the mean of a square around. The fit rejects false ones."""
-    step = 2 if look.typical >= _HALVED else 1
-    small, across = shrink(grey, step).astype(np.float32), look.typical / step
-    side, box = 2 * int(np.clip(across / 2.5, 1, 5)) + 1, 2 * int(1.1 * across) + 3
-    relief = cv2.GaussianBlur(small, (side, side), 0, borderType=cv2.BORDER_REPLICATE)
-    relief -= cv2.blur(small, (box, box), borderType=cv2.BORDER_REPLICATE)
-    if look.contrast < 0:
-        relief = -relief
-    lowest = max(_WEAKEST * abs(look.contrast), _ABOVE_NOISE * look.noise / step, 2.0)
-    peak = (relief >= cv2.dilate(relief, _SQUARE)) & (relief > lowest)
-    v, u = np.nonzero(peak[1:-1, 1:-1])
-    v, u = v + 1, u + 1
-    middle, places = relief[v, u], np.empty((len(u), 2))
-    for axis, (before, after) in enumerate(((relief[v, u - 1], relief[v, u + 1]), (relief[v - 1, u], relief[v + 1, u]))):
-        places[:, axis] = (u, v)[axis] + np.clip((after - before) / (2 * np.maximum(2 * middle - before - after, 1)), -1, 1)
-    return (places + 0.5) * step - 0.5
 
 
 @dataclass
@@ -188,7 +166,7 @@ class BlobDetector:
         blobs = _core.dots.fit_blobs(grey, small, labels, regions.box, regions.centre, regions.label, step=appearance.step)
         solidity, amplitude = blobs.solidity, blobs.amplitude
         good = (solidity > least) & (solidity < most) & (amplitude > _FAINT * upper_median(amplitude))
-        return Dots(blobs.uv[good], blobs.area[good], blobs.sigma[good])
+        return Dots(blobs.uv, blobs.area, blobs.sigma).take(good)
 
 
 def _plane(image, channel, sign):

@@ -14,6 +14,7 @@ from .. import _core
 from .._core.dots import Lattice
 from ..common.dots import GridNumbers
 from ..common.statistics import upper_median
+from ..common.surface import scatter
 from ..errors import BadArgument
 from .links import FARTHEST, Linker
 from .pattern import PatternNumbers
@@ -63,26 +64,25 @@ class GridNumbering:
             raise BadArgument(f'a grid has at least 2 rows and 2 columns, not {rows} x {columns}; use rows = columns = 0 with the tracker '
                               'for other patterns')
         self._printed, self._whole = (rows, columns), whole
-        self._before: list[np.ndarray] = []  # (rows, columns, 2) px, of the last certain frame and the first
+        self._before: list[np.ndarray] = []  # (rows * columns, 2) px, of the last certain frame and the first
 
     def number(self, uv: np.ndarray, width: float = 0, height: float = 0) -> GridNumbers:
         """GridNumbers of dots at uv (N, 2) px, in any order; rows that are no positions get -1. The published method needs width and height
         of the image; this one does not."""
-        good = np.flatnonzero((np.abs(uv) < FARTHEST).all(axis=1))
+        good = np.flatnonzero(np.logical_and(*(np.abs(uv.T) < FARTHEST)))
         id, pitch = np.full(len(uv), -1), np.nan
         try:
-            lattice = self._lattice(uv[good])
+            lattice = self._lattice(uv.take(good, axis=0))
             pitch, member = lattice.pitch, np.flatnonzero(lattice.member)
-            rc = lattice.rc[member]
-            origin = self._origin(uv[good[member]], rc, pitch, len(good))
+            rc, good = lattice.rc.take(member, axis=0), good[member]
+            uv = uv.take(good, axis=0)
+            rc += self._origin(uv, rc, pitch, len(lattice.member))
         except _NotCertain as error:
             return GridNumbers(id, str(error), pitch)
-        rc = rc + origin
-        inside = ((rc >= 0) & (rc < self._printed)).all(axis=1)
-        id[good[member[inside]]] = rc[inside] @ (self._printed[1], 1)
-        before = np.full((*self._printed, 2), np.nan)
-        before[tuple(rc[inside].T)] = uv[good[member[inside]]]
-        self._before = [before, *self._before[-1:]]
+        number, inside = _numbers(rc, self._printed)
+        id[good[inside]] = number
+        if len(number):
+            self._before = [scatter(uv.take(inside, axis=0), number, self._printed[0] * self._printed[1]), *self._before[-1:]]
         return GridNumbers(id, '', pitch)
 
     def _origin(self, uv, rc, pitch, found) -> np.ndarray:
@@ -110,9 +110,9 @@ class _NotCertain(Exception):
 
 
 class _Origin:
-    """What to add to relative rows and columns rc (N, 2) of dots at uv (N, 2) px to get printed ones. The last certain frame, before (rows,
-    columns, 2) px or None, decides where the irregularity of the pattern excludes a shift by a pitch; else one image does where all printed
-    rows and columns are seen. whole: whether the print has no more than these; else one image alone tells nothing."""
+    """What to add to relative rows and columns rc (N, 2) of dots at uv (N, 2) px to get printed ones. The last certain frame, before
+    (rows * columns, 2) px or None, decides where the irregularity of the pattern excludes a shift by a pitch; else one image does where all
+    printed rows and columns are seen. whole: whether the print has no more than these; else one image alone tells nothing."""
 
     def __init__(self, uv: np.ndarray, rc: np.ndarray, pitch: float, printed: tuple[int, int], before: np.ndarray | None, whole: bool):
         self._uv, self._rc, self._pitch, self._printed, self._before, self._whole = uv, rc, pitch, printed, before, whole
@@ -121,18 +121,17 @@ class _Origin:
     def find(self, found: int) -> np.ndarray:
         """(2,) of the dots, of which so many were found. Raises _NotCertain."""
         try:
-            offset = None if self._before is None else self._continued()
-            return np.array([self._place(axis, name, offset) for axis, name in enumerate(('rows', 'columns'))])
+            extents = [_extent(self._rc[:, axis], _OUTER_SHARE * self._printed[1 - axis]) for axis in (0, 1)]
+            offset = None if self._before is None else self._continued(np.array([-first for first, _ in extents]))
+            return np.array([self._place(axis, name, offset, *extents[axis]) for axis, name in enumerate(('rows', 'columns'))])
         except _NotCertain as error:
             if len(self._rc) >= _FEW_LINKED * found:
                 raise
             raise _NotCertain(f'of {found} dots found ({np.prod(self._printed)} configured) only {len(self._rc)} are linked: '
                               f'{error}') from error
 
-    def _place(self, axis: int, name: str, offset: np.ndarray | None) -> int:
-        printed = self._printed[axis]
-        first, counts = _extent(self._rc[:, axis], _OUTER_SHARE * self._printed[1 - axis])
-        seen, window = len(counts), 0  # window: index among the seen rows of printed row 0, negative where that is not seen
+    def _place(self, axis: int, name: str, offset: np.ndarray | None, first: int, counts: np.ndarray) -> int:
+        printed, seen, window = self._printed[axis], len(counts), 0  # window: number of printed row 0 among the seen ones
         if not seen:
             raise _NotCertain(f'no {name} with enough dots')
         by_last = None if offset is None else -int(offset[axis]) - first
@@ -153,33 +152,33 @@ class _Origin:
                 raise _NotCertain(f'{seen} {name} of dots seen, {printed} configured, and the last frame had others')
         return -first - window
 
-    def _continued(self) -> np.ndarray | None:
-        """(2,) offset at which nearly all dots continue those of the last frame; None without one."""
-        at = np.argwhere(np.isfinite(self._before[:, :, 0]))
+    def _continued(self, guess: np.ndarray) -> np.ndarray | None:
+        """(2,) offset at which nearly all dots continue those of the last frame, of two where they may; None without one."""
+        for offset_of in (lambda: guess, self._of_nearest):
+            offset = offset_of()
+            moved = np.hypot(*self._moves(offset).T)
+            stayed = moved < _NEAR * self._pitch
+            if np.count_nonzero(stayed) >= max(_STAYED_SHARE * min(len(self._uv), np.isfinite(self._before[:, 0]).sum()), 1):
+                self._still = upper_median(moved[stayed]) < _STILL * self._pitch
+                return offset
+        return None
+
+    def _of_nearest(self) -> np.ndarray:
+        """(2,) offset of some of the dots from those of the last frame that are nearest; 0 without any near ones."""
+        at = np.flatnonzero(np.isfinite(self._before[:, 0]))
         some = slice(None, None, max(1, len(self._uv) // _SAMPLE))
-        if not len(at):
-            return None
-        (u, v), before = self._uv[some].T, self._before[tuple(at.T)]
+        (u, v), before = self._uv[some].T, self._before[at]
         square = (u[:, None] - before[:, 0])**2 + (v[:, None] - before[:, 1])**2
         nearest = square.argmin(axis=1)
         near = square[np.arange(len(square)), nearest] < (_NEAR * self._pitch)**2
-        offsets = (at[nearest] - self._rc[some])[near]
-        if not len(offsets):
-            return None
-        offset = np.array([upper_median(offsets[:, axis]) for axis in (0, 1)], int)
-        moved = np.hypot(*self._moves(offset).T)
-        stayed = moved < _NEAR * self._pitch
-        if np.count_nonzero(stayed) < _STAYED_SHARE * min(len(self._uv), len(at)):
-            return None
-        self._still = upper_median(moved[stayed]) < _STILL * self._pitch
-        return offset
+        offsets = (np.stack(np.divmod(at[nearest], self._printed[1]), axis=1) - self._rc[some])[near]
+        return np.array([upper_median(offsets[:, axis]) for axis in (0, 1)], int) if len(offsets) else np.zeros(2, int)
 
     def _moves(self, offset: np.ndarray) -> np.ndarray:
         """(M, 2) px, motions since the last frame of the dots that it shows at rows and columns that are so much higher."""
-        row, column = (self._rc + offset).T
-        inside = (row >= 0) & (row < self._printed[0]) & (column >= 0) & (column < self._printed[1])
-        moves = self._uv[inside] - self._before[row[inside], column[inside]]
-        return moves[np.isfinite(moves[:, 0])]
+        number, inside = _numbers(self._rc + offset, self._printed)
+        moves = self._uv.take(inside, axis=0) - self._before.take(number, axis=0)
+        return moves.compress(np.isfinite(moves[:, 0]), axis=0)
 
     def _fits_only_here(self, offset: np.ndarray, axis: int, ratio: float) -> bool:
         """Whether the irregularity of the pattern fits the last frame at this offset, and much worse one row (or column) further."""
@@ -214,6 +213,13 @@ def find_grid(uv: np.ndarray) -> tuple[int, int]:
     rows = len(_extent(index[:, 1], _OUTER_SHARE * columns)[1])
     columns = len(_extent(index[:, 0], _OUTER_SHARE * rows)[1])
     return (rows, columns) if min(rows, columns) >= 2 else (0, 0)
+
+
+def _numbers(rc: np.ndarray, printed: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers (M,) on the printed grid of those of rows and columns rc (N, 2) that are on it, and which those are (M,)."""
+    row, column = rc.T
+    inside = np.flatnonzero((row >= 0) & (row < printed[0]) & (column >= 0) & (column < printed[1]))
+    return (row * printed[1] + column)[inside], inside
 
 
 def _extent(index: np.ndarray, least: float) -> tuple[int, np.ndarray]:

@@ -9,6 +9,7 @@ residuals are printing errors, which are independent between neighbours; a press
 """
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,7 +74,7 @@ class CalibratedRest:
         rest = self.uv[id[both]]
         off = uv[both] - rest
         distance, index = (near[:, 1:] for near in scipy.spatial.cKDTree(rest).query(rest, _NEIGHBOURS + 1))
-        left = _robust_residual(np.column_stack([np.ones(len(rest)), rest - rest.mean(axis=0)]), off, _KEPT)
+        left = _robust_residual(np.insert(rest - rest[0], 0, 1.0, axis=1), off, _KEPT)
         together, square = np.mean(left * np.mean(left[index], axis=1)), np.mean(left**2)
         shared = float(np.sqrt(2 * max(together, 0.0)))
         if together <= _SHARED_PART * square or shared <= _SHARED_SIZE:
@@ -129,7 +130,7 @@ class Reference:
         position count as not seen.
         """
         id, uv, sigma = np.asarray(id, np.int64), np.asarray(uv, float), np.asarray(sigma, float)
-        seen, duv = (np.abs(uv) < FARTHEST).all(axis=1), np.full(uv.shape, np.nan)
+        seen, duv = np.logical_and(*(np.abs(uv.T) < FARTHEST)), np.full(uv.shape, np.nan)
         duv[seen] = self._displaced(id[seen], uv[seen], sigma[seen], stamp_s, columns, touched)
         return duv
 
@@ -138,10 +139,11 @@ class Reference:
             self.reset()
             self._begin(id, uv, columns)
         at, known = _find(id, self.id)
-        duv = np.where(known[:, None], uv - self.uv[at], np.nan)
+        duv = uv - self.uv.take(at, axis=0)
+        duv[~known] = np.nan
         self.touched = self._contact.judge(id, uv, duv, sigma, stamp_s) if touched is None else touched
         if not self.touched:
-            self._follow(at[known], duv[known], stamp_s)
+            self._follow(at[known], duv.compress(known, axis=0), stamp_s)
             if not known.all():
                 self._add(id[~known], uv[~known])
                 if self._known is not None and self._known.judge(self.id, self.uv).pressed:
@@ -220,7 +222,8 @@ class _Contact:
         """Whether nearly all dots are where they came to rest."""
         then, place = self._still
         at, both = _find(id, then)
-        square = np.square(uv[both] - place[at[both]]).sum(axis=1)
+        off = uv.compress(both, axis=0) - place.take(at[both], axis=0)
+        square = np.einsum('nk,nk->n', off, off)
         if len(square) < max(1, _SAME_SHARE * max(len(id), len(then))):
             return False
         known = sigma[np.isfinite(sigma)]
@@ -232,13 +235,14 @@ def _deviation(uv, duv, sigma) -> tuple[bool, float]:
     """Whether more dots than outliers deviate from the common affine motion, or all have moved farther than drift; and the largest
     deviation without outliers, px."""
     known = np.isfinite(duv[:, 0])
-    uv, duv, sigma = uv[known], duv[known], sigma[known]
+    if not known.all():
+        uv, duv, sigma = uv[known], duv[known], sigma[known]
     if not len(uv):
         return False, 0.0
-    shared = np.sqrt(upper_median(np.square(duv).sum(axis=1)))
+    shared = math.sqrt(upper_median(np.einsum('nk,nk->n', duv, duv)))
     if len(uv) < _FEWEST_AFFINE:
         return bool(shared > _DRIFTED), shared
-    away = np.hypot(*_robust_residual(np.column_stack([np.ones(len(uv)), uv - uv.mean(axis=0)]), duv, _KEPT, rounds=2).T)
+    away = np.hypot(*_robust_residual(np.insert(uv - uv[0], 0, 1.0, axis=1), duv, _KEPT, rounds=2).T)
     leaving = np.count_nonzero(away > np.maximum(_QUIET * sigma, _QUIET_FLOOR))  # none of unknown noise
     size = max(_ranked(away, (1 - _OUTLIERS) * (len(away) - 1)), shared)
     return bool(leaving > _OUTLIERS * len(uv) or shared > _DRIFTED), size
@@ -276,13 +280,14 @@ def rest_warning(id: np.ndarray, uv: np.ndarray, columns: int) -> str:
 
 def _robust_residual(basis, values, kept_percent, rounds=_ROUNDS) -> np.ndarray:
     """Residuals (N, 2) of values (N, 2) after a least-squares fit of basis (N, K) to those with the least ones."""
-    kept = np.ones(len(basis), bool)
+    kept = None
     for _ in range(rounds):
-        used = basis[kept]
+        used, wanted = (basis, values) if kept is None else (basis.compress(kept, axis=0), values.compress(kept, axis=0))
         normal = used.T @ used  # normal equations take a fifth of the time of lstsq
-        left = values - basis @ np.linalg.solve(normal + _RIDGE * np.trace(normal) * np.eye(len(normal)), used.T @ values[kept])
-        distance = np.hypot(*left.T)
-        kept = distance <= _ranked(distance, kept_percent / 100 * (len(distance) - 1))
+        normal.flat[::len(normal) + 1] += _RIDGE * normal.trace()
+        left = values - basis @ np.linalg.solve(normal, used.T @ wanted)
+        square = np.einsum('nk,nk->n', left, left)
+        kept = square <= _ranked(square, kept_percent / 100 * (len(square) - 1))
     return left
 
 

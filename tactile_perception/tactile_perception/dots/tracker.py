@@ -51,7 +51,7 @@ class Mask:
         """Those of the dots in the applied image that lie within the mask as a whole; at its border some are cut."""
         column, row = np.rint(dots.uv).astype(int).clip(0, np.array(self._inside.shape[::-1]) - 1).T
         whole = self._depth[row, column] > np.sqrt(dots.area / np.pi)
-        return Dots(dots.uv[whole], dots.area[whole], dots.sigma[whole])
+        return dots.take(whole)
 
     def _drawn(self, shape: tuple[int, int]) -> np.ndarray:
         size = f'{shape[1]} x {shape[0]} px'
@@ -180,9 +180,9 @@ class DotTracker:
 
     @staticmethod
     def _displaced(dots, id, stamp_s, rows, columns, reference, touched) -> DotTracks:
-        """Tracks of those dots that have an id (N,)."""
-        seen = np.flatnonzero(id >= 0)
-        id, uv, sigma = id[seen], dots.uv[seen], dots.sigma[seen]
+        """Tracks of those dots that have an id (N,), in the order of their ids."""
+        seen = np.argsort(id)[np.count_nonzero(id < 0):]
+        id, uv, sigma = id[seen], dots.uv.take(seen, axis=0), dots.sigma[seen]
         duv = reference.update(id, uv, sigma, stamp_s, columns, touched)
         return DotTracks(rows, columns, id, uv, dots.area[seen], sigma, duv)
 

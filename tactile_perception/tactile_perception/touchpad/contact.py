@@ -107,8 +107,8 @@ class MembraneMethod:
         every = AllDots(found.loads.xyz, found.score, found.state, found.force)
         confidence = state_confidence(every.score[ids], every.state[ids], found.slipping[ids])
         motion = None if np.isnan(found.translation[0]) else RigidMotion(found.rotation, found.translation)
-        return DotClassification(every.state[ids], every.score[ids], found.wrench, found.ways[ids], every, confidence, found.objects,
-                                 motion, seconds)
+        ways = found.ways.take(ids, axis=0)
+        return DotClassification(every.state[ids], every.score[ids], found.wrench, ways, every, confidence, found.objects, motion, seconds)
 
 
 class PaperMethod:

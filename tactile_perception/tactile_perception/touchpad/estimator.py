@@ -89,10 +89,10 @@ class ContactEstimator:
     def _usable(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
         """Ids (N,) and positions (N, 3) m of the dots that have a rest position, too."""
         reach = _FARTHEST * self._sensor.cap.curvature_radius
-        usable = (np.abs(tracks.xyz) <= reach).all(axis=1) & np.isfinite(self._rest.xyz[tracks.id, 0])
+        usable = np.logical_and.reduce(np.abs(tracks.xyz.T) <= reach) & np.isfinite(self._rest.xyz[tracks.id, 0])
         if len(usable) and not usable.any():
             raise BadFrame('no dot has a 3D position: images must be in colour, not grey; or take a new reference')
-        return tracks.id[usable], tracks.xyz[usable]
+        return tracks.id[usable], tracks.xyz.compress(usable, axis=0)
 
     def _describe(self, dots: ContactDots, found: DotClassification, stamp_s: float) -> ContactResult:
         regions = find_regions(dots)

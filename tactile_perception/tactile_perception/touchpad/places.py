@@ -85,7 +85,7 @@ class DotPlaces:
         ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks, self._glaring(colours, rays, tracks))
         if not np.isfinite(ranges).any() or _are_at_one_place(tracks.uv):
             return np.full((len(tracks), 3), np.nan)
-        xyz = self._membrane.solve(rays, ranges, sigma, tracks.id).xyz[tracks.id]
+        xyz = self._membrane.solve(rays, ranges, sigma, tracks.id).xyz.take(tracks.id, axis=0)
         if self._unknown.any():
             xyz[self._unknown[tracks.id]] = np.nan
         return xyz

@@ -325,7 +325,7 @@ class RestLight:
 
     def take(self, ids: np.ndarray) -> RestLight:
         """The same of dots ids (M,)."""
-        return RestLight(self.ranges[ids], self.normals[ids])
+        return RestLight(self.ranges[ids], self.normals.take(ids, axis=0))
 
 
 @dataclass(frozen=True)

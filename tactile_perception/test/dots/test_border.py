@@ -28,14 +28,14 @@ def arrays_of(found, *names):
     return [getattr(found, name) for name in names]
 
 
-def call_finder(image=IMAGE, candidates=UV, **tables):
+def call_finder(image=IMAGE, **tables):
     """Dots, with the tables given in place of the good ones."""
-    return arrays_of(dots.DotFinder(Given(MODEL, tables), LOOK).find(image, candidates), 'uv', 'area', 'sigma')
+    return arrays_of(dots.DotFinder(Given(MODEL, tables), LOOK).find(image), 'uv', 'area', 'sigma', 'candidates')
 
 
 #: What is called, how it is called here, and an example of each of its arrays.
 CALLS = {
-    'DotFinder': (call_finder, {'image': IMAGE, 'candidates': UV, **TABLES}),
+    'DotFinder': (call_finder, {'image': IMAGE, **TABLES}),
     'fit_blobs': (lambda **arrays: arrays_of(dots.fit_blobs(**REGIONS | arrays, step=2), 'uv', 'area', 'sigma', 'solidity'), REGIONS),
     'find_lattice': (lambda places=UV: arrays_of(dots.find_lattice(places), 'rc', 'member'), {'places': UV}),
 }

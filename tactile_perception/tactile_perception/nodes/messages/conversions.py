@@ -44,7 +44,7 @@ def dot_numbers(message: DotTracks) -> tuple[np.ndarray, np.ndarray]:
     ids = np.asarray(message.id, np.int64)
     _check_ids('dots', ids, message.rows * message.columns)
     names = (*_IN_IMAGE, *_PLACES) if count and places[0] else _IN_IMAGE
-    numbers = np.stack([np.asarray(getattr(message, name)) for name in names]).astype(float)
+    numbers = np.array([getattr(message, name) for name in names], float)
     limits = _DOT_LIMITS[:len(names)]
     if (np.abs(numbers) > limits[:, None]).any() or np.isnan(numbers[:2]).any():
         for name, values, limit in zip(names, numbers, limits):
