@@ -159,22 +159,26 @@ class SheetStart:
     def best(self, field: MarkerField) -> tuple[Press, float]:
         """The best matching press, with depth scaled to the match, and the match in standard deviations of the noise or of the residual,
         whichever is larger."""
-        value, known = self._values(field)
-        match, length = self._fields @ value.astype(np.float32), self._lengths(known)
-        score = match / length
+        value, count = self._values(field)
+        match = self._fields @ value
+        score = match / self._lengths
         k = int(np.argmax(score))
         press, best = self._presses[k], float(score[k])
-        depth = min(max(press.depth * best / float(length[k]), 1e-5), self._library.plan.depth)
-        left = (float(value @ value) - best**2) / max(np.count_nonzero(known), 1)
+        depth = min(max(press.depth * best / float(self._lengths[k]), 1e-5), self._library.plan.depth)
+        left = (float(value @ value) - best**2) / max(count, 1)
         return Press(press.place, depth), best / np.sqrt(max(left, 1.0))
 
     def best_pair(self, field: MarkerField) -> list[Press]:
-        """The two presses whose fields, each scaled, add up to the field best; of the templates of PAIR_DEPTH, as best for the rest."""
-        value, known = self._values(field)
-        fields = np.where(known, self._fields[PAIR_DEPTH::len(DEPTHS)], 0.0)
-        match, both = fields @ value, fields @ fields.T + 1e-9 * np.eye(len(fields))
-        own = np.diag(both)
-        free = np.maximum(own[:, None] * own - both**2, 1e-3 * own[:, None] * own)  # alike ones tell nothing apart
+        """The two presses whose fields, each scaled, add up to the field best, as if all markers were seen; of the templates of PAIR_DEPTH,
+        as best for the rest."""
+        fields = self._fields[PAIR_DEPTH::len(DEPTHS)]
+        match = fields @ self._values(field)[0]
+        if self._gram is None:
+            both = (fields @ fields.T).astype(float)
+            own = np.diag(both) + 1e-9
+            free = np.maximum(own[:, None] * own - both**2, 1e-3 * own[:, None] * own)  # alike ones tell nothing apart
+            self._gram = both, own, free
+        both, own, free = self._gram
         share = (match[:, None] * own - both * match) / free  # of the first of each pair
         reported = np.where((share > 0) & (share.T > 0), share * match[:, None] + share.T * match, 0.0)
         first, second = np.unravel_index(np.argmax(reported), reported.shape)
@@ -182,33 +186,29 @@ class SheetStart:
         return [replace(presses[k], depth=float(np.clip(presses[k].depth * share[k, other], 1e-5, self._library.plan.depth)))
                 for k, other in ((first, second), (second, first))]
 
-    def _values(self, field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
-        """(3 K,) shift and growth of all markers over their noise, 0 where unknown, and which are known."""
+    def _values(self, field: MarkerField) -> tuple[np.ndarray, int]:
+        """(3 K,) shift and growth of all markers over their noise, 0 where unknown, and how many are known."""
         self._renew(field)
         value = (np.column_stack([field.shift, field.growth]) / self._sigma).ravel()
-        known = np.isfinite(value) & self._known
-        return np.where(known, value, 0.0), known
-
-    def _lengths(self, known: np.ndarray) -> np.ndarray:
-        """(P,) norms of the templates over the known values (3 K,)."""
-        if not np.array_equal(known, self._last[0]):
-            self._last = known, np.sqrt(np.maximum(self._fields**2 @ known.astype(np.float32), 1e-9))
-        return self._last[1]
+        known = np.isfinite(value) & self._shown
+        if not np.array_equal(known, self._known):
+            self._known = known
+            self._lengths = np.sqrt(np.maximum(self._fields**2 @ known.astype(np.float32), 1e-9))
+        return np.where(known, value, 0.0).astype(np.float32), np.count_nonzero(known)
 
     def _renew(self, field: MarkerField) -> None:
         """Renew the templates where markers or camera centres changed; a marker that is not seen keeps its last position."""
         seen = np.column_stack([field.rest, field.camera_centre])
         if len(seen) == len(self._seen):
             seen = np.where(np.isfinite(seen), seen, self._seen)
-            if np.allclose(seen, self._seen, rtol=0.0, atol=_MOVED, equal_nan=True):
+            if ((np.abs(seen - self._seen) <= _MOVED) | np.isnan(seen)).all():
                 return
-        self._seen, known = seen, np.isfinite(seen).all(1)
+        self._seen, shown = seen, np.isfinite(seen).all(1)
         fields = np.zeros((len(self._presses), len(field), 3))
         for k, press in enumerate(self._presses):
-            fields[k, known] = show(self._library, [press], seen[known, :2], seen[known, 2:])[0] / self._sigma
-        self._known = np.repeat(known, 3)
+            fields[k, shown] = show(self._library, [press], seen[shown, :2], seen[shown, 2:])[0] / self._sigma
+        self._shown, self._known, self._gram = np.repeat(shown, 3), np.zeros(0, bool), None
         self._fields = fields.reshape(len(fields), -1).astype(np.float32)
-        self._last = np.zeros(0, bool), np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -311,6 +311,8 @@ class SheetModelMethod:
 
         def two() -> Inverse:
             straight = self._inverse.solve(seen, self._start.best_pair(field))
+            if not (straight.is_sure(0) and straight.is_sure(1)):
+                return straight
             return self._inverse.solve(seen, straight.presses, drags=True)  # each draws the sheet along under the other
 
         def one(start: list[Press], dragged: bool) -> Inverse:
