@@ -110,6 +110,11 @@ class DomeFound:
     covariance: np.ndarray
     misfit: float
 
+    @property
+    def is_sure(self) -> bool:
+        """Whether the markers show every press: its depth is known."""
+        return bool((np.diag(self.covariance)[DEPTH::PRESS] * CONSTANTS.sure**2 < 1).all())
+
 
 class DomeInverse:
     """points, camera_centres: (K, 3) m, untouched markers and their cameras, NaN unknown; plane_z: m; pitch: m, of the markers."""
@@ -358,7 +363,8 @@ class DomeModelMethod:
             long ways."""
             if self._last is not None and len(self._last.presses) == 2:
                 return self.solver.solve(field, self._last.presses, OF_TWO)
-            return self.solver.solve(field, self.solver.solve(field, self.solver.start_of_two(match)).presses, OF_TWO)
+            straight = self.solver.solve(field, self.solver.start_of_two(match))
+            return self.solver.solve(field, straight.presses, OF_TWO) if straight.is_sure else straight
 
         return self._choice.explain(
             Evidence(2 * int(field.seen.sum()), CONSTANTS.ordinary),
@@ -405,7 +411,8 @@ class DomeModelMethod:
         """(4, 4) m^2, covariance of lowest point and depth of a press (7,) with that covariance (7, 7), and with standard deviations off
         (3,), m, of place and depth."""
         steps = DIFFERENCE * np.eye(PRESS + 3)
-        later, before = (self._tips(press + way * steps[:, :PRESS], scale, off=way * steps[:, PRESS:]) for way in (1, -1))
+        steps = np.concatenate([steps, -steps])
+        later, before = np.split(self._tips(press + steps[:, :PRESS], scale, off=steps[:, PRESS:]), 2)
         by = (later - before).T / (2 * DIFFERENCE)
         found = by[:, :PRESS] @ covariance @ by[:, :PRESS].T + by[:, PRESS:] * off**2 @ by[:, PRESS:].T
         return found if np.isfinite(found).all() else np.diag([self.sensor.rim_radius**2] * 4)
