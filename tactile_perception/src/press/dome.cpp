@@ -122,7 +122,7 @@ struct Fields {
 
     // Shares of a drag by way of a tip that sticks, and of what it shows more as far as it rubs: the less friction, the more.
     void weigh_drags(int level, double friction, double way, FieldRows& weights, int& row) const {
-        const double rubs = std::clamp(-friction, 0.0, 1.0), slope = friction < 0 && friction > -1 ? -1 : 0;
+        const double rubs = std::clamp(-friction, 0.0, 1.0), slope = friction < 0 && friction >= -1 ? -1 : 0;
         weigh(level, {way, 0, 1}, weights, row);
         weigh(level, {way * rubs, way * slope, rubs}, weights, row);
     }

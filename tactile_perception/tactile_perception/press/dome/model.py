@@ -77,12 +77,13 @@ class FieldNoise:
 @dataclass(frozen=True)
 class PressPrior:
     """What is known of a press beforehand: drag: standard deviation of the way of the drag over the depth; friction: of its number (see
-    FRICTIONS in library.py); tip_sigma: of the log radius over the library's spread; together: what the
+    FRICTIONS in library.py); tip, tip_sigma: mean and standard deviation of the log radius over the library's spread; together: what the
     sum of the presses' fields lacks: its RMS over the greatest displacement; rougher, wider: by how much that number and that log radius
     may really differ from their means, standard deviations: covariances count them where they are larger than those of the fit."""
 
     drag: float
     friction: float
+    tip: float = 0.0
     tip_sigma: float = 0.35
     together: float = 0.0
     rougher: float = 0.0
@@ -104,11 +105,12 @@ OF_TWO = PressPrior(0.1, 0.01, together=0.1)
 @dataclass(frozen=True)
 class DomeFound:
     """presses: (n, 7); covariance: (7 n, 7 n), of one press in proportion to the misfit: mean squared
-    residual over its variance."""
+    residual over its variance; radius_sigma: of the first press's number of radius, were friction and tip what the fit takes them for."""
 
     presses: np.ndarray
     covariance: np.ndarray
     misfit: float
+    radius_sigma: float
 
     @property
     def is_sure(self) -> bool:
@@ -179,7 +181,8 @@ class DomeInverse:
             shared=shared, starts=starts, prior=self._prior(prior))
         misfit = float(np.sum(found.left**2 / (variance + model)[:, None])) / max(2 * int(seen.sum()), 1)
         amiss = max(misfit, LEAST_MISFIT) if len(starts) == 1 else 1.0  # what a sum of two fields lacks is in the covariance
-        return DomeFound(found.presses, found.covariance * amiss + self._unknown(found.covariance, prior), misfit)
+        sigma = float(np.sqrt(amiss * found.covariance[RADIUS, RADIUS]))
+        return DomeFound(found.presses, found.covariance * amiss + self._unknown(found.covariance, prior), misfit, sigma)
 
     def _unknown(self, covariance: np.ndarray, prior: PressPrior) -> np.ndarray:
         """What a covariance (7 n, 7 n) lacks as friction and radius differ from their means by more than the fit was reported: the fit
@@ -204,7 +207,7 @@ class DomeInverse:
         weight = np.array([1e-6, 1e-6, 1e-6, prior.tip_sigma**-2, prior.friction**-2, prior.drag**-2, prior.drag**-2])
         least = [-reach, -reach, np.log(FAINTEST), -1.0, -1.0, -2.0, -2.0]
         most = [reach, reach, deepest, 1.0, 0.0, 2.0, 2.0]
-        return np.array([[0.0] * PRESS, weight, least, most, LIMIT])
+        return np.array([[0.0, 0.0, 0.0, prior.tip, 0.0, 0.0, 0.0], weight, least, most, LIMIT])
 
     def sigma(self, field: MarkerField) -> np.ndarray:
         """(K,) m, noise of each marker per axis."""
@@ -310,7 +313,7 @@ class DomeModelMethod:
     def _reset(self) -> None:
         """What comes next is another touch."""
         self._last: DomeFound | None = None
-        self._choice = Choice()
+        self._choice, self._dragged = Choice(), DRAGGED
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and where the markers move too little to tell a place. Raises BadArgument for
@@ -366,10 +369,13 @@ class DomeModelMethod:
             straight = self.solver.solve(field, self.solver.start_of_two(match))
             return self.solver.solve(field, straight.presses, OF_TWO) if straight.is_sure else straight
 
-        return self._choice.explain(
+        found = self._choice.explain(
             Evidence(2 * int(field.seen.sum()), CONSTANTS.ordinary),
-            lambda start, dragged: self.solver.solve(field, start, DRAGGED if dragged else STRAIGHT),
+            lambda start, dragged: self.solver.solve(field, start, self._dragged if dragged else STRAIGHT),
             self.solver.start(match), two)
+        if len(found.presses) == 1 and self._choice.dragged is None:  # a tip that is dragged has the size that it had
+            self._dragged = replace(DRAGGED, tip=float(found.presses[0, RADIUS]), tip_sigma=found.radius_sigma)
+        return found
 
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
         press, calibration = found.presses[number], self.calibration

@@ -29,7 +29,6 @@ class SheetConstants:
     """What decides; all chosen on simulated sheets. Pairs are of place and depth.
 
     tip: prior standard deviation of the log of a tip's radius over the calibrated one: three in four tips are within 0.8 to 1.2 times
-    same_tip: the same of a dragged tip over what it was when it pressed straight in, as in a drag other friction passes for a radius
     stands_out: least match of a touch, standard deviations of noise: three times the greatest of untouched frames
     sure: least depth of a touch over its standard deviation
     ordinary: residual chi-square of presses under their own hypothesis, which is 0.2 to 1
@@ -43,7 +42,6 @@ class SheetConstants:
     """
 
     tip: float = 0.15
-    same_tip: float = 0.05
     stands_out: float = 8.0
     sure: float = 4.0
     ordinary: float = 0.5
@@ -320,7 +318,7 @@ class SheetModelMethod:
 
         found = self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary), one, start, two)
         if len(found.presses) == 1 and self._choice.dragged is None:
-            self._tip = found.presses[0].log_radius, float(np.hypot(CONSTANTS.same_tip, np.sqrt(found.covariance[3, 3])))
+            self._tip = found.presses[0].log_radius, float(np.sqrt(found.covariance[3, 3]))  # it keeps its size when it is dragged
         return found
 
     def _is_seen(self, touch: TouchEstimate, field: MarkerField) -> bool:
