@@ -111,14 +111,6 @@ class Problem {
     const Eigen::MatrixXd prior_;
 };
 
-// Whether one of several presses is less deep than its depth is uncertain: what is left of it tells no place.
-bool has_vanished(const Eigen::MatrixXd& normal) {
-    const Eigen::MatrixXd covariance = normal.llt().solve(Eigen::MatrixXd::Identity(normal.rows(), normal.cols()));
-    for (Eigen::Index p = 0; p < normal.rows(); p += PRESS)
-        if (covariance(p + DEPTH, p + DEPTH) > 1) return true;
-    return false;
-}
-
 }  // namespace
 
 DomeFit fit_dome(const DomeLibrary& library, const DomeFrame& frame, const Eigen::VectorXd& starts, const DomePrior& prior) {
@@ -143,7 +135,6 @@ DomeFit fit_dome(const DomeLibrary& library, const DomeFrame& frame, const Eigen
         if (gained > 0) {
             best = std::move(trial);
             problem.linearise(best, normal, right);
-            if (size > PRESS && has_vanished(normal)) break;
             damping *= std::max(1.0 / 3, 1 - std::pow(2 * gained / expected - 1, 3));
             more = 2;
         } else {

@@ -313,7 +313,6 @@ class Fit {
             const Eigen::LLT<Square> factor(information);
             if (factor.info() != Eigen::Success) break;
             covariance = factor.solve(Square::Identity(size, size));
-            if (count_ > 1 && has_vanished(covariance)) break;
             const Row step = covariance * gradient;
             const double length = step.dot(gradient);  // judged by the scatter that the residuals show, not by less
             if (!std::isfinite(length) || turn == ROUNDS - 1 || length < SETTLED * SETTLED * std::max(misfit_, 1.0)) break;
@@ -340,16 +339,6 @@ class Fit {
         if (number == mixed()) return {MIXED, MIXED_SIGMA};
         if (number % PRESS_SIZE == 3) return {tip_.log_radius, tip_.sigma};
         return {0.0, number % PRESS_SIZE > 3 ? DRAG_SIGMA : INFINITY};
-    }
-
-    // Whether one of two presses is less deep than its depth is uncertain: what is left of it tells no place.
-    bool has_vanished(const Square& covariance) const {
-        for (std::size_t k = 0; k < free_.size(); ++k) {
-            const double depth = state_[free_[k]];
-            const bool is_depth = free_[k] < mixed() && free_[k] % PRESS_SIZE == 2;
-            if (is_depth && depth * depth < covariance(k, k) * std::max(misfit_, 1.0)) return true;
-        }
-        return false;
     }
 
     // Adds up information, gradient and misfit at the present state.

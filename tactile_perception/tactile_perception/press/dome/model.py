@@ -105,12 +105,12 @@ OF_TWO = PressPrior(0.1, 0.01, together=0.1)
 @dataclass(frozen=True)
 class DomeFound:
     """presses: (n, 7); covariance: (7 n, 7 n), of one press in proportion to the misfit: mean squared
-    residual over its variance; radius_sigma: of the first press's number of radius, were friction and tip what the fit takes them for."""
+    residual over its variance; radius: of the first press, and its standard deviation, were friction and tip what the fit takes them for."""
 
     presses: np.ndarray
     covariance: np.ndarray
     misfit: float
-    radius_sigma: float
+    radius: tuple[float, float]
 
     @property
     def is_sure(self) -> bool:
@@ -181,8 +181,8 @@ class DomeInverse:
             shared=shared, starts=starts, prior=self._prior(prior))
         misfit = float(np.sum(found.left**2 / (variance + model)[:, None])) / max(2 * int(seen.sum()), 1)
         amiss = max(misfit, LEAST_MISFIT) if len(starts) == 1 else 1.0  # what a sum of two fields lacks is in the covariance
-        sigma = float(np.sqrt(amiss * found.covariance[RADIUS, RADIUS]))
-        return DomeFound(found.presses, found.covariance * amiss + self._unknown(found.covariance, prior), misfit, sigma)
+        radius = float(found.presses[0, RADIUS]), float(np.sqrt(amiss * found.covariance[RADIUS, RADIUS]))
+        return DomeFound(found.presses, found.covariance * amiss + self._unknown(found.covariance, prior), misfit, radius)
 
     def _unknown(self, covariance: np.ndarray, prior: PressPrior) -> np.ndarray:
         """What a covariance (7 n, 7 n) lacks as friction and radius differ from their means by more than the fit was reported: the fit
@@ -308,12 +308,7 @@ class DomeModelMethod:
         self.calibration, self.sensor = calibration, sensor
         self.solver = calibration.inverse(sensor)
         self._threshold = max(CONSTANTS.stands_out, CONSTANTS.quieter * calibration.quiet)
-        self._reset()
-
-    def _reset(self) -> None:
-        """What comes next is another touch."""
-        self._last: DomeFound | None = None
-        self._choice, self._dragged = Choice(), DRAGGED
+        self._choice = Choice()
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and where the markers move too little to tell a place. Raises BadArgument for
@@ -333,11 +328,11 @@ class DomeModelMethod:
         match = self.solver.match(field)
         score = self.solver.score(field, match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
         if not score > self._threshold:
-            self._reset()
+            self._choice = Choice()  # what comes next is another touch
             return None
-        self._last = self._explained(field, match)
-        faint = len(self._last.presses) == 1 and score < CONSTANTS.faint * self._threshold
-        return self._unsure(field, match, self._last) if faint else self._last
+        found = self._explained(field, match)
+        faint = len(found.presses) == 1 and score < CONSTANTS.faint * self._threshold
+        return self._unsure(field, match, found) if faint else found
 
     def _spread(self, field: MarkerField) -> bool:
         """Whether the seen markers are now in a plane, not on a line or at one place."""
@@ -364,18 +359,17 @@ class DomeModelMethod:
         def two() -> DomeFound:
             """Straight from the best pair of starts, and dragged from there: from the start, drags might end far off, at small depths with
             long ways."""
-            if self._last is not None and len(self._last.presses) == 2:
-                return self.solver.solve(field, self._last.presses, OF_TWO)
+            if self._choice.two is not None:
+                return self.solver.solve(field, self._choice.two, OF_TWO)
             straight = self.solver.solve(field, self.solver.start_of_two(match))
             return self.solver.solve(field, straight.presses, OF_TWO) if straight.is_sure else straight
 
-        found = self._choice.explain(
+        tip, tip_sigma = self._choice.radius or (DRAGGED.tip, DRAGGED.tip_sigma)
+        dragged = replace(DRAGGED, tip=tip, tip_sigma=tip_sigma)
+        return self._choice.explain(
             Evidence(2 * int(field.seen.sum()), CONSTANTS.ordinary),
-            lambda start, dragged: self.solver.solve(field, start, self._dragged if dragged else STRAIGHT),
+            lambda start, drags: self.solver.solve(field, start, dragged if drags else STRAIGHT),
             self.solver.start(match), two)
-        if len(found.presses) == 1 and self._choice.dragged is None:  # a tip that is dragged has the size that it had
-            self._dragged = replace(DRAGGED, tip=float(found.presses[0, RADIUS]), tip_sigma=found.radius_sigma)
-        return found
 
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
         press, calibration = found.presses[number], self.calibration

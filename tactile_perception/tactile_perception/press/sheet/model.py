@@ -83,6 +83,11 @@ class Inverse:
     wrenches: np.ndarray
     mixed: float = 0.0
 
+    @property
+    def radius(self) -> tuple[float, float]:
+        """Log radius of the first press, and its standard deviation."""
+        return self.presses[0].log_radius, float(np.sqrt(self.covariance[3, 3]))
+
     def is_sure(self, k: int) -> bool:
         """Whether the markers show press k: that its depth is uncertain, as in drags, does not make it less so."""
         (*_, depth), covariance = self.tip(k)
@@ -270,7 +275,6 @@ class SheetModelMethod:
         self._margin = np.array(sensor.pitch)
         self._before: np.ndarray | None = None
         self._lasts = False
-        self._tip = 0.0, CONSTANTS.tip  # log radius and its standard deviation, by the last straight press
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and with two cameras in the first frame of a touch that no press explains: they
@@ -287,7 +291,7 @@ class SheetModelMethod:
         if score < CONSTANTS.stands_out:
             start = self._choice.dragged  # it goes on where the field is like no straight press
         if start is None:
-            self._tip = 0.0, CONSTANTS.tip
+            self._choice = Choice()
             return []
         self._lasts = True
         found = self._explained(field, start, motion)
@@ -308,18 +312,17 @@ class SheetModelMethod:
         seen = Seen(field, motion)
 
         def two() -> Inverse:
+            if self._choice.two is not None:
+                return self._inverse.solve(seen, self._choice.two, drags=True)
             straight = self._inverse.solve(seen, self._start.best_pair(field))
             if not (straight.is_sure(0) and straight.is_sure(1)):
                 return straight
             return self._inverse.solve(seen, straight.presses, drags=True)  # each draws the sheet along under the other
 
         def one(start: list[Press], dragged: bool) -> Inverse:
-            return self._inverse.solve(seen, start, dragged, self._tip if dragged else (0.0, CONSTANTS.tip))
+            return self._inverse.solve(seen, start, dragged, dragged and self._choice.radius or (0.0, CONSTANTS.tip))
 
-        found = self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary), one, start, two)
-        if len(found.presses) == 1 and self._choice.dragged is None:
-            self._tip = found.presses[0].log_radius, float(np.sqrt(found.covariance[3, 3]))  # it keeps its size when it is dragged
-        return found
+        return self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary), one, start, two)
 
     def _is_seen(self, touch: TouchEstimate, field: MarkerField) -> bool:
         """Whether markers around a touch are seen: of a touch that begins between two exposures, one camera may show none."""
