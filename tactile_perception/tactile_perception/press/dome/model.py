@@ -104,8 +104,8 @@ OF_TWO = PressPrior(0.1, 0.01, together=0.1)
 
 @dataclass(frozen=True)
 class DomeFound:
-    """presses: (n, 7); covariance: (7 n, 7 n), of one press in proportion to the misfit: mean squared
-    residual over its variance; radius: of the first press, and its standard deviation, were friction and tip what the fit takes them for."""
+    """presses: (n, 7); covariance: (7 n, 7 n), of one press in proportion to the misfit: mean squared residual over its variance; radius:
+    of the first press, and its standard deviation, were friction and tip what the fit takes them for."""
 
     presses: np.ndarray
     covariance: np.ndarray
