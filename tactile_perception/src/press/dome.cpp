@@ -6,7 +6,7 @@
 #include <cmath>
 #include <complex>
 
-#include "common/wide.hpp"
+#include "common/weighted_rows.hpp"
 
 namespace tactile {
 namespace {
@@ -20,11 +20,10 @@ constexpr double NEAREST = 1e-9; // m, least distance from the axis
 using Complex = std::complex<double>;
 
 // A displacement on the mesh and its slopes at a fixed place there, side by side. The last is that by drags: of even fields along the
-// meridian, of odd ones across it. Sums of modes are float: their error, 1e-8 m, is far below the noise of a marker.
+// meridian, of odd ones across it; two lanes are unused. Sums of modes are float: their error, 1e-8 m, is far below the noise of a marker.
 enum FieldNumber { VALUE, BY_SHIFT, BY_DEPTH, BY_RADIUS, BY_FRICTION, BY_DRAG };
-constexpr int SIDE_BY_SIDE = 8;  // of which the last two are unused: whole vectors
-using FieldNumbers = Eigen::Matrix<float, 1, SIDE_BY_SIDE>;
-using FieldRows = Eigen::Matrix<float, Eigen::Dynamic, SIDE_BY_SIDE, Eigen::RowMajor>;
+using FieldNumbers = Eigen::Matrix<float, 1, LANES>;
+using FieldRows = Eigen::Matrix<float, Eigen::Dynamic, LANES, Eigen::RowMajor>;
 
 // Values of a basis and their slopes.
 template <int MOST>
@@ -80,7 +79,14 @@ Meridian meridian_of(const DomeLibrary& library, const double* press) {
     return meridian;
 }
 
-// Fields of a press ((rings + 1) 3 (harmonics + 1), SIDE_BY_SIDE). Even ones, mirror symmetric to the meridian plane: the straight press
+// Sums over rows of a table, from the first on, times weights.
+TACTILE_WIDE FieldRows weighted(const FloatRows& table, Eigen::Index first, const FieldRows& weights) {
+    FieldRows sums(table.cols(), LANES);
+    weigh_rows(table.data() + first * table.cols(), weights.rows(), table.cols(), weights.data(), sums.data());
+    return sums;
+}
+
+// Fields of a press ((rings + 1) 3 (harmonics + 1), LANES). Even ones, mirror symmetric to the meridian plane: the straight press
 // with a drag along the meridian; odd ones: by a drag across it.
 struct Fields {
     FieldRows even, odd;
@@ -92,20 +98,16 @@ struct Fields {
         radii_ = powers(std::clamp(press[RADIUS], -BEYOND, BEYOND), library.radii);
         const Basis<MOST_TERMS> rough = powers(std::clamp(press[FRICTION], -BEYOND, BEYOND), library.straight);
         const int block = library.order * library.radii;
-        FieldRows of_even = FieldRows::Zero(4 * (library.straight + DRAGS) * block, SIDE_BY_SIDE);  // weights of the tables' rows at four levels
-        FieldRows of_odd = FieldRows::Zero(4 * DRAGS * block, SIDE_BY_SIDE);
+        FieldRows of_even = FieldRows::Zero(4 * (library.straight + DRAGS) * block, LANES);  // weights of the tables' rows at four levels
+        FieldRows of_odd = FieldRows::Zero(4 * DRAGS * block, LANES);
         for (int level = 0, even_row = 0, odd_row = 0; level < 4; ++level) {
             for (int power = 0; power < library.straight; ++power)
                 weigh(level, {rough.value[power], rough.slope[power], 0}, of_even, even_row);
             weigh_drags(level, press[FRICTION], meridian.along, of_even, even_row);
             weigh_drags(level, press[FRICTION], meridian.across, of_odd, odd_row);
         }
-        const auto summed = [first, block](const FloatRows& table, int kinds, const FieldRows& weights, const FloatRows& modes) {
-            const FieldRows amplitudes = table.middleRows(first * kinds * block, weights.rows()).transpose() * weights;
-            return FieldRows(modes.transpose() * amplitudes);
-        };
-        even = summed(library.even_table, library.straight + DRAGS, of_even, library.even_modes);
-        odd = summed(library.odd_table, DRAGS, of_odd, library.odd_modes);
+        even = weighted(library.even_modes, 0, weighted(library.even_table, first * (library.straight + DRAGS) * block, of_even));
+        odd = weighted(library.odd_modes, 0, weighted(library.odd_table, first * DRAGS * block, of_odd));
     }
 
  private:
@@ -120,7 +122,7 @@ struct Fields {
 
     // Shares of a drag by way of a tip that sticks, and of what it shows more as far as it rubs: the less friction, the more.
     void weigh_drags(int level, double friction, double way, FieldRows& weights, int& row) const {
-        const double rubs = std::clamp(-friction, 0.0, 1.0), slope = friction < 0 && friction > -1 ? -1 : 0;
+        const double rubs = std::clamp(-friction, 0.0, 1.0), slope = friction < 0 && friction >= -1 ? -1 : 0;
         weigh(level, {way, 0, 1}, weights, row);
         weigh(level, {way * rubs, way * slope, rubs}, weights, row);
     }

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/wide.hpp"
+
 namespace tactile {
 namespace {
 
@@ -180,7 +182,7 @@ class Scene {
         widening_.share = WIDENS * table_.widening;
         for (int press = 0; press < count_; ++press) {
             Deformed there;
-            read(press, 1, pressed_[1 - press].press, there);
+            read(press, 0, pressed_[1 - press].press, there);
             widening_.heights[press] = there.value[0][2];
         }
     }
@@ -189,11 +191,11 @@ class Scene {
     // Marker n: shift and growth shown (3,), their derivatives by the state (by drags only if they are looked up) unless null, and
     // squared displacements by each press, and how the sheet is deformed there (3, 3).
     void show(std::ptrdiff_t n, double* shown, double (*slopes)[3], double* moved_squares, double (*deformed)[3]) const {
-        const int numbers = slopes ? pressed_[0].variants - 1 : 0;
+        const int numbers = slopes ? pressed_[0].numbers : 0;
         const double *rest = seen_.rest + 2 * n, *camera_centre = seen_.camera_centre + 3 * n;
         Deformed alone[MOST_PRESSES];
         for (int press = 0; press < count_; ++press) {
-            read(press, 1 + numbers, rest, alone[press]);
+            read(press, numbers, rest, alone[press]);
             const double* moved = alone[press].value[0];
             moved_squares[press] = moved[0] * moved[0] + moved[1] * moved[1] + moved[2] * moved[2];
         }
@@ -216,9 +218,9 @@ class Scene {
     }
 
  private:
-    void read(int press, int variants, const double* rest, Deformed& found) const {
+    void read(int press, int numbers, const double* rest, Deformed& found) const {
         const PressedSheet& sheet = pressed_[press];
-        read_point(table_, sheet.press, sheet.field.data(), sheet.variants, variants, rest, found);
+        read_point(table_, sheet.press, sheet.field.data(), numbers, rest, found);
     }
 
     bool is_near(const double* rest) const {
@@ -237,7 +239,7 @@ class Scene {
         for (int p = 0; p < DISC_POINTS; ++p) {
             Deformed alone[MOST_PRESSES];
             Whole whole;
-            for (int press = 0; press < count_; ++press) read(press, 1, points[p], alone[press]);
+            for (int press = 0; press < count_; ++press) read(press, 0, points[p], alone[press]);
             add_up(alone, count_, mixed_, widening_, 0, whole);
             for (int o = 0; o < 3; ++o) std::copy(whole.value[o], whole.value[o] + 3, deformed[p][o]);
         }
@@ -270,6 +272,18 @@ void weigh(const MarkerNoise& noise, double sigma, double depth, double doubt, c
     }
 }
 
+constexpr int WHOLE = (MOST_STATE + 3) / 4 * 4;  // numbers of whole vectors
+
+// Adds the products of slopes with each other, times a factor.
+TACTILE_WIDE void add_products(const double* slopes, double factor, int size, double (*products)[WHOLE]) {
+    for (int k = 0; k < size; ++k)
+        for (int l = 0; l < WHOLE; ++l) products[k][l] += factor * slopes[k] * slopes[l];
+}
+
+// Of the unknown numbers of a state.
+using Row = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, MOST_STATE, 1>;
+using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, MOST_STATE, MOST_STATE>;
+
 class Fit {
  public:
     Fit(const SheetTable& table, const SeenMarkers& seen, const MarkerNoise& noise, const TipPrior& tip, const double* start, int count,
@@ -290,16 +304,16 @@ class Fit {
 
     PressFit run() {
         const auto size = static_cast<Eigen::Index>(free_.size());
-        Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+        Square covariance = Square::Zero(size, size);
         for (int turn = 0; turn < ROUNDS; ++turn) {
             scene_.set(state_);
-            Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
-            Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
+            Square information = Square::Zero(size, size);
+            Row gradient = Row::Zero(size);
             gather(information, gradient);
-            const Eigen::LLT<Eigen::MatrixXd> factor(information);
+            const Eigen::LLT<Square> factor(information);
             if (factor.info() != Eigen::Success) break;
-            covariance = factor.solve(Eigen::MatrixXd::Identity(size, size));
-            const Eigen::VectorXd step = covariance * gradient;
+            covariance = factor.solve(Square::Identity(size, size));
+            const Row step = covariance * gradient;
             const double length = step.dot(gradient);  // judged by the scatter that the residuals show, not by less
             if (!std::isfinite(length) || turn == ROUNDS - 1 || length < SETTLED * SETTLED * std::max(misfit_, 1.0)) break;
             take(step);
@@ -328,7 +342,7 @@ class Fit {
     }
 
     // Adds up information, gradient and misfit at the present state.
-    void gather(Eigen::MatrixXd& information, Eigen::VectorXd& gradient) {
+    void gather(Square& information, Row& gradient) {
         const Eigen::Index size = gradient.size();
         double squares = 0, known = 0, deepest = 0, doubt = 1;
         for (int press = 0; press < count_; ++press) {
@@ -336,7 +350,7 @@ class Fit {
             deepest = std::max(deepest, state[2]);
             doubt = std::max(doubt, 1 + DRAG_DOUBT * std::hypot(state[4], state[5]));
         }
-        Eigen::VectorXd along(size);
+        double along[WHOLE] = {}, products[WHOLE][WHOLE] = {};
         for (std::ptrdiff_t n = 0; n < seen_.count; ++n) {
             double shown[3], slopes[MOST_STATE][3], moved[MOST_PRESSES], deformed[3][3], weight[3], plain[3];
             scene_.show(n, shown, slopes, moved, deformed);
@@ -351,10 +365,12 @@ class Fit {
                 const double without = residual * plain[q] / weight[q];  // doubt of drags
                 squares += std::min(without * without, DOUBT * std::abs(without)), known += 1;
                 for (Eigen::Index k = 0; k < size; ++k) along[k] = slopes[free_[k]][q];
-                gradient += pull * residual * along;
-                information += pull * weight[q] * along * along.transpose();
+                for (Eigen::Index k = 0; k < size; ++k) gradient[k] += pull * residual * along[k];
+                add_products(along, pull * weight[q], static_cast<int>(size), products);
             }
         }
+        for (Eigen::Index k = 0; k < size; ++k)
+            for (Eigen::Index l = 0; l < size; ++l) information(k, l) = products[k][l];
         misfit_ = squares / std::max(known, 1.0);
         information.diagonal() *= 1 + 1e-9;
         for (Eigen::Index k = 0; k < size; ++k) {
@@ -365,7 +381,7 @@ class Fit {
     }
 
     // Takes a step, shortened for each press to STRIDE.
-    void take(const Eigen::VectorXd& step) {
+    void take(const Row& step) {
         double share[MOST_PRESSES + 1] = {1, 1, 1};
         for (Eigen::Index k = 0; k < step.size(); ++k) {
             const int number = free_[k], press = number / PRESS_SIZE;
@@ -413,12 +429,14 @@ void show_presses(const SheetTable& table, const SeenMarkers& seen, const double
 }
 
 void show_field(const SheetTable& table, const SeenMarkers& seen, const double* place, const float* field, double* shown) {
+    std::vector<float> values(table.side() * table.side() * CHANNELS);
+    for (std::size_t k = 0; k < values.size() / LANES; ++k) values[k * LANES] = field[k];
     for (std::ptrdiff_t n = 0; n < seen.count; ++n) {
         double points[DISC_POINTS][2], deformed[DISC_POINTS][3][3];
         disc_points(seen.rest + 2 * n, seen.radius, points);
         for (int p = 0; p < DISC_POINTS; ++p) {
             Deformed point;
-            read_point(table, place, field, 1, 1, points[p], point);
+            read_point(table, place, values.data(), 0, points[p], point);
             for (int o = 0; o < 3; ++o) std::copy(point.value[o], point.value[o] + 3, deformed[p][o]);
         }
         disc_appear(deformed, seen.rest + 2 * n, seen.camera_centre + 3 * n, seen.radius, shown + 3 * n);

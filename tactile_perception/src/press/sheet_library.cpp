@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "press/sheet_library.hpp"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -60,50 +59,47 @@ struct TermWeights {
 // Terms that a mirror turns round.
 constexpr int ODD_X[TERMS] = {0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 0}, ODD_Y[TERMS] = {0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1};
 
-using Floats = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-using FloatMap = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
-
-// Columns of one class at a press: (variants, columns).
-TACTILE_WIDE Floats mix(const SheetTable& table, const float* coefficients, int odd_x, int odd_y, std::ptrdiff_t columns,
-                        const Polynomials& along, const Polynomials& across, const DepthSplines& down, const TermWeights& weights,
-                        int variants) {
-    const std::ptrdiff_t order = table.order, terms = variants == VARIANTS ? TERMS : STRAIGHT_TERMS, rows = order * order;
-    const FloatMap levels(coefficients + down.first * TERMS * rows * columns, 4, TERMS * rows * columns);
-    const Eigen::Map<const Eigen::RowVector4f> value(down.value), slope(down.slope);
-    const Eigen::RowVectorXf now = value * levels.leftCols(terms * rows * columns);
-    const Eigen::RowVectorXf change = slope * levels.leftCols(terms * rows * columns);
-    Eigen::MatrixXf polynomials(3, rows);  // values, and derivatives by x and y
-    Eigen::Matrix<float, 4, Eigen::Dynamic> sums(4, columns);
-    Floats mixed = Floats::Zero(variants, columns);
-    for (std::ptrdiff_t term = 0; term < terms; ++term) {
-        const int shift_x = odd_x ^ ODD_X[term], shift_y = odd_y ^ ODD_Y[term];
-        for (std::ptrdiff_t k = 0; k < rows; ++k) {
-            const std::ptrdiff_t i = 2 * (k / order) + shift_x, j = 2 * (k % order) + shift_y;
-            polynomials.col(k) << along.value[i] * across.value[j], along.slope[i] * across.value[j], along.value[i] * across.slope[j];
-        }
-        sums.topRows<3>() = polynomials * FloatMap(now.data() + term * rows * columns, rows, columns);
-        sums.row(3) = polynomials.row(0) * FloatMap(change.data() + term * rows * columns, rows, columns);
-        mixed.topRows<4>() += static_cast<float>(weights.value[term]) * sums.array();
-        for (int k = 0; k < variants - 4; ++k) mixed.row(4 + k) += static_cast<float>(weights.slope[k][term]) * sums.row(0).array();
+// Columns of one class at a press (columns, LANES): value, and derivatives by the numbers of the press.
+TACTILE_WIDE void mix(const SheetTable& table, const float* coefficients, int part, std::ptrdiff_t columns, const Polynomials& along,
+                      const Polynomials& across, const DepthSplines& down, const TermWeights& weights, int terms, float* mixed) {
+    const std::ptrdiff_t order = table.order, rows = terms * order * order, size = rows * columns;
+    const std::ptrdiff_t level = TERMS * order * order * columns;
+    const float* levels = coefficients + down.first * level;
+    std::vector<float> at_depth(2 * size), by_row(2 * rows * LANES);  // coefficients, and their changes with depth; the weights of both
+    float *now = at_depth.data(), *change = now + size;
+    for (std::ptrdiff_t k = 0; k < size; ++k) {
+        const float between[] = {levels[k], levels[k + level], levels[k + 2 * level], levels[k + 3 * level]};
+        now[k] = down.value[0] * between[0] + down.value[1] * between[1] + down.value[2] * between[2] + down.value[3] * between[3];
+        change[k] = down.slope[0] * between[0] + down.slope[1] * between[1] + down.slope[2] * between[2] + down.slope[3] * between[3];
     }
-    return mixed;
+    float *weight = by_row.data(), *weight_of_change = weight + rows * LANES;
+    for (int term = 0; term < terms; ++term) {
+        const auto value = static_cast<float>(weights.value[term]);
+        const int odd_x = (part / 2) ^ ODD_X[term], odd_y = (part % 2) ^ ODD_Y[term];
+        for (std::ptrdiff_t k = 0; k < order * order; ++k, weight += LANES, weight_of_change += LANES) {
+            const std::ptrdiff_t i = 2 * (k / order) + odd_x, j = 2 * (k % order) + odd_y;
+            const float place = along.value[i] * across.value[j];
+            weight[0] = value * place, weight[1] = value * along.slope[i] * across.value[j];
+            weight[2] = value * along.value[i] * across.slope[j], weight_of_change[3] = weight[0];
+            for (int n = 0; n < 3; ++n) weight[4 + n] = static_cast<float>(weights.slope[n][term]) * place;
+        }
+    }
+    weigh_rows(now, 2 * rows, columns, by_row.data(), mixed);
 }
 
-// Adds the modes of a class, mirrored from their quarter to the whole mesh.
-void add_modes(const SheetTable& table, const float* shapes, int odd_x, int odd_y, std::ptrdiff_t modes, const Floats& mixed,
-               std::vector<float>& field) {
-    const std::ptrdiff_t quarter = table.n + 1, side = table.side(), count = 3 * quarter * quarter, variants = mixed.rows();
-    const Eigen::MatrixXf sums = mixed.leftCols(modes).matrix() * FloatMap(shapes, modes, count);
-    const float sign_x = odd_x ? -1.0f : 1.0f, sign_y = odd_y ? -1.0f : 1.0f;
+// Adds the modes of a class, mirrored from their quarter to the whole mesh; sums: a buffer for the quarter, (3 (n + 1)^2, LANES).
+TACTILE_WIDE void add_modes(const SheetTable& table, const float* shapes, int part, const float* mixed, float* sums, float* field) {
+    const std::ptrdiff_t quarter = table.n + 1, side = table.side();
+    weigh_rows(shapes, table.modes[part], 3 * quarter * quarter, mixed, sums);
+    const float sign_x = part / 2 ? -1.0f : 1.0f, sign_y = part % 2 ? -1.0f : 1.0f;
     for (std::ptrdiff_t i = 0; i < side; ++i) {
-        for (std::ptrdiff_t j = 0; j < side; ++j) {
+        for (std::ptrdiff_t j = 0; j < side; ++j, field += CHANNELS) {
             const bool far_x = i >= quarter, far_y = j >= quarter;
-            const std::ptrdiff_t from = 3 * ((far_x ? side - 1 - i : i) * quarter + (far_y ? side - 1 - j : j));
+            const float* from = sums + CHANNELS * ((far_x ? side - 1 - i : i) * quarter + (far_y ? side - 1 - j : j));
             const float whole = (far_x ? sign_x : 1.0f) * (far_y ? sign_y : 1.0f);
             const float signs[3] = {far_x ? -whole : whole, far_y ? -whole : whole, whole};
-            float* target = field.data() + (i * side + j) * 3 * variants;
-            for (std::ptrdiff_t v = 0; v < variants; ++v)
-                for (int c = 0; c < 3; ++c) target[3 * v + c] += signs[c] * sums(v, from + c);
+            for (int c = 0; c < 3; ++c)
+                for (std::ptrdiff_t k = c * LANES; k < (c + 1) * LANES; ++k) field[k] += signs[c] * from[k];
         }
     }
 }
@@ -153,18 +149,17 @@ struct NodeSums {
     float sums[3][CHANNELS] = {}, bends[ORDERS - 3][3] = {};
 };
 
-// Adds up the first READ variants of a field: a fixed number, so that the compiler handles several channels at once.
-template <int READ>
-TACTILE_INLINE void add_nodes(const SheetTable& table, const Splines& x, const Splines& y, const float* field, int variants,
+TACTILE_INLINE void add_nodes(const SheetTable& table, const Splines& x, const Splines& y, const float* field, bool slopes,
                               NodeSums& found) {
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) {
-            const float* node = field + ((x.first + i) * table.side() + y.first + j) * 3 * variants;
+            const float* node = field + ((x.first + i) * table.side() + y.first + j) * CHANNELS;
             float products[ORDERS];
             for (int o = 0; o < ORDERS; ++o) products[o] = x.weights[ORDER_X[o]][i] * y.weights[ORDER_Y[o]][j];
             for (int o = 0; o < 3; ++o) {
-                for (int c = 0; c < 3 * READ; ++c) found.sums[o][c] += products[o] * node[c];
-                for (int c = 0; c < 3 && READ > 1; ++c) found.bends[o][c] += products[3 + o] * node[c];
+                for (int c = 0; c < 3 && !slopes; ++c) found.sums[o][c * LANES] += products[o] * node[c * LANES];
+                for (int c = 0; c < CHANNELS && slopes; ++c) found.sums[o][c] += products[o] * node[c];
+                for (int c = 0; c < 3 && slopes; ++c) found.bends[o][c] += products[3 + o] * node[c * LANES];
             }
         }
     }
@@ -174,49 +169,50 @@ TACTILE_INLINE void add_nodes(const SheetTable& table, const Splines& x, const S
 
 void look_up(const SheetTable& table, const double* press, bool drags, PressedSheet& found) {
     std::copy(press, press + PRESS_SIZE, found.press);
-    found.variants = drags ? VARIANTS : 1 + STRAIGHT_SIZE;
-    found.field.assign(table.side() * table.side() * 3 * found.variants, 0.0f);
+    found.numbers = drags ? PRESS_SIZE : STRAIGHT_SIZE;
+    found.field.assign(table.side() * table.side() * CHANNELS, 0.0f);
     const Polynomials along(press[0], table.half[0], table.reach[0], table.order);
     const Polynomials across(press[1], table.half[1], table.reach[1], table.order);
     const DepthSplines down(press[2], table);
     const TermWeights weights(press, table);
     const float *coefficients = table.coefficients.data(), *shapes = table.shapes.data();
+    const std::ptrdiff_t quarter = 3 * (table.n + 1) * (table.n + 1);
+    std::vector<float> mixed, sums(quarter * LANES);
     for (int part = 0; part < 4; ++part) {
         const std::ptrdiff_t modes = table.modes[part], columns = modes + WRENCH_COLUMNS[part];
-        const Floats mixed = mix(table, coefficients, part / 2, part % 2, columns, along, across, down, weights, found.variants);
-        add_modes(table, shapes, part / 2, part % 2, modes, mixed, found.field);
-        for (int k = 0; k < WRENCH_COLUMNS[part]; ++k) found.wrench[WRENCH_NUMBERS[part][k]] = mixed(0, modes + k);
+        mixed.resize(columns * LANES);
+        mix(table, coefficients, part, columns, along, across, down, weights, drags ? TERMS : STRAIGHT_TERMS, mixed.data());
+        add_modes(table, shapes, part, mixed.data(), sums.data(), found.field.data());
+        for (int k = 0; k < WRENCH_COLUMNS[part]; ++k) found.wrench[WRENCH_NUMBERS[part][k]] = mixed[(modes + k) * LANES];
         coefficients += TERMS * table.order * table.order * (table.levels + 3) * columns;
-        shapes += modes * 3 * (table.n + 1) * (table.n + 1);
+        shapes += modes * quarter;
     }
 }
 
-TACTILE_WIDE void read_point(const SheetTable& table, const double* press, const float* field, int variants, int read, const double* rest,
+TACTILE_WIDE void read_point(const SheetTable& table, const double* press, const float* field, int numbers, const double* rest,
                              Deformed& found) {
     const Splines x(table, 0, rest[0], press[0]), y(table, 1, rest[1], press[1]);
-    NodeSums found_sums;
-    switch (read) {
-        case 1:
-            add_nodes<1>(table, x, y, field, variants, found_sums);
-            break;
-        case 1 + STRAIGHT_SIZE:
-            add_nodes<1 + STRAIGHT_SIZE>(table, x, y, field, variants, found_sums);
-            break;
-        default:
-            add_nodes<VARIANTS>(table, x, y, field, variants, found_sums);
-    }
-    const auto& [sums, bends] = found_sums;
-    for (int o = 0; o < 3; ++o) std::copy(sums[o], sums[o] + 3, found.value[o]);
-    if (read == 1) return;
-    for (int k = 0; k < read - 1; ++k)
-        for (int o = 0; o < 3; ++o) std::copy(sums[o] + 3 * k + 3, sums[o] + 3 * k + 6, found.slope[k][o]);
+    NodeSums node_sums;
+    if (numbers > 0)
+        add_nodes(table, x, y, field, true, node_sums);
+    else
+        add_nodes(table, x, y, field, false, node_sums);
+    const auto& [sums, bends] = node_sums;
+    for (int o = 0; o < 3; ++o)
+        for (int c = 0; c < 3; ++c) {
+            found.value[o][c] = sums[o][c * LANES];
+            for (int k = 0; k < numbers; ++k) found.slope[k][o][c] = sums[o][c * LANES + 1 + k];
+        }
+    if (!numbers) return;
     for (int c = 0; c < 3; ++c) {  // the mesh moves with the place pressed
-        found.slope[0][0][c] += sums[1][c] * x.carried;
-        found.slope[0][1][c] += bends[0][c] * x.carried + sums[1][c] * x.stretch;
-        found.slope[0][2][c] += bends[1][c] * x.carried;
-        found.slope[1][0][c] += sums[2][c] * y.carried;
-        found.slope[1][1][c] += bends[1][c] * y.carried;
-        found.slope[1][2][c] += bends[2][c] * y.carried + sums[2][c] * y.stretch;
+        for (int axis = 0; axis < 2; ++axis) {
+            const Splines& along = axis == 0 ? x : y;
+            double(&slope)[3][3] = found.slope[axis];
+            slope[0][c] += found.value[1 + axis][c] * along.carried;
+            slope[1][c] += bends[axis][c] * along.carried;
+            slope[2][c] += bends[1 + axis][c] * along.carried;
+            slope[1 + axis][c] += found.value[1 + axis][c] * along.stretch;
+        }
     }
 }
 

@@ -6,14 +6,15 @@
 #include <cstddef>
 #include <vector>
 
+#include "common/weighted_rows.hpp"
+
 namespace tactile {
 
 // Of a press: place x, y and depth, m; log of the tip's radius over the middle one; drag x, y: tangential over normal force, beyond that
 // of a straight press.
 constexpr int PRESS_SIZE = 6;
 
-// What is looked up: a value, then its derivatives by the numbers of a press; of a straight one the first four.
-constexpr int VARIANTS = 1 + PRESS_SIZE, STRAIGHT_SIZE = 4;
+constexpr int STRAIGHT_SIZE = 4;  // numbers of a straight press
 
 // Terms of a table: three polynomials of the radius, then x, y, x^2, x y, y^2, x^3, x^2 y, x y^2 and y^3 of the drag.
 constexpr int TERMS = 12, STRAIGHT_TERMS = 3;
@@ -39,12 +40,14 @@ struct SheetTable {
 constexpr int WRENCH_COLUMNS[4] = {2, 3, 3, 1};
 constexpr int WRENCH_NUMBERS[4][3] = {{0, 8, 8}, {2, 3, 7}, {1, 4, 6}, {5, 5, 5}};
 
-constexpr int CHANNELS = 3 * VARIANTS;
+// Of each axis: a value, and its derivatives by the numbers of a press; the last lane is unused.
+constexpr std::ptrdiff_t CHANNELS = 3 * LANES;
 
-// A press looked up: coefficients of uniform quadratic B-splines (side * side, variants, 3), m, and the wrench.
+// A press looked up: coefficients of uniform quadratic B-splines (side * side, CHANNELS), m, with derivatives by so many of its numbers,
+// PRESS_SIZE or STRAIGHT_SIZE; and the wrench.
 struct PressedSheet {
     double press[PRESS_SIZE];
-    int variants;
+    int numbers;
     std::vector<float> field;
     double wrench[WRENCH_SIZE];
 };
@@ -57,9 +60,8 @@ struct Deformed {
     double value[3][3] = {}, slope[PRESS_SIZE][3][3];
 };
 
-// Reads a point at rest, m, of a sheet pressed at press[0], press[1]; field (side * side, variants, 3), of which so many variants are
-// read: 1 for the value alone, 1 + STRAIGHT_SIZE or VARIANTS.
-void read_point(const SheetTable& table, const double* press, const float* field, int variants, int read, const double* rest,
-                Deformed& found);
+// Reads a point at rest, m, of a sheet pressed at press[0], press[1], with its field (side * side, CHANNELS); slopes by so many numbers of
+// the press, 0 for none.
+void read_point(const SheetTable& table, const double* press, const float* field, int numbers, const double* rest, Deformed& found);
 
 }  // namespace tactile

@@ -85,14 +85,15 @@ class Evidence:
 
 class Choice:
     """The hypothesis of most evidence for each frame of a skin. dragged: the press of the last frame if it was a drag, else None: a drag
-    lasts until the touch ends, as friction holds the skin while the tip is lifted."""
+    lasts until the touch ends, as friction holds the skin while the tip is lifted; radius: of the last press straight in, which a tip that
+    is dragged keeps, None without one; two: the presses of the last frame if they were two, else None."""
 
     def __init__(self):
-        self.dragged = None
+        self.dragged, self.radius, self.two = None, None, None
 
     def explain(self, evidence: Evidence, solve: Callable, begin, two: Callable):
-        """The fit to a frame: solve(start, dragged) fits one press, from begin, to it; two() fits two at once; a fit has presses and a
-        misfit, the residual chi-square per value."""
+        """The fit to a frame: solve(start, dragged) fits one press, from begin, to it; two() fits two at once; a fit has presses, a misfit,
+        the residual chi-square per value, and radius, mean and standard deviation of what it tells of the tip's."""
         dragged, begin = self.dragged is not None, self.dragged if self.dragged is not None else begin
         single = solve(begin, dragged)
         most = evidence.of(DRAGGED if dragged else STRAIGHT, single.misfit)
@@ -103,6 +104,10 @@ class Choice:
         if evidence.may_win(TWO, most):
             both = two()
             if evidence.of(TWO, both.misfit) > most:
+                self.two = both.presses
                 return both
+        self.two = None
         self.dragged = single.presses if dragged else None
+        if not dragged and single.radius[1] > 0:  # not of a fit that failed
+            self.radius = single.radius
         return single

@@ -106,6 +106,7 @@ STILL, QUIETEST = 2e-5, 1e-6  # m, noise without untouched frames, and least noi
 SHARES = 0.003, 0.002  # least model error over a marker's displacement, and over the greatest. Chosen
 MOST_PRESSES = 60             # presses that tell the noise, at most. Chosen
 SAME = replace(STRAIGHT, rougher=0.0, wider=0.0)  # of presses by the tip and with the friction that are identified
+SCALES = 4            # numbers of the scales of place and depth
 REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
 
 
@@ -183,25 +184,31 @@ def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], press
     """The calibration with scales that most presses show, and with the standard deviations of place and of depth over depth that the
     estimates show beyond their covariances and scales.
 
-    Tip radius, depth and distance from the axis are reported together: errors of the model show there, most where a press is shallow. One
-    exact press at the farthest is added: presses near the axis hardly tell what is there.
+    Tip radius, depth and distance from the axis are reported together: errors of the model show there, most where a press is shallow. Each
+    press counts by how well it tells them. One exact press at the farthest is added: presses near the axis hardly tell what is there. Where
+    the scales explain no more than their number does by chance (Schwarz 1978), they are 1.
     """
     deep = presses.depth > SHALLOW * presses.depth.max()
     reported, true = np.array([one.presses[0] for one in found])[deep], presses.position[deep, :2]
+    variance = np.array([np.diag(one.covariance)[:3] for one in found])[deep]
     away, depth = np.maximum(np.hypot(*true.T), 1e-9), np.exp(reported[:, DEPTH])
-    shallow = shallowness(depth, known.deepest)
-    places = reported[:, :2]
-    out, far, shallow = (np.append(part, end) for part, end in ((np.sum(places * true, axis=1) / away, known.farthest),
-                                                                 (away, known.farthest), (shallow, SHALLOW)))
-    wider, = _least_absolute(far[:, None], out)
-    deeper, change, deeper_shallow = _least_absolute(np.column_stack([np.ones(len(far)), (far / known.farthest)**2, shallow]),
-                                                     np.append(depth / presses.depth[deep], 1.0))
+    shallow, places, sigma = shallowness(depth, known.deepest), reported[:, :2], np.sqrt(variance)
+    out, far, shallow, aside, deeper = (np.append(part, end) for part, end in (
+        (np.sum(places * true, axis=1) / away, known.farthest), (away, known.farthest), (shallow, SHALLOW),
+        (np.hypot(*sigma[:, :2].T), np.median(np.hypot(*sigma[:, :2].T))), (sigma[:, 2], np.median(sigma[:, 2]))))
+    wider, = _least_absolute(far[:, None] / aside[:, None], out / aside)
+    terms = np.column_stack([np.ones(len(far)), (far / known.farthest)**2, shallow])
+    deeper, change, deeper_shallow = _least_absolute(terms / deeper[:, None], np.append(depth / presses.depth[deep], 1.0) / deeper)
     scaled = replace(known, wider=float(wider), deeper=float(deeper), deeper_far=float(deeper + change),
                      deeper_shallow=float(deeper_shallow))
-    variance = np.array([np.diag(one.covariance)[:3] for one in found])[deep]
-    scale = np.array([scaled.depth_scale(place, fitted) for place, fitted in zip(true, depth)])
-    return replace(scaled, place_error=beyond(places / wider - true, variance[:, :2]),
-                   depth_share=beyond((depth / presses.depth[deep] - scale)[:, None], variance[:, 2:]))
+    errors = []
+    for one in (known, scaled):
+        scale = np.array([one.depth_scale(place, fitted) for place, fitted in zip(true, depth)])
+        errors.append((places / one.wider - true, (depth / presses.depth[deep] - scale)[:, None]))
+    chi_squares = [np.sum(aside**2 / variance[:, :2]) + np.sum(deeper**2 / variance[:, 2:]) for aside, deeper in errors]
+    if chi_squares[0] - chi_squares[1] < SCALES * np.log(len(true)):
+        scaled, errors[1] = known, errors[0]
+    return replace(scaled, place_error=beyond(errors[1][0], variance[:, :2]), depth_share=beyond(errors[1][1], variance[:, 2:]))
 
 
 def _least_absolute(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:

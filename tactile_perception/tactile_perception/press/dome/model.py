@@ -77,12 +77,13 @@ class FieldNoise:
 @dataclass(frozen=True)
 class PressPrior:
     """What is known of a press beforehand: drag: standard deviation of the way of the drag over the depth; friction: of its number (see
-    FRICTIONS in library.py); tip_sigma: of the log radius over the library's spread; together: what the
+    FRICTIONS in library.py); tip, tip_sigma: mean and standard deviation of the log radius over the library's spread; together: what the
     sum of the presses' fields lacks: its RMS over the greatest displacement; rougher, wider: by how much that number and that log radius
     may really differ from their means, standard deviations: covariances count them where they are larger than those of the fit."""
 
     drag: float
     friction: float
+    tip: float = 0.0
     tip_sigma: float = 0.35
     together: float = 0.0
     rougher: float = 0.0
@@ -103,12 +104,18 @@ OF_TWO = PressPrior(0.1, 0.01, together=0.1)
 
 @dataclass(frozen=True)
 class DomeFound:
-    """presses: (n, 7); covariance: (7 n, 7 n), of one press in proportion to the misfit: mean squared
-    residual over its variance."""
+    """presses: (n, 7); covariance: (7 n, 7 n), of one press in proportion to the misfit: mean squared residual over its variance; radius:
+    of the first press, and its standard deviation, were friction and tip what the fit takes them for."""
 
     presses: np.ndarray
     covariance: np.ndarray
     misfit: float
+    radius: tuple[float, float]
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether the markers show every press: its depth is known."""
+        return bool((np.diag(self.covariance)[DEPTH::PRESS] * CONSTANTS.sure**2 < 1).all())
 
 
 class DomeInverse:
@@ -174,7 +181,8 @@ class DomeInverse:
             shared=shared, starts=starts, prior=self._prior(prior))
         misfit = float(np.sum(found.left**2 / (variance + model)[:, None])) / max(2 * int(seen.sum()), 1)
         amiss = max(misfit, LEAST_MISFIT) if len(starts) == 1 else 1.0  # what a sum of two fields lacks is in the covariance
-        return DomeFound(found.presses, found.covariance * amiss + self._unknown(found.covariance, prior), misfit)
+        radius = float(found.presses[0, RADIUS]), float(np.sqrt(amiss * found.covariance[RADIUS, RADIUS]))
+        return DomeFound(found.presses, found.covariance * amiss + self._unknown(found.covariance, prior), misfit, radius)
 
     def _unknown(self, covariance: np.ndarray, prior: PressPrior) -> np.ndarray:
         """What a covariance (7 n, 7 n) lacks as friction and radius differ from their means by more than the fit was reported: the fit
@@ -199,7 +207,7 @@ class DomeInverse:
         weight = np.array([1e-6, 1e-6, 1e-6, prior.tip_sigma**-2, prior.friction**-2, prior.drag**-2, prior.drag**-2])
         least = [-reach, -reach, np.log(FAINTEST), -1.0, -1.0, -2.0, -2.0]
         most = [reach, reach, deepest, 1.0, 0.0, 2.0, 2.0]
-        return np.array([[0.0] * PRESS, weight, least, most, LIMIT])
+        return np.array([[0.0, 0.0, 0.0, prior.tip, 0.0, 0.0, 0.0], weight, least, most, LIMIT])
 
     def sigma(self, field: MarkerField) -> np.ndarray:
         """(K,) m, noise of each marker per axis."""
@@ -300,11 +308,6 @@ class DomeModelMethod:
         self.calibration, self.sensor = calibration, sensor
         self.solver = calibration.inverse(sensor)
         self._threshold = max(CONSTANTS.stands_out, CONSTANTS.quieter * calibration.quiet)
-        self._reset()
-
-    def _reset(self) -> None:
-        """What comes next is another touch."""
-        self._last: DomeFound | None = None
         self._choice = Choice()
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
@@ -325,11 +328,11 @@ class DomeModelMethod:
         match = self.solver.match(field)
         score = self.solver.score(field, match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
         if not score > self._threshold:
-            self._reset()
+            self._choice = Choice()  # what comes next is another touch
             return None
-        self._last = self._explained(field, match)
-        faint = len(self._last.presses) == 1 and score < CONSTANTS.faint * self._threshold
-        return self._unsure(field, match, self._last) if faint else self._last
+        found = self._explained(field, match)
+        faint = len(found.presses) == 1 and score < CONSTANTS.faint * self._threshold
+        return self._unsure(field, match, found) if faint else found
 
     def _spread(self, field: MarkerField) -> bool:
         """Whether the seen markers are now in a plane, not on a line or at one place."""
@@ -356,13 +359,16 @@ class DomeModelMethod:
         def two() -> DomeFound:
             """Straight from the best pair of starts, and dragged from there: from the start, drags might end far off, at small depths with
             long ways."""
-            if self._last is not None and len(self._last.presses) == 2:
-                return self.solver.solve(field, self._last.presses, OF_TWO)
-            return self.solver.solve(field, self.solver.solve(field, self.solver.start_of_two(match)).presses, OF_TWO)
+            if self._choice.two is not None:
+                return self.solver.solve(field, self._choice.two, OF_TWO)
+            straight = self.solver.solve(field, self.solver.start_of_two(match))
+            return self.solver.solve(field, straight.presses, OF_TWO) if straight.is_sure else straight
 
+        tip, tip_sigma = self._choice.radius or (DRAGGED.tip, DRAGGED.tip_sigma)
+        dragged = replace(DRAGGED, tip=tip, tip_sigma=tip_sigma)
         return self._choice.explain(
             Evidence(2 * int(field.seen.sum()), CONSTANTS.ordinary),
-            lambda start, dragged: self.solver.solve(field, start, DRAGGED if dragged else STRAIGHT),
+            lambda start, drags: self.solver.solve(field, start, dragged if drags else STRAIGHT),
             self.solver.start(match), two)
 
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
@@ -405,7 +411,8 @@ class DomeModelMethod:
         """(4, 4) m^2, covariance of lowest point and depth of a press (7,) with that covariance (7, 7), and with standard deviations off
         (3,), m, of place and depth."""
         steps = DIFFERENCE * np.eye(PRESS + 3)
-        later, before = (self._tips(press + way * steps[:, :PRESS], scale, off=way * steps[:, PRESS:]) for way in (1, -1))
+        steps = np.concatenate([steps, -steps])
+        later, before = np.split(self._tips(press + steps[:, :PRESS], scale, off=steps[:, PRESS:]), 2)
         by = (later - before).T / (2 * DIFFERENCE)
         found = by[:, :PRESS] @ covariance @ by[:, :PRESS].T + by[:, PRESS:] * off**2 @ by[:, PRESS:].T
         return found if np.isfinite(found).all() else np.diag([self.sensor.rim_radius**2] * 4)

@@ -29,7 +29,6 @@ class SheetConstants:
     """What decides; all chosen on simulated sheets. Pairs are of place and depth.
 
     tip: prior standard deviation of the log of a tip's radius over the calibrated one: three in four tips are within 0.8 to 1.2 times
-    same_tip: the same of a dragged tip over what it was when it pressed straight in, as in a drag other friction passes for a radius
     stands_out: least match of a touch, standard deviations of noise: three times the greatest of untouched frames
     sure: least depth of a touch over its standard deviation
     ordinary: residual chi-square of presses under their own hypothesis, which is 0.2 to 1
@@ -43,7 +42,6 @@ class SheetConstants:
     """
 
     tip: float = 0.15
-    same_tip: float = 0.05
     stands_out: float = 8.0
     sure: float = 4.0
     ordinary: float = 0.5
@@ -84,6 +82,11 @@ class Inverse:
     misfit: float
     wrenches: np.ndarray
     mixed: float = 0.0
+
+    @property
+    def radius(self) -> tuple[float, float]:
+        """Log radius of the first press, and its standard deviation."""
+        return self.presses[0].log_radius, float(np.sqrt(self.covariance[3, 3]))
 
     def is_sure(self, k: int) -> bool:
         """Whether the markers show press k: that its depth is uncertain, as in drags, does not make it less so."""
@@ -159,22 +162,26 @@ class SheetStart:
     def best(self, field: MarkerField) -> tuple[Press, float]:
         """The best matching press, with depth scaled to the match, and the match in standard deviations of the noise or of the residual,
         whichever is larger."""
-        value, known = self._values(field)
-        match, length = self._fields @ value.astype(np.float32), self._lengths(known)
-        score = match / length
+        value, count = self._values(field)
+        match = self._fields @ value
+        score = match / self._lengths
         k = int(np.argmax(score))
         press, best = self._presses[k], float(score[k])
-        depth = min(max(press.depth * best / float(length[k]), 1e-5), self._library.plan.depth)
-        left = (float(value @ value) - best**2) / max(np.count_nonzero(known), 1)
+        depth = min(max(press.depth * best / float(self._lengths[k]), 1e-5), self._library.plan.depth)
+        left = (float(value @ value) - best**2) / max(count, 1)
         return Press(press.place, depth), best / np.sqrt(max(left, 1.0))
 
     def best_pair(self, field: MarkerField) -> list[Press]:
-        """The two presses whose fields, each scaled, add up to the field best; of the templates of PAIR_DEPTH, as best for the rest."""
-        value, known = self._values(field)
-        fields = np.where(known, self._fields[PAIR_DEPTH::len(DEPTHS)], 0.0)
-        match, both = fields @ value, fields @ fields.T + 1e-9 * np.eye(len(fields))
-        own = np.diag(both)
-        free = np.maximum(own[:, None] * own - both**2, 1e-3 * own[:, None] * own)  # alike ones tell nothing apart
+        """The two presses whose fields, each scaled, add up to the field best, as if all markers were seen; of the templates of PAIR_DEPTH,
+        as best for the rest."""
+        fields = self._fields[PAIR_DEPTH::len(DEPTHS)]
+        match = fields @ self._values(field)[0]
+        if self._gram is None:
+            both = (fields @ fields.T).astype(float)
+            own = np.diag(both) + 1e-9
+            free = np.maximum(own[:, None] * own - both**2, 1e-3 * own[:, None] * own)  # alike ones tell nothing apart
+            self._gram = both, own, free
+        both, own, free = self._gram
         share = (match[:, None] * own - both * match) / free  # of the first of each pair
         reported = np.where((share > 0) & (share.T > 0), share * match[:, None] + share.T * match, 0.0)
         first, second = np.unravel_index(np.argmax(reported), reported.shape)
@@ -182,33 +189,29 @@ class SheetStart:
         return [replace(presses[k], depth=float(np.clip(presses[k].depth * share[k, other], 1e-5, self._library.plan.depth)))
                 for k, other in ((first, second), (second, first))]
 
-    def _values(self, field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
-        """(3 K,) shift and growth of all markers over their noise, 0 where unknown, and which are known."""
+    def _values(self, field: MarkerField) -> tuple[np.ndarray, int]:
+        """(3 K,) shift and growth of all markers over their noise, 0 where unknown, and how many are known."""
         self._renew(field)
         value = (np.column_stack([field.shift, field.growth]) / self._sigma).ravel()
-        known = np.isfinite(value) & self._known
-        return np.where(known, value, 0.0), known
-
-    def _lengths(self, known: np.ndarray) -> np.ndarray:
-        """(P,) norms of the templates over the known values (3 K,)."""
-        if not np.array_equal(known, self._last[0]):
-            self._last = known, np.sqrt(np.maximum(self._fields**2 @ known.astype(np.float32), 1e-9))
-        return self._last[1]
+        known = np.isfinite(value) & self._shown
+        if not np.array_equal(known, self._known):
+            self._known = known
+            self._lengths = np.sqrt(np.maximum(self._fields**2 @ known.astype(np.float32), 1e-9))
+        return np.where(known, value, 0.0).astype(np.float32), np.count_nonzero(known)
 
     def _renew(self, field: MarkerField) -> None:
         """Renew the templates where markers or camera centres changed; a marker that is not seen keeps its last position."""
         seen = np.column_stack([field.rest, field.camera_centre])
         if len(seen) == len(self._seen):
             seen = np.where(np.isfinite(seen), seen, self._seen)
-            if np.allclose(seen, self._seen, rtol=0.0, atol=_MOVED, equal_nan=True):
+            if ((np.abs(seen - self._seen) <= _MOVED) | np.isnan(seen)).all():
                 return
-        self._seen, known = seen, np.isfinite(seen).all(1)
+        self._seen, shown = seen, np.isfinite(seen).all(1)
         fields = np.zeros((len(self._presses), len(field), 3))
         for k, press in enumerate(self._presses):
-            fields[k, known] = show(self._library, [press], seen[known, :2], seen[known, 2:])[0] / self._sigma
-        self._known = np.repeat(known, 3)
+            fields[k, shown] = show(self._library, [press], seen[shown, :2], seen[shown, 2:])[0] / self._sigma
+        self._shown, self._known, self._gram = np.repeat(shown, 3), np.zeros(0, bool), None
         self._fields = fields.reshape(len(fields), -1).astype(np.float32)
-        self._last = np.zeros(0, bool), np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -272,7 +275,6 @@ class SheetModelMethod:
         self._margin = np.array(sensor.pitch)
         self._before: np.ndarray | None = None
         self._lasts = False
-        self._tip = 0.0, CONSTANTS.tip  # log radius and its standard deviation, by the last straight press
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and with two cameras in the first frame of a touch that no press explains: they
@@ -289,7 +291,7 @@ class SheetModelMethod:
         if score < CONSTANTS.stands_out:
             start = self._choice.dragged  # it goes on where the field is like no straight press
         if start is None:
-            self._tip = 0.0, CONSTANTS.tip
+            self._choice = Choice()
             return []
         self._lasts = True
         found = self._explained(field, start, motion)
@@ -310,16 +312,17 @@ class SheetModelMethod:
         seen = Seen(field, motion)
 
         def two() -> Inverse:
+            if self._choice.two is not None:
+                return self._inverse.solve(seen, self._choice.two, drags=True)
             straight = self._inverse.solve(seen, self._start.best_pair(field))
+            if not (straight.is_sure(0) and straight.is_sure(1)):
+                return straight
             return self._inverse.solve(seen, straight.presses, drags=True)  # each draws the sheet along under the other
 
         def one(start: list[Press], dragged: bool) -> Inverse:
-            return self._inverse.solve(seen, start, dragged, self._tip if dragged else (0.0, CONSTANTS.tip))
+            return self._inverse.solve(seen, start, dragged, dragged and self._choice.radius or (0.0, CONSTANTS.tip))
 
-        found = self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary), one, start, two)
-        if len(found.presses) == 1 and self._choice.dragged is None:
-            self._tip = found.presses[0].log_radius, float(np.hypot(CONSTANTS.same_tip, np.sqrt(found.covariance[3, 3])))
-        return found
+        return self._choice.explain(Evidence(seen.value.size, CONSTANTS.ordinary), one, start, two)
 
     def _is_seen(self, touch: TouchEstimate, field: MarkerField) -> bool:
         """Whether markers around a touch are seen: of a touch that begins between two exposures, one camera may show none."""
