@@ -77,16 +77,19 @@ class MechanicsMethod:
         self._motion.reset()
         self._slip.reset()
 
-    @property
-    def friction(self) -> np.ndarray:
-        """(2,) N that the object exerts along the surface."""
-        return self._motion.shear.force
+    def friction(self, known: np.ndarray, touched: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(2,) N of the object along the surface, and (rows, columns) Pa that it causes under the pad: known, spread evenly over touched
+        (rows, columns) bool; where that is NaN, by the object's motion."""
+        if not np.isfinite(known).all():
+            return self._motion.force, self._motion.traction_pressure
+        even = touched / np.float32(np.count_nonzero(touched) * self._array.taxel_area)
+        return known, self._motion.shear.pressure_of(np.asarray(known, np.float32)[:, None, None] * even)
 
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray) -> tuple[Regions, np.ndarray]:
         """Regions, and pressure (rows, columns) without the part caused by traction, which at most doubles or cancels it; sigma: noise of
         pressure (rows, columns); full: (rows, columns) bool, taxels that are saturated."""
         bound = np.maximum(pressure, 0)
-        surface = pressure - np.clip(self._motion.shear.traction_pressure() / self._assumed, -bound, bound)
+        surface = pressure - np.minimum(np.maximum(self._motion.traction_pressure / self._assumed, -bound), bound)
         self._seen = pressure, sigma
         score = self._score.compute(surface, sigma, full)
         return find_regions(score, surface, self._array, self._pad.thickness / self._array.pitch), surface
@@ -185,15 +188,11 @@ class TaxelEstimator:
             contact[:2] = self._method.located[0]
             return wrench_of(sum(normal), contact[:2], contact, replace(self.grasped, centre_of_mass=np.full(3, np.nan)))
         if self.settings.response.known:
-            mean = under_friction(pressure, regions.touched, self._friction(), self.array, self.pad)
+            friction = self._method.friction(0.5 * self.grasped.weight[:2], regions.touched)
+            mean = under_friction(pressure, regions.touched, *friction, self.array, self.pad)
         else:
             mean = pressure_centre(pressure, regions.touched, self.array, self.pad)
         return wrench_of(sum(normal), mean, contact, self.grasped)
-
-    def _friction(self) -> np.ndarray:
-        """(2,) N of the object on the pad: half of its weight, else by its motion."""
-        half = 0.5 * self.grasped.weight[:2]
-        return half if np.isfinite(half).all() else self._method.friction
 
     def _points(self, regions: Regions, surface: np.ndarray, normal: list[float], slip: SlipEstimate, motion: ObjectMotion | None):
         """The SurfacePoints of one frame."""

@@ -45,11 +45,6 @@ class PaperMethod:
         self._last: tuple[np.ndarray, float] | None = None
         self._state = NONE
 
-    @property
-    def friction(self) -> np.ndarray:
-        """(2,) N: none is estimated."""
-        return np.zeros(2)
-
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray | None = None) -> tuple[Regions, np.ndarray]:
         """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise; full: saturated taxels, not
         used."""
