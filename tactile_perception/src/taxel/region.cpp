@@ -7,9 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 #include <optional>
 
 #include "common/grid.hpp"
+#include "common/outlines.hpp"
 #include "common/wide.hpp"
 
 namespace tactile::taxel {
@@ -318,30 +321,83 @@ std::array<double, 6> integrals_of(const double* points, std::ptrdiff_t count) {
             yy + 2 * y0 * y + area * y0 * y0};
 }
 
+// Labels (rows, columns) of what touches; whether it has more than the most pieces, of which the largest keep theirs.
+bool label(const std::vector<std::uint8_t>& touched, std::ptrdiff_t rows, std::ptrdiff_t columns, const RegionRule& rule,
+           std::vector<std::int32_t>& labels) {
+    const std::vector<Component> pieces = components(touched.data(), rows, columns, false, labels);
+    const auto count = static_cast<std::ptrdiff_t>(pieces.size());
+    if (count > rule.most) {
+        std::vector<std::ptrdiff_t> order(count);
+        std::iota(order.begin(), order.end(), 0);
+        std::stable_sort(order.begin(), order.end(), [&](std::ptrdiff_t a, std::ptrdiff_t b) { return pieces[a].count > pieces[b].count; });
+        std::vector<std::uint8_t> kept(count + 1);
+        for (std::ptrdiff_t k = 0; k < rule.most; ++k) kept[order[k] + 1] = 1;
+        for (std::int32_t& one : labels) one = kept[one] ? one : 0;
+    } else if (count > 1) {  // one outline surrounds taxels that meet at a corner, too
+        components(spread_mask(touched.data(), rows, columns, rule.reach).data(), rows, columns, true, labels);
+        for (std::size_t k = 0; k < touched.size(); ++k) labels[k] = touched[k] ? labels[k] : 0;
+    }
+    return count > rule.most;
+}
+
 }  // namespace
 
-Outlines outlines_of(const float* score, const std::int32_t* labels, std::ptrdiff_t rows, std::ptrdiff_t columns, double level,
-                     double pitch) {
+Regions find_regions(const float* score, const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
+                     const RegionRule& rule) {
+    Regions found;
+    std::vector<std::uint8_t> touched(rows * columns);
+    for (std::size_t k = 0; k < touched.size(); ++k) touched[k] = score[k] > rule.level;
+    found.broken = label(touched, rows, columns, rule, found.labels);
+    const std::vector<std::int32_t>& labels = found.labels;
     std::vector<double> field((rows + 2) * (columns + 2));  // with a margin, in which contours close
-    for (std::ptrdiff_t r = 0; r < rows; ++r) std::copy_n(score + r * columns, columns, &field[(r + 1) * (columns + 2) + 1]);
-    Outlines found{find_contours(field.data(), rows + 2, columns + 2, level), {}, {}, {}};
-    for (double& place : found.loops.places) place -= 1;
-    const std::vector<double>& places = found.loops.places;
-    for (std::size_t k = 0; k + 1 < places.size(); k += 2) {
-        found.points.insert(found.points.end(), {pitch * (places[k + 1] - 0.5 * static_cast<double>(columns - 1)),
-                                                 pitch * (places[k] - 0.5 * static_cast<double>(rows - 1)), 0});
-    }
-    const auto label = [&](double row, double column) {
-        const auto r = static_cast<std::ptrdiff_t>(row), c = static_cast<std::ptrdiff_t>(column);
-        return r < 0 || c < 0 || r >= rows || c >= columns ? 0 : labels[r * columns + c];
-    };
-    for (std::size_t k = 0; k < found.loops.region.size(); ++k) {
-        const std::int64_t first = found.loops.start[k];
-        const double row = places[2 * first], column = places[2 * first + 1];
+    for (std::ptrdiff_t k = 0; k < rows * columns; ++k)
+        field[(k / columns + 1) * (columns + 2) + k % columns + 1] = touched[k] && !labels[k] ? 0 : score[k];
+    const Loops loops = find_contours(field.data(), rows + 2, columns + 2, rule.level);
+    std::vector<std::ptrdiff_t> region_of(labels.size() + 1, -1);  // by label
+    for (std::size_t k = 0, next; k < loops.region.size(); k = next) {
+        std::vector<std::vector<double>> polygons;  // of a piece: its outline, and holes
+        std::array<double, 6> integrals{};
+        for (next = k; next < loops.region.size() && loops.region[next] == loops.region[k]; ++next) {
+            std::vector<double>& points = polygons.emplace_back();
+            for (std::int64_t at = loops.start[next]; at < loops.start[next + 1]; ++at) {
+                points.insert(points.end(), {rule.pitch * (loops.places[2 * at + 1] - 1 - 0.5 * static_cast<double>(columns - 1)),
+                                             rule.pitch * (loops.places[2 * at] - 1 - 0.5 * static_cast<double>(rows - 1)), 0});
+            }
+            const auto part = integrals_of(points.data(), static_cast<std::ptrdiff_t>(points.size() / 3));
+            for (int i = 0; i < 6; ++i) integrals[i] += part[i];
+        }
+        if (!(integrals[0] > rule.least * rule.pitch * rule.pitch)) continue;
+        const auto at = [&](double row, double column) {
+            const auto r = static_cast<std::ptrdiff_t>(row) - 1, c = static_cast<std::ptrdiff_t>(column) - 1;
+            return r < 0 || c < 0 || r >= rows || c >= columns ? 0 : labels[r * columns + c];
+        };
         // Of the two taxels beside a vertex one is inside.
-        found.label.push_back(std::max(label(std::floor(row), std::floor(column)), label(std::ceil(row), std::ceil(column))));
-        found.integrals.push_back(integrals_of(&found.points[3 * first], found.loops.start[k + 1] - first));
+        const double row = loops.places[2 * loops.start[k]], column = loops.places[2 * loops.start[k] + 1];
+        const std::int32_t name = std::max(at(std::floor(row), std::floor(column)), at(std::ceil(row), std::ceil(column)));
+        if (region_of[name] < 0) {
+            region_of[name] = static_cast<std::ptrdiff_t>(found.all.size());
+            found.all.push_back({name});
+        }
+        Region& region = found.all[region_of[name]];
+        region.outlines.push_back(std::move(polygons[0]));
+        std::move(polygons.begin() + 1, polygons.end(), std::back_inserter(region.holes));
+        for (int i = 0; i < 6; ++i) region.integrals[i] += integrals[i];
     }
+    Values around(labels.begin(), labels.end());
+    spread_largest(around, rows, columns, rule.around);
+    found.near = labels;
+    for (std::ptrdiff_t k = 0; k < rows * columns; ++k) {
+        if (!labels[k]) found.near[k] = static_cast<std::int32_t>(around[k]);
+        if (region_of[found.near[k]] < 0) continue;
+        Region& region = found.all[region_of[found.near[k]]];
+        region.load += std::max(pressure[k], 0.0f);
+        region.peak = std::max(region.peak, pressure[k]);
+        if (!labels[k]) continue;
+        ++region.count;
+        region.at_edge |= k < columns || k >= (rows - 1) * columns || k % columns == 0 || k % columns == columns - 1;
+        region.saturated |= full[k] != 0;
+    }
+    std::stable_sort(found.all.begin(), found.all.end(), [](const Region& a, const Region& b) { return a.integrals[0] > b.integrals[0]; });
     return found;
 }
 

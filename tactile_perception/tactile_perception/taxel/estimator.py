@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from .._core.taxel import SurfaceShear
 from ..common.contact_tracker import ContactTracker, TrackedContact
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ..common.surface import axes
@@ -77,13 +78,10 @@ class MechanicsMethod:
         self._motion.reset()
         self._slip.reset()
 
-    def friction(self, known: np.ndarray, touched: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(2,) N of the object along the surface, and (rows, columns) Pa that it causes under the pad: known, spread evenly over touched
-        (rows, columns) bool; where that is NaN, by the object's motion."""
-        if not np.isfinite(known).all():
-            return self._motion.force, self._motion.traction_pressure
-        even = touched / np.float32(np.count_nonzero(touched) * self._array.taxel_area)
-        return known, self._motion.shear.pressure_of(np.asarray(known, np.float32)[:, None, None] * even)
+    @property
+    def shear(self) -> SurfaceShear:
+        """Of the pad's surface."""
+        return self._motion.shear
 
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray) -> tuple[Regions, np.ndarray]:
         """Regions, and pressure (rows, columns) without the part caused by traction, which at most doubles or cancels it; sigma: noise of
@@ -92,7 +90,7 @@ class MechanicsMethod:
         surface = pressure - np.minimum(np.maximum(self._motion.traction_pressure / self._assumed, -bound), bound)
         self._seen = pressure, sigma
         score = self._score.compute(surface, sigma, full)
-        return find_regions(score, surface, self._array, self._pad.thickness / self._array.pitch), surface
+        return find_regions(score, surface, self._array, self._pad.thickness / self._array.pitch, full), surface
 
     def slip(self, regions: Regions, surface: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, ObjectMotion | None]:
         """Slip, and motion of the contacts, in the frame of the last call of regions; stamp_s: s."""
@@ -152,29 +150,21 @@ class TaxelEstimator:
         full = frame >= _FULL * self.array.full_scale
         regions, surface = self._method.regions(pressure, noise, full)
         self.baseline.follow(change, regions.touched, interval)
-        saturated = [_any_in(full, region, regions) for region in regions.all] if full.any() else [False] * len(regions.all)
         slip, motion = self._method.slip(regions, surface, stamp_s)
         tracked = self._tracker.assign(regions.labels, [(region.label, region.moments) for region in regions.all],
                                        _REACH * self.array.pitch, stamp_s)
-        normal = self._normal_forces(regions, saturated)
-        every = zip(regions.all, tracked, normal, saturated)
-        contacts = [self._contact(*one, regions) for k, one in enumerate(every)
+        normal = [np.nan if regions.broken else self._normal_force(region) for region in regions.all]
+        contacts = [self._contact(*one, regions.broken) for k, one in enumerate(zip(regions.all, tracked, normal))
                     if k == 0 or one[1].lasting or one[0].peak >= _AT_ONCE * noise]
         return TaxelResult(self._region(regions, motion, interval), contacts, slip, self._wrench(regions, normal, pressure), pressure,
                            partial(self._points, regions, surface, normal, slip, motion))
 
-    def _normal_forces(self, regions: Regions, saturated: list[bool]) -> list[float]:
-        """N, of each region; NaN if the image is broken; saturated: whether taxels of each region are."""
-        if regions.broken:
-            return [np.nan] * len(regions.all)
-        return [self._normal_force(*one) for one in zip(regions.all, saturated)]
-
-    def _normal_force(self, region: TaxelRegion, saturated: bool) -> float:
+    def _normal_force(self, region: TaxelRegion) -> float:
         """N, by calibrated pressure, else by depth and area (eq 5); NaN if both are unknown. Saturated taxels show too little: there the
         larger of both counts. The published method prefers eq 5."""
         by_depth = normal_force(region.moments.area, self.grasped.depth, self.pad)
         by_pressure = max(region.force, 0.0) if self.settings.response.known else np.nan
-        if saturated:
+        if region.saturated:
             return float(np.fmax(by_pressure, by_depth))
         first, second = (by_depth, by_pressure) if self.settings.method == 'paper' else (by_pressure, by_depth)
         return first if math.isfinite(first) else second
@@ -188,8 +178,9 @@ class TaxelEstimator:
             contact[:2] = self._method.located[0]
             return wrench_of(sum(normal), contact[:2], contact, replace(self.grasped, centre_of_mass=np.full(3, np.nan)))
         if self.settings.response.known:
-            friction = self._method.friction(0.5 * self.grasped.weight[:2], regions.touched)
-            mean = under_friction(pressure, regions.touched, *friction, self.array, self.pad)
+            half, shear = 0.5 * self.grasped.weight[:2], self._method.shear
+            friction = half if np.isfinite(half).all() else shear.force  # by the object's motion
+            mean = under_friction(pressure, regions.touched, friction, self.array, self.pad, shear)
         else:
             mean = pressure_centre(pressure, regions.touched, self.array, self.pad)
         return wrench_of(sum(normal), mean, contact, self.grasped)
@@ -200,17 +191,13 @@ class TaxelEstimator:
         forces = taxel_forces(regions, surface, normal, not regions.broken and (in_pascal or self.grasped.depth > 0))
         return taxel_points(self.array, self.pad, surface, in_pascal, forces, taxel_states(regions, slip, motion))
 
-    def _contact(self, region: TaxelRegion, tracked: TrackedContact, normal: float, saturated: bool, regions: Regions):
+    def _contact(self, region: TaxelRegion, tracked: TrackedContact, normal: float, broken: bool) -> ContactEstimate:
         depth = self.grasped.depth if self.grasped.depth > 0 else np.nan
         if not math.isfinite(depth) and self.settings.response.known:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
         position = region.moments.centroid.copy()
         position[2] = -depth
-        flags = AMBIGUOUS if tracked.merged or regions.broken else 0
-        (rows, columns), (down, across) = self.array.shape, region.box
-        if down.start == 0 or across.start == 0 or down.stop == rows or across.stop == columns:
-            flags |= AT_EDGE
-        flags |= SATURATED if saturated else 0
+        flags = AMBIGUOUS * (tracked.merged or broken) | AT_EDGE * region.at_edge | SATURATED * region.saturated
         return ContactEstimate(tracked.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), self._covariance, flags,
                                _NO_DOTS)
 
@@ -219,9 +206,8 @@ class TaxelEstimator:
         if not regions.all:
             return estimate
         total = regions.total
-        outlines = [outline for region in regions.all for outline in region.outlines]
-        estimate.outlines = [outline.points for outline in outlines]
-        estimate.holes = [hole for outline in outlines for hole in outline.holes]
+        estimate.outlines = [outline for region in regions.all for outline in region.outlines]
+        estimate.holes = [hole for region in regions.all for hole in region.holes]
         estimate.area, estimate.centroid, estimate.normal = total.area, total.centroid, total.normal
         loops = estimate.outlines + estimate.holes
         if not regions.broken:
@@ -234,9 +220,3 @@ class TaxelEstimator:
             estimate.motion_rotation = np.array([0.0, 0.0, math.sin(0.5 * motion.step_turn), math.cos(0.5 * motion.step_turn)])
             estimate.motion_interval = interval
         return estimate
-
-
-def _any_in(mask: np.ndarray, region: TaxelRegion, regions: Regions) -> bool:
-    """Whether mask (rows, columns) bool holds in any taxel of the region."""
-    inside = mask[region.box]
-    return bool(inside.any()) and bool((inside & (regions.labels[region.box] == region.label)).any())

@@ -254,7 +254,7 @@ class ObjectMotion:
 class MotionTracker:
     """Tracks all contacts of an array as one rigid object.
 
-    force: (2,) N that it exerts along the surface; traction_pressure: (rows, columns) Pa that this causes under the pad.
+    shear: of the pad's surface; traction_pressure: (rows, columns) Pa that its traction causes under the pad.
     """
 
     def __init__(self, array: TaxelArray, pad: SoftPad):
@@ -271,7 +271,7 @@ class MotionTracker:
     def reset(self) -> None:
         """Nothing touches."""
         self.shear.reset()
-        self.force, self.traction_pressure = np.zeros(2), np.zeros(self._array.shape, np.float32)
+        self.traction_pressure = np.zeros(self._array.shape, np.float32)
         self._watch.reset()
         self._key: EdgeKeyframe | CentroidKeyframe | None = None
         self._seen: KeyframeMotion | None = None  # in the last frame
@@ -295,7 +295,7 @@ class MotionTracker:
         bool, not empty; seen: the pressure with that part, of noise sigma."""
         count = int(np.count_nonzero(touched))
         load = float(pressure[touched].sum(dtype=float))
-        self._pulled = math.hypot(*self.force) / max(load * self._array.taxel_area, 1e-12)
+        self._pulled = math.hypot(*self.shear.force) / max(load * self._array.taxel_area, 1e-12)
         few, now = count <= Limits.few, (pressure, touched, load)
         if self._key is None or few != isinstance(self._key, CentroidKeyframe):
             self._rekey(few, *now)
@@ -318,7 +318,7 @@ class MotionTracker:
         if self._rolls(seen, sigma, touched, path.velocity, not waits, stamp_s):
             smooth, self._moves = np.zeros(3), False
         slip = self.shear.move(touched, pressure, smooth, self._pad.friction)
-        self.force, self.traction_pressure = self.shear.force, self.shear.traction_pressure()
+        self.traction_pressure = self.shear.traction_pressure()
         slipping = self._lagging(slip, smooth, touched) if self._moves else np.zeros_like(touched)
         self._along = self._direction(path.velocity) if self._moves else np.zeros(3)
         if found.largest > Limits.key_moved or abs(found.fit[3]) > Limits.key_grew:

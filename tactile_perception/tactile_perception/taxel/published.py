@@ -46,11 +46,10 @@ class PaperMethod:
         self._state = NONE
 
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray | None = None) -> tuple[Regions, np.ndarray]:
-        """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise; full: saturated taxels, not
-        used."""
+        """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise; full: saturated taxels, which are flagged."""
         touched = pressure > _ZERO * sigma
         self.located = image_moments(np.where(touched, pressure, 0), self._array)
-        return find_regions(touched.astype(np.float32), pressure, self._array), pressure
+        return find_regions(touched.astype(np.float32), pressure, self._array, full=full), pressure
 
     def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, None]:
         """Slip since the last frame; stamp_s: s. None stands for the motion, which this method does not estimate."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .._core.taxel import SurfaceShear
 from .motion import ObjectMotion
 from .pressure import SoftPad, TaxelArray, grown
 from .region import Regions
@@ -44,18 +45,20 @@ def pressure_centre(pressure: np.ndarray, touched: np.ndarray, array: TaxelArray
     return _seen(pressure, touched, array, pad)[1]
 
 
-def under_friction(pressure: np.ndarray, touched: np.ndarray, friction: np.ndarray, caused: np.ndarray, array: TaxelArray,
-                   pad: SoftPad) -> np.ndarray:
+def under_friction(pressure: np.ndarray, touched: np.ndarray, friction: np.ndarray, array: TaxelArray, pad: SoftPad,
+                   shear: SurfaceShear) -> np.ndarray:
     """(2,) m, where pressure acts on the pad's surface, of which pressure (rows, columns) float32, Pa, acts on the taxels.
 
-    touched: (rows, columns) bool; friction: (2,) N of the object on the pad; caused: (rows, columns) Pa on the taxels by its traction.
-    Friction on the surface has a moment about the taxels, a thickness below, which only pressure that moves along it can balance, whatever
-    the pad is made of. A part of that is tension behind the object, of which taxels show nothing. NaN for more friction than the load can
-    hold.
+    touched: (rows, columns) bool; friction: (2,) N of the object on the pad; shear: of the pad. Friction on the surface has a moment about
+    the taxels, a thickness below, which only pressure that moves along it can balance, whatever the pad is made of. A part of that is
+    tension behind the object, of which taxels show nothing: it is that of an even traction under the object. NaN for more friction than
+    the load can hold.
     """
     load, centre = _seen(pressure, touched, array, pad)
     if not (load > 0 and np.hypot(*friction) > _LITTLE * load):
         return centre
+    even = touched / np.float32(np.count_nonzero(touched) * array.taxel_area)
+    caused = shear.pressure_of(np.asarray(friction, np.float32)[:, None, None] * even)
     tension = np.where(touched | (pressure > _UNSEEN * -caused), 0, array.taxel_area * np.minimum(caused, 0))
     moment = load * centre + [tension.sum(axis=0) @ array.x, tension.sum(axis=1) @ array.y]
     normal = load + float(tension.sum())

@@ -104,8 +104,7 @@ def test_moments_about_the_taxels_balance_under_friction_though_no_tension_is_se
     even = cv2.GaussianBlur(touched / np.float32(touched.sum() * 1e-6), (0, 0), 1.2e3 * thickness)
     slopes = friction[0] * np.gradient(even, axis=1) + friction[1] * np.gradient(even, axis=0)
     shown = np.maximum(load - thickness * 1e3 * slopes, 0).astype(np.float32)
-    caused = MotionTracker(ARRAY, pad).shear.pressure_of(np.float32(friction)[:, None, None] * (touched / np.float32(touched.sum() * 1e-6)))
-    found = under_friction(shown, touched, friction, caused, ARRAY, pad)
+    found = under_friction(shown, touched, friction, ARRAY, pad, MotionTracker(ARRAY, pad).shear)
     arm = thickness * np.hypot(*friction) / normal
     by_the_seen_alone = pressure_centre(shown, touched, ARRAY, pad) - thickness * friction / normal
     assert np.hypot(*(found - centre)) < 0.06 * arm and np.hypot(*(by_the_seen_alone - centre)) > 0.1 * arm
