@@ -55,11 +55,10 @@ TACTILE_WIDE void continued(const float* line, const float* above, const float* 
 }
 
 // The largest pressure within a thickness, continued to the border by its change over another one.
-Values nearby(Values smooth, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule) {
-    spread_largest(smooth, rows, columns, rule.reach);
-    Values found(smooth.size());
+Values nearby(const Values& largest, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule) {
+    Values found(largest.size());
     std::vector<float> line(columns + 2 * rule.reach);
-    const auto row = [&](std::ptrdiff_t r) { return smooth.data() + std::clamp<std::ptrdiff_t>(r, 0, rows - 1) * columns; };
+    const auto row = [&](std::ptrdiff_t r) { return largest.data() + std::clamp<std::ptrdiff_t>(r, 0, rows - 1) * columns; };
     for (std::ptrdiff_t r = 0; r < rows; ++r) {
         const float* here = row(r);
         std::fill_n(line.begin(), rule.reach, here[0]);
@@ -170,9 +169,10 @@ std::optional<Level> fitted(const float* pressure, std::ptrdiff_t columns, const
 class Border {
  public:
     Border(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule)
-        : pressure_(pressure), full_(full), rows_(rows), columns_(columns), rule_(rule), smooth_(pressure, pressure + rows * columns) {
-        blur(smooth_, rows, columns, rule.smooth, Outside::replicated);
-        expected = nearby(smooth_, rows, columns, rule);
+        : pressure_(pressure), full_(full), rows_(rows), columns_(columns), rule_(rule), largest_(pressure, pressure + rows * columns) {
+        blur(largest_, rows, columns, rule.smooth, Outside::replicated);
+        spread_largest(largest_, rows, columns, rule.reach);
+        expected = nearby(largest_, rows, columns, rule);
         std::vector<std::uint8_t> touched(rows * columns);
         soft_.resize(rows * columns);
         // Soft thresholds: hard ones would shift level and border as a contact moves by parts of a taxel.
@@ -232,7 +232,8 @@ class Border {
     // Share of the step, or the foot of the ramp.
     float at_border(const Level& level, std::ptrdiff_t r, std::ptrdiff_t c) const {
         const double y = static_cast<double>(r) - level.row, x = static_cast<double>(c) - level.column;
-        const float value = level.dome ? rule_.ramp * level.ramp(y, x) : rule_.share * level.step(y, x);
+        const float step = std::min(level.step(y, x), largest_[r * columns_ + c]);
+        const float value = level.dome ? rule_.ramp * level.ramp(y, x) : rule_.share * step;
         return std::max(value, rule_.share * rule_.least);
     }
 
@@ -240,7 +241,7 @@ class Border {
     const std::uint8_t* full_;
     const std::ptrdiff_t rows_, columns_;
     const ScoreRule rule_;
-    Values smooth_, soft_, inner_;
+    Values largest_, soft_, inner_;  // largest: within a thickness
 };
 
 // Fills dips in which pressure stays above GAP of the level: a rough face, no hole.
