@@ -13,7 +13,6 @@
 
 #include "common/grid.hpp"
 #include "common/outlines.hpp"
-#include "common/wide.hpp"
 
 namespace tactile::taxel {
 
@@ -40,33 +39,6 @@ constexpr double WIDEST = 2.5;              // see Level::find_dome; 2 for a par
 // Within 0 and 1; 0 for NaN.
 float clipped(float value) {
     return value > 0 ? std::min(value, 1.0f) : 0.0f;
-}
-
-// Along a row: line has it with margins of reach taxels, above and below are those so many rows away.
-TACTILE_WIDE void continued(const float* line, const float* above, const float* below, std::ptrdiff_t columns, const ScoreRule& rule,
-                            float* found) {
-    const float least = rule.least;
-    const float *before = line, *here = line + rule.reach, *after = line + 2 * rule.reach;
-#pragma GCC ivdep
-    for (std::ptrdiff_t c = 0; c < columns; ++c) {
-        const float near = here[c], far = std::max(std::max(above[c], below[c]), std::max(before[c], after[c]));
-        found[c] = std::max(std::max(2 * near - far, LEAST * near), least);
-    }
-}
-
-// The largest pressure within a thickness, continued to the border by its change over another one.
-Values nearby(const Values& largest, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule) {
-    Values found(largest.size());
-    std::vector<float> line(columns + 2 * rule.reach);
-    const auto row = [&](std::ptrdiff_t r) { return largest.data() + std::clamp<std::ptrdiff_t>(r, 0, rows - 1) * columns; };
-    for (std::ptrdiff_t r = 0; r < rows; ++r) {
-        const float* here = row(r);
-        std::fill_n(line.begin(), rule.reach, here[0]);
-        std::copy_n(here, columns, line.begin() + rule.reach);
-        std::fill_n(line.end() - rule.reach, rule.reach, here[columns - 1]);
-        continued(line.data(), row(r - rule.reach), row(r + rule.reach), columns, rule, found.data() + r * columns);
-    }
-    return found;
 }
 
 // Solves for the first count of six unknowns; the others are 0.
@@ -172,7 +144,8 @@ class Border {
         : pressure_(pressure), full_(full), rows_(rows), columns_(columns), rule_(rule), largest_(pressure, pressure + rows * columns) {
         blur(largest_, rows, columns, rule.smooth, Outside::replicated);
         spread_largest(largest_, rows, columns, rule.reach);
-        expected = nearby(largest_, rows, columns, rule);
+        expected = largest_;
+        for (float& value : expected) value = std::max(value, rule.least);
         std::vector<std::uint8_t> touched(rows * columns);
         soft_.resize(rows * columns);
         // Soft thresholds: hard ones would shift level and border as a contact moves by parts of a taxel.

@@ -30,7 +30,8 @@ _NOISE_AT = 5.0  # standard deviations of the noise at which the slope of the re
 # reported if it is the largest, or lasts: a face that begins or ceases to touch shows as pieces for a frame.
 _AT_ONCE = 40.0
 _REACH = 1.5  # pitches between the borders of a contact in one frame and in the next
-_PLACE_SD = 0.03  # pitches, standard deviation of a centroid
+# Standard deviation of a centroid, pitches, and of an object's friction, as part of the pad's: what of the traction is not known moves it.
+_PLACE_SD, _FRICTION_SD = 0.03, 0.3
 _NO_DOTS = np.zeros(0, np.uint8)
 _ASSUMED_SLIDE = 0.1  # thicknesses that a pad of unknown pressure is dragged before it slips, as the usual pad at the usual load
 
@@ -83,6 +84,11 @@ class MechanicsMethod:
         """Of the pad's surface."""
         return self._motion.shear
 
+    @property
+    def lead(self) -> np.ndarray:
+        """(2,) m by which traction moves the border of the pressure."""
+        return self._motion.lead
+
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray) -> tuple[Regions, np.ndarray]:
         """Regions, and pressure (rows, columns) without the part caused by traction, which at most doubles or cancels it; sigma: noise of
         pressure (rows, columns); full: (rows, columns) bool, taxels that are saturated."""
@@ -123,7 +129,6 @@ class TaxelEstimator:
         self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, array.full_scale)
         self._hysteresis, self._tracker = Hysteresis(settings.response.loop), ContactTracker()
         self._stamp_s: float | None = None
-        self._covariance = np.diag([(_PLACE_SD * array.pitch)**2] * 2 + [np.nan])
         self.grasped = GraspedObject()
 
     def set_reference(self) -> None:
@@ -197,8 +202,11 @@ class TaxelEstimator:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
         position = region.moments.centroid.copy()
         position[2] = -depth
+        covariance = np.full((3, 3), np.nan)
+        covariance[:2, :2] = _FRICTION_SD**2 * np.outer(self._method.lead, self._method.lead)
+        covariance[[0, 1], [0, 1]] += (_PLACE_SD * self.array.pitch)**2
         flags = AMBIGUOUS * (tracked.merged or broken) | AT_EDGE * region.at_edge | SATURATED * region.saturated
-        return ContactEstimate(tracked.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), self._covariance, flags,
+        return ContactEstimate(tracked.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), covariance, flags,
                                _NO_DOTS)
 
     def _region(self, regions: Regions, motion: ObjectMotion | None, interval: float) -> ContactRegionEstimate:

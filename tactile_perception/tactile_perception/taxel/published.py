@@ -35,6 +35,8 @@ def image_moments(image: np.ndarray, array: TaxelArray) -> tuple[np.ndarray, flo
 class PaperMethod:
     """Contact and slip as published, without a model of the pad."""
 
+    lead = np.zeros(2)  # m, of no traction
+
     def __init__(self, array: TaxelArray):
         self._array = array
         self.reset()
