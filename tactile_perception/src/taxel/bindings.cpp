@@ -44,6 +44,12 @@ taxel::Regions find_regions(const py::object& score, const py::object& pressure,
     return without_gil([&] { return taxel::find_regions(given.data(), pressed.data(), marks(saturated), rows, columns, rule); });
 }
 
+py::object moments_of(const taxel::Region& region) {
+    const auto& [area, x, y, xx, xy, yy] = region.integrals;
+    const std::vector<double> vector{0, 0, area}, first{x, y, 0}, second{xx, xy, yy};
+    return py::module_::import("tactile_perception.common.surface").attr("Moments")(area, row_of(vector), row_of(first), row_of(second));
+}
+
 py::list polygons(const std::vector<std::vector<double>>& loops) {
     py::list found;
     for (const auto& loop : loops) found.append(rows_of(loop));
@@ -133,9 +139,9 @@ void bind_taxel(py::module_& parent) {
             "outlines", [](const Region& one) { return polygons(one.outlines); }, "of its pieces, (M, 3) m each")
         .def_property_readonly(
             "holes", [](const Region& one) { return polygons(one.holes); }, "in them, (M, 3) m each")
-        .def_readonly("integrals", &Region::integrals, "[6] of 1, x, y, xx, xy, yy, without the holes, m")
+        .def_property_readonly("moments", &moments_of, "Moments, without the holes")
         .def_readonly("count", &Region::count, "of taxels")
-        .def_readonly("load", &Region::load, "sum of pressure over them and those around")
+        .def_readonly("force", &Region::force, "sum of pressure times area over them and those around, in the pressure's unit times m^2")
         .def_readonly("peak", &Region::peak, "largest pressure there")
         .def_readonly("at_edge", &Region::at_edge, "whether any of its taxels is at the array's border")
         .def_readonly("saturated", &Region::saturated, "whether any of its taxels is saturated");

@@ -364,7 +364,7 @@ Regions find_regions(const float* score, const float* pressure, const std::uint8
         if (!labels[k]) found.near[k] = static_cast<std::int32_t>(around[k]);
         if (region_of[found.near[k]] < 0) continue;
         Region& region = found.all[region_of[found.near[k]]];
-        region.load += std::max(pressure[k], 0.0f);
+        region.force += rule.pitch * rule.pitch * std::max(pressure[k], 0.0f);
         region.peak = std::max(region.peak, pressure[k]);
         if (!labels[k]) continue;
         ++region.count;

@@ -39,7 +39,7 @@ struct Region {
     std::vector<std::vector<double>> outlines{}, holes{};  // (M, 3) m, of its pieces
     std::array<double, 6> integrals{};                     // of 1, x, y, xx, xy, yy, without the holes, m
     std::ptrdiff_t count = 0;                              // of taxels
-    double load = 0;                                       // sum of pressure over them and those around
+    double force = 0;                                      // sum of pressure over them and those around, times the area of a taxel
     float peak = 0;                                        // largest pressure there
     bool at_edge = false, saturated = false;               // whether any of its taxels is at the array's border, is saturated
 };

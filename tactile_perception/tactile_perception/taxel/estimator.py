@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from .._core.taxel import SurfaceShear
+from .._core.taxel import Region
 from ..common.contact_tracker import ContactTracker, TrackedContact
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ..common.surface import axes
@@ -19,7 +19,7 @@ from ..errors import BadArgument, BadFrame
 from .motion import MotionTracker, ObjectMotion, TaxelSlip
 from .pressure import Baseline, DeadTaxels, SoftPad, TaxelArray
 from .published import PaperMethod
-from .region import ContactScore, Regions, TaxelRegion, find_regions
+from .region import ContactScore, Regions, find_regions
 from .response import Hysteresis, Response
 from .wrench import GraspedObject, normal_force, pressure_centre, taxel_forces, taxel_points, taxel_states, under_friction, wrench_of
 
@@ -64,7 +64,8 @@ class TaxelResult:
 class MechanicsMethod:
     """Contact and slip by a model of the pad: pressure at the border, pressure caused by traction, friction.
 
-    response: of the taxels; located: None, centroid and angle are those of the regions' outlines.
+    response: of the taxels; located: None, centroid and angle are those of the regions' outlines; shear: of the pad's surface; lead: (2,) m
+    by which traction moves the border of the pressure.
     """
 
     located = None
@@ -72,22 +73,13 @@ class MechanicsMethod:
     def __init__(self, array: TaxelArray, pad: SoftPad, response: Response):
         self._array, self._pad, self._known = array, pad, response.known
         self._score, self._motion, self._slip = ContactScore(array, pad), MotionTracker(array, pad), TaxelSlip(array)
+        self.shear, self.lead = self._motion.shear, self._motion.lead
         self._assumed = np.float32(1)  # Pa per unit of pressure
 
     def reset(self) -> None:
         """Nothing touches."""
         self._motion.reset()
         self._slip.reset()
-
-    @property
-    def shear(self) -> SurfaceShear:
-        """Of the pad's surface."""
-        return self._motion.shear
-
-    @property
-    def lead(self) -> np.ndarray:
-        """(2,) m by which traction moves the border of the pressure."""
-        return self._motion.lead
 
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray) -> tuple[Regions, np.ndarray]:
         """Regions, and pressure (rows, columns) without the part caused by traction, which at most doubles or cancels it; sigma: noise of
@@ -108,6 +100,7 @@ class MechanicsMethod:
             mean = max(float(surface[touched].mean()), 1e-6)
             self._assumed = np.float32(_ASSUMED_SLIDE * self._pad.shear_modulus / (self._pad.friction * mean))
         motion = self._motion.process(surface * self._assumed, touched, stamp_s, *self._seen)
+        self.lead = self._motion.lead
         return self._slip.process(motion, touched), motion
 
 
@@ -164,7 +157,7 @@ class TaxelEstimator:
         return TaxelResult(self._region(regions, motion, interval), contacts, slip, self._wrench(regions, normal, pressure), pressure,
                            partial(self._points, regions, surface, normal, slip, motion))
 
-    def _normal_force(self, region: TaxelRegion) -> float:
+    def _normal_force(self, region: Region) -> float:
         """N, by calibrated pressure, else by depth and area (eq 5); NaN if both are unknown. Saturated taxels show too little: there the
         larger of both counts. The published method prefers eq 5."""
         by_depth = normal_force(region.moments.area, self.grasped.depth, self.pad)
@@ -196,7 +189,7 @@ class TaxelEstimator:
         forces = taxel_forces(regions, surface, normal, not regions.broken and (in_pascal or self.grasped.depth > 0))
         return taxel_points(self.array, self.pad, surface, in_pascal, forces, taxel_states(regions, slip, motion))
 
-    def _contact(self, region: TaxelRegion, tracked: TrackedContact, normal: float, broken: bool) -> ContactEstimate:
+    def _contact(self, region: Region, tracked: TrackedContact, normal: float, broken: bool) -> ContactEstimate:
         depth = self.grasped.depth if self.grasped.depth > 0 else np.nan
         if not math.isfinite(depth) and self.settings.response.known:
             depth = region.peak * self.pad.thickness / self.pad.stiffness

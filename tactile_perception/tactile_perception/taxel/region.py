@@ -50,32 +50,12 @@ class ContactScore:
 
 
 @dataclass(frozen=True)
-class TaxelRegion:
-    """One region, of one piece or of several.
-
-    label: in the frame's labels; outlines, holes: of its pieces, (M, 3) m each; moments: of area; count: of taxels; force: sum of pressure
-    times area over its taxels and those around, in the pressure's unit times m^2; peak: largest pressure; at_edge, saturated: whether any
-    of its taxels is at the array's border, is saturated.
-    """
-
-    label: int
-    outlines: list[np.ndarray]
-    holes: list[np.ndarray]
-    moments: Moments
-    count: int
-    force: float
-    peak: float
-    at_edge: bool
-    saturated: bool
-
-
-@dataclass(frozen=True)
 class Regions:
     """Regions of one frame. all: largest first; labels: (rows, columns) int32, 0 outside; touched: (rows, columns) bool, in contact; near:
     labels extended to the taxels around, which share a region's force; broken: whether the image has more than 64 regions, of which all
     and labels hold the largest."""
 
-    all: list[TaxelRegion]
+    all: list[_kernel.Region]
     labels: np.ndarray
     touched: np.ndarray
     near: np.ndarray
@@ -95,10 +75,4 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray, rea
     full = np.zeros(score.shape, bool) if full is None else full
     found = _kernel.find_regions(score, pressure, full, level=LEVEL, reach=min(round(0.5 * reach), max(score.shape)), around=_AROUND,
                                  most=_MOST, least=_LEAST, pitch=array.pitch)
-    regions = []
-    for one in found.all:
-        area, first_x, first_y, *second = one.integrals
-        moments = Moments(area, np.array([0.0, 0.0, area]), np.array([first_x, first_y, 0.0]), np.array(second))
-        regions.append(TaxelRegion(one.label, one.outlines, one.holes, moments, one.count, one.load * array.taxel_area, one.peak,
-                                   one.at_edge, one.saturated))
-    return Regions(regions, found.labels.reshape(score.shape), score > LEVEL, found.near.reshape(score.shape), found.broken)
+    return Regions(found.all, found.labels.reshape(score.shape), score > LEVEL, found.near.reshape(score.shape), found.broken)

@@ -29,7 +29,7 @@ def fit_of(key, pressure=PRESSURE, guess=np.zeros(4)):
 
 def regions(score, pressure, full):
     found = taxel.find_regions(score, pressure, full, level=0.5, reach=1, around=2, most=64, least=0.25, pitch=1e-3)
-    return [found.labels, found.near] + [np.array([one.load, one.peak, *one.integrals]) for one in found.all]
+    return [found.labels, found.near] + [np.array([one.force, one.peak, one.moments.area, *one.moments.second]) for one in found.all]
 
 
 #: How a function or class is called here, and an example of each of its arrays.
