@@ -48,7 +48,7 @@ class PaperMethod:
         self._state = NONE
 
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray | None = None) -> tuple[Regions, np.ndarray]:
-        """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise; full: saturated taxels, which are flagged."""
+        """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise; full: saturated taxels."""
         touched = pressure > _ZERO * sigma
         self.located = image_moments(np.where(touched, pressure, 0), self._array)
         return find_regions(touched.astype(np.float32), pressure, self._array, full=full), pressure
