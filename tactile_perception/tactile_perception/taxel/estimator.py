@@ -193,11 +193,10 @@ class TaxelEstimator:
         depth = self.grasped.depth if self.grasped.depth > 0 else np.nan
         if not math.isfinite(depth) and self.settings.response.known:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
-        position = region.moments.centroid.copy()
+        position = tracked.moments.centroid.copy()
         position[2] = -depth
-        covariance = np.full((3, 3), np.nan)
-        covariance[:2, :2] = _FRICTION_SD**2 * np.outer(self._method.lead, self._method.lead)
-        covariance[[0, 1], [0, 1]] += (_PLACE_SD * self.array.pitch)**2
+        (x, y), alone = (_FRICTION_SD * self._method.lead).tolist(), (_PLACE_SD * self.array.pitch)**2
+        covariance = np.array([[alone + x * x, x * y, np.nan], [x * y, alone + y * y, np.nan], [np.nan] * 3])
         flags = AMBIGUOUS * (tracked.merged or broken) | AT_EDGE * region.at_edge | SATURATED * region.saturated
         return ContactEstimate(tracked.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), covariance, flags,
                                _NO_DOTS)
