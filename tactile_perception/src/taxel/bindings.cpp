@@ -32,12 +32,28 @@ py::array_t<float> contact_score(const py::object& pressure, const py::object& f
     return kept(std::move(found), {given.length(0), given.length(1)});
 }
 
-taxel::Outlines outlines(const py::object& score, const py::object& labels, double level, double pitch) {
+taxel::Regions find_regions(const py::object& score, const py::object& pressure, const py::object& full, double level, int reach,
+                            int around, int most, double least, double pitch) {
     const Input<float> given(score, "score", {ANY, ANY});
-    const Input<std::int32_t> regions(labels, "labels", {given.length(0), given.length(1)});
-    within(level, "level", 1e-6, LONGEST);
-    within(pitch, "pitch", 1e-9, LONGEST);
-    return without_gil([&] { return taxel::outlines_of(given.data(), regions.data(), given.length(0), given.length(1), level, pitch); });
+    const py::ssize_t rows = given.length(0), columns = given.length(1);
+    const Input<float> pressed(pressure, "pressure", {rows, columns});
+    const Input<bool> saturated(full, "full", {rows, columns});
+    const taxel::RegionRule rule{within(level, "level", 1e-6, LONGEST), within(reach, "reach", 0, MOST_TAXELS),
+                                 within(around, "around", 0, MOST_TAXELS), within(most, "most", 1, LONGEST),
+                                 within(least, "least", 0, LONGEST), within(pitch, "pitch", 1e-9, LONGEST)};
+    return without_gil([&] { return taxel::find_regions(given.data(), pressed.data(), marks(saturated), rows, columns, rule); });
+}
+
+py::object moments_of(const taxel::Region& region) {
+    const auto& [area, x, y, xx, xy, yy] = region.integrals;
+    const std::vector<double> vector{0, 0, area}, first{x, y, 0}, second{xx, xy, yy};
+    return py::module_::import("tactile_perception.common.surface").attr("Moments")(area, row_of(vector), row_of(first), row_of(second));
+}
+
+py::list polygons(const std::vector<std::vector<double>>& loops) {
+    py::list found;
+    for (const auto& loop : loops) found.append(rows_of(loop));
+    return found;
 }
 
 taxel::Path make_path(double window, double reported, int fewest, double least_noise, double bound, double evident,
@@ -116,21 +132,32 @@ void bind_taxel(py::module_& parent) {
                "reach: taxels, thickness of the pad; least: level of pressure that counts;\n"
                "share: pressure at a flat face's border over the level inside; ramp: taxels, the same of a curved face over the level's "
                "slope.");
-    using taxel::Outlines;
-    py::class_<Outlines>(module, "Outlines",
-                         "Outlines of the regions of an array: M vertices of L polygons, each region's outline and its holes.")
+    using taxel::Region, taxel::Regions;
+    py::class_<Region>(module, "Region", "One region, of one piece or of several.")
+        .def_readonly("label", &Region::label)
         .def_property_readonly(
-            "grid", [](const Outlines& one) { return rows_of(one.loops.places, 2); }, "(M, 2) row and column")
+            "outlines", [](const Region& one) { return polygons(one.outlines); }, "of its pieces, (M, 3) m each")
         .def_property_readonly(
-            "points", [](const Outlines& one) { return rows_of(one.points); }, "(M, 3) m")
+            "holes", [](const Region& one) { return polygons(one.holes); }, "in them, (M, 3) m each")
+        .def_property_readonly("moments", &moments_of, "Moments, without the holes")
+        .def_readonly("count", &Region::count, "of taxels")
+        .def_readonly("force", &Region::force, "sum of pressure times area over them and those around, in the pressure's unit times m^2")
+        .def_readonly("peak", &Region::peak, "largest pressure there")
+        .def_readonly("at_edge", &Region::at_edge, "whether any of its taxels is at the array's border")
+        .def_readonly("saturated", &Region::saturated, "whether any of its taxels is saturated");
+    py::class_<Regions>(module, "Regions", "Regions of an array.")
+        .def_readonly("all", &Regions::all, "Region, largest first")
         .def_property_readonly(
-            "start", [](const Outlines& one) { return row_of(one.loops.start); }, "(L + 1,) first vertices, and M")
+            "labels", [](const Regions& one) { return row_of(one.labels); }, "(rows * columns,) 0 outside")
         .def_property_readonly(
-            "region", [](const Outlines& one) { return row_of(one.loops.region); }, "(L,) number of the region")
-        .def_readonly("label", &Outlines::label, "[L] of the taxels inside")
-        .def_readonly("integrals", &Outlines::integrals, "[L] of 1, x, y, xx, xy, yy within the polygon, m; negative for holes");
-    module.def("outlines", &outlines, py::arg("score"), py::arg("labels"), py::kw_only(), py::arg("level"), py::arg("pitch"),
-               "Outlines where score (rows, columns) float32 exceeds level. labels: (rows, columns) int32 of the taxels there; pitch: m.");
+            "near", [](const Regions& one) { return row_of(one.near); }, "(rows * columns,) the same with the taxels around")
+        .def_readonly("broken", &Regions::broken, "whether the image has more than most pieces");
+    module.def("find_regions", &find_regions, py::arg("score"), py::arg("pressure"), py::arg("full"), py::kw_only(), py::arg("level"),
+               py::arg("reach"), py::arg("around"), py::arg("most"), py::arg("least"), py::arg("pitch"),
+               "Regions where score (rows, columns) float32 exceeds level, with their share of pressure (rows, columns) float32.\n\n"
+               "full: (rows, columns) bool, taxels that are saturated; reach: taxels, pieces within twice of it are one region;\n"
+               "around: taxels that share a region's load; most: regions, of more the largest pieces remain; least: taxels, area of\n"
+               "a piece; pitch: m.");
     using taxel::PathMotion;
     py::class_<PathMotion>(module, "PathMotion", "Motion of an object in the last of its frames, at the origin: m, m, rad and per s.")
         .def_readonly("pose", &PathMotion::pose, "(3,) without noise")

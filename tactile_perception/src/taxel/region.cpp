@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 #include <optional>
 
 #include "common/grid.hpp"
-#include "common/wide.hpp"
+#include "common/outlines.hpp"
 
 namespace tactile::taxel {
 
@@ -37,34 +39,6 @@ constexpr double WIDEST = 2.5;              // see Level::find_dome; 2 for a par
 // Within 0 and 1; 0 for NaN.
 float clipped(float value) {
     return value > 0 ? std::min(value, 1.0f) : 0.0f;
-}
-
-// Along a row: line has it with margins of reach taxels, above and below are those so many rows away.
-TACTILE_WIDE void continued(const float* line, const float* above, const float* below, std::ptrdiff_t columns, const ScoreRule& rule,
-                            float* found) {
-    const float least = rule.least;
-    const float *before = line, *here = line + rule.reach, *after = line + 2 * rule.reach;
-#pragma GCC ivdep
-    for (std::ptrdiff_t c = 0; c < columns; ++c) {
-        const float near = here[c], far = std::max(std::max(above[c], below[c]), std::max(before[c], after[c]));
-        found[c] = std::max(std::max(2 * near - far, LEAST * near), least);
-    }
-}
-
-// The largest pressure within a thickness, continued to the border by its change over another one.
-Values nearby(Values smooth, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule) {
-    spread_largest(smooth, rows, columns, rule.reach);
-    Values found(smooth.size());
-    std::vector<float> line(columns + 2 * rule.reach);
-    const auto row = [&](std::ptrdiff_t r) { return smooth.data() + std::clamp<std::ptrdiff_t>(r, 0, rows - 1) * columns; };
-    for (std::ptrdiff_t r = 0; r < rows; ++r) {
-        const float* here = row(r);
-        std::fill_n(line.begin(), rule.reach, here[0]);
-        std::copy_n(here, columns, line.begin() + rule.reach);
-        std::fill_n(line.end() - rule.reach, rule.reach, here[columns - 1]);
-        continued(line.data(), row(r - rule.reach), row(r + rule.reach), columns, rule, found.data() + r * columns);
-    }
-    return found;
 }
 
 // Solves for the first count of six unknowns; the others are 0.
@@ -167,9 +141,11 @@ std::optional<Level> fitted(const float* pressure, std::ptrdiff_t columns, const
 class Border {
  public:
     Border(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule)
-        : pressure_(pressure), full_(full), rows_(rows), columns_(columns), rule_(rule), smooth_(pressure, pressure + rows * columns) {
-        blur(smooth_, rows, columns, rule.smooth, Outside::replicated);
-        expected = nearby(smooth_, rows, columns, rule);
+        : pressure_(pressure), full_(full), rows_(rows), columns_(columns), rule_(rule), largest_(pressure, pressure + rows * columns) {
+        blur(largest_, rows, columns, rule.smooth, Outside::replicated);
+        spread_largest(largest_, rows, columns, rule.reach);
+        expected = largest_;
+        for (float& value : expected) value = std::max(value, rule.least);
         std::vector<std::uint8_t> touched(rows * columns);
         soft_.resize(rows * columns);
         // Soft thresholds: hard ones would shift level and border as a contact moves by parts of a taxel.
@@ -229,7 +205,8 @@ class Border {
     // Share of the step, or the foot of the ramp.
     float at_border(const Level& level, std::ptrdiff_t r, std::ptrdiff_t c) const {
         const double y = static_cast<double>(r) - level.row, x = static_cast<double>(c) - level.column;
-        const float value = level.dome ? rule_.ramp * level.ramp(y, x) : rule_.share * level.step(y, x);
+        const float step = std::min(level.step(y, x), largest_[r * columns_ + c]);
+        const float value = level.dome ? rule_.ramp * level.ramp(y, x) : rule_.share * step;
         return std::max(value, rule_.share * rule_.least);
     }
 
@@ -237,7 +214,7 @@ class Border {
     const std::uint8_t* full_;
     const std::ptrdiff_t rows_, columns_;
     const ScoreRule rule_;
-    Values smooth_, soft_, inner_;
+    Values largest_, soft_, inner_;  // largest: within a thickness
 };
 
 // Fills dips in which pressure stays above GAP of the level: a rough face, no hole.
@@ -318,30 +295,83 @@ std::array<double, 6> integrals_of(const double* points, std::ptrdiff_t count) {
             yy + 2 * y0 * y + area * y0 * y0};
 }
 
+// Labels (rows, columns) of what touches; whether it has more than the most pieces, of which the largest keep theirs.
+bool label(const std::vector<std::uint8_t>& touched, std::ptrdiff_t rows, std::ptrdiff_t columns, const RegionRule& rule,
+           std::vector<std::int32_t>& labels) {
+    const std::vector<Component> pieces = components(touched.data(), rows, columns, false, labels);
+    const auto count = static_cast<std::ptrdiff_t>(pieces.size());
+    if (count > rule.most) {
+        std::vector<std::ptrdiff_t> order(count);
+        std::iota(order.begin(), order.end(), 0);
+        std::stable_sort(order.begin(), order.end(), [&](std::ptrdiff_t a, std::ptrdiff_t b) { return pieces[a].count > pieces[b].count; });
+        std::vector<std::uint8_t> kept(count + 1);
+        for (std::ptrdiff_t k = 0; k < rule.most; ++k) kept[order[k] + 1] = 1;
+        for (std::int32_t& one : labels) one = kept[one] ? one : 0;
+    } else if (count > 1) {  // one outline surrounds taxels that meet at a corner, too
+        components(spread_mask(touched.data(), rows, columns, rule.reach).data(), rows, columns, true, labels);
+        for (std::size_t k = 0; k < touched.size(); ++k) labels[k] = touched[k] ? labels[k] : 0;
+    }
+    return count > rule.most;
+}
+
 }  // namespace
 
-Outlines outlines_of(const float* score, const std::int32_t* labels, std::ptrdiff_t rows, std::ptrdiff_t columns, double level,
-                     double pitch) {
+Regions find_regions(const float* score, const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
+                     const RegionRule& rule) {
+    Regions found;
+    std::vector<std::uint8_t> touched(rows * columns);
+    for (std::size_t k = 0; k < touched.size(); ++k) touched[k] = score[k] > rule.level;
+    found.broken = label(touched, rows, columns, rule, found.labels);
+    const std::vector<std::int32_t>& labels = found.labels;
     std::vector<double> field((rows + 2) * (columns + 2));  // with a margin, in which contours close
-    for (std::ptrdiff_t r = 0; r < rows; ++r) std::copy_n(score + r * columns, columns, &field[(r + 1) * (columns + 2) + 1]);
-    Outlines found{find_contours(field.data(), rows + 2, columns + 2, level), {}, {}, {}};
-    for (double& place : found.loops.places) place -= 1;
-    const std::vector<double>& places = found.loops.places;
-    for (std::size_t k = 0; k + 1 < places.size(); k += 2) {
-        found.points.insert(found.points.end(), {pitch * (places[k + 1] - 0.5 * static_cast<double>(columns - 1)),
-                                                 pitch * (places[k] - 0.5 * static_cast<double>(rows - 1)), 0});
-    }
-    const auto label = [&](double row, double column) {
-        const auto r = static_cast<std::ptrdiff_t>(row), c = static_cast<std::ptrdiff_t>(column);
-        return r < 0 || c < 0 || r >= rows || c >= columns ? 0 : labels[r * columns + c];
-    };
-    for (std::size_t k = 0; k < found.loops.region.size(); ++k) {
-        const std::int64_t first = found.loops.start[k];
-        const double row = places[2 * first], column = places[2 * first + 1];
+    for (std::ptrdiff_t k = 0; k < rows * columns; ++k)
+        field[(k / columns + 1) * (columns + 2) + k % columns + 1] = touched[k] && !labels[k] ? 0 : score[k];
+    const Loops loops = find_contours(field.data(), rows + 2, columns + 2, rule.level);
+    std::vector<std::ptrdiff_t> region_of(labels.size() + 1, -1);  // by label
+    for (std::size_t k = 0, next; k < loops.region.size(); k = next) {
+        std::vector<std::vector<double>> polygons;  // of a piece: its outline, and holes
+        std::array<double, 6> integrals{};
+        for (next = k; next < loops.region.size() && loops.region[next] == loops.region[k]; ++next) {
+            std::vector<double>& points = polygons.emplace_back();
+            for (std::int64_t at = loops.start[next]; at < loops.start[next + 1]; ++at) {
+                points.insert(points.end(), {rule.pitch * (loops.places[2 * at + 1] - 1 - 0.5 * static_cast<double>(columns - 1)),
+                                             rule.pitch * (loops.places[2 * at] - 1 - 0.5 * static_cast<double>(rows - 1)), 0});
+            }
+            const auto part = integrals_of(points.data(), static_cast<std::ptrdiff_t>(points.size() / 3));
+            for (int i = 0; i < 6; ++i) integrals[i] += part[i];
+        }
+        if (!(integrals[0] > rule.least * rule.pitch * rule.pitch)) continue;
+        const auto at = [&](double row, double column) {
+            const auto r = static_cast<std::ptrdiff_t>(row) - 1, c = static_cast<std::ptrdiff_t>(column) - 1;
+            return r < 0 || c < 0 || r >= rows || c >= columns ? 0 : labels[r * columns + c];
+        };
         // Of the two taxels beside a vertex one is inside.
-        found.label.push_back(std::max(label(std::floor(row), std::floor(column)), label(std::ceil(row), std::ceil(column))));
-        found.integrals.push_back(integrals_of(&found.points[3 * first], found.loops.start[k + 1] - first));
+        const double row = loops.places[2 * loops.start[k]], column = loops.places[2 * loops.start[k] + 1];
+        const std::int32_t name = std::max(at(std::floor(row), std::floor(column)), at(std::ceil(row), std::ceil(column)));
+        if (region_of[name] < 0) {
+            region_of[name] = static_cast<std::ptrdiff_t>(found.all.size());
+            found.all.push_back({name});
+        }
+        Region& region = found.all[region_of[name]];
+        region.outlines.push_back(std::move(polygons[0]));
+        std::move(polygons.begin() + 1, polygons.end(), std::back_inserter(region.holes));
+        for (int i = 0; i < 6; ++i) region.integrals[i] += integrals[i];
     }
+    Values around(labels.begin(), labels.end());
+    spread_largest(around, rows, columns, rule.around);
+    found.near = labels;
+    for (std::ptrdiff_t k = 0; k < rows * columns; ++k) {
+        if (!labels[k]) found.near[k] = static_cast<std::int32_t>(around[k]);
+        if (region_of[found.near[k]] < 0) continue;
+        Region& region = found.all[region_of[found.near[k]]];
+        region.force += rule.pitch * rule.pitch * std::max(pressure[k], 0.0f);
+        region.peak = std::max(region.peak, pressure[k]);
+        if (!labels[k]) continue;
+        ++region.count;
+        region.at_edge |= k < columns || k >= (rows - 1) * columns || k % columns == 0 || k % columns == columns - 1;
+        region.saturated |= full[k] != 0;
+    }
+    std::stable_sort(found.all.begin(), found.all.end(), [](const Region& a, const Region& b) { return a.integrals[0] > b.integrals[0]; });
     return found;
 }
 

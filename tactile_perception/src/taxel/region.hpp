@@ -8,8 +8,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/outlines.hpp"
-
 namespace tactile::taxel {
 
 // What the pad makes of the pressure at the border of a contact. Lengths in taxels.
@@ -25,16 +23,36 @@ struct ScoreRule {
 std::vector<float> contact_score(const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
                                  const ScoreRule& rule);
 
-// Outlines of the regions of an array.
-struct Outlines {
-    Loops loops;                                   // in taxels
-    std::vector<double> points;                    // (M, 3) m, of the loops
-    std::vector<std::int32_t> label;               // of each loop: the taxels at its inner side
-    std::vector<std::array<double, 6>> integrals;  // of 1, x, y, xx, xy, yy within each loop, m; negative for holes
+// How a score becomes regions.
+struct RegionRule {
+    double level;           // score at the border
+    std::ptrdiff_t reach;   // taxels: pieces within twice of it are one region
+    std::ptrdiff_t around;  // taxels around a region that share its load
+    std::ptrdiff_t most;    // regions; of more the largest pieces remain
+    double least;           // taxels, area of a piece
+    double pitch;           // m
 };
 
-// Outlines where score (rows, columns) exceeds level; labels: (rows, columns) of the taxels there; pitch: m.
-Outlines outlines_of(const float* score, const std::int32_t* labels, std::ptrdiff_t rows, std::ptrdiff_t columns, double level,
-                     double pitch);
+// One region, of one piece or of several.
+struct Region {
+    std::int32_t label;
+    std::vector<std::vector<double>> outlines{}, holes{};  // (M, 3) m, of its pieces
+    std::array<double, 6> integrals{};                     // of 1, x, y, xx, xy, yy, without the holes, m
+    std::ptrdiff_t count = 0;                              // of taxels
+    double force = 0;                                      // sum of pressure over them and those around, times the area of a taxel
+    float peak = 0;                                        // largest pressure there
+    bool at_edge = false, saturated = false;               // whether any of its taxels is at the array's border, is saturated
+};
+
+// Regions, largest first. labels: (rows, columns), 0 outside; near: the same with the taxels around.
+struct Regions {
+    std::vector<Region> all;
+    std::vector<std::int32_t> labels, near;
+    bool broken = false;  // more than most
+};
+
+// Regions where score (rows, columns) exceeds the level, with their share of pressure; full: taxels that are saturated.
+Regions find_regions(const float* score, const float* pressure, const std::uint8_t* full, std::ptrdiff_t rows, std::ptrdiff_t columns,
+                     const RegionRule& rule);
 
 }  // namespace tactile::taxel

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "common/grid.hpp"
@@ -215,11 +216,9 @@ std::vector<float> SurfaceShear::move(const std::uint8_t* touched, const float* 
 }
 
 std::array<double, 2> SurfaceShear::force() const {
-    std::array<double, 2> sum{};
-    const std::ptrdiff_t plane = pad_.rows * pad_.columns;
-    for (std::ptrdiff_t k = 0; k < 2 * plane; ++k) sum[k / plane] += pull_[k];
-    for (double& one : sum) one *= pad_.stiffness * pad_.pitch * pad_.pitch;
-    return sum;
+    const auto middle = pull_.begin() + pad_.rows * pad_.columns;
+    const double unit = pad_.stiffness * pad_.pitch * pad_.pitch;
+    return {unit * std::accumulate(pull_.begin(), middle, 0.0), unit * std::accumulate(middle, pull_.end(), 0.0)};
 }
 
 std::vector<float> SurfaceShear::traction_pressure() const {

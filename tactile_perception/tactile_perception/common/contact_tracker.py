@@ -3,6 +3,7 @@
 """The same contact from frame to frame: regions of dots or taxels and the contacts that they continue."""
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -58,12 +59,12 @@ class ContactTracker:
         m; stamp_s: s."""
         last, owner = self._remembered(labels.size, stamp_s)
         self._stamp_s = stamp_s
-        row = np.zeros(max([labels.max(initial=0), *(label for label, _ in regions)]) + 1, int)
+        labels, width = labels.ravel(), len(last) + 1
+        row = np.zeros(max([int(labels.max(initial=0)), *(label for label, _ in regions)]) + 1, int)
         row[[label for label, _ in regions]] = np.arange(len(regions)) + 1
-        region = row[labels.ravel()]  # from 1
-        shared = np.bincount(region * (len(last) + 1) + owner, minlength=(len(regions) + 1) * (len(last) + 1))
-        shared = shared.reshape(len(regions) + 1, -1)[1:]
-        counts, shared = shared.sum(axis=1), shared[:, 1:]
+        table = np.bincount(labels * width + owner, minlength=len(row) * width).reshape(-1, width)
+        shared = [table[label].tolist() for label, _ in regions]  # of each region, with no contact and with each
+        counts, shared = [sum(common) for common in shared], [common[1:] for common in shared]
         chosen = _matched(shared, [moments for _, moments in regions], last, reach)
         free, found = [j for j in range(len(last)) if j not in chosen.values()], []
         for k, (_, moments) in enumerate(regions):
@@ -72,30 +73,35 @@ class ContactTracker:
                 self._next += 1
                 continue
             before = last[chosen[k]]
-            splits = any((shared[:, chosen[k]] > 0) & (counts >= _SMALL) & (np.arange(len(regions)) != k))
-            joined = any(shared[k, j] and last[j].lasting for j in free)
+            splits = any(i != k and common[chosen[k]] and counts[i] >= _SMALL for i, common in enumerate(shared))
+            joined = any(shared[k][j] and last[j].lasting for j in free)
             found.append(TrackedContact(before.number, moments, before.since_s, stamp_s, bool(joined or before.merged and not splits)))
-        lost = [j for j in free if not shared[:, j].any()]
-        again = np.zeros(len(last) + 1, int)
+        lost = [j for j in free if not any(common[j] for common in shared)]
+        again = np.zeros(width, int)
         again[np.array(lost, int) + 1] = len(found) + 1 + np.arange(len(lost))
-        self._last, self._owner = found + [last[j] for j in lost], np.where(region > 0, region, again[owner])
+        region = row[labels]
+        self._last, self._owner = found + [last[j] for j in lost], np.where(region > 0, region, again[owner]) if lost else region
         return found
 
     def _remembered(self, size: int, stamp_s: float) -> tuple[list[TrackedContact], np.ndarray]:
         """The contacts that may go on, and the one that each of so many dots belonged to."""
         kept = [j for j, one in enumerate(self._last) if goes_on(one.seen_s, self._stamp_s, stamp_s)]
+        if len(self._owner) != size:
+            return [self._last[j] for j in kept], np.zeros(size, int)
         number = np.zeros(len(self._last) + 1, int)
         number[np.array(kept, int) + 1] = np.arange(len(kept)) + 1
-        return [self._last[j] for j in kept], number[self._owner] if len(self._owner) == size else np.zeros(size, int)
+        return [self._last[j] for j in kept], self._owner if len(kept) == len(self._last) else number[self._owner]
 
 
-def _matched(shared: np.ndarray, regions: list[Moments], last: list[TrackedContact], reach: float) -> dict[int, int]:
+def _matched(shared: list[list[int]], regions: list[Moments], last: list[TrackedContact], reach: float) -> dict[int, int]:
     """Index of the contact that each region continues: greedily by most common dots, then by the smallest gap."""
-    before = [one.moments for one in last]
-    place, old = (np.array([moments.centroid for moments in some]).reshape(-1, 3) for some in (regions, before))
-    radius, large = (np.sqrt([moments.area / np.pi for moments in some]) for some in (regions, before))
-    gap = np.linalg.norm(place[:, None] - old, axis=2) - radius[:, None] - large
-    pairs = [(-shared[k, j], gap[k, j], last[j].number, k, j) for k, j in np.argwhere((shared > 0) | (gap < reach)).tolist()]
+    before, pairs = [(one.moments.centroid, math.sqrt(one.moments.area / math.pi), one.number) for one in last], []
+    for k, moments in enumerate(regions):
+        place, radius = moments.centroid, math.sqrt(moments.area / math.pi)
+        for j, (old, large, number) in enumerate(before):
+            gap = math.dist(place, old) - radius - large
+            if shared[k][j] or gap < reach:
+                pairs.append((-shared[k][j], gap, number, k, j))
     chosen: dict[int, int] = {}
     for *_, k, j in sorted(pairs):
         if k not in chosen and j not in chosen.values():

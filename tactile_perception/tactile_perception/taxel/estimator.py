@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from .._core.taxel import Region
 from ..common.contact_tracker import ContactTracker, TrackedContact
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ..common.surface import axes
@@ -18,7 +19,7 @@ from ..errors import BadArgument, BadFrame
 from .motion import MotionTracker, ObjectMotion, TaxelSlip
 from .pressure import Baseline, DeadTaxels, SoftPad, TaxelArray
 from .published import PaperMethod
-from .region import ContactScore, Regions, TaxelRegion, find_regions
+from .region import ContactScore, Regions, find_regions
 from .response import Hysteresis, Response
 from .wrench import GraspedObject, normal_force, pressure_centre, taxel_forces, taxel_points, taxel_states, under_friction, wrench_of
 
@@ -29,7 +30,8 @@ _NOISE_AT = 5.0  # standard deviations of the noise at which the slope of the re
 # reported if it is the largest, or lasts: a face that begins or ceases to touch shows as pieces for a frame.
 _AT_ONCE = 40.0
 _REACH = 1.5  # pitches between the borders of a contact in one frame and in the next
-_PLACE_SD = 0.03  # pitches, standard deviation of a centroid
+# Standard deviation of a centroid, pitches, and of an object's friction, as part of the pad's: what of the traction is not known moves it.
+_PLACE_SD, _FRICTION_SD = 0.03, 0.3
 _NO_DOTS = np.zeros(0, np.uint8)
 _ASSUMED_SLIDE = 0.1  # thicknesses that a pad of unknown pressure is dragged before it slips, as the usual pad at the usual load
 
@@ -62,7 +64,8 @@ class TaxelResult:
 class MechanicsMethod:
     """Contact and slip by a model of the pad: pressure at the border, pressure caused by traction, friction.
 
-    response: of the taxels; located: None, centroid and angle are those of the regions' outlines.
+    response: of the taxels; located: None, centroid and angle are those of the regions' outlines; shear: of the pad's surface; lead: (2,) m
+    by which traction moves the border of the pressure.
     """
 
     located = None
@@ -70,6 +73,7 @@ class MechanicsMethod:
     def __init__(self, array: TaxelArray, pad: SoftPad, response: Response):
         self._array, self._pad, self._known = array, pad, response.known
         self._score, self._motion, self._slip = ContactScore(array, pad), MotionTracker(array, pad), TaxelSlip(array)
+        self.shear, self.lead = self._motion.shear, self._motion.lead
         self._assumed = np.float32(1)  # Pa per unit of pressure
 
     def reset(self) -> None:
@@ -77,19 +81,14 @@ class MechanicsMethod:
         self._motion.reset()
         self._slip.reset()
 
-    @property
-    def friction(self) -> np.ndarray:
-        """(2,) N that the object exerts along the surface."""
-        return self._motion.shear.force
-
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray) -> tuple[Regions, np.ndarray]:
         """Regions, and pressure (rows, columns) without the part caused by traction, which at most doubles or cancels it; sigma: noise of
         pressure (rows, columns); full: (rows, columns) bool, taxels that are saturated."""
         bound = np.maximum(pressure, 0)
-        surface = pressure - np.clip(self._motion.shear.traction_pressure() / self._assumed, -bound, bound)
+        surface = pressure - np.minimum(np.maximum(self._motion.traction_pressure / self._assumed, -bound), bound)
         self._seen = pressure, sigma
         score = self._score.compute(surface, sigma, full)
-        return find_regions(score, surface, self._array, self._pad.thickness / self._array.pitch), surface
+        return find_regions(score, surface, self._array, self._pad.thickness / self._array.pitch, full), surface
 
     def slip(self, regions: Regions, surface: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, ObjectMotion | None]:
         """Slip, and motion of the contacts, in the frame of the last call of regions; stamp_s: s."""
@@ -101,6 +100,7 @@ class MechanicsMethod:
             mean = max(float(surface[touched].mean()), 1e-6)
             self._assumed = np.float32(_ASSUMED_SLIDE * self._pad.shear_modulus / (self._pad.friction * mean))
         motion = self._motion.process(surface * self._assumed, touched, stamp_s, *self._seen)
+        self.lead = self._motion.lead
         return self._slip.process(motion, touched), motion
 
 
@@ -122,7 +122,6 @@ class TaxelEstimator:
         self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, array.full_scale)
         self._hysteresis, self._tracker = Hysteresis(settings.response.loop), ContactTracker()
         self._stamp_s: float | None = None
-        self._covariance = np.diag([(_PLACE_SD * array.pitch)**2] * 2 + [np.nan])
         self.grasped = GraspedObject()
 
     def set_reference(self) -> None:
@@ -149,29 +148,21 @@ class TaxelEstimator:
         full = frame >= _FULL * self.array.full_scale
         regions, surface = self._method.regions(pressure, noise, full)
         self.baseline.follow(change, regions.touched, interval)
-        saturated = [_any_in(full, region, regions) for region in regions.all] if full.any() else [False] * len(regions.all)
         slip, motion = self._method.slip(regions, surface, stamp_s)
         tracked = self._tracker.assign(regions.labels, [(region.label, region.moments) for region in regions.all],
                                        _REACH * self.array.pitch, stamp_s)
-        normal = self._normal_forces(regions, saturated)
-        every = zip(regions.all, tracked, normal, saturated)
-        contacts = [self._contact(*one, regions) for k, one in enumerate(every)
+        normal = [np.nan if regions.broken else self._normal_force(region) for region in regions.all]
+        contacts = [self._contact(*one, regions.broken) for k, one in enumerate(zip(regions.all, tracked, normal))
                     if k == 0 or one[1].lasting or one[0].peak >= _AT_ONCE * noise]
         return TaxelResult(self._region(regions, motion, interval), contacts, slip, self._wrench(regions, normal, pressure), pressure,
                            partial(self._points, regions, surface, normal, slip, motion))
 
-    def _normal_forces(self, regions: Regions, saturated: list[bool]) -> list[float]:
-        """N, of each region; NaN if the image is broken; saturated: whether taxels of each region are."""
-        if regions.broken:
-            return [np.nan] * len(regions.all)
-        return [self._normal_force(*one) for one in zip(regions.all, saturated)]
-
-    def _normal_force(self, region: TaxelRegion, saturated: bool) -> float:
+    def _normal_force(self, region: Region) -> float:
         """N, by calibrated pressure, else by depth and area (eq 5); NaN if both are unknown. Saturated taxels show too little: there the
         larger of both counts. The published method prefers eq 5."""
         by_depth = normal_force(region.moments.area, self.grasped.depth, self.pad)
         by_pressure = max(region.force, 0.0) if self.settings.response.known else np.nan
-        if saturated:
+        if region.saturated:
             return float(np.fmax(by_pressure, by_depth))
         first, second = (by_depth, by_pressure) if self.settings.method == 'paper' else (by_pressure, by_depth)
         return first if math.isfinite(first) else second
@@ -185,15 +176,12 @@ class TaxelEstimator:
             contact[:2] = self._method.located[0]
             return wrench_of(sum(normal), contact[:2], contact, replace(self.grasped, centre_of_mass=np.full(3, np.nan)))
         if self.settings.response.known:
-            mean = under_friction(pressure, regions.touched, self._friction(), self.array, self.pad)
+            half, shear = 0.5 * self.grasped.weight[:2], self._method.shear
+            friction = half if np.isfinite(half).all() else shear.force  # by the object's motion
+            mean = under_friction(pressure, regions.touched, friction, self.array, self.pad, shear)
         else:
             mean = pressure_centre(pressure, regions.touched, self.array, self.pad)
         return wrench_of(sum(normal), mean, contact, self.grasped)
-
-    def _friction(self) -> np.ndarray:
-        """(2,) N of the object on the pad: half of its weight, else by its motion."""
-        half = 0.5 * self.grasped.weight[:2]
-        return half if np.isfinite(half).all() else self._method.friction
 
     def _points(self, regions: Regions, surface: np.ndarray, normal: list[float], slip: SlipEstimate, motion: ObjectMotion | None):
         """The SurfacePoints of one frame."""
@@ -201,18 +189,16 @@ class TaxelEstimator:
         forces = taxel_forces(regions, surface, normal, not regions.broken and (in_pascal or self.grasped.depth > 0))
         return taxel_points(self.array, self.pad, surface, in_pascal, forces, taxel_states(regions, slip, motion))
 
-    def _contact(self, region: TaxelRegion, tracked: TrackedContact, normal: float, saturated: bool, regions: Regions):
+    def _contact(self, region: Region, tracked: TrackedContact, normal: float, broken: bool) -> ContactEstimate:
         depth = self.grasped.depth if self.grasped.depth > 0 else np.nan
         if not math.isfinite(depth) and self.settings.response.known:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
-        position = region.moments.centroid.copy()
+        position = tracked.moments.centroid.copy()
         position[2] = -depth
-        flags = AMBIGUOUS if tracked.merged or regions.broken else 0
-        (rows, columns), (down, across) = self.array.shape, region.box
-        if down.start == 0 or across.start == 0 or down.stop == rows or across.stop == columns:
-            flags |= AT_EDGE
-        flags |= SATURATED if saturated else 0
-        return ContactEstimate(tracked.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), self._covariance, flags,
+        (x, y), alone = (_FRICTION_SD * self._method.lead).tolist(), (_PLACE_SD * self.array.pitch)**2
+        covariance = np.array([[alone + x * x, x * y, np.nan], [x * y, alone + y * y, np.nan], [np.nan] * 3])
+        flags = AMBIGUOUS * (tracked.merged or broken) | AT_EDGE * region.at_edge | SATURATED * region.saturated
+        return ContactEstimate(tracked.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), covariance, flags,
                                _NO_DOTS)
 
     def _region(self, regions: Regions, motion: ObjectMotion | None, interval: float) -> ContactRegionEstimate:
@@ -220,9 +206,8 @@ class TaxelEstimator:
         if not regions.all:
             return estimate
         total = regions.total
-        outlines = [outline for region in regions.all for outline in region.outlines]
-        estimate.outlines = [outline.points for outline in outlines]
-        estimate.holes = [hole for outline in outlines for hole in outline.holes]
+        estimate.outlines = [outline for region in regions.all for outline in region.outlines]
+        estimate.holes = [hole for region in regions.all for hole in region.holes]
         estimate.area, estimate.centroid, estimate.normal = total.area, total.centroid, total.normal
         loops = estimate.outlines + estimate.holes
         if not regions.broken:
@@ -235,9 +220,3 @@ class TaxelEstimator:
             estimate.motion_rotation = np.array([0.0, 0.0, math.sin(0.5 * motion.step_turn), math.cos(0.5 * motion.step_turn)])
             estimate.motion_interval = interval
         return estimate
-
-
-def _any_in(mask: np.ndarray, region: TaxelRegion, regions: Regions) -> bool:
-    """Whether mask (rows, columns) bool holds in any taxel of the region."""
-    inside = mask[region.box]
-    return bool(inside.any()) and bool((inside & (regions.labels[region.box] == region.label)).any())

@@ -252,7 +252,11 @@ class ObjectMotion:
 
 
 class MotionTracker:
-    """Tracks all contacts of an array as one rigid object."""
+    """Tracks all contacts of an array as one rigid object.
+
+    shear: of the pad's surface; traction_pressure: (rows, columns) Pa that its traction causes under the pad; lead: (2,) m, by which that
+    moves the border of the picture.
+    """
 
     def __init__(self, array: TaxelArray, pad: SoftPad):
         self._array, self._pad = array, pad
@@ -268,6 +272,7 @@ class MotionTracker:
     def reset(self) -> None:
         """Nothing touches."""
         self.shear.reset()
+        self.traction_pressure = np.zeros(self._array.shape, np.float32)
         self._watch.reset()
         self._key: EdgeKeyframe | CentroidKeyframe | None = None
         self._seen: KeyframeMotion | None = None  # in the last frame
@@ -278,6 +283,7 @@ class MotionTracker:
         self._smooth = np.zeros(3)  # total without noise
         self._loads: deque[tuple[float, float]] = deque()
         self._slip_fraction = self._pulled = 0.0  # pulled: traction over pressure
+        self.lead = np.zeros(2)
         self._varied = 0.0  # relative change of the load over the last frames
         self._waited = False  # since the last frames, for a load that varies
         self._key_load, self._key_count = 0.0, 1  # sum of pressure in the keyframe, Pa, and taxels
@@ -291,7 +297,8 @@ class MotionTracker:
         bool, not empty; seen: the pressure with that part, of noise sigma."""
         count = int(np.count_nonzero(touched))
         load = float(pressure[touched].sum(dtype=float))
-        self._pulled = math.hypot(*self.shear.force) / max(load * self._array.taxel_area, 1e-12)
+        pulled = np.array(self.shear.force) / max(load * self._array.taxel_area, 1e-12)
+        self._pulled, self.lead = math.hypot(*pulled), BORDER_LEAD * self._pad.thickness * pulled
         few, now = count <= Limits.few, (pressure, touched, load)
         if self._key is None or few != isinstance(self._key, CentroidKeyframe):
             self._rekey(few, *now)
@@ -314,6 +321,7 @@ class MotionTracker:
         if self._rolls(seen, sigma, touched, path.velocity, not waits, stamp_s):
             smooth, self._moves = np.zeros(3), False
         slip = self.shear.move(touched, pressure, smooth, self._pad.friction)
+        self.traction_pressure = self.shear.traction_pressure()
         slipping = self._lagging(slip, smooth, touched) if self._moves else np.zeros_like(touched)
         self._along = self._direction(path.velocity) if self._moves else np.zeros(3)
         if found.largest > Limits.key_moved or abs(found.fit[3]) > Limits.key_grew:
@@ -366,7 +374,7 @@ class MotionTracker:
         pitch = self._array.pitch
         if path.speed <= max((Limits.goes_on if self._moves else Limits.begins) * path.sigma, Limits.creep * pitch):
             return False
-        released = BORDER_LEAD * self._pad.thickness * self._pulled * self._varied
+        released = math.hypot(*self.lead) * self._varied
         return self._moves or path.speed * path.lasting > (Limits.path * self._seen.sigma * pitch + released) * self._followed
 
     def _rolls(self, seen: np.ndarray, sigma: float, touched: np.ndarray, velocity: np.ndarray, same_load: bool, stamp_s: float) -> bool:

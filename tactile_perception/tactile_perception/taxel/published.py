@@ -35,6 +35,8 @@ def image_moments(image: np.ndarray, array: TaxelArray) -> tuple[np.ndarray, flo
 class PaperMethod:
     """Contact and slip as published, without a model of the pad."""
 
+    lead = np.zeros(2)  # m, of no traction
+
     def __init__(self, array: TaxelArray):
         self._array = array
         self.reset()
@@ -45,17 +47,11 @@ class PaperMethod:
         self._last: tuple[np.ndarray, float] | None = None
         self._state = NONE
 
-    @property
-    def friction(self) -> np.ndarray:
-        """(2,) N: none is estimated."""
-        return np.zeros(2)
-
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray | None = None) -> tuple[Regions, np.ndarray]:
-        """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise; full: saturated taxels, not
-        used."""
+        """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise; full: saturated taxels."""
         touched = pressure > _ZERO * sigma
         self.located = image_moments(np.where(touched, pressure, 0), self._array)
-        return find_regions(touched.astype(np.float32), pressure, self._array), pressure
+        return find_regions(touched.astype(np.float32), pressure, self._array, full=full), pressure
 
     def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, None]:
         """Slip since the last frame; stamp_s: s. None stands for the motion, which this method does not estimate."""

@@ -7,12 +7,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from .._core import taxel as _kernel
-from .pressure import SoftPad, TaxelArray, grown
-from ..common.surface import Moments, Outline, grouped
+from .pressure import SoftPad, TaxelArray
+from ..common.surface import Moments
 
 LEVEL = 0.5  # score at the border of a contact
 NOISE = 10.0  # standard deviations of the noise, least level: a false taxel in a hundred thousand frames, also of correlated noise
@@ -51,30 +50,12 @@ class ContactScore:
 
 
 @dataclass(frozen=True)
-class TaxelRegion:
-    """One region, of one piece or of several.
-
-    label: in the frame's labels; box: its rows and columns, slices; outlines: of its pieces, with holes; moments: of area; count: of
-    taxels; force: sum of pressure times area over its taxels and those around, in the pressure's unit times m^2; peak: largest
-    pressure.
-    """
-
-    label: int
-    box: tuple[slice, slice]
-    outlines: list[Outline]
-    moments: Moments
-    count: int
-    force: float
-    peak: float
-
-
-@dataclass(frozen=True)
 class Regions:
     """Regions of one frame. all: largest first; labels: (rows, columns) int32, 0 outside; touched: (rows, columns) bool, in contact; near:
     labels extended to the taxels around, which share a region's force; broken: whether the image has more than 64 regions, of which all
     and labels hold the largest."""
 
-    all: list[TaxelRegion]
+    all: list[_kernel.Region]
     labels: np.ndarray
     touched: np.ndarray
     near: np.ndarray
@@ -86,48 +67,12 @@ class Regions:
         return sum((region.moments for region in self.all[1:]), self.all[0].moments)
 
 
-def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray, reach: float = 0.0) -> Regions:
+def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray, reach: float = 0.0,
+                 full: np.ndarray | None = None) -> Regions:
     """Regions where score (rows, columns) float32 exceeds LEVEL, with the load of pressure (rows, columns) float32; reach: taxels. Pieces
-    nearer to each other are one region: a pad hands on the pressure of two objects nearer than its thickness as that of one."""
-    touched = score > LEVEL
-    if not touched.any():
-        return Regions([], np.zeros(score.shape, np.int32), touched, np.zeros(score.shape, np.int32))
-    count, labels = cv2.connectedComponents(touched.view(np.uint8), connectivity=4)
-    broken = count - 1 > _MOST
-    if broken:
-        largest = 1 + np.argsort(-np.bincount(labels.ravel())[1:], kind='stable')[:_MOST]
-        labels[~np.isin(labels, largest)] = 0
-        score = score * (labels > 0)
-    elif count > 2:  # one outline surrounds taxels that meet at a corner, too
-        _, labels = cv2.connectedComponents(grown(touched, round(0.5 * reach)).view(np.uint8))
-        labels *= touched
-    around = cv2.dilate(labels.astype(np.float32), np.ones((2 * _AROUND + 1,) * 2, np.uint8)).astype(np.int32)
-    near = np.where(labels > 0, labels, around)
-    regions = [_region(label, pieces, labels, (near, pressure), array) for label, pieces in _pieces(score, labels, array).items()]
-    return Regions(sorted(regions, key=lambda region: -region.moments.area), labels, touched, near, broken)
-
-
-def _pieces(score: np.ndarray, labels: np.ndarray, array: TaxelArray) -> dict[int, list[tuple[Outline, np.ndarray]]]:
-    """Label -> outlines of its pieces, largest first, and the integrals (6,) within each, without its holes."""
-    loops = _kernel.outlines(score, labels, level=LEVEL, pitch=array.pitch)
-    region, found = loops.region, {}
-    first = np.flatnonzero(np.diff(region, prepend=-1))  # loop of each outline; its holes follow
-    integrals = np.add.reduceat(np.array(loops.integrals), first)
-    for k, outline, sums in zip(first.tolist(), grouped(loops.grid, loops.points, loops.start, region), integrals):
-        if sums[0] > _LEAST * array.taxel_area:
-            found.setdefault(loops.label[k], []).append((outline, sums))
-    return found
-
-
-def _region(label: int, pieces: list, labels: np.ndarray, load: tuple[np.ndarray, np.ndarray], array: TaxelArray) -> TaxelRegion:
-    """load: (rows, columns) labels of the taxels that share the load, and pressure."""
-    corners = np.concatenate([outline.grid_points for outline, _ in pieces])
-    low, high = np.maximum(np.ceil(corners.min(axis=0)), 0).astype(int), np.floor(corners.max(axis=0)).astype(int) + 1
-    wide = tuple(slice(max(a - _AROUND, 0), b + _AROUND) for a, b in zip(low, high))
-    near, pressure = load
-    pressed = np.maximum(pressure[wide][near[wide] == label], 0)
-    box = slice(int(low[0]), int(high[0])), slice(int(low[1]), int(high[1]))
-    area, first_x, first_y, *second = sum(sums for _, sums in pieces).tolist()
-    moments = Moments(area, np.array([0.0, 0.0, area]), np.array([first_x, first_y, 0.0]), np.array(second))
-    return TaxelRegion(label, box, [outline for outline, _ in pieces], moments, int(np.count_nonzero(labels[box] == label)),
-                       float(pressed.sum(dtype=float)) * array.taxel_area, float(pressed.max(initial=0)))
+    nearer to each other are one region: a pad hands on the pressure of two objects nearer than its thickness as that of one. full: (rows,
+    columns) bool, taxels that are saturated, None for none."""
+    full = np.zeros(score.shape, bool) if full is None else full
+    found = _kernel.find_regions(score, pressure, full, level=LEVEL, reach=min(round(0.5 * reach), max(score.shape)), around=_AROUND,
+                                 most=_MOST, least=_LEAST, pitch=array.pitch)
+    return Regions(found.all, found.labels.reshape(score.shape), score > LEVEL, found.near.reshape(score.shape), found.broken)

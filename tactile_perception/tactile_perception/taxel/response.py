@@ -111,28 +111,22 @@ class Hysteresis:
         if loop.is_none:
             return shown
         if self._load is None:
-            self._late = np.repeat(shown[None], len(loop.late), axis=0)
-            self._load = self._held = shown
-        if loop.late:
-            gone = -np.expm1(-interval_s / np.float32(loop.late_s))
-            self._late += (self._load - self._late) * gone[:, None, None]
-            shown = (shown - np.tensordot(np.float32(loop.late), self._late, 1)) / np.float32(loop.at_once)
+            self._late, self._load, self._held = [shown] * len(loop.late), shown, shown
+        for k, (part, time) in enumerate(zip(loop.late, loop.late_s)):
+            self._late[k] = self._late[k] + (self._load - self._late[k]) * np.float32(-math.expm1(-interval_s / time))
+            shown = shown - self._late[k] * np.float32(part)
+        shown = shown / np.float32(loop.at_once)
         held = self._held + (self._load - self._held) * np.float32(-math.expm1(-interval_s / loop.relaxation))
-        load = self._behind(shown, held)
-        most = np.float32(loop.reach) + np.float32(loop.relative) * np.maximum(load, 0)
+        # The load of which a layer with that held load shows this: where the held load stays, or follows from below or above.
+        share, reach, relative = map(np.float32, (loop.share, loop.reach, loop.relative))
+        up, down = shown + share * reach, shown - share * reach
+        rising, falling = np.maximum(up, up / (1 - share * relative)), np.minimum(down, down / (1 + share * relative))
+        load = np.minimum(np.maximum((shown - share * held) / (1 - share), falling), rising)
+        most = reach + relative * np.maximum(load, 0)
         self._held = np.minimum(np.maximum(held, load - most), load + most)
         # Neighbours show together what is hidden, so that it adds little noise.
         self._load = shown + cv2.GaussianBlur(load - shown, (0, 0), _SMOOTH, borderType=cv2.BORDER_REPLICATE)
         return self._load
-
-    def _behind(self, shown: np.ndarray, held: np.ndarray) -> np.ndarray:
-        """The load of which a layer with that held load shows this: where the held load stays, or follows from below or above."""
-        share, reach, relative = (np.float32(part) for part in (self._loop.share, self._loop.reach, self._loop.relative))
-        stays = (shown - share * held) / (1 - share)
-        most = reach + relative * np.maximum(stays, 0)
-        up, down = shown + share * reach, shown - share * reach
-        rising, falling = (np.where(load > 0, load / (1 - sign * share * relative), load) for load, sign in ((up, 1), (down, -1)))
-        return np.where(stays - held > most, rising, np.where(stays - held < -most, falling, stays))
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,13 @@
 forces on the surface points of the taxels."""
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._core import taxel as _kernel
+from .._core.taxel import SurfaceShear
 from .motion import ObjectMotion
 from .pressure import SoftPad, TaxelArray, grown
 from .region import Regions
@@ -42,37 +43,40 @@ def normal_force(area: float, depth: float, pad: SoftPad) -> float:
 def pressure_centre(pressure: np.ndarray, touched: np.ndarray, array: TaxelArray, pad: SoftPad) -> np.ndarray:
     """(2,) m, where pressure (rows, columns) float32 acts that faces over touched (rows, columns) bool make on the taxels, under them and
     around; NaN without load."""
-    return _seen(pressure, touched, array, pad)[1]
+    load, moment = _seen(pressure, touched, array, pad)
+    return moment / load if load > 0 else np.full(2, np.nan)
 
 
-def under_friction(pressure: np.ndarray, touched: np.ndarray, friction: np.ndarray, array: TaxelArray, pad: SoftPad) -> np.ndarray:
+def under_friction(pressure: np.ndarray, touched: np.ndarray, friction: np.ndarray, array: TaxelArray, pad: SoftPad,
+                   shear: SurfaceShear) -> np.ndarray:
     """(2,) m, where pressure acts on the pad's surface, of which pressure (rows, columns) float32, Pa, acts on the taxels.
 
-    touched: (rows, columns) bool; friction: (2,) N of the object on the pad. Friction on the surface has a moment about the taxels, a
-    thickness below, which only pressure that moves along it can balance, whatever the pad is made of. A part of that is tension behind the
-    object, of which taxels show nothing: it is that of an even traction under the object. NaN for more friction than the load can hold.
+    touched: (rows, columns) bool; friction: (2,) N of the object on the pad; shear: of the pad. Friction on the surface has a moment about
+    the taxels, a thickness below, which only pressure that moves along it can balance, whatever the pad is made of. A part of that is
+    tension behind the object, of which taxels show nothing: it is that of an even traction under the object. NaN for more friction than
+    the load can hold.
     """
-    load, centre = _seen(pressure, touched, array, pad)
-    if not (load > 0 and np.hypot(*friction) > _LITTLE * load):
-        return centre
+    load, moment = _seen(pressure, touched, array, pad)
+    if not load > 0:
+        return np.full(2, np.nan)
+    if not math.hypot(*friction) > _LITTLE * load:
+        return moment / load
     even = touched / np.float32(np.count_nonzero(touched) * array.taxel_area)
-    shear = _kernel.SurfaceShear(rows=array.rows, columns=array.columns, pitch=array.pitch, thickness=pad.thickness / array.pitch,
-                                 stiffness=pad.shear_stiffness)
     caused = shear.pressure_of(np.asarray(friction, np.float32)[:, None, None] * even)
-    tension = array.taxel_area * np.where(~touched & (caused < 0) & (pressure < _UNSEEN * -caused), caused, 0)
-    moment = load * centre + [tension.sum(axis=0) @ array.x, tension.sum(axis=1) @ array.y]
-    normal = load + float(tension.sum())
-    return (moment - pad.thickness * friction) / normal if normal > 0 else np.full(2, np.nan)
+    tension, of_tension = _moments(np.where(touched | (pressure > _UNSEEN * -caused), 0, np.minimum(caused, 0)), array)
+    normal = load + tension
+    return (moment + of_tension - pad.thickness * friction) / normal if normal > 0 else np.full(2, np.nan)
 
 
 def _seen(pressure: np.ndarray, touched: np.ndarray, array: TaxelArray, pad: SoftPad) -> tuple[float, np.ndarray]:
-    """N, and (2,) m, where it acts, of the pressure under a face and around."""
-    around = min(round(_REACH * pad.thickness / array.pitch), max(array.shape))
-    load = pressure * grown(touched, around)
-    along, down = load.sum(axis=0, dtype=float), load.sum(axis=1, dtype=float)
-    total = float(along.sum())
-    centre = np.array([along @ array.x, down @ array.y]) / total if total > 0 else np.full(2, np.nan)
-    return total * array.taxel_area, centre
+    """N, and (2,) N m, of the pressure under a face and around."""
+    return _moments(pressure * grown(touched, min(round(_REACH * pad.thickness / array.pitch), max(array.shape))), array)
+
+
+def _moments(load: np.ndarray, array: TaxelArray) -> tuple[float, np.ndarray]:
+    """N of a load (rows, columns) Pa, and (2,) N m, it times its place."""
+    along, down = load.sum(axis=0), load.sum(axis=1)
+    return float(along.sum()) * array.taxel_area, np.array([along @ array.x, down @ array.y]) * array.taxel_area
 
 
 def wrench_of(normal: float, pressure_centre: np.ndarray, contact: np.ndarray, grasped: GraspedObject) -> np.ndarray:

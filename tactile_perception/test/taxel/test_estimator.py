@@ -216,6 +216,19 @@ def test_a_roller_that_rolls_does_not_slip_and_a_smooth_bar_does():
     assert macro_f1(played('smooth', 50.0)[0][[[NONE], [GROSS]], [NONE, GROSS]]) > 0.9
 
 
+def test_the_place_of_an_object_smoother_than_the_pad_says_is_as_uncertain_as_it_is_wrong():
+    scene, pad = TaxelScene(TAXEL_SCENES['smooth'], 50.0, 3, ink=InkSpecimen(uneven=0.0, loop=0.0, memory=0.0)), PadSpecimen()
+    estimator = TaxelEstimator(ARRAY, SoftPad(pad.thickness, pad.press * pad.thickness, pad.pull * pad.thickness, pad.grip), KNOWN)
+    squares = []
+    for k in range(scene.frames):
+        values, truth = scene.render(k / scene.rate)
+        contacts = estimator.process(values, 1 + k / scene.rate).contacts
+        if truth.slip_state == GROSS and len(contacts) == 1:
+            off, covariance = contacts[0].position[:2] - truth.centroid[:2], contacts[0].position_covariance[:2, :2]
+            squares.append(off @ np.linalg.solve(covariance, off) / 2)
+    assert len(squares) > 30 and 0.3 < np.mean(squares) < 3
+
+
 def test_a_copy_goes_on_by_itself_as_the_original():
     images = [whole(picture(bar(0.05 * k))) for k in range(30)]
     estimator = TaxelEstimator(ARRAY, SoftPad(), KNOWN)

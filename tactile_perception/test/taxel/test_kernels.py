@@ -27,12 +27,17 @@ def fit_of(key, pressure=PRESSURE, guess=np.zeros(4)):
     return found.fit, np.array([found.spread, found.inliers])
 
 
+def regions(score, pressure, full):
+    found = taxel.find_regions(score, pressure, full, level=0.5, reach=1, around=2, most=64, least=0.25, pitch=1e-3)
+    return [found.labels, found.near] + [np.array([one.force, one.peak, one.moments.area, *one.moments.second]) for one in found.all]
+
+
 #: How a function or class is called here, and an example of each of its arrays.
 CALLS = {
     'contact_score': (lambda pressure=PRESSURE, full=TOUCHED: [taxel.contact_score(pressure, full, **RULE)],
                       {'pressure': PRESSURE, 'full': TOUCHED}),
-    'outlines': (lambda score=PRESSURE, labels=TOUCHED.astype(np.int32): [taxel.outlines(score, labels, level=1e4, pitch=1e-3).points],
-                 {'score': PRESSURE, 'labels': TOUCHED.astype(np.int32)}),
+    'find_regions': (lambda score=TOUCHED.astype(np.float32), pressure=PRESSURE, full=TOUCHED: regions(score, pressure, full),
+                     {'score': TOUCHED.astype(np.float32), 'pressure': PRESSURE, 'full': TOUCHED}),
     'add': (lambda pose=np.zeros(3), arm=np.ones(2): [path().add(1.0, pose, arm, 1.0).pose], {'pose': np.zeros(3), 'arm': np.ones(2)}),
     'Keyframe': (lambda pressure=PRESSURE: [taxel.Keyframe(pressure, scale=1 / 3e4, steep=0.08, rim=1, most=250).normal],
                  {'pressure': PRESSURE}),

@@ -7,7 +7,7 @@ import pytest
 from tactile_perception.common.estimates import GROSS, NONE, SlipEstimate
 from tactile_perception.common.surface_points import SLIPPING, STICKING, UNKNOWN
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
-from tactile_perception.taxel.motion import ObjectMotion
+from tactile_perception.taxel.motion import MotionTracker, ObjectMotion
 from tactile_perception.taxel.pressure import SoftPad
 from tactile_perception.taxel.region import find_regions
 from tactile_perception.taxel.response import Response
@@ -104,7 +104,7 @@ def test_moments_about_the_taxels_balance_under_friction_though_no_tension_is_se
     even = cv2.GaussianBlur(touched / np.float32(touched.sum() * 1e-6), (0, 0), 1.2e3 * thickness)
     slopes = friction[0] * np.gradient(even, axis=1) + friction[1] * np.gradient(even, axis=0)
     shown = np.maximum(load - thickness * 1e3 * slopes, 0).astype(np.float32)
-    found = under_friction(shown, touched, friction, ARRAY, pad)
+    found = under_friction(shown, touched, friction, ARRAY, pad, MotionTracker(ARRAY, pad).shear)
     arm = thickness * np.hypot(*friction) / normal
     by_the_seen_alone = pressure_centre(shown, touched, ARRAY, pad) - thickness * friction / normal
     assert np.hypot(*(found - centre)) < 0.06 * arm and np.hypot(*(by_the_seen_alone - centre)) > 0.1 * arm
