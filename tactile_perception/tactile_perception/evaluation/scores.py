@@ -66,10 +66,12 @@ def normalised_square(error: np.ndarray, covariance: np.ndarray) -> tuple[float,
     """Normalised estimation error squared, and its degrees of freedom: its mean over many frames is one per degree of freedom for
     consistent covariances (Bar-Shalom et al., Estimation with applications, 2001, section 5.4).
 
-    error: (3,); covariance: (3, 3). Directions of zero variance, such as across the surface of a sphere, are left out. (NaN, 0) for an
-    unknown error or covariance, and for a matrix that is not a covariance.
+    error: (3,); covariance: (3, 3). Axes of unknown variance, such as the depth of a taxel array, and directions of zero variance, such as
+    across the surface of a sphere, are left out. (NaN, 0) for an unknown error or covariance, and for a matrix that is not a covariance.
     """
-    if not (np.isfinite(error).all() and np.isfinite(covariance).all()):
+    known = np.isfinite(np.diag(covariance))
+    error, covariance = error[known], covariance[np.ix_(known, known)]
+    if not (known.any() and np.isfinite(error).all() and np.isfinite(covariance).all()):
         return np.nan, 0
     variances, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
     held = variances <= _FLAT * variances[-1]

@@ -185,8 +185,9 @@ def test_a_drawn_error_has_a_normalised_square_of_its_directions():
     assert values.mean() == pytest.approx(1, abs=0.05) and values.var() == pytest.approx(2 / 3, rel=0.1)
 
 
-def test_flat_directions_are_left_out():
-    covariance = np.diag([4e-8, 1e-8, 0.0])
+@pytest.mark.parametrize('across', [0.0, NAN])
+def test_flat_and_unknown_directions_are_left_out(across):
+    covariance = np.diag([4e-8, 1e-8, across])
     assert normalised_square(np.array([2e-4, 1e-4, 5.0]), covariance) == (pytest.approx(2.0), 2)
 
 
