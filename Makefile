@@ -43,13 +43,14 @@ test-hardware:
 	@source ./setup.bash && python3 -m pytest test/hardware -m hardware -rs $(PYTEST)
 
 # The kernels' tests are those that name the compiled module. Python itself leaks by design: leaks are not looked for.
+# The limit of a test allows for checked code being much slower.
 sanitize:
 	@source ./setup.bash && cmake -S tactile_perception -B out/sanitize -DTACTILE_SANITIZE=ON -DBUILD_TESTING=OFF \
 	  -DPython3_EXECUTABLE="$$(command -v python3)" -DCMAKE_INSTALL_PREFIX=$(CURDIR)/out/sanitize/install && \
 	  cmake --build out/sanitize --target install --parallel 2
 	@source ./setup.bash && ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libubsan.so)" \
 	  PYTHONPATH=$$(echo $(CURDIR)/out/sanitize/install/lib/python3*/*-packages):$$PYTHONPATH \
-	  python3 -m pytest $$(grep -rlE '_core' tactile_perception/test --include='test_*.py') $(PYTEST)
+	  python3 -m pytest $$(grep -rlE '_core' tactile_perception/test --include='test_*.py') --timeout 1500 $(PYTEST)
 
 lint:
 	@source ./setup.bash && python3 -m pytest test/style $(PYTEST)
