@@ -28,7 +28,6 @@ class Limits:
 
     # Registration
     edge = 0.08  # limit: gradient of an image, 1/taxel, from which a taxel belongs to an edge: above the roughness of gains and faces
-    few = 40  # limit: taxels, up to which a contact is followed by its pressure's centroid, for want of edges
     key_moved = 0.8  # limit: motion since a keyframe, before a new one: slopes hold for parts of a taxel
     # Load
     load_s, load_change = 0.06, 0.2  # prior: a change over this time to which the image's is attributed
@@ -39,8 +38,8 @@ class Limits:
     # Slip
     lag = 0.1  # physical: of the object's motion, by which the pad's surface lags where it slips: coupled neighbours creep a little
     # Traction
-    rest_s = 0.1  # noise: over which the picture before a motion is averaged
-    picture = 0.5  # limit: from that picture, before a new one is taken; half of it while an object rolls, as its contact grows on the way
+    # Limit: motion since the picture before it, before a new one is taken; half of it while an object rolls, as its contact grows on the way
+    picture = 0.5
     # Physical: variance of pressure over that of the area, along the motion: 0.67 to 0.75 of a curved face, 0.91 to 1 of a flat one
     curved = 0.85
 
@@ -49,15 +48,18 @@ class Limits:
 # a face of 3 : 2 has 0.06 on a turn, a ring has only that of its roughness, so many times one over the number of edges.
 _INFORMATION, _ROUGHNESS, _UNKNOWNS = 0.04, 3.0, 4
 _MOST = 0.5  # of the edge taxels agree with a fit that holds
+_FEW = 40  # taxels, up to which a contact is followed by its pressure's centroid, for want of edges
 # Taxels: standard deviation of the centroid of few of them, as pressure shifts without motion; and a jump that is no motion.
 _CENTROID_SIGMA, _FARTHEST = 0.3, 5.0
 _WINDOW_S = 0.2  # s, longest stretch of a steady motion
 _PATH = 2.0  # sigmas of the registration (95 %), of the path by which a motion begins
 _LEAST_NOISE = 2e-3  # taxels, of a position: what registration leaves of the phase between object and taxels
+_REST_S = 0.1  # s, over which the picture before a motion is averaged
 _ROLLED = 0.15  # taxels, motion without traction, from which a curved object rolls
 # Of the state's confidence, measured on two simulated devices: taxels that slip independently, and frames that no fraction explains.
 _PATCHES, _MISTAKEN = 44.0, 0.012
 REACH = 2.5  # thicknesses around a contact in which its pressure is seen: beyond the wider spread of what traction causes
+
 #: The border of the pressure image leads by so many thicknesses times traction over pressure (theory of a bonded elastic layer).
 BORDER_LEAD = 0.5
 
@@ -177,7 +179,7 @@ class RollWatch:
             self._before = pressure.copy()
         self._share = None
         self._frames += 1
-        self._newest = max(1 / self._frames, min((stamp_s - self._rested_s) / Limits.rest_s, 1.0))  # its part of the picture
+        self._newest = max(1 / self._frames, min((stamp_s - self._rested_s) / _REST_S, 1.0))  # its part of the picture
         self._rested_s = stamp_s
         self._before += (pressure - self._before) * np.float32(self._newest)
 
@@ -289,7 +291,7 @@ class MotionTracker:
         load = float(pressure[touched].sum(dtype=float))
         pulled = np.array(self.shear.force) / max(load * self._array.taxel_area, 1e-12)
         self.lead = BORDER_LEAD * self._pad.thickness * pulled
-        few, now = count <= Limits.few, (pressure, touched, load)
+        few, now = count <= _FEW, (pressure, touched, load)
         if self._key is None or few != isinstance(self._key, CentroidKeyframe):
             self._rekey(few, *now)
         found = self._key.motion(pressure, touched) if few else self._key.motion(pressure, self._scale(load), self._expected)
