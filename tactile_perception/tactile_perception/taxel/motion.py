@@ -38,7 +38,7 @@ class Limits:
     # Slip
     lag = 0.1  # physical: of the object's motion, by which the pad's surface lags where it slips: coupled neighbours creep a little
     # Traction
-    # Limit: motion since the picture before it, before a new one is taken; half of it while an object rolls, as its contact grows on the way
+    # Limit: motion since the picture before it, before a new one is taken; half while an object rolls, as its contact grows on the way
     picture = 0.5
     # Physical: variance of pressure over that of the area, along the motion: 0.67 to 0.75 of a curved face, 0.91 to 1 of a flat one
     curved = 0.85
