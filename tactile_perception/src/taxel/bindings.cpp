@@ -175,8 +175,7 @@ void bind_taxel(py::module_& parent) {
              "reach: m, of its edges from there.");
     py::class_<Registration>(module, "Registration", "A motion from a keyframe to a later image.")
         .def_readonly("fit", &Registration::fit, "(4,) taxels: shift along columns and rows, turn times reach, growth")
-        .def_readonly("spread", &Registration::spread, "standard deviation of the image's residuals")
-        .def_readonly("inliers", &Registration::inliers, "share of the edge taxels that the fit keeps");
+        .def_readonly("spread", &Registration::spread, "standard deviation of the image's residuals");
     copyable(
         py::class_<Keyframe>(module, "Keyframe",
                              "Edge taxels of the image that is positive pressure (rows, columns) float32 times scale, where its slope "

@@ -132,8 +132,6 @@ Registration Keyframe::motion(const Picture& picture, bool turns, const Eigen::V
         const double largest = step.cwiseAbs().maxCoeff();
         if (!(largest >= CONVERGED && largest < FARTHEST)) break;
     }
-    const auto kept = std::count_if(size.begin(), size.end(), [&](double one) { return one < TUKEY * found.spread; });
-    found.inliers = size.empty() ? 0 : static_cast<double>(kept) / static_cast<double>(size.size());
     return found;
 }
 

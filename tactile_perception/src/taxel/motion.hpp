@@ -20,7 +20,6 @@ struct Picture {
 struct Registration {
     Eigen::Vector4d fit;  // shift along columns and rows, turn times reach, growth: taxels
     double spread = 0;    // standard deviation of the image's residuals
-    double inliers = 0;   // share of the edge taxels whose residual the biweight keeps
 };
 
 // The edge taxels of an image, by which the motion to later images is found.

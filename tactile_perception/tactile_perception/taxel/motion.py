@@ -47,7 +47,7 @@ class Limits:
 # Least information on a motion, over the best direction: the rough edge of a half plane has up to 0.06 on a shift, a bar of 5 : 2 has 0.4;
 # a face of 3 : 2 has 0.06 on a turn, a ring has only that of its roughness, so many times one over the number of edges.
 _INFORMATION, _ROUGHNESS, _UNKNOWNS = 0.04, 3.0, 4
-_MOST = 0.5  # of the edge taxels agree with a fit that holds
+_SPREAD = 0.2  # standard deviation of an image's residuals, up to which a fit holds; of an image of about 0.8
 _FEW = 40  # taxels, up to which a contact is followed by its pressure's centroid, for want of edges
 # Taxels: standard deviation of the centroid of few of them, as pressure shifts without motion; and a jump that is no motion.
 _CENTROID_SIGMA, _FARTHEST = 0.3, 5.0
@@ -103,7 +103,7 @@ class EdgeKeyframe:
         if self._turns is None:
             return None
         found = self._key.motion(pressure, scale=scale, turns=self._turns, guess=np.zeros(4) if start is None else start)
-        if not found.inliers >= _MOST:
+        if not found.spread <= _SPREAD:
             return None
         return KeyframeMotion(found.fit, found.fit[2] / self.reach if self._turns else math.nan, self.middle, self.reach,
                               found.spread * self._position_sigma)
@@ -278,7 +278,7 @@ class MotionTracker:
         self.lead = np.zeros(2)
         self._varied = 0.0  # relative change of the load over the last frames
         self._waited = False  # since the last frames, for a load that varies
-        self._key_load, self._key_count = 0.0, 1  # sum of pressure in the keyframe, Pa, and taxels
+        self._key_count = 1  # taxels in the keyframe
         self._followed = 1.0  # object's part of the picture's motion
         self._moves = False
         self._arm = np.zeros(2)  # m, of the keyframe's centre from the origin
@@ -389,7 +389,7 @@ class MotionTracker:
         return touched & (slip[0]**2 + slip[1]**2 > Limits.lag**2 * square)
 
     def _rekey(self, few: bool, pressure: np.ndarray, touched: np.ndarray, load: float) -> None:
-        self._key_load, self._key_count, self._waited = load, int(np.count_nonzero(touched)), False
+        self._key_count, self._waited = int(np.count_nonzero(touched)), False
         self._key = CentroidKeyframe(pressure, touched) if few else EdgeKeyframe(pressure, self._scale(load))
         self._arm = (self._key.middle - self._middle) * self._array.pitch
         self._seen, self._expected, self._pose = None, None, np.zeros(3)
