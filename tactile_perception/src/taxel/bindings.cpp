@@ -56,12 +56,9 @@ py::list polygons(const std::vector<std::vector<double>>& loops) {
     return found;
 }
 
-taxel::Path make_path(double window, double reported, int fewest, double least_noise, double bound, double evident,
-                      double stopped) {
+taxel::Path make_path(double window, double reported, double least_noise, double bound) {
     return taxel::Path({within(window, "window", 0, LONGEST), within(reported, "reported", 0, LONGEST),
-                        within(fewest, "fewest", 2, LONGEST),
-                        within(least_noise, "least_noise", 0, LARGEST_NUMBER), within(bound, "bound", 0, LARGEST_NUMBER),
-                        within(evident, "evident", 0, LARGEST_NUMBER), within(stopped, "stopped", 0, 1)});
+                        within(least_noise, "least_noise", 0, LARGEST_NUMBER), within(bound, "bound", 0, LARGEST_NUMBER)});
 }
 
 taxel::PathMotion add(taxel::Path& path, double time, const py::object& pose, const py::object& arm, double reach) {
@@ -79,13 +76,11 @@ Picture picture_of(const Input<float>& pressure, double scale) {
     return {pressure.data(), pressure.length(0), pressure.length(1), static_cast<float>(within(scale, "scale", 0, LARGEST_NUMBER))};
 }
 
-Keyframe make_keyframe(const py::object& pressure, double scale, double steep, int rim, int most) {
+Keyframe make_keyframe(const py::object& pressure, double scale, double steep) {
     const Input<float> given(pressure, "pressure", {ANY, ANY});
     const Picture picture = picture_of(given, scale);
     within(steep, "steep", 1e-6, LONGEST);
-    within(rim, "rim", 0, MOST_TAXELS);
-    within(most, "most", 1, LONGEST);
-    return without_gil([&] { return Keyframe(picture, steep, rim, most); });
+    return without_gil([&] { return Keyframe(picture, steep); });
 }
 
 Registration motion(const Keyframe& key, const py::object& pressure, double scale, bool turns, const py::object& guess) {
@@ -167,38 +162,32 @@ void bind_taxel(py::module_& parent) {
         .def_readonly("speed", &PathMotion::speed, "m/s, of the contact's middle and edges together")
         .def_readonly("sigma", &PathMotion::sigma, "m/s, its standard deviation")
         .def_readonly("lasting", &PathMotion::lasting, "s, of the constant velocity")
-        .def_readonly("used", &PathMotion::used, "its frames")
-        .def_readonly("stopped", &PathMotion::stopped, "latest frames in which it has not moved on, 0 if it has");
+        .def_readonly("used", &PathMotion::used, "its frames");
     copyable(py::class_<taxel::Path>(
                  module, "Path",
                  "Pose of an object in its last frames. window, reported: s, longest stretch of a steady motion, and that of\n"
-                 "the reported velocity; fewest: frames that are kept and needed;\n"
-                 "least_noise: m, of a position; bound: standard deviations by which velocities of ever longer stretches may\n"
-                 "differ; evident, stopped: a motion ends if of a way of so many standard deviations less than this part is gone. It can be copied, and is as it was after an exception."))
-        .def(py::init(&make_path), py::kw_only(), py::arg("window"), py::arg("reported"), py::arg("fewest"), py::arg("least_noise"),
-             py::arg("bound"), py::arg("evident"), py::arg("stopped"))
-        .def("reset", &taxel::Path::reset, py::arg("kept") = 0, "Drop all frames but the last kept.")
+                 "the reported velocity; least_noise: m, of a position; bound: standard deviations by which velocities of ever\n"
+                 "longer stretches may differ. It can be copied, and is as it was after an exception."))
+        .def(py::init(&make_path), py::kw_only(), py::arg("window"), py::arg("reported"), py::arg("least_noise"), py::arg("bound"))
+        .def("reset", &taxel::Path::reset, "Drop all frames.")
         .def("add", &add, py::arg("time"), py::arg("pose"), py::arg("arm"), py::arg("reach"),
-             "PathMotion after a frame at time, s, with pose (3,): m, m at the origin, rad. arm: (2,) m, of the contact's middle; reach: "
-             "m, of "
-             "its edges\nfrom there.");
+             "PathMotion after a frame at time, s, with pose (3,): m, m at the origin, rad. arm: (2,) m, of the contact's middle;\n"
+             "reach: m, of its edges from there.");
     py::class_<Registration>(module, "Registration", "A motion from a keyframe to a later image.")
         .def_readonly("fit", &Registration::fit, "(4,) taxels: shift along columns and rows, turn times reach, growth")
-        .def_readonly("spread", &Registration::spread, "standard deviation of the image's residuals")
-        .def_readonly("inliers", &Registration::inliers, "share of the edge taxels that the fit keeps");
+        .def_readonly("spread", &Registration::spread, "standard deviation of the image's residuals");
     copyable(
         py::class_<Keyframe>(module, "Keyframe",
                              "Edge taxels of the image that is positive pressure (rows, columns) float32 times scale, where its slope "
-                             "exceeds steep,\n1/taxel. rim: taxels at the array's border that are ignored; most: about how many are used."))
-        .def(py::init(&make_keyframe), py::arg("pressure"), py::kw_only(), py::arg("scale"), py::arg("steep"), py::arg("rim"),
-             py::arg("most"))
+                             "exceeds steep, 1/taxel; none at the array's border."))
+        .def(py::init(&make_keyframe), py::arg("pressure"), py::kw_only(), py::arg("scale"), py::arg("steep"))
         .def("motion", &motion, py::arg("pressure"), py::kw_only(), py::arg("scale"), py::arg("turns"), py::arg("guess"),
              "Registration of the edges with the image by pressure and scale; turns: whether a turn is fitted; guess: (4,) to begin with.")
         .def_readonly("normal", &Keyframe::normal,
-                      "(4, 4) sum over all edge taxels of the products of their slopes by the motions of a fit")
-        .def_readonly("middle", &Keyframe::middle, "(2,) column and row, mean of all edge taxels")
+                      "(4, 4) sum over the edge taxels of the products of their slopes by the motions of a fit")
+        .def_readonly("middle", &Keyframe::middle, "(2,) column and row, mean of the edge taxels")
         .def_readonly("reach", &Keyframe::reach, "taxels from middle, within which most of them lie")
-        .def_readonly("count", &Keyframe::count, "number of edge taxels, also of those that are not used");
+        .def_readonly("count", &Keyframe::count, "number of edge taxels");
     copyable(
         py::class_<SurfaceShear>(
             module, "SurfaceShear",

@@ -75,14 +75,14 @@ TACTILE_WIDE void slopes_of(const double* lines, std::ptrdiff_t columns, double*
 
 }  // namespace
 
-Keyframe::Keyframe(const Picture& picture, double steep, std::ptrdiff_t rim, std::ptrdiff_t most) {
-    const std::ptrdiff_t rows = picture.rows, columns = picture.columns, from = std::max<std::ptrdiff_t>(rim, 1);
+Keyframe::Keyframe(const Picture& picture, double steep) {
+    const std::ptrdiff_t rows = picture.rows, columns = picture.columns;
     std::vector<double> lines(3 * columns), across(columns), down(columns), value(columns), far;
-    for (std::ptrdiff_t r = from; r < rows - from; ++r) {
+    for (std::ptrdiff_t r = 1; r < rows - 1; ++r) {
         for (std::ptrdiff_t k = 0; k < 3; ++k)
             show(picture.pressure + (r + k - 1) * columns, columns, picture.scale, lines.data() + k * columns);
         slopes_of(lines.data(), columns, across.data(), down.data(), value.data());
-        for (std::ptrdiff_t c = from; c < columns - from; ++c) {
+        for (std::ptrdiff_t c = 1; c < columns - 1; ++c) {
             const double slope = std::hypot(across[c], down[c]);
             if (!(slope > steep)) continue;
             edges_.push_back({{static_cast<double>(c), static_cast<double>(r)}, value[c], {across[c], down[c], 0, -slope}});
@@ -94,16 +94,11 @@ Keyframe::Keyframe(const Picture& picture, double steep, std::ptrdiff_t rim, std
     middle /= static_cast<double>(count);
     for (const Edge& edge : edges_) far.push_back((edge.place - middle).norm());
     reach = std::max(smallest(std::move(far), std::lround(QUANTILE * static_cast<double>(count - 1))), 1e-6);
-    const std::ptrdiff_t step = (count + most - 1) / most;
-    std::vector<Edge> used;
     for (Edge& edge : edges_) {
-        const bool taken = std::lround(edge.place.sum()) % step == 0;  // evenly over all edges, along whichever axis they run
         edge.place -= middle;
         edge.slopes[2] = (edge.place.x() * edge.slopes[1] - edge.place.y() * edge.slopes[0]) / reach;
         normal += edge.slopes * edge.slopes.transpose();
-        if (taken) used.push_back(edge);
     }
-    edges_ = std::move(used);
 }
 
 Registration Keyframe::motion(const Picture& picture, bool turns, const Eigen::Vector4d& guess) const {
@@ -137,8 +132,6 @@ Registration Keyframe::motion(const Picture& picture, bool turns, const Eigen::V
         const double largest = step.cwiseAbs().maxCoeff();
         if (!(largest >= CONVERGED && largest < FARTHEST)) break;
     }
-    const auto kept = std::count_if(size.begin(), size.end(), [&](double one) { return one < TUKEY * found.spread; });
-    found.inliers = size.empty() ? 0 : static_cast<double>(kept) / static_cast<double>(size.size());
     return found;
 }
 
@@ -151,6 +144,7 @@ using Eigen::Vector3d;
 
 constexpr double WHOLE = 1 + 1e-6;  // of a stretch: a frame at its beginning belongs to it
 constexpr double LARGEST = std::numeric_limits<double>::max();
+constexpr std::ptrdiff_t FEWEST = 4;  // frames for a velocity that is reported: two more than a line needs
 
 // Standard deviation of the first two coordinates, by the median length of their second differences, in which steady motion has no part;
 // without the last one, in which a motion may begin.
@@ -196,14 +190,14 @@ void fit_line(const std::vector<double>& times, const std::vector<Vector3d>& pos
 
 }  // namespace
 
-void Path::reset(std::size_t kept) {
-    past_.erase(past_.begin(), past_.end() - static_cast<std::ptrdiff_t>(std::min(kept, past_.size())));
+void Path::reset() {
+    past_.clear();
 }
 
 PathMotion Path::add(double time, const Vector3d& pose, const Eigen::Vector2d& arm, double reach) {
     std::size_t old = 0;
-    while (past_.size() - old >= static_cast<std::size_t>(rule_.fewest) && past_[old].time < time - rule_.window * WHOLE) ++old;
-    reset(past_.size() - old);
+    while (past_.size() - old >= static_cast<std::size_t>(FEWEST) && past_[old].time < time - rule_.window * WHOLE) ++old;
+    past_.erase(past_.begin(), past_.begin() + static_cast<std::ptrdiff_t>(old));
     past_.push_back({time, pose});
     std::vector<double> times;
     std::vector<Vector3d> positions;  // of the contact's middle, and of its edges along a turn
@@ -218,18 +212,13 @@ PathMotion Path::add(double time, const Vector3d& pose, const Eigen::Vector2d& a
     found.speed = found.velocity.norm();
     const auto frames = static_cast<std::ptrdiff_t>(times.size());
     found.lasting = times.back() - times[frames - found.used];
-    std::ptrdiff_t before = frames - 1;
-    while (before > frames - found.used && found.speed * (times.back() - times[before]) < rule_.evident * found.noise) --before;
-    const double expected = found.speed * (times.back() - times[before]);
-    const double went = (positions.back() - positions[before]).dot(found.velocity) / std::max(found.speed, 1e-12);
-    if (expected >= rule_.evident * found.noise && went < rule_.stopped * expected) found.stopped = frames - 1 - before;
     for (Vector3d* at : {&found.pose, &found.velocity}) {
         const double turn = (*at)[2] / reach;
         *at = {(*at)[0] + turn * arm[1], (*at)[1] - turn * arm[0], turn};
     }
     found.reported.setConstant(std::numeric_limits<double>::quiet_NaN());
-    if (frames < rule_.fewest) return found;
-    std::ptrdiff_t first = frames - rule_.fewest;
+    if (frames < FEWEST) return found;
+    std::ptrdiff_t first = frames - FEWEST;
     while (first > 0 && times[first - 1] >= time - rule_.reported * WHOLE) --first;
     double mean = 0, square = 0;
     for (std::ptrdiff_t k = first; k < frames; ++k) mean += times[k] / static_cast<double>(frames - first);

@@ -20,21 +20,20 @@ struct Picture {
 struct Registration {
     Eigen::Vector4d fit;  // shift along columns and rows, turn times reach, growth: taxels
     double spread = 0;    // standard deviation of the image's residuals
-    double inliers = 0;   // share of the edge taxels whose residual the biweight keeps
 };
 
 // The edge taxels of an image, by which the motion to later images is found.
 class Keyframe {
  public:
-    // Edge taxels where the slope of the image exceeds steep, 1/taxel, none within rim of the border, of which about `most` are used.
-    Keyframe(const Picture& picture, double steep, std::ptrdiff_t rim, std::ptrdiff_t most);
+    // Edge taxels where the slope of the image exceeds steep, 1/taxel; none at the border.
+    Keyframe(const Picture& picture, double steep);
     // Fit of the edges' motion from a first guess; turns: whether a turn is fitted too.
     Registration motion(const Picture& picture, bool turns, const Eigen::Vector4d& guess) const;
 
-    Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();  // sum over all edge taxels of the products of their slopes
-    Eigen::Vector2d middle = Eigen::Vector2d::Zero();  // column and row, mean of all edge taxels
+    Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();  // sum over the edge taxels of the products of their slopes
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();  // column and row, mean of the edge taxels
     double reach = 1;                                  // taxels from middle, within which most of them lie
-    std::ptrdiff_t count = 0;                          // of all
+    std::ptrdiff_t count = 0;                          // of edge taxels
 
  private:
     struct Edge {
@@ -48,28 +47,25 @@ class Keyframe {
 // How an object's motion is found. Times in s, lengths in m.
 struct PathRule {
     double window, reported;    // longest stretch of a steady motion, and the stretch of the velocity that is reported
-    std::ptrdiff_t fewest;      // frames that are kept at least, and for a velocity
     double least_noise, bound;  // of a position at least; standard deviations by which velocities of ever longer stretches may differ
-    double evident, stopped;    // a steady motion ends if of a way of so many standard deviations less than this part is gone
 };
 
 // Motion of an object in the last of its frames, at the origin: m, m, rad and per s.
 struct PathMotion {
     Eigen::Vector3d pose, velocity;  // without noise
-    Eigen::Vector3d reported;        // velocity over the reported stretch, NaN with fewer than fewest frames
+    Eigen::Vector3d reported;        // velocity over the reported stretch, NaN with fewer than four frames
     double noise = 0;                // m, of a position
     double speed = 0, sigma = 0;     // m/s, of the contact's middle and edges together, and the standard deviation of each
     double lasting = 0;              // s, of the steady motion
     std::ptrdiff_t used = 1;         // its frames
-    std::ptrdiff_t stopped = 0;      // latest frames in which it has not moved on, 0 if it has
 };
 
 // The path of an object: its pose in the last frames.
 class Path {
  public:
     explicit Path(const PathRule& rule) : rule_(rule) {}
-    // Drop all frames but the last `kept`.
-    void reset(std::size_t kept = 0);
+    // Drop all frames.
+    void reset();
     // The motion after a frame at time with a pose. arm: m, of the contact's middle; reach: m, of its edges from there.
     PathMotion add(double time, const Eigen::Vector3d& pose, const Eigen::Vector2d& arm, double reach);
 

@@ -59,11 +59,8 @@ class ContactTracker:
         m; stamp_s: s."""
         last, owner = self._remembered(labels.size, stamp_s)
         self._stamp_s = stamp_s
-        labels, width = labels.ravel(), len(last) + 1
-        row = np.zeros(max([int(labels.max(initial=0)), *(label for label, _ in regions)]) + 1, int)
-        row[[label for label, _ in regions]] = np.arange(len(regions)) + 1
-        table = np.bincount(labels * width + owner, minlength=len(row) * width).reshape(-1, width)
-        shared = [table[label].tolist() for label, _ in regions]  # of each region, with no contact and with each
+        inside = [labels.ravel() == label for label, _ in regions]
+        shared = [np.bincount(owner[mask], minlength=len(last) + 1).tolist() for mask in inside]  # with no contact, and with each
         counts, shared = [sum(common) for common in shared], [common[1:] for common in shared]
         chosen = _matched(shared, [moments for _, moments in regions], last, reach)
         free, found = [j for j in range(len(last)) if j not in chosen.values()], []
@@ -77,10 +74,11 @@ class ContactTracker:
             joined = any(shared[k][j] and last[j].lasting for j in free)
             found.append(TrackedContact(before.number, moments, before.since_s, stamp_s, bool(joined or before.merged and not splits)))
         lost = [j for j in free if not any(common[j] for common in shared)]
-        again = np.zeros(width, int)
-        again[np.array(lost, int) + 1] = len(found) + 1 + np.arange(len(lost))
-        region = row[labels]
-        self._last, self._owner = found + [last[j] for j in lost], np.where(region > 0, region, again[owner]) if lost else region
+        again = np.zeros(len(last) + 1, int)
+        again[[j + 1 for j in lost]] = len(found) + 1 + np.arange(len(lost))
+        self._last, self._owner = found + [last[j] for j in lost], again[owner]
+        for k, mask in enumerate(inside):
+            self._owner[mask] = k + 1
         return found
 
     def _remembered(self, size: int, stamp_s: float) -> tuple[list[TrackedContact], np.ndarray]:

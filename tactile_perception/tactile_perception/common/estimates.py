@@ -88,7 +88,7 @@ class SlipEstimate:
 _INCIPIENT = (0.05, 0.03)
 STILL_GROSS = 0.85
 _GROSS = (0.90, STILL_GROSS)
-_FAR = 4.0  # radii of the contact: a centre of rotation farther away counts as a translation. Chosen
+FAR = 4.0  # radii of the contact: a centre of rotation farther away counts as a translation. Chosen
 _COINCIDENT = 1e-24  # m^2: squares of places a picometre apart
 
 
@@ -120,6 +120,6 @@ def planar_twist(place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, f
         return unknown, np.nan, unknown
     turn = (x @ v - y @ u) / spread
     linear = drift + turn * np.array([middle[1], -middle[0]])
-    if math.hypot(*drift) >= abs(turn) * _FAR * math.sqrt(spread / len(place)):
+    if math.hypot(*drift) >= abs(turn) * FAR * math.sqrt(spread / len(place)):
         return linear, turn, unknown
     return linear, turn, middle + np.array([-drift[1], drift[0]]) / turn

@@ -20,49 +20,45 @@ import numpy as np
 from .._core import taxel as _kernel
 from .pressure import SoftPad, TaxelArray
 from .region import BORDER_SHARE, LEVEL
-from ..common.estimates import NONE, SlipEstimate, next_state, state_probability
+from ..common.estimates import FAR, NONE, SlipEstimate, next_state, state_probability
 
 
 class Limits:
-    """What decides; lengths in taxels, or in thicknesses of the pad, times in s."""
+    """What decides, each with what it is: docs/taxel_array.md. Lengths in taxels, or in thicknesses of the pad, times in s."""
 
     # Registration
-    edge = 0.08  # gradient of an image, 1/taxel, from which a taxel belongs to an edge: above the roughness of gains and faces
-    fewest_edges, most_edges = 6, 250  # taxels: needed (4 unknowns), and used at most, which bounds the time
-    # Least information on a shift, over the best direction: the rough edge of a half plane has up to 0.06, a bar of 5 : 2 has 0.4. On a
-    # turn: a face of 3 : 2 has 0.06, a ring has only that of its roughness, which is larger where edges are few (plus roughness over their
-    # number).
-    shift_information, turn_information, roughness = 0.08, 0.035, 3.0
-    large = 20  # rows and columns, from which two at the array's border are ignored, else one: what moves over it is not seen
-    farthest = 5.0  # from a keyframe; farther the fit does not converge
-    spread, inliers = 0.2, 0.7  # of the residuals, up to which a fit holds, and of the taxels, from which it holds
-    few = 40  # taxels, up to which a contact is followed by its pressure's centroid, for want of edges
-    centroid_sigma = 0.3  # of that centroid: pressure shifts without motion
-    key_moved, key_grew = 0.8, 0.3  # since a keyframe, before a new one: slopes hold for parts of a taxel
+    edge = 0.08  # limit: gradient of an image, 1/taxel, from which a taxel belongs to an edge: above the roughness of gains and faces
+    key_moved = 0.8  # limit: motion since a keyframe, before a new one: slopes hold for parts of a taxel
     # Load
-    load_s, load_change, other_load = 0.06, 0.2, 0.1  # a change over this time to which the image's is attributed; and one that lasts
-    evident = 0.4  # a frame, from which a centroid's shift is motion even if the load rises a little
+    load_s, load_change = 0.06, 0.2  # prior: a change over this time to which the image's is attributed
     # Motion
-    window_s, velocity_s = 0.2, 0.06  # longest stretch of a steady motion; stretch of the velocity that is reported
-    fewest_frames = 4  # for a velocity that is reported: two more than a line needs
-    bound = 2.5  # sigmas, by which velocities of ever longer stretches may differ (98 %)
-    least_noise = 2e-3  # of a position: what registration leaves of the phase between object and taxels
-    begins, goes_on, path = 5.0, 3.0, 2.0  # sigmas: of a velocity from which an object moves, and moves on; of the path by which it begins
-    creep = 0.2  # taxels/s, up to which the picture creeps by itself: pad and sensing layer relax
-    expected, stopped = 3.5, 0.25  # an object has stopped if of a way of so many sigmas it has gone less than this part
+    bound = 2.5  # noise: sigmas, by which velocities of ever longer stretches may differ (98 %)
+    begins = 4.0  # noise: sigmas of a velocity with which an object moves, and of a traction that is seen
+    creep = 0.2  # physical: taxels/s, up to which the picture creeps by itself, as pad and sensing layer relax
     # Slip
-    lag = 0.1  # of the object's motion, by which the pad's surface lags where it slips: coupled neighbours creep a little
-    far = 4.0  # radii of the contact within which a centre of rotation is reported; farther ones are translations
-    # Of the state's confidence, measured on two simulated devices: taxels that slip independently, and frames that no fraction explains
-    patches, mistaken = 44.0, 0.012
+    lag = 0.1  # physical: of the object's motion, by which the pad's surface lags where it slips: coupled neighbours creep a little
     # Traction
-    reach = 2.5  # thicknesses around a contact in which its pressure is seen
-    rest_s = 0.1  # over which the picture before a motion is averaged
-    picture = 0.5  # from that picture, before a new one is taken; half of it while an object rolls, as its contact grows on the way
-    pulls, sigmas = 0.05, 5.0  # traction over pressure, and in sigmas, of an object that does not roll
-    rolled = 0.15  # motion without traction, from which a curved object rolls: traction is seen at a third of that
-    curved = 0.85  # variance of pressure over that of the area, along the motion, of a curved face: 0.67 to 0.75, of a flat one 0.91 to 1
+    # Limit: motion since the picture before it, before a new one is taken; half while an object rolls, as its contact grows on the way
+    picture = 0.5
+    # Physical: variance of pressure over that of the area, along the motion: 0.67 to 0.75 of a curved face, 0.91 to 1 of a flat one
+    curved = 0.85
 
+
+# Least information on a motion, over the best direction: the rough edge of a half plane has up to 0.06 on a shift, a bar of 5 : 2 has 0.4;
+# a face of 3 : 2 has 0.06 on a turn, a ring has only that of its roughness, so many times one over the number of edges.
+_INFORMATION, _ROUGHNESS, _UNKNOWNS = 0.04, 3.0, 4
+_SPREAD = 0.2  # standard deviation of an image's residuals, up to which a fit holds; of an image of about 0.8
+_FEW = 40  # taxels, up to which a contact is followed by its pressure's centroid, for want of edges
+# Taxels: standard deviation of the centroid of few of them, as pressure shifts without motion; and a jump that is no motion.
+_CENTROID_SIGMA, _FARTHEST = 0.3, 5.0
+_WINDOW_S = 0.2  # s, longest stretch of a steady motion
+_PATH = 2.0  # sigmas of the registration (95 %), of the path by which a motion begins
+_LEAST_NOISE = 2e-3  # taxels, of a position: what registration leaves of the phase between object and taxels
+_REST_S = 0.1  # s, over which the picture before a motion is averaged
+_ROLLED = 0.15  # taxels, motion without traction, from which a curved object rolls
+# Of the state's confidence, measured on two simulated devices: taxels that slip independently, and frames that no fraction explains.
+_PATCHES, _MISTAKEN = 44.0, 0.012
+REACH = 2.5  # thicknesses around a contact in which its pressure is seen: beyond the wider spread of what traction causes
 
 #: The border of the pressure image leads by so many thicknesses times traction over pressure (theory of a bonded elastic layer).
 BORDER_LEAD = 0.5
@@ -98,33 +94,34 @@ class EdgeKeyframe:
     about 0.8 in a contact. Growth along the edges' normals is fitted too, since a change of load makes a contact grow without motion."""
 
     def __init__(self, pressure: np.ndarray, scale: float = 1.0):
-        rim = 2 if min(pressure.shape) >= Limits.large else 1
-        self._key = _kernel.Keyframe(pressure, scale=scale, steep=Limits.edge, rim=rim, most=Limits.most_edges)
+        self._key = _kernel.Keyframe(pressure, scale=scale, steep=Limits.edge)
         self.middle, self.reach = self._key.middle, self._key.reach
-        self._turns = self._determined() if self._key.count >= Limits.fewest_edges else None
+        self._turns = self._determined()
 
     def motion(self, pressure: np.ndarray, scale: float = 1.0, start: np.ndarray | None = None) -> KeyframeMotion | None:
         """The motion from the keyframe to the image by pressure and scale; start: predicted fit (4,). None where the fit fails."""
         if self._turns is None:
             return None
         found = self._key.motion(pressure, scale=scale, turns=self._turns, guess=np.zeros(4) if start is None else start)
-        along, across, turned, _ = found.fit.tolist()
-        if not (math.hypot(along, across) + abs(turned) <= Limits.farthest and found.spread <= Limits.spread and
-                found.inliers >= Limits.inliers):
+        if not found.spread <= _SPREAD:
             return None
-        return KeyframeMotion(found.fit, turned / self.reach if self._turns else math.nan, self.middle, self.reach,
+        return KeyframeMotion(found.fit, found.fit[2] / self.reach if self._turns else math.nan, self.middle, self.reach,
                               found.spread * self._position_sigma)
 
     def _determined(self) -> bool | None:
-        """Whether the edges determine a turn, from the products of their slopes; None where a shift is unobservable."""
-        normal = self._key.normal
+        """Whether the edges determine a turn, from the products of their slopes; None where a shift is unobservable. Of the slopes of few
+        edges, a part of one over their number has any direction by chance."""
+        normal, count = self._key.normal, self._key.count
+        if count < _UNKNOWNS:
+            return None
         xx, xy, yy = normal[0, 0], normal[0, 1], normal[1, 1]
         total, apart = xx + yy, math.hypot(xx - yy, 2 * xy)
-        if total - apart < Limits.shift_information * (total + apart):
+        least = _INFORMATION + _ROUGHNESS / count
+        if total - apart < least * (total + apart):
             return None
         x, y = normal[2, :2]
         turning = normal[2, 2] - (yy * x * x - 2 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
-        turns = bool(turning > (Limits.turn_information + Limits.roughness / self._key.count) * total)
+        turns = bool(turning > least * total)
         used = [0, 1, 2, 3] if turns else [0, 1, 3]
         covariance = np.linalg.pinv(normal[used][:, used], hermitian=True)[:-1, :-1]
         self._position_sigma = math.sqrt(np.linalg.eigvalsh(covariance)[-1])
@@ -143,9 +140,9 @@ class CentroidKeyframe:
         that either touches: one that crosses the border moves no centroid at once."""
         either = touched | self._touched
         shift = _centroid(pressure, either) - _centroid(self._pressure, either)
-        if not np.hypot(*shift) < Limits.farthest:
+        if not np.hypot(*shift) < _FARTHEST:
             return None
-        return KeyframeMotion(np.array([*shift, 0.0, 0.0]), np.nan, self.middle, self.reach, Limits.centroid_sigma)
+        return KeyframeMotion(np.array([*shift, 0.0, 0.0]), np.nan, self.middle, self.reach, _CENTROID_SIGMA)
 
 
 def _centroid(pressure: np.ndarray, touched: np.ndarray) -> np.ndarray:
@@ -182,13 +179,9 @@ class RollWatch:
             self._before = pressure.copy()
         self._share = None
         self._frames += 1
-        self._newest = max(1 / self._frames, min((stamp_s - self._rested_s) / Limits.rest_s, 1.0))  # its part of the picture
+        self._newest = max(1 / self._frames, min((stamp_s - self._rested_s) / _REST_S, 1.0))  # its part of the picture
         self._rested_s = stamp_s
         self._before += (pressure - self._before) * np.float32(self._newest)
-
-    def release(self) -> None:
-        """The object of the last picture at rest has hardly any traction: whether it rolls is open."""
-        self._pulls = False
 
     def follow(self, pressure: np.ndarray, sigma: float, touched: np.ndarray, stamp_s: float) -> bool:
         """Whether an object that moves, over touched (rows, columns) bool, rolls; pressure: (rows, columns) as the taxels see it, of noise
@@ -204,9 +197,9 @@ class RollWatch:
             return self._rolls
         shift, traction = found[:2], found[2:]
         went = math.hypot(*shift)
-        if traction @ shift > max(Limits.pulls, Limits.sigmas * self._noise * sigma) * max(went, 1e-9):
+        if traction @ shift > Limits.begins * self._noise * sigma * went:
             self._pulls, self._rolls = True, False
-        elif went > Limits.rolled:
+        elif went > _ROLLED:
             self._rolls = not self._pulls and is_curved(pressure, touched, shift)
         if went > (0.5 if self._rolls else 1.0) * Limits.picture:
             self._drop()
@@ -216,7 +209,7 @@ class RollWatch:
     def _fit(self, touched: np.ndarray) -> None:
         """Least squares by the picture before the motion: its slopes, the pressure of an even traction, turn, growth, load."""
         row, column = np.nonzero(touched)
-        reach = math.ceil(Limits.reach * self._thickness)
+        reach = math.ceil(REACH * self._thickness)
         self._box = tuple(slice(max(int(at.min()) - reach, 0), int(at.max()) + reach + 1) for at in (row, column))
         even = cv2.GaussianBlur(touched * np.float32(self._before[touched].mean()), (0, 0), 0.5)
         none = np.zeros_like(even)
@@ -263,9 +256,8 @@ class MotionTracker:
         self.shear = _kernel.SurfaceShear(rows=array.rows, columns=array.columns, pitch=array.pitch,
                                           thickness=pad.thickness / array.pitch, stiffness=pad.shear_stiffness)
         self._watch = RollWatch(array, pad, self.shear)
-        self._path = _kernel.Path(window=Limits.window_s, reported=Limits.velocity_s, fewest=Limits.fewest_frames,
-                                  least_noise=Limits.least_noise * array.pitch, bound=Limits.bound, evident=Limits.expected,
-                                  stopped=Limits.stopped)
+        self._path = _kernel.Path(window=_WINDOW_S, reported=Limits.load_s, least_noise=_LEAST_NOISE * array.pitch,
+                                  bound=Limits.bound)
         self._middle = 0.5 * np.array([array.columns - 1, array.rows - 1])
         self.reset()
 
@@ -282,11 +274,11 @@ class MotionTracker:
         self._path.reset()
         self._smooth = np.zeros(3)  # total without noise
         self._loads: deque[tuple[float, float]] = deque()
-        self._slip_fraction = self._pulled = 0.0  # pulled: traction over pressure
+        self._slip_fraction = 0.0
         self.lead = np.zeros(2)
         self._varied = 0.0  # relative change of the load over the last frames
         self._waited = False  # since the last frames, for a load that varies
-        self._key_load, self._key_count = 0.0, 1  # sum of pressure in the keyframe, Pa, and taxels
+        self._key_count = 1  # taxels in the keyframe
         self._followed = 1.0  # object's part of the picture's motion
         self._moves = False
         self._arm = np.zeros(2)  # m, of the keyframe's centre from the origin
@@ -298,8 +290,8 @@ class MotionTracker:
         count = int(np.count_nonzero(touched))
         load = float(pressure[touched].sum(dtype=float))
         pulled = np.array(self.shear.force) / max(load * self._array.taxel_area, 1e-12)
-        self._pulled, self.lead = math.hypot(*pulled), BORDER_LEAD * self._pad.thickness * pulled
-        few, now = count <= Limits.few, (pressure, touched, load)
+        self.lead = BORDER_LEAD * self._pad.thickness * pulled
+        few, now = count <= _FEW, (pressure, touched, load)
         if self._key is None or few != isinstance(self._key, CentroidKeyframe):
             self._rekey(few, *now)
         found = self._key.motion(pressure, touched) if few else self._key.motion(pressure, self._scale(load), self._expected)
@@ -309,7 +301,7 @@ class MotionTracker:
             self._moves = False
             return ObjectMotion(np.full(2, np.nan), np.nan, np.zeros(self._array.shape, bool), np.full(2, np.nan), np.nan)
         waits = self._load_varies(found, few, load, stamp_s)
-        if self._waited and not waits and abs(load - self._key_load) > Limits.other_load * self._key_load:
+        if self._waited and not waits:
             self._rekey(few, *now)
             found = found._replace(fit=np.zeros(4), turn=0 * found.turn)
         self._waited = waits
@@ -324,7 +316,7 @@ class MotionTracker:
         self.traction_pressure = self.shear.traction_pressure()
         slipping = self._lagging(slip, smooth, touched) if self._moves else np.zeros_like(touched)
         self._along = self._direction(path.velocity) if self._moves else np.zeros(3)
-        if found.largest > Limits.key_moved or abs(found.fit[3]) > Limits.key_grew:
+        if found.largest > Limits.key_moved:
             self._rekey(few, *now)
         self._slip_fraction = np.count_nonzero(slipping) / count
         linear, turn = path.reported[:2], float(path.reported[2])
@@ -338,7 +330,7 @@ class MotionTracker:
             self._loads.popleft()
         least, most = min(value for _, value in self._loads), max(value for _, value in self._loads)
         self._varied = 1 - least / max(most, 1e-9)
-        moved = few and seen.largest > Limits.evident and load < (1 + Limits.load_change) * self._loads[0][1]
+        moved = few and seen.largest > _CENTROID_SIGMA and load < (1 + Limits.load_change) * self._loads[0][1]
         return self._varied > Limits.load_change and not moved
 
     def _step(self, seen: KeyframeMotion, mean: float) -> np.ndarray:
@@ -359,12 +351,7 @@ class MotionTracker:
         """The last motion (3,) m, m at the origin, rad, without noise, and that of the path; step: with noise."""
         self._total = self._total + step
         found = self._path.add(stamp_s, self._total, self._arm, self._key.reach * self._array.pitch)
-        evident = found.used > 1 and self._is_evident(found)
-        # An object that has not moved on has stopped, though a line through its positions still has a velocity: it holds the motion's end.
-        if evident and self._moves and found.stopped:
-            self._path.reset(kept=found.stopped)  # what came before is another motion
-            evident = False
-        self._moves = evident
+        self._moves = found.used > 1 and self._is_evident(found)
         last, self._smooth = self._smooth, found.pose
         return self._smooth - last, found
 
@@ -372,17 +359,15 @@ class MotionTracker:
         """Whether the path is a motion of the object. It begins by a displacement longer than the registration's own error, by which
         pressure wanders without motion, and than that of the traction that a load lets go."""
         pitch = self._array.pitch
-        if path.speed <= max((Limits.goes_on if self._moves else Limits.begins) * path.sigma, Limits.creep * pitch):
+        if path.speed <= max(Limits.begins * path.sigma, Limits.creep * pitch):
             return False
         released = math.hypot(*self.lead) * self._varied
-        return self._moves or path.speed * path.lasting > (Limits.path * self._seen.sigma * pitch + released) * self._followed
+        return self._moves or path.speed * path.lasting > (_PATH * self._seen.sigma * pitch + released) * self._followed
 
     def _rolls(self, seen: np.ndarray, sigma: float, touched: np.ndarray, velocity: np.ndarray, same_load: bool, stamp_s: float) -> bool:
         """Whether the object, which moves by velocity (3,), rolls without traction."""
         if not (self._moves and same_load):
             self._watch.rest(seen, same_load, stamp_s)
-            if self._pulled < Limits.pulls:
-                self._watch.release()
             return False
         x, y, turn = self._along_of(velocity)
         return self._watch.follow(seen, sigma, touched, stamp_s) and isinstance(self._key, EdgeKeyframe) and abs(turn) <= math.hypot(x, y)
@@ -404,7 +389,7 @@ class MotionTracker:
         return touched & (slip[0]**2 + slip[1]**2 > Limits.lag**2 * square)
 
     def _rekey(self, few: bool, pressure: np.ndarray, touched: np.ndarray, load: float) -> None:
-        self._key_load, self._key_count, self._waited = load, int(np.count_nonzero(touched)), False
+        self._key_count, self._waited = int(np.count_nonzero(touched)), False
         self._key = CentroidKeyframe(pressure, touched) if few else EdgeKeyframe(pressure, self._scale(load))
         self._arm = (self._key.middle - self._middle) * self._array.pitch
         self._seen, self._expected, self._pose = None, None, np.zeros(3)
@@ -431,7 +416,7 @@ class TaxelSlip:
         fraction = np.count_nonzero(motion.slipping) / np.count_nonzero(touched)
         self._state = next_state(self._state, fraction)
         estimate = SlipEstimate(self._state, fraction, np.zeros(3), np.zeros(3))
-        estimate.confidence = (1 - Limits.mistaken) * state_probability(self._state, fraction, Limits.patches)
+        estimate.confidence = (1 - _MISTAKEN) * state_probability(self._state, fraction, _PATCHES)
         if self._state == NONE:
             return estimate
         x, y = estimate.x, estimate.y = self._positions(motion.slipping)
@@ -442,7 +427,7 @@ class TaxelSlip:
         if turn:  # else a translation, or rotation is unobservable
             centre = -along_y / turn, along_x / turn
             x, y = self._positions(touched)
-            if math.dist(centre, (x.mean(), y.mean())) < Limits.far * math.sqrt(len(x) / math.pi) * self._array.pitch:
+            if math.dist(centre, (x.mean(), y.mean())) < FAR * math.sqrt(len(x) / math.pi) * self._array.pitch:
                 estimate.rotation_center = np.array([*centre, 0.0])
         return estimate
 

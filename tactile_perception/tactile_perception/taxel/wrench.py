@@ -11,13 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .._core.taxel import SurfaceShear
-from .motion import ObjectMotion
+from .motion import REACH, ObjectMotion
 from .pressure import SoftPad, TaxelArray, grown
 from .region import Regions
 from ..common.estimates import NONE, SlipEstimate
 from ..common.surface_points import SLIPPING, STICKING, UNKNOWN, SurfacePoints
 
-_REACH = 2.5  # thicknesses around a face, in which pressure counts: beyond the wider spread of what traction causes
 _LITTLE = 0.02  # friction over load, below which it moves no pressure to speak of
 _UNSEEN = 0.5  # of a tension, up to which the pressure there shows that there is one
 
@@ -70,7 +69,7 @@ def under_friction(pressure: np.ndarray, touched: np.ndarray, friction: np.ndarr
 
 def _seen(pressure: np.ndarray, touched: np.ndarray, array: TaxelArray, pad: SoftPad) -> tuple[float, np.ndarray]:
     """N, and (2,) N m, of the pressure under a face and around."""
-    return _moments(pressure * grown(touched, min(round(_REACH * pad.thickness / array.pitch), max(array.shape))), array)
+    return _moments(pressure * grown(touched, min(round(REACH * pad.thickness / array.pitch), max(array.shape))), array)
 
 
 def _moments(load: np.ndarray, array: TaxelArray) -> tuple[float, np.ndarray]:

@@ -11,7 +11,7 @@ from tactile_perception._core import taxel
 PRESSURE = np.pad(np.full((9, 12), 3e4, np.float32), 6)
 TOUCHED = PRESSURE > 1e4
 RULE = {'smooth': 1.0, 'reach': 2, 'least': 100.0, 'share': 0.6, 'ramp': 0.33}
-KEY = taxel.Keyframe(PRESSURE, scale=1 / 3e4, steep=0.08, rim=1, most=250)
+KEY = taxel.Keyframe(PRESSURE, scale=1 / 3e4, steep=0.08)
 
 
 def shear(shape=PRESSURE.shape):
@@ -19,12 +19,12 @@ def shear(shape=PRESSURE.shape):
 
 
 def path():
-    return taxel.Path(window=0.2, reported=0.06, fewest=4, least_noise=1e-5, bound=2.5, evident=3.5, stopped=0.25)
+    return taxel.Path(window=0.2, reported=0.06, least_noise=1e-5, bound=2.5)
 
 
 def fit_of(key, pressure=PRESSURE, guess=np.zeros(4)):
     found = key.motion(pressure, scale=1 / 3e4, turns=True, guess=guess)
-    return found.fit, np.array([found.spread, found.inliers])
+    return found.fit, np.array([found.spread])
 
 
 def regions(score, pressure, full):
@@ -39,7 +39,7 @@ CALLS = {
     'find_regions': (lambda score=TOUCHED.astype(np.float32), pressure=PRESSURE, full=TOUCHED: regions(score, pressure, full),
                      {'score': TOUCHED.astype(np.float32), 'pressure': PRESSURE, 'full': TOUCHED}),
     'add': (lambda pose=np.zeros(3), arm=np.ones(2): [path().add(1.0, pose, arm, 1.0).pose], {'pose': np.zeros(3), 'arm': np.ones(2)}),
-    'Keyframe': (lambda pressure=PRESSURE: [taxel.Keyframe(pressure, scale=1 / 3e4, steep=0.08, rim=1, most=250).normal],
+    'Keyframe': (lambda pressure=PRESSURE: [taxel.Keyframe(pressure, scale=1 / 3e4, steep=0.08).normal],
                  {'pressure': PRESSURE}),
     'motion': (lambda pressure=PRESSURE, guess=np.zeros(4): fit_of(KEY, pressure, guess), {'pressure': PRESSURE, 'guess': np.zeros(4)}),
     'move': (lambda touched=TOUCHED, pressure=PRESSURE, shift=np.array([1e-4, 0, 0.01]): [
@@ -68,9 +68,9 @@ def test_a_copy_goes_on_by_itself_and_an_exception_changes_nothing():
 
 
 def test_nothing_has_no_edges_and_a_guess_without_a_number_stays_one():
-    assert taxel.Keyframe(np.zeros((44, 44), np.float32), scale=1.0, steep=0.08, rim=2, most=250).count == 0
-    fit, (_, inliers) = fit_of(KEY, guess=np.full(4, np.nan))
-    assert np.isnan(fit).any() and inliers == 0
+    assert taxel.Keyframe(np.zeros((44, 44), np.float32), scale=1.0, steep=0.08).count == 0
+    fit, (spread,) = fit_of(KEY, guess=np.full(4, np.nan))
+    assert np.isnan(fit).any() and not spread < 1
 
 
 @pytest.mark.parametrize('value', [np.nan, np.inf, -np.inf, -5.0])
@@ -100,11 +100,3 @@ def test_a_stop_is_seen_within_two_frames_and_one_frame_has_no_velocity():
     for k in range(20):
         found = line.add(k / 100, np.array([0.02 * min(k, 17), 0.0, 0.0]) + rng.normal(0, 1e-3, 3) * [1, 1, 0], np.zeros(2), 7e-3)
     assert found.velocity[0] == pytest.approx(0, abs=0.4)
-
-
-@pytest.mark.parametrize('seed', range(4))
-def test_a_slow_motion_is_told_to_have_stopped_once_noise_cannot_explain_it(seed):
-    rng, line = np.random.default_rng(seed), path()
-    told = [line.add(k / 100, np.array([0.002 * min(k, 17), 0.0, 0.0]) + rng.normal(0, 1e-3, 3) * [1, 1, 0], np.zeros(2), 7e-3).stopped > 0
-            for k in range(26)]
-    assert not any(told[:18]) and any(told[18:24])
