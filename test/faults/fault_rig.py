@@ -142,11 +142,13 @@ class Bench:
         """A namespace that no test has used: parts of a lifecycle node live on after it."""
         return f'/{name}{next(self._names)}'
 
-    def until(self, condition) -> float:
-        """When condition() came true, monotonic s."""
+    def until(self, condition, known=str) -> float:
+        """When condition() came true, monotonic s; where it does not, known() and what the nodes last said, and how long ago, tell why."""
         end = time.monotonic() + PATIENCE
         while not condition():
-            assert time.monotonic() < end, [(name, seen[-1].level, seen[-1].text) for name, seen in self.ear.health.items() if seen][-6:]
+            now = time.monotonic()
+            assert now < end, (known(), [(name, f'{now - seen[-1].at:.1f} s ago', seen[-1].level, seen[-1].text)
+                                         for name, seen in self.ear.health.items() if seen][-6:])
             time.sleep(0.005)
         return time.monotonic()
 
