@@ -15,9 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .command import tells_errors
-from .errors import BadArgument
-from .samples import CHANNELS
+from .errors import BadArgument, tells_errors
+from .frame import CHANNELS
 from .serial.frames import LARGEST, MATRIX, SAMPLES, CountFrame, write_frame, write_line
 from .simulation.psd.scene import open_psd_scene
 from .simulation.taxel.scene import open_taxel_scene

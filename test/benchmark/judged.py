@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 import cv2
 import numpy as np
 import yaml
-from tactile_bringup.installed import share
+from tactile_bringup import share
 from tactile_bringup.simulate.bags import WRITERS, write_scene
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.bags.judged_bag import JudgedBag

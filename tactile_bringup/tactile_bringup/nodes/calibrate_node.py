@@ -37,6 +37,7 @@ from tactile_msgs.msg import Contact, Contacts, PsdVoltages
 from tactile_perception.common.geometry import (
     FrameTree, Pose, matrix_of_quaternion, quaternion, rotation_matrix, rotation_vector, wrench_at)
 from tactile_perception.errors import BadFrame
+from tactile_perception.nodes.messages.conversions import wrench_to_message
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.sensors import SENSOR_TYPES
 from tactile_perception.tools.calibrate import main as calibrate
@@ -349,9 +350,7 @@ class CalibrateNode(Node):
                                 force=-float(normal @ wrench[:3]))
                 yield stamp, 'ground_truth/contacts', Contacts(header=header, contacts=[touch] if touched else [])
             if np.isfinite(wrench).all():
-                message = WrenchStamped(header=header)
-                message.wrench.force, message.wrench.torque = vector(wrench[:3]), vector(wrench[3:])
-                yield stamp, 'ground_truth/wrench', message
+                yield stamp, 'ground_truth/wrench', wrench_to_message(wrench, header)
 
     def _contact(self, sample: Sample) -> tuple[np.ndarray, np.ndarray]:
         """Position (3,) m and direction (3,) of what presses."""

@@ -12,8 +12,7 @@ import serial
 from serial.tools import list_ports
 
 from ..errors import BadArgument, DeviceLost
-from ..frame import Frame
-from ..samples import SampleBlock
+from ..frame import Frame, SampleBlock
 from ..sources.source import Clock, NothingYet, Source
 from .frames import BinaryReader, CountFrame, FrameCounts, LineReader
 

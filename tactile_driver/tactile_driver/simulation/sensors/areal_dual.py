@@ -10,7 +10,7 @@ import numpy as np
 
 from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered
 from ..optics.camera import SimulatedCamera
-from ..optics.led_light import Lamps
+from ..optics.light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import STARTING, Script, Shutters, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
 from ..skin.surfaces import Sheet
