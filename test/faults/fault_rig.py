@@ -25,6 +25,7 @@ from rclpy.qos import QoSProfile
 from tactile_bringup.hand.description import HandSensor
 from tactile_bringup.launch.arguments import SensorPlan
 from tactile_bringup.launch.hand import hand_arguments, planned_sensor
+from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.runtime.diagnostics import NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.recordings.reader import BagReader
@@ -42,6 +43,11 @@ class Heard(NamedTuple):
 
     at: float
     message: object
+
+
+def stamps(heard: list[Heard]) -> np.ndarray:
+    """(N,) ns, of messages."""
+    return np.array([stamp_ns_of(each.message.header) for each in list(heard)])
 
 
 class Health(NamedTuple):

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 from emulated import CountingFinger, samples
-from fault_rig import OK
+from fault_rig import OK, stamps
 from rclpy.clock import ClockType
 from rosgraph_msgs.msg import Clock
 from tactile_driver.nodes.driver_node import DriverNode
@@ -16,10 +16,6 @@ from tactile_msgs.msg import Contacts, PsdVoltages
 from tactile_perception.node import make_node
 
 HOUR = 3600 * 10**9
-
-
-def stamps(heard):
-    return np.array([h.message.header.stamp.sec * 10**9 + h.message.header.stamp.nanosec for h in list(heard)])
 
 
 @pytest.mark.parametrize('step', [HOUR, -HOUR, -10**7], ids=['an hour forward', 'an hour back', '10 ms back'])

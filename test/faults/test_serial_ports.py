@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import serial
 from emulated import CountingArray, CountingFinger, frames, samples
-from fault_rig import ERROR, OK, PATIENCE, WARN
+from fault_rig import ERROR, OK, PATIENCE, WARN, stamps
 from sensor_msgs.msg import Image
 from tactile_driver.emulators import CORRUPTIONS
 from tactile_driver.nodes.psd_node import PsdNode
@@ -21,10 +21,6 @@ RNG = np.random.default_rng(1)
 
 def messages(heard, since=0.0):
     return [h.message for h in list(heard) if h.at > since]
-
-
-def stamps(heard):
-    return [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages(heard)]
 
 
 def driver(bench, nodes, kind, data, topic, **parameters):
