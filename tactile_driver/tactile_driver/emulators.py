@@ -64,9 +64,6 @@ class PortEmulator:
         self._master = self._slave = None
         self._plug()
 
-    def _counts(self) -> np.ndarray:
-        raise NotImplementedError
-
     def fault(self, name: str) -> None:
         """Apply a fault of FAULTS to the next frame. Raises BadArgument, listing FAULTS, for another name."""
         if name not in FAULTS:

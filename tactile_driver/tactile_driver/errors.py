@@ -32,7 +32,7 @@ class BadRecording(TactileError, ValueError):
 def by_name(table: Mapping, name: str, what: str):
     """table[name]. Raises BadArgument, which lists the names, for an unknown one; what: the table names."""
     if name not in table:
-        raise BadArgument(f'{what} {name!r} is unknown; choose one of {", ".join(sorted(table))}')
+        raise BadArgument(f'{what} {name!r} is unknown; choose one of {", ".join(table)}')
     return table[name]
 
 

@@ -424,5 +424,5 @@ def test_what_cannot_be_stitched_is_named():
             stitcher.stitch(left, right)
     with pytest.raises(BadArgument, match='height'):
         MiddleStitcher(((10, 4), (10, 5)), (5, 5))
-    with pytest.raises(BadArgument, match="'blend' is unknown; choose one of middle, plane"):
+    with pytest.raises(BadArgument, match="'blend' is unknown; choose one of plane, middle"):
         make_stitcher('blend', found)

@@ -247,7 +247,7 @@ def bright_spots(image, uv, half):
 
 
 def test_unknown_scene_lists_the_known_ones():
-    with pytest.raises(BadArgument, match='demo, disc_tilt, disc_twist'):
+    with pytest.raises(BadArgument, match='rectangle_drag, disc_twist, disc_tilt'):
         open_scene('nowhere')
 
 
