@@ -254,11 +254,13 @@ class MarkersNode(DrawingNode):
         """See DrawingNode; with images comes camera_info."""
         super().follow_demand()
         if _RAW in self.inputs and self._info is None:
-            self._info = AdaptiveSubscription(self, CameraInfo, 'camera_info', lambda message, _received_ns: self.try_message(
-                'camera_info', message, lambda: self._take_camera(message)), LATCHED_QOS)
+            self._info = AdaptiveSubscription(self, CameraInfo, 'camera_info', self._on_camera_info, LATCHED_QOS)
         elif _RAW not in self.inputs and self._info is not None:
             self._info.close()
             self._info = None
+
+    def _on_camera_info(self, message: CameraInfo, _received_ns: int) -> None:
+        self.try_message('camera_info', message, lambda: self._take_camera(message))
 
     def _take_camera(self, message: CameraInfo) -> None:
         if self._camera != camera_info_key(message):
