@@ -37,12 +37,8 @@ class StorageOptions:
     storage_preset_profile: str = field(default='', kw_only=True)
 
 
-@dataclass
 class ConverterOptions:
     """Serialisation formats; nothing is converted."""
-
-    input_serialization_format: str = ''
-    output_serialization_format: str = ''
 
 
 @dataclass
@@ -80,7 +76,6 @@ class BagMetadata:
     message_count: int = 0
     topics_with_message_count: list[TopicInformation] = field(default_factory=list)
     compression_format: str = ''
-    compression_mode: str = ''
 
 
 def to_rclcpp_qos_vector(serialized: str, version: int) -> list:
@@ -101,8 +96,7 @@ class MetadataIo:
             known = yaml.load(Path(uri, 'metadata.yaml').read_text(), _LOADER)['rosbag2_bagfile_information']
             topics = [TopicInformation(TopicMetadata(0, **{'type_description_hash': '', **one['topic_metadata']}), one['message_count'])
                       for one in known['topics_with_message_count']]
-            return BagMetadata(known['relative_file_paths'], known['message_count'], topics, known.get('compression_format') or '',
-                               known.get('compression_mode') or '')
+            return BagMetadata(known['relative_file_paths'], known['message_count'], topics, known.get('compression_format') or '')
         except (OSError, ValueError, TypeError, KeyError, yaml.YAMLError) as error:
             raise RuntimeError(f'Exception on parsing info file: {error!r}') from error
 

@@ -1,3 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+"""Launch files, parameters, views and commands of the sensors."""
+from pathlib import Path
+
 import tactile_driver  # noqa: F401, for what it does about Ctrl-C
+from ament_index_python.packages import get_package_share_directory
+
+
+def share(*parts: str) -> str:
+    """The path of an installed file of this package."""
+    return str(Path(get_package_share_directory('tactile_bringup'), *parts))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
-from tactile_bringup.installed import share
+from tactile_bringup import share
 from tactile_bringup.simulate.bags import main, write_scene
 from tactile_bringup.simulate.calibrations import calibrate_specimen
 from tactile_driver.nodes.messages.conversions import stamp_ns_of

@@ -3,7 +3,7 @@
 """Drivers of tactile sensors.
 
 What is imported takes a second or two: a Ctrl-C meanwhile ends a command of these packages at once and without a word. Nodes and tools
-(runtime/run.py, command.py) set handlers of their own once they run.
+(runtime/run.py, errors.py) set handlers of their own once they run.
 """
 import signal
 import sys

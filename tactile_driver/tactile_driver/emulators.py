@@ -15,9 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .command import tells_errors
-from .errors import BadArgument
-from .samples import CHANNELS
+from .errors import BadArgument, tells_errors
+from .frame import CHANNELS
 from .serial.frames import LARGEST, MATRIX, SAMPLES, CountFrame, write_frame, write_line
 from .simulation.psd.scene import open_psd_scene
 from .simulation.taxel.scene import open_taxel_scene
@@ -64,9 +63,6 @@ class PortEmulator:
         self._number = self._sequence = self._zero = 0  # samples and frames sent; the sample of the last reset
         self._master = self._slave = None
         self._plug()
-
-    def _counts(self) -> np.ndarray:
-        raise NotImplementedError
 
     def fault(self, name: str) -> None:
         """Apply a fault of FAULTS to the next frame. Raises BadArgument, listing FAULTS, for another name."""

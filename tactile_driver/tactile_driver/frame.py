@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of one or two cameras or of a taxel array, and the calibration of a camera."""
+"""Frames of one or two cameras or of a taxel array, blocks of voltages, and the calibration of a camera."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -186,3 +186,26 @@ def matrix_frame(values: np.ndarray, shape: tuple[int, int], stamp_ns: int, plac
         raise BadFrame(f'{place} has values from {values.min()} to {values.max()}; 0 to 65535 can be published; it is skipped')
     small = values.dtype == np.uint8
     return Frame(values.astype(np.uint8 if small else np.uint16), stamp_ns, 'mono8' if small else 'mono16', truth)
+
+
+CHANNELS = 4  # x1, y1, x2, y2
+
+
+@dataclass(frozen=True)
+class SampleBlock:
+    """Consecutive samples without a gap.
+
+    volts: (N, 4) float32, V, columns x1, y1, x2, y2, NaN where the converter gave no value; stamp_ns: time of the first sample on the
+    source's clock, ns; period_s: sampling period, s, NaN for a single sample of unknown rate; truth: of a simulated finger,
+    RecordedTruth of a recording that has it, else None.
+    """
+
+    volts: np.ndarray
+    stamp_ns: int
+    period_s: float
+    truth: object = None
+
+    @property
+    def sizes(self) -> dict:
+        """Empty: a block may have any length."""
+        return {}

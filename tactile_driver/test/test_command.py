@@ -5,8 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from tactile_driver.command import tells_errors
-from tactile_driver.errors import BadArgument
+from tactile_driver.errors import BadArgument, tells_errors
 
 
 def run_with(error, *more):

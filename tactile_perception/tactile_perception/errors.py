@@ -3,9 +3,9 @@
 """The named failures of tactile perception, those that it shares with the drivers among them; each message says what, where and what
 to do.
 """
-from tactile_driver.errors import BadArgument, BadFrame, BadRecording, TactileError
+from tactile_driver.errors import BadArgument, BadFrame, BadRecording, TactileError, by_name
 
-__all__ = ['BadArgument', 'BadCalibration', 'BadFrame', 'BadRecording', 'ClockSetBack', 'TactileError']
+__all__ = ['BadArgument', 'BadCalibration', 'BadFrame', 'BadRecording', 'ClockSetBack', 'TactileError', 'by_name']
 
 
 class BadCalibration(TactileError, ValueError):

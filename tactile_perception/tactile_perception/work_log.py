@@ -38,15 +38,13 @@ class Shedding:
         if not received_ns:
             return False
         if self._last is not None:
-            self._follow(received_ns - self._last[0], stamp_ns - self._last[1])
+            steps_ns = received_ns - self._last[0], stamp_ns - self._last[1]
+            if min(steps_ns) > 0:  # else a clock was set back
+                steps = [min(_NS * step, 1.0) for step in steps_ns]
+                self._steps = [old + _SMOOTHING * (new - old) if old else new for old, new in zip(self._steps, steps)]
         self._last = received_ns, stamp_ns
         received_s, stamped_s = self._steps
         return received_s > _FASTER * stamped_s and _NS * (now_ns - received_ns) > max(self._longest_s, _PERIODS * received_s)
-
-    def _follow(self, *steps_ns: int) -> None:
-        if min(steps_ns) > 0:  # a clock was set back
-            steps = [min(_NS * step, 1.0) for step in steps_ns]
-            self._steps = [old + _SMOOTHING * (new - old) if old else new for old, new in zip(self._steps, steps)]
 
 
 class WorkLog:

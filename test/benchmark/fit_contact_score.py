@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.optics.rendering import Imaging
-from tactile_driver.simulation.optics.water_light import Lighting
+from tactile_driver.simulation.optics.light import Lighting
 from tactile_driver.simulation.scene.scene import Scene
 from tactile_driver.simulation.scene.specimen import act, one_after_the_other
 from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS, touchpad

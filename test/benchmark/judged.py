@@ -22,14 +22,14 @@ from tempfile import TemporaryDirectory
 import cv2
 import numpy as np
 import yaml
-from tactile_bringup.installed import share
+from tactile_bringup import share
 from tactile_bringup.simulate.bags import WRITERS, write_scene
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.common.estimates import ContactEstimate
 from tactile_perception.errors import BadArgument, TactileError
 from tactile_perception.evaluation.evaluation import Evaluation, Instant
-from tactile_perception.evaluation.scores import f1
+from tactile_perception.evaluation.scores import label_f1
 from tactile_perception.parameters.file import write_parameters
 from tactile_perception.tools.calibrate import calibrator
 from tactile_perception.tools.convert.command import convert, open_recording
@@ -138,10 +138,10 @@ class Judged:
     def dots_f1(self) -> dict[str, float]:
         """F1 of 'contact', 'sticking' and 'slipping' dots among those seen; of the last two among those that touch and are found to."""
         counts = self.evaluation.dots[:, :3]
-        found = {'contact': f1(counts[1:, 1:].sum(), counts[0, 1:].sum(), counts[1:, 0].sum())}
+        found = {'contact': label_f1(np.array([[0, counts[0, 1:].sum()], [counts[1:, 0].sum(), counts[1:, 1:].sum()]]))[1]}
         for state, name in ((1, 'sticking'), (2, 'slipping')):
             true = counts[state, 1:].sum()
-            found[name] = f1(counts[state, state], counts[3 - state, state], counts[state, 3 - state]) if true else np.nan
+            found[name] = label_f1(counts[1:, 1:])[state - 1] if true else np.nan
         return found
 
 

@@ -27,7 +27,7 @@ import rclpy
 import yaml
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from tactile_bringup.installed import share
+from tactile_bringup import share
 from tactile_driver.nodes.runtime.run import make_room_for_images
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_msgs.msg import ContactRegion, Contacts

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from tactile_bringup.installed import share
+from tactile_bringup import share
 from tactile_bringup.papers.bench import mean
 from tactile_bringup.papers.sheets import fit_published
 from tactile_perception.evaluation.evaluation import Instant

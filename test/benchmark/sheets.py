@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from tactile_bringup.installed import share
+from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.simulation.optics.rendering import Renderer
 from tactile_driver.simulation.scene.specimen import Act, Script, Shutters, Specimen, act, drag, one_after_the_other, one_of_two, press

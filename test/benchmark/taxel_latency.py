@@ -16,7 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from tactile_bringup.installed import share
+from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_taxel_scene
 from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene

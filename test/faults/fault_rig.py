@@ -25,6 +25,7 @@ from rclpy.qos import QoSProfile
 from tactile_bringup.hand.description import HandSensor
 from tactile_bringup.launch.arguments import SensorPlan
 from tactile_bringup.launch.hand import hand_arguments, planned_sensor
+from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.nodes.runtime.diagnostics import NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.recordings.reader import BagReader
@@ -42,6 +43,11 @@ class Heard(NamedTuple):
 
     at: float
     message: object
+
+
+def stamps(heard: list[Heard]) -> np.ndarray:
+    """(N,) ns, of messages."""
+    return np.array([stamp_ns_of(each.message.header) for each in list(heard)])
 
 
 class Health(NamedTuple):
@@ -142,11 +148,13 @@ class Bench:
         """A namespace that no test has used: parts of a lifecycle node live on after it."""
         return f'/{name}{next(self._names)}'
 
-    def until(self, condition) -> float:
-        """When condition() came true, monotonic s."""
+    def until(self, condition, known=str) -> float:
+        """When condition() came true, monotonic s; where it does not, known() and what the nodes last said, and how long ago, tell why."""
         end = time.monotonic() + PATIENCE
         while not condition():
-            assert time.monotonic() < end, [(name, seen[-1].level, seen[-1].text) for name, seen in self.ear.health.items() if seen][-6:]
+            now = time.monotonic()
+            assert now < end, (known(), [(name, f'{now - seen[-1].at:.1f} s ago', seen[-1].level, seen[-1].text)
+                                         for name, seen in self.ear.health.items() if seen][-6:])
             time.sleep(0.005)
         return time.monotonic()
 

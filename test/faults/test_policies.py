@@ -11,7 +11,7 @@ from fault_rig import PATIENCE, Runner, made, planned
 from rclpy.lifecycle import LifecycleNode
 from rclpy.node import NodeNameNonExistentError
 from rosidl_runtime_py.utilities import get_message
-from tactile_bringup.installed import share
+from tactile_bringup import share
 from tactile_bringup.nodes.hand_frames_node import HandFramesNode
 from tactile_perception.sensors import NODES
 from tactile_driver.nodes.runtime.host import Host

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import serial
 from emulated import CountingArray, CountingFinger, frames, samples
-from fault_rig import ERROR, OK, PATIENCE, WARN
+from fault_rig import ERROR, OK, PATIENCE, WARN, stamps
 from sensor_msgs.msg import Image
 from tactile_driver.emulators import CORRUPTIONS
 from tactile_driver.nodes.psd_node import PsdNode
@@ -23,30 +23,23 @@ def messages(heard, since=0.0):
     return [h.message for h in list(heard) if h.at > since]
 
 
-def stamps(heard):
-    return [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages(heard)]
+def driver(bench, nodes, kind, data, topic, **parameters):
+    """driver(device): (name of its node, its raw data as they come)."""
+    def start(device):
+        space = bench.fresh('serial')
+        heard = bench.ear.hear(data, f'{space}/{topic}')
+        return nodes(kind, space, source='device', device=str(device), **parameters).get_fully_qualified_name(), heard
+    return start
 
 
 @pytest.fixture
 def finger(bench, nodes):
-    """finger(device): (name of its node, its voltages as they come)."""
-    def start(device):
-        space = bench.fresh('finger')
-        heard = bench.ear.hear(PsdVoltages, f'{space}/voltages')
-        nodes(PsdNode, space, source='device', device=str(device), batch_period=0.02)
-        return f'{space}/psd_node', heard
-    return start
+    return driver(bench, nodes, PsdNode, PsdVoltages, 'voltages', batch_period=0.02)
 
 
 @pytest.fixture
 def array(bench, nodes):
-    """array(device): (name of its node, its images as they come)."""
-    def start(device):
-        space = bench.fresh('array')
-        heard = bench.ear.hear(Image, f'{space}/image_raw')
-        nodes(TaxelArrayNode, space, source='device', device=str(device), **ARRAY)
-        return f'{space}/taxel_array_node', heard
-    return start
+    return driver(bench, nodes, TaxelArrayNode, Image, 'image_raw', **ARRAY)
 
 
 def test_unplugged_and_plugged_in_under_another_name(bench, beside, bus, finger):

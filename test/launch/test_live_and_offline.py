@@ -9,7 +9,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rosidl_runtime_py.utilities import get_message
 from sensor_msgs.msg import CompressedImage
-from tactile_bringup.installed import share
+from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.recordings.reader import BagReader

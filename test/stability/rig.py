@@ -10,10 +10,9 @@ from types import SimpleNamespace
 import numpy as np
 from judged import touchpad_parameters
 from sensor_msgs.msg import CameraInfo
-from tactile_bringup.installed import share
-from tactile_driver.frame import Frame, pinhole_calibration
+from tactile_bringup import share
+from tactile_driver.frame import Frame, SampleBlock, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message, voltages_message
-from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import open_taxel_scene

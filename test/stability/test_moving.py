@@ -8,7 +8,7 @@ from pathlib import Path
 from judged import Case, calibrated, judge
 import numpy as np
 import pytest
-from tactile_bringup.installed import share
+from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_scene
 from tactile_driver.simulation.scene.specimen import Script, Shutters, drag, one_after_the_other
 from tactile_driver.simulation.sensors.air_cushion import air_cushion

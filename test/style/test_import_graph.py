@@ -9,7 +9,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The rooms of each package, the lowest first. A module belongs to the room with the longest name that begins its own. A room imports
 #: itself, lower rooms, and packages named before its own.
 ROOMS = {
-    'tactile_driver': ('errors', 'command', 'frame', 'nodes.messages.images', 'frame_names', 'samples', 'lens', 'stamp_gaps',
+    'tactile_driver': ('errors', 'frame', 'nodes.messages.images', 'frame_names', 'lens', 'stamp_gaps',
         'recordings', 'stitching', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.gel', 'simulation.scene',
         'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources', 'camera', 'serial', 'sources.registry',
         'emulators', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes'),
@@ -18,7 +18,7 @@ ROOMS = {
         'parameters', 'press', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage', 'finger.stage', 'taxel.stage',
         'press.stage', 'touchpad.stage', 'dots.stage', 'work_log', 'node', 'bags', 'finger.tools', 'press.tools',
         'touchpad.tools', 'taxel.tools', 'gel.tools', 'tools.convert', 'tools.calibrate', 'tools'),
-    'tactile_bringup': ('installed', 'parameters', 'visualization',
+    'tactile_bringup': ('parameters', 'visualization',
          'guide', 'hand', 'launch', 'simulate', 'papers', 'nodes', 'demo'),
 }
 

@@ -78,26 +78,6 @@ def show_arguments(description):
             print(f"        (default: {' + '.join(part.describe() for part in argument.default_value)})")
 
 
-class Processes:
-    """Watches the processes of a launch: `failed` holds the names of those that did not end cleanly."""
-
-    def __init__(self):
-        """Start with nothing failed and no shutdown asked for."""
-        self.failed = []
-        self._shutting_down = False
-
-    def handlers(self):
-        """Return the actions that connect this object to a launch."""
-        return [RegisterEventHandler(OnProcessExit(on_exit=self._on_exit)), RegisterEventHandler(OnShutdown(on_shutdown=self._on_shutdown))]
-
-    def _on_exit(self, event, context):
-        if event.returncode and not (self._shutting_down and event.returncode in INTERRUPTED):
-            self.failed.append(event.process_name)
-
-    def _on_shutdown(self, event, context):
-        self._shutting_down = True
-
-
 def signals_that_end(service):
     """Return launch's signal manager, but SIGTERM ends the processes of the launch too: launch would leave them running."""
     class SignalManager(AsyncSafeSignalManager):
@@ -113,10 +93,15 @@ def run(entity, words, noninteractive):
     """Run the entity until all its processes have ended; the exit code: 0, or FAILED where a process or launch itself did."""
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job of a shell starts with SIGINT ignored
     signal.signal(signal.SIGTERM, lambda *_: None)  # launch hears only of signals for which Python has a handler
-    processes = Processes()
+    failed, ends = [], []  # names of processes that did not end cleanly; whether the launch ends
+
+    def on_exit(event, _context):
+        """Take down what did not end cleanly."""
+        if event.returncode and not (ends and event.returncode in INTERRUPTED):
+            failed.append(event.process_name)
     service = LaunchService(argv=words, noninteractive=noninteractive)
-    service.include_launch_description(LaunchDescription(processes.handlers() + [entity]))
+    service.include_launch_description(LaunchDescription([
+        RegisterEventHandler(OnProcessExit(on_exit=on_exit)),
+        RegisterEventHandler(OnShutdown(on_shutdown=lambda *_: ends.append(True))), entity]))
     launch_service.AsyncSafeSignalManager = signals_that_end(service)
-    if service.run():
-        return FAILED
-    return FAILED if processes.failed else 0
+    return FAILED if service.run() or failed else 0

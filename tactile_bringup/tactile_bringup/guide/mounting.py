@@ -98,7 +98,8 @@ class Touches(Session):
         if not self._quiet or self._quiet[-1][0].stamp_s - self._quiet[0][0].stamp_s < self.rules.untouched:
             self._quiet.append(new)
             return None, ''
-        base = self._base()
+        # The older half of the untouched time: the newer one may hold a touch that is too faint to be seen at once.
+        base = np.array([signal for _, signal in list(self._quiet)[:max(len(self._quiet) // 2, 2)]])
         away = np.linalg.norm(new[1] - base.mean(0))
         if away > _TRIGGER * np.linalg.norm(base - base.mean(0), axis=1).max():
             self._pressed.append(new)
@@ -113,10 +114,6 @@ class Touches(Session):
         while sample.stamp_s - self._quiet[0][0].stamp_s > 2 * self.rules.untouched:
             self._quiet.popleft()
         return None, ''
-
-    def _base(self) -> np.ndarray:
-        """(N, M) signals of the older half of the untouched time: the newer one may hold a touch that is too faint to be seen at once."""
-        return np.array([signal for _, signal in list(self._quiet)[:max(len(self._quiet) // 2, 2)]])
 
     def _judged(self, quiet: list[tuple[Sample, np.ndarray]], pressed: list[tuple[Sample, np.ndarray]],
                 base: np.ndarray) -> tuple[Press | None, str]:

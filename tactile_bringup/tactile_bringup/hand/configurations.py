@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
-from tactile_driver.command import tells_errors
+from tactile_driver.errors import tells_errors
 
 from .description import Hand, HandSensor, read_hand
-from ..installed import share
+from .. import share
 
 _AROUND, _AWAY = 0.1, 2.0  # m of each sensor, and times the hand's size to the viewpoint: RViz's field of view is 45 degrees high. Chosen
 

@@ -27,7 +27,7 @@ from tactile_driver.parameters.table import Parameter
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.sensors import NODES, SENSOR_TYPES
 
-from ..installed import share
+from .. import share
 
 Texts = Mapping[str, tuple[str, str]]  # of the arguments of a launch file: name -> default and text
 _RESPAWN = {'respawn': True, 'respawn_delay': 0.5}  # s

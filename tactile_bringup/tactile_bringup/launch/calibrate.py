@@ -10,7 +10,7 @@ from tactile_driver.errors import BadArgument
 from tactile_driver.frame_names import sensor_frame
 from tactile_perception.sensors import SENSOR_TYPES
 
-from ..installed import share
+from .. import share
 from .arguments import absolute, check_choices, description, sensor_actions, sensor_arguments
 
 _OWN = {

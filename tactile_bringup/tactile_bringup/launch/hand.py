@@ -12,7 +12,7 @@ from tactile_perception.sensors import SENSOR_TYPES
 
 from ..hand.configurations import aggregator_configuration, rviz_configuration
 from ..hand.description import Hand, HandSensor, read_hand
-from ..installed import share
+from .. import share
 from .arguments import (
     Playing, SensorPlan, Texts, check_choices, description, hand_frames, optional, processes, sensor_arguments, sensor_plan, written)
 

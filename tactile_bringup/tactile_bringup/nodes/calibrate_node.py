@@ -37,6 +37,7 @@ from tactile_msgs.msg import Contact, Contacts, PsdVoltages
 from tactile_perception.common.geometry import (
     FrameTree, Pose, matrix_of_quaternion, quaternion, rotation_matrix, rotation_vector, wrench_at)
 from tactile_perception.errors import BadFrame
+from tactile_perception.nodes.messages.conversions import wrench_to_message
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.sensors import SENSOR_TYPES
 from tactile_perception.tools.calibrate import main as calibrate
@@ -93,7 +94,7 @@ class CalibrateNode(Node):
             self.create_service(Trigger, '~/next', self._next)
         self.create_service(Trigger, '~/finish', self._finish)
         self._timers_kept = [steady_timer(self, _PERIOD_S, self._work), steady_timer(self, 0.5, self._show)]
-        self._tell(self._guide.advice)
+        self.get_logger().info(self._guide.advice)
 
     @property
     def _guide(self) -> Loads | Session:
@@ -142,7 +143,7 @@ class CalibrateNode(Node):
         if self.mounting_file.exists():
             found = read_hand(self.mounting_file).sensors[0]
             self._mount(np.r_[found.xyz, rotation_vector(matrix_of_quaternion(np.array(found.quaternion)))])
-            self._tell(f'the mounting of {self.mounting_file} is used')
+            self.get_logger().info(f'the mounting of {self.mounting_file} is used')
             return None
         return Touches(self._surface, signal_of, self._seen)
 
@@ -162,7 +163,7 @@ class CalibrateNode(Node):
                  'quaternion': quaternion(rotation_matrix(self._mounting[3:])).round(9).tolist(), 'calibration': self.output.name}
         page = yaml.safe_dump({'frame': self._values['base'], 'sensors': [entry]}, sort_keys=False)
         self.mounting_file.write_text(f'# Mounting of {name}, found by touching it: {found}.\n{page}')
-        self._tell(f'{self.mounting_file}: {found}')
+        self.get_logger().info(f'{self.mounting_file}: {found}')
 
     def _resume(self) -> None:
         for bag in self.bags:
@@ -177,7 +178,7 @@ class CalibrateNode(Node):
             places = [[touch.position.x, touch.position.y] for touch in found] or np.zeros((1, 2))
             self._session.done.append((np.mean(places, axis=0), sorted({round(touch.depth, 5) for touch in found})))
         if self.bags:
-            self._tell(f'{len(self.bags)} presses of {self._folder} are kept')
+            self.get_logger().info(f'{len(self.bags)} presses of {self._folder} are kept')
 
     def _listen(self, kind: str) -> None:
         row = SENSOR_TYPES[kind]
@@ -293,7 +294,7 @@ class CalibrateNode(Node):
             if not self._finding.open_places:
                 self._found(fit_mounting(self._finding.touches, self._surface))
             if reported:
-                self._tell(f'{reported}. {self._guide.advice}')
+                self.get_logger().info(f'{reported}. {self._guide.advice}')
             return
         if press is not None and not self._infos.keys() >= set(self._info_topics):
             press, reported = None, 'dropped: no camera_info has come; calibrate the camera first'
@@ -304,7 +305,8 @@ class CalibrateNode(Node):
         if press is not None and self._values['wrench'] and not np.isfinite(press.touched[0].wrench).all():
             reported += f'; no wrench on {self._values["wrench"]}, so it gives no forces'
         if reported:
-            self._tell(f'{reported}. {self._session.advice}' if press is not None or reported.startswith('dropped') else reported)
+            over = press is not None or reported.startswith('dropped')
+            self.get_logger().info(f'{reported}. {self._session.advice}' if over else reported)
         if press is not None and not self._session.open_places:
             self._end()
 
@@ -349,9 +351,7 @@ class CalibrateNode(Node):
                                 force=-float(normal @ wrench[:3]))
                 yield stamp, 'ground_truth/contacts', Contacts(header=header, contacts=[touch] if touched else [])
             if np.isfinite(wrench).all():
-                message = WrenchStamped(header=header)
-                message.wrench.force, message.wrench.torque = vector(wrench[:3]), vector(wrench[3:])
-                yield stamp, 'ground_truth/wrench', message
+                yield stamp, 'ground_truth/wrench', wrench_to_message(wrench, header)
 
     def _contact(self, sample: Sample) -> tuple[np.ndarray, np.ndarray]:
         """Position (3,) m and direction (3,) of what presses."""
@@ -367,13 +367,13 @@ class CalibrateNode(Node):
             self._session.done.pop()
             self._session.drop('')
         answer.message = self._guide.advice
-        self._tell(answer.message)
+        self.get_logger().info(answer.message)
         return answer
 
     def _next(self, _request, answer: Trigger.Response) -> Trigger.Response:
         """The next weight lies on."""
         answer.success, answer.message = True, self._session.next_weight()
-        self._tell(answer.message)
+        self.get_logger().info(answer.message)
         return answer
 
     def _finish(self, _request, answer: Trigger.Response) -> Trigger.Response:
@@ -392,9 +392,6 @@ class CalibrateNode(Node):
         if self._picture.get_subscription_count():
             header = header_of(self.get_clock().now().nanoseconds, self._values['frame_id'])
             self._picture.publish(image_to_message(Frame(self._guide.picture(), 0, 'bgr8'), '', header))
-
-    def _tell(self, text: str) -> None:
-        self.get_logger().info(text)
 
 
 def main(args: list[str] | None = None) -> None:

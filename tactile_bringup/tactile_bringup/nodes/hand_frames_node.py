@@ -3,7 +3,6 @@
 """hand_frames_node: publishes the mounting poses of a hand's sensors on /tf_static."""
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from rclpy.node import Node
@@ -14,7 +13,7 @@ from tactile_driver.nodes.runtime.diagnostics import OK, Health, NodeDiagnostics
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
-from tactile_driver.nodes.runtime.run import run_node
+from tactile_driver.nodes.runtime.run import process_of
 from tf2_msgs.msg import TFMessage
 
 from ..hand.description import read_hand
@@ -41,6 +40,4 @@ class HandFramesNode(Node):
         return Health(OK, f'{len(self._hand.sensors)} sensors on {self._hand.frame}', common_values('running'))
 
 
-def main(args: list[str] | None = None) -> None:
-    """Run the process hand_frames_node."""
-    sys.exit(run_node(HandFramesNode, args))
+main = process_of(HandFramesNode)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import os
-import sys
 import time
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from tactile_driver.nodes.runtime.defect_guard import guard_services
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, LogOnce, NodeDiagnostics, common_values
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
-from tactile_driver.nodes.runtime.run import run_node
+from tactile_driver.nodes.runtime.run import process_of
 from tactile_driver.recordings.serialization import type_name_of
 from tactile_driver.recordings.writer import AT_ONCE, BagWriter, recorded_qos
 from tactile_msgs.msg import DotTracks, PsdVoltages
@@ -151,6 +150,4 @@ class RecordNode(Node):
         return Health(ERROR if self._problem else OK, self._problem or f'{self.written} messages recorded', values)
 
 
-def main(args: list[str] | None = None) -> None:
-    """Run the process record_node."""
-    sys.exit(run_node(RecordNode, args))
+main = process_of(RecordNode)

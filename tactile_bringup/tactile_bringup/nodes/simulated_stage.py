@@ -3,17 +3,16 @@
 """simulated_stage: the tip of a simulated scene as a stage tells it: /tf of its probe, and the wrench that a sensor above it feels."""
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from rclpy.node import Node
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
-from tactile_driver.nodes.messages.conversions import static_transform, vector
+from tactile_driver.nodes.messages.conversions import static_transform
 from tactile_driver.nodes.runtime.ros_defaults import LATCHED_QOS
-from tactile_driver.nodes.runtime.run import run_node
+from tactile_driver.nodes.runtime.run import process_of
 from tactile_msgs.msg import Contacts
+from tactile_perception.nodes.messages.conversions import wrench_to_message
 from tf2_msgs.msg import TFMessage
 
 BASE, PROBE, FORCE = 'stage_base', 'stage_tip', 'stage_force'
@@ -54,9 +53,7 @@ class SimulatedStage(Node):
             p, n, depth = message.contacts[0].position, message.contacts[0].normal, message.contacts[0].depth
             outwards = np.array([n.x, n.y, n.z])
             self._tip, self._out = np.array([p.x, p.y, p.z]) - outwards * depth, outwards * (depth + _ABOVE)
-            reported = WrenchStamped(header=message.header)
-            reported.wrench.force = vector(-message.contacts[0].force * outwards)
-            self._press(reported)
+            self._press(wrench_to_message(np.r_[-message.contacts[0].force * outwards, np.zeros(3)], message.header))
         else:  # it goes back as it came
             self._tip, self._out = self._tip + self._out, np.zeros(3)
         self._tell(message.header)
@@ -78,11 +75,7 @@ class SimulatedStage(Node):
         force, torque = self._turn.apply([f.x, f.y, f.z]), self._turn.apply([t.x, t.y, t.z])
         arm = self._turn.apply(self._tip) + _FORCE_ABOVE
         felt = -np.r_[force, torque - np.cross(arm, force)] + _BIAS + self._rng.normal(size=6) * _NOISE
-        reported = WrenchStamped(header=Header(stamp=message.header.stamp, frame_id=FORCE))
-        reported.wrench.force, reported.wrench.torque = vector(felt[:3]), vector(felt[3:])
-        self._forces.publish(reported)
+        self._forces.publish(wrench_to_message(felt, Header(stamp=message.header.stamp, frame_id=FORCE)))
 
 
-def main(args: list[str] | None = None) -> None:
-    """Run the process simulated_stage."""
-    sys.exit(run_node(SimulatedStage, args))
+main = process_of(SimulatedStage)

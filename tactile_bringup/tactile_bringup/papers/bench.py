@@ -12,7 +12,7 @@ from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.evaluation.evaluation import Instant
 from tactile_perception.parameters.file import write_parameters
 
-from ..installed import share
+from .. import share
 from ..simulate.bags import write_psd_scene, write_scene, write_taxel_scene
 
 TRUTH, PUBLISHED, OURS = 'truth', 'its method, as built here', 'ours'

@@ -18,7 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import cv2
-from tactile_driver.command import tells_errors
+from tactile_driver.errors import tells_errors
 from tactile_perception.common.progress import in_parallel
 
 from . import others, sheets

@@ -95,17 +95,13 @@ def touchpad(bench: Bench) -> Iterator[Table]:
                     curves)
 
 
-def _moved(region, place: np.ndarray) -> np.ndarray:
-    """Where the pose (eq 4) brings a place (3,), m; NaN where it is unknown."""
-    return matrix_of_quaternion(region.pose_rotation) @ place + region.pose_translation
-
-
 def _dots(bench: Bench, bag: Path, params: Path) -> tuple[list[float], np.ndarray]:
     """The numbers of the table, and true positives, false positives and false negatives of each touched frame (N, 3)."""
     counts, off = [], []
     for _, estimated, true in bench.instants(bag, params, None):
         if true.contacts and estimated.region is not None:
-            stated, real = (_moved(one.region, true.region.centroid) for one in (estimated, true))
+            stated, real = (matrix_of_quaternion(one.pose_rotation) @ true.region.centroid + one.pose_translation  # eq 4
+                            for one in (estimated.region, true.region))
             off.append(1e3 * float(np.linalg.norm(stated - real)))
             touching = set(np.asarray(true.region.dot_id)[np.asarray(true.region.dot_state) > 0].tolist())
             stated = set(np.asarray(estimated.region.dot_id)[np.asarray(estimated.region.dot_state) > 0].tolist())

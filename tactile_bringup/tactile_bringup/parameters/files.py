@@ -166,12 +166,6 @@ def parameter_files() -> dict[str, str]:
     return {f'{name}.yaml': text for name, text in texts.items()}
 
 
-def main() -> int:
-    """Write the files to the folder named on the command line."""
-    for name, text in parameter_files().items():
-        Path(sys.argv[1], name).write_text(text)
-    return 0
-
-
 if __name__ == '__main__':
-    sys.exit(main())
+    for file, content in parameter_files().items():
+        Path(sys.argv[1], file).write_text(content)

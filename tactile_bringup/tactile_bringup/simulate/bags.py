@@ -14,18 +14,17 @@ from pathlib import Path
 import cv2
 import numpy as np
 from tactile_driver.camera.pairs import NAMES
-from tactile_driver.command import tells_errors
-from tactile_driver.frame import Frame, pinhole_calibration
+from tactile_driver.errors import tells_errors
+from tactile_driver.frame import Frame, SampleBlock, pinhole_calibration
 from tactile_driver.frame_names import optical_frame
 from tactile_driver.nodes.messages.conversions import (
     calibration_to_message, camera_transforms, header_of, image_to_message, instants, static_transform, voltages_message)
-from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, truth_messages
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, recorded_truth
 from tactile_driver.recordings.writer import write_messages
-from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.scene import COVER_RADIUS, PSD_SCENES, open_psd_scene
 from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.scene.specimen import Shutters
-from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, LAYER_SCENES, SCENES, open_dual_scene, open_scene
+from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, GEL_SCENES, SCENES, open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
 from tactile_driver.sources.source import NS
 from tactile_perception.nodes.messages.conversions import description_messages
@@ -99,12 +98,7 @@ def camera_messages(scene, number: int, numbers: TouchNumbers, frame_id: str) ->
         calibration = pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height))
         yield own_ns, f'{prefix}camera_info', calibration_to_message(calibration, header)
         yield own_ns, f'{prefix}image_raw', image_to_message(Frame(image, own_ns, 'bgr8'), '', header)
-    yield from _truth_messages(truth, numbers, scene.rate, header_of(stamp_ns, frame_id), stamp_ns)
-
-
-def _truth_messages(truth, numbers: TouchNumbers, rate: float, header, stamp_ns: int) -> Iterator[tuple[int, str, object]]:
-    for name, message in truth_messages(truth, numbers.assign(truth.contacts), 1 / rate, header).items():
-        yield stamp_ns, f'ground_truth/{name}', message
+    yield from recorded_truth(truth, numbers, 1 / scene.rate, header_of(stamp_ns, frame_id))
 
 
 def psd_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
@@ -127,11 +121,11 @@ def taxel_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str
         stamp = _stamp(number, rate)
         header, (values, truth) = header_of(stamp, frame_id), scene.render(number / rate)
         yield stamp, 'image_raw', image_to_message(Frame(values, stamp, 'mono8'), '', header)
-        yield from _truth_messages(truth, numbers, rate, header, stamp)
+        yield from recorded_truth(truth, numbers, 1 / rate, header)
 
 
 #: Kind of sensor -> function that writes a scene to a bag, default rate (Hz), names of the scenes.
-WRITERS = {'camera': (write_scene, 30.0, SCENES | LAYER_SCENES), 'psd_finger': (write_psd_scene, 1000.0, PSD_SCENES),
+WRITERS = {'camera': (write_scene, 30.0, SCENES | GEL_SCENES), 'psd_finger': (write_psd_scene, 1000.0, PSD_SCENES),
            'taxel_array': (write_taxel_scene, 100.0, TAXEL_SCENES)}
 
 

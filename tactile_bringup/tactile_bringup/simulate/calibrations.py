@@ -20,7 +20,7 @@ from tactile_perception.finger.tools import calibrate_psd
 from tactile_perception.taxel.tools import calibrate_taxels
 
 from .bags import write_psd_scene, write_scene, write_taxel_scene
-from ..installed import share
+from .. import share
 from ..parameters.files import LICENCE
 
 # Sensor type -> calibration, scene writer, scene, rate in Hz (3 Hz gives sheets and dome two to four frames per depth).

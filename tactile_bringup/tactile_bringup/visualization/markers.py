@@ -42,11 +42,6 @@ def _colour(rgb: Sequence[float], opacity: float = 1.0) -> ColorRGBA:
 _STATES = [_colour(rgb) for rgb in colours.STATE_COLOURS]
 
 
-def _points(places: np.ndarray) -> list[Point]:
-    """Convert positions (N, 3), m, to Points."""
-    return [Point(x=x, y=y, z=z) for x, y, z in places.tolist()]
-
-
 def _known(vector) -> np.ndarray:
     """(3,) of a message, unknown components as 0, so that the known ones can be drawn."""
     return np.nan_to_num(array_of([vector])[0])
@@ -110,7 +105,7 @@ class MarkerSet:
     def _add(self, ns: str, kind: int, scale: Sequence[float], colour: ColorRGBA, points: np.ndarray | None = None, number: int = 0,
              at: Sequence[float] = (0.0, 0.0, 0.0)) -> Marker:
         marker = Marker(header=self._header, ns=ns, id=number, type=kind, scale=Vector3(x=scale[0], y=scale[1], z=scale[2]), color=colour,
-                        points=[] if points is None else _points(points), lifetime=_LIFETIME)
+                        points=[] if points is None else [Point(x=x, y=y, z=z) for x, y, z in points.tolist()], lifetime=_LIFETIME)
         marker.pose.position, marker.pose.orientation.w = Point(x=at[0], y=at[1], z=at[2]), 1.0
         self._made.append(marker)
         return marker

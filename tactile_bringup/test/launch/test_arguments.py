@@ -15,7 +15,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import String
 from tactile_bringup.hand.configurations import main
 from tactile_bringup.hand.description import HandSensor, read_hand
-from tactile_bringup.installed import share
+from tactile_bringup import share
 from tactile_bringup.launch import arguments as module, recorded
 from tactile_bringup.launch.arguments import (
     Playing, SensorPlan, check, completed, driver_parameters, end_if_wrong, processes, sensor_actions, sensor_arguments, sensor_plan,

@@ -3,7 +3,6 @@
 """camera_node: publishes image_raw and camera_info from a camera, a recording or a simulated sensor; a lifecycle node."""
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 
 from sensor_msgs.msg import CameraInfo, Image
@@ -22,7 +21,7 @@ from .driver_node import DriverNode, Stream
 from .messages.conversions import Pose, calibration_to_message, camera_transforms, header_of, image_to_message
 from .runtime.host import Host
 from .runtime.ros_defaults import LATCHED_QOS, STREAM_QOS
-from .runtime.run import run_node
+from .runtime.run import process_of
 from .topic_source import TopicSource
 
 
@@ -140,10 +139,4 @@ class CameraNode(CalibratedNode):
         self.publish_truth(stream, frame.truth, frame.stamp_ns)
 
 
-def main(args: list[str] | None = None) -> None:
-    """Entry point of camera_node."""
-    sys.exit(run_node(CameraNode, args))
-
-
-if __name__ == '__main__':
-    main()
+main = process_of(CameraNode)

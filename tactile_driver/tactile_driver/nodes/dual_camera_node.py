@@ -3,8 +3,6 @@
 """dual_camera_node: publishes the images of two cameras over one sheet, and the picture stitched from both; a lifecycle node."""
 from __future__ import annotations
 
-import sys
-
 from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Header
 
@@ -22,7 +20,7 @@ from .driver_node import Stream
 from .messages.conversions import RIGHT_TIME, header_of, right_time_message
 from .runtime.host import Host
 from .runtime.ros_defaults import STREAM_QOS
-from .runtime.run import run_node
+from .runtime.run import process_of
 from .topic_source import TopicSource
 
 
@@ -119,10 +117,4 @@ class DualCameraNode(CalibratedNode):
                 self.get_logger().info('both cameras are back')
 
 
-def main(args: list[str] | None = None) -> None:
-    """Entry point of dual_camera_node."""
-    sys.exit(run_node(DualCameraNode, args))
-
-
-if __name__ == '__main__':
-    main()
+main = process_of(DualCameraNode)

@@ -3,14 +3,12 @@
 """psd_node: publishes the voltages of a PSD finger from a serial port, a recording or a simulation; a lifecycle node."""
 from __future__ import annotations
 
-import sys
-
 from rclpy.qos import QoSProfile
 from tactile_msgs.msg import PsdVoltages
 
 from ..parameters.drivers import PSD_DRIVER_PARAMETERS
 from ..recordings.reader import RecordedTruth
-from ..samples import SampleBlock
+from ..frame import SampleBlock
 from ..sources.registry import PSD_SOURCES
 from ..sources.source import NS, Source
 from .driver_node import DriverNode, Stream
@@ -18,7 +16,7 @@ from .health import SampleMeter
 from .messages.conversions import header_of, instants, voltages_message
 from .runtime.diagnostics import Health
 from .runtime.host import Host
-from .runtime.run import run_node
+from .runtime.run import process_of
 
 
 class PsdNode(DriverNode):
@@ -53,10 +51,4 @@ class PsdNode(DriverNode):
                 self.truth.publish_contacts(block.truth.touches(k), header_of(stamp, frame_id))
 
 
-def main(args: list[str] | None = None) -> None:
-    """Entry point of psd_node."""
-    sys.exit(run_node(PsdNode, args))
-
-
-if __name__ == '__main__':
-    main()
+main = process_of(PsdNode)

@@ -3,7 +3,6 @@
 """taxel_array_node: publishes the images of a taxel array from a serial port, a recording or a simulation; a lifecycle node."""
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 
 from rclpy.qos import QoSProfile
@@ -16,7 +15,7 @@ from ..sources.source import Source
 from .driver_node import DriverNode, Stream
 from .messages.conversions import header_of, image_to_message
 from .runtime.host import Host
-from .runtime.run import run_node
+from .runtime.run import process_of
 
 
 class TaxelArrayNode(DriverNode):
@@ -41,10 +40,4 @@ class TaxelArrayNode(DriverNode):
         self.publish_truth(stream, frame.truth, frame.stamp_ns)
 
 
-def main(args: list[str] | None = None) -> None:
-    """Entry point of taxel_array_node."""
-    sys.exit(run_node(TaxelArrayNode, args))
-
-
-if __name__ == '__main__':
-    main()
+main = process_of(TaxelArrayNode)

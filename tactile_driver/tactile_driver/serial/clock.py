@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..samples import SampleBlock
+from ..frame import SampleBlock
 from .frames import CountFrame
 
 NS_PER_US = 1000

@@ -12,10 +12,8 @@ import serial
 from serial.tools import list_ports
 
 from ..errors import BadArgument, DeviceLost
-from ..frame import Frame
-from ..samples import SampleBlock
 from ..sources.source import Clock, NothingYet, Source
-from .frames import BinaryReader, CountFrame, FrameCounts, LineReader
+from .frames import CountFrame, FrameCounts
 
 _WAIT_S = 0.1
 _BY_ID = Path('/dev', 'serial', 'by-id')
@@ -43,7 +41,8 @@ def find_port(wanted: str) -> str:
 class SerialSource(Source):
     """values: device: see find_port; baud: bit/s. deaf_bytes: so many bytes without a frame mean that the parameters settings are wrong.
 
-    Subclasses return a new reader from _new_reader, and what has come from _poll. Raises BadArgument without a device.
+    Subclasses return a new BinaryReader or LineReader from _new_reader, and a list of the frames or blocks that have come from _poll.
+    Raises BadArgument without a device.
     """
 
     live = True
@@ -56,9 +55,6 @@ class SerialSource(Source):
         self._values, self._clock, self._path, self._port = values, clock, '', None
         self._counts = FrameCounts()
         self._begin()
-
-    def _new_reader(self) -> BinaryReader | LineReader:
-        raise NotImplementedError
 
     def _begin(self) -> None:
         """Start with a new reader; the counts continue."""
@@ -88,9 +84,6 @@ class SerialSource(Source):
             raise NothingYet
         found = self._ready.pop(0)
         return found if wanted else None
-
-    def _poll(self) -> list[Frame | SampleBlock]:
-        raise NotImplementedError
 
     def _received(self) -> tuple[list[CountFrame], int]:
         """The complete frames, none after a moment without any, and when they were read, ns of the monotonic clock. Raises DeviceLost."""

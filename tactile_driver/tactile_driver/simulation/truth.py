@@ -83,7 +83,7 @@ class SimulatedFrame:
 
 class FramesInOrder(Generic[Known]):
     """What is known of a scene's frames, each computed after those before it and kept. Subclasses set frames, those of a round, and _known,
-    a list, and implement _next."""
+    a list, and implement _next, which computes what comes next."""
 
     frames: int
     _known: list[Known]
@@ -100,6 +100,3 @@ class FramesInOrder(Generic[Known]):
         if ahead:
             self._known.append(self._next())
         return ahead
-
-    def _next(self) -> Known:
-        raise NotImplementedError

@@ -11,11 +11,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import BadFrame, BadRecording
-from ..frame import COMPRESSED, CameraCalibration, Frame, calibration_of_info, frame_of, matrix_frame, sent_shape
+from ..frame import CHANNELS, COMPRESSED, CameraCalibration, Frame, SampleBlock, calibration_of_info, frame_of, matrix_frame, sent_shape
 from ..nodes.messages.images import grey_to_array, image_to_array
 from ..recordings.reader import BagReader, COMPRESSED_IMAGE, RawMessage, RecordedTruth, recorded_description, truth_topics, with_truth
 from ..recordings.serialization import decode
-from ..samples import CHANNELS, SampleBlock
 from .source import NS, Clock, PlayedSource
 
 _IMAGE, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CameraInfo'

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pkgutil import resolve_name
 
-from ..errors import BadArgument
+from ..errors import by_name
 from .source import Clock, Source
 
 #: Name of a source -> what makes it, not yet open, of the node's parameters and its clock, or where that is, as module:name.
@@ -39,7 +39,5 @@ CAMERA_CHOICES = (*CAMERA_SOURCES, 'topics')
 def make_source(sources: Sources, values: Mapping, clock: Clock) -> Source:
     """The source of these that values['source'] names, not yet open; values: the node's parameters. Raises BadArgument, listing the names,
     for an unknown one."""
-    make = sources.get(values['source'])
-    if make is None:
-        raise BadArgument(f'source: {values["source"]!r} is unknown; choose one of {", ".join(sources)}')
+    make = by_name(sources, values['source'], 'source')
     return (resolve_name(make) if isinstance(make, str) else make)(values, clock)

@@ -171,8 +171,9 @@ class SceneSource(Source):
     """A scene of a simulated sensor in real time, again from its start when it is over.
 
     values: scene: its name; rate: Hz, or -1 for usual_rate; seed: of noise and specimen. count: steps of the scene per read. The scene
-    stands still while it is not wanted. Raises BadArgument for a rate of 0. Subclasses define sensor, its type, _open_scene, _make and
-    _handed_over.
+    stands still while it is not wanted. Raises BadArgument for a rate of 0. Subclasses define sensor, its type; _open_scene(name, rate,
+    seed); _make(number), which computes count steps of the scene from that one on; and _handed_over(made, due_ns), what was made as the
+    source's data, due at due_ns of the monotonic clock.
     """
 
     truths = ('tip', 'contacts', 'contact_region', 'slip', 'wrench')
@@ -225,16 +226,5 @@ class SceneSource(Source):
         """The stamp, ns, of what was due at due_ns of the monotonic clock."""
         return stamp_of(due_ns, self._clock)
 
-    def _open_scene(self, name: str, rate: float, seed: int):
-        raise NotImplementedError
-
-    def _make(self, number: int):
-        """Compute steps number to number + count of the scene."""
-        raise NotImplementedError
-
     def _compute_ahead(self, due_ns: int) -> None:
         """Use the time until due_ns of the monotonic clock for later steps; nothing where each step takes the same time."""
-
-    def _handed_over(self, made, due_ns: int):
-        """The result of _make as the source's data, due at due_ns of the monotonic clock."""
-        raise NotImplementedError

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from .calibration import SideView, Stitching
-from ..errors import BadArgument, BadFrame
+from ..errors import BadArgument, BadFrame, by_name
 
 
 _BAND = 64  # rows remapped at once, so that they stay in the processor's cache; chosen
@@ -97,6 +97,4 @@ STITCHERS = {'plane': PlaneStitcher,
 
 def make_stitcher(method: str, stitching: Stitching) -> MiddleStitcher | PlaneStitcher:
     """The stitcher of that name. Raises BadArgument, listing the names, for an unknown one."""
-    if method not in STITCHERS:
-        raise BadArgument(f'stitching method {method!r} is unknown; choose one of {", ".join(STITCHERS)}')
-    return STITCHERS[method](stitching)
+    return by_name(STITCHERS, method, 'stitching method')(stitching)

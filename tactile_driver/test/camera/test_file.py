@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from fake_source import video_of
 from tactile_driver.camera import simulated
 from tactile_driver.camera.file import FileSource, TwoFilesSource
 from tactile_driver.camera.simulated import DualSimulatedSource, SimulatedSource
@@ -18,12 +19,7 @@ from tactile_driver.sources.source import EndOfSource
 @pytest.fixture
 def video(tmp_path):
     """Ten frames of 64 x 48 at 50 Hz, frame k of brightness 10 + 20 k."""
-    path = tmp_path / 'pad.avi'
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), 50.0, (64, 48))
-    for k in range(10):
-        writer.write(np.full((48, 64, 3), 10 + 20 * k, np.uint8))
-    writer.release()
-    return path
+    return video_of(tmp_path / 'pad.avi', range(10, 210, 20))
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 """A source that plays what a test wants, for the tests of this folder."""
 import time
 
+import cv2
 import numpy as np
 from tactile_driver.frame import Frame
 from tactile_driver.sources.source import EndOfSource, Source
@@ -11,6 +12,15 @@ from tactile_driver.sources.source import EndOfSource, Source
 def frame(number, size=(4, 6)):
     """A frame of size (height, width) px whose stamp is its number."""
     return Frame(np.full((*size, 3), 9, np.uint8), number, 'bgr8')
+
+
+def video_of(path, levels):
+    """path, with a video of 64 x 48 px at 50 Hz whose frames have these brightnesses."""
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), 50.0, (64, 48))
+    for level in levels:
+        writer.write(np.full((48, 64, 3), level, np.uint8))
+    writer.release()
+    return path
 
 
 class FakeSource(Source):

@@ -3,11 +3,12 @@
 """A driver's node as a user runs it, a process of its own, watched over ROS: for the tests of this folder."""
 import signal
 import subprocess
-import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import rclpy
+from ament_index_python.packages import get_package_prefix
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import GetState
 from rcl_interfaces.msg import Parameter as ParameterMessage
@@ -119,8 +120,8 @@ class Driven:
 def started(name, parameters):
     """The process of the node of this name with these parameters."""
     arguments = [x for key, value in parameters.items() for x in ('-p', f'{key}:={value}')]
-    return subprocess.Popen([sys.executable, '-m', f'tactile_driver.nodes.{name}', '--ros-args', *arguments], text=True,
-                            stderr=subprocess.PIPE, start_new_session=True)
+    command = Path(get_package_prefix('tactile_driver'), 'lib', 'tactile_driver', name)
+    return subprocess.Popen([command, '--ros-args', *arguments], text=True, stderr=subprocess.PIPE, start_new_session=True)
 
 
 def ended(process, which=signal.SIGINT):

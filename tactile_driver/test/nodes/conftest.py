@@ -3,11 +3,10 @@
 """Fixtures for the tests of nodes, in this process and as processes of their own."""
 import signal
 
-import cv2
-import numpy as np
 import pytest
 import rclpy
 import watching
+from fake_source import video_of
 from rclpy.context import Context
 from rclpy.lifecycle import LifecycleNode
 
@@ -61,9 +60,4 @@ def driven():
 
 @pytest.fixture
 def video(tmp_path):
-    path = tmp_path / 'pad.avi'
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), 50.0, (64, 48))
-    for k in range(100):
-        writer.write(np.full((48, 64, 3), 2 * k, np.uint8))
-    writer.release()
-    return path
+    return video_of(tmp_path / 'pad.avi', range(0, 200, 2))

@@ -13,7 +13,7 @@ import pytest
 from tactile_driver.errors import BadArgument, BadFrame, BadRecording, DeviceLost
 from tactile_driver.parameters.drivers import PSD_DRIVER_PARAMETERS
 from tactile_driver.parameters.table import defaults
-from tactile_driver.samples import SampleBlock
+from tactile_driver.frame import SampleBlock
 from tactile_driver.serial import port as serial_port
 from tactile_driver.serial.clock import DeviceClock, SampleAssembler
 from tactile_driver.serial.frames import BinaryReader, CountFrame, END, LineReader, MATRIX, SAMPLES, frame_size, write_frame, write_line

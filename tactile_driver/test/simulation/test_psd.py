@@ -57,7 +57,7 @@ def test_it_goes_on_from_where_it_was_and_begins_again():
 
 
 def test_wrong_words():
-    with pytest.raises(BadArgument, match='calibration, demo'):
+    with pytest.raises(BadArgument, match='demo, rest, calibration'):
         open_psd_scene('nowhere', RATE)
     with pytest.raises(BadArgument, match='rate'):
         open_psd_scene('demo', 0.0)

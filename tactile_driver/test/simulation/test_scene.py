@@ -16,7 +16,7 @@ from tactile_driver.simulation.sensors.scenes import SCENES, open_dual_scene, op
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
 from tactile_driver.simulation.skin.contact import FrictionalContact
 from tactile_driver.simulation.skin.surfaces import Membrane
-from tactile_driver.simulation.skin.tools import Key, Motion, tool_named
+from tactile_driver.simulation.skin.tools import Key, Motion, TOOLS
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NON_CONTACT, NO_SLIP, SLIPPING, STICKING
 
 
@@ -27,7 +27,7 @@ def membrane():
 
 def pressed(membrane, name, depth, x=0.0):
     """State, tool and pose of a tool that was pressed straight down."""
-    motion = Motion(tool_named(name), [Key(0, x=x, press=0), Key(0.5, x=x, press=depth)], membrane)
+    motion = Motion(TOOLS[name], [Key(0, x=x, press=0), Key(0.5, x=x, press=depth)], membrane)
     contact = FrictionalContact(membrane, 0.4)
     for k in range(15):
         state = contact.step(motion.tool, motion.pose(k / 30), motion.pose((k + 1) / 30))
@@ -60,7 +60,7 @@ FRICTION, RATE = 0.35, 30
 def run(name, keys):
     """Truths, states and poses of a tool that goes through keys, frame by frame."""
     membrane, camera = Membrane(nodes=49), touchpad_camera()
-    motion = Motion(tool_named(name), keys, membrane)
+    motion = Motion(TOOLS[name], keys, membrane)
     contact = FrictionalContact(membrane, FRICTION)
     observer = Observer(membrane, touchpad_dots(membrane, np.random.default_rng(0)), camera, 1 / RATE)
     out = []
@@ -173,7 +173,7 @@ def test_two_balls_are_two_touches(balls):
 
 def test_of_two_unlike_balls_one_that_hardly_presses_is_where_it_touches():
     """Its pressure is all below half of the usual one, so that it has no region."""
-    sensor, tool = areal_dual(0), tool_named('fingers_6_and_12mm_42mm')
+    sensor, tool = areal_dual(0), TOOLS['fingers_6_and_12mm_42mm']
     motion = Motion(tool, [Key(0, press=0.0), Key(1.0, press=0.002)], sensor.skin)
     contact, (before, now) = FrictionalContact(sensor.skin, FRICTION), (motion.pose(0.5), motion.pose(1.0))
     contact.step(tool, motion.pose(0.0), before)
@@ -247,7 +247,7 @@ def bright_spots(image, uv, half):
 
 
 def test_unknown_scene_lists_the_known_ones():
-    with pytest.raises(BadArgument, match='demo, disc_tilt, disc_twist'):
+    with pytest.raises(BadArgument, match='rectangle_drag, disc_twist, disc_tilt'):
         open_scene('nowhere')
 
 

@@ -4,10 +4,9 @@
 
 import numpy as np
 import pytest
-from tactile_driver.errors import BadArgument
 from tactile_driver.simulation.skin.contact import FrictionalContact
 from tactile_driver.simulation.skin.surfaces import Membrane, Sheet
-from tactile_driver.simulation.skin.tools import Key, Motion, TOOLS, attitude, tool_named
+from tactile_driver.simulation.skin.tools import Key, Motion, TOOLS, attitude
 
 
 @pytest.fixture(scope='module')
@@ -38,7 +37,7 @@ def sheet():
 
 def pressed(sheet, *keys):
     """State, tool and pose after a ball has gone through keys."""
-    motion = Motion(tool_named('ball_6mm'), list(keys), sheet)
+    motion = Motion(TOOLS['ball_6mm'], list(keys), sheet)
     contact = FrictionalContact(sheet, 0.4)
     times = np.linspace(keys[0].t, keys[-1].t, 31)
     for before, now in zip(times[:-1], times[1:]):
@@ -82,7 +81,7 @@ def test_pressed_sheet_is_in_balance_and_lies_on_the_tip(sheet, deep):
 def test_the_force_of_a_press_is_that_of_its_depth_however_large_the_steps(sheet, depths):
     """While it deepens, where it stops, and while it is lifted."""
     keys = [Key(k, press=depth) for k, depth in enumerate(depths)]
-    motion, forces = Motion(tool_named('ball_6mm'), keys, sheet), []
+    motion, forces = Motion(TOOLS['ball_6mm'], keys, sheet), []
     for count in (24, 240):
         contact, times = FrictionalContact(sheet, 0.0), np.linspace(0, 2, count + 1)
         steps = [contact.step(motion.tool, motion.pose(before), motion.pose(now)) for before, now in zip(times[:-1], times[1:])]
@@ -102,11 +101,6 @@ def test_distance_grows_by_one_along_its_slope_outside(name):
     np.testing.assert_allclose(tool.distance(places + 1e-4 * normal)[outside], distance[outside] + 1e-4, atol=2e-6)
 
 
-def test_unknown_tool_lists_the_known_ones():
-    with pytest.raises(BadArgument, match='fingertips_37mm, fingertips_46mm'):
-        tool_named('hammer')
-
-
 @pytest.fixture(scope='module')
 def coarse():
     return Membrane(nodes=13)
@@ -116,13 +110,13 @@ def coarse():
                                              ('sphere', 0.006, np.sqrt(0.028**2 - 0.006**2) - 0.007),
                                              ('ring', 0, np.sqrt(0.0205**2 - 0.005**2) - 0.007 - 0.0005)])
 def test_touching_height_is_where_the_tool_meets_the_cap(coarse, name, x, height):
-    found = coarse.touching_height(tool_named(name).distance, np.eye(3), x, 0.0)
+    found = coarse.touching_height(TOOLS[name].distance, np.eye(3), x, 0.0)
     assert found == pytest.approx(height, abs=1e-7)
 
 
 def test_a_tilted_face_touches_off_its_middle(coarse):
-    flat = coarse.touching_height(tool_named('disc').distance, np.eye(3), 0, 0)
-    tilted = coarse.touching_height(tool_named('disc').distance, attitude(0, 0, 0.1), 0, 0)
+    flat = coarse.touching_height(TOOLS['disc'].distance, np.eye(3), 0, 0)
+    tilted = coarse.touching_height(TOOLS['disc'].distance, attitude(0, 0, 0.1), 0, 0)
     # the face's plane touches the ball where the ball's normal is the face's
     assert tilted - flat == pytest.approx(coarse.radius * (1 / np.cos(0.1) - 1), abs=1e-7)
 
@@ -137,7 +131,7 @@ def dome():
 
 def play(dome, name, keys, until, rate=30):
     """The contact after the tool has gone through keys until a time, and the last pose."""
-    motion = Motion(tool_named(name), keys, dome)
+    motion = Motion(TOOLS[name], keys, dome)
     contact = FrictionalContact(dome, FRICTION)
     times = np.arange(keys[0].t, until + 1e-9, 1 / rate)
     for before, now in zip(times[:-1], times[1:]):

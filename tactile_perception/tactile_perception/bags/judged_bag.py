@@ -8,6 +8,7 @@ from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -89,7 +90,7 @@ class JudgedBag:
     def _messages(self) -> Iterator[tuple[str, object]]:
         """Yield (topic, message) of the truth, and of the estimates, recorded or computed from raw data."""
         wanted = {self.prefix + name for name in (*self.reported, *(TRUE + name for name in self.true))}
-        for raw in progress(self._computed() if self._replay else self._recorded(wanted), 'messages'):
+        for raw in progress(chain.from_iterable(self._replay) if self._replay else self._recorded(wanted), 'messages'):
             name = raw.topic.removeprefix(self.prefix)
             if raw.topic not in wanted:
                 continue
@@ -101,10 +102,6 @@ class JudgedBag:
             if self._live and not name.startswith(TRUE):
                 self._latencies[name].append(1e-9 * (raw.stamp_ns - _stamp_ns(message)))
             yield name, message
-
-    def _computed(self) -> Iterator[RawMessage]:
-        for messages in self._replay:
-            yield from messages
 
     def _recorded(self, wanted: set[str]) -> Iterator[RawMessage]:
         with BagReader(self._bag) as reader:

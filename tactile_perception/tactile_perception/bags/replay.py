@@ -14,7 +14,7 @@ from tactile_driver.parameters.table import Parameter
 from tactile_driver.recordings.reader import LeftOut, RawMessage, recorded_frame
 from tactile_driver.recordings.serialization import decode, type_name_of, unusable
 
-from ..errors import BadArgument, BadFrame, BadRecording, TactileError
+from ..errors import BadFrame, BadRecording, TactileError, by_name
 from ..parameters.file import read_parameters
 from ..sensors import SENSOR_TYPES, load
 from ..stage import Stage
@@ -65,9 +65,7 @@ def make_chain(params: Path, calibration: Path | None = None) -> Chain:
     name = read_parameters(params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
     if name not in SENSOR_TYPES and read_parameters(params, 'dot_tracker_node', _SURFACE)['surface'] in ('none', 'pins'):
         name = 'touchpad'  # a camera over dots of another sensor, as touchpad.launch.py plays it
-    if name not in SENSOR_TYPES:
-        raise BadArgument(f'{params}: sensor_type {name!r} is unknown; choose one of {", ".join(SENSOR_TYPES)}')
-    kinds = [load(node) for node in SENSOR_TYPES[name].perception]
+    kinds = [load(node) for node in by_name(SENSOR_TYPES, name, f'{params}: sensor_type').perception]
     own = {'calibration': str(calibration)} if calibration else {}
     values = [read_parameters(params, kind.node, kind.parameters) | own for kind in kinds]
     return Chain([kind(given) for kind, given in zip(kinds, values) if kind.can_run(given)])

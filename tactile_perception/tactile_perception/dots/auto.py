@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 
 from ..common.dots import Dots
+from ..common.statistics import robust_sigma
 from ..errors import BadFrame
 from .look import FEWEST, LARGEST_FITTED, LEAST, LOWER, Kind, correlate, describe_dots, find_kind, find_peaks, select_channel, shrink
 
@@ -145,7 +146,7 @@ def _alike(dots: Dots, others: Dots, grey, sign, least: float) -> Dots:
     usual_diameter, usual = measured(others)
     typical, everywhere = np.median(usual_diameter), around(others)
     diameter, contrast, local = (usual_diameter, usual, everywhere) if dots is others else (*measured(dots), around(dots))
-    spread = 1.4826 * np.median(np.abs(usual - everywhere))
+    spread = robust_sigma(usual - everywhere)
     good = np.abs(contrast - local) < max(_DEVIATIONS * spread, least)
     return dots.take(good & (diameter > _SIZES[0] * typical) & (diameter < _SIZES[1] * typical))
 

@@ -13,7 +13,7 @@ import scipy
 from .. import _core
 from ..common.dots import Dots
 from ..common.statistics import upper_median
-from ..errors import BadArgument, BadFrame
+from ..errors import BadArgument, BadFrame, by_name
 from .auto import AutoDetector
 from .fit import DiscModel
 from .look import Look, measure_look, select_channel, shrink
@@ -51,13 +51,10 @@ class DotDetector:
     """
 
     def __init__(self, polarity: str = 'dark', method: str = 'likelihood'):
-        if polarity not in POLARITIES:
-            raise BadArgument(f'polarity {polarity!r} is unknown: choose from {", ".join(POLARITIES)}')
-        if method not in METHODS:
-            raise BadArgument(f'dot detection method {method!r} is unknown: choose from {", ".join(METHODS)}')
+        sign, make = by_name(POLARITIES, polarity, 'polarity'), by_name(METHODS, method, 'dot detection method')
         if polarity == 'any' and method != 'auto':
             raise BadArgument(f'detection {method} does not measure the polarity: set polarity to dark or bright, or detection to auto')
-        self._method = METHODS[method](POLARITIES[polarity])
+        self._method = make(sign)
 
     @property
     def found(self) -> str:

@@ -7,20 +7,14 @@ import cv2
 import numpy as np
 
 
-def f1(true_positive: int, false_positive: int, false_negative: int) -> float:
-    """F1 score, the harmonic mean of precision and recall; NaN without any positive."""
-    total = 2 * true_positive + false_positive + false_negative
-    return 2 * true_positive / total if total else np.nan
-
-
 def label_f1(confusion: np.ndarray) -> np.ndarray:
-    """F1 score (L,) of each label; NaN for a label that is neither true nor estimated.
+    """F1 score (L,) of each label, the harmonic mean of precision and recall; NaN for a label that is neither true nor estimated.
 
     confusion: (L, >= L) counts, true by estimated; columns beyond L count what was not estimated at all.
     """
-    labels = len(confusion)
-    right, true, found = np.diag(confusion), confusion.sum(axis=1), confusion[:, :labels].sum(axis=0)
-    return np.array([f1(r, f - r, t - r) for r, f, t in zip(right.tolist(), found.tolist(), true.tolist())])
+    true, found = confusion.sum(axis=1), confusion[:, :len(confusion)].sum(axis=0)
+    with np.errstate(invalid='ignore'):
+        return 2 * np.diag(confusion) / (true + found)
 
 
 def macro_f1(confusion: np.ndarray) -> float:

@@ -116,7 +116,7 @@ def find_presses(recordings: list[Recording], saturation: float) -> Presses:
     a usable press."""
     rows, onsets, rests, rooms, left_out, lights = [], [], [], [], [], []
     for recording in recordings:
-        runs = _runs(recording.touching)
+        runs = runs_of(recording.touching)
         untouched = [_rest_before(recording, begin) for begin, _ in runs]
         for k, (begin, end) in enumerate(runs):
             offset = _offset(recording, runs, untouched, k)
@@ -146,8 +146,8 @@ def find_presses(recordings: list[Recording], saturation: float) -> Presses:
                    np.mean(rooms, axis=0), left_out, lights)
 
 
-def _runs(touching: np.ndarray) -> list[tuple[int, int]]:
-    """(begin, end) of each press."""
+def runs_of(touching: np.ndarray) -> list[tuple[int, int]]:
+    """(begin, end) of each press among samples (N,) bool."""
     edges = np.flatnonzero(np.diff(np.r_[False, touching, False].astype(np.int8)))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist()))
 

@@ -9,7 +9,7 @@ from functools import partial
 from tactile_driver.parameters.table import Parameter
 
 from .._core import finger
-from ..errors import BadArgument
+from ..errors import by_name
 from .model import FingerModel
 from .published import paper_finger
 
@@ -51,6 +51,4 @@ PSD_PARAMETERS = PSD_SENSOR_PARAMETERS + (
 
 def make_finger(model: FingerModel, values: Mapping) -> PsdFinger:
     """A finger of the method that values, of PSD_PARAMETERS, name. Raises BadArgument for an unknown one."""
-    if values['method'] not in PSD_METHODS:
-        raise BadArgument(f'method {values["method"]!r} is unknown; choose one of {", ".join(sorted(PSD_METHODS))}')
-    return PSD_METHODS[values['method']](model, values)
+    return by_name(PSD_METHODS, values['method'], 'method')(model, values)

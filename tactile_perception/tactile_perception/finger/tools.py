@@ -15,7 +15,7 @@ from tactile_driver.nodes.messages.conversions import header_of, instants, stati
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
-from tactile_driver.samples import SampleBlock
+from tactile_driver.frame import SampleBlock
 from tactile_driver.simulation.truth import Touch
 
 from ..bags.stamped import TRUTH, VOLTAGES, find_prefix
@@ -25,7 +25,7 @@ from ..common.progress import progress
 from ..errors import BadCalibration, BadRecording
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
-from .calibration import FingerFit, Recording, find_presses, fit_finger
+from .calibration import FingerFit, Recording, find_presses, fit_finger, runs_of
 from .map import direction, log_map
 from .model import psd_file
 from .parameters import PSD_PARAMETERS
@@ -167,8 +167,7 @@ class PsdRecording:
         labels = self._input.get('label_theta')
         if labels is None:
             return normals
-        edges = np.flatnonzero(np.diff(np.r_[False, self._truth['phase'] == _CONTACT, False].astype(np.int8)))
-        for begin, end in zip(edges[::2], edges[1::2]):
+        for begin, end in runs_of(self._truth['phase'] == _CONTACT):
             known = np.flatnonzero(np.isfinite(labels[begin:end]))
             if len(known):
                 phi, theta = (float(self._input[name][begin + known[0]]) for name in ('label_phi', 'label_theta'))

@@ -12,10 +12,11 @@ import numpy as np
 
 from ..common.dots import DotTracks
 from ..common.estimates import AT_EDGE, NONE, ContactEstimate, ContactRegionEstimate, SlipEstimate, next_state
+from ..common.statistics import robust_sigma
 from ..common.surface import DotSurface, Moments, Outline, axes, region_outlines
 from ..common.surface_points import NON_CONTACT, STICKING, SurfacePoints, dot_points
 from ..errors import BadArgument, BadFrame
-from .layer import Layer
+from .layer import Layer, Loads
 from .traction import TractionFit, Tractions
 
 FEWEST = 6  # dots: three parameters of a press and three of a shear
@@ -75,7 +76,7 @@ class DotNoise:
             _, now, before = np.intersect1d(tracks.id, self._last[0], return_indices=True)
             step = (tracks.duv[now] - self._last[1][before]).ravel()
             if len(step):
-                size = 1.4826 * np.median(np.abs(step)) / np.sqrt(2)
+                size = robust_sigma(step) / np.sqrt(2)
                 self._sum, self._count = self._sum + size**2, self._count + 1
         self._last = tracks.id, tracks.duv
         return False
@@ -217,7 +218,7 @@ class _LaidOut:
         places = (self._low + self._high) / 2 + (np.stack([u, v], axis=-1) - (np.array([columns, rows]) - 1) / 2) * step
         self._surface = DotSurface(np.pad(places, ((0, 0), (0, 0), (0, 1))))
         self.fit = TractionFit(layer, places.reshape(-1, 2), step, self.metres * focal or np.inf)
-        self._surface_loads = Layer(layer.thickness, layer.poisson, 0.0).loads(self.fit.blur * step)
+        self._surface_loads = Loads(Layer(layer.thickness, layer.poisson, 0.0), self.fit.blur * step)
         self._forget()
 
     def _forget(self) -> None:

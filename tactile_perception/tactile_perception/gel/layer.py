@@ -63,10 +63,6 @@ class Layer:
                 part += [one, other]
         return tuple(np.stack(part, axis=1) for part in found)
 
-    def loads(self, width: float) -> Loads:
-        """What round loads of unit force with a Gaussian profile of this standard deviation, m, do."""
-        return Loads(self, width)
-
 
 @dataclass(frozen=True)
 class Loads:

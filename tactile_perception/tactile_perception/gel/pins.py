@@ -9,7 +9,7 @@ makes up for what is not proportional. The errors at places that the fit did not
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 
 import cv2
@@ -53,22 +53,15 @@ class PinModel:
 
     @classmethod
     def from_dict(cls, fitted: Mapping) -> PinModel:
-        """Inverse of to_dict. Raises BadCalibration."""
+        """The model with these fields. Raises BadCalibration."""
         model = cls(**fitted_arrays(fitted, _SHAPES, 'calibration of pins'))
         if (len(model.directions), 2 * len(model.rest)) != (len(model.weights), model.directions.shape[1]):
             raise BadCalibration(f'the calibration of pins does not fit together; {AGAIN}')
         return model
 
-    def to_dict(self) -> dict:
-        """Name -> numbers, for a calibration file."""
-        return asdict(self)
-
-    def displacements(self, tracks: DotTracks) -> np.ndarray:
-        """(2 M,) px, of the calibrated pins, from those in the frame: smoothed, and filled in where some are missing."""
-        return smoothed(self.rest, self.spacing, tracks)
-
     def estimate(self, moved: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, bool]:
-        """Place (3,) m, depth, m, covariance (3, 3) of the place, and whether these lie within what was calibrated."""
+        """Place (3,) m, depth, m, covariance (3, 3) of the place, and whether these lie within what was calibrated, by displacements moved
+        (2 M,), px, of the pins."""
         along = self.directions @ moved
         place, depth = _place_and_depth(along @ self.weights, self.curve)
         covariance = self.covariance * np.outer([1, 1, -1], [1, 1, -1])  # z falls as depth grows
@@ -205,7 +198,7 @@ class PinEstimator:
     def _contact(self, tracks: DotTracks, region: ContactRegionEstimate) -> ContactEstimate:
         place, depth, covariance, known = np.full(3, np.nan), np.nan, np.full((3, 3), np.nan), False
         if self._model is not None:
-            found = self._model.estimate(self._model.displacements(tracks))
+            found = self._model.estimate(smoothed(self._model.rest, self._model.spacing, tracks))
             known = found[-1]
             place, depth, covariance = found[:3] if known else (place, depth, covariance)
         flags = 0 if known or self._model is None else OUT_OF_RANGE

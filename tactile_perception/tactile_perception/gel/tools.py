@@ -3,6 +3,7 @@
 """Calibrates a dome of pins: fits place and depth to recordings of a tip pressed at known places (ground_truth/contacts)."""
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +52,7 @@ def calibrate_pins(bags: list[Path], params: Path, output: Path, namespace: str 
     numbers = {'position_mean': off.mean(), 'position_95': np.percentile(off, 95), 'depth_rms': np.sqrt(np.mean(error[:, 2]**2))}
     span = {'depth': depth, 'x': position[:, 0], 'y': position[:, 1]}
     content = CalibrationFile(
-        SENSOR, {'lengths': 'm', 'rest': 'px', 'residuals': 'm'}, model.to_dict(), {name: float(value) for name, value in numbers.items()},
+        SENSOR, {'lengths': 'm', 'rest': 'px', 'residuals': 'm'}, asdict(model), {name: float(value) for name, value in numbers.items()},
         {name: [float(value.min()), float(value.max())] for name, value in span.items()}, left_out, serial=serial,
         parameters=Specimen(serial, values).parameters(SENSOR))
     return write_and_report(output, content, residuals, [

@@ -10,8 +10,9 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 from scipy.sparse.linalg import lsqr
 
+from ..common.statistics import robust_sigma
 from ..errors import BadArgument
-from .layer import Layer
+from .layer import Layer, Loads
 
 _UNEVEN = 0.3  # prior: how far the shear of a place may lie from the shear that the contact shares, over its pressure; of friction's order
 _NEIGHBOURS = 1.0  # steps: prior: a place is pressed about as hard as those within this standard deviation
@@ -57,7 +58,7 @@ class TractionFit:
     def __init__(self, layer: Layer, places: np.ndarray, step: float, distance: float = np.inf):
         if not distance > 0:
             raise BadArgument(f'gel: the distance of the camera must be positive, got {distance}')
-        self.places, self._loads, self._distance = places, layer.loads(self.blur * step), distance
+        self.places, self._loads, self._distance = places, Loads(layer, self.blur * step), distance
         near = np.exp(-((places[:, None] - places)**2).sum(axis=2) / (2 * (_NEIGHBOURS * step)**2))
         self._smooth = near / near.sum(axis=1, keepdims=True)
 
@@ -72,7 +73,7 @@ class TractionFit:
         used = np.ones(len(moved), bool)
         found = self._fit(rows, moved, sigma, used, before)
         off = np.abs(moved - _moved(rows, found.force))
-        seen = 1.4826 * np.median(off)  # a dot on a tilted, lit skin is seen less well than at rest
+        seen = robust_sigma(off)  # a dot on a tilted, lit skin is seen less well than at rest
         used = off.max(axis=1) <= _OUTLIER * max(seen, sigma)
         return found if used.all() and seen <= sigma else self._fit(rows, moved, max(seen, sigma), used, found.force)
 

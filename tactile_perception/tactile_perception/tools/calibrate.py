@@ -5,12 +5,11 @@ file."""
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from tactile_driver.command import tells_errors
+from tactile_driver.errors import tells_errors
 from tactile_driver.recordings.reader import descriptions
 
 from ..bags.replay import SENSOR_TYPE
@@ -72,7 +71,3 @@ def main(args: list[str] | None = None) -> int:
     serial = given.serial or recorded_serial(given.bags[0])
     print(calibrator(sensor_type, given.sphere_radius, given.plate)(given.bags, given.params, given.output, given.namespace, serial))
     return 0
-
-
-if __name__ == '__main__':
-    sys.exit(main())

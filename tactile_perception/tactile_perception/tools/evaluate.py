@@ -10,10 +10,9 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
 from pathlib import Path
 
-from tactile_driver.command import tells_errors
+from tactile_driver.errors import tells_errors
 
 from ..bags.judged_bag import JudgedBag
 from ..errors import BadArgument
@@ -140,7 +139,3 @@ def main(args: list[str] | None = None) -> int:
     if given.report:
         print('\n' + '\n'.join(map(str, write(evaluation, report, given.bag.resolve().name, given.report))))
     return 0
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -96,7 +96,3 @@ def main(args: list[str] | None = None) -> int:
         print('process_bag: no result could be computed', file=sys.stderr)
         return FAILED
     return INCOMPLETE if replay.left_out.total else 0
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from types import ModuleType
 
-from border_checks import check_any_array, check_memory, check_wrong_type
+from border_checks import arrays_test
 import numpy as np
 import pytest
 from tactile_perception import _core
@@ -125,7 +125,6 @@ CALLS = {
     'region_contact': (lambda **a: fields(_core.region_contact(**PATCH | a, **GRID, area=1e-5, pitch=1.3e-3, sigma=3e-5, centre_z=-0.01,
                                                                radius=0.02)), PATCH),
 }
-ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 
 
 def test_every_function_of_the_module_is_tried():
@@ -136,10 +135,7 @@ def test_every_function_of_the_module_is_tried():
     assert functions <= set(tried)
 
 
-@pytest.mark.parametrize('check', [check_any_array, check_wrong_type, check_memory])
-@pytest.mark.parametrize('function, name', ARRAYS)
-def test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory(function, name, check):
-    check(*CALLS[function], name)
+test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory = arrays_test(CALLS)
 
 
 @pytest.mark.parametrize('member', ['coefficients', 'shapes'])

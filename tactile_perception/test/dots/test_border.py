@@ -3,7 +3,7 @@
 """The border of _core.dots: whatever array NumPy can make, a call answers or raises ValueError with the argument's name."""
 import numpy as np
 import pytest
-from border_checks import check_any_array, check_memory, check_wrong_type
+from border_checks import arrays_test
 from tactile_perception._core import dots
 from tactile_perception.dots.fit import DiscModel
 from tactile_perception.dots.look import Look
@@ -39,13 +39,9 @@ CALLS = {
     'fit_blobs': (lambda **arrays: arrays_of(dots.fit_blobs(**REGIONS | arrays, step=2), 'uv', 'area', 'sigma', 'solidity'), REGIONS),
     'find_lattice': (lambda places=UV: arrays_of(dots.find_lattice(places), 'rc', 'member'), {'places': UV}),
 }
-ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 
 
-@pytest.mark.parametrize('check', [check_any_array, check_wrong_type, check_memory])
-@pytest.mark.parametrize('function, name', ARRAYS)
-def test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory(function, name, check):
-    check(*CALLS[function], name)
+test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory = arrays_test(CALLS)
 
 
 @pytest.mark.parametrize('changes', [{'half': 0}, {'half': 1000}, {'per_square': np.nan}, {'smallest': -1.0}, {'largest': 4.0},

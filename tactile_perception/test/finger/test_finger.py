@@ -8,7 +8,7 @@ import played
 from played import Player, contact, each_sample, touches
 import pytest
 from tactile_driver.parameters.table import defaults
-from tactile_driver.samples import SampleBlock
+from tactile_driver.frame import SampleBlock
 from tactile_driver.serial.psd import Demodulator
 from tactile_driver.simulation.psd.scene import Act, Ambient, PsdScene, PsdScript, open_psd_scene
 from tactile_perception._core.finger import AMBIGUOUS, OUT_OF_RANGE, SATURATED

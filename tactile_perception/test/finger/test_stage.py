@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from tactile_driver.nodes.messages.conversions import header_of, voltages_message
 from tactile_driver.parameters.table import defaults
-from tactile_driver.samples import SampleBlock
+from tactile_driver.frame import SampleBlock
 from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_msgs.msg import PsdVoltages
 

@@ -13,7 +13,7 @@ from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_me
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.recordings.writer import BagWriter
-from tactile_driver.samples import SampleBlock
+from tactile_driver.frame import SampleBlock
 from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_perception.errors import BadRecording
 from tactile_perception.finger.model import read_psd

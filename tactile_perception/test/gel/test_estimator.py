@@ -11,7 +11,7 @@ from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import AT_EDGE, GROSS, INCIPIENT, NONE
 from tactile_perception.errors import BadArgument, BadFrame, TactileError
 from tactile_perception.gel.estimator import GelEstimator
-from tactile_perception.gel.layer import Layer
+from tactile_perception.gel.layer import Layer, Loads
 
 UNTOUCHED = 10  # frames
 
@@ -235,7 +235,7 @@ def test_displacements_are_those_of_finite_elements(poisson, depth):
     angle = np.array([0.4, 1.3, 2.0, 4.0, 5.5])
     points = np.array([0.8, 1.5, 3.0, 5.0, 8.0])[:, None] * 1e-3 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     truth = Response(Material(thickness, depth, young, poisson), RADIUS).matrix(points, np.zeros((1, 2)), 'dots') * [1, 1, -1]
-    loads = Layer(thickness, poisson, depth).loads(RADIUS / 2)  # of the same second moment as an even disc
+    loads = Loads(Layer(thickness, poisson, depth), RADIUS / 2)  # of the same second moment as an even disc
     found = loads.matrix(points, np.zeros((1, 2))) * 2 * (1 + poisson) / young
     np.testing.assert_allclose(found, truth, atol=0.01 * np.abs(truth).max())
 

@@ -1,6 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """A dome of pins: what touches without a calibration, place and depth with one, against a simulated skin."""
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from tactile_driver.parameters.table import defaults
@@ -50,7 +52,7 @@ def calibrated():
 
 def test_place_and_depth_of_presses_that_were_not_calibrated(calibrated):
     model, left_out = calibrated
-    model = PinModel.from_dict(model.to_dict())
+    model = PinModel.from_dict(asdict(model))
     ball, estimator, off, normal = Pressed(2), PinEstimator(VALUES, model), [], []
     for _ in range(5):
         assert not estimator.process(ball.tracks(), 0.0).contacts

@@ -72,3 +72,13 @@ def check_memory(call, arrays, name):
         for a, b in zip(expected, call(**{name: other})):
             np.testing.assert_array_equal(a, b)
     np.testing.assert_array_equal(still, good)
+
+
+def arrays_test(calls):
+    """The test that any array is answered or refused by name, however it lies in memory. calls: name of a function -> how it is called,
+    and an example of each of its arrays."""
+    @pytest.mark.parametrize('check', [check_any_array, check_wrong_type, check_memory])
+    @pytest.mark.parametrize('function, name', [(function, name) for function, (_, arrays) in calls.items() for name in arrays])
+    def checked(function, name, check):
+        check(*calls[function], name)
+    return checked

@@ -5,7 +5,7 @@ import copy
 
 import numpy as np
 import pytest
-from border_checks import check_any_array, check_memory, check_wrong_type
+from border_checks import arrays_test
 from tactile_perception._core import taxel
 
 PRESSURE = np.pad(np.full((9, 12), 3e4, np.float32), 6)
@@ -49,10 +49,7 @@ CALLS = {
 }
 
 
-@pytest.mark.parametrize('check', [check_any_array, check_wrong_type, check_memory])
-@pytest.mark.parametrize('function, name', [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays])
-def test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory(function, name, check):
-    check(*CALLS[function], name)
+test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory = arrays_test(CALLS)
 
 
 def test_a_copy_goes_on_by_itself_and_an_exception_changes_nothing():

@@ -15,9 +15,8 @@ from std_msgs.msg import Header
 from tactile_msgs.msg import PsdVoltages
 
 from ...errors import BadFrame
-from ...frame import CameraCalibration, Frame, as_encoding, frame_of
+from ...frame import CameraCalibration, Frame, SampleBlock, as_encoding, frame_of
 from ...frame_names import optical_frame
-from ...samples import SampleBlock
 from ...sources.source import NS
 from .images import array_to_image, image_to_array
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from geometry_msgs.msg import PointStamped, Quaternion, Transform, Twist, Wrench, WrenchStamped
@@ -14,7 +14,7 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
 
-from .conversions import point, polygon, quaternion_of, vector
+from .conversions import point, polygon, quaternion_of, stamp_ns_of, vector
 from ...recordings.reader import RecordedTruth
 from ...simulation.truth import Touch, TruthFrame
 
@@ -84,6 +84,13 @@ def truth_messages(truth: TruthFrame, ids: list[int], interval: float, header: H
                                  velocity=velocity, rotation_center=point(truth.rotation_center), confidence=_NAN),
             'wrench': lambda: WrenchStamped(header=header, wrench=wrench)}
     return {name: make[name]() for name in names}
+
+
+def recorded_truth(truth: TruthFrame, numbers: TouchNumbers, interval: float, header: Header,
+                   names: Sequence[str] = TRUTH) -> Iterator[tuple[int, str, object]]:
+    """Yield (stamp in ns, topic, message) of truth_messages, for a recording."""
+    for name, message in truth_messages(truth, numbers.assign(truth.contacts), interval, header, names).items():
+        yield stamp_ns_of(header), f'ground_truth/{name}', message
 
 
 class GroundTruth:

@@ -122,25 +122,20 @@ class SharedPublisher:
 
     def __init__(self, publisher: Publisher, changed: Callable[[], None]):
         self._publisher, self._changed = publisher, changed
-        self._takers: tuple[Take, ...] = ()
+        self.takers: tuple[Take, ...] = ()
 
     def attach(self, take: Take) -> Callable[[], None]:
         """Call take with each message from now on; returns a function that ends it."""
-        self._set((*self._takers, take))
-        return lambda: self._set(tuple(other for other in self._takers if other is not take))
-
-    @property
-    def has_takers(self) -> bool:
-        """Whether there are local subscribers."""
-        return bool(self._takers)
+        self._set((*self.takers, take))
+        return lambda: self._set(tuple(other for other in self.takers if other is not take))
 
     def _set(self, takers: tuple[Take, ...]) -> None:
-        self._takers = takers
+        self.takers = takers
         self._changed()
 
     def get_subscription_count(self) -> int:
         """Number of local and middleware subscribers."""
-        return len(self._takers) + self._publisher.get_subscription_count()
+        return len(self.takers) + self._publisher.get_subscription_count()
 
     def publish(self, message, waited_s: float = 0.0) -> None:
         """Publish to the middleware first, then to the takers, with a sending time waited_s, s, before now. An inactive lifecycle publisher
@@ -149,7 +144,7 @@ class SharedPublisher:
             return
         if self._publisher.get_subscription_count():
             self._publisher.publish(message)
-        for take in self._takers:
+        for take in self.takers:
             take(message, time.time_ns() - round(waited_s * _NS))
 
     def wait_for_all_acked(self, timeout: Duration) -> bool:
@@ -183,7 +178,7 @@ class Host:
     def has_takers(self, node: Node, topic: str) -> bool:
         """Whether the topic has local subscribers, which the middleware does not report."""
         own = self._own(node, topic)
-        return own is not None and own.has_takers
+        return own is not None and bool(own.takers)
 
     def _own(self, node: Node, topic: str) -> SharedPublisher | None:
         return (self._shared or {}).get(node.resolve_topic_name(topic))

@@ -46,6 +46,11 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> int:
     return run_nodes(lambda: iter([make()]), args)
 
 
+def process_of(make: Callable[[], Node]) -> Callable[..., None]:
+    """The main function of a process that runs the node that make() returns."""
+    return lambda args=None: sys.exit(run_node(make, args))
+
+
 def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None) -> int:
     """As run_node for all nodes that make() yields, in one thread; they are destroyed in the same order."""
     nodes: list[Node] = []

@@ -10,7 +10,7 @@ import numpy as np
 
 from .camera import SimulatedCamera
 from ..skin.surfaces import Skin
-from .water_light import vignette
+from .light import vignette
 
 #: px: light is computed once per cell of this size, because only dots, highlights and the rim are sharp; chosen.
 _CELL = 4
@@ -30,7 +30,7 @@ class Imaging:
 
     blur: px, standard deviation of the lens blur; read_noise: grey levels; shot_noise: grey levels squared per grey level; ink: fraction of
     light absorbed by a dot, B, G, R or one for all, below 0 if the dot is brighter than the skin; housing: grey level around the skin;
-    cosine, stop: parameters of the vignetting (water_light.vignette); reflections: lamps that the window mirrors, which stay in place,
+    cosine, stop: parameters of the vignetting (light.vignette); reflections: lamps that the window mirrors, which stay in place,
     (u, v, standard deviation, all px, peak in grey levels) each; drift: amplitude of a slow change of the gain; drift_period: frames. The
     defaults are chosen.
     """

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...errors import BadArgument
+from ...errors import BadArgument, by_name
 from ..truth import Touch
 
 # The model covers what determines the four voltages. An object presses the cover towards the waveguide. Before contact the cover reflects
@@ -304,6 +304,4 @@ def open_psd_scene(name: str, rate: float, seed: int = 0) -> PsdScene:
 
     Raises BadArgument for an unknown name (the message lists the known ones) or rate.
     """
-    if name not in PSD_SCENES:
-        raise BadArgument(f'simulation: scene {name!r} is unknown; choose one of {", ".join(sorted(PSD_SCENES))}')
-    return PsdScene(PSD_SCENES[name](), rate, seed)
+    return PsdScene(by_name(PSD_SCENES, name, 'simulation: scene')(), rate, seed)

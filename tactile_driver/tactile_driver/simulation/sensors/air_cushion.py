@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from .marker_sheet import built_camera
-from ..optics.led_light import Lamps
+from ..optics.light import Lamps
 from ..optics.pattern import DotPattern, LargeDots, uneven
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import STARTING, Act, Script, Specimen, act, drag, one_after_the_other, press, session

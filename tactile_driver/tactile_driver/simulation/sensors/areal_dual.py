@@ -9,8 +9,7 @@ from functools import partial
 import numpy as np
 
 from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered
-from ..optics.camera import SimulatedCamera
-from ..optics.led_light import Lamps
+from ..optics.light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import STARTING, Script, Shutters, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
 from ..skin.surfaces import Sheet
@@ -18,7 +17,7 @@ from ..skin.surfaces import Sheet
 _HALF = (0.0665, 0.0455)
 _TIP = 'ball_8mm'
 _DEEPEST = 0.005
-_WIDTH, _HEIGHT = 480, 640
+_SIZE = 480, 640
 _LAMPS = Lamps(tuple((x, y, -0.042) for x in (-0.088, 0.086) for y in (-0.036, 0.002, 0.033)),
                (95.0, 110.0, 88.0, 120.0, 100.0, 92.0), 0.060, 85.0, SHEET_COLOUR)
 _IMAGING = Imaging(blur=0.9, read_noise=0.9, shot_noise=0.014, ink=INK, housing=2.0, cosine=2.0, stop=0.05)
@@ -30,19 +29,13 @@ _EXPOSURE = 1.2
 _FREE = Shutters(offset=0.003, swing=0.009, jitter=2e-4)
 
 
-def _cameras(rng: np.random.Generator) -> tuple[SimulatedCamera, SimulatedCamera]:
-    """Left and right camera, each slightly rotated."""
-    native = _WIDTH, _HEIGHT
-    left = built_camera(rng, 289.0, (241.0, 318.0), _DISTORTION, (0.006, -0.010, -0.022), (_OFF_CENTRE, 0.0006, 0.0465), native, _WIDTH)
-    right = built_camera(rng, 289.0, (238.0, 321.0), _DISTORTION, (-0.005, 0.012, 0.026), (-_OFF_CENTRE, -0.0008, 0.0460), native, _WIDTH)
-    return left, right
-
-
 def areal_dual(seed: int) -> Specimen:
     """A sheet with two cameras. seed: of manufacturing tolerances and noise."""
     rng = np.random.default_rng([seed, 12])
     sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 70.0 * (1 + rng.normal(0, 0.03)), 1.25, 3.5e-4, 97)
-    cameras = _cameras(rng)
+    cameras = tuple(built_camera(rng, 289.0, centre, _DISTORTION, turn, place, _SIZE, _SIZE[0]) for centre, turn, place in (
+        ((241.0, 318.0), (0.006, -0.010, -0.022), (_OFF_CENTRE, 0.0006, 0.0465)),
+        ((238.0, 321.0), (-0.005, 0.012, 0.026), (-_OFF_CENTRE, -0.0008, 0.0460))))
     pattern = markers(sheet, 11, 14, (0.0094, 0.0082), 0.0021, rng)
     lights = _LAMPS, replace(_LAMPS, exposure=_LAMPS.exposure * _EXPOSURE * (1 + rng.normal(0, 0.03)))
     renderers = tuple(Renderer(sheet, camera, light, _IMAGING, 2 * seed + side)

@@ -19,7 +19,7 @@ import numpy as np
 from ..gel.contact import GelContact, GelState, Indenter
 from ..gel.elements import Material, Response
 from ..optics.camera import mounted
-from ..optics.led_light import Lamps
+from ..optics.light import Lamps
 from ..optics.pattern import uneven
 from ..optics.rendering import Imaging, Renderer
 from ..skin.surfaces import Sheet

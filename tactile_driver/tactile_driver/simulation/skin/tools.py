@@ -10,7 +10,6 @@ from typing import Callable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...errors import BadArgument
 from .surfaces import Skin
 
 # The origin of the tool frame is the centre of the face, the middle of the ridge or the centre of the ball; z points away from the sensor.
@@ -104,13 +103,6 @@ TOOLS = {tool.name: tool for tool in (
     *(Tool(f'plate_{2e3 * x:.0f}x{2e3 * y:.0f}mm', (partial(block, half_x=x, half_y=y, rounding=0.0),), plate=(x, y))
       for x, y in ((0.0285, 0.0195), (0.0635, 0.0435))),
 )}
-
-
-def tool_named(name: str) -> Tool:
-    """The tool of that name. Raises BadArgument, listing the names, for an unknown one."""
-    if name not in TOOLS:
-        raise BadArgument(f'simulation: tool {name!r} is unknown; choose one of {", ".join(sorted(TOOLS))}')
-    return TOOLS[name]
 
 
 @dataclass(frozen=True)

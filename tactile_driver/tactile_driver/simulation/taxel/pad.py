@@ -11,8 +11,6 @@ import cv2
 import numpy as np
 from scipy import fft
 
-from ...errors import BadArgument
-
 # A traction wave of wave number k displaces the surface of a layer of thickness h by less than an even traction: across the wave by 1 /
 # (k h coth k h) of it, which is exact, along it by about 1 / (c k h coth c k h). So neighbours move together, and the border of a contact
 # is held by the rubber around it: there traction is largest, and slip begins.
@@ -125,13 +123,6 @@ FACES: dict[str, Face] = {
     'roller': lambda x, y: np.where((np.abs(y) < 0.008) & (np.abs(x) < 0.02), x * x / 0.06, np.inf),
     'two_fingers': _flat(lambda x, y: (np.hypot(x - 0.009, y) <= 0.006) | (np.hypot(x + 0.009, y) <= 0.006)),
 }
-
-
-def face_named(name: str) -> Face:
-    """The face of that name. Raises BadArgument, listing the names, for an unknown one."""
-    if name not in FACES:
-        raise BadArgument(f'simulation: face {name!r} is unknown; choose one of {", ".join(FACES)}')
-    return FACES[name]
 
 
 FINE = 2  # places of the surface along the side of a taxel

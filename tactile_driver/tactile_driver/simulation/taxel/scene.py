@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from ...errors import BadArgument
+from ...errors import BadArgument, by_name
 from ..truth import NO_SLIP, Touch, TruthFrame, slip_state_of
-from .pad import FACES, FINE, Ink, InkSpecimen, PadSpecimen, PadState, RubberPad, face_named
+from .pad import FACES, FINE, Ink, InkSpecimen, PadSpecimen, PadState, RubberPad
 
 STEP_S = 0.01  # step of the object's motion, small against the pitch of the places; chosen
 
@@ -112,7 +112,7 @@ class TaxelScene:
                  ink: InkSpecimen = InkSpecimen()):
         self.rate, self._script, self._seed, self._ink_specimen = rate, script, seed, ink
         self.specimen = replace(specimen, grip=specimen.grip * script.smoothness)
-        self._face = face_named(script.face)
+        self._face = FACES[script.face]
         self.duration = script.keys[-1].time
         self._times = np.array([key.time for key in script.keys])
         self._keys = np.array([[key.x, key.y, key.turn, key.depth, key.tilt_x, key.tilt_y] for key in script.keys])
@@ -196,8 +196,7 @@ class TaxelScene:
 
 def open_taxel_scene(name: str = 'demo', rate: float = 100.0, seed: int = 0) -> TaxelScene:
     """The scene of that name. Raises BadArgument for an unknown name (the message lists the known ones) or a rate that is not positive."""
-    if name not in TAXEL_SCENES:
-        raise BadArgument(f'simulation: scene {name!r} is unknown; choose one of {", ".join(TAXEL_SCENES)}')
+    script = by_name(TAXEL_SCENES, name, 'simulation: scene')
     if not 0 < rate < math.inf:
         raise BadArgument(f'simulation: rate is {rate!r}; give frames per second, more than 0')
-    return TaxelScene(TAXEL_SCENES[name], rate, seed)
+    return TaxelScene(script, rate, seed)

@@ -12,7 +12,7 @@ import json
 import logging
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -112,10 +112,16 @@ def write_calibration(path: str | Path, content: CalibrationFile) -> None:
     path = Path(path)
     if path.suffix == '.npz':
         raise BadCalibration(f'{path}: the .npz file holds the arrays of a calibration; give the name of the YAML file, as NAME.yaml')
-    check_numbers(content.fitted, 'fitted', path)
     arrays: dict[str, np.ndarray] = {}
+
+    def described(value, name: str):
+        _check_number(value, name, path)
+        if not isinstance(value, np.ndarray):
+            return value
+        arrays[name] = value
+        return f'array {" x ".join(map(str, value.shape))} {value.dtype}'
     page = {'format': f'{FORMAT} {VERSION}'} | {name: getattr(content, name) for name in SECTIONS} | {'complete': True}
-    page['fitted'] = _without_arrays(content.fitted, '', arrays)
+    page['fitted'] = _replaced(content.fitted, '', described)
     page = _rounded(page)
     page['parameters'] = {'hash': parameter_hash(content.parameters), 'values': _rounded(content.parameters)}
     if arrays:
@@ -132,27 +138,13 @@ def _replace(path: Path, content: bytes) -> None:
     os.replace(partial, path)
 
 
-def _without_arrays(value, name: str, arrays: dict[str, np.ndarray]):
-    """value with a description of each array in its place; the arrays are added to arrays, by their place in value."""
-    if isinstance(value, np.ndarray):
-        arrays[name] = value
-        return f'array {" x ".join(map(str, value.shape))} {value.dtype}'
+def _replaced(value, name: str, leaf: Callable[[object, str], object]):
+    """value with leaf(part, name of the part) in the place of each part of its dictionaries and lists; tuples become lists."""
     if isinstance(value, Mapping):
-        return {key: _without_arrays(part, f'{name}.{key}'.lstrip('.'), arrays) for key, part in value.items()}
+        return {key: _replaced(part, f'{name}.{key}'.lstrip('.'), leaf) for key, part in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_without_arrays(part, f'{name}.{index}', arrays) for index, part in enumerate(value)]
-    return value
-
-
-def _with_arrays(value, name: str, arrays: Mapping[str, np.ndarray]):
-    """Inverse of _without_arrays."""
-    if isinstance(value, str):
-        return arrays.get(name, value)
-    if isinstance(value, dict):
-        return {key: _with_arrays(part, f'{name}.{key}'.lstrip('.'), arrays) for key, part in value.items()}
-    if isinstance(value, list):
-        return [_with_arrays(part, f'{name}.{index}', arrays) for index, part in enumerate(value)]
-    return value
+        return [_replaced(part, f'{name}.{index}', leaf) for index, part in enumerate(value)]
+    return leaf(value, name)
 
 
 def _arrays(section: object, path: Path) -> dict[str, np.ndarray]:
@@ -174,11 +166,7 @@ def _arrays(section: object, path: Path) -> dict[str, np.ndarray]:
 
 def _rounded(value):
     """value with _DIGITS significant digits; tuples become lists."""
-    if isinstance(value, dict):
-        return {key: _rounded(part) for key, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_rounded(part) for part in value]
-    return float(f'{value:.{_DIGITS}g}') if isinstance(value, float) else value
+    return _replaced(value, '', lambda part, _name: float(f'{part:.{_DIGITS}g}') if isinstance(part, float) else part)
 
 
 def read_calibration(path: str | Path, sensor: str, values: Mapping | None = None) -> CalibrationFile:
@@ -197,8 +185,9 @@ def read_calibration(path: str | Path, sensor: str, values: Mapping | None = Non
         raise BadCalibration(f'{path}: truncated or edited: no usable {", ".join(missing or ["end mark"])}; {AGAIN}')
     if page['sensor'] != sensor:
         raise BadCalibration(f'{path}: for sensor type {page["sensor"]!r}, this is {sensor!r}; give this sensor\'s own file')
-    page['fitted'] = _with_arrays(page['fitted'], '', _arrays(page.get(ARRAYS), path))
-    check_numbers(page['fitted'], 'fitted', path)
+    arrays = _arrays(page.get(ARRAYS), path)
+    page['fitted'] = _replaced(page['fitted'], '', lambda value, name: arrays.get(name, value) if isinstance(value, str) else value)
+    _replaced(page['fitted'], '', lambda value, name: _check_number(value, name, path))
     page['parameters'] = _parameters(page['parameters'], path)
     found = CalibrationFile(**{name: page[name] for name in SECTIONS})
     if values is not None:
@@ -255,16 +244,10 @@ def _parse(path: Path) -> dict:
     return page
 
 
-def check_numbers(value, name: str, path: str | Path) -> None:
-    """Raise BadCalibration that names the first element of value that is not a finite number, or the first array with an infinite one."""
+def _check_number(value, name: str, path: Path) -> None:
+    """Raise BadCalibration, which says where in the file, for what is no finite number and no array without an infinite one."""
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in 'fiu' or np.isinf(value).any():
-            raise BadCalibration(f'{path}: {name} has numbers that are not finite; {AGAIN}')
-    elif isinstance(value, dict):
-        for key, part in value.items():
-            check_numbers(part, f'{name}.{key}', path)
-    elif isinstance(value, (list, tuple)):
-        for index, part in enumerate(value):
-            check_numbers(part, f'{name}[{index}]', path)
+            raise BadCalibration(f'{path}: fitted.{name} has numbers that are not finite; {AGAIN}')
     elif isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise BadCalibration(f'{path}: {name} is {value!r}, not a finite number; {AGAIN}')
+        raise BadCalibration(f'{path}: fitted.{name} is {value!r}, not a finite number; {AGAIN}')

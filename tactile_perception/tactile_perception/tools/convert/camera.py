@@ -16,7 +16,7 @@ import numpy as np
 from tactile_driver.frame import CameraCalibration, Frame, pinhole_calibration
 from tactile_driver.frame_names import optical_frame
 from tactile_driver.nodes.messages.conversions import calibration_to_message, camera_transforms, header_of, image_to_message
-from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, recorded_truth
 from tactile_driver.simulation.truth import SLIPPING, Touch, TruthFrame, slip_state_of
 
 from ...errors import BadRecording
@@ -105,9 +105,7 @@ class Recording:
                 yield stamp_ns, prefix + 'camera_info', calibration_to_message(view.calibration, header)
                 yield stamp_ns, prefix + 'image_raw', image_to_message(Frame(self.image(index, k), stamp_ns, 'bgr8'), '', header)
             stamp_ns, truth = round((stamp + shift) * 1e9), self.truth(index)
-            ids = numbers.assign(truth.contacts)
-            for name, message in truth_messages(truth, ids, self._interval, header_of(stamp_ns, frame_id), KNOWN).items():
-                yield stamp_ns, f'ground_truth/{name}', message
+            yield from recorded_truth(truth, numbers, self._interval, header_of(stamp_ns, frame_id), KNOWN)
 
     def parameters(self) -> dict[str, object]:
         """Name -> value of the sensor's parameters; the frames before the first contact, the usual number at most, make the reference."""

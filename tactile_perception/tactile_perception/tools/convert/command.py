@@ -6,11 +6,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from itertools import chain
 from pathlib import Path
 
-from tactile_driver.command import tells_errors
+from tactile_driver.errors import tells_errors
 from tactile_driver.recordings.writer import write_messages
 
 from ...common.progress import progress
@@ -58,7 +57,3 @@ def main(args: list[str] | None = None) -> int:
     unit = 'samples' if isinstance(recording, PsdRecording) else 'frames'
     print(f'{given.output}: {len(recording)} {unit}; parameters of the sensor: {params}')
     return 0
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message, static_transform
-from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, recorded_truth
 from tactile_driver.simulation.truth import Touch, TruthFrame
 
 from ...errors import BadRecording
@@ -63,9 +63,7 @@ class TaxelRecording:
             encoding = 'mono8' if row.values.dtype == np.uint8 else 'mono16'
             yield stamp_ns, 'image_raw', image_to_message(Frame(row.values, stamp_ns, encoding), '', header)
             if row.truth is not None:
-                number, interval = numbers.assign(row.truth.contacts), row.stamp - (last or row.stamp)
-                for name, message in truth_messages(row.truth, number, interval, header, KNOWN).items():
-                    yield stamp_ns, f'ground_truth/{name}', message
+                yield from recorded_truth(row.truth, numbers, row.stamp - (last or row.stamp), header, KNOWN)
             last = row.stamp
 
     def parameters(self) -> dict[str, object]:
@@ -100,8 +98,8 @@ def _truth(of: dict, pitch: float) -> TruthFrame:
     x, y = 1e-3 * np.nan_to_num(np.asarray(of['cop_mm'], float))
     along = np.asarray(of['Ft_N'], float)
     wrench = np.array([*along, -normal, -y * normal, x * normal, x * along[1] - y * along[0] + 1e-3 * float(of['Mz_cop_Nmm'])])
-    frame = TruthFrame(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, np.uint8), area=float(of['area_m2']),
-                       slip_state=int(of['slip_state']), slipping_fraction=float(of['slip_fraction']), wrench=wrench)
+    frame = TruthFrame(area=float(of['area_m2']), slip_state=int(of['slip_state']), slipping_fraction=float(of['slip_fraction']),
+                       wrench=wrench)
     if touched:
         frame.outlines, frame.holes = _loops(np.asarray(of['contact_fraction'], np.float32), pitch)
         depth = 1e-3 * float(of['depth_mm']) or np.nan  # 0 means unknown
@@ -129,9 +127,8 @@ def _imprints(arrays: dict[str, np.ndarray]) -> list[_Row]:
         standing = np.flatnonzero(total > _LOADED * np.percentile(total, 90))
         settled = set(standing[int(_SETTLED * len(standing)):].tolist())
         force = 1e-3 * _GRAMS[name[0]] * _GRAVITY
-        known = TruthFrame(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, np.uint8), area=1.1025e-4,
-                           contacts=[Touch(np.full(3, np.nan), np.array([0.0, 0.0, 1.0]), np.nan, force)],
-                           wrench=np.array([np.nan, np.nan, -force, np.nan, np.nan, np.nan]), slip_state=0, slipping_fraction=0.0)
+        known = TruthFrame(area=1.1025e-4, contacts=[Touch(np.full(3, np.nan), np.array([0.0, 0.0, 1.0]), np.nan, force)],
+                           wrench=np.array([np.nan, np.nan, -force, np.nan, np.nan, np.nan]))
         rows += [_Row(np.ascontiguousarray(v), clock + float(t), known if k in settled else None)
                  for k, (v, t) in enumerate(zip(values, times))]
         clock = rows[-1].stamp + _PAUSE_S

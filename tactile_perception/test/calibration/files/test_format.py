@@ -103,7 +103,7 @@ def test_numbers_that_are_none(path, value):
     page = yaml.safe_load(path.read_text())
     page['fitted']['b'][1] = value
     path.write_text(yaml.safe_dump(page, sort_keys=False))
-    with pytest.raises(BadCalibration, match=r'fitted\.b\[1\]'):
+    with pytest.raises(BadCalibration, match=r'fitted\.b\.1'):
         read_calibration(path, 'touchpad')
 
 

@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Illumination of the touchpad: LEDs behind the pad, absorption in red water, the white inside of the skin, vignetting."""
+"""Illumination: of the touchpad by LEDs behind the pad, through red water that absorbs, with the white inside of its skin; of a matt skin
+by a few LEDs in a sensor that is empty and dark inside, uneven; and vignetting."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -108,3 +109,37 @@ def vignette(camera: SimulatedCamera, columns: np.ndarray, rows: np.ndarray, pow
     a, b = np.meshgrid((columns - camera.matrix[0, 2]) / fx, (rows - camera.matrix[1, 2]) / fy)
     r2 = a * a + b * b
     return ((1 + r2)**(-power / 2) * (1 - stop * r2)).astype(np.float32)
+
+
+_NO_SPOTS = np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0)
+
+
+@dataclass(frozen=True)
+class Lamps:
+    """LEDs in air behind a matt skin.
+
+    places: ((x, y, z), ...) m; powers: grey levels of a white skin lit by each LED at normal incidence from the distance reach, m;
+    scattered: grey levels of a white skin under scattered light; colour: reflectance of the skin between the dots, B, G, R, 0 to 1;
+    exposure: factor on all light.
+    """
+
+    places: tuple
+    powers: tuple
+    reach: float
+    scattered: float
+    colour: tuple
+    exposure: float = 0.8
+
+    def look(self, shape: np.ndarray, normals: np.ndarray, *_seen) -> tuple[np.ndarray, tuple]:
+        """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3), m, with outward unit normals (n, n, 3); and no highlights: a
+        matt skin looks the same from every direction.
+
+        Model: Lambert's cosine law and the inverse square law.
+        """
+        level = np.full(shape.shape[:2], self.scattered, np.float32)
+        for place, power in zip(np.array(self.places, np.float32), self.powers):
+            arm = place - shape
+            square = np.einsum('...i,...i->...', arm, arm)
+            facing = np.maximum(-np.einsum('...i,...i->...', arm, normals), 0)
+            level += np.float32(power * self.reach**2) * facing / square**1.5
+        return level[..., None] * (np.array(self.colour, np.float32) * np.float32(self.exposure)), _NO_SPOTS
