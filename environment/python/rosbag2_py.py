@@ -37,8 +37,12 @@ class StorageOptions:
     storage_preset_profile: str = field(default='', kw_only=True)
 
 
+@dataclass
 class ConverterOptions:
     """Serialisation formats; nothing is converted."""
+
+    input_serialization_format: str = ''
+    output_serialization_format: str = ''
 
 
 @dataclass

@@ -47,7 +47,7 @@ class PerceptionNode(Node):
         if self.settings.problems:
             raise BadArgument(f'{stage_type.node}: ' + '; '.join(self.settings.problems.values()))
         self.diagnostics = NodeDiagnostics(self, stage_type.node.removesuffix('_node'), self.get_namespace().strip('/') or 'none',
-                                           self._examine)
+                                           self.examine)
         self.stage = stage_type(self.settings.values())
         self.stage.use_frame(sensor_frame(self.get_namespace()))
         self._source, self._inputs, self._shedding = stage_type.input, [], Shedding(stage_type.input.patience_s or LONGEST_S)
@@ -55,7 +55,7 @@ class PerceptionNode(Node):
         self.log = WorkLog(self._source.topic, by_call=self._host.publishes(self, self._source.topic))
         self._log_once, self.guard = LogOnce(self), DefectGuard(self)
         matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
-        self._outputs = {topic: self._host.publisher(
+        self.outputs = {topic: self._host.publisher(
             self.create_publisher(kind, topic, STREAM_QOS, event_callbacks=matched), self._follow_demand)
             for topic, kind in stage_type.outputs.items()}
         if stage_type.has_reference:
@@ -64,7 +64,7 @@ class PerceptionNode(Node):
         self._follow_demand()
 
     def _wanted_topics(self) -> list[str]:
-        return [topic for topic, publisher in self._outputs.items() if publisher.get_subscription_count()]
+        return [topic for topic, publisher in self.outputs.items() if publisher.get_subscription_count()]
 
     def _follow_demand(self) -> None:
         """Subscribe to the inputs while an output has a subscriber; unsubscribe otherwise."""
@@ -121,7 +121,7 @@ class PerceptionNode(Node):
         topics = self._wanted_topics()
         for topic, results in self.stage.process(message, topics).items():
             for result in results:
-                self._outputs[topic].publish(result)
+                self.outputs[topic].publish(result)
         latency = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
         self.log.add(time.perf_counter() - begin, latency)
         self._log_once.settle('frame')
@@ -144,7 +144,7 @@ class PerceptionNode(Node):
             response.message = 'the next messages become the reference; nothing may touch the sensor now'
         else:
             topic = self._source.topic
-            response.message = (f'no {topic} is being processed: subscribe to {" or ".join(self._outputs)}, and check that {topic} is '
+            response.message = (f'no {topic} is being processed: subscribe to {" or ".join(self.outputs)}, and check that {topic} is '
                                 'published')
         return response
 
@@ -155,7 +155,8 @@ class PerceptionNode(Node):
         with self._host.lock:
             self.stage.change(self.settings.values() | changes)
 
-    def _examine(self) -> Health:
+    def examine(self) -> Health:
+        """For /diagnostics."""
         with self._host.lock:
             warning, values = self.stage.health()
             if warning:

@@ -106,7 +106,7 @@ class FedNode:
         self._space, self.results = space, []
         own = own_parameters(name, sensor)
         self.node = make_node(name, Host(arguments(space, sensor), own, self._shared))
-        for topic, publisher in self.node._outputs.items():
+        for topic, publisher in self.node.outputs.items():
             publisher.attach(lambda message, _sent, topic=topic: self._take(topic, message))
 
     def _take(self, topic: str, message) -> None:
@@ -154,16 +154,16 @@ class FedMarkers:
         self.name, self.node = name, make_node(name, Host(arguments(f'/fed{next(_NUMBERS)}', sensor), own))
         self.markers, self.pictures = Sink('markers'), Sink('image_annotated')
         self.node.marker_output, self.node.picture_output = self.markers, self.pictures
-        self.node._look_timer.cancel()
-        self.node._expected = {topic for topic, _ in sent(sensor)} & {*self.node.marked, *self.node.pictured}
+        self.node.look_timer.cancel()
+        self.node.expected = {topic for topic, _ in sent(sensor)} & {*self.node.marked, *self.node.pictured}
 
     def feed(self, topic: str, message) -> list[tuple[str, object]]:
         """What is drawn for a message."""
         self.markers.published, self.pictures.published = [], []
-        if topic in self.node._expected:
-            self.node._take(topic, message, 0)
+        if topic in self.node.expected:
+            self.node.take(topic, message, 0)
         elif topic == 'camera_info':
-            self.node._on_camera_info(message, 0)
+            self.node.take_camera_info(message, 0)
         return [('markers', drawn) for drawn in self.markers.published] + [('image_annotated', drawn) for drawn in self.pictures.published]
 
     def close(self) -> None:

@@ -49,7 +49,7 @@ def test_random_messages_of_each_type_meet_no_defect(name, sensor, count):
     try:
         log = node.node.log
         assert node.node.guard.caught == 0 and log.refused > count / 10 and published > count * _DRAWN, (log.refused, published)
-        health = node.node._examine()
+        health = node.node.examine()
         assert health.values['refused frames'] == log.refused and health.values['last error']
         done = log.done
         for topic, message in sent(sensor):

@@ -31,7 +31,7 @@ def nodes(request):
 
 def asked(rng, node, kind):
     """A request with names of the node's own parameters, and values of any type."""
-    request, names = kind.Request(), list(node._parameters)
+    request, names = kind.Request(), node.list_parameters([], 0).names
     if hasattr(request, 'names'):
         request.names = [rng.choice(names)]
     if hasattr(request, 'parameters'):

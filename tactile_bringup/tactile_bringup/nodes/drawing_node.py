@@ -110,17 +110,17 @@ class DrawingNode(Node):
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
         self.say, self.log, self.guard = LogOnce(self), WorkLog('results', by_call=self.host.shares), DefectGuard(self)
         self.inputs: dict[str, AdaptiveSubscription] = {}
-        self._expected: set[str] = set()
+        self.expected: set[str] = set()
         self._asked_s = math.nan  # since when somebody looks
         marker_rate, picture_rate = (self.settings[name] if name else 0.0 for name in (self.marker_rate, self.picture_rate))
-        self._marker_sync = StampSync(self._draw_markers, lambda: self._expected & self.marked.keys(), marker_rate)
-        self._picture_sync = StampSync(self._draw_picture, lambda: self._expected & self.pictured.keys(), picture_rate)
+        self._marker_sync = StampSync(self._draw_markers, lambda: self.expected & self.marked.keys(), marker_rate)
+        self._picture_sync = StampSync(self._draw_picture, lambda: self.expected & self.pictured.keys(), picture_rate)
         self.marker_output, self.picture_output = self._demanded(MarkerArray, 'markers'), self._demanded(Image, 'image_annotated')
-        self._look_timer = steady_timer(self, _LOOK_S, self.follow_demand)  # while there is demand: each call wakes the executor
+        self.look_timer = steady_timer(self, _LOOK_S, self.follow_demand)  # while there is demand: each call wakes the executor
         self._drawn_s = -math.inf  # when markers were last published
         self._reported: dict[str, tuple[str, float]] = {}  # node -> its warning, '' for none, and when it came
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, 10)
-        self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self._examine)
+        self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self.examine)
         guard_services(self)
 
     def _demanded(self, kind: type, topic: str) -> Publisher:
@@ -137,7 +137,7 @@ class DrawingNode(Node):
         """Subscribe to the inputs of the outputs that have subscribers, and to no others, and note which of them have publishers."""
         wanted = {**(self.marked if self.marker_output.get_subscription_count() else {}),
                   **(self.pictured if self.picture_output.get_subscription_count() else {})}
-        self._expected = {topic for topic in wanted if topic == _RAW or self.count_publishers(topic)}
+        self.expected = {topic for topic in wanted if topic == _RAW or self.count_publishers(topic)}
         if math.isnan(self._asked_s):
             self._asked_s = time.monotonic()
         # Subscribe to raw data after those who work on them: a played recording starts with its first subscriber.
@@ -145,16 +145,17 @@ class DrawingNode(Node):
         if not worked_on and time.monotonic() - self._asked_s < _PATIENCE_S:
             wanted.pop(_RAW, None)
         for topic in wanted.keys() - self.inputs.keys():
-            self.inputs[topic] = AdaptiveSubscription(self, wanted[topic], topic, partial(self._take, topic), _QUEUE)
+            self.inputs[topic] = AdaptiveSubscription(self, wanted[topic], topic, partial(self.take, topic), _QUEUE)
         for topic in self.inputs.keys() - wanted.keys():
             self.inputs.pop(topic).close()
         if not self.watched:
             self._asked_s = math.nan
-            self._look_timer.cancel()
-        elif self._look_timer.is_canceled():
-            self._look_timer.reset()
+            self.look_timer.cancel()
+        elif self.look_timer.is_canceled():
+            self.look_timer.reset()
 
-    def _take(self, topic: str, message, _received_ns: int) -> None:
+    def take(self, topic: str, message, _received_ns: int) -> None:
+        """A message on an input."""
         self.try_message(topic, message, lambda: self._add(topic, stamp_ns_of(message.header), message))
 
     def _add(self, topic: str, stamp_ns: int, message) -> None:
@@ -202,7 +203,8 @@ class DrawingNode(Node):
         if warnings and now - self._drawn_s > STALE_S:
             self.marker_output.publish(self.markers.alone(Header(frame_id=self.settings['frame_id'])))
 
-    def _examine(self) -> Health:
+    def examine(self) -> Health:
+        """For /diagnostics."""
         return self.log.health(not self.watched, values={'defects met': self.guard.caught})
 
     def try_message(self, topic: str, message, work: Callable[[], None]) -> None:
@@ -254,12 +256,13 @@ class MarkersNode(DrawingNode):
         """See DrawingNode; with images comes camera_info."""
         super().follow_demand()
         if _RAW in self.inputs and self._info is None:
-            self._info = AdaptiveSubscription(self, CameraInfo, 'camera_info', self._on_camera_info, LATCHED_QOS)
+            self._info = AdaptiveSubscription(self, CameraInfo, 'camera_info', self.take_camera_info, LATCHED_QOS)
         elif _RAW not in self.inputs and self._info is not None:
             self._info.close()
             self._info = None
 
-    def _on_camera_info(self, message: CameraInfo, _received_ns: int) -> None:
+    def take_camera_info(self, message: CameraInfo, _received_ns: int) -> None:
+        """A message on camera_info."""
         self.try_message('camera_info', message, lambda: self._take_camera(message))
 
     def _take_camera(self, message: CameraInfo) -> None:

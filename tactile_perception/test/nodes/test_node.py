@@ -185,7 +185,7 @@ def test_a_slow_node_drops_messages_and_reports_it(ros):
     sending.start()
     try:
         assert until(lambda: node.log.shed > 20 and len(heard) >= 20, executor), (node.log.shed, len(heard))
-        health = node._examine()
+        health = node.examine()
     finally:
         ended.set(), sending.join()
         executor.shutdown(), node.destroy_node(), sender.destroy_node()

@@ -24,6 +24,8 @@ py::tuple pressed_sheet(const py::object& value, const py::object& slope, const 
     const Input<double> values_(value, "value", {elements, 4, 9}), slopes(slope, "slope", {elements, 4, 2, 9});
     const Input<double> laplacians(laplacian, "laplacian", {elements, 4, 9}), rests(rest, "rest", {elements, 4, 2});
     const Input<double> stops(depths, "depths", {ANY});
+    for (py::ssize_t k = 1; k < stops.length(); ++k)
+        if (stops.data()[k] <= stops.data()[k - 1]) throw py::value_error("depths: each must be larger than the one before");
     const SheetElements sheet{spans, values_.data(), slopes.data(), laplacians.data(), weights.data(), rests.data()};
     within(prestretch, "prestretch", 1, 3);
     const SheetLoad load{{place[0], place[1]},
