@@ -51,7 +51,6 @@ struct DomeFit {
     Eigen::VectorXd presses;     // (n PRESS)
     Eigen::MatrixXd covariance;  // (n PRESS, n PRESS); NaN where the markers do not determine them
     Eigen::MatrixXd left;        // (K, 2), residuals; 0 where not seen
-    double squares;              // of the weighted residuals, without the prior's
 };
 
 // The presses, from starts (n PRESS), that explain a frame.

@@ -13,7 +13,7 @@ namespace tactile {
 namespace {
 
 constexpr int ITERATIONS = 14;    // at most, trials included. Chosen
-constexpr double SETTLED = 3e-3;  // of the longest step: a smaller one is the last. Chosen
+constexpr double SETTLED = 0.1;   // of the longest step: over less, fields are linear. Chosen
 constexpr double GAINED = 1e-3;   // of the cost: a step that gains less is the last. Chosen
 constexpr double NEAREST = 0.1;   // least height of a point over the camera centre, of its untouched height. Chosen
 constexpr double DAMPED = 1e-3;   // first damping, over the normal equations' diagonal. Chosen
@@ -21,12 +21,12 @@ constexpr double ASIDE = 2e-5;    // m, least distance of a place from the axis,
 
 enum Known { MEAN, WEIGHT, LEAST, MOST, LONGEST };
 
-// Presses, the residuals (K, 2) that they leave, and the slopes (K, n PRESS) of what markers show along x and along y; squares: weighted
-// sum of the residuals; cost: with the prior's.
+// Presses, the residuals (K, 2) that they leave, and the slopes (K, n PRESS) of what markers show along x and along y; cost: weighted sum
+// of their squares and the prior's.
 struct Guess {
     Eigen::VectorXd presses;
     Eigen::MatrixXd left, slopes[2];
-    double squares, cost;
+    double cost;
 };
 
 class Problem {
@@ -40,7 +40,7 @@ class Problem {
         const Eigen::Index count = frame_.points.rows(), size = presses.size();
         for (Eigen::Index p = 0; p < size; p += PRESS)
             if (std::hypot(presses[p + X], presses[p + Y]) < ASIDE) presses[p + X] = presses[p + X] < 0 ? -ASIDE : ASIDE;
-        Guess found{std::move(presses), Eigen::MatrixXd::Zero(count, 2), {}, 0, 0};
+        Guess found{std::move(presses), Eigen::MatrixXd::Zero(count, 2), {}, 0};
         for (auto& slopes : found.slopes) slopes = Eigen::MatrixXd::Zero(count, size);
         Points moved = Points::Zero(count, 3);
         Eigen::MatrixXd by(count, 3 * size);
@@ -48,8 +48,8 @@ class Problem {
             by.middleCols(3 * p, 3 * PRESS) = press_dome(library_, frame_.points, found.presses.segment<PRESS>(p), moved);
         for (Eigen::Index k = 0; k < count; ++k)
             if (frame_.weight[k] > 0) appear(k, moved.row(k), by, found);
-        found.squares = frame_.weight.dot(found.left.rowwise().squaredNorm()) - (frame_.shared * found.left).squaredNorm();
-        found.cost = found.squares + prior_.row(WEIGHT).dot((found.presses.transpose() - prior_.row(MEAN)).cwiseAbs2());
+        found.cost = frame_.weight.dot(found.left.rowwise().squaredNorm()) - (frame_.shared * found.left).squaredNorm() +
+                     prior_.row(WEIGHT).dot((found.presses.transpose() - prior_.row(MEAN)).cwiseAbs2());
         return found;
     }
 
@@ -127,7 +127,8 @@ DomeFit fit_dome(const DomeLibrary& library, const DomeFrame& frame, const Eigen
         if (!step.size()) break;
         const double expected = step.dot(2 * right - normal * step), enough = GAINED * best.cost;
         if (problem.largest(step) < SETTLED || expected < enough) {
-            best.presses += step;  // so near that what it leaves is the same
+            best.presses += step;
+            for (int axis = 0; axis < 2; ++axis) best.left.col(axis) -= best.slopes[axis] * step;
             break;
         }
         Guess trial = problem.guess(best.presses + step);
@@ -147,7 +148,7 @@ DomeFit fit_dome(const DomeLibrary& library, const DomeFrame& frame, const Eigen
     const bool known = factor.info() == Eigen::Success;
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     return {best.presses, known ? Eigen::MatrixXd(factor.solve(Eigen::MatrixXd::Identity(size, size)))
-                                : Eigen::MatrixXd::Constant(size, size, unknown), best.left, best.squares};
+                                : Eigen::MatrixXd::Constant(size, size, unknown), best.left};
 }
 
 }  // namespace tactile

@@ -319,7 +319,7 @@ class Fit {
             take(step);
         }
         const int states = count_ * PRESS_SIZE + (count_ > 1);
-        PressFit found{Eigen::Map<Eigen::VectorXd>(state_, states), Eigen::MatrixXd::Zero(states, states), misfit_, {count_, WRENCH_SIZE}};
+        PressFit found{Eigen::Map<Eigen::VectorXd>(state_, states), Eigen::MatrixXd::Zero(states, states), misfit_, expected_, {count_, WRENCH_SIZE}};
         for (Eigen::Index k = 0; k < size; ++k)
             for (Eigen::Index l = 0; l < size; ++l)
                 if (free_[k] < states && free_[l] < states) found.covariance(free_[k], free_[l]) = covariance(k, l);
@@ -344,7 +344,7 @@ class Fit {
     // Adds up information, gradient and misfit at the present state.
     void gather(Square& information, Row& gradient) {
         const Eigen::Index size = gradient.size();
-        double squares = 0, known = 0, deepest = 0, doubt = 1;
+        double squares = 0, doubted = 0, known = 0, deepest = 0, doubt = 1;
         for (int press = 0; press < count_; ++press) {
             const double* state = state_ + press * PRESS_SIZE;
             deepest = std::max(deepest, state[2]);
@@ -364,6 +364,7 @@ class Fit {
                 const double pull = std::min(1.0, DOUBT / std::max(std::abs(residual), DOUBT)) * weight[q];
                 const double without = residual * plain[q] / weight[q];  // doubt of drags
                 squares += std::min(without * without, DOUBT * std::abs(without)), known += 1;
+                doubted += plain[q] * plain[q] / (weight[q] * weight[q]);
                 for (Eigen::Index k = 0; k < size; ++k) along[k] = slopes[free_[k]][q];
                 for (Eigen::Index k = 0; k < size; ++k) gradient[k] += pull * residual * along[k];
                 add_products(along, pull * weight[q], static_cast<int>(size), products);
@@ -371,7 +372,7 @@ class Fit {
         }
         for (Eigen::Index k = 0; k < size; ++k)
             for (Eigen::Index l = 0; l < size; ++l) information(k, l) = products[k][l];
-        misfit_ = squares / std::max(known, 1.0);
+        misfit_ = squares / std::max(known, 1.0), expected_ = doubted / std::max(known, 1.0);
         information.diagonal() *= 1 + 1e-9;
         for (Eigen::Index k = 0; k < size; ++k) {
             const auto [mean, sigma] = expected(free_[k]);
@@ -407,7 +408,7 @@ class Fit {
     const TipPrior& tip_;
     Scene scene_;
     int count_;
-    double state_[MOST_STATE] = {}, misfit_ = 0;
+    double state_[MOST_STATE] = {}, misfit_ = 0, expected_ = 1;
     std::vector<int> free_;  // numbers of the state that are not known
 };
 

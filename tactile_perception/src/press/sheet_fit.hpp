@@ -35,7 +35,7 @@ struct TipPrior {
 struct PressFit {
     Eigen::VectorXd state;       // (S) of the presses, and of two the factor of their interaction
     Eigen::MatrixXd covariance;  // (S, S), 0 of what is known
-    double misfit;               // mean squared normalised residual
+    double misfit, expected;     // mean squared normalised residual, and what the doubt of drags makes of 1
     Eigen::Matrix<double, Eigen::Dynamic, WRENCH_SIZE, Eigen::RowMajor> wrenches;  // of each press
 };
 

@@ -82,32 +82,37 @@ class Evidence:
         """Whether a perfect fit of a hypothesis would have more than a known log evidence."""
         return self.of(hypothesis, self._least) > known
 
+    def is_explained(self, fit) -> bool:
+        """Whether a fit leaves no more than its model error is expected to."""
+        return fit.misfit <= self._least * fit.expected
+
 
 class Choice:
-    """The hypothesis of most evidence for each frame of a skin. dragged: the press of the last frame if it was a drag, else None: a drag
-    lasts until the touch ends, as friction holds the skin while the tip is lifted; radius: of the last press straight in, which a tip that
-    is dragged keeps, None without one; two: the presses of the last frame if they were two, else None."""
+    """The hypothesis of most evidence for each frame of a skin. one: the fit of one press to the last frame that had one, None without;
+    dragged: whether it was a drag, which lasts until the touch ends, as friction holds the skin while the tip is lifted; radius: of the
+    last press straight in, which a tip that is dragged keeps, None without one; two: the presses of the last frame if they were two, else
+    None."""
 
     def __init__(self):
-        self.dragged, self.radius, self.two = None, None, None
+        self.one, self.dragged, self.radius, self.two = None, False, None, None
 
     def explain(self, evidence: Evidence, solve: Callable, begin, two: Callable):
-        """The fit to a frame: solve(start, dragged) fits one press, from begin, to it; two() fits two at once; a fit has presses, a misfit,
-        the residual chi-square per value, and radius, mean and standard deviation of what it tells of the tip's."""
-        dragged, begin = self.dragged is not None, self.dragged if self.dragged is not None else begin
-        single = solve(begin, dragged)
+        """The fit to a frame: solve(start, dragged) fits one press, straight from begin, to it; two() fits two at once, where one leaves
+        more than its model error, which grows with drags. A fit has presses, a misfit, the residual chi-square per value, what is expected
+        of that, over a straight press's, and radius, mean and standard deviation of what it tells of the tip's."""
+        dragged = self.dragged
+        single = solve(self.one.presses if dragged else begin, dragged)
         most = evidence.of(DRAGGED if dragged else STRAIGHT, single.misfit)
         if not dragged and evidence.may_win(DRAGGED, most):
             drag = solve(single.presses, True)
             if evidence.of(DRAGGED, drag.misfit) > most:
                 single, most, dragged = drag, evidence.of(DRAGGED, drag.misfit), True
-        if evidence.may_win(TWO, most):
+        if not evidence.is_explained(single) and evidence.may_win(TWO, most):
             both = two()
             if evidence.of(TWO, both.misfit) > most:
                 self.two = both.presses
                 return both
-        self.two = None
-        self.dragged = single.presses if dragged else None
+        self.one, self.dragged, self.two = single, dragged, None
         if not dragged and single.radius[1] > 0:  # not of a fit that failed
             self.radius = single.radius
         return single

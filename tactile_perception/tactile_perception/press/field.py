@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -40,7 +41,7 @@ class MarkerField:
     def __len__(self) -> int:
         return len(self.rest)
 
-    @property
+    @cached_property
     def seen(self) -> np.ndarray:
         """(K,) bool: markers with a known displacement."""
         return np.isfinite(self.shift).all(1)

@@ -90,8 +90,7 @@ void bind_dome(py::module_& module) {
             return FixedRows(Eigen::Map<const FixedRows>(fit.presses.data(), fit.presses.size() / PRESS, PRESS));
         }, "(n, 7)")
         .def_readonly("covariance", &DomeFit::covariance, "(7 n, 7 n); NaN where the markers do not determine them")
-        .def_readonly("left", &DomeFit::left, "(K, 2) m, residuals; 0 where not seen")
-        .def_readonly("squares", &DomeFit::squares, "of the weighted residuals, without the prior's");
+        .def_readonly("left", &DomeFit::left, "(K, 2) m, residuals; 0 where not seen");
     copyable(py::class_<DomeLibrary>(module, "DomeLibrary", "Simulated presses on a dome; the arrays are those of press/dome/library.py."))
         .def(py::init(&made_library), py::kw_only(), py::arg("numbers"), py::arg("edges"), py::arg("even_table"), py::arg("odd_table"),
              py::arg("even_modes"), py::arg("odd_modes"))

@@ -149,6 +149,7 @@ void bind_sheet(py::module_& module) {
         .def_readonly("state", &PressFit::state, "(6 T,) of the presses, and of two the factor of their interaction")
         .def_readonly("covariance", &PressFit::covariance, "of the state; 0 of what is known")
         .def_readonly("misfit", &PressFit::misfit, "mean squared normalised residual")
+        .def_readonly("expected", &PressFit::expected, "what the doubt of drags makes of a misfit of 1")
         .def_readonly("wrenches", &PressFit::wrenches, "(T, 9)");
     copyable(py::class_<SheetTable>(module, "SheetTable",
                                     "Simulated presses on a sheet. numbers: half (2), reach (2), scale, depth, spread, power, widening;\n"

@@ -42,7 +42,7 @@ class DomeConstants:
     faint: times the least match, up to which two presses pass for one
     ordinary: residual chi-square of presses under their own hypothesis, which is 0.4 to 2
     unexplained: chi-square from which an estimate is ambiguous
-    not_linear: errors over the way of a drag, which is linearised
+    not_linear: errors over the way of a drag, which is linearised; the first of displacements, too
     added: error of the depth of each of two presses, whose fields are added
     scaled: error of a scale over the correction that the calibrated tip needs: another tip may need another
     apart: pitches: least distance of the starts of two touches
@@ -105,12 +105,15 @@ OF_TWO = PressPrior(0.1, 0.01, together=0.1)
 @dataclass(frozen=True)
 class DomeFound:
     """presses: (n, 7); covariance: (7 n, 7 n), of one press in proportion to the misfit: mean squared residual over its variance; radius:
-    of the first press, and its standard deviation, were friction and tip what the fit takes them for."""
+    of the first press, and its standard deviation, were friction and tip what the fit takes them for; shown: (K, 2) m, what the markers
+    show of the presses, NaN where not seen; expected: what the error of drags, which are linearised, makes of a misfit of 1."""
 
     presses: np.ndarray
     covariance: np.ndarray
     misfit: float
     radius: tuple[float, float]
+    shown: np.ndarray
+    expected: float
 
     @property
     def is_sure(self) -> bool:
@@ -151,23 +154,26 @@ class DomeInverse:
         """Match of the best start, in standard deviations of noise."""
         return float((match / np.sqrt(self._sizes)).max() / np.median(self.sigma(field)[field.seen]))
 
-    def start(self, match: np.ndarray) -> np.ndarray:
-        """(1, 7), the start with the least squared residual from the field of a match, less deep where the field is fainter than its own:
-        from starts that are too deep, a faint press would be fitted where the dome gives way least."""
-        return self._fainter(match, self._sizes)
+    def start(self, field: MarkerField, match: np.ndarray, last: DomeFound | None) -> np.ndarray:
+        """(1, 7), the start with the least squared residual from the field of a match, or the press of the last frame where that has less;
+        a start is less deep where the field is fainter than its own: from starts that are too deep, a faint press would be fitted where
+        the dome gives way least."""
+        start, least = self._fainter(match, self._sizes)
+        return start if last is None or np.nansum(last.shown * (last.shown - 2 * field.shift)) > least else last.presses
 
     def start_of_two(self, match: np.ndarray) -> np.ndarray:
         """(2, 7), the two starts whose sum has the least squared residual, likewise."""
-        return self._fainter(match[:, None] + match, self._both)
+        return self._fainter(match[:, None] + match, self._both)[0]
 
-    def _fainter(self, match: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    def _fainter(self, match: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, float]:
         """(n, 7), the n starts with the least squared residual, by the products of their fields with the field (S, ...) and the squares of
-        theirs (S, ...), n axes."""
+        theirs (S, ...), n axes; and by how much that exceeds the square of the field."""
         fainter = np.clip(match / sizes, FAINTEST_START, 1.0)
-        best = np.unravel_index(np.argmin(fainter * (fainter * sizes - 2 * match)), sizes.shape)
+        more = fainter * (fainter * sizes - 2 * match)
+        best = np.unravel_index(np.argmin(more), sizes.shape)
         starts = self.starts[list(best)]
         starts[:, DEPTH] += np.log(fainter[best])
-        return starts
+        return starts, float(more[best])
 
     def solve(self, field: MarkerField, starts: np.ndarray, prior: PressPrior = STRAIGHT) -> DomeFound:
         """Fit presses to a field, from starts (n, 7)."""
@@ -182,7 +188,10 @@ class DomeInverse:
         misfit = float(np.sum(found.left**2 / (variance + model)[:, None])) / max(2 * int(seen.sum()), 1)
         amiss = max(misfit, LEAST_MISFIT) if len(starts) == 1 else 1.0  # what a sum of two fields lacks is in the covariance
         radius = float(found.presses[0, RADIUS]), float(np.sqrt(amiss * found.covariance[RADIUS, RADIUS]))
-        return DomeFound(found.presses, found.covariance * amiss + self._unknown(found.covariance, prior), misfit, radius)
+        drag = CONSTANTS.not_linear[0] * float(np.linalg.norm(found.presses[:, DRAG], axis=1).max())
+        expected = 1 + drag**2 * float(np.mean((_squares(field) / (variance + model))[seen]))
+        return DomeFound(found.presses, found.covariance * amiss + self._unknown(found.covariance, prior), misfit, radius,
+                         field.shift - found.left, expected)
 
     def _unknown(self, covariance: np.ndarray, prior: PressPrior) -> np.ndarray:
         """What a covariance (7 n, 7 n) lacks as friction and radius differ from their means by more than the fit was reported: the fit
@@ -337,7 +346,8 @@ class DomeModelMethod:
     def _spread(self, field: MarkerField) -> bool:
         """Whether the seen markers are now in a plane, not on a line or at one place."""
         now = (field.rest + field.shift)[field.seen]
-        return bool(np.linalg.eigvalsh(np.cov(now.T))[0] > max(self.sensor.pitch)**2)
+        now -= now.mean(axis=0)
+        return bool(np.linalg.eigvalsh(now.T @ now / len(now))[0] > max(self.sensor.pitch)**2)
 
     def _unsure(self, field: MarkerField, match: np.ndarray, found: DomeFound) -> DomeFound:
         """A faint press, whose place is as uncertain as two presses are apart that explain it better by more than two units of squared
@@ -369,21 +379,24 @@ class DomeModelMethod:
         return self._choice.explain(
             Evidence(2 * int(field.seen.sum()), CONSTANTS.ordinary),
             lambda start, drags: self.solver.solve(field, start, dragged if drags else STRAIGHT),
-            self.solver.start(match), two)
+            self.solver.start(field, match, self._choice.one), two)
 
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
         press, calibration = found.presses[number], self.calibration
         radius, pressed = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS])), float(np.exp(press[DEPTH]))
         first = press[[X, Y]] / calibration.wider
         (sunk, slopes), scale = self._by_others(found, number, radius), calibration.depth_scale(first, pressed)
-        tip = self._tips(press[None], scale, sunk)[0]
+        tip, by = self._tip(press, scale, sunk)
         lowest, depth = tip[:3], float(tip[3])
         aside, deeper = (share * pressed * float(np.hypot(*press[DRAG])) for share in CONSTANTS.not_linear)
         share = calibration.depth_share + CONSTANTS.scaled * abs(scale - 1)
         aside += calibration.place_error + CONSTANTS.scaled * float(np.hypot(*(first - press[[X, Y]])))
         deeper += share * depth + abs(sunk)
         part = slice(PRESS * number, PRESS * (number + 1))
-        covariance = self._carried(press, found.covariance[part, part], np.array([aside, aside, deeper]), scale)
+        by, off = np.split(by, [PRESS], axis=1)
+        covariance = by @ found.covariance[part, part] @ by.T + off * [aside**2, aside**2, deeper**2] @ off.T
+        if not np.isfinite(covariance).all():
+            covariance = np.diag([self.sensor.rim_radius**2] * 4)
         reach = calibration.library.plan.reach
         at_edge = np.hypot(*press[[X, Y]]) > EDGE * reach or np.hypot(*first) > calibration.farthest
         flags = OUT_OF_RANGE * (depth > BEYOND * calibration.deepest) | AT_EDGE * bool(at_edge)
@@ -398,24 +411,17 @@ class DomeModelMethod:
         sigma = float(np.sqrt(covariance[3, 3]))
         return TouchEstimate(position, depth, covariance[:3, :3], sigma, radius, int(flags), wrench=wrench, lowest=lowest)
 
-    def _tips(self, presses: np.ndarray, scale: float, sunk: float = 0.0, off: np.ndarray = np.zeros(3)) -> np.ndarray:
-        """(n, 4) m: lowest points and depths of presses (n, 7); scale: of their depths; sunk: m, of the skin by others; off: (..., 3) m,
-        errors of place and depth."""
+    def _tip(self, press: np.ndarray, scale: float, sunk: float) -> tuple[np.ndarray, np.ndarray]:
+        """(4,) m: lowest point and depth of a press (7,); scale: of its depth; sunk: m, of the skin by others; and their derivatives
+        (4, 10) by the press's numbers and by errors of its place and depth, m."""
+        steps = np.vstack([np.zeros(PRESS + 3), DIFFERENCE * np.eye(PRESS + 3)])
+        presses, off = press + steps[:, :PRESS], steps[:, PRESS:]
         radius, pressed = self.calibration.library.plan.radius * np.exp(RADIUS_SPREAD * presses[:, RADIUS]), np.exp(presses[:, DEPTH])
-        first = presses[:, [X, Y]] / self.calibration.wider + off[..., :2]
-        low = first_touch_height(self._inside(first), radius, self.sensor) - pressed / scale - sunk - off[..., 2]
+        first = presses[:, [X, Y]] / self.calibration.wider + off[:, :2]
+        low = first_touch_height(self._inside(first), radius, self.sensor) - pressed / scale - sunk - off[:, 2]
         place = self._inside(first + pressed[:, None] * presses[:, DRAG])  # where the drag has carried it
-        return np.column_stack([place, low, first_touch_height(place, radius, self.sensor) - low])
-
-    def _carried(self, press: np.ndarray, covariance: np.ndarray, off: np.ndarray, scale: float) -> np.ndarray:
-        """(4, 4) m^2, covariance of lowest point and depth of a press (7,) with that covariance (7, 7), and with standard deviations off
-        (3,), m, of place and depth."""
-        steps = DIFFERENCE * np.eye(PRESS + 3)
-        steps = np.concatenate([steps, -steps])
-        later, before = np.split(self._tips(press + steps[:, :PRESS], scale, off=steps[:, PRESS:]), 2)
-        by = (later - before).T / (2 * DIFFERENCE)
-        found = by[:, :PRESS] @ covariance @ by[:, :PRESS].T + by[:, PRESS:] * off**2 @ by[:, PRESS:].T
-        return found if np.isfinite(found).all() else np.diag([self.sensor.rim_radius**2] * 4)
+        tips = np.column_stack([place, low, first_touch_height(place, radius, self.sensor) - low])
+        return tips[0], (tips[1:] - tips[0]).T / DIFFERENCE
 
     def _centre(self, press: np.ndarray, radius: float, slopes: np.ndarray) -> np.ndarray:
         """(3,) m, from the lowest point of a press's tip of that radius, m, to the centre of its contact, on the tip: the mean of the skin

@@ -74,12 +74,14 @@ class FieldNoise:
 @dataclass(frozen=True)
 class Inverse:
     """presses: T; covariance: (6 T, 6 T) of their vectors, with one more row for the interaction factor of two; misfit: mean squared
-    normalised residual (about 1); wrenches: (T, 9) log of normal force over depth, tangential over normal force, moment about the tip over
-    normal force, m, and centre of the pressure relative to the tip, m; mixed: the interaction factor, 0 for one."""
+    normalised residual (about 1); expected: what the error of drags makes of a misfit of 1; wrenches: (T, 9) log of normal force over
+    depth, tangential over normal force, moment about the tip over normal force, m, and centre of the pressure relative to the tip, m;
+    mixed: the interaction factor, 0 for one."""
 
     presses: list[Press]
     covariance: np.ndarray
     misfit: float
+    expected: float
     wrenches: np.ndarray
     mixed: float = 0.0
 
@@ -127,7 +129,8 @@ class SheetInverse:
         found = self._library.table.fit(seen.rest, seen.camera_centre, seen.value, seen.sigma, seen.motion, vectors, noise=self._noise,
                                         tip=tip, drags=drags, **self._marker)
         presses = [Press.of(found.state[SIZE * k:SIZE * (k + 1)]) for k in range(len(start))]
-        return Inverse(presses, found.covariance, found.misfit, found.wrenches, float(found.state[SIZE * len(start):].sum()))
+        return Inverse(presses, found.covariance, found.misfit, found.expected, found.wrenches,
+                       float(found.state[SIZE * len(start):].sum()))
 
     def predict(self, presses: list[Press], seen: Seen, mixed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Predicted shift and growth (N, 3), and the displacement with its derivatives by x and y (N, 3, 3)."""
@@ -287,14 +290,11 @@ class SheetModelMethod:
             return []
         field = self._calibration.camera_centres.shifted(field)
         best, score = self._start.best(field)
-        start = [best]
-        if score < CONSTANTS.stands_out:
-            start = self._choice.dragged  # it goes on where the field is like no straight press
-        if start is None:
+        if score < CONSTANTS.stands_out and not self._choice.dragged:  # a drag goes on where the field is like no straight press
             self._choice = Choice()
             return []
         self._lasts = True
-        found = self._explained(field, start, motion)
+        found = self._explained(field, [best], motion)
         if begins and motion is not None and found.misfit > CONSTANTS.strange:
             return []
         touches = [self._touch(found, k) for k in range(len(found.presses)) if found.is_sure(k)]

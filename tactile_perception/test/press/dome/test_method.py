@@ -70,6 +70,12 @@ def test_two_presses_are_reported_as_two_and_followed(method):
             assert aside @ steep == pytest.approx(touch.radius * steep @ steep, rel=0.4), 'where the dome inclines to it'
 
 
+def test_a_press_is_found_wherever_the_last_one_was(method):
+    for x, y, depth in ((0.05, 0.0, 0.02), (0.052, 0.001, 0.021), (-0.05, 0.02, 0.005), (-0.05, 0.02, 0.025), (0.0, -0.06, 0.015)):
+        touch, = method.estimate(library_field(press(x, y, depth)))
+        assert np.hypot(*(touch.position[:2] - [x, y])) < 5e-4 and touch.depth == pytest.approx(depth, rel=0.05)
+
+
 def test_two_faint_presses_are_not_reported_as_one_between_them(method):
     faint = [method.estimate(library_field(press(0.045, 0.02, depth), press(-0.04, -0.015, depth), seed=seed))
              for seed in range(10) for depth in (2e-4, 4e-4, 6e-4)]
