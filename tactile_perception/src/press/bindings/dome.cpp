@@ -101,8 +101,8 @@ void bind_dome(py::module_& module) {
         .def("fit", &fitted, py::kw_only(), py::arg("points"), py::arg("camera_centres"), py::arg("plane_z"), py::arg("shift"), py::arg("weight"),
              py::arg("shared"), py::arg("starts"), py::arg("prior"),
              "The DomeFit of presses, from starts (n, 7), to apparent displacements shift (K, 2), m, in the plane at plane_z, m, seen\n"
-             "from camera_centres (K, 3), m. weight: (K,), 0 for a marker that is not seen; shared: (m, K), rows whose products are taken off the weight\n"
-             "matrix of each axis; prior: (5, 7), mean, weight (one over variance), least and most of each number, and its longest step.");
+             "from camera_centres (K, 3), m. weight: (K,), 0 for a marker that is not seen; shared: (m, K), rows whose products are taken off the\n"
+             "weight matrix of each axis; prior: (5, 7), mean, weight (one over variance), least and most of each number, and its longest step.");
 }
 
 }  // namespace tactile::border

@@ -69,7 +69,8 @@ SheetTable made_table(const py::object& numbers, const py::object& sizes, const 
 class Markers {
  public:
     Markers(const py::object& rest, const py::object& camera_centre, double radius)
-        : rest_(rest, "rest", {ANY, 2}), camera_centre_(camera_centre, "camera_centre", {rest_.length(), 3}), radius_(within(radius, "marker_radius", 0, 1)) {
+        : rest_(rest, "rest", {ANY, 2}), camera_centre_(camera_centre, "camera_centre", {rest_.length(), 3}),
+          radius_(within(radius, "marker_radius", 0, 1)) {
         for (py::ssize_t k = 0; k < 2 * count(); ++k) within(rest_.data()[k], "rest", -LARGEST_PLACE_M, LARGEST_PLACE_M);
     }
     py::ssize_t count() const { return rest_.length(); }
