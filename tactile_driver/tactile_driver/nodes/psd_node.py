@@ -6,9 +6,9 @@ from __future__ import annotations
 from rclpy.qos import QoSProfile
 from tactile_msgs.msg import PsdVoltages
 
+from ..frame import SampleBlock
 from ..parameters.drivers import PSD_DRIVER_PARAMETERS
 from ..recordings.reader import RecordedTruth
-from ..frame import SampleBlock
 from ..sources.registry import PSD_SOURCES
 from ..sources.source import NS, Source
 from .driver_node import DriverNode, Stream

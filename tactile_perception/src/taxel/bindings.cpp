@@ -187,7 +187,7 @@ void bind_taxel(py::module_& parent) {
                       "(4, 4) sum over the edge taxels of the products of their slopes by the motions of a fit")
         .def_readonly("middle", &Keyframe::middle, "(2,) column and row, mean of the edge taxels")
         .def_readonly("reach", &Keyframe::reach, "taxels from middle, within which most of them lie")
-        .def_readonly("count", &Keyframe::count, "number of edge taxels");
+        .def_property_readonly("count", &Keyframe::count, "number of edge taxels");
     copyable(
         py::class_<SurfaceShear>(
             module, "SurfaceShear",

@@ -89,11 +89,10 @@ Keyframe::Keyframe(const Picture& picture, double steep) {
             middle += edges_.back().place;
         }
     }
-    count = static_cast<std::ptrdiff_t>(edges_.size());
-    if (count == 0) return;
-    middle /= static_cast<double>(count);
+    if (count() == 0) return;
+    middle /= static_cast<double>(count());
     for (const Edge& edge : edges_) far.push_back((edge.place - middle).norm());
-    reach = std::max(smallest(std::move(far), std::lround(QUANTILE * static_cast<double>(count - 1))), 1e-6);
+    reach = std::max(smallest(std::move(far), std::lround(QUANTILE * static_cast<double>(count() - 1))), 1e-6);
     for (Edge& edge : edges_) {
         edge.place -= middle;
         edge.slopes[2] = (edge.place.x() * edge.slopes[1] - edge.place.y() * edge.slopes[0]) / reach;

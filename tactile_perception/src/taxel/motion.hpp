@@ -29,11 +29,12 @@ class Keyframe {
     Keyframe(const Picture& picture, double steep);
     // Fit of the edges' motion from a first guess; turns: whether a turn is fitted too.
     Registration motion(const Picture& picture, bool turns, const Eigen::Vector4d& guess) const;
+    // Number of edge taxels.
+    std::ptrdiff_t count() const { return static_cast<std::ptrdiff_t>(edges_.size()); }
 
     Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();  // sum over the edge taxels of the products of their slopes
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();  // column and row, mean of the edge taxels
     double reach = 1;                                  // taxels from middle, within which most of them lie
-    std::ptrdiff_t count = 0;                          // of edge taxels
 
  private:
     struct Edge {

@@ -115,6 +115,7 @@ def write_calibration(path: str | Path, content: CalibrationFile) -> None:
     arrays: dict[str, np.ndarray] = {}
 
     def described(value, name: str):
+        """A number as it is, an array by its shape and type; the array goes to arrays."""
         _check_number(value, name, path)
         if not isinstance(value, np.ndarray):
             return value

@@ -312,6 +312,7 @@ class SheetModelMethod:
         seen = Seen(field, motion)
 
         def two() -> Inverse:
+            """From the last frame's two, else straight from the best pair of starts, and dragged from there."""
             if self._choice.two is not None:
                 return self._inverse.solve(seen, self._choice.two, drags=True)
             straight = self._inverse.solve(seen, self._start.best_pair(field))
