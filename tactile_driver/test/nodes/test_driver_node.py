@@ -51,7 +51,7 @@ def ages():
 
 def test_of_a_live_source_takers_are_reported_how_long_each_has_waited(ages):
     reported, by_stamp = ages()
-    assert np.median(np.abs(reported - by_stamp)) < 0.2
+    assert np.median(np.abs(reported - by_stamp)) < BLOCKED_S / 2
 
 
 def test_of_a_recording_each_counts(ages, tmp_path):
