@@ -10,7 +10,7 @@ import pytest
 from tactile_driver.parameters.table import defaults
 from tactile_driver.frame import SampleBlock
 from tactile_driver.serial.psd import Demodulator
-from tactile_driver.simulation.psd.scene import Act, Ambient, PsdScene, PsdScript, open_psd_scene
+from tactile_driver.simulation.psd.scene import Act, Ambient, Electronics, PsdScene, PsdScript, open_psd_scene
 from tactile_perception._core.finger import AMBIGUOUS, OUT_OF_RANGE, SATURATED
 from tactile_perception.errors import BadArgument
 from tactile_perception.finger.map import error_angle
@@ -20,9 +20,9 @@ from tactile_perception.finger.parameters import FingerSettings, PSD_METHODS, PS
 PERIOD = played.PERIOD
 
 
-def touched(model, volts, truth):
+def touched(model, volts, truth, period=PERIOD):
     """(touches, their true normals) of all contacts."""
-    found = [(round(k), touch) for k, touch in Player(PsdFinger(model)).play(volts) if touch is not None]
+    found = [(round(k), touch) for k, touch in Player(PsdFinger(model)).play(volts, period=period) if touch is not None]
     return [touch for _, touch in found], truth.normal[[k for k, _ in found]]
 
 
@@ -48,6 +48,16 @@ def test_positions_are_accurate_to_the_rim(model):
     assert len(found) == 25 and error.mean() < 0.4 and error.max() < 1.2
     assert np.linalg.norm([t.position for t in found], axis=1) == pytest.approx(0.016)
     assert not any(t.flags for t in found)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize('rate, noise', [(500.0, 1), (2000.0, 1), (1000.0, 3)])
+def test_at_other_rates_and_under_noise_it_degrades_and_does_not_break(model, rate, noise):
+    volts, truth = played.scene('grid', rate)
+    volts = volts + np.sqrt(noise**2 - 1) * Electronics().noise * np.random.default_rng(5).normal(size=volts.shape)
+    found, true = touched(model, volts, truth, 1 / rate)
+    error = np.degrees(error_angle(np.array([t.normal for t in found]), true))
+    assert len(found) == 25 and error.mean() < 0.4 * noise and error.max() < 1.2 * noise
 
 
 def test_covariances_match_the_errors(grid):
