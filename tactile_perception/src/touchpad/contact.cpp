@@ -69,31 +69,41 @@ struct Offsets {
 
 typedef float Eight __attribute__((vector_size(8 * sizeof(float))));
 
-// Adds to units, eight times N of them, what numbers (count) that are fed in give them by their weights.
+constexpr int PAIR = 2;  // symmetries that are judged at once: each weight is read once for both
+
+// Adds to units, eight times N of them of each of the pair, what numbers (count) that are fed in give them by their weights.
 template <std::ptrdiff_t N>
-TACTILE_INLINE void feed(const float* fed, std::ptrdiff_t count, const float* weights, Eight (&units)[N]) {
+TACTILE_INLINE void feed(const float* const (&fed)[PAIR], std::ptrdiff_t count, const float* weights, Eight (&units)[PAIR][N]) {
     for (std::ptrdiff_t j = 0; j < count; ++j) {
         for (std::ptrdiff_t i = 0; i < N; ++i, weights += 8) {
             Eight some;
             std::memcpy(&some, weights, sizeof some);
-            units[i] += fed[j] * some;
+            for (int one = 0; one < PAIR; ++one) units[one][i] += fed[one][j] * some;
         }
     }
 }
 
-// The network's answer, pitches, to the numbers fed in.
-TACTILE_INLINE float answer(const BorderNetwork& network, const float* fed) {
-    Eight first[FIRST / 8], second[SECOND / 8];
-    float units[FIRST], distance = network.bias_3;
-    std::memcpy(first, network.biases_1.data(), sizeof first);
-    std::memcpy(second, network.biases_2.data(), sizeof second);
-    feed(fed, FED, network.weights_1.data(), first);
+// The sum of the network's answers, pitches, to the numbers fed in by a pair.
+TACTILE_INLINE float answers(const BorderNetwork& network, const float (&fed)[PAIR][FED]) {
+    Eight first[PAIR][FIRST / 8], second[PAIR][SECOND / 8];
+    float units[PAIR][FIRST], total = 0;
+    for (int one = 0; one < PAIR; ++one) {
+        std::memcpy(first[one], network.biases_1.data(), sizeof first[one]);
+        std::memcpy(second[one], network.biases_2.data(), sizeof second[one]);
+    }
+    feed({fed[0], fed[1]}, FED, network.weights_1.data(), first);
     std::memcpy(units, first, sizeof units);
-    for (float& unit : units) unit = unit > 0 ? unit : 0;
-    feed(units, FIRST, network.weights_2.data(), second);
-    std::memcpy(units, second, sizeof second);
-    for (std::ptrdiff_t j = 0; j < SECOND; ++j) distance += (units[j] > 0 ? units[j] : 0) * network.weights_3[j];
-    return distance;
+    for (float(&of_one)[FIRST] : units) {
+        for (float& unit : of_one) unit = unit > 0 ? unit : 0;
+    }
+    feed({units[0], units[1]}, FIRST, network.weights_2.data(), second);
+    for (int one = 0; one < PAIR; ++one) {
+        float distance = network.bias_3, last[SECOND];
+        std::memcpy(last, second[one], sizeof last);
+        for (std::ptrdiff_t j = 0; j < SECOND; ++j) distance += (last[j] > 0 ? last[j] : 0) * network.weights_3[j];
+        total += distance;
+    }
+    return total;
 }
 
 TACTILE_WIDE void judge(const BorderNetwork& network, Grid grid, const std::vector<std::uint8_t>& near, const Padded (&maps)[KINDS],
@@ -102,13 +112,14 @@ TACTILE_WIDE void judge(const BorderNetwork& network, Grid grid, const std::vect
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
         if (!near[k]) continue;
         const std::ptrdiff_t at = maps[0].place(grid, k);
-        float total = 0, fed[FED];
-        fed[FED - 1] = spread;
+        float total = 0, fed[PAIR][FED];
         for (int way = 0; way < SYMMETRIES; ++way) {
+            float* here = fed[way % PAIR];
             for (std::ptrdiff_t kind = 0; kind < KINDS; ++kind) {
-                for (std::ptrdiff_t j = 0; j < NEXT; ++j) fed[kind * NEXT + j] = maps[kind].values[at + offsets.next[way][j]];
+                for (std::ptrdiff_t j = 0; j < NEXT; ++j) *here++ = maps[kind].values[at + offsets.next[way][j]];
             }
-            total += answer(network, fed);
+            *here = spread;
+            if (way % PAIR == PAIR - 1) total += answers(network, fed);
         }
         found[k] = std::clamp(0.5 + total / (2.0 * SYMMETRIES), 0.0, 1.0);
     }
