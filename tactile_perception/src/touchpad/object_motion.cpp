@@ -211,23 +211,24 @@ ObjectMotion::Explanation ObjectMotion::stick(const Twist& start, const Twist& m
         const double wide = variance * std::pow(WIDER, 2 * std::max(0, WIDE_ROUNDS - round));
         const double own = own_part(variance);
         const Eigen::VectorXd left = moved_ - rows_ * found.twist;
+        const bool last = round == ROUNDS;
         double density = 0, stuck = 0;
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
             const Residual off = residual(left, i);
-            double sticks = 1, here = student(off.across, variance), ratio = if_sticks_[i];
+            double sticks = 1, here = in_part || last ? student(off.across, variance) : 0, ratio = if_sticks_[i];
             if (in_part) {
                 const double stuck_here = std::log(share) + here, slips = std::log1p(-share) + slip_density(across(left, i), i, way);
                 here = log_of_sum(stuck_here, slips);
                 const double more = if_slips_[i] - ratio;
                 sticks = 1 / (1 + std::exp(slips + more - stuck_here)), ratio += (1 - sticks) * more;
             }
-            density += own * (here + least_) + ratio / SUMMED + depth_density(off.along);
+            if (last) density += own * (here + least_) + ratio / SUMMED + depth_density(off.along);
             stuck += sticks, found.slips[i] = 1 - sticks;
             weigh(weights, i, sticks * weight_of(off.across, wide) * own, off.along);
         }
         const Sums<6> sums(rows_, moved_, weights);
         const auto all = static_cast<double>(count_);
-        if (round == ROUNDS) {
+        if (last) {
             found.evidence = density + prior.log_evidence(found.twist, sums.matrix);
             if (in_part) found.evidence -= 0.5 * std::log1p(all / model_.share);
             return found;

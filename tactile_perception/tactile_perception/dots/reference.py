@@ -285,9 +285,9 @@ def _affine(uv) -> np.ndarray:
 
 def _robust_residual(basis, values, kept_percent, rounds=_ROUNDS) -> np.ndarray:
     """Residuals (N, 2) of values (N, 2) after a least-squares fit of basis (N, K) to those with the least ones."""
-    used, wanted = basis, values
-    for number in range(rounds):
-        if number:
+    used, wanted, left = basis, values, None
+    for _ in range(rounds):
+        if left is not None:
             square = np.einsum('nk,nk->n', left, left)
             kept = square <= _ranked(square, kept_percent / 100 * (len(square) - 1))
             used, wanted = basis.compress(kept, axis=0), values.compress(kept, axis=0)

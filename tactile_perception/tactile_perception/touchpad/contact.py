@@ -88,10 +88,11 @@ def steps_from(dots: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 def carried(loads: _core.DotLoads, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
     """Force (K, 3), N, on the dots that carry a load and, by their shares, on those around, 0 on others; its wrench (6,), N and N m, about
     the origin. Errors of the ranges beside an edge move its load between the dots there and free dots around, but hardly change the sum."""
-    share = np.clip((BEYOND - steps_from(loads.load > _LOADED, shape)) / (BEYOND - _FULL), 0, 1)
+    share = np.interp(steps_from(loads.load > _LOADED, shape), (_FULL, BEYOND), (1, 0))
     force = loads.force * share[:, None]
-    moment = loads.xyz.T @ force
-    return force, np.array([*force.sum(axis=0), *(moment[a, b] - moment[b, a] for a, b in ((1, 2), (2, 0), (0, 1)))])
+    moment = (loads.xyz.T @ force).tolist()
+    turns = [moment[a][b] - moment[b][a] for a, b in ((1, 2), (2, 0), (0, 1))]
+    return force, np.concatenate([share @ loads.force, turns])
 
 
 class MembraneMethod:

@@ -149,9 +149,10 @@ def find_contact(dots: ContactDots, region: Region, cap: Cap) -> RegionContact:
 def _normal_force(dots: ContactDots, region: Region) -> float:
     if dots.force is None:
         return np.nan
-    own, others = (steps_from(scatter(some, dots.ids, len(dots.force), False), (dots.rows, dots.columns))
+    own, others = (steps_from(scatter(some, dots.ids, len(dots.force), False), (dots.rows, dots.columns)) if some.any() else np.inf
                    for some in (region.members, (dots.score > 0.5) & ~region.members))
-    return max(float(-region.moments.normal @ dots.force[(own < BEYOND) & (own <= others)].sum(axis=0)), 0.0)
+    near = (own < BEYOND) & (own <= others)
+    return max(float(-region.moments.normal @ (near @ dots.force)), 0.0)
 
 
 _NOTCH = 1.3  # pitches, convexity defect of an outline from which it may be two merged touches; chosen
