@@ -22,7 +22,7 @@ from tactile_perception.dots.look import measure_look
 from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.touchpad import water
-from tactile_perception.touchpad.contact import border_network, state_confidence
+from tactile_perception.touchpad.contact import MembraneMethod
 from tactile_perception.touchpad.membrane import Membrane, MembraneMaterial
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
@@ -143,7 +143,7 @@ def _measured(scene, rng, noise):
 
 @lru_cache(maxsize=4)
 def seen(rate, noise=1.0, seed=8800):
-    """Of each scene: the camera's centre, the membrane, and of each frame the dots' places, true states, and which are judged."""
+    """Of each scene: what it is measured of, and of each frame the dots' places, true states, and which are judged."""
     return [_solved(scene) for scene in measured(rate, noise, seed)]
 
 
@@ -152,19 +152,25 @@ def _solved(scene, model=None):
     membrane.core.reset(SCALE)
     frames = [(membrane.solve(*frame).xyz, truth.dot_state, (truth.dot_state > 0) | (truth.dot_gap > NEAR))
               for frame, truth in zip(scene.frames, scene.truths)]
-    return scene.origin, membrane.core, frames
+    return scene, frames
 
 
-def classified(scenes, rate, every=1, model=_core.StickSlipModel()):
+def classifier(scene, model=None):
+    method = MembraneMethod(ROWS, COLUMNS, scene.material, scene.origin, model)
+    method.set_rest(scene.rest)
+    return method
+
+
+def classified(scenes, rate, every=1, model=None):
     """Counts (3, 3) of true by found states, and of each dot that touches: stated probability, and whether the state is right."""
     counts, reported = np.zeros((3, 3)), []
-    for origin, membrane, frames in scenes:
-        classifier = _core.DotClassifier(membrane, origin, border_network(), model)
-        for xyz, true, judged in frames[::every]:
-            found = classifier.classify(np.arange(len(true)), xyz, every / rate)
+    for scene, frames in scenes:
+        method = classifier(scene, model)
+        for number, (xyz, true, judged) in enumerate(frames[::every]):
+            found = method.classify(np.arange(len(true)), xyz, number * every / rate)
             np.add.at(counts, (true[judged], found.state[judged]), 1)
             near = judged & ((found.state > 0) | (true > 0))
-            reported.append(np.column_stack([state_confidence(found.score, found.state, found.slipping), found.state == true])[near])
+            reported.append(np.column_stack([found.confidence, found.state == true])[near])
     return counts, np.concatenate(reported)
 
 
@@ -185,10 +191,9 @@ def placed(model):
     """Root mean square error of the places of dots that touch, m; relative error of the force; and F1 of contact."""
     place, force, counts = [], [], np.zeros((2, 2))
     for scene in measured(RATE)[::2]:
-        origin, membrane, frames = _solved(scene, model)
-        classifier = _core.DotClassifier(membrane, origin, border_network())
-        for (xyz, true, judged), truth in zip(frames, scene.truths):
-            found = classifier.classify(np.arange(len(true)), xyz, 1 / RATE)
+        method, frames = classifier(scene), _solved(scene, model)[1]
+        for number, ((xyz, true, judged), truth) in enumerate(zip(frames, scene.truths)):
+            found = method.classify(np.arange(len(true)), xyz, number / RATE)
             place.append(np.square(xyz - truth.dot_xyz).sum(axis=1)[true > 0])
             np.add.at(counts, ((true > 0)[judged].astype(int), (found.state > 0)[judged].astype(int)), 1)
             if np.linalg.norm(truth.wrench[:3]) > 0.3:
@@ -220,10 +225,10 @@ def test_of_states_reported_with_nine_tenths_nine_in_ten_are_right():
 def test_confidence_of_a_state_of_slip_is_right_on_scenes_by_which_it_was_not_measured():
     """Of the states reported with little and with much confidence as many are right as that says."""
     seed, reported = 7300, []
-    for scene, (origin, membrane, frames) in zip(measured(RATE, seed=seed), seen(RATE, seed=seed)):
-        classifier, state = _core.DotClassifier(membrane, origin, border_network()), NONE
-        for (xyz, true, _), truth in zip(frames, scene.truths):
-            found = classifier.classify(np.arange(len(true)), xyz, 1 / RATE)
+    for scene, frames in seen(RATE, seed=seed):
+        method, state = classifier(scene), NONE
+        for number, ((xyz, true, _), truth) in enumerate(zip(frames, scene.truths)):
+            found = method.classify(np.arange(len(true)), xyz, number / RATE)
             touched = found.state > 0
             state = next_state(state, np.mean(found.state[touched] == 2)) if touched.any() else NONE
             if touched.any() and true.any():

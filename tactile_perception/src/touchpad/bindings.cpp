@@ -8,6 +8,8 @@
 
 #include "bindings/border.hpp"
 #include "touchpad/contact.hpp"
+#include "touchpad/contact_point.hpp"
+#include "touchpad/stick_slip.hpp"
 #include "touchpad/water.hpp"
 
 namespace tactile::border {
@@ -32,29 +34,19 @@ LightPath as_path(const Input<double>& path) {
     return {given[0], given[1], given[2], given[3], {given[4], given[5], given[6]}};
 }
 
-py::tuple path_lengths(const py::object& path, const py::object& places, const py::object& normals, const py::object& rays) {
+py::tuple path_lengths(const py::object& path, const py::object& places, const py::object& normals) {
     const Input<double> light(path, "path", {7}), at(places, "places", {ANY, 3});
     const py::ssize_t count = at.length();
-    const Input<double> facing(normals, "normals", {count, 3}), along(rays, "rays", {count, 3});
+    const Input<double> facing(normals, "normals", {count, 3});
     std::vector<double> metres(count), slopes(count), irradiance(count);
     const LightPath way = as_path(light);
     for (py::ssize_t k = 0; k < count; ++k) {
-        const Vec3 place = vec3_at(at.data(), k), ray = vec3_at(along.data(), k);
+        const Vec3 place = vec3_at(at.data(), k), away = place - way.centre, ray = (1 / length(away)) * away;
         const Incidence lit = incidence(way, place, vec3_at(facing.data(), k), ray);
         const Length found = length_at(way, place.z, ray.z, lit);
         metres[k] = found.metres, slopes[k] = found.slope, irradiance[k] = lit.irradiance;
     }
     return py::make_tuple(row_of(metres), row_of(slopes), row_of(irradiance));
-}
-
-py::tuple light_on_skin(const py::object& path, const py::object& places, const py::object& border_normals, py::ssize_t rows,
-                        py::ssize_t columns) {
-    const Input<double> light(path, "path", {7});
-    within(rows, "rows", 0, 4096);
-    within(columns, "columns", 0, 4096);
-    const Input<double> at(places, "places", {rows * columns, 3}), facing(border_normals, "border_normals", {rows * columns, 3});
-    const SkinLight found = without_gil([&] { return skin_light(as_path(light), at.data(), facing.data(), rows, columns); });
-    return py::make_tuple(row_of(found.irradiance), row_of(found.lengths));
 }
 
 py::tuple lengths_of_colours(const py::object& ratios, const py::object& count, const py::object& patchiness, const py::object& excess,
@@ -89,10 +81,10 @@ py::tuple ranges(const py::object& path, const py::object& lengths, const py::ob
     within(rows, "rows", 0, 4096);
     within(columns, "columns", 0, 4096);
     within(ring_share, "ring_share", 0, 10);
-    const bool grid = rows > 2 && columns > 2;
-    for (py::ssize_t k = 0; grid && k < count; ++k) within(numbers.data()[k], "id", 0, rows * columns - 1);
+    const Grid grid{rows, columns};
+    for (py::ssize_t k = 0; rows > 2 && columns > 2 && k < count; ++k) within(numbers.data()[k], "id", 0, rows * columns - 1);
     const WaterRanges found = without_gil([&] {
-        return water_ranges(as_path(light), {numbers.data(), along.data(), rest.data(), facing.data(), count, rows, columns}, metres.data(),
+        return water_ranges(as_path(light), {numbers.data(), along.data(), rest.data(), facing.data(), count, grid}, metres.data(),
                             ring_share);
     });
     return py::make_tuple(row_of(found.ranges), row_of(found.slopes));
@@ -183,41 +175,28 @@ Grid grid_of(const DotLoads& loads, int rows, int columns) {
     return grid;
 }
 
-DotFrame classify(DotClassifier& classifier, const py::object& id, const py::object& xyz, double seconds) {
-    const Input<std::int64_t> numbers = numbers_of(id, classifier.membrane().skin().grid);
-    const Input<double> places(xyz, "xyz", {numbers.length(), 3});
-    return change(classifier, [&](DotClassifier& next) { return next.classify(numbers.data(), places.data(), numbers.length(), seconds); });
-}
-
 py::array_t<std::uint8_t> update(StickSlip& tracker, const DotLoads& loads, const py::object& score, double seconds) {
     const Input<double> given(score, "score", {tracker.size()});
     if (loads.load.size() != static_cast<std::size_t>(tracker.size())) throw py::value_error("loads: those of the grid's dots are needed");
-    return row_of(change(tracker, [&](StickSlip& next) {
-        return next.update(loads, {given.data(), given.data() + given.length()}, seconds);
-    }));
+    const auto judge = [&](StickSlip& next) { return next.update(loads, {given.data(), given.data() + given.length()}, seconds); };
+    return row_of(change(tracker, judge));
 }
 
-// A surface that is extended on each side, and the starts of polygons.
+Eigen::Vector3d column(Vec3 a) {
+    return {a.x, a.y, a.z};
+}
+
+// A surface that is extended on each side.
 Nodes wide_surface(const Input<double>& given) {
     for (const py::ssize_t axis : {0, 1}) within(given.length(axis), "wide", 2 + 2 * BEYOND, MOST);
     return {given.data(), given.length(), given.length(1), 3};
 }
 
-RegionContact contact_of(const py::object& id, const py::object& places, const py::object& inside, const py::object& touched,
-                         const py::object& force, const py::object& border, const py::object& start, const py::object& wide,
-                         const py::object& centroid, const py::object& normal, std::ptrdiff_t rows, std::ptrdiff_t columns, double area,
-                         double pitch, double sigma, double centre_z, double radius) {
-    const Input<std::int64_t> numbers(id, "id", {ANY}), first(start, "start", {ANY});
-    const py::ssize_t count = numbers.length();
-    const Input<double> dots(places, "places", {count, 3}), sides(border, "border", {ANY, 3}), surface(wide, "wide", {ANY, ANY, 3});
-    const Input<bool> members(inside, "inside", {count}), held(touched, "touched", {count});
-    const Input<double> pushed(force, "force", {ANY, 3});
-    const Grid grid{within<std::ptrdiff_t>(rows, "rows", 1, MOST), within<std::ptrdiff_t>(columns, "columns", 1, MOST)};
-    within(grid.size(), "rows * columns", 1, MOST);
-    if (pushed.length() != grid.size() && pushed.length() != 0) {
-        throw py::value_error("force: a row for each dot of the grid, or none, is needed");
-    }
-    for (py::ssize_t i = 0; i < count; ++i) within(numbers.data()[i], "id", 0, static_cast<double>(grid.size() - 1));
+py::tuple contact_of(const py::object& points, const py::object& border, const py::object& start, const py::object& wide,
+                     const py::object& centroid, const py::object& normal, double area, double pitch, double sigma, double centre_z,
+                     double radius) {
+    const Input<double> dots(points, "points", {ANY, 3}), sides(border, "border", {ANY, 3}), surface(wide, "wide", {ANY, ANY, 3});
+    const Input<std::int64_t> first(start, "start", {ANY});
     within(first.length(), "start", 1, 1e9);
     check_starts(first, sides.length());
     const Nodes nodes = wide_surface(surface);
@@ -229,14 +208,9 @@ RegionContact contact_of(const py::object& id, const py::object& places, const p
                             first.length() - 1,
                             within(pitch, "pitch", 1 / LARGEST_SIZE, LARGEST_SIZE)};
     const RestCap rest{within(centre_z, "centre_z", -LARGEST_SIZE, LARGEST_SIZE), radius};
-    const double* forces = pushed.length() ? pushed.data() : nullptr;
-    return without_gil([&] {
-        return region_contact({grid, numbers.data(), dots.data(), forces, members.data(), held.data(), count}, shape, nodes, rest, sigma);
-    });
-}
-
-Eigen::Vector3d column(Vec3 a) {
-    return {a.x, a.y, a.z};
+    const ContactPlace place = contact_point(dots.data(), dots.length(), shape, nodes, sigma);
+    const double depth = std::max(contact_depth(dots.data(), dots.length(), rest, pitch), 0.0);  // or NaN
+    return py::make_tuple(column(place.position), place.covariance, column(place.normal), depth);
 }
 
 void bind_membrane(py::module_& module) {
@@ -337,12 +311,12 @@ void bind_classifier(py::module_& module) {
         .def_readonly("slipping", &TouchingObject::slipping, "(4,), share of the dots that slip in each mode");
     copyable(py::class_<StickSlip>(module, "StickSlip",
                                    "Which dots of a rows x columns grid stick or slip, frame by frame; origin: (3,) m, camera centre."))
-        .def(py::init([](int rows, int columns, const py::object& origin) {
+        .def(py::init([](int rows, int columns, const py::object& origin, const StickSlipModel& model) {
                  const Grid grid{within(rows, "rows", 1, LARGEST_GRID), within(columns, "columns", 1, LARGEST_GRID)};
                  within(grid.size(), "rows * columns", 1, LARGEST_GRID);
-                 return StickSlip(grid, column(vector_of(origin, "origin")));
+                 return StickSlip(grid, column(vector_of(origin, "origin")), model);
              }),
-             py::arg("rows"), py::arg("columns"), py::arg("origin"))
+             py::arg("rows"), py::arg("columns"), py::arg("origin"), py::arg_v("model", StickSlipModel(), "StickSlipModel()"))
         .def("update", &update, py::arg("loads"), py::arg("score"), py::arg("seconds"),
              "States (K,) uint8: 0 free, 1 sticking, 2 slipping, so many seconds after the last frame; score (K,): above 0.5 in contact.")
         .def(
@@ -351,49 +325,16 @@ void bind_classifier(py::module_& module) {
         .def_property_readonly(
             "slipping", [](const StickSlip& one) { return row_of(one.slipping()); },
             "(K,), probabilities that the dots slip, given that they touch; NaN: unknown")
+        .def(
+            "motion",
+            [](const StickSlip& one) {
+                const Eigen::Isometry3d motion = one.motion();
+                return py::make_tuple(Eigen::Matrix3d(motion.linear()), Eigen::Vector3d(motion.translation()));
+            },
+            "Rotation (3, 3) and translation (3,), m, of the largest object that holds dots, since the last frame; NaN: unknown.")
         .def_property_readonly("objects", &StickSlip::objects, "list of TouchingObject, largest first")
         .def_property_readonly("friction", &StickSlip::friction, "coefficient of the object last seen")
         .def_property_readonly("noise", &StickSlip::noise, "m, standard deviation of a dot's motion across its ray");
-    py::class_<DotFrame>(module, "DotFrame", "What one frame tells about all K dots.")
-        .def_property_readonly(
-            "loads", [](const DotFrame& one) { return one.loads; }, "DotLoads")
-        .def_property_readonly("score", row(&DotFrame::score), "(K,), above 0.5 in contact")
-        .def_property_readonly("state", row(&DotFrame::state), "(K,) uint8: 0 free, 1 sticking, 2 slipping")
-        .def_property_readonly(
-            "force", [](const DotFrame& one) { return rows_of(one.carried.force); }, "(K, 3) N, that the dots carry")
-        .def_property_readonly(
-            "wrench", [](const DotFrame& one) { return output(one.carried.wrench, {6}); }, "(6,) N, N m: their sum")
-        .def_property_readonly("ways", rows(&DotFrame::ways, 2), "(K, 2) m, see StickSlip.ways")
-        .def_property_readonly(
-            "rotation", [](const DotFrame& one) { return Eigen::Matrix3d(one.motion.linear()); },
-            "(3, 3), of the largest object that holds dots, since the last frame; NaN: unknown")
-        .def_property_readonly(
-            "translation", [](const DotFrame& one) { return Eigen::Vector3d(one.motion.translation()); }, "(3,) m")
-        .def_property_readonly("slipping", row(&DotFrame::slipping), "(K,), see StickSlip.slipping")
-        .def_readonly("objects", &DotFrame::objects, "list of TouchingObject");
-    copyable(py::class_<DotClassifier>(
-                 module, "DotClassifier",
-                 "The dots of a touchpad, frame by frame: which are in contact, which of these stick or slip, what they carry.\n"
-                 "membrane: Membrane, of which a copy is taken; origin: (3,) m, camera centre; network: BorderNetwork."))
-        .def(py::init([](const Membrane& membrane, const py::object& origin, std::shared_ptr<BorderNetwork> network,
-                         const StickSlipModel& model) {
-                 return DotClassifier(membrane.skin(), vector_of(origin, "origin"), std::move(network), model);
-             }),
-             py::arg("membrane"), py::arg("origin"), py::arg("network"), py::arg_v("model", StickSlipModel(), "StickSlipModel()"))
-        .def(
-            "take_rest", [](DotClassifier& classifier, const Membrane& other) { classifier.set_rest(other.skin()); }, py::arg("other"),
-            "Take a membrane's rest positions, of the same grid.")
-        .def("classify", &classify, py::arg("id"), py::arg("xyz"), py::arg("seconds"),
-             "DotFrame of the seen dots id (N,) int64 at xyz (N, 3), m, so many seconds after the last frame.");
-    py::class_<RegionContact>(module, "RegionContact", "The contact in a region. NaN: unknown.")
-        .def_property_readonly(
-            "position", [](const RegionContact& one) { return column(one.place.position); }, "(3,) m")
-        .def_property_readonly(
-            "covariance", [](const RegionContact& one) { return one.place.covariance; }, "(3, 3) m^2")
-        .def_property_readonly(
-            "normal", [](const RegionContact& one) { return column(one.place.normal); }, "(3,) unit, of the surface there")
-        .def_readonly("depth", &RegionContact::depth, "m")
-        .def_readonly("force", &RegionContact::force, "N, along the region's mean normal");
 }
 
 }  // namespace
@@ -401,27 +342,22 @@ void bind_classifier(py::module_& module) {
 void bind_touchpad(py::module_& module) {
     bind_membrane(module);
     bind_classifier(module);
-    module.def("region_contact", &contact_of, py::arg("id"), py::arg("places"), py::arg("inside"), py::arg("touched"), py::arg("force"),
-               py::arg("border"), py::arg("start"), py::arg("wide"), py::arg("centroid"), py::arg("normal"), py::kw_only(), py::arg("rows"),
-               py::arg("columns"), py::arg("area"), py::arg("pitch"), py::arg("sigma"), py::arg("centre_z"), py::arg("radius"),
-               "RegionContact of a region\n"
-               "whose dots are inside (N,) bool; touched (N,) bool: in this or another one; id (N,) int64, places (N, 3), m, of standard\n"
-               "deviation sigma; force (K, 3), N, of carried_loads, or (0, 3); border (M, 3), start (L + 1,): of its polygons. The\n"
-               "surface at rest is a sphere's upper half. NaN: unknown.");
+    module.def(
+        "contact_point", &contact_of, py::arg("points"), py::arg("border"), py::arg("start"), py::arg("wide"), py::arg("centroid"),
+        py::arg("normal"), py::kw_only(), py::arg("area"), py::arg("pitch"), py::arg("sigma"), py::arg("centre_z"), py::arg("radius"),
+        "Where the object stands in a region whose dots are at points (N, 3), m, of standard deviation sigma: position (3,), m, its\n"
+        "covariance (3, 3), normal (3,) of the surface there, and depth, m, NaN: unknown. border (M, 3), start (L + 1,): of the region's\n"
+        "polygons. The surface at rest is a sphere's upper half.");
     module.def(
         "ring_colours", &colours, py::arg("image"), py::arg("uv"), py::arg("radius"), py::kw_only(), py::arg("ink"), py::arg("glare"),
         "Background around dots at uv (N, 2) float64, px, in an image (H, W, 3) uint8, blue, green, red, on rings of radius px: ratios\n"
         "(N, 2) ln(blue / red), ln(green / red); brightness (N,) ln(red); count (N,) of 16 ring points used; patchiness (N,). Points with\n"
         "blue below ink or above glare times the ring's upper quartile are left out.");
     module.def(
-        "path_lengths", &path_lengths, py::arg("path"), py::arg("places"), py::arg("normals"), py::arg("rays"),
-        "Lengths (N,), m, of the light's path in the water to places (N, 3), m, their derivatives (N,) along unit rays (N, 3), and the\n"
+        "path_lengths", &path_lengths, py::arg("path"), py::arg("places"), py::arg("normals"),
+        "Lengths (N,), m, of the light's path in the water to places (N, 3), m, their derivatives (N,) along the camera's rays, and the\n"
         "irradiance (N,) in units of the lamps' power.\n\n"
         "path: (7,) window_z, lamp_z, lamp_radius, m, ambient, and the camera's centre, m; normals: (N, 3), unit, outward.");
-    module.def("skin_light", &light_on_skin, py::arg("path"), py::arg("places"), py::arg("border_normals"), py::kw_only(), py::arg("rows"),
-               py::arg("columns"),
-               "Irradiance (K,) of a skin through a grid of places (K, 3), m, and lengths (K,), m, of the light's paths in the water.\n\n"
-               "path: as for path_lengths; border_normals: (K, 3), unit, of places at the grid's border or with a missing neighbour.");
     module.def(
         "water_lengths", &lengths_of_colours, py::arg("ratios"), py::arg("count"), py::arg("patchiness"), py::arg("excess"),
         py::arg("excess_sigma"), py::arg("colour"), py::kw_only(), py::arg("constants"), py::arg("absorptions"), py::arg("noise"),

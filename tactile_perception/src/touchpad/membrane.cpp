@@ -97,47 +97,38 @@ Expectation expectation(const MembraneModel& model, double load, double touched,
 // Replaces the probabilities touched (K) by those that the log likelihood ratios gain (K) and the neighbours' last ones say.
 void update_probabilities(const MembraneModel& model, Grid grid, const double* gain, double* touched) {
     const std::vector<double> last(touched, touched + grid.size());
-    for (std::ptrdiff_t row = 0; row < grid.rows; ++row) {
-        for (std::ptrdiff_t column = 0; column < grid.columns; ++column) {
-            const std::ptrdiff_t k = row * grid.columns + column;
-            touched[k] = 0;
-            if (!grid.inner(row, column)) continue;
-            const double beside = (last[k - 1] + last[k + 1] + last[k - grid.columns] + last[k + grid.columns]) / 4;
-            touched[k] = 1 / (1 + std::exp(-std::clamp(gain[k] + model.coupling * (2 * beside - 1), -SURE, SURE)));
-        }
-    }
+    each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
+        touched[k] = 0;
+        if (!inner) return;
+        const double beside = (last[k - 1] + last[k + 1] + last[k - grid.columns] + last[k + grid.columns]) / 4;
+        touched[k] = 1 / (1 + std::exp(-std::clamp(gain[k] + model.coupling * (2 * beside - 1), -SURE, SURE)));
+    });
+}
+
+// The force of skin and fluid at this pressure on dot k, N.
+Vec3 force_at(const Skin& skin, const Balance& balance, double pressure, std::ptrdiff_t k) {
+    const Vec3 pushed = balance.area[k] * vec3_at(balance.normal.data(), k) - vec3_at(skin.residual.data(), k);
+    return vec3_at(balance.elastic.data(), k) + pressure * pushed;
 }
 
 // Sets normals, forces and loads at the places. The fluid's pressure is that at which most inner dots are free, at least a tenth of that at
 // rest. Outermost dots have no balance: their forces and loads are 0.
 void find_loads(const Skin& skin, DotLoads& found) {
-    const Grid grid = skin.grid;
-    const double* places = found.xyz.data();
-    found.normal.assign(3 * grid.size(), 0), found.force.assign(3 * grid.size(), 0), found.load.assign(grid.size(), 0);
-    std::vector<double> elastic(3 * grid.size()), share(3 * grid.size()), wanted;
-    add_forces(skin, places, elastic.data(), share.data());
-    const auto each_inner = [&](auto visit) {
-        for (std::ptrdiff_t row = 1; row + 1 < grid.rows; ++row) {
-            for (std::ptrdiff_t k = row * grid.columns + 1; k + 1 < (row + 1) * grid.columns; ++k) {
-                const Vec3 area = vec3_at(share.data(), k);
-                visit(k, area, area - vec3_at(skin.residual.data(), k), vec3_at(elastic.data(), k));
-            }
-        }
-    };
-    each_inner([&](std::ptrdiff_t, Vec3 area, Vec3 pushed, Vec3 pull) {
-        const double pressure = -dot(pull, area) / dot(pushed, area);
-        if (std::isfinite(pressure)) wanted.push_back(pressure);
+    Balance usual = find_balance(skin, found.xyz.data(), skin.pressure);
+    std::vector<double> wanted;  // by each inner dot: that at which it would be free
+    each_dot(skin.grid, [&](std::ptrdiff_t k, bool inner) {
+        const double value = skin.pressure - usual.load[k] / usual.by_pressure[k];
+        if (inner && std::isfinite(value)) wanted.push_back(value);
     });
     const double pressure = wanted.empty() ? skin.pressure : fluid_pressure(wanted, LEAST_PRESSURE * skin.pressure);
-    each_inner([&](std::ptrdiff_t k, Vec3 area, Vec3 pushed, Vec3 pull) {
-        const Vec3 left = pressure * pushed + pull;  // what the object balances
-        store(found.force.data(), k, -1.0 * left);
-        found.load[k] = dot(left, area) / (pressure * dot(area, area));
+    found.force.assign(found.xyz.size(), 0), found.load.assign(skin.grid.size(), 0);
+    each_dot(skin.grid, [&](std::ptrdiff_t k, bool inner) {
+        if (!inner) return;
+        const Vec3 left = force_at(skin, usual, pressure, k);
+        store(found.force.data(), k, -1.0 * left);  // what the object balances
+        found.load[k] = dot(left, vec3_at(usual.normal.data(), k)) / (pressure * usual.area[k]);
     });
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        const Vec3 area = vec3_at(share.data(), k);
-        store(found.normal.data(), k, 1 / length(area) * area);
-    }
+    found.normal = std::move(usual.normal);
 }
 
 // ---- A frame.
@@ -164,13 +155,10 @@ void turn_unseen(Grid grid, std::vector<double> turned, WholeFrame& frame) {
     }
 }
 
-// The part along the surface of the force on dot k over the pressure. force and share (K, 3): of add_forces.
-Vec3 along_surface(const Skin& skin, const std::vector<double>& force, const std::vector<double>& share, double pressure,
-                   std::ptrdiff_t k) {
-    const Vec3 area = vec3_at(share.data(), k);
-    const Vec3 total = vec3_at(force.data(), k) + pressure * (area - vec3_at(skin.residual.data(), k));
-    const double square = dot(area, area);
-    return 1 / (pressure * std::sqrt(square)) * (total - dot(total, area) / square * area);
+// The part along the surface of the force on dot k over the pressure.
+Vec3 along_surface(const Skin& skin, const Balance& balance, double pressure, std::ptrdiff_t k) {
+    const Vec3 force = force_at(skin, balance, pressure, k), normal = vec3_at(balance.normal.data(), k);
+    return 1 / (pressure * balance.area[k]) * (force - dot(force, normal) * normal);
 }
 
 // scale: factor on what is measured less the range at rest. Unseen dots keep their direction of the last frame, plus the motion of their
@@ -214,27 +202,21 @@ struct Leaning {
 Leaning scale_leaning(const Skin& skin, const MembraneState& state, const double* rays, const double* moved, double lifted, double scale,
                       double spread) {
     const Grid grid = skin.grid;
-    const std::ptrdiff_t size = grid.size();
-    const double *places = state.xyz.data(), *touched = state.touched.data();
-    const double pressure = state.pressure, share = TRIAL / scale, higher = pressure + share * lifted;
-    std::vector<double> force(3 * size), area(3 * size), force_there(3 * size), area_there(3 * size), there(3 * size);
-    for (std::ptrdiff_t k = 0; k < size; ++k) store(there.data(), k, vec3_at(places, k) + share * moved[k] * vec3_at(rays, k));
-    add_forces(skin, places, force.data(), area.data());
-    add_forces(skin, there.data(), force_there.data(), area_there.data());
+    const double share = TRIAL / scale, higher = state.pressure + share * lifted;
+    std::vector<double> moved_there(state.xyz);
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k)
+        store(moved_there.data(), k, vec3_at(moved_there.data(), k) + share * moved[k] * vec3_at(rays, k));
+    const Balance here = find_balance(skin, state.xyz.data(), state.pressure), there = find_balance(skin, moved_there.data(), higher);
     Leaning found{0, 0};
-    for (std::ptrdiff_t row = 1; row + 1 < grid.rows; ++row) {
-        for (std::ptrdiff_t k = row * grid.columns + 1; k + 1 < (row + 1) * grid.columns; ++k) {
-            double loaded = 0;
-            for (const std::ptrdiff_t middle : {k - grid.columns, k, k + grid.columns})
-                loaded += touched[middle - 1] + touched[middle] + touched[middle + 1];
-            if (!(loaded < CALM)) continue;
-            const Vec3 here = along_surface(skin, force, area, pressure, k);
-            const Vec3 slope = 1 / TRIAL * (along_surface(skin, force_there, area_there, higher, k) - here);
-            const double off = 1 + dot(here, here) / (4 * spread * spread), weight = 1 / (off * off);
-            found.curvature += weight * dot(slope, slope);
-            found.gradient += weight * dot(slope, here);
-        }
-    }
+    each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
+        double loaded = 0;
+        around(grid, k, [&](std::ptrdiff_t j) { loaded += state.touched[j]; });
+        if (!inner || !(loaded < CALM)) return;
+        const Vec3 pull = along_surface(skin, here, state.pressure, k), slope = 1 / TRIAL * (along_surface(skin, there, higher, k) - pull);
+        const double off = 1 + dot(pull, pull) / (4 * spread * spread), weight = 1 / (off * off);
+        found.curvature += weight * dot(slope, slope);
+        found.gradient += weight * dot(slope, pull);
+    });
     return found;
 }
 

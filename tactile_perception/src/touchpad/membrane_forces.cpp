@@ -213,9 +213,10 @@ TACTILE_WIDE void add_forces(const Skin& skin, const double* places, double* for
 Balance find_balance(const Skin& skin, const double* places, double pressure) {
     const Grid grid = skin.grid;
     const std::ptrdiff_t size = grid.size();
-    std::vector<double> force(3 * size), share(3 * size);
-    add_forces(skin, places, force.data(), share.data());
-    Balance found{std::vector<double>(3 * size), std::vector<double>(size), std::vector<double>(size), std::vector<double>(size)};
+    std::vector<double> share(3 * size);
+    Balance found{std::vector<double>(3 * size), std::vector<double>(3 * size), std::vector<double>(size), std::vector<double>(size),
+                  std::vector<double>(size)};
+    add_forces(skin, places, found.elastic.data(), share.data());
     each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
         const Vec3 part = vec3_at(share.data(), k), pushed = part - vec3_at(skin.residual.data(), k);
         found.area[k] = length(part);
@@ -224,7 +225,7 @@ Balance find_balance(const Skin& skin, const double* places, double pressure) {
         if (!inner) return;
         const double scale = 1 / (pressure * found.area[k]);
         found.by_pressure[k] = scale * dot(pushed, normal);
-        found.load[k] = scale * dot(vec3_at(force.data(), k), normal) + pressure * found.by_pressure[k];
+        found.load[k] = scale * dot(vec3_at(found.elastic.data(), k), normal) + pressure * found.by_pressure[k];
     });
     return found;
 }

@@ -66,10 +66,10 @@ struct Skin {
 // Adds the elastic force (K, 3), N, on each dot at places (K, 3), m, and the dot's share (K, 3), m^2, of the area vectors.
 void add_forces(const Skin& skin, const double* places, double* force, double* share);
 
-// Balance of each dot along its normal: normals (K, 3), areas (K), m^2, the residual load over the fluid's pressure (K) and its derivative
-// by the pressure (K), 1/Pa. Outermost dots have a load and a derivative of 0.
+// Balance of each dot along its normal: normals (K, 3), elastic forces (K, 3), N, areas (K), m^2, the residual load over the fluid's
+// pressure (K) and its derivative by the pressure (K), 1/Pa. Outermost dots have a load and a derivative of 0.
 struct Balance {
-    std::vector<double> normal, area, load, by_pressure;
+    std::vector<double> normal, elastic, area, load, by_pressure;
 };
 Balance find_balance(const Skin& skin, const double* places, double pressure);
 

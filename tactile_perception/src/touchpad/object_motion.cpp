@@ -52,16 +52,18 @@ struct Prior {
     }
 };
 
-// Normal equations of the dots' rows.
+// Normal equations of weighted rows.
 template <int N>
 struct Sums {
-    Eigen::Matrix<double, N, N> matrix = Eigen::Matrix<double, N, N>::Zero();
-    Eigen::Matrix<double, N, 1> right = Eigen::Matrix<double, N, 1>::Zero();
-    template <class Row>
-    void add(const Row& row, double value, double weight) {
-        const Eigen::Matrix<double, N, 1> column = row.transpose();
-        matrix.noalias() += weight * column * column.transpose();
-        right += weight * value * column;
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, N>;
+    Eigen::Matrix<double, N, N> matrix;
+    Eigen::Matrix<double, N, 1> right;
+    Sums(const Rows& rows, const Eigen::VectorXd& values, const Eigen::VectorXd& weights) {
+        const Rows weighted = weights.asDiagonal() * rows;
+        for (int i = 0; i < N; ++i) {
+            right[i] = weighted.col(i).dot(values);
+            for (int j = 0; j <= i; ++j) matrix(i, j) = matrix(j, i) = weighted.col(i).dot(rows.col(j));
+        }
     }
     Eigen::Matrix<double, N, 1> solve(const Eigen::Matrix<double, N, 1>& mean, const Eigen::Matrix<double, N, 1>& variance) const {
         Eigen::Matrix<double, N, N> whole = matrix;
@@ -80,6 +82,7 @@ ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoad
                            const Vector3d& origin, double noise, const std::vector<std::ptrdiff_t>& dots,
                            const std::vector<std::uint8_t>& touched, const TouchingObject& object, double seconds)
     : model_(model),
+      count_(static_cast<std::ptrdiff_t>(dots.size())),
       noise_(noise),
       seconds_(seconds),
       least_(std::log(TWO_PI * noise * noise) + USUAL),
@@ -87,31 +90,28 @@ ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoad
       friction_variance_(object.friction_variance),
       before_(object.twist),
       is_new_(object.count == 0),
-      dots_(dots.size()) {
-    for (const std::ptrdiff_t k : dots) centre_ += vector_at(loads.xyz, k) / count();
+      rows_(3 * count_, 6),
+      both_rows_(3 * count_, 12),
+      moved_(3 * count_),
+      ratio_(count_),
+      if_slips_(count_),
+      if_sticks_(count_),
+      drag_(2, count_) {
+    const double share = 1.0 / static_cast<double>(count_);
+    for (const std::ptrdiff_t k : dots) centre_ += share * vector_at(loads.xyz, k);
     for (const std::ptrdiff_t k : dots)
-        radius_ += ((vector_at(last_xyz, k) + vector_at(loads.xyz, k)) / 2 - centre_).squaredNorm() / count();
+        radius_ += share * ((vector_at(last_xyz, k) + vector_at(loads.xyz, k)) / 2 - centre_).squaredNorm();
     radius_ = std::max(std::sqrt(radius_), 1e-4);
-    for (std::size_t i = 0; i < dots.size(); ++i) {
+    for (std::ptrdiff_t i = 0; i < count_; ++i) {
         const std::ptrdiff_t k = dots[i];
         const Vector3d before = vector_at(last_xyz, k), after = vector_at(loads.xyz, k), normal = vector_at(loads.normal, k);
         const Vector3d ray = ((before + after) / 2 - origin).normalized(), a = ray.unitOrthogonal(), b = ray.cross(a);
-        const Vector3d offset = ((before + after) / 2 - centre_) / radius_;
-        Dot& dot = dots_[i];
-        Eigen::Matrix<double, 3, 3> ways;
-        ways << a.transpose(), b.transpose(), normal.transpose();
-        const auto rows_of = [&](const Vector3d& way) {
-            Eigen::Matrix<double, 1, 6> row;
-            row << way.transpose(), offset.cross(way).transpose();
-            return row;
-        };
-        for (int j = 0; j < 3; ++j) dot.rows.row(j) = rows_of(ways.row(j));
-        for (int j = 0; j < 2; ++j) {
-            const double part = ways.row(j).dot(normal);
-            dot.along_normal.row(j) = part * dot.rows.row(2);
-            dot.along_skin.row(j) = rows_of(Vector3d(ways.row(j)) - part * normal);
+        const Vector3d offset = ((before + after) / 2 - centre_) / radius_, ways[3] = {a, b, normal};
+        for (int j = 0; j < 3; ++j) {
+            const std::ptrdiff_t row = j * count_ + i;
+            rows_.row(row) << ways[j].transpose(), offset.cross(ways[j]).transpose();
+            moved_[row] = ways[j].dot(after - before);
         }
-        dot.moved = ways * (after - before);
         double carried = 0;
         Vector3d pull = Vector3d::Zero();
         around(grid, k, [&](std::ptrdiff_t j) {
@@ -119,9 +119,17 @@ ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoad
             const Vector3d force = vector_at(loads.force, j), up = vector_at(loads.normal, j);
             carried -= force.dot(up), pull += force - force.dot(up) * up;
         });
-        dot.ratio = std::log(std::max(pull.norm() / std::max(carried, 1e-9), LEAST_RATIO));
-        dot.drag = Vector2d(a.dot(pull), b.dot(pull));
-        dot.drag /= std::max(dot.drag.norm(), 1e-12);
+        ratio_[i] = std::log(std::max(pull.norm() / std::max(carried, 1e-9), LEAST_RATIO));
+        drag_.col(i) = Vector2d(a.dot(pull), b.dot(pull));
+        drag_.col(i) /= std::max(drag_.col(i).norm(), 1e-12);
+        // Along their normals the dots follow the object, along the skin its drift.
+        for (int j = 0; j < 3; ++j) {
+            const Eigen::Matrix<double, 1, 6> follows = ways[j].dot(normal) * rows_.row(2 * count_ + i);
+            both_rows_.row(j * count_ + i) << follows, rows_.row(j * count_ + i) - follows;
+        }
+        const double v = model_.friction_noise * model_.friction_noise + friction_variance_, above = ratio_[i] - friction_;
+        if_slips_[i] = std::max(-0.5 * std::pow(std::min(above, 0.0), 2) / v - 0.5 * std::log(TWO_PI * v), LEAST_LOG);
+        if_sticks_[i] = std::max(std::log(0.5 * std::erfc(above / std::sqrt(2 * v))), LEAST_LOG);
     }
     for (Twist& twist : before_) {
         if (!is_new_) twist.head<3>() += Vector3d(twist.tail<3>()).cross(centre_ - object.centre);
@@ -132,21 +140,34 @@ ObjectMotion::ObjectMotion(const StickSlipModel& model, Grid grid, const DotLoad
 
 // Motion along the sensor's axis that follows the dots along their normals: that of an object that comes down.
 Twist ObjectMotion::lowered() const {
-    double product = 0, square = 0;
-    for (const Dot& dot : dots_) product += dot.rows(2, 2) * dot.moved[2], square += dot.rows(2, 2) * dot.rows(2, 2);
+    const auto up = rows_.col(2).tail(count_);
+    const double square = up.squaredNorm();
     Twist found = Twist::Zero();
-    if (square > 0) found[2] = product / square;
+    if (square > 0) found[2] = up.dot(moved_.tail(count_)) / square;
     return found;
 }
 
 // The motion that all dots share.
 Twist ObjectMotion::carried_along() const {
     const double variance = stick_variance(lowered()), any = std::pow(FASTEST * seconds_, 2);
-    Sums<6> sums;
-    for (const Dot& dot : dots_) {
-        for (int j = 0; j < 3; ++j) sums.add(dot.rows.row(j), dot.moved[j], (j < 2 ? 1 : 1e-3) / variance);
-    }
-    return sums.solve(Twist::Zero(), Twist::Constant(any));
+    Eigen::VectorXd weights(3 * count_);
+    weights << Eigen::VectorXd::Constant(2 * count_, 1 / variance), Eigen::VectorXd::Constant(count_, 1e-3 / variance);
+    return Sums<6>(rows_, moved_, weights).solve(Twist::Zero(), Twist::Constant(any));
+}
+
+ObjectMotion::Residual ObjectMotion::residual(const Eigen::VectorXd& left, std::ptrdiff_t i) const {
+    return {across(left, i).squaredNorm(), std::pow(left[2 * count_ + i] / model_.depth_noise, 2)};
+}
+
+// Sets the weights of a dot's motions: across its ray, and along the normal by its residual there.
+void ObjectMotion::weigh(Eigen::VectorXd& weights, std::ptrdiff_t i, double across, double along) const {
+    weights[i] = weights[count_ + i] = across;
+    weights[2 * count_ + i] = (TAILS + 1) / (TAILS + along) / std::pow(model_.depth_noise, 2) / model_.share;
+}
+
+// Logarithmic density of a dot's motion along its normal.
+double ObjectMotion::depth_density(double along) const {
+    return -(TAILS + 1) / 2 * std::log1p(along / TAILS) / model_.share;
 }
 
 double ObjectMotion::stick_variance(const Twist& twist) const {
@@ -155,8 +176,8 @@ double ObjectMotion::stick_variance(const Twist& twist) const {
 }
 
 // Logarithmic density of a lag's direction, over that along the drag.
-double ObjectMotion::off_aim(const Vector2d& left, const Dot& dot) const {
-    const double size = std::max(left.norm(), 1e-12), angle = std::acos(std::clamp(-left.dot(dot.drag) / size, -1.0, 1.0));
+double ObjectMotion::off_aim(const Vector2d& left, std::ptrdiff_t i) const {
+    const double size = std::max(left.norm(), 1e-12), angle = std::acos(std::clamp(-left.dot(drag_.col(i)) / size, -1.0, 1.0));
     return log_of_sum(-0.5 * std::pow(angle / model_.aim, 2), std::log(ASTRAY));
 }
 
@@ -165,20 +186,10 @@ double ObjectMotion::lags(const Vector2d& left) const {
     return 2 * std::log1p(1e-6 - std::exp(-left.norm() / (model_.slip * seconds_)));
 }
 
-double ObjectMotion::ratio_if_slips(const Dot& dot) const {
-    const double v = model_.friction_noise * model_.friction_noise + friction_variance_, below = std::min(dot.ratio - friction_, 0.0);
-    return std::max(-0.5 * below * below / v - 0.5 * std::log(TWO_PI * v), LEAST_LOG);
-}
-
-double ObjectMotion::ratio_if_sticks(const Dot& dot) const {
-    const double v = model_.friction_noise * model_.friction_noise + friction_variance_;
-    return std::max(std::log(0.5 * std::erfc((dot.ratio - friction_) / std::sqrt(2 * v))), LEAST_LOG);
-}
-
 // Logarithmic density of the lag of a dot that slips under an object that moves so far.
-double ObjectMotion::slip_density(const Vector2d& left, const Dot& dot, double way) const {
+double ObjectMotion::slip_density(const Vector2d& left, std::ptrdiff_t i, double way) const {
     const double size = left.norm(), least = model_.slip * seconds_, most = least + way;
-    return std::log(most) - 2 * std::log(most + size) - std::log(std::max(size, least)) + lags(left) + off_aim(left, dot) -
+    return std::log(most) - 2 * std::log(most + size) - std::log(std::max(size, least)) + lags(left) + off_aim(left, i) -
            std::log(model_.aim * std::sqrt(TWO_PI));
 }
 
@@ -192,46 +203,44 @@ double ObjectMotion::own_part(double variance) const {
 ObjectMotion::Explanation ObjectMotion::stick(const Twist& start, const Twist& mean, bool in_part) const {
     const double change = model_.acceleration * seconds_ * seconds_;
     const Prior<6> prior{mean, Twist::Constant(change)};
-    Explanation found{start, 0, std::vector<double>(dots_.size())};
+    Explanation found{start, 0, std::vector<double>(count_)};
+    Eigen::VectorXd weights(3 * count_);
     double share = 0.5;
     for (int round = 0;; ++round) {
         const double variance = stick_variance(found.twist), way = found.twist.norm();
         const double wide = variance * std::pow(WIDER, 2 * std::max(0, WIDE_ROUNDS - round));
         const double own = own_part(variance);
-        Sums<6> sums;
+        const Eigen::VectorXd left = moved_ - rows_ * found.twist;
+        const bool last = round == ROUNDS;
         double density = 0, stuck = 0;
-        for (std::size_t i = 0; i < dots_.size(); ++i) {
-            const Dot& dot = dots_[i];
-            const Vector3d left = dot.moved - dot.rows * found.twist;
-            const double square = left.head<2>().squaredNorm(), off = std::pow(left[2] / model_.depth_noise, 2);
-            double sticks = 1, here = student(square, variance), ratio = ratio_if_sticks(dot);
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            const Residual off = residual(left, i);
+            double sticks = 1, here = in_part || last ? student(off.across, variance) : 0, ratio = if_sticks_[i];
             if (in_part) {
-                const double stuck_here = std::log(share) + here, slips = std::log1p(-share) + slip_density(left.head<2>(), dot, way);
+                const double stuck_here = std::log(share) + here, slips = std::log1p(-share) + slip_density(across(left, i), i, way);
                 here = log_of_sum(stuck_here, slips);
-                const double more = ratio_if_slips(dot) - ratio;
+                const double more = if_slips_[i] - ratio;
                 sticks = 1 / (1 + std::exp(slips + more - stuck_here)), ratio += (1 - sticks) * more;
             }
-            density += own * (here + least_) + ratio / SUMMED - (TAILS + 1) / 2 * std::log1p(off / TAILS) / model_.share;
+            if (last) density += own * (here + least_) + ratio / SUMMED + depth_density(off.along);
             stuck += sticks, found.slips[i] = 1 - sticks;
-            const double weight = sticks * weight_of(square, wide);
-            sums.add(dot.rows.row(0), dot.moved[0], weight * own);
-            sums.add(dot.rows.row(1), dot.moved[1], weight * own);
-            sums.add(dot.rows.row(2), dot.moved[2], (TAILS + 1) / (TAILS + off) / std::pow(model_.depth_noise, 2) / model_.share);
+            weigh(weights, i, sticks * weight_of(off.across, wide) * own, off.along);
         }
-        if (round == ROUNDS) {
+        const Sums<6> sums(rows_, moved_, weights);
+        const auto all = static_cast<double>(count_);
+        if (last) {
             found.evidence = density + prior.log_evidence(found.twist, sums.matrix);
-            if (in_part) found.evidence -= 0.5 * std::log1p(count() / model_.share);
+            if (in_part) found.evidence -= 0.5 * std::log1p(all / model_.share);
             return found;
         }
-        share = std::clamp((stuck + 0.5) / (count() + 1), 0.01, 0.99);
+        share = std::clamp((stuck + 0.5) / (all + 1), 0.01, 0.99);
         found.twist = sums.solve(mean, prior.variance(found.twist));
     }
 }
 
-// What a dot's load and its lag behind an object of this twist say about that it slips.
-double ObjectMotion::slipping(const Dot& dot, const Twist& twist) const {
-    const Vector2d left = dot.moved.head<2>() - dot.rows.topRows<2>() * twist;
-    return ratio_if_slips(dot) + off_aim(left, dot) + lags(left);
+// What a dot's load and its lag say about that it slips; left (3 N): motions of all dots less the object's.
+double ObjectMotion::slipping(std::ptrdiff_t i, const Eigen::VectorXd& left) const {
+    return if_slips_[i] + off_aim(across(left, i), i) + lags(across(left, i));
 }
 
 // The object, whose twist is near mean, slides over all dots: along their normals they move with it, along the skin they drift, as a rigid
@@ -241,43 +250,29 @@ ObjectMotion::Explanation ObjectMotion::slide(const Twist& mean, double& drift_s
     prior.mean << mean, Twist::Zero();
     prior.scale << Twist::Constant(model_.acceleration * seconds_ * seconds_), Twist::Constant(model_.drift * seconds_);
     Eigen::Matrix<double, 12, 1> both = prior.mean;
-    std::vector<double> squares(dots_.size());
-    std::vector<Vector3d> left(dots_.size());
+    Eigen::VectorXd weights(3 * count_);
+    std::vector<double> squares(count_);
     for (int round = 0;; ++round) {
-        for (std::size_t i = 0; i < dots_.size(); ++i) {
-            const Dot& dot = dots_[i];
-            left[i] << dot.moved.head<2>() - dot.along_normal * both.head<6>() - dot.along_skin * both.tail<6>(),
-                dot.moved[2] - dot.rows.row(2).dot(both.head<6>());
-            squares[i] = left[i].head<2>().squaredNorm();
-        }
+        const Eigen::VectorXd left = moved_ - both_rows_ * both;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) squares[i] = residual(left, i).across;
         const double variance = std::max(median(squares) / MEDIAN_SQUARE, noise_ * noise_), own = own_part(variance);
-        Sums<12> sums;
-        double density = 0;
-        for (std::size_t i = 0; i < dots_.size(); ++i) {
-            const Dot& dot = dots_[i];
-            const double off = std::pow(left[i][2] / model_.depth_noise, 2);
-            Eigen::Matrix<double, 1, 12> row;
-            for (int j = 0; j < 2; ++j) {
-                row << dot.along_normal.row(j), dot.along_skin.row(j);
-                sums.add(row, dot.moved[j], weight_of(squares[i], variance) * own);
-            }
-            row << dot.rows.row(2), Eigen::Matrix<double, 1, 6>::Zero();
-            sums.add(row, dot.moved[2], (TAILS + 1) / (TAILS + off) / std::pow(model_.depth_noise, 2) / model_.share);
-            if (round == ROUNDS)
-                density += own * (student(squares[i], variance) + least_) + slipping(dot, both.head<6>()) / SUMMED -
-                           (TAILS + 1) / 2 * std::log1p(off / TAILS) / model_.share;
-        }
+        for (std::ptrdiff_t i = 0; i < count_; ++i) weigh(weights, i, weight_of(squares[i], variance) * own, residual(left, i).along);
+        const Sums<12> sums(both_rows_, moved_, weights);
         const double drift = both.tail<6>().norm() / std::sqrt(6.0);
         if (round == ROUNDS) {
+            const Eigen::VectorXd lag = moved_ - rows_ * both.head<6>();
+            double density = prior.log_evidence(both, sums.matrix);
+            for (std::ptrdiff_t i = 0; i < count_; ++i) {
+                density += own * (student(squares[i], variance) + least_) + slipping(i, lag) / SUMMED;
+                density += depth_density(residual(left, i).along);
+            }
             drift_speed = drift / seconds_;
-            return {both.head<6>(), density + prior.log_evidence(both, sums.matrix),
-                    std::vector<double>(dots_.size(), 1.0)};
+            return {both.head<6>(), density, std::vector<double>(count_, 1.0)};
         }
         // Where the object rises, the dots spring back by friction's part of its way.
-        double risen = 0;
-        for (const Dot& dot : dots_) risen += dot.rows.row(2).dot(both.head<6>()) / count();
+        const double risen = (rows_.bottomRows(count_) * both.head<6>()).mean();
         const double fastest = model_.drift * seconds_ + std::exp(friction_) * std::max(risen, 0.0);
-        if (round > 0) prior.scale.tail<6>().setConstant(std::clamp(drift, noise_ / std::sqrt(count()), fastest));
+        if (round > 0) prior.scale.tail<6>().setConstant(std::clamp(drift, noise_ / std::sqrt(count_), fastest));
         Eigen::Matrix<double, 12, 1> variances = prior.variance(both);
         if (round == 0) variances.tail<6>().setConstant(std::pow(FASTEST * seconds_, 2));
         both = sums.solve(prior.mean, variances);
@@ -287,10 +282,9 @@ ObjectMotion::Explanation ObjectMotion::slide(const Twist& mean, double& drift_s
 // Logarithmic density of the dots if none moves.
 double ObjectMotion::still() const {
     double density = 0;
-    for (const Dot& dot : dots_) {
-        const double off = dot.moved[2] / model_.depth_noise;
-        density += student(dot.moved.head<2>().squaredNorm(), noise_ * noise_) + least_ -
-                   (TAILS + 1) / 2 * std::log1p(off * off / TAILS) / model_.share;
+    for (std::ptrdiff_t i = 0; i < count_; ++i) {
+        const Residual off = residual(moved_, i);
+        density += student(off.across, noise_ * noise_) + least_ + depth_density(off.along);
     }
     return density;
 }
@@ -308,13 +302,11 @@ std::vector<double> ObjectMotion::explain(TouchingObject& object, const std::arr
     const double drift = object.drift * seconds_;
     found[SLIDING] = slide(slid ? before_[SLIDING] : last, object.drift);
     // At rest the dots keep the loads with which they stuck, or those with which they slipped until the object stopped.
-    double stuck = 0, slipped = 0, risen = 0;
-    for (const Dot& dot : dots_) {
-        stuck += ratio_if_sticks(dot) / SUMMED, slipped += slipping(dot, before_[SLIDING]) / SUMMED;
-        risen += std::pow(dot.rows.row(2).dot(before_[SLIDING]), 2) / count();
-    }
-    const double at_rest = still(), faintest = noise_ / std::sqrt(count());
-    found[AT_REST] = {Twist::Zero(), at_rest + std::max(stuck, slipped), std::vector<double>(dots_.size())};
+    const Eigen::VectorXd ways = rows_ * before_[SLIDING], lag = moved_ - ways;
+    double slipped = 0;
+    for (std::ptrdiff_t i = 0; i < count_; ++i) slipped += slipping(i, lag) / SUMMED;
+    const double at_rest = still(), faintest = noise_ / std::sqrt(count_), risen = ways.tail(count_).squaredNorm() / count_;
+    found[AT_REST] = {Twist::Zero(), at_rest + std::max(if_sticks_.sum() / SUMMED, slipped), std::vector<double>(count_)};
     // They are also at rest below an object that slides on evenly, from when their drift has ended, and it rises no more. A drift that
     // begins has any scale; one that goes on does not end at once.
     const auto ended = [&](double now) {
@@ -333,15 +325,15 @@ std::vector<double> ObjectMotion::explain(TouchingObject& object, const std::arr
         object.odds[mode] = std::max(std::exp(found[mode].evidence + std::log(odds[mode]) - largest), 1e-6);
         sum += object.odds[mode];
     }
-    std::vector<double> slips(dots_.size());
+    std::vector<double> slips(count_);
     for (int mode = 0; mode < MODES; ++mode) {
         object.odds[mode] /= sum;
         for (std::size_t i = 0; i < slips.size(); ++i) slips[i] += object.odds[mode] * found[mode].slips[i];
-        object.slipping[mode] = std::accumulate(found[mode].slips.begin(), found[mode].slips.end(), 0.0) / count();
+        object.slipping[mode] = std::accumulate(found[mode].slips.begin(), found[mode].slips.end(), 0.0) / count_;
         object.twist[mode] = found[mode].twist;
         object.twist[mode].tail<3>() /= radius_;
     }
-    object.centre = centre_, object.count = static_cast<std::ptrdiff_t>(dots_.size());
+    object.centre = centre_, object.count = count_;
     learn_friction(object, slips);
     return slips;
 }
@@ -350,8 +342,8 @@ std::vector<double> ObjectMotion::explain(TouchingObject& object, const std::arr
 void ObjectMotion::learn_friction(TouchingObject& object, const std::vector<double>& slips) const {
     double weights = 0, sum = 0;
     for (std::size_t i = 0; i < slips.size(); ++i) {
-        const double weight = slips[i] + (dots_[i].ratio > friction_ ? 0.5 * (1 - slips[i]) : 0);
-        weights += weight, sum += weight * dots_[i].ratio;
+        const double weight = slips[i] + (ratio_[i] > friction_ ? 0.5 * (1 - slips[i]) : 0);
+        weights += weight, sum += weight * ratio_[i];
     }
     const double once = std::min(1.0, seconds_ / FRICTION_TIME);
     const double prior = friction_variance_ + FRICTION_DRIFT * seconds_;

@@ -30,43 +30,48 @@ class ObjectMotion {
     std::vector<double> explain(TouchingObject& object, const std::array<double, MODES>& odds) const;
 
  private:
-    // A dot's motion: moved, m, along a and b, unit, across its ray, and along its normal: rows of the object's twist and of the skin's
-    // drift. drag: unit, across the ray; ratio: logarithm of its tangential over its normal load.
-    struct Dot {
-        Eigen::Matrix<double, 3, 6> rows;
-        Eigen::Matrix<double, 2, 6> along_normal, along_skin;
-        Eigen::Vector3d moved;
-        Eigen::Vector2d drag;
-        double ratio;
-    };
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, 6>;
+    using BothRows = Eigen::Matrix<double, Eigen::Dynamic, 12>;
     // A mode's best twist and its logarithmic evidence, up to a constant of the frame; slips (N): probabilities.
     struct Explanation {
         Twist twist;
         double evidence;
         std::vector<double> slips;
     };
+    // Of a dot: the square of what is left of its motion across its ray; that along the normal, in deviations, squared.
+    struct Residual {
+        double across, along;
+    };
+    Residual residual(const Eigen::VectorXd& left, std::ptrdiff_t i) const;
+    Eigen::Vector2d across(const Eigen::VectorXd& left, std::ptrdiff_t i) const { return {left[i], left[count_ + i]}; }
+    void weigh(Eigen::VectorXd& weights, std::ptrdiff_t i, double across, double along) const;
     Explanation stick(const Twist& start, const Twist& mean, bool in_part) const;
     Explanation slide(const Twist& mean, double& drift_speed) const;
     double still() const;
-    double slip_density(const Eigen::Vector2d& left, const Dot& dot, double way) const;
+    double slip_density(const Eigen::Vector2d& left, std::ptrdiff_t i, double way) const;
     double lags(const Eigen::Vector2d& left) const;
-    double slipping(const Dot& dot, const Twist& twist) const;
-    double off_aim(const Eigen::Vector2d& left, const Dot& dot) const;
-    double ratio_if_slips(const Dot& dot) const;
-    double ratio_if_sticks(const Dot& dot) const;
+    double slipping(std::ptrdiff_t i, const Eigen::VectorXd& left) const;
+    double off_aim(const Eigen::Vector2d& left, std::ptrdiff_t i) const;
+    double depth_density(double along) const;
     double own_part(double variance) const;
     double stick_variance(const Twist& twist) const;
     Twist lowered() const;
     Twist carried_along() const;
     void learn_friction(TouchingObject& object, const std::vector<double>& slips) const;
-    double count() const { return static_cast<double>(dots_.size()); }
 
     StickSlipModel model_;
+    std::ptrdiff_t count_;
     double noise_, seconds_, least_, radius_ = 0, friction_, friction_variance_;
     Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
     std::array<Twist, MODES> before_;  // twists in each mode, about this frame's centre
     bool is_new_;
-    std::vector<Dot> dots_;
+    // Motions of all dots, m, first along a, then along b, unit, across their rays, then along their normals: rows of the object's twist,
+    // and of that and the skin's drift. drag_: unit, across the ray; ratio_: logarithm of a dot's tangential over its normal load, and what
+    // it says if the dot slips, and if it sticks.
+    Rows rows_;
+    BothRows both_rows_;
+    Eigen::VectorXd moved_, ratio_, if_slips_, if_sticks_;
+    Eigen::Matrix2Xd drag_;
 };
 
 }  // namespace tactile

@@ -17,14 +17,6 @@ constexpr double HALF = 0.70710678118654752440;
 constexpr double COSINE[LAMPS] = {1, HALF, 0, -HALF, -1, -HALF, 0, HALF}, SINE[LAMPS] = {0, HALF, 1, HALF, 0, -HALF, -1, -HALF};
 constexpr double DARK = 1e-6;  // irradiance by Lambert's cosine that a place turned away from all lamps still has: keeps the means defined
 
-// Unit normal, z up, at an inner place of a grid of places (x, y, z each) with that many columns: cross product of central differences;
-// otherwise where a neighbour is missing.
-Vec3 grid_normal(const double* here, std::ptrdiff_t columns, Vec3 otherwise) {
-    const Vec3 right = vec3_at(here, 1) - vec3_at(here, -1), down = vec3_at(here, columns) - vec3_at(here, -columns);
-    const Vec3 out = cross(right, down), unit = std::copysign(1 / length(out), out.z) * out;
-    return std::isfinite(unit.x) && std::isfinite(unit.y) && std::isfinite(unit.z) ? unit : otherwise;
-}
-
 }  // namespace
 
 // Means over the lamps, weighted by irradiance: inverse square of the distance, Lambert's cosine, ambient.
@@ -214,25 +206,6 @@ Estimate with_glare(const Ratios& ratios, const double* colour, const double* fa
 
 }  // namespace
 
-SkinLight skin_light(const LightPath& path, const double* places, const double* border_normals, std::ptrdiff_t rows,
-                     std::ptrdiff_t columns) {
-    const std::ptrdiff_t dots = rows * columns;
-    SkinLight found{std::vector<double>(dots), std::vector<double>(dots)};
-    for (std::ptrdiff_t row = 0; row < rows; ++row) {
-        for (std::ptrdiff_t column = 0; column < columns; ++column) {
-            const std::ptrdiff_t k = row * columns + column;
-            const bool inner = row > 0 && column > 0 && row < rows - 1 && column < columns - 1;
-            const Vec3 place = vec3_at(places, k), border = vec3_at(border_normals, k);
-            const Vec3 normal = inner ? grid_normal(places + 3 * k, columns, border) : border;
-            const Vec3 away = place - path.centre, ray = (1 / length(away)) * away;
-            const Incidence light = incidence(path, place, normal, ray);
-            found.irradiance[k] = light.irradiance;
-            found.lengths[k] = length_at(path, place.z, ray.z, light).metres;
-        }
-    }
-    return found;
-}
-
 // A dot has glare or not: the mean and the variance of both estimates, weighted by their probabilities.
 WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const DotColours& seen) {
     const Ratios ratios(water);
@@ -262,44 +235,19 @@ WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const D
 
 namespace {
 
-constexpr double BINOMIAL[3] = {0.25, 0.5, 0.25};
-
-// Values on the grid of dots, NaN where a dot is not seen.
-struct Grid {
-    std::ptrdiff_t rows, columns;
-    std::vector<double> values;
-
-    Grid(std::ptrdiff_t rows, std::ptrdiff_t columns) : rows(rows), columns(columns), values(rows * columns, NONE) {}
-    double at(std::ptrdiff_t row, std::ptrdiff_t column) const { return values[row * columns + column]; }
-    bool inner(std::ptrdiff_t row, std::ptrdiff_t column) const { return row > 0 && column > 0 && row < rows - 1 && column < columns - 1; }
-};
-
-// Binomial mean over the known ones of 3 x 3 neighbours.
-Grid smooth(const Grid& grid) {
-    Grid out(grid.rows, grid.columns);
-    for (std::ptrdiff_t row = 0; row < grid.rows; ++row) {
-        for (std::ptrdiff_t column = 0; column < grid.columns; ++column) {
-            double sum = 0, weight = 0;
-            for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(row - 1, 0); r <= std::min(row + 1, grid.rows - 1); ++r) {
-                for (std::ptrdiff_t c = std::max<std::ptrdiff_t>(column - 1, 0); c <= std::min(column + 1, grid.columns - 1); ++c) {
-                    const double share = BINOMIAL[r - row + 1] * BINOMIAL[c - column + 1], value = grid.at(r, c);
-                    if (!std::isfinite(value)) continue;
-                    sum += share * value;
-                    weight += share;
-                }
-            }
-            if (weight > 0) out.values[row * grid.columns + column] = sum / weight;
-        }
+// Binomial mean over the known ones of the 3 x 3 values (K) around each dot; NaN without any.
+std::vector<double> smooth(Grid grid, const std::vector<double>& values) {
+    std::vector<double> out(values.size());
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        double sum = 0, weight = 0;
+        around(grid, k, [&](std::ptrdiff_t j) {
+            const bool row = j / grid.columns == k / grid.columns, column = j % grid.columns == k % grid.columns;
+            const double share = (row ? 0.5 : 0.25) * (column ? 0.5 : 0.25);
+            if (std::isfinite(values[j])) sum += share * values[j], weight += share;
+        });
+        out[k] = weight > 0 ? sum / weight : NONE;
     }
     return out;
-}
-
-// Discrete Laplacian, per pitch squared; 0 at the grid's border and where a neighbour is missing.
-double laplacian(const Grid& grid, std::ptrdiff_t row, std::ptrdiff_t column) {
-    if (!grid.inner(row, column)) return 0;
-    const double sum = grid.at(row - 1, column) + grid.at(row + 1, column) + grid.at(row, column - 1) + grid.at(row, column + 1) -
-                       4 * grid.at(row, column);
-    return std::isfinite(sum) ? sum : 0;
 }
 
 // The surface through the dots.
@@ -307,34 +255,45 @@ class Surface {
  public:
     // ranges: N, m, a first estimate. Only their changes since rest are smoothed, since derivatives amplify noise.
     Surface(const LightPath& path, const SeenDots& dots, const std::vector<double>& ranges)
-        : dots_(dots), flat_(dots.rows < 3 || dots.columns < 3), change_(flat_ ? 0 : dots.rows, flat_ ? 0 : dots.columns), places_{} {
+        : dots_(dots), flat_(dots.grid.rows < 3 || dots.grid.columns < 3) {
         if (flat_) return;
-        for (std::ptrdiff_t k = 0; k < dots.count; ++k) change_.values[dots.id[k]] = ranges[k] - dots.rest_ranges[k];
-        change_ = smooth(change_);
-        places_.assign(3 * change_.values.size(), NONE);
+        change_.assign(dots.grid.size(), NONE);
+        for (std::ptrdiff_t k = 0; k < dots.count; ++k) change_[dots.id[k]] = ranges[k] - dots.rest_ranges[k];
+        change_ = smooth(dots.grid, change_);
+        places_.assign(3 * change_.size(), NONE);
         for (std::ptrdiff_t k = 0; k < dots.count; ++k) {
-            const double change = change_.values[dots.id[k]], range = dots.rest_ranges[k] + (std::isfinite(change) ? change : 0);
+            const double change = change_[dots.id[k]], range = dots.rest_ranges[k] + (std::isfinite(change) ? change : 0);
             store(places_.data(), dots.id[k], path.centre + range * vec3_at(dots.rays, k));
         }
     }
 
-    // Laplacian of the change of the ranges since rest at dot k, m per pitch squared.
+    // Laplacian of the change of the ranges since rest at dot k, m per pitch squared; 0 at the border and where a neighbour is missing.
     double curvature(std::ptrdiff_t k) const {
-        return flat_ ? 0 : laplacian(change_, dots_.id[k] / dots_.columns, dots_.id[k] % dots_.columns);
+        if (!inner(k)) return 0;
+        const double* here = change_.data() + dots_.id[k];
+        const double sum = here[-dots_.grid.columns] + here[dots_.grid.columns] + here[-1] + here[1] - 4 * here[0];
+        return std::isfinite(sum) ? sum : 0;
     }
 
-    // Unit normal, z up, at dot k; that at rest at the border and where a neighbour is missing.
+    // Unit normal, z up, at dot k: cross product of central differences; that at rest at the border and where a neighbour is missing.
     Vec3 normal(std::ptrdiff_t k) const {
         const Vec3 rest = vec3_at(dots_.rest_normals, k);
-        if (flat_ || !change_.inner(dots_.id[k] / dots_.columns, dots_.id[k] % dots_.columns)) return rest;
-        return grid_normal(places_.data() + 3 * dots_.id[k], dots_.columns, rest);
+        if (!inner(k)) return rest;
+        const double* here = places_.data() + 3 * dots_.id[k];
+        const Vec3 right = vec3_at(here, 1) - vec3_at(here, -1);
+        const Vec3 down = vec3_at(here, dots_.grid.columns) - vec3_at(here, -dots_.grid.columns);
+        const Vec3 out = cross(right, down), unit = std::copysign(1 / length(out), out.z) * out;
+        return std::isfinite(unit.x) && std::isfinite(unit.y) && std::isfinite(unit.z) ? unit : rest;
     }
 
  private:
+    bool inner(std::ptrdiff_t k) const {
+        return !flat_ && dots_.grid.inner(dots_.id[k] / dots_.grid.columns, dots_.id[k] % dots_.grid.columns);
+    }
+
     const SeenDots& dots_;
     bool flat_;
-    Grid change_;
-    std::vector<double> places_;
+    std::vector<double> change_, places_;
 };
 
 // One Newton step along a ray from range start to the range at which the path has that length.

@@ -8,6 +8,7 @@
 
 #include "common/vectors.hpp"
 #include "dots/image.hpp"
+#include "touchpad/membrane_forces.hpp"
 
 namespace tactile {
 
@@ -46,15 +47,6 @@ struct RingColours {
 // glare of its ring's upper quartile is left out (white light raises blue, the weakest channel in red water, first).
 RingColours ring_colours(const ColourImage& image, const double* places, std::ptrdiff_t count, double radius, double ink, double glare);
 
-// The light on a skin, dot by dot of a grid.
-struct SkinLight {
-    std::vector<double> irradiance, lengths;  // in units of the lamps' power; m, in the water
-};
-
-// The light on a skin through rows x columns places (N x 3), m; at the grid's border its normals are border_normals (N x 3).
-SkinLight skin_light(const LightPath& path, const double* places, const double* border_normals, std::ptrdiff_t rows,
-                     std::ptrdiff_t columns);
-
 // The colour of the water: the ratios blue/red and green/red are exp(constant - absorption * length), their logarithms have covariance
 // noise. disagree: standard deviations between the two ratios above which the length's is widened; patchy: times the noise's variance of a
 // ring point above which blue / red around a ring shows glare or an edge.
@@ -85,13 +77,14 @@ struct WaterLengths {
 
 WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const DotColours& seen);
 
-// N dots of a printed grid of rows x columns; without a grid (rows or columns below 3) the surface keeps its normals at rest.
+// N dots of a printed grid; without one (rows or columns below 3) the surface keeps its normals at rest.
 struct SeenDots {
     const std::int64_t* id;      // N: row * columns + column, within the grid
     const double* rays;          // N x 3, unit, from the camera's centre
     const double* rest_ranges;   // N, m
     const double* rest_normals;  // N x 3, unit, outward
-    std::ptrdiff_t count, rows, columns;
+    std::ptrdiff_t count;
+    Grid grid;
 };
 
 // Ranges of dots and how much longer the light's path gets with a longer range.

@@ -74,7 +74,7 @@ class CalibratedRest:
         rest = self.uv[id[both]]
         off = uv[both] - rest
         distance, index = (near[:, 1:] for near in scipy.spatial.cKDTree(rest).query(rest, _NEIGHBOURS + 1))
-        left = _robust_residual(np.insert(rest - rest[0], 0, 1.0, axis=1), off, _KEPT)
+        left = _robust_residual(_affine(rest), off, _KEPT)
         together, square = np.mean(left * np.mean(left[index], axis=1)), np.mean(left**2)
         shared = float(np.sqrt(2 * max(together, 0.0)))
         if together <= _SHARED_PART * square or shared <= _SHARED_SIZE:
@@ -242,7 +242,7 @@ def _deviation(uv, duv, sigma) -> tuple[bool, float]:
     shared = math.sqrt(upper_median(np.einsum('nk,nk->n', duv, duv)))
     if len(uv) < _FEWEST_AFFINE:
         return bool(shared > _DRIFTED), shared
-    away = np.hypot(*_robust_residual(np.insert(uv - uv[0], 0, 1.0, axis=1), duv, _KEPT, rounds=2).T)
+    away = np.hypot(*_robust_residual(_affine(uv), duv, _KEPT, rounds=2).T)
     leaving = np.count_nonzero(away > np.maximum(_QUIET * sigma, _QUIET_FLOOR))  # none of unknown noise
     size = max(_ranked(away, (1 - _OUTLIERS) * (len(away) - 1)), shared)
     return bool(leaving > _OUTLIERS * len(uv) or shared > _DRIFTED), size
@@ -278,16 +278,22 @@ def rest_warning(id: np.ndarray, uv: np.ndarray, columns: int) -> str:
     return ''
 
 
+def _affine(uv) -> np.ndarray:
+    """Basis (N, 3) of affine motions of places uv (N, 2)."""
+    return np.concatenate([np.ones((len(uv), 1)), uv - uv[0]], axis=1)
+
+
 def _robust_residual(basis, values, kept_percent, rounds=_ROUNDS) -> np.ndarray:
     """Residuals (N, 2) of values (N, 2) after a least-squares fit of basis (N, K) to those with the least ones."""
-    kept = None
+    used, wanted, left = basis, values, None
     for _ in range(rounds):
-        used, wanted = (basis, values) if kept is None else (basis.compress(kept, axis=0), values.compress(kept, axis=0))
+        if left is not None:
+            square = np.einsum('nk,nk->n', left, left)
+            kept = square <= _ranked(square, kept_percent / 100 * (len(square) - 1))
+            used, wanted = basis.compress(kept, axis=0), values.compress(kept, axis=0)
         normal = used.T @ used  # normal equations take a fifth of the time of lstsq
         normal.flat[::len(normal) + 1] += _RIDGE * normal.trace()
         left = values - basis @ np.linalg.solve(normal, used.T @ wanted)
-        square = np.einsum('nk,nk->n', left, left)
-        kept = square <= _ranked(square, kept_percent / 100 * (len(square) - 1))
     return left
 
 

@@ -15,7 +15,7 @@ from ..common.statistics import robust_sigma
 from ..errors import BadArgument, BadFrame
 from .water import (
     LIMITS, POINTS, RING, RING_PIXELS, Glare, LightPath, RingColours, WaterModel, background_ratios, check_image,
-    learn_glare, log_ratios, pitch_px, rays_from, ring_share, smooth_light,
+    learn_glare, log_ratios, pitch_px, ring_share, smooth_light,
 )
 
 MODEL_FLOOR = 5e-4  # standard deviation of the path model's error in a log ratio; chosen
@@ -68,10 +68,10 @@ def predict(q: np.ndarray, places: np.ndarray, normals: np.ndarray, centre: np.n
 def fit(colours: Colours, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
     """Most likely parameters q (8,) of predict, and their covariance (8, 8); cells with glare count by Huber's loss."""
     (mean, sd), centre = design_prior(camera), tuple(camera.centre)
-    root, rays = np.linalg.inv(np.linalg.cholesky(colours.covariances)), rays_from(centre, colours.places)
+    root = np.linalg.inv(np.linalg.cholesky(colours.covariances))
 
     def lengths(light: np.ndarray) -> np.ndarray:
-        return LightPath(*light, centre).lengths(colours.places, colours.normals, rays)[0]
+        return LightPath(*light, centre).lengths(colours.places, colours.normals)[0]
 
     def residuals(q: np.ndarray) -> np.ndarray:
         first, second = (q[:2] - lengths(q[4:])[:, None] * q[2:4] - colours.ratios).T

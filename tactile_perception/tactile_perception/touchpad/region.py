@@ -6,16 +6,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 
 from .. import _core
 from ..common.contact_tracker import ContactTracker
-from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, to_grid
+from ..common.surface import DotSurface, Moments, Outline, axes, joined, region_outlines, scatter, to_grid
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate, ContactRegionEstimate
 from ..common.geometry import Cap, deepest_notch, quaternion
 from ..errors import BadArgument
+from .contact import BEYOND, steps_from
 from .pose import RigidMotion
 
 _MASK_SCALE = 8  # pixels a pitch, of the mask that assigns dots to regions; chosen
@@ -117,11 +119,19 @@ def describe(dots: ContactDots, regions: list[Region], motion: RigidMotion | Non
     return estimate
 
 
-_NO_FORCE = np.zeros((0, 3))
+class RegionContact(NamedTuple):
+    """position: (3,) m; covariance: (3, 3) m^2; normal: (3,) unit, of the surface there; depth: m; force: N, along the region's mean
+    normal. NaN: unknown."""
+
+    position: np.ndarray
+    covariance: np.ndarray
+    normal: np.ndarray
+    depth: float
+    force: float
 
 
-def find_contact(dots: ContactDots, region: Region, cap: Cap) -> _core.RegionContact:
-    """The contact in a region of one frame. Kernel: src/touchpad/contact.cpp and contact_point.cpp.
+def find_contact(dots: ContactDots, region: Region, cap: Cap) -> RegionContact:
+    """The contact in a region of one frame. Kernel: src/touchpad/contact_point.cpp.
 
     The dots of the region lie on the object. Along a principal direction in which they curve like a fingertip, the contact point is the
     lowest point of the fitted curve; along one without curvature (a face, an edge), it is the area centroid of the region. With too few
@@ -130,10 +140,19 @@ def find_contact(dots: ContactDots, region: Region, cap: Cap) -> _core.RegionCon
     deepest one. The force is the part along the region's normal of that on all dots to which the region is the nearest.
     """
     moments = region.moments
-    return _core.region_contact(
-        dots.ids, dots.xyz, region.members, dots.score > 0.5, _NO_FORCE if dots.force is None else dots.force,
-        *joined(region.outline.loops), region.surface.wide, moments.centroid, moments.normal, rows=dots.rows, columns=dots.columns,
-        area=moments.area, pitch=region.pitch, sigma=dots.sigma, centre_z=cap.centre_z, radius=cap.curvature_radius)
+    return RegionContact(*_core.contact_point(
+        dots.xyz.compress(region.members, axis=0), *joined(region.outline.loops), region.surface.wide, moments.centroid, moments.normal,
+        area=moments.area, pitch=region.pitch, sigma=dots.sigma, centre_z=cap.centre_z, radius=cap.curvature_radius),
+        _normal_force(dots, region))
+
+
+def _normal_force(dots: ContactDots, region: Region) -> float:
+    if dots.force is None:
+        return np.nan
+    own, others = (steps_from(scatter(some, dots.ids, len(dots.force), False), (dots.rows, dots.columns)) if some.any() else np.inf
+                   for some in (region.members, (dots.score > 0.5) & ~region.members))
+    near = (own < BEYOND) & (own <= others)
+    return max(float(-region.moments.normal @ (near @ dots.force)), 0.0)
 
 
 _NOTCH = 1.3  # pitches, convexity defect of an outline from which it may be two merged touches; chosen
@@ -163,7 +182,7 @@ class ContactFinder:
                                             region.members))
         return contacts
 
-    def _flags(self, dots: ContactDots, region: Region, found: _core.RegionContact) -> int:
+    def _flags(self, dots: ContactDots, region: Region, found: RegionContact) -> int:
         place = region.outline.grid_points
         row, column = place.max(axis=0).tolist()
         flags = AT_EDGE if place.min() < 0.5 or row > dots.rows - 1.5 or column > dots.columns - 1.5 else 0

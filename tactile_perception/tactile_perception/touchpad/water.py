@@ -4,7 +4,6 @@
 lamps."""
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -12,11 +11,12 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from .._core import path_lengths, ring_colours, skin_light, water_lengths, water_ranges
+from .._core import path_lengths, ring_colours, water_lengths, water_ranges
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.geometry import Cap
 from ..common.statistics import SIGMA_PER_MAD, robust_sigma
+from ..common.surface import grid_normals
 from ..errors import BadArgument, BadFrame
 
 
@@ -60,32 +60,24 @@ class LightPath:
         """(7,) as the kernels take them: window_z, lamp_z, lamp_radius, ambient, centre."""
         return np.array([self.window_z, self.lamp_z, self.lamp_radius, self.ambient, *self.centre])
 
-    def lengths(self, places: np.ndarray, normals: np.ndarray, rays: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Path lengths (N,), m, in the water to positions places (N, 3), m, and back, and their derivatives (N,) along rays.
+    def lengths(self, places: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Path lengths (N,), m, in the water to positions places (N, 3), m, and back, and their derivatives (N,) along the camera's rays.
 
-        normals: (N, 3) unit vectors out of the pad; rays: (N, 3) unit vectors from the camera centre through the positions, None: computed.
-        The derivative neglects that of the irradiance weights: accurate to 1 %. Kernel: src/touchpad/water.cpp.
+        normals: (N, 3) unit vectors out of the pad. The derivative neglects that of the irradiance weights: accurate to 1 %.
+        Kernel: src/touchpad/water.cpp.
         """
-        return self._paths(places, normals, rays)[:2]
+        return self.light(places, normals)[:2]
 
     def irradiance(self, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Light (N,) on a skin at places (N, 3), m, with unit normals (N, 3), in units of the lamps' power.
 
         Inverse square law, Lambert's cosine, ambient.
         """
-        return self._paths(places, normals)[2]
+        return self.light(places, normals)[2]
 
-    def _paths(self, places: np.ndarray, normals: np.ndarray, rays: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
-        """Lengths, derivatives, irradiance (N,)."""
-        if rays is None:
-            rays = rays_from(self.centre, places)
-        return path_lengths(self.numbers, np.asarray(places, float), np.asarray(normals, float), rays)
-
-
-def rays_from(centre: Sequence[float], places: np.ndarray) -> np.ndarray:
-    """Unit rays (N, 3) from centre (3,), m, to places (N, 3), m."""
-    away = places - np.asarray(centre)
-    return away / np.sqrt(np.einsum('ij,ij->i', away, away))[:, None]
+    def light(self, places: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Lengths, derivatives, irradiance (N,), as above."""
+        return path_lengths(self.numbers, np.ascontiguousarray(places, float), np.ascontiguousarray(normals, float))
 
 
 POINTS = 16  # on a ring around each dot, each the sum of 3 x 3 pixels (src/touchpad/water.cpp)
@@ -282,12 +274,12 @@ class GlaringPad:
 
     def set_rest(self, places: np.ndarray, normals: np.ndarray) -> None:
         """Take the untouched places (K, 3), m, of all dots of the grid, and unit normals (K, 3) there; NaN where unknown."""
-        self._normals = np.ascontiguousarray(normals)
-        self._rest = self._light(places)[1]
+        self._normals = normals.reshape(*self._shape, 3)
+        self._rest = self._light(places)[0]
 
     def seen(self, brightness: np.ndarray, rays: np.ndarray, ids: np.ndarray, places: np.ndarray) -> SeenGlare:
         """Glare at dots ids (N,) seen with ln(red) brightness (N,) along unit rays (N, 3), of a skin through places (K, 3), m."""
-        irradiance, lengths = (part[ids] for part in self._light(places))
+        lengths, _, irradiance = (part[ids] for part in self._light(places))
         longer = lengths - self._rest[ids]
         expected = terms(rays) @ self._glare.field + np.log(irradiance) - LIMITS.red * self._absorptions[0] * longer
         excess = brightness - expected
@@ -301,9 +293,12 @@ class GlaringPad:
             return self._glare.colour * np.exp(np.clip(self._absorptions * lengths[:, None], 0, MOST_DYED))
         return np.tile(self._glare.colour, (len(lengths), 1))
 
-    def _light(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Irradiance (K,), and lengths (K,), m, of light's paths. Kernel: src/touchpad/water.cpp."""
-        return skin_light(self._path.numbers, np.ascontiguousarray(places), self._normals, rows=self._shape[0], columns=self._shape[1])
+    def _light(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """LightPath.light of the skin through places (K, 3), m, whose border, and what is beside a gap, keeps its normals of rest."""
+        normals, inner = self._normals.copy(), np.s_[1:-1, 1:-1]
+        found = grid_normals(places.reshape(*self._shape, 3))[inner]
+        normals[inner] = np.where(np.isnan(found), normals[inner], found)
+        return self._path.light(places, normals.reshape(-1, 3))
 
 
 def _gain(over: np.ndarray) -> float:

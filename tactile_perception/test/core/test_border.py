@@ -50,8 +50,7 @@ COLOURS = {'image': np.random.default_rng(3).integers(0, 256, (60, 80, 3), dtype
 PATH = np.array([-0.005, -0.038, 0.018, 0.2, 0.0, 0.0, -0.04])
 PAD = {'path': PATH, 'lengths': np.full(12, 0.036), 'rays': np.random.default_rng(4).normal((0, 0, 1), (0.1, 0.1, 0), (12, 3)),
        'id': np.arange(12), 'rest_ranges': np.full(12, 0.05), 'rest_normals': np.tile([0.0, 0.0, 1.0], (12, 1))}
-LIGHT = {'path': PATH, 'places': np.random.default_rng(5).normal(0, 0.004, (12, 3)), 'normals': PAD['rest_normals'], 'rays': PAD['rays']}
-SKIN = {'path': PATH, 'places': PAD['rays'] * 0.05, 'border_normals': PAD['rest_normals']}
+LIGHT = {'path': PATH, 'places': np.random.default_rng(5).normal(0, 0.004, (12, 3)), 'normals': PAD['rest_normals']}
 DYED = {'ratios': np.random.default_rng(6).normal(-1.5, 0.1, (12, 2)), 'count': np.full(12, 16), 'patchiness': np.zeros(12),
         'excess': np.linspace(-0.1, 0.2, 12), 'excess_sigma': np.full(12, 0.02), 'colour': np.full((12, 2), 0.5)}
 WATER = {'constants': (-0.5, -0.4), 'absorptions': (35.0, 27.0), 'noise': (1e-5, 5e-6, 5e-6, 1e-5), 'disagree': 2.5, 'patchy': 2.5,
@@ -72,8 +71,8 @@ WIDE = 1e-3 * np.stack([*np.mgrid[:10.0, :11.0][::-1], np.zeros((10, 11))], axis
 SCORE = {'score': np.pad(np.ones((3, 4)), ((1, 2), (2, 1))), 'wide': WIDE}
 PLACED, START, _, POINTS, *_ = _core.find_outlines(**SCORE, level=0.5, ceiling=1.0, refine=2)
 AXES = {'sums': np.array([1.0, 0.1, 0.2, 3.0, 0.1, 2.0]), 'points': POINTS, 'start': START}
-PATCH = {'id': NUMBERS, 'places': DOTS, 'inside': NUMBERS % 7 < 4, 'touched': NUMBERS % 7 < 5, 'force': UP, 'border': POINTS,
-         'start': START, 'wide': WIDE, 'centroid': DOTS[:20].mean(axis=0), 'normal': UP[0]}
+PATCH = {'points': DOTS[NUMBERS % 7 < 4], 'border': POINTS, 'start': START, 'wide': WIDE, 'centroid': DOTS[:20].mean(axis=0),
+         'normal': UP[0]}
 
 
 def membrane(rest=DOTS, origin=np.zeros(3)):
@@ -90,7 +89,7 @@ def call_stick_slip(score=np.where(NUMBERS % 7 < 4, 1.0, 0.0), **arrays):
     """States of dots in the second of two frames."""
     states = _core.StickSlip(6, 7, np.zeros(3))
     states.update(_core.DotLoads(**LOADS), score, 0.03)
-    return [states.update(_core.DotLoads(**LOADS | arrays), score, 0.03), states.ways()]
+    return [states.update(_core.DotLoads(**LOADS | arrays), score, 0.03), states.ways(), *states.motion()]
 
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
@@ -107,7 +106,6 @@ CALLS = {
     'ring_colours': (lambda **a: _core.ring_colours(**COLOURS | a, radius=8.0, ink=0.75, glare=1.2), COLOURS),
     'path_lengths': (lambda **a: _core.path_lengths(**LIGHT | a), LIGHT),
     'water_ranges': (lambda **a: _core.water_ranges(**PAD | a, rows=3, columns=4, ring_share=0.45), PAD),
-    'skin_light': (lambda **a: _core.skin_light(**SKIN | a, rows=3, columns=4), SKIN),
     'water_lengths': (lambda **a: _core.water_lengths(**DYED | a, **WATER), DYED),
     'camera_rays': (lambda **a: _core.camera_rays(**CAMERA | a, farthest=1.5), CAMERA),
     'back_project': (lambda **a: _core.back_project(**PLACED_CAMERA | a, farthest=1.5, plane_z=0.0), PLACED_CAMERA),
@@ -115,15 +113,13 @@ CALLS = {
     'forces': (lambda xyz=DOTS: membrane().forces(xyz), {'xyz': DOTS}),
     'solve': (lambda **a: fields(membrane().solve(**FRAME | a)), FRAME),
     'loads': (lambda **a: fields(membrane().loads(**SEEN | a)), SEEN),
-    'classify': (lambda **a: fields(_core.DotClassifier(membrane(), np.zeros(3), border_network()).classify(**SEEN | a, seconds=0.1)),
-                 SEEN),
     'scores': (lambda **a: [border_network().scores(_core.DotLoads(**LOADS | a), pitch=1.3e-3, **GRID)], LOADS),
     'stick_slip': (call_stick_slip, LOADS | {'score': np.where(NUMBERS % 7 < 4, 1.0, 0.0)}),
     'extend_surface': (lambda xyz=WIDE: [_core.extend_surface(xyz)], {'xyz': WIDE}),
     'find_outlines': (lambda **a: _core.find_outlines(**SCORE | a, level=0.5, ceiling=1.0, refine=2), SCORE),
     'region_axes': (lambda **a: [_core.region_axes(**AXES | a, pitch=1e-3)], AXES),
-    'region_contact': (lambda **a: fields(_core.region_contact(**PATCH | a, **GRID, area=1e-5, pitch=1.3e-3, sigma=3e-5, centre_z=-0.01,
-                                                               radius=0.02)), PATCH),
+    'contact_point': (lambda **a: _core.contact_point(**PATCH | a, area=1e-5, pitch=1.3e-3, sigma=3e-5, centre_z=-0.01, radius=0.02),
+                      PATCH),
 }
 
 
