@@ -127,7 +127,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST_PRESSES).astype(int)))
     first = replace(first, noise=_with_model_error(first.inverse(sensor), some))
     inverse = first.inverse(sensor)
-    quiet = max((inverse.score(field, inverse.match(field)) for field in still), default=0.0)
+    quiet = max((inverse.score(inverse.match(field)) for field in still), default=0.0)
     found = [inverse.solve(field, _true(place, depth), SAME) for field, place, depth in _rows(some)]
     return replace(_with_remaining_errors(first, found, some), quiet=float(quiet))
 
@@ -174,7 +174,7 @@ def _with_model_error(inverse: DomeInverse, presses: Presses) -> FieldNoise:
     over = []
     for field, place, depth in _rows(presses):
         size, seen = np.hypot(*np.nan_to_num(field.shift).T), field.seen
-        left = np.mean((field.shift - inverse.appear(_true(place, depth)))[seen]**2) - np.mean(inverse.sigma(field)[seen]**2)
+        left = np.mean((field.shift - inverse.appear(_true(place, depth)))[seen]**2) - inverse.noise.still**2
         over.append(max(left, 0.0) / np.mean(0.5 * size[seen]**2 + 0.5 * size.max()**2 * np.ones(seen.sum())))
     share = float(np.sqrt(np.median(over)))
     return FieldNoise(inverse.noise.still, max(SHARES[0], 0.7 * share), max(SHARES[1], 0.7 * share))
