@@ -258,15 +258,13 @@ class Scene {
 };
 
 // Inverse standard deviations (3,) of a marker's shift and growth.
-void weigh(const MarkerNoise& noise, double sigma, double depth, double doubt, const double* displacement, const double* moved_squares,
-           int count, double* weight) {
+void weigh(const MarkerNoise& noise, double depth, double doubt, const double* displacement, const double* moved_squares, int count,
+           double* weight) {
     double amount = 0;
     for (int c = 0; c < 3; ++c) amount += displacement[c] * displacement[c];
     const double shared = count > 1 ? std::min(moved_squares[0], moved_squares[1]) : 0.0;
-    const double reported = std::isfinite(sigma) ? sigma : 0.0;
     for (int q = 0; q < 3; ++q) {
-        const double own = q < 2 ? std::max(noise.shift, reported) : noise.growth,
-                     share = doubt * (q < 2 ? noise.share_shift : noise.share_growth);
+        const double own = q < 2 ? noise.shift : noise.growth, share = doubt * (q < 2 ? noise.share_shift : noise.share_growth);
         const double all = depth * (q < 2 ? noise.depth_shift : noise.depth_growth);
         weight[q] = 1 / std::sqrt(own * own + all * all + share * share * amount + BETWEEN[q] * BETWEEN[q] * shared);
     }
@@ -354,8 +352,8 @@ class Fit {
         for (std::ptrdiff_t n = 0; n < seen_.count; ++n) {
             double shown[3], slopes[MOST_STATE][3], moved[MOST_PRESSES], deformed[3][3], weight[3], plain[3];
             scene_.show(n, shown, slopes, moved, deformed);
-            weigh(noise_, seen_.sigma[n], deepest, doubt, deformed[0], moved, count_, weight);
-            weigh(noise_, seen_.sigma[n], deepest, 1.0, deformed[0], moved, count_, plain);
+            weigh(noise_, deepest, doubt, deformed[0], moved, count_, weight);
+            weigh(noise_, deepest, 1.0, deformed[0], moved, count_, plain);
             for (int q = 0; q < 3; ++q) {
                 const double motion = seen_.motion[3 * n + q];
                 slopes[late()][q] = motion;

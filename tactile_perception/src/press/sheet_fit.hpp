@@ -13,11 +13,11 @@ namespace tactile {
 constexpr int MOST_PRESSES = 2;
 constexpr int MOST_STATE = MOST_PRESSES * PRESS_SIZE + 2;  // the presses, the factor of their interaction, the lateness of a view
 
-// The markers of a frame: rest (N, 2), camera_centre (N, 3), m; value (N, 3) shift and growth, NaN where unknown; sigma (N,), m, of shift; motion
-// (N, 3) of value since the frame before, of those that a second camera sees at a moment of its own, 0 for the others.
+// The markers of a frame: rest (N, 2), camera_centre (N, 3), m; value (N, 3) shift and growth, NaN where unknown; motion (N, 3) of
+// value since the frame before, of those that a second camera sees at a moment of its own, 0 for the others.
 struct SeenMarkers {
     std::ptrdiff_t count;
-    const double *rest, *camera_centre, *value, *sigma, *motion;
+    const double *rest, *camera_centre, *value, *motion;
     double radius;  // m, of a marker
 };
 

@@ -3,9 +3,10 @@
 """Contacts, region and wrench from the marker tracks of each frame, with persistent ids."""
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -72,6 +73,7 @@ STEEPEST = 0.95    # largest contact radius over tip radius. Chosen: below a hem
 LEAST = 1e-9       # m, of a contact radius: a region has a centre
 AT_CLAMP = 0.499   # of a side: places are no nearer to the clamp
 RADII = np.geomspace(1e-4, 1.0, 1000)  # over the largest, between which contact radii are interpolated: to 1e-5
+SQUARES, LOGS = RADII**2, np.log(RADII)
 CORNERS = 36       # of an outline: the polygon has 0.5 % less area than the disc
 AROUND = np.stack([np.cos(np.arange(CORNERS) * 2 * np.pi / CORNERS), np.sin(np.arange(CORNERS) * 2 * np.pi / CORNERS)], axis=1)
 
@@ -115,8 +117,9 @@ def _contact_radius(depth: float, tip_radius: float, clearance: float) -> float:
     """Contact radius a, m, of a round tip on a taut membrane clamped at a distance of clearance, m. Within a the membrane follows the tip
     (a paraboloid, slope a / tip_radius at its edge); outside it solves Laplace's equation, so depth is logarithmic in the distance:
     depth = a^2 / tip_radius (1/2 + ln(clearance / a))."""
-    radii = max(min(STEEPEST * tip_radius, clearance), LEAST) * RADII
-    return float(np.interp(depth, radii**2 / tip_radius * (0.5 + np.log(max(clearance, LEAST) / radii)), radii))
+    largest = max(min(STEEPEST * tip_radius, clearance), LEAST)
+    depths = SQUARES * (0.5 + math.log(max(clearance, LEAST) / largest) - LOGS)
+    return largest * float(np.interp(depth * tip_radius / largest**2, depths, RADII))
 
 
 def _clearance(place: np.ndarray, sensor: MarkerSensor) -> float:
@@ -138,13 +141,22 @@ _NO_DOTS = np.zeros(0, bool)
 
 @dataclass(frozen=True)
 class TouchResult:
-    """Estimates of one frame. wrench: (6,) N and N m, of the object on the sensor, NaN if unknown; points: computes the surface points on
-    demand."""
+    """Estimates of one frame. wrench: (6,) N and N m, of the object on the sensor, NaN if unknown; make_region: computes the region on
+    demand; make_points: the surface points, with it."""
 
-    region: ContactRegionEstimate
     contacts: list[ContactEstimate]
     wrench: np.ndarray
-    points: Callable[[], SurfacePoints]
+    make_region: Callable[[], ContactRegionEstimate]
+    make_points: Callable[[ContactRegionEstimate], SurfacePoints]
+
+    @cached_property
+    def region(self) -> ContactRegionEstimate:
+        """Where the tips touch."""
+        return self.make_region()
+
+    def points(self) -> SurfacePoints:
+        """Of all markers."""
+        return self.make_points(self.region)
 
 
 class TouchEstimator:
@@ -179,8 +191,8 @@ class TouchEstimator:
             force = -float(wrench[2])
         contacts = [ContactEstimate(id, one.position, self._sensor.normal(one.position[:2]), one.depth, force, one.covariance, one.flags,
                                     _NO_DOTS) for id, one in zip(self._tracker.process(estimates, stamp_s), estimates)]
-        region = region_of(estimates, field, self._sensor, self._tip_radius)
-        return TouchResult(region, contacts, wrench, partial(self._points, tracks, field, region))
+        return TouchResult(contacts, wrench, partial(region_of, estimates, field, self._sensor, self._tip_radius),
+                           partial(self._points, tracks, field))
 
     def _points(self, tracks: DotTracks, field: MarkerField, region: ContactRegionEstimate) -> SurfacePoints:
         """Surface points of all markers of the pattern; positions of markers not seen are NaN, and forces are unknown."""

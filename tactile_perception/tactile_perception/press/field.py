@@ -25,15 +25,13 @@ class MarkerField:
 
     rest, shift: (K, 2) m, untouched position and displacement, both apparent: projected from the camera centre onto the viewing plane;
     growth: (K,) log of apparent area over untouched apparent area; camera_centre: (K, 3) m, sensor frame, centre of the camera that sees
-    the marker; sigma: (K,) m, standard deviation of shift per axis, NaN where unknown; uv, duv: (K, 2) px, area: (K,) px^2: position,
-    displacement and area in the image.
+    the marker; uv, duv: (K, 2) px, area: (K,) px^2: position, displacement and area in the image.
     """
 
     rest: np.ndarray
     shift: np.ndarray
     growth: np.ndarray
     camera_centre: np.ndarray
-    sigma: np.ndarray
     uv: np.ndarray
     duv: np.ndarray
     area: np.ndarray
@@ -135,7 +133,7 @@ def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> 
         growth = np.log(tracks.area / rest_area[tracks.id] * (now[:, 2] / rest[:, 2]))
     growth[~np.isfinite(growth)] = np.nan
     return MarkerField(*map(by_marker, (rest[:, :2], now[:, :2] - rest[:, :2], growth, camera_centres[:len(tracks)],
-                                        tracks.sigma * view.metres_per_px, tracks.uv, tracks.duv, tracks.area)))
+                                        tracks.uv, tracks.duv, tracks.area)))
 
 
 def _check_ids(tracks: DotTracks, count: int) -> None:

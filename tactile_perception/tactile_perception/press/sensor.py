@@ -3,6 +3,7 @@
 """Geometry of the sensors with markers: untouched marker positions in 3D, surface normals, height of first contact."""
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,9 +42,9 @@ class MarkerSensor(MarkerSensorType):
         if self.is_sheet:
             return np.array([0.0, 0.0, 1.0])
         curvature = (self.rim_radius**2 + self.height**2) / (2 * self.height)
-        across = np.asarray(place, float) / curvature
-        across = across * min(1.0, self.rim_radius / curvature / max(np.hypot(*across), 1e-12))
-        return np.r_[across, np.sqrt(max(1 - across @ across, 0.0))]
+        x, y = np.asarray(place, float).tolist()
+        inside = min(1.0, self.rim_radius / max(math.hypot(x, y), 1e-12)) / curvature
+        return np.array([x * inside, y * inside, math.sqrt(max(1 - (x * x + y * y) * inside**2, 0.0))])
 
     def grid(self) -> np.ndarray:
         """(rows * columns, 2) nominal untouched marker positions, m, in sensor x and y, in the order of the marker ids."""

@@ -44,4 +44,4 @@ def library_field(*presses, noise=NOISE, seed=0):
     rest = seen(POINTS)
     shift = seen(POINTS + moved) - rest + np.random.default_rng([seed, len(presses)]).normal(0, noise, rest.shape)
     plain = np.full(len(rest), np.nan)
-    return MarkerField(rest, shift, plain, EYES, np.full(len(rest), noise), rest * PX, shift * PX, plain)
+    return MarkerField(rest, shift, plain, EYES, rest * PX, shift * PX, plain)

@@ -57,8 +57,7 @@ def dome_field(touches=(), noise=NOISE, seed=0):
     rng = np.random.default_rng([seed, *(int(1e7 * abs(v)) for place, *how in touches for v in (*place, how[0]))])
     shift = seen(now) - seen(rest) + rng.normal(0, noise, (len(rest), 2))
     plain = np.full(len(rest), np.nan)
-    camera_centre, sigma = np.tile(EYE, (len(rest), 1)), np.full(len(rest), noise)
-    return MarkerField(seen(rest), shift, plain, camera_centre, sigma, seen(rest) * PX, shift * PX, plain.copy())
+    return MarkerField(seen(rest), shift, plain, np.tile(EYE, (len(rest), 1)), seen(rest) * PX, shift * PX, plain.copy())
 
 
 def first_touch(place, ball=BALL):

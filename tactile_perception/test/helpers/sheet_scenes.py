@@ -29,7 +29,7 @@ def field_of(seen, noise=0.0, growth_noise=0.0, seed=0):
     shift = seen[:, :2] + rng.normal(0, 1, (len(GRID), 2)) * noise
     growth = seen[:, 2] + rng.normal(0, 1, len(GRID)) * growth_noise
     area = np.pi * (MARKER * PX)**2 * np.exp(growth)
-    return MarkerField(GRID, shift, growth, EYE, np.full(len(GRID), max(noise, 1e-7)), (GRID + shift) * PX, shift * PX, area)
+    return MarkerField(GRID, shift, growth, EYE, (GRID + shift) * PX, shift * PX, area)
 
 
 @functools.cache

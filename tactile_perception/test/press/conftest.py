@@ -28,8 +28,8 @@ def _field(place, depth, noise=NOISE, seed=0):
     growth = np.log(scale * np.abs(scale + slope)) + rng.normal(0, 2e-3, len(GRID))
     shift = GRID * (scale - 1)[:, None] + rng.normal(0, noise, GRID.shape)
     px = 9000.0
-    camera_centre, sigma = np.tile([0, 0, -EYE], (len(GRID), 1)), np.full(len(GRID), max(noise, 1e-7))
-    return MarkerField(GRID, shift, growth, camera_centre, sigma, GRID * px, shift * px, 400 * np.exp(growth))
+    camera_centre = np.tile([0, 0, -EYE], (len(GRID), 1))
+    return MarkerField(GRID, shift, growth, camera_centre, GRID * px, shift * px, 400 * np.exp(growth))
 
 
 def _presses(places=None, depths=(1.5e-3, 3e-3, 4.5e-3, 6e-3), seed=1):
@@ -48,8 +48,7 @@ def _plate():
     depths = 1e-3 * np.arange(9)
     zoom = EYE / (EYE - depths)
     still = _field((0, 0), 0.0)
-    fields = tuple(MarkerField(GRID, GRID * (z - 1), np.full(len(GRID), 2 * np.log(z)), still.camera_centre, still.sigma, still.uv,
-                               still.duv,
+    fields = tuple(MarkerField(GRID, GRID * (z - 1), np.full(len(GRID), 2 * np.log(z)), still.camera_centre, still.uv, still.duv,
                                still.area) for z in zoom)
     position = np.column_stack([np.zeros((9, 2)), -depths])
     return Presses(fields, position, depths)

@@ -23,7 +23,7 @@ def field(depth):
     shift = GRID * (depth / (HEIGHT - depth))[:, None]
     camera_centre = np.tile([0.0, 0.0, -HEIGHT], (len(GRID), 1))
     plain = np.full(len(GRID), 1e-6)
-    return MarkerField(GRID, shift, 2 * np.log(HEIGHT / (HEIGHT - depth)), camera_centre, plain, GRID, shift, plain)
+    return MarkerField(GRID, shift, 2 * np.log(HEIGHT / (HEIGHT - depth)), camera_centre, GRID, shift, plain)
 
 
 def plate(depths=(1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 8e-3), slope=0.0):
@@ -140,7 +140,7 @@ RING = np.array([[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1], [2, 2.0]])
 
 def ring_field(places):
     plain = np.full(len(RING), 1e-6)
-    return MarkerField(RING, places - RING, plain, np.tile([0, 0, -1.0], (6, 1)), plain, RING, places - RING, plain)
+    return MarkerField(RING, places - RING, plain, np.tile([0, 0, -1.0], (6, 1)), RING, places - RING, plain)
 
 
 def test_the_change_of_the_mean_distance_to_five(ring=RING):

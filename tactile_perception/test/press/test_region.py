@@ -17,7 +17,7 @@ def field_at_rest():
     rest = SHEET.grid()
     count = len(rest)
     nothing = np.zeros((count, 2))
-    return MarkerField(rest, nothing, np.zeros(count), np.tile(EYE, (count, 1)), np.zeros(count), nothing, nothing, np.ones(count))
+    return MarkerField(rest, nothing, np.zeros(count), np.tile(EYE, (count, 1)), nothing, nothing, np.ones(count))
 
 
 def touch(x, y, depth, radius=np.nan):

@@ -74,8 +74,8 @@ class Markers {
         for (py::ssize_t k = 0; k < 2 * count(); ++k) within(rest_.data()[k], "rest", -LARGEST_PLACE_M, LARGEST_PLACE_M);
     }
     py::ssize_t count() const { return rest_.length(); }
-    SeenMarkers with(const double* value, const double* sigma, const double* motion) const {
-        return {count(), rest_.data(), camera_centre_.data(), value, sigma, motion, radius_};
+    SeenMarkers with(const double* value, const double* motion) const {
+        return {count(), rest_.data(), camera_centre_.data(), value, motion, radius_};
     }
 
  private:
@@ -91,16 +91,16 @@ Input<double> some_presses(const py::object& presses) {
 }
 
 PressFit fitted_presses(const SheetTable& table, const py::object& rest, const py::object& camera_centre, const py::object& value,
-                        const py::object& sigma, const py::object& motion, const py::object& presses, std::array<double, 6> noise,
-                        std::array<double, 2> tip, double marker_radius, bool drags, double near) {
+                        const py::object& motion, const py::object& presses, std::array<double, 6> noise, std::array<double, 2> tip,
+                        double marker_radius, bool drags, double near) {
     const Markers markers(rest, camera_centre, marker_radius);
     const Input<double> start = some_presses(presses), values(value, "value", {markers.count(), 3});
-    const Input<double> sigmas(sigma, "sigma", {markers.count()}), motions(motion, "motion", {markers.count(), 3});
+    const Input<double> motions(motion, "motion", {markers.count(), 3});
     for (py::ssize_t k = 0; k < 3 * markers.count(); ++k) within(motions.data()[k], "motion", -LARGEST_PLACE_M, LARGEST_PLACE_M);
     for (int k = 0; k < 6; ++k) within(noise[k], "noise", k < 2 ? 1e-12 : 0, 1e6);
     within(tip[0], "tip", -10, 10), within(tip[1], "tip", 1e-6, 10), within(near, "near", 0, LARGEST_PLACE_M);
     return without_gil([&] {
-        return fit_presses(table, markers.with(values.data(), sigmas.data(), motions.data()),
+        return fit_presses(table, markers.with(values.data(), motions.data()),
                            {noise[0], noise[1], noise[2], noise[3], noise[4], noise[5]}, {tip[0], tip[1]}, start.data(),
                            static_cast<int>(start.length()), drags, near);
     });
@@ -111,9 +111,8 @@ py::tuple shown_presses(const SheetTable& table, const py::object& rest, const p
     const Markers markers(rest, camera_centre, marker_radius);
     const Input<double> given = some_presses(presses);
     std::vector<double> shown(3 * markers.count()), deformed(9 * markers.count());
-    show_presses(table, markers.with(nullptr, nullptr, nullptr), given.data(), static_cast<int>(given.length()),
-                 within(mixed, "mixed", -10, 10), within(near, "near", 0, LARGEST_PLACE_M), shown.data(),
-                 reinterpret_cast<double(*)[3][3]>(deformed.data()));
+    show_presses(table, markers.with(nullptr, nullptr), given.data(), static_cast<int>(given.length()), within(mixed, "mixed", -10, 10),
+                 within(near, "near", 0, LARGEST_PLACE_M), shown.data(), reinterpret_cast<double(*)[3][3]>(deformed.data()));
     return py::make_tuple(rows_of(shown), output(deformed, {markers.count(), 3, 3}));
 }
 
@@ -127,7 +126,7 @@ py::array_t<double> shown_field(const py::object& field, const py::object& rest,
     for (int k = 0; k < 2; ++k) within(half[k], "half", scale, LARGEST_PLACE_M), within(place[k], "place", -half[k], half[k]);
     const SheetTable table{{half[0], half[1]}, {half[0], half[1]}, scale, 1, 1, 1, 0, side / 2 - 1, 1, 1, {}, {}, {}};
     std::vector<double> shown(3 * markers.count());
-    show_field(table, markers.with(nullptr, nullptr, nullptr), place.data(), splines.data(), shown.data());
+    show_field(table, markers.with(nullptr, nullptr), place.data(), splines.data(), shown.data());
     return rows_of(shown);
 }
 
@@ -157,9 +156,9 @@ void bind_sheet(py::module_& module) {
                                     "sizes: n, order, levels, modes of each class (4); coefficients, shapes: see\n"
                                     "src/press/sheet_library.hpp."))
         .def(py::init(&made_table), py::kw_only(), py::arg("numbers"), py::arg("sizes"), py::arg("coefficients"), py::arg("shapes"))
-        .def("fit", &fitted_presses, py::arg("rest"), py::arg("camera_centre"), py::arg("value"), py::arg("sigma"), py::arg("motion"),
-             py::arg("presses"), py::kw_only(), py::arg("noise"), py::arg("tip"), py::arg("marker_radius"), py::arg("drags"),
-             py::arg("near"), "The PressFit to a marker field: see press/sheet/model.py.")
+        .def("fit", &fitted_presses, py::arg("rest"), py::arg("camera_centre"), py::arg("value"), py::arg("motion"), py::arg("presses"),
+             py::kw_only(), py::arg("noise"), py::arg("tip"), py::arg("marker_radius"), py::arg("drags"), py::arg("near"),
+             "The PressFit to a marker field: see press/sheet/model.py.")
         .def("show", &shown_presses, py::arg("rest"), py::arg("camera_centre"), py::arg("presses"), py::kw_only(), py::arg("mixed"),
              py::arg("marker_radius"), py::arg("near"),
              "Shift, m, and growth (N, 3) of markers under presses, and the sheet's deformation there (N, 3, 3): see press/sheet/model.py.");

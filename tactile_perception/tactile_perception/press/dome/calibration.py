@@ -26,9 +26,10 @@ PLACES = 3              # simulated at most, evenly over their distances from th
 DEPTHS = 4              # of a place at most. Chosen
 #: Prior of the logs of the log prestretch, of gas, and of friction: sealed air at 1.5 kPa, or any other gas
 LIKELY, SIGMA = np.log([0.2, 70.0, 0.5]), np.array([2.0, 6.0, 0.7])
-SLIPS = np.log(0.35)    # start of the log friction: a tip with more sticks to an ideal balloon, and slopes would show nothing. Chosen
 TIP = 0.01              # prior standard deviation of the log radius of the tip, which heights tell. Chosen
-STRETCHES = 1.6, 0.06, 0.02  # starts of the log prestretch: of an ideal balloon to a skin that is hardly stretched. Chosen
+#: Starts of the log prestretch and of friction: of an ideal balloon to a skin that is hardly stretched. With less friction deep presses of
+#: some balloons do not converge, which would hide the best start; with more the tip sticks, and slopes show little. Chosen
+STARTS = (1.6, 0.35), (1.6, 0.5), (0.06, 0.35), (0.02, 0.35)
 GASES = 70.0, 2.0, 0.01     # starts: of sealed air at 1.5 kPa, of air with a reservoir, and of a pressure that is held. Chosen
 TRUST = 0.0005          # relative error of the model. Chosen: at 0.002 the prior decided how far an ideal balloon stretches
 UNSOLVED = 0.2          # relative error of presses whose simulation does not converge. Chosen
@@ -52,7 +53,7 @@ def identify_dome(presses: Presses, points: np.ndarray, camera_centres: np.ndarr
     explain = partial(_explained, presses.some(PLACES, DEPTHS), deepest=presses.depth.max(), points=points, camera_centres=camera_centres,
                       cap=cap, plane_z=plane_z, marker=marker)
     prior = Prior(np.append(LIKELY, np.log(radius)), np.append(SIGMA, TIP), LEAST_LOGS, MOST_LOGS)
-    starts = [np.array([np.log(stretch), np.log(gas), SLIPS, prior.mean[3]]) for stretch in STRETCHES for gas in GASES]
+    starts = [np.append(np.log([stretch, gas, friction]), prior.mean[3]) for stretch, friction in STARTS for gas in GASES]
     return numbers_of(identify(explain, starts, prior))
 
 
@@ -127,7 +128,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST_PRESSES).astype(int)))
     first = replace(first, noise=_with_model_error(first.inverse(sensor), some))
     inverse = first.inverse(sensor)
-    quiet = max((inverse.score(field, inverse.match(field)) for field in still), default=0.0)
+    quiet = max((inverse.score(inverse.match(field)) for field in still), default=0.0)
     found = [inverse.solve(field, _true(place, depth), SAME) for field, place, depth in _rows(some)]
     return replace(_with_remaining_errors(first, found, some), quiet=float(quiet))
 
@@ -174,7 +175,7 @@ def _with_model_error(inverse: DomeInverse, presses: Presses) -> FieldNoise:
     over = []
     for field, place, depth in _rows(presses):
         size, seen = np.hypot(*np.nan_to_num(field.shift).T), field.seen
-        left = np.mean((field.shift - inverse.appear(_true(place, depth)))[seen]**2) - np.mean(inverse.sigma(field)[seen]**2)
+        left = np.mean((field.shift - inverse.appear(_true(place, depth)))[seen]**2) - inverse.noise.still**2
         over.append(max(left, 0.0) / np.mean(0.5 * size[seen]**2 + 0.5 * size.max()**2 * np.ones(seen.sum())))
     share = float(np.sqrt(np.median(over)))
     return FieldNoise(inverse.noise.still, max(SHARES[0], 0.7 * share), max(SHARES[1], 0.7 * share))

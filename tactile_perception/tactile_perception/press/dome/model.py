@@ -150,9 +150,9 @@ class DomeInverse:
         """(S,) m^2, products of the field with the starts' fields."""
         return self._shown @ np.where(field.seen[:, None], field.shift, 0.0).ravel().astype(np.float32)
 
-    def score(self, field: MarkerField, match: np.ndarray) -> float:
+    def score(self, match: np.ndarray) -> float:
         """Match of the best start, in standard deviations of noise."""
-        return float((match / np.sqrt(self._sizes)).max() / np.median(self.sigma(field)[field.seen]))
+        return float((match / np.sqrt(self._sizes)).max() / self.noise.still)
 
     def start(self, field: MarkerField, match: np.ndarray, last: DomeFound | None) -> np.ndarray:
         """(1, 7), the start with the least squared residual from the field of a match, or the press of the last frame where that has less;
@@ -178,18 +178,19 @@ class DomeInverse:
     def solve(self, field: MarkerField, starts: np.ndarray, prior: PressPrior = STRAIGHT) -> DomeFound:
         """Fit presses to a field, from starts (n, 7)."""
         seen = field.seen & np.isfinite(self.points).all(1)
-        variance, model = self._variances(field)
-        weight = np.where(seen, 1 / (variance + CONSTANTS.alike**2 * model), 0.0)
-        shared = self._shared(field, weight, prior.together) if prior.together else np.zeros((0, len(weight)))
+        square, noise = _squares(field), self.noise.still**2
+        model = self.noise.share**2 * square + self.noise.top**2 * square.max()  # m^2, variance of its error
+        weight = np.where(seen, 1 / (noise + CONSTANTS.alike**2 * model), 0.0)
+        shared = self._shared(square.max(), weight, prior.together) if prior.together else np.zeros((0, len(weight)))
         found = self.library.kernel.fit(
             points=self.points, camera_centres=self._camera_centres, plane_z=self._plane_z, shift=np.where(seen[:, None], field.shift,
                                                                                                            0.0), weight=weight,
             shared=shared, starts=starts, prior=self._prior(prior))
-        misfit = float(np.sum(found.left**2 / (variance + model)[:, None])) / max(2 * int(seen.sum()), 1)
+        misfit = float(np.sum(found.left**2 / (noise + model)[:, None])) / max(2 * int(seen.sum()), 1)
         amiss = max(misfit, LEAST_MISFIT) if len(starts) == 1 else 1.0  # what a sum of two fields lacks is in the covariance
         radius = float(found.presses[0, RADIUS]), float(np.sqrt(amiss * found.covariance[RADIUS, RADIUS]))
         drag = CONSTANTS.not_linear[0] * float(np.linalg.norm(found.presses[:, DRAG], axis=1).max())
-        expected = 1 + drag**2 * float(np.mean((_squares(field) / (variance + model))[seen]))
+        expected = 1 + drag**2 * float(np.mean((square / (noise + model))[seen]))
         return DomeFound(found.presses, found.covariance * amiss + self._unknown(found.covariance, prior), misfit, radius,
                          field.shift - found.left, expected)
 
@@ -201,12 +202,11 @@ class DomeInverse:
         more = np.tile(np.maximum(weight * (weight * variance - 1), 0.0), len(covariance) // PRESS)
         return (covariance * more) @ covariance
 
-    def _shared(self, field: MarkerField, weight: np.ndarray, together: float) -> np.ndarray:
+    def _shared(self, largest: float, weight: np.ndarray, together: float) -> np.ndarray:
         """(m, K): rows whose products are taken off the diagonal weights (K,) of each axis, so that their inverse counts what a sum of two
-        fields lacks (Woodbury 1950)."""
-        most = together * np.sqrt(_squares(field).max())
+        fields lacks (Woodbury 1950); largest: m^2, of the squared displacements."""
         weighted = self._smooth.T * weight
-        factor = np.linalg.cholesky(weighted @ self._smooth + np.eye(len(weighted)) * len(weighted) / most**2)
+        factor = np.linalg.cholesky(weighted @ self._smooth + np.eye(len(weighted)) * len(weighted) / (together**2 * largest))
         return np.linalg.solve(factor, weighted)
 
     def _prior(self, prior: PressPrior) -> np.ndarray:
@@ -217,15 +217,6 @@ class DomeInverse:
         least = [-reach, -reach, np.log(FAINTEST), -1.0, -1.0, -2.0, -2.0]
         most = [reach, reach, deepest, 1.0, 0.0, 2.0, 2.0]
         return np.array([[0.0, 0.0, 0.0, prior.tip, 0.0, 0.0, 0.0], weight, least, most, LIMIT])
-
-    def sigma(self, field: MarkerField) -> np.ndarray:
-        """(K,) m, noise of each marker per axis."""
-        return np.where(np.isfinite(field.sigma), np.maximum(field.sigma, self.noise.still / 2), self.noise.still)
-
-    def _variances(self, field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
-        """(K,) m^2, of noise, and of model error, per axis."""
-        square = _squares(field)
-        return self.sigma(field)**2, self.noise.share**2 * square + self.noise.top**2 * square.max()
 
 
 def _squares(field: MarkerField) -> np.ndarray:
@@ -335,7 +326,7 @@ class DomeModelMethod:
         if len(field) != len(self.solver.points):
             raise BadArgument(f'calibrated for {len(self.solver.points)} markers, got a field of {len(field)}')
         match = self.solver.match(field)
-        score = self.solver.score(field, match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
+        score = self.solver.score(match) if field.seen.sum() >= SEEN and self._spread(field) else 0.0
         if not score > self._threshold:
             self._choice = Choice()  # what comes next is another touch
             return None

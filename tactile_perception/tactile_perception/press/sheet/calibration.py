@@ -93,9 +93,8 @@ class _NumbersFit:
         rest = field.rest[seen]
         shown = field_appearance(pressed, self._plan, place, rest, field.camera_centre[seen], radius)
         difference = np.where(np.isfinite(pressed).all(), np.nan_to_num(shown - np.column_stack([field.shift, field.growth])[seen]), np.inf)
-        shift = np.sqrt(SHIFT**2 + np.nan_to_num(field.sigma[seen])**2 + (SHARE * depth)**2)
-        growth = np.full_like(shift, np.hypot(GROWTH, SHARE * depth * 1e3))
-        return difference / np.stack([shift, shift, growth], axis=1)
+        shift = np.hypot(SHIFT, SHARE * depth)
+        return difference / [shift, shift, np.hypot(GROWTH, SHARE * depth * 1e3)]
 
 
 def _solve(plan: LibraryPlan, what: tuple[SheetNumbers, Presses]) -> np.ndarray:

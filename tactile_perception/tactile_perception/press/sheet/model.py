@@ -102,15 +102,14 @@ class Inverse:
 
 
 class Seen:
-    """The N markers of a field that are seen: rest (N, 2), camera_centre (N, 3), value (N, 3) shift and growth, NaN where unknown; sigma
-    (N,).
+    """The N markers of a field that are seen: rest (N, 2), camera_centre (N, 3), value (N, 3) shift and growth, NaN where unknown.
 
     motion: (N, 3) of value, of those that a second camera sees at a moment of its own, by an unknown share of which they may be late.
     """
 
     def __init__(self, field: MarkerField, motion: np.ndarray | None = None):
         self.index = np.flatnonzero(field.seen & np.isfinite(field.camera_centre).all(1))
-        self.rest, self.camera_centre, self.sigma = field.rest[self.index], field.camera_centre[self.index], field.sigma[self.index]
+        self.rest, self.camera_centre = field.rest[self.index], field.camera_centre[self.index]
         self.value = np.column_stack([field.shift[self.index], field.growth[self.index]])
         self.motion = np.zeros((len(self.index), 3)) if motion is None else motion[self.index]
 
@@ -126,8 +125,8 @@ class SheetInverse:
         """Fit one press or two from start; drags: whether their drags are unknown, else 0; tip: mean and standard deviation of the log of
         the radius over the calibrated one, before the fit."""
         vectors = np.array([press.vector for press in start])
-        found = self._library.table.fit(seen.rest, seen.camera_centre, seen.value, seen.sigma, seen.motion, vectors, noise=self._noise,
-                                        tip=tip, drags=drags, **self._marker)
+        found = self._library.table.fit(seen.rest, seen.camera_centre, seen.value, seen.motion, vectors, noise=self._noise, tip=tip,
+                                        drags=drags, **self._marker)
         presses = [Press.of(found.state[SIZE * k:SIZE * (k + 1)]) for k in range(len(start))]
         return Inverse(presses, found.covariance, found.misfit, found.expected, found.wrenches,
                        float(found.state[SIZE * len(start):].sum()))
