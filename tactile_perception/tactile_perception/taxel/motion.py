@@ -30,7 +30,7 @@ class Limits:
     edge = 0.08  # limit: gradient of an image, 1/taxel, from which a taxel belongs to an edge: above the roughness of gains and faces
     key_moved = 0.4  # limit: motion since a keyframe, or the picture before a motion: slopes hold for parts of a taxel
     # Load
-    load_s, load_change = 0.06, 0.16  # prior: a change over this time to which the image's is attributed
+    load_s, load_change = 0.06, 0.2  # prior: a change over this time to which the image's is attributed
     # Motion
     bound = 2.5  # noise: sigmas, by which velocities of ever longer stretches may differ (98 %)
     begins = 4.0  # noise: sigmas of its velocity, from which an object moves
