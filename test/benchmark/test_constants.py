@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Halved and doubled constants: of the detection of dots and of their ranges by colour, on images that are rendered once; of the touchpad's
 models of membrane and of stick and slip, on random scenes whose dots are seen with the noise of images and whose ranges are smoothed by the
-membrane. There also other frame rates, more noise, and whether the probabilities are right."""
+membrane; of the array's slip, on two devices (pytest -s prints them). Also other frame rates, more noise, and whether the probabilities are
+right."""
 from dataclasses import fields
 from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 
 import dots
@@ -13,6 +16,7 @@ import pytest
 from fit_contact_score import KINDS, random_scene
 from judged import touchpad_parameters
 from printed_dots import make_scene
+from taxel_latency import DEVICES, TAXEL_SCENES, Score, TaxelScene, device, macro_f1
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS
 from tactile_perception import _core
@@ -20,7 +24,11 @@ from tactile_perception.common.estimates import NONE, next_state
 from tactile_perception.dots.detect import LikelihoodDetector
 from tactile_perception.dots.look import measure_look
 from tactile_perception.dots.tracker import make_tracker
+from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
+from tactile_perception.taxel.estimator import TaxelEstimator
+from tactile_perception.taxel.motion import Limits
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, taxel_estimator
 from tactile_perception.touchpad import water
 from tactile_perception.touchpad.contact import MembraneMethod
 from tactile_perception.touchpad.membrane import Membrane, MembraneMaterial
@@ -30,7 +38,7 @@ from tactile_perception.touchpad.slip import slip_confidence
 
 PIXEL, SPREAD = 15e-6, 18e-6  # rad, m: noise of a dot's place in the image, and of its range
 GAIN, SCALE = 0.03, 0.05  # relative error that the displacements along the rays share, and its standard deviation as known
-COLOUR_RATE, RATE = 5.0, 20.0  # frames/s
+COLOUR_RATE, RATE, TAXEL_RATE = 5.0, 20.0, 50.0  # frames/s
 NEAR = 50e-6  # m: a free dot nearer to the tool is not judged
 pytestmark = pytest.mark.full
 
@@ -238,3 +246,42 @@ def test_confidence_of_a_state_of_slip_is_right_on_scenes_by_which_it_was_not_me
         some = (stated >= low) & (stated < high)
         assert some.sum() < 30 or right[some].mean() == pytest.approx(stated[some].mean(), abs=0.15)
     assert right.mean() == pytest.approx(stated.mean(), abs=0.15)
+
+
+@lru_cache(maxsize=1)
+def pressed():
+    """Of devices A and B: an estimator, and the images and truths of each scene."""
+    found = []
+    for of in DEVICES.values():
+        with TemporaryDirectory() as place:
+            params, calibration = device(Path(place), *of, 0)
+            values = read_parameters(params, 'taxel_contact_node', TAXEL_PARAMETERS)
+            made = taxel_estimator({**values, 'calibration': str(calibration)})
+        scenes = [TaxelScene(TAXEL_SCENES[name], TAXEL_RATE, 0, *of) for name in ('drag', 'turn', 'smooth', 'cycle', 'roll', 'slide')]
+        found.append((made, [[scene.render(k / TAXEL_RATE) for k in range(scene.frames)] for scene in scenes]))
+    return found
+
+
+@lru_cache
+def slips(name='edge', factor=1.0):
+    """Macro F1 of the states of slip on each device with a limit so many times as large."""
+    found = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Limits, name, factor * getattr(Limits, name))
+        for made, scenes in pressed():
+            score = Score()
+            for frames in scenes:
+                estimator = TaxelEstimator(made.array, made.pad, made.settings)
+                states = [(true.slip_state if true.contacts else -1, estimator.process(image, 1 + k / TAXEL_RATE).slip.state)
+                          for k, (image, true) in enumerate(frames)]
+                score.add(*np.array(states).T)
+            found.append(macro_f1(score.confusion))
+    print(name, factor, *found)
+    return np.array(found)
+
+
+@pytest.mark.parametrize('factor', [0.5, 2.0])
+@pytest.mark.parametrize('name', constants(Limits))
+def test_no_limit_of_the_array_decides_alone(name, factor):
+    usual = slips()
+    assert (slips(name, factor) >= usual - 0.25 * (1 - usual)).all()

@@ -24,24 +24,22 @@ from ..common.estimates import FAR, NONE, SlipEstimate, next_state, state_probab
 
 
 class Limits:
-    """What decides, each with what it is: docs/taxel_array.md. Lengths in taxels, or in thicknesses of the pad, times in s."""
+    """What decides, each with what it is: docs/taxel_array.md. Lengths in taxels, times in s."""
 
     # Registration
     edge = 0.08  # limit: gradient of an image, 1/taxel, from which a taxel belongs to an edge: above the roughness of gains and faces
-    key_moved = 0.8  # limit: motion since a keyframe, before a new one: slopes hold for parts of a taxel
+    key_moved = 0.4  # limit: motion since a keyframe, or the picture before a motion: slopes hold for parts of a taxel
     # Load
     load_s, load_change = 0.06, 0.2  # prior: a change over this time to which the image's is attributed
     # Motion
     bound = 2.5  # noise: sigmas, by which velocities of ever longer stretches may differ (98 %)
-    begins = 4.0  # noise: sigmas of a velocity with which an object moves, and of a traction that is seen
-    creep = 0.2  # physical: taxels/s, up to which the picture creeps by itself, as pad and sensing layer relax
+    begins = 4.0  # noise: sigmas of its velocity, from which an object moves
+    creep = 0.16  # physical: taxels/s, up to which the picture creeps by itself, as pad and sensing layer relax
     # Slip
-    lag = 0.1  # physical: of the object's motion, by which the pad's surface lags where it slips: coupled neighbours creep a little
-    # Traction
-    # Limit: motion since the picture before it, before a new one is taken; half while an object rolls, as its contact grows on the way
-    picture = 0.5
-    # Physical: variance of pressure over that of the area, along the motion: 0.67 to 0.75 of a curved face, 0.91 to 1 of a flat one
-    curved = 0.85
+    lag = 0.05  # physical: of the object's motion, by which the pad's surface lags where it slips: coupled neighbours creep a little
+    # Rolling
+    traction = 0.04  # noise: traction over pressure, 1/taxel of motion, which a picture that changes on its way seems to show
+    curved = 0.03  # noise: variance of pressure over that of the area, along a motion
 
 
 # Least information on a motion, over the best direction: the rough edge of a half plane has up to 0.06 on a shift, a bar of 5 : 2 has 0.4;
@@ -52,12 +50,16 @@ _FEW = 40  # taxels, up to which a contact is followed by its pressure's centroi
 # Taxels: standard deviation of the centroid of few of them, as pressure shifts without motion; and a jump that is no motion.
 _CENTROID_SIGMA, _FARTHEST = 0.3, 5.0
 _WINDOW_S = 0.2  # s, longest stretch of a steady motion
-_PATH = 2.0  # sigmas of the registration (95 %), of the path by which a motion begins
+_WANDERS = 2.0  # sigmas of the registration (95 %), by which pressure wanders without motion
 _LEAST_NOISE = 2e-3  # taxels, of a position: what registration leaves of the phase between object and taxels
 _REST_S = 0.1  # s, over which the picture before a motion is averaged
-_ROLLED = 0.15  # taxels, motion without traction, from which a curved object rolls
+# Variance of pressure over that of the area, of a curved face (0.6 to 0.67 where pressure is a paraboloid, 0.75 to 0.8 by Hertz) and of a
+# flat one, which the pad blurs.
+_CURVED, _FLAT = 0.7, 0.95
+_STIFFENED = 2.0  # of the pad's shear stiffness, that of a contact at most, whose surroundings hold it, too
 # Of the state's confidence, measured on two simulated devices: taxels that slip independently, and frames that no fraction explains.
 _PATCHES, _MISTAKEN = 44.0, 0.012
+_HALF = math.sqrt(0.5)
 REACH = 2.5  # thicknesses around a contact in which its pressure is seen: beyond the wider spread of what traction causes
 
 #: The border of the pressure image leads by so many thicknesses times traction over pressure (theory of a bonded elastic layer).
@@ -152,59 +154,51 @@ def _centroid(pressure: np.ndarray, touched: np.ndarray) -> np.ndarray:
 
 
 class RollWatch:
-    """Whether an object that moves has no traction, so that it rolls.
+    """Whether an object that moves has no traction, so that it rolls, by the odds of two hypotheses.
 
     Traction raises the pressure before an object at the expense of that behind it, over some two thicknesses of the pad. So a picture is
-    fitted by one before the motion, shifted, turned, grown, of another load, and with some traction (least squares). The picture of an
-    object that rolls moves on without any traction; only curved faces roll, and only theirs show an even traction well.
+    fitted by the one before the motion, shifted, turned, grown, of another load, and with some traction (least squares). An object that
+    slides has any traction from none to what its way and friction allow; one that rolls has none, and is curved.
     """
 
     def __init__(self, array: TaxelArray, pad: SoftPad, shear: _kernel.SurfaceShear):
-        self._thickness, self._shear = pad.thickness / array.pitch, shear
+        self._thickness, self._pad, self._shear = pad.thickness / array.pitch, pad, shear
+        self._stiff = _STIFFENED * pad.shear_stiffness * array.pitch  # Pa/taxel
         self.reset()
 
     def reset(self) -> None:
-        """The next picture is the one before a motion, of which no traction is known."""
-        self._drop()
-        self._pulls = self._rolls = False
-
-    def _drop(self) -> None:
+        """The next picture is the one before a motion."""
         self._before: np.ndarray | None = None
-        self._frames, self._rested_s, self._share = 0, -math.inf, None
 
     def rest(self, pressure: np.ndarray, same_load: bool, stamp_s: float) -> None:
         """Take pressure (rows, columns) as of an object that does not move; same_load: since the last frame."""
         if self._before is None or not same_load:
-            self._drop()
-            self._before = pressure.copy()
-        self._share = None
+            self._before, self._frames, self._rested_s = pressure.copy(), 0, -math.inf
+        self._share, self._near = None, True
         self._frames += 1
         self._newest = max(1 / self._frames, min((stamp_s - self._rested_s) / _REST_S, 1.0))  # its part of the picture
         self._rested_s = stamp_s
         self._before += (pressure - self._before) * np.float32(self._newest)
 
-    def follow(self, pressure: np.ndarray, sigma: float, touched: np.ndarray, stamp_s: float) -> bool:
-        """Whether an object that moves, over touched (rows, columns) bool, rolls; pressure: (rows, columns) as the taxels see it, of noise
-        sigma."""
+    def follow(self, pressure: np.ndarray, sigma: float, touched: np.ndarray, pulled: np.ndarray, mean: float) -> bool:
+        """Whether an object that moves, over touched (rows, columns) bool under a mean pressure, Pa, rolls. pressure: (rows, columns) as
+        taxels see it, of noise sigma; pulled: (2,) traction over pressure, if it slides."""
         if min(pressure.shape) < 4:
-            return self._rolls
+            return False
         if self._before is None:
-            self.rest(pressure, True, stamp_s)
+            self.rest(pressure, True, -math.inf)
         if self._share is None:
             self._fit(touched)
-        found = self._share @ (pressure[self._box] - self._before[self._box]).ravel()
-        if not np.isfinite(found).all():
-            return self._rolls
-        shift, traction = found[:2], found[2:]
+            self._pulled, self._odds = pulled, 0.0  # logarithm of the odds that it rolls
+        shift, traction = (self._share @ (pressure[self._box] - self._before[self._box]).ravel()).reshape(2, 2)
         went = math.hypot(*shift)
-        if traction @ shift > Limits.begins * self._noise * sigma * went:
-            self._pulls, self._rolls = True, False
-        elif went > _ROLLED:
-            self._rolls = not self._pulls and is_curved(pressure, touched, shift)
-        if went > (0.5 if self._rolls else 1.0) * Limits.picture:
-            self._drop()
-            self.rest(pressure, True, stamp_s)
-        return self._rolls
+        self._near = self._near and went < Limits.key_moved  # beyond, it moves as before
+        if self._near and went > 0:
+            along = shift / went
+            most = min(self._pad.friction - float(self._pulled @ along), self._stiff * went / mean)
+            noise = math.hypot(self._noise * sigma, Limits.traction * went)
+            self._odds = _odds_of_none(float(traction @ along), most, noise) + _odds_of_curved(pressure, touched, along)
+        return self._odds > 0
 
     def _fit(self, touched: np.ndarray) -> None:
         """Least squares by the picture before the motion: its slopes, the pressure of an even traction, turn, growth, load."""
@@ -222,14 +216,25 @@ class RollWatch:
         self._noise = math.sqrt(np.square(self._share[2:]).sum(axis=1).max() * (1 + self._newest))
 
 
-def is_curved(pressure: np.ndarray, touched: np.ndarray, direction: np.ndarray) -> bool:
-    """Whether the face is curved along a direction (2,), from pressure (rows, columns) where touched (rows, columns) bool."""
+def _odds_of_none(traction: float, most: float, sigma: float) -> float:
+    """Logarithm of the odds of no traction against any from 0 to most, by one that is seen with a noise of sigma; 0 where none can be."""
+    if not most > 0:
+        return 0.0
+    seen, most = min(max(traction / sigma, -6.0), most / sigma), most / sigma  # more than most does not speak for none
+    some = math.sqrt(math.pi / 2) * (math.erfc(-seen * _HALF) - math.erfc((most - seen) * _HALF)) / most
+    return -0.5 * seen * seen - math.log(some)
+
+
+def _odds_of_curved(pressure: np.ndarray, touched: np.ndarray, direction: np.ndarray) -> float:
+    """Logarithm of the odds of a face that is curved along a direction (2,) against one that is so or flat, from pressure (rows, columns)
+    where touched (rows, columns) bool."""
     row, column = np.nonzero(touched)
     places, load = column * direction[0] + row * direction[1], np.maximum(pressure[touched], 0)
     if not load.sum() > 0:
-        return False
+        return 0.0
     places = places - np.average(places, weights=load)
-    return bool(np.average(places * places, weights=load) < Limits.curved * places.var())
+    spread = np.average(places * places, weights=load) / places.var()
+    return -float(np.logaddexp(0, ((spread - _CURVED)**2 - (spread - _FLAT)**2) / (2 * Limits.curved**2)))
 
 
 @dataclass(frozen=True)
@@ -276,7 +281,6 @@ class MotionTracker:
         self._loads: deque[tuple[float, float]] = deque()
         self._slip_fraction = 0.0
         self.lead = np.zeros(2)
-        self._varied = 0.0  # relative change of the load over the last frames
         self._waited = False  # since the last frames, for a load that varies
         self._key_count = 1  # taxels in the keyframe
         self._followed = 1.0  # object's part of the picture's motion
@@ -310,7 +314,9 @@ class MotionTracker:
         self._expected = found.fit if self._seen is None else 1.5 * found.fit - 0.5 * self._seen.fit
         self._seen = found
         smooth, path = self._follow(step, stamp_s)
-        if self._rolls(seen, sigma, touched, path.velocity, not waits, stamp_s):
+        if waits or not self._moves:
+            self._watch.rest(seen, not waits, stamp_s)
+        elif not few and self._shifts(path.velocity) and self._watch.follow(seen, sigma, touched, pulled, load / count):
             smooth, self._moves = np.zeros(3), False
         slip = self.shear.move(touched, pressure, smooth, self._pad.friction)
         self.traction_pressure = self.shear.traction_pressure()
@@ -325,13 +331,17 @@ class MotionTracker:
     def _load_varies(self, seen: KeyframeMotion, few: bool, load: float, stamp_s: float) -> bool:
         """Whether the load varies, so that motion since the keyframe is estimated when it has settled: a new keyframe at each variation
         would add up the errors of those positions."""
-        self._loads.append((stamp_s, load))
-        while self._loads[0][0] < stamp_s - Limits.load_s * (1 + 1e-6):
+        while self._loads and self._loads[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6):
             self._loads.popleft()
-        least, most = min(value for _, value in self._loads), max(value for _, value in self._loads)
-        self._varied = 1 - least / max(most, 1e-9)
-        moved = few and seen.largest > _CENTROID_SIGMA and load < (1 + Limits.load_change) * self._loads[0][1]
-        return self._varied > Limits.load_change and not moved
+        self._loads.append((stamp_s, load))
+        before = next(value for at, value in self._loads if at >= stamp_s - Limits.load_s * (1 + 1e-6))
+        moved = few and seen.largest > _CENTROID_SIGMA and load < (1 + Limits.load_change) * before
+        return self._variation(Limits.load_s) > Limits.load_change and not moved
+
+    def _variation(self, interval_s: float) -> float:
+        """Relative change of the load over the last interval, s."""
+        values = [value for at, value in self._loads if at >= self._loads[-1][0] - interval_s * (1 + 1e-6)]
+        return 1 - min(values) / max(*values, 1e-9)
 
     def _step(self, seen: KeyframeMotion, mean: float) -> np.ndarray:
         """m, m, rad since the last frame, at the keyframe's centre, under a mean pressure, Pa. The pressure of the last frame's
@@ -361,16 +371,14 @@ class MotionTracker:
         pitch = self._array.pitch
         if path.speed <= max(Limits.begins * path.sigma, Limits.creep * pitch):
             return False
-        released = math.hypot(*self.lead) * self._varied
-        return self._moves or path.speed * path.lasting > (_PATH * self._seen.sigma * pitch + released) * self._followed
+        released = math.hypot(*self.lead) * self._variation(path.lasting)
+        wanders = 0 if self._moves else _WANDERS * self._seen.sigma * pitch
+        return path.speed * path.lasting > (wanders + released) * self._followed
 
-    def _rolls(self, seen: np.ndarray, sigma: float, touched: np.ndarray, velocity: np.ndarray, same_load: bool, stamp_s: float) -> bool:
-        """Whether the object, which moves by velocity (3,), rolls without traction."""
-        if not (self._moves and same_load):
-            self._watch.rest(seen, same_load, stamp_s)
-            return False
+    def _shifts(self, velocity: np.ndarray) -> bool:
+        """Whether a velocity (3,) at the origin shifts the contact more than it turns it."""
         x, y, turn = self._along_of(velocity)
-        return self._watch.follow(seen, sigma, touched, stamp_s) and isinstance(self._key, EdgeKeyframe) and abs(turn) <= math.hypot(x, y)
+        return abs(turn) <= math.hypot(x, y)
 
     def _along_of(self, velocity: np.ndarray) -> tuple[float, float, float]:
         """m/s of the keyframe's centre, and of its edges by the turn, for a velocity (3,) at the origin."""
