@@ -370,12 +370,6 @@ def hand_of(tmp_path, *sensors, **more):
     return read_hand(path)
 
 
-def test_the_example_has_five_sensors_of_four_kinds_in_different_places():
-    hand = read_hand(EXAMPLE)
-    assert len(hand.sensors) == 5 and len({s.type for s in hand.sensors}) == 4
-    assert len({s.xyz for s in hand.sensors}) == 5 and {s.parent for s in hand.sensors} == {hand.frame}
-
-
 def test_a_pose_by_rpy_turns_about_the_parents_axes(tmp_path):
     sensor, = hand_of(tmp_path, {**THUMB, 'xyz': [1, 2, 3], 'rpy': [0.1, 0.2, 0.3], 'parent': 'palm'}).sensors
     about = [Rotation.from_rotvec(np.eye(3)[k] * angle) for k, angle in enumerate((0.1, 0.2, 0.3))]

@@ -230,7 +230,7 @@ def _odds_of_curved(pressure: np.ndarray, touched: np.ndarray, direction: np.nda
     where touched (rows, columns) bool."""
     row, column = np.nonzero(touched)
     places, load = column * direction[0] + row * direction[1], np.maximum(pressure[touched], 0)
-    if not load.sum() > 0:
+    if not load.sum() * places.var() > 0:
         return 0.0
     places = places - np.average(places, weights=load)
     spread = np.average(places * places, weights=load) / places.var()
