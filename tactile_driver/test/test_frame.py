@@ -128,10 +128,6 @@ def test_what_comes_out_appears_where_it_came_from(distortion):
     assert np.abs(appears(undistorted(uv, MATRIX, distortion), distortion) - uv).max() < 1e-3
 
 
-def test_no_place_gives_none():
-    assert undistorted(np.zeros((0, 2)), MATRIX, BARREL).shape == (0, 2)
-
-
 def test_what_no_ray_can_reach_is_not_known():
     """With k1 alone the radius r (1 + k1 r^2) is largest at r^2 = -1 / (3 k1)."""
     lens = np.array([-0.1, 0, 0, 0, 0])

@@ -237,7 +237,7 @@ def main() -> None:
     parser.add_argument('--out', type=Path, default=Path('out/border_network.npz'))
     given = parser.parse_args()
     cv2.setNumThreads(1)
-    found = [examples(random_scene(number, given.seed), share(number)) for number in progress(range(given.scenes), 'scenes', given.scenes)]
+    found = [examples(random_scene(number, given.seed), share(number)) for number in progress(range(given.scenes), 'scenes')]
     fed, reported, weight = (np.concatenate(part) for part in zip(*found))
     print(f'{len(reported)} dots in {given.scenes} scenes')
     given.out.parent.mkdir(parents=True, exist_ok=True)

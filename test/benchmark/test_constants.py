@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 
 import dots
+import fit_contact_score
 import numpy as np
 import pytest
 from fit_contact_score import KINDS, random_scene
@@ -246,6 +247,13 @@ def test_confidence_of_a_state_of_slip_is_right_on_scenes_by_which_it_was_not_me
         some = (stated >= low) & (stated < high)
         assert some.sum() < 30 or right[some].mean() == pytest.approx(stated[some].mean(), abs=0.15)
     assert right.mean() == pytest.approx(stated.mean(), abs=0.15)
+
+
+def test_the_border_network_is_fitted_by_its_program(monkeypatch, tmp_path):
+    monkeypatch.setattr('sys.argv', ['fit_contact_score', '--scenes', '2', '--out', str(tmp_path / 'network.npz')])
+    fit_contact_score.main()
+    with np.load(tmp_path / 'network.npz') as fitted:
+        assert _core.BorderNetwork(**fitted)
 
 
 @lru_cache(maxsize=1)

@@ -20,11 +20,6 @@ from tactile_perception.tools import process_bag
 from watching import Watcher
 
 
-def test_the_table_names_what_there_is():
-    for name in NODES:
-        assert isinstance(load(name), type), name
-
-
 @pytest.mark.parametrize(('names', 'reported'), [(['camera_node', 'x'], "'x'.*camera_node"),
                                              ([], 'node')])
 def test_a_list_that_is_none(names, reported):

@@ -20,8 +20,7 @@ MESH = {name: getattr(SheetMesh(np.zeros(2), np.array([0.03, 0.03]), 8e-3, 2), n
 PRESS = {'place': (0.0, 0.0), 'radius': 7e-3, 'prestretch': 1.05, 'bending': 2e-7, 'friction': 0.5, 'slides': False, 'drag': (0.0, 0.0)}
 PRESSED = {'rest': 1e-3 * (PLACES - 30), 'camera_centre': np.tile([0.0, 0.0, -0.06], (40, 1)),
            'presses': np.array([[1e-3, 2e-3, 2e-3, 0.0, 0.0, 0.0], [8e-3, 2e-3, 1e-3, 0.0, 0.0, 0.0]])}
-VALUES = {'value': np.random.default_rng(3).normal(0, 1e-4, (40, 3)), 'sigma': np.full(40, 1e-5),
-          'motion': np.random.default_rng(5).normal(0, 1e-5, (40, 3))}
+VALUES = {'value': np.random.default_rng(3).normal(0, 1e-4, (40, 3)), 'motion': np.random.default_rng(5).normal(0, 1e-5, (40, 3))}
 FIT = {'noise': (1e-5, 1e-2, 1e-2, 1.0, 0.0, 0.0), 'tip': (0.0, 0.15), 'marker_radius': 1e-3, 'drags': True, 'near': 0.01}
 FIELD = {'field': np.zeros((16, 3), np.float32), 'rest': PRESSED['rest'], 'camera_centre': PRESSED['camera_centre']}
 
