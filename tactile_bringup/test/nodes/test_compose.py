@@ -15,7 +15,6 @@ from tactile_driver.nodes.messages.conversions import stamp_ns_of
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_msgs.msg import ContactRegion
-from tactile_perception.sensors import NODES, load
 from tactile_perception.tools import process_bag
 from watching import Watcher
 
