@@ -6,7 +6,7 @@ import pytest
 from tactile_perception.calibration.files.format import write_calibration
 from tactile_perception.errors import BadArgument, BadCalibration, BadFrame
 from tactile_perception.taxel.calibration import fit_gains, fit_loop, fit_response
-from tactile_perception.taxel.pressure import Baseline, DeadTaxels, SoftPad, TaxelArray, fill
+from tactile_perception.taxel.pressure import Baseline, DeadTaxels, SoftPad, TaxelArray
 from tactile_perception.taxel.response import Hysteresis, Loop, Response, read_taxels, taxel_file
 from taxel_pictures import bar, picture
 
