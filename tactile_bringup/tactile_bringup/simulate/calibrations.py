@@ -46,6 +46,5 @@ def calibrate_specimen(sensor_type: str, output: Path) -> str:
 
 
 if __name__ == '__main__':
-    Path(sys.argv[1]).mkdir(parents=True, exist_ok=True)
     for name in sys.argv[2:] or SPECIMENS:
         print(calibrate_specimen(name, Path(sys.argv[1], f'{name}_sim.yaml')), flush=True)

@@ -181,12 +181,10 @@ class RollWatch:
         self._before += (pressure - self._before) * np.float32(self._newest)
 
     def follow(self, pressure: np.ndarray, sigma: float, touched: np.ndarray, pulled: np.ndarray, mean: float) -> bool:
-        """Whether an object that moves, over touched (rows, columns) bool under a mean pressure, Pa, rolls. pressure: (rows, columns) as
-        taxels see it, of noise sigma; pulled: (2,) traction over pressure, if it slides."""
+        """Whether an object that moves, after a rest, over touched (rows, columns) bool under a mean pressure, Pa, rolls. pressure: (rows,
+        columns) as taxels see it, of noise sigma; pulled: (2,) traction over pressure, if it slides."""
         if min(pressure.shape) < 4:
             return False
-        if self._before is None:
-            self.rest(pressure, True, -math.inf)
         if self._share is None:
             self._fit(touched)
             self._pulled, self._odds = pulled, 0.0  # logarithm of the odds that it rolls
@@ -334,14 +332,17 @@ class MotionTracker:
         while self._loads and self._loads[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6):
             self._loads.popleft()
         self._loads.append((stamp_s, load))
-        before = next(value for at, value in self._loads if at >= stamp_s - Limits.load_s * (1 + 1e-6))
-        moved = few and seen.largest > _CENTROID_SIGMA and load < (1 + Limits.load_change) * before
+        moved = few and seen.largest > _CENTROID_SIGMA and load < (1 + Limits.load_change) * self._lately(Limits.load_s)[0]
         return self._variation(Limits.load_s) > Limits.load_change and not moved
+
+    def _lately(self, interval_s: float) -> list[float]:
+        """The loads of the last interval, s."""
+        return [load for at, load in self._loads if at >= self._loads[-1][0] - interval_s * (1 + 1e-6)]
 
     def _variation(self, interval_s: float) -> float:
         """Relative change of the load over the last interval, s."""
-        values = [value for at, value in self._loads if at >= self._loads[-1][0] - interval_s * (1 + 1e-6)]
-        return 1 - min(values) / max(*values, 1e-9)
+        loads = self._lately(interval_s)
+        return 1 - min(loads) / max(*loads, 1e-9)
 
     def _step(self, seen: KeyframeMotion, mean: float) -> np.ndarray:
         """m, m, rad since the last frame, at the keyframe's centre, under a mean pressure, Pa. The pressure of the last frame's

@@ -81,7 +81,8 @@ def state_confidence(score: np.ndarray, state: np.ndarray, slipping: np.ndarray)
 
 
 def steps_from(dots: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """(K,) steps from each dot of a grid of that shape, along rows, columns and diagonals, to the nearest of dots (K,) bool."""
+    """(K,) steps from each dot of a grid of that shape, along rows, columns and diagonals, to the nearest of dots (K,) bool; more
+    than the grid has where there is none."""
     return cv2.distanceTransform((~dots).astype(np.uint8).reshape(shape), cv2.DIST_C, 3).ravel()
 
 

@@ -149,7 +149,7 @@ def find_contact(dots: ContactDots, region: Region, cap: Cap) -> RegionContact:
 def _normal_force(dots: ContactDots, region: Region) -> float:
     if dots.force is None:
         return np.nan
-    own, others = (steps_from(scatter(some, dots.ids, len(dots.force), False), (dots.rows, dots.columns)) if some.any() else np.inf
+    own, others = (steps_from(scatter(some, dots.ids, len(dots.force), False), (dots.rows, dots.columns))
                    for some in (region.members, (dots.score > 0.5) & ~region.members))
     near = (own < BEYOND) & (own <= others)
     return max(float(-region.moments.normal @ (near @ dots.force)), 0.0)

@@ -105,13 +105,14 @@ def parameter_hash(parameters: Mapping) -> str:
 
 def write_calibration(path: str | Path, content: CalibrationFile) -> None:
     """Write content to path, and its arrays to the .npz file of the same name, each atomically: to a temporary file that is then renamed.
-    The same content gives the same bytes.
+    The same content gives the same bytes. A folder that is missing is made.
 
     Raises BadCalibration for the name of an .npz file and for a fitted number that is not finite, OSError when a file cannot be written.
     """
     path = Path(path)
     if path.suffix == '.npz':
         raise BadCalibration(f'{path}: the .npz file holds the arrays of a calibration; give the name of the YAML file, as NAME.yaml')
+    path.parent.mkdir(parents=True, exist_ok=True)
     arrays: dict[str, np.ndarray] = {}
 
     def described(value, name: str):
