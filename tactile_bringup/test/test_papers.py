@@ -1,14 +1,20 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The papers' experiments, at a small size: tables are complete, both methods give numbers; wrong input is named."""
+"""The papers' experiments: tables are complete, compare common frames, and name the cause where a published method misses its paper's
+figure; wrong input is named."""
+from functools import partial
+from pathlib import Path
+
 import numpy as np
 import pytest
 from tactile_bringup.papers import command
-from tactile_bringup.papers.bench import Bench, Table, draw
-from tactile_bringup.papers.others import NO_GAP
+from tactile_bringup.papers.bench import Bench, Detail, Row, Table, at_maximum, common, reported, unexplained
+from tactile_bringup.papers.figures import Curves, Picture, draw_curves
+from tactile_bringup.papers.taxels import NO_GAP
 
 ALL = [(name, experiment) for name, experiments in command.EXPERIMENTS.items() for experiment in experiments]
 QUICK = 'one_camera',
+PAGES = Path(__file__).parents[2] / 'docs' / 'papers'
 
 
 def marks(experiment):
@@ -23,18 +29,62 @@ def test_an_experiment_has_finite_columns(tmp_path, paper, experiment):
     for table in tables:
         assert len(table.lines()) >= 5 + len(table.rows)
         of_random_print = 'random' in table.title  # no calibration file of it ships
-        assert len(table.published) == len(table.ours) == len(table.rows)
-        assert (np.isfinite(table.published) != (NO_GAP in table.note)).all(), table
-        assert np.isfinite(table.ours).all() or of_random_print, table
-        for curves in table.curves:
-            assert len(curves.lines) >= 2 and all(len(x) == len(y) for x, y in curves.lines.values())
-    draw(tables, tmp_path / 'paper.png')
-    assert (tmp_path / 'paper.png').stat().st_size > 1000
+        published, ours = (np.array([getattr(row, name) for row in table.rows]) for name in ('published', 'ours'))
+        assert (np.isfinite(published) != (NO_GAP in table.note)).all(), table
+        assert np.isfinite(ours).all() or of_random_print, table
+    command.write({paper: tables}, tmp_path / 'report', 'papers.md')
+    assert len(list((tmp_path / 'report').glob('*.png'))) == sum(len(table.pictures) for table in tables)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize('paper', command.EXPERIMENTS)
+def test_a_published_method_reaches_the_figures_of_its_paper_or_a_run_shows_the_cause(tmp_path, paper):
+    bench, page = Bench(tmp_path), (PAGES / f'{paper}.md').read_text()
+    causes = [detail.title for show in command.DETAILS[paper] for detail in show(bench)]
+    tables = [table for experiment in command.EXPERIMENTS[paper] for table in experiment(bench)]
+    assert not unexplained(tables, [cause for cause in causes if f'### {cause}\n' in page])
+
+
+def test_a_figure_of_more_than_one_and_a_half_times_the_papers_needs_a_cause_that_a_run_shows():
+    def lines(*row, causes=('light',), **more):
+        return unexplained([Table('title', [Row('x', 'mm', *row, **more)])], causes)
+
+    assert not lines('2.0', 2.9, 0.1) and not lines('', 9.0, 0.1)
+    assert lines('2.0', 3.1, 0.1) == ['title: x: 3.1 mm where the paper reports 2.0, and no cause is named']
+    assert lines('2.0', np.nan, 0.1)
+    assert not lines('2.0', 3.1, 0.1, cause='light')
+    assert lines('2.0', 3.1, 0.1, cause='lens') == ["title: x: nothing shows the cause 'lens'"]
+    assert not lines('25', 25, 25, ideal=25.0) and lines('25', 24, 25, ideal=25.0)
+    assert not lines('1.03', 0.96, 1.0, ideal=1.0) and lines('1.03', 0.8, 1.0, ideal=1.0)
 
 
 def test_what_is_unknown_is_no_number_in_a_table():
-    lines = Table('title', [('place', 'mm', '')], [np.nan], [1.0]).lines()
-    assert '| place | mm | - | - | 1 |' in lines
+    assert '| position | mm | - | - | 1 |' in Table('title', [Row('position', 'mm', '', np.nan, 1.0)]).lines()
+    assert '| lens off | - | 2 |' in Detail('title', ('', 'a', 'b'), [('lens off', np.nan, 2.0)]).lines()
+
+
+def test_the_cause_stands_beside_the_figure():
+    lines = Table('title', [Row('x', 'mm', '2.0', 4.0, 1.0, cause='light'), Row('y', 'mm', '2.0', 2.0, 1.0)]).lines()
+    assert '| x | mm | 2.0 | 4 | 1 | light |' in lines and '| y | mm | 2.0 | 2 | 1 | |' in lines
+
+
+def test_methods_are_compared_on_the_frames_that_both_report():
+    first, second = np.array([[1.0, 2.0], [np.nan, 3.0], [5.0, 6.0]]), np.array([[1.0, 2.0], [3.0, 4.0], [np.nan, 1.0]])
+    assert [rows.tolist() for rows in common(first, second)] == [[[1.0, 2.0]], [[1.0, 2.0]]]
+    assert reported(first) == pytest.approx(200 / 3)
+
+
+def test_frames_that_tie_are_averaged():
+    assert at_maximum(np.array([[3.0, 1.0], [3.0, 17.0], [2.0, 0.0]]), 0).tolist() == [3.0, 9.0]
+
+
+def test_a_picture_shows_its_whole_title(tmp_path):
+    import matplotlib.image
+    curves = Curves('y, mm', 'x, mm', {'truth': (np.arange(3), np.arange(3))})
+    Picture('one', 'Contact region of a rectangle ' * 6, partial(draw_curves, (curves,)), (5.0, 4.0)).write(tmp_path / 'one.png')
+    border = matplotlib.image.imread(tmp_path / 'one.png')[:, [0, 1, -2, -1], :3]
+    assert (border == 1).all()
 
 
 def test_an_unknown_paper_is_named(capsys):

@@ -1,8 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the experiments share: scenes as bags, methods on them, tables of three columns, plots."""
+"""What the experiments share: scenes as bags, methods that are compared frame by frame on them, tables, and causes of their figures."""
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,65 +15,100 @@ from tactile_perception.parameters.file import write_parameters
 
 from .. import share
 from ..simulate.bags import write_psd_scene, write_scene, write_taxel_scene
+from .figures import Picture
 
-TRUTH, PUBLISHED, OURS = 'truth', 'its method, as built here', 'ours'
-_COLOURS = {TRUTH: 'grey', PUBLISHED: 'C1', OURS: 'C0'}
+MAX_RATIO = 1.5  # of the published method's error here to the error in the paper, above which a table names the cause
+
+Method = tuple[Path, Path | None]  # parameter file, calibration file
 
 
 @dataclass(frozen=True)
-class Curves:
-    """What a paper plots. name: with unit, of the ordinate; of_what: the abscissa; lines: name -> (x (N,), y (N,)), of the truth, the
-    published method and ours."""
+class Row:
+    """One figure of an experiment.
+
+    name, unit : what the figure is.
+    reported : what the paper reports, as it writes it; '' where it reports no number.
+    published, ours : figures of the published method and of ours; NaN where there is none.
+    ideal : the figure of a method without error, from which a ratio of errors counts.
+    cause : title of the Detail that shows why the published method misses the paper's figure.
+    """
 
     name: str
-    of_what: str
-    lines: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    unit: str
+    reported: str = ''
+    published: float = np.nan
+    ours: float = np.nan
+    ideal: float = 0.0
+    cause: str = ''
+
+    @property
+    def needs_cause(self) -> bool:
+        """Whether the published method's error is more than MAX_RATIO times the error that the paper reports."""
+        if not self.reported:
+            return False
+        return not abs(self.published - self.ideal) <= MAX_RATIO * abs(float(self.reported) - self.ideal)
 
 
 @dataclass(frozen=True)
 class Table:
-    """One experiment. rows: quantity, unit, and what the paper reports, '' where it reports no number; published, ours: a number for each
-    row, NaN where there is none; note: what has to be known to read it; curves: what its paper plots."""
+    """One experiment. note: conditions that a reader has to know; pictures: the experiment's figures, as the paper draws them."""
 
     title: str
-    rows: Sequence[tuple[str, str, str]]
-    published: Sequence[float]
-    ours: Sequence[float]
+    rows: Sequence[Row]
     note: str = ''
-    curves: tuple[Curves, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+
+    def lines(self) -> list[str]:
+        """In Markdown. There is a column of causes if a row has one."""
+        caused = any(row.cause for row in self.rows)
+        cells = [['', 'unit', 'the paper reports', 'its method, as built here', 'ours', *(['cause'] if caused else [])]]
+        cells += [[row.name, row.unit, row.reported or '-', _number(row.published), _number(row.ours), *([row.cause] if caused else [])]
+                  for row in self.rows]
+        return _markdown(self.title, cells, self.note)
+
+
+@dataclass(frozen=True)
+class Detail:
+    """What causes a figure, shown by a run that changes one thing at a time.
+
+    title : of the cause, which rows of tables name.
+    head : names of the columns.
+    rows : cells of each row, text or numbers.
+    note : the conclusion.
+    """
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str | float]]
+    note: str = ''
 
     def lines(self) -> list[str]:
         """In Markdown."""
-        head = [f'### {self.title}', '', '| | unit | the paper reports | its method, as built here | ours |', '|---|---|---|---|---|']
-        rows = [f'| {name} | {unit} | {reported or "-"} | ' + ' | '.join(f'{x:.3g}' if np.isfinite(x) else '-' for x in pair) + ' |'
-                for (name, unit, reported), *pair in zip(self.rows, self.published, self.ours)]
-        return [*head, *rows, '', *([self.note, ''] if self.note else [])]
+        rows = [[cell if isinstance(cell, str) else _number(cell) for cell in row] for row in self.rows]
+        return _markdown(self.title, [list(self.head), *rows], self.note)
 
 
-def draw(tables: Sequence[Table], path: Path) -> None:
-    """A row of panels for each table: the curves that its paper plots, else the numbers that it reports and how far the methods are off."""
-    import matplotlib
-    matplotlib.use('Agg')
-    from matplotlib import pyplot
-    columns = max(1, *(len(table.curves) for table in tables))
-    figure, panels = pyplot.subplots(len(tables), columns, figsize=(4.2 * columns + 1, 0.5 + 2.6 * len(tables)), layout='constrained',
-                                     squeeze=False)
-    for row, table in zip(panels, tables):
-        row[0].set_title(table.title, loc='left')
-        for panel in row[max(len(table.curves), 1):]:
-            panel.axis('off')
-        for panel, curves in zip(row, table.curves):
-            for name, (x, y) in curves.lines.items():
-                panel.plot(x, y, color=_COLOURS[name], linewidth=1.0, label=name)
-            panel.set(xlabel=curves.of_what, ylabel=curves.name)
-        if not table.curves:
-            for name, values in ((PUBLISHED, table.published), (OURS, table.ours)):
-                row[0].plot(values, range(len(values)), 'o', color=_COLOURS[name], label=name)
-            row[0].plot([float(reported or 'nan') for *_, reported in table.rows], range(len(table.rows)), 'k|', label='the paper reports')
-            row[0].set(yticks=range(len(table.rows)), yticklabels=[f'{name}, {unit}' for name, unit, _ in table.rows])
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc='outside lower center', ncols=3)
-    figure.savefig(path, dpi=90)
-    pyplot.close(figure)
+def _number(value: float) -> str:
+    return f'{value:.3g}' if math.isfinite(value) else '-'
+
+
+def _markdown(title: str, cells: Sequence[Sequence[str]], note: str) -> list[str]:
+    head, *rows = (f'| {" | ".join(row)} |'.replace('|  |', '| |') for row in cells)
+    return [f'### {title}', '', head, '|---' * len(cells[0]) + '|', *rows, '', *([note, ''] if note else [])]
+
+
+def unexplained(tables: Sequence[Table], causes: Sequence[str]) -> list[str]:
+    """A line for each figure of the published method that misses the paper's by more than MAX_RATIO and names none of the causes, and for
+    each named cause that is not among them."""
+    found = []
+    for table in tables:
+        for row in table.rows:
+            if row.cause and row.cause not in causes:
+                found.append(f'{table.title}: {row.name}: nothing shows the cause {row.cause!r}')
+            elif row.needs_cause and not row.cause:
+                found.append(f'{table.title}: {row.name}: {_number(row.published)} {row.unit} where the paper reports {row.reported}, '
+                             'and no cause is named')
+    return found
 
 
 @dataclass(frozen=True)
@@ -101,6 +137,13 @@ class Bench:
         """(stamp s, estimate, truth) of each frame."""
         yield from JudgedBag(bag, params=params, calibration=calibration).instants()
 
+    def compare(self, bag: Path, *methods: Method) -> Iterator[tuple[float, Instant, tuple[Instant, ...]]]:
+        """(stamp s, truth, estimate of each method) of each frame that a method takes; an empty estimate where another one does not."""
+        runs = [{stamp: (estimate, true) for stamp, estimate, true in self.instants(bag, *method)} for method in methods]
+        truth = {stamp: true for run in runs for stamp, (_, true) in run.items()}
+        for stamp in sorted(truth):
+            yield stamp, truth[stamp], tuple(run[stamp][0] if stamp in run else Instant() for run in runs)
+
 
 def shipped(sensor: str) -> Path:
     """The calibration file of the simulated specimen, for our methods."""
@@ -112,3 +155,19 @@ def mean(values) -> float:
     known = np.asarray(values, float)
     known = known[np.isfinite(known)]
     return float(known.mean()) if len(known) else np.nan
+
+
+def common(*methods: np.ndarray) -> list[np.ndarray]:
+    """Rows (N, K) of each method, a row a frame, without the frames that any of them does not report (a NaN in its row)."""
+    known = np.all([np.isfinite(rows).all(axis=1) for rows in methods], axis=0)
+    return [rows[known] for rows in methods]
+
+
+def reported(rows: np.ndarray) -> float:
+    """Percentage of the frames, rows (N, K), that a method reports; NaN of none."""
+    return 100.0 * float(np.isfinite(rows).all(axis=1).mean()) if len(rows) else np.nan
+
+
+def at_maximum(rows: np.ndarray, column: int) -> np.ndarray:
+    """Mean (K,) of the rows (N, K) in which a column has its maximum; NaN of no rows."""
+    return rows[rows[:, column] == rows[:, column].max()].mean(axis=0) if len(rows) else np.full(rows.shape[1], np.nan)

@@ -3,7 +3,8 @@
 """papers: makes the experiments of the papers on the simulated sensors: what each paper reports, its method as it is built here, and ours.
 
 Each sensor is calibrated as its paper says. The published methods detect markers as published, too; ours use the calibration files that
-ship. `docs/papers` explains each experiment.
+ship. Where a figure of a published method misses the paper's, the table names the cause, and `--details` shows it. `docs/papers` explains
+each experiment.
 """
 from __future__ import annotations
 
@@ -21,30 +22,31 @@ import cv2
 from tactile_driver.errors import tells_errors
 from tactile_perception.common.progress import in_parallel
 
-from . import others, sheets
-from .bench import Bench, Table, draw
+from . import finger, sheets, taxels, touchpad
+from .bench import Bench, Detail, Table
 
+#: Paper -> its experiments, and what shows the causes of their figures.
 EXPERIMENTS: dict[str, tuple[Callable[[Bench], Iterator[Table]], ...]] = {
     'areal_sensor_contact_position': (sheets.one_camera, sheets.two_cameras),
     'air_cushion_contact': (sheets.zones,),
-    'psd_finger': (others.finger,),
-    'touchpad_contact_region': (others.touchpad,),
-    'taxel_array_image_processing': (others.taxels,),
+    'psd_finger': (finger.static, finger.dynamic),
+    'touchpad_contact_region': (touchpad.presses,),
+    'taxel_array_image_processing': (taxels.localization, taxels.wrenches),
 }
+DETAILS: dict[str, tuple[Callable[[Bench], Iterator[Detail]], ...]] = {name: () for name in EXPERIMENTS}
 
 
-def run(names: list[str], bench: Bench) -> dict[str, list[Table]]:
-    """Paper -> tables, made on all cores."""
-    jobs = [(name, k) for name in names for k in range(len(EXPERIMENTS[name]))]
+def run(names: list[str], bench: Bench, details: bool = False) -> dict[str, list[Table | Detail]]:
+    """Paper -> tables of its experiments, or of its details, made on all cores."""
+    jobs = [(name, one) for name in names for one in (DETAILS if details else EXPERIMENTS)[name]]
     made = in_parallel(partial(_made, bench, time.monotonic()), jobs, 'experiments')
     return {name: [table for job, tables in zip(jobs, made) if job[0] == name for table in tables] for name in names}
 
 
-def _made(bench: Bench, begin: float, job: tuple[str, int]) -> list[Table]:
+def _made(bench: Bench, begin: float, job: tuple[str, Callable[[Bench], Iterator]]) -> list[Table | Detail]:
     """The tables of one experiment, in a process of its own; a line when it begins and when each table is made."""
     cv2.setNumThreads(1)
-    name, number = job
-    experiment, tables = EXPERIMENTS[name][number], []
+    (name, experiment), tables = job, []
     _tell(begin, f'{name}: {experiment.__doc__.splitlines()[0]}')
     with open(os.devnull, 'w') as nowhere, contextlib.redirect_stderr(nowhere):
         for table in experiment(bench):
@@ -57,7 +59,7 @@ def _tell(begin: float, what: str) -> None:
     print(f'{time.monotonic() - begin:4.0f} s  {what}', file=sys.__stderr__, flush=True)
 
 
-def report(tables: dict[str, list[Table]]) -> str:
+def report(tables: dict[str, list[Table | Detail]]) -> str:
     """All tables in Markdown."""
     lines = []
     for name, some in tables.items():
@@ -70,17 +72,27 @@ def main(args: list[str] | None = None) -> int:
     """Run the command; exit code 1 and one error line on failure."""
     parser = argparse.ArgumentParser('papers', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--paper', action='append', choices=list(EXPERIMENTS), help='only this paper (may be repeated)')
-    parser.add_argument('--report', type=Path, metavar='DIR', help='folder for papers.md and a plot of each paper')
+    parser.add_argument('--details', action='store_true', help='instead of the experiments, what causes their figures, one thing '
+                        'changed at a time')
+    parser.add_argument('--report', type=Path, metavar='DIR', help='folder for papers.md and the figures, or details.md')
     parser.add_argument('--bags', type=Path, metavar='DIR', help='folder where bags are kept for the next time; else they are made anew')
     given = parser.parse_args(args)
     with contextlib.nullcontext(given.bags) if given.bags else TemporaryDirectory() as folder:
         Path(folder).mkdir(parents=True, exist_ok=True)
-        tables = run(given.paper or list(EXPERIMENTS), Bench(Path(folder)))
+        tables = run(given.paper or list(EXPERIMENTS), Bench(Path(folder)), given.details)
     print(report(tables))
     if given.report:
-        given.report.mkdir(parents=True, exist_ok=True)
-        (given.report / 'papers.md').write_text(report(tables) + '\n')
-        for name, some in tables.items():
-            draw(some, given.report / f'{name}.png')
-        print(f'written to {given.report}: papers.md, {", ".join(f"{name}.png" for name in tables)}')
+        print(f'written to {given.report}: {", ".join(write(tables, given.report, "details.md" if given.details else "papers.md"))}')
     return 0
+
+
+def write(tables: dict[str, list[Table | Detail]], folder: Path, name: str) -> list[str]:
+    """Write the report and all pictures to a folder, which is made; names of the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_text(report(tables) + '\n')
+    files = [name]
+    for paper, some in tables.items():
+        for picture in (picture for table in some if isinstance(table, Table) for picture in table.pictures):
+            files.append(f'{paper}_{picture.name}.png')
+            picture.write(folder / files[-1])
+    return files

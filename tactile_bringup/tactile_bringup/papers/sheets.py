@@ -13,7 +13,7 @@ from tactile_perception.calibration.files.format import read_calibration, write_
 from tactile_perception.press.calibration import REST
 from tactile_perception.press.tools import calibrate_markers
 
-from .bench import Bench, Table, mean, shipped
+from .bench import Bench, Row, Table, mean, shipped
 
 RATE = 2.0        # Hz: each stop of the stage is one frame
 PLATE_RATE = 8.0  # Hz: from stop to stop markers move by little, so that their numbers can be followed
@@ -63,9 +63,10 @@ def fit_published(sensor: str, bags: list[Path], params: Path, output: Path, met
     write_calibration(output, file)
 
 
-def _errors(*reported: str) -> list[tuple[str, str, str]]:
-    """The rows of a table of presses; reported: by the paper, of place and depth."""
-    return list(zip(('x and y, mean error', 'depth, mean error', 'presses reported'), ('mm', 'mm', '%'), (*reported, '')))
+def _errors(reported: tuple[str, str], methods: Iterator) -> list[Row]:
+    """The rows of a table of presses; reported: by the paper, of place and depth; methods: figures of both."""
+    names = 'x and y, mean error', 'depth, mean error', 'presses reported'
+    return [Row(*row) for row in zip(names, ('mm', 'mm', '%'), (*reported, ''), *methods)]
 
 
 def one_camera(bench: Bench) -> Iterator[Table]:
@@ -73,7 +74,7 @@ def one_camera(bench: Bench) -> Iterator[Table]:
     sensor = 'areal_single'
     methods = _calibrated(bench, sensor), (bench.params(sensor, _OURS), shipped(sensor))
     bag = bench.bag(sensor, 'areal_single_table_1', RATE)
-    yield Table('One camera: table 1', _errors('1.675', '0.84'), *(_place_and_depth(presses(bench, bag, *how)) for how in methods),
+    yield Table('One camera: table 1', _errors(('1.675', '0.84'), (_place_and_depth(presses(bench, bag, *how)) for how in methods)),
                 'Three places and depths (10, 7, 13 mm), three times each.')
 
 
@@ -82,11 +83,12 @@ def two_cameras(bench: Bench) -> Iterator[Table]:
     sensor = 'areal_dual'
     methods = _calibrated(bench, sensor), (bench.params(sensor, _OURS), shipped(sensor))
     bag = bench.bag(sensor, 'areal_dual_table_2', RATE)
-    yield Table('Two cameras: tables 2 and 3', _errors('0.63', '0.06'), *(_place_and_depth(presses(bench, bag, *how)) for how in methods),
+    yield Table('Two cameras: tables 2 and 3', _errors(('0.63', '0.06'), (_place_and_depth(presses(bench, bag, *how)) for how in methods)),
                 f'Nine places at 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.')
     bag = bench.bag(sensor, 'areal_dual_table_4', RATE)
-    yield Table('Two cameras: table 4', [('way reported over true way, mean', '', '1.03'), ('its standard deviation', '', '0.053')],
-                *(_ways(presses(bench, bag, *how)) for how in methods),
+    (ratio, spread) = zip(*(_ways(presses(bench, bag, *how)) for how in methods))
+    yield Table('Two cameras: table 4', [Row('way reported over true way, mean', '', '1.03', *ratio, ideal=1.0),
+                                         Row('its standard deviation', '', '0.053', *spread)],
                 f'Four paths, by x and y. The paper reports 10.28 px a mm, standard deviation 0.53, at {PX_PER_MM:g} px a mm.')
 
 
@@ -111,9 +113,10 @@ def zones(bench: Bench) -> Iterator[Table]:
         papers, ours = _pixels(bench, bag, params, output, camera), [np.nan] * 4
         if print_ == 'regular':
             ours = _pixels(bench, bag, bench.params(sensor, _OURS), shipped(sensor), camera)
-        rows = list(zip(('x, mean error', 'y, mean error', 'depth, mean error', 'presses reported'), ('px', 'px', 'mm', '%'),
-                        (*reported, '')))
-        yield Table(f'Dome: table I, {print_} print', rows, papers, ours,
+        rows = [Row(*row) for row in zip(('x, mean error', 'y, mean error', 'depth, mean error', 'presses reported'),
+                                         ('px', 'px', 'mm', '%'),
+                                         (*reported, ''), papers, ours)]
+        yield Table(f'Dome: table I, {print_} print', rows,
                     'Ten zones at 12, 20 and 28 mm; calibrated there on the way to 8, 16, 24 and 32 mm, by the same tip.')
 
 

@@ -1,0 +1,208 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The experiments of the paper psd_finger, section 6."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_perception.evaluation.evaluation import Evaluation
+
+from .bench import Bench, Method, Row, Table, shipped
+from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Picture, legend_of
+
+_SAMPLES = 1000.0  # Hz
+_PUBLISHED_SAMPLES = 20  # N_s of eqs 9 to 14
+_WITHIN = 45.0  # degrees from the pole, of the paper's figure for the mean deviation
+_SHOWN = (0.0, 0.0), (180.0, 30.0), (180.0, 60.0)  # degrees, phi and theta of fig 9
+_MARKERS = {PUBLISHED: 'o', OURS: 'x'}
+
+
+@dataclass(frozen=True)
+class Place:
+    """What a method measures while one position is pressed.
+
+    true : unit normal (3,) of the specified position.
+    stated : unit normals (N, 3) that are measured, N at most 20.
+    """
+
+    true: np.ndarray
+    stated: np.ndarray
+
+    @property
+    def middle(self) -> np.ndarray:
+        """Unit normal (3,) of the mean (eq 11)."""
+        mean = self.stated.mean(axis=0)
+        return mean / np.linalg.norm(mean)
+
+    @property
+    def error(self) -> float:
+        """Degrees (eq 12)."""
+        return float(_angle(self.middle, self.true))
+
+    @property
+    def deviation(self) -> float:
+        """Degrees (eqs 13 and 14)."""
+        return float(_angle(self.stated, self.middle).mean())
+
+    @property
+    def polar(self) -> float:
+        """Degrees from the pole."""
+        return float(_angle(self.true, np.array([0.0, 0.0, 1.0])))
+
+
+def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Degrees between unit vectors (..., 3)."""
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(-1)))
+
+
+def _methods(bench: Bench) -> list[Method]:
+    return [(bench.params('psd_finger', {'method': method}), shipped('psd_finger')) for method in ('paper', 'map')]
+
+
+def static(bench: Bench) -> Iterator[Table]:
+    """Figs 7 to 10: 25 positions, the error angle and the mean deviation."""
+    methods = _places(bench, bench.bag('psd_finger', 'grid', _SAMPLES))
+    near = [[place for place in places if place.polar < _WITHIN + 1] for places in methods]
+    worst = [[max((getattr(place, what) for place in places), default=np.nan) for places in some]
+             for some, what in ((methods, 'error'), (near, 'error'), (near, 'deviation'))]
+    within = f'within {_WITHIN:g} degrees of the pole, maximum'
+    yield Table('25 positions: figs 7 to 10', [
+        Row('error angle, maximum', 'degrees', '6', *worst[0]), Row(f'error angle {within}', 'degrees', '', *worst[1]),
+        Row(f'mean deviation {within}', 'degrees', '1.5', *worst[2]), Row('positions reported', '', '25', *map(len, methods), ideal=25.0)],
+        'Eqs 9 to 14, by 20 samples of each press without its first and last eighth, at times at which both methods report a contact.', (
+            Picture('fig_7', 'Specified and mean measured contact positions: fig 7', partial(_draw_positions, methods), (9.0, 5.2)),
+            Picture('fig_8', 'Error angle of the 25 positions: fig 8', partial(_draw_over_polar, 'error angle, degrees', 'error', methods)),
+            Picture('fig_9', 'Samples of three positions: fig 9', partial(_draw_samples, methods), (10.0, 7.0)),
+            Picture('fig_10', 'Mean deviation of the 25 positions: fig 10',
+                    partial(_draw_over_polar, 'mean deviation, degrees', 'deviation', methods))))
+
+
+def _places(bench: Bench, bag: Path) -> list[list[Place]]:
+    """The positions that each method measures."""
+    presses: dict[int, list] = {}
+    for _, true, estimates in bench.compare(bag, *_methods(bench)):
+        if len(true.contacts or []) == 1 and all(len(estimate.contacts or []) == 1 for estimate in estimates):
+            presses.setdefault(true.contacts[0].id, []).append([one.contacts[0].normal for one in (true, *estimates)])
+    found: list[list[Place]] = [[], []]
+    for samples in map(np.array, presses.values()):
+        middle = samples[len(samples) // 8:len(samples) - len(samples) // 8]
+        taken = middle[np.unique(np.linspace(0, len(middle) - 1, _PUBLISHED_SAMPLES).round().astype(int))]
+        for k, places in enumerate(found, 1):
+            places.append(Place(taken[0, 0], taken[:, k]))
+    return found
+
+
+def _polar(normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Azimuth, rad, and polar angle, degrees, of unit normals (..., 3)."""
+    return np.arctan2(normals[..., 1], normals[..., 0]), np.degrees(np.arctan2(np.hypot(normals[..., 0], normals[..., 1]), normals[..., 2]))
+
+
+def _draw_positions(methods: list[list[Place]], figure) -> None:
+    axes = figure.subplots(1, 2, subplot_kw={'projection': 'polar'})
+    for axis, name, places in zip(axes, (PUBLISHED, OURS), methods):
+        axis.plot(*_polar(np.array([place.true for place in places])), '+', color=COLOURS[TRUTH], markersize=9, label='specified')
+        axis.plot(*_polar(np.array([place.middle for place in places])), _MARKERS[name], color=COLOURS[name], markersize=4,
+                  fillstyle='none', label=name)
+        axis.set_rlim(0, 70)
+    legend_of(figure, axes)
+
+
+def _draw_over_polar(ordinate: str, what: str, methods: list[list[Place]], figure) -> None:
+    axis = figure.subplots()
+    for name, places in zip((PUBLISHED, OURS), methods):
+        axis.plot([place.polar for place in places], [getattr(place, what) for place in places], _MARKERS[name], color=COLOURS[name],
+                  fillstyle='none', label=name)
+    axis.set(xlabel='distance of the specified position from the pole, degrees', ylabel=ordinate)
+    axis.set_ylim(bottom=0)
+    legend_of(figure, [axis])
+
+
+def _draw_samples(methods: list[list[Place]], figure) -> None:
+    """A column a position, a row a method; degrees along the meridian and along the parallel from the specified position."""
+    axes = figure.subplots(2, len(_SHOWN), sharex=True, sharey=True)
+    for name, places, row in zip((PUBLISHED, OURS), methods, axes):
+        for axis, (phi, theta) in zip(row, _SHOWN):
+            wanted = _direction(phi, theta)
+            place = min(places, key=lambda one: float(_angle(one.true, wanted)))
+            axis.plot(*_offset(place.stated, place.true).T, '.', color=COLOURS[name], label=f'samples, {name}')
+            axis.plot(*_offset(place.middle, place.true), 'k*', markersize=8, label='their mean')
+            axis.plot(0, 0, '+', color=COLOURS[TRUTH], markersize=10, label='specified')
+            around, polar = _polar(place.true)
+            axis.set(title=f'phi {np.degrees(around) % 360:.0f}, theta {polar:.0f} degrees', aspect='equal', xlabel='along phi, degrees',
+                     ylabel='along theta, degrees')
+            axis.title.set_fontsize('small')
+            axis.label_outer()
+    legend_of(figure, axes.ravel())
+
+
+def _direction(phi: float, theta: float) -> np.ndarray:
+    around, polar = np.radians((phi, theta))
+    return np.array([np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar), np.cos(polar)])
+
+
+def _offset(normals: np.ndarray, origin: np.ndarray) -> np.ndarray:
+    """(..., 2) degrees along phi and theta of unit normals (..., 3) from an origin (3,)."""
+    around, polar = _polar(origin)
+    east = np.array([-np.sin(around), np.cos(around), 0.0])
+    south = np.cross(east, origin)
+    return np.degrees(np.stack([normals @ east, normals @ south], axis=-1))
+
+
+def dynamic(bench: Bench) -> Iterator[Table]:
+    """Fig 11: contacts of two durations."""
+    for scene, reported, letter in (('slow_taps', '0.25 s at 0.88 Hz', 'a'), ('taps', '0.078 s at 3.2 Hz', 'b')):
+        bag = bench.bag('psd_finger', scene, _SAMPLES)
+        evaluations, seen = (Evaluation(), Evaluation()), []
+        for evaluation, method in zip(evaluations, _methods(bench)):
+            touching = []
+            for stamp, estimate, true in bench.instants(bag, *method):
+                evaluation.add(stamp, estimate, true)
+                touching.append((stamp, bool(true.contacts), bool(estimate.contacts)))
+            seen.append(np.array(touching, float))
+        names = (('contacts reported', '%'), ('reported after the onset, median', 'ms'), ('reported after the onset, maximum', 'ms'),
+                 ('contacts that are none', ''))
+        rows = [Row(*name, '', *pair) for name, *pair in zip(names, *(_delays(evaluation) for evaluation in evaluations))]
+        yield Table(f'Contacts of {reported}: fig 11 ({letter})', rows,
+                    'The paper reports "without significant delay", and a plot.',
+                    (Picture(f'fig_11{letter}', f'Sum of the outputs in contacts of {reported}: fig 11 ({letter})',
+                             partial(_draw_contacts, _light(bag), seen), (9.0, 5.0)),))
+
+
+def _delays(evaluation: Evaluation) -> list[float]:
+    """Contacts reported, %; their delay, ms, median and maximum; contacts that are none."""
+    found = evaluation.summary()['touches']
+    late = found['reported_after_ms']
+    return [100.0 * (1 - found['never_reported'] / max(found['there'], 1)), late['median'], late['worst'], float(found['made_up'])]
+
+
+def _light(bag: Path) -> np.ndarray:
+    """(N, 2): stamp, s, and sum of the four outputs, V, above that of the first block, of each sample."""
+    rows = []
+    with BagReader(bag) as reader:
+        for raw in reader.messages():
+            if raw.topic.endswith('/voltages'):
+                volts = np.array(decode(raw.data, raw.type_name).voltages).reshape(-1, 4).sum(axis=1)
+                rows.append(np.column_stack([1e-9 * raw.stamp_ns + np.arange(len(volts)) / _SAMPLES, volts]))
+    every = np.concatenate(rows)
+    return every - [0.0, rows[0][:, 1].mean()]
+
+
+def _draw_contacts(light: np.ndarray, methods: list[np.ndarray], figure) -> None:
+    """The sum of the outputs, and below it, in place of the photo-interrupter, when the object touches and what the methods report.
+    methods: (N, 3) of each: stamp, s, whether the object touches, whether the method reports it."""
+    papers, ours = methods
+    onsets = ours[1:, 0][np.diff(ours[:, 1]) > 0][:2]
+    if not len(onsets):
+        return
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    above.plot(*light.T, 'k', linewidth=0.7)
+    above.set(ylabel='sum of the four outputs, V', xlim=(onsets[0] - 0.15, onsets[-1] + 0.45))
+    for level, (name, seen, column) in enumerate(((OURS, ours, 2), (PUBLISHED, papers, 2), (TRUTH, ours, 1))):
+        below.fill_between(seen[:, 0], level, level + 0.8 * seen[:, column], step='post', color=COLOURS[name], linewidth=0)
+    below.set(xlabel='time, s', yticks=(0.4, 1.4, 2.4), yticklabels=('ours', 'its method', 'truth'), ylabel='contact')
