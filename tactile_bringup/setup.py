@@ -26,7 +26,7 @@ setup(
     extras_require={'test': ['pytest', 'pytest-timeout']},
     zip_safe=False,
     maintainer='The tactile authors',
-    maintainer_email='tactile@users.noreply.github.com',
+    maintainer_email='maintainer@example.com',
     description='Launch files and parameters of the tactile sensors, RViz configurations, markers, the demo.',
     license='Apache-2.0',
     entry_points={

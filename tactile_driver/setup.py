@@ -20,7 +20,7 @@ setup(
     package_data={PACKAGE: ['nodes/runtime/*.xml']},
     zip_safe=False,
     maintainer='The tactile authors',
-    maintainer_email='tactile@users.noreply.github.com',
+    maintainer_email='maintainer@example.com',
     description='Drivers of tactile sensors: one node for a device, a recording or a simulated sensor.',
     license='Apache-2.0',
     entry_points={

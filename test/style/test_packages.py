@@ -73,15 +73,22 @@ def test_manifests_are_complete():
         root = manifest(package)
         assert root.get('format') == '3', package
         assert [root.findtext(tag) for tag in ('name', 'license')] == [package, 'Apache-2.0']
-        assert {url.get('type') for url in root.findall('url')} == {'website', 'repository', 'bugtracker'}, package
         assert (ROOT / package / 'CMakeLists.txt').is_file() == is_cmake(package) != (ROOT / package / 'setup.py').is_file(), package
         assert root.findtext('version') == manifest('tactile_msgs').findtext('version'), package
+
+
+def test_all_manifests_name_the_same_addresses():
+    def addresses(package):
+        root = manifest(package)
+        return [(url.get('type'), url.text) for url in root.findall('url')], root.find('maintainer').get('email')
+    assert all(addresses(package) == addresses(PACKAGES[0]) for package in PACKAGES)
 
 
 def test_setup_says_what_the_manifest_says():
     for package in (name for name in PACKAGES if not is_cmake(name)):
         text = (ROOT / package / 'setup.py').read_text()
-        said = {name: manifest(package).findtext(name) for name in ('version', 'description', 'license')}
+        said = {name: manifest(package).findtext(name) for name in ('version', 'description', 'license', 'maintainer')}
+        said['maintainer_email'] = manifest(package).find('maintainer').get('email')
         assert {name: re.search(rf"{name}='([^']*)'", text).group(1) for name in said} == said
         assert (ROOT / package / 'resource' / package).is_file()
 
