@@ -45,5 +45,10 @@ setup(
             'papers = tactile_bringup.papers.command:main',
             'demo = tactile_bringup.demo:main',
         ],
+        'tactile_perception.nodes': [
+            'markers_node = tactile_bringup.nodes.drawing_node:MarkersNode',
+            'finger_markers_node = tactile_bringup.nodes.drawing_node:FingerMarkersNode',
+            'taxel_markers_node = tactile_bringup.nodes.drawing_node:TaxelMarkersNode',
+        ],
     },
 )

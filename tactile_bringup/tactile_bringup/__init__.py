@@ -7,6 +7,6 @@ import tactile_driver  # noqa: F401, for what it does about Ctrl-C
 from ament_index_python.packages import get_package_share_directory
 
 
-def share(*parts: str) -> str:
-    """The path of an installed file of this package."""
-    return str(Path(get_package_share_directory('tactile_bringup'), *parts))
+def share(*parts: str, package: str = 'tactile_bringup') -> str:
+    """The path of an installed file of a package."""
+    return str(Path(get_package_share_directory(package), *parts))

@@ -17,7 +17,7 @@ from tactile_perception.parameters.file import read_parameters
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
 from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
 from tactile_perception.press.sensor import MARKER_SENSORS
-from tactile_perception.sensors import NODES, SENSOR_TYPES
+from tactile_perception.sensor_type import NODES, SENSOR_TYPES
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.taxel.stage import TaxelStage
 from tactile_perception.touchpad.stage import ContactRegionStage
@@ -151,7 +151,8 @@ def test_every_node_belongs_to_a_type():
 
 
 def test_the_sources_are_those_of_the_drivers():
-    from tactile_driver.sources.registry import CAMERA_CHOICES, PSD_SOURCES, TAXEL_SOURCES
-    known = {'camera_node': CAMERA_CHOICES, 'dual_camera_node': CAMERA_CHOICES, 'psd_node': PSD_SOURCES, 'taxel_array_node': TAXEL_SOURCES}
+    from tactile_driver.sources.registry import CAMERA_CHOICES, DUAL_CAMERA_CHOICES, PSD_SOURCES, TAXEL_SOURCES
+    known = {'camera_node': CAMERA_CHOICES, 'dual_camera_node': DUAL_CAMERA_CHOICES,
+             'psd_node': PSD_SOURCES, 'taxel_array_node': TAXEL_SOURCES}
     for kind in SENSOR_TYPES.values():
         assert kind.sources == tuple(known[kind.driver])

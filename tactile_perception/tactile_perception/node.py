@@ -24,7 +24,7 @@ from tactile_driver.nodes.runtime.run import run_node
 
 from .errors import BadArgument, ClockSetBack, TactileError
 from .nodes.messages.conversions import stamp_ns_of, stamp_seconds
-from .sensors import load
+from .sensor_type import NODES
 from .stage import Input, Stage
 from .work_log import LONGEST_S, Shedding, WorkLog
 
@@ -167,8 +167,8 @@ class PerceptionNode(Node):
 
 
 def make_node(name: str, host: Host | None = None) -> Node:
-    """The node of this name, one of sensors.NODES. Raises TactileError as it or its stage does."""
-    kind = load(name)
+    """The node of this name, one of sensor_type.NODES. Raises TactileError as it or its stage does."""
+    kind = NODES[name]
     return PerceptionNode(kind, host) if issubclass(kind, Stage) else kind(host)
 
 

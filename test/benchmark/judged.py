@@ -23,7 +23,7 @@ import cv2
 import numpy as np
 import yaml
 from tactile_bringup import share
-from tactile_bringup.simulate.bags import WRITERS, write_scene
+from tactile_bringup.simulate.bags import write_scene, writer_of
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.bags.judged_bag import JudgedBag
 from tactile_perception.common.estimates import ContactEstimate
@@ -81,7 +81,7 @@ def _unclear(folder: Path) -> dict[int, np.ndarray]:
 def simulated(folder: Path, name: str, sensor: str, rate: float = 0.0, seed: int = 0) -> Case:
     """A scene of a simulated sensor at rate Hz (0: the usual one), as a bag in the folder; one that is there is taken."""
     case = Case(folder / f'{name}_{seed}', Path(share('params', f'{sensor}_sim.yaml')))
-    write, usual, _ = WRITERS.get(sensor, WRITERS['camera'])
+    write, usual, _ = writer_of(sensor)
     if not case.bag.exists():
         write(case.bag, name, rate or usual, seed)
     return case

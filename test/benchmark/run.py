@@ -31,7 +31,7 @@ import cv2
 import numpy as np
 from tactile_perception.errors import TactileError
 from tactile_perception.tools.evaluate import plain
-from tactile_perception.sensors import SENSOR_TYPES
+from tactile_perception.sensor_type import SENSOR_TYPES
 
 from parts import PARTS
 

@@ -7,7 +7,7 @@ import re
 import pytest
 import run
 from pages import ALL_PAGES, ROOT, files, prose
-from tactile_perception.sensors import SENSOR_TYPES
+from tactile_perception.sensor_type import SENSOR_TYPES
 
 PACKAGES = ('tactile_driver', 'tactile_perception', 'tactile_bringup')
 #: Where a path may begin besides the page's folder: at the top, in a package, in its Python folder, among the tests, in the example.
@@ -63,7 +63,7 @@ def test_paths_and_names_exist(page):
         found = targets(page, path)
         assert found, f'{page.name} names {path}, which is not there'
         # a class or function of Python, a name that a module assigns, a function of C++
-        defined = re.compile(rf'^ *(?:class|def) {name}\b|^{name} = |^[\w:<>,&* ]+\b{name}\(', re.MULTILINE)
+        defined = re.compile(rf'^ *(?:class|def) {name}\b|^{name}(?:: .+)? = |^[\w:<>,&* ]+\b{name}\(', re.MULTILINE)
         assert not name or any(defined.search(file.read_text()) for file in found), \
             f'{page.name} names {name} in {path}, which does not define it'
 

@@ -13,7 +13,7 @@ from rclpy.node import NodeNameNonExistentError
 from rosidl_runtime_py.utilities import get_message
 from tactile_bringup import share
 from tactile_bringup.nodes.hand_frames_node import HandFramesNode
-from tactile_perception.sensors import NODES
+from tactile_perception.sensor_type import NODES
 from tactile_driver.nodes.runtime.host import Host
 
 FOLDER = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'sros'

@@ -9,11 +9,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The rooms of each package, the lowest first. A module belongs to the room with the longest name that begins its own. A room imports
 #: itself, lower rooms, and packages named before its own.
 ROOMS = {
-    'tactile_driver': ('errors', 'frame', 'nodes.messages.images', 'frame_names', 'lens', 'stamp_gaps',
+    'tactile_driver': ('errors', 'plugins', 'frame', 'nodes.messages.images', 'frame_names', 'lens', 'stamp_gaps',
         'recordings', 'stitching', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.gel', 'simulation.scene',
         'simulation.sensors', 'simulation.psd', 'simulation.taxel', 'sources', 'camera', 'serial', 'sources.registry',
         'emulators', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes'),
-    'tactile_perception': ('errors', 'sensors', 'common', 'dots', 'press.sensor', 'calibration.files', 'calibration', 'touchpad', 'gel',
+    'tactile_perception': ('errors', 'sensor_type', 'common', 'dots', 'press.sensor', 'calibration.files', 'calibration', 'touchpad', 'gel',
         'finger', 'taxel',
         'parameters', 'press', 'api', 'evaluation', 'nodes', 'clock', 'stage', 'camera_stage', 'finger.stage', 'taxel.stage',
         'press.stage', 'touchpad.stage', 'dots.stage', 'work_log', 'node', 'bags', 'finger.tools', 'press.tools',

@@ -123,7 +123,8 @@ def test_every_console_script_has_its_module(package):
     text = (ROOT / package / ('CMakeLists.txt' if is_cmake(package) else 'setup.py')).read_text()
     scripts = re.findall(rf"^ +'?\w+ (?:= )?{package}\.([\w.]+):?(\w*)", text, re.MULTILINE)
     texts = {script: (ROOT / package / package / (script[0].replace('.', '/') + '.py')).read_text() for script in scripts}
-    assert texts and [script for script, text in texts.items() if not re.search(rf'^(def )?{script[1] or "main"}( =|\()', text, re.M)] == []
+    missing = [script for script, text in texts.items() if not re.search(rf'^(def |class )?{script[1] or "main"}( =|\()', text, re.M)]
+    assert texts and missing == []
 
 
 @pytest.fixture(scope='module')

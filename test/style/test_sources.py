@@ -107,8 +107,8 @@ UNSAFE_YAML = {'unsafe_load', 'unsafe_load_all', 'full_load', 'full_load_all', '
 #: Where one of these is right, and why.
 ALLOWED: dict[str, set[str]] = {}
 #: Where modules are imported by name, each from a table or an entry point in the code itself.
-IMPORTERS = {'tactile_perception/tactile_perception/sensors.py', 'tactile_perception/tactile_perception/__init__.py',
-             'tactile_driver/tactile_driver/sources/registry.py'}
+IMPORTERS = {'tactile_perception/tactile_perception/sensor_type.py', 'tactile_perception/tactile_perception/__init__.py',
+             'tactile_driver/tactile_driver/plugins.py'}
 
 
 def found_in(name):

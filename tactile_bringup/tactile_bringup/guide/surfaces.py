@@ -8,14 +8,9 @@ from pathlib import Path
 
 import numpy as np
 from tactile_driver.errors import BadArgument
-from tactile_perception.bags.replay import SENSOR_TYPE
-from tactile_perception.finger.parameters import PSD_PARAMETERS
-from tactile_perception.parameters.file import read_parameters
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS
-from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
+from tactile_perception.bags.replay import read_sensor_type
 from tactile_perception.press.sensor import MarkerSensor, first_touch_height
-from tactile_perception.sensors import MARKER_SENSOR_TYPES
-from tactile_perception.touchpad.sensor import Touchpad
+from tactile_perception.sensor_type import SENSOR_TYPES
 
 
 @dataclass(frozen=True)
@@ -92,22 +87,10 @@ class Fingertip:
         return self.radius * normal, normal
 
 
-def sensor_type(params: Path) -> str:
-    """The sensor type of a parameter file."""
-    return read_parameters(params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
-
-
 def surface_of(params: Path, tip_radius: float) -> MarkedSurface | Fingertip:
-    """The surface of the sensor of a parameter file. Raises BadArgument for one that no probe calibrates."""
-    kind = sensor_type(params)
-    if kind in MARKER_SENSOR_TYPES:
-        return MarkedSurface(marker_sensor(read_parameters(params, 'contact_point_node', MARKER_SENSOR_PARAMETERS)), tip_radius)
-    if kind == 'psd_finger':
-        return Fingertip(read_parameters(params, 'psd_contact_node', PSD_PARAMETERS)['radius'])
-    cap = Touchpad.from_parameters(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)).cap if kind == 'touchpad' else None
-    if cap is None:
-        raise BadArgument(f'calibrate_node: {params} is of a {kind} without a surface that is calibrated by presses')
-    return MarkedSurface(MarkerSensor(0, 0, (1e-3, 1e-3), rim_radius=cap.rim_radius, height=cap.height, type=kind), tip_radius)
+    """The surface of the sensor of a parameter file, whose type has one. Raises BadArgument for wrong parameters."""
+    pressed = SENSOR_TYPES[read_sensor_type(params)].read_pressed_surface(params)
+    return MarkedSurface(pressed, tip_radius) if isinstance(pressed, MarkerSensor) else Fingertip(pressed)
 
 
 def _grid(span: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
 from tactile_driver.errors import tells_errors
+from tactile_perception.sensor_type import SENSOR_TYPES
 
 from .description import Hand, HandSensor, read_hand
 from .. import share
@@ -30,7 +31,7 @@ def aggregator_configuration(hand: Hand) -> str:
 
 def moved_file(sensor_type: str, namespace: str, frame: str) -> str:
     """Text of a sensor's RViz configuration for another namespace and sensor frame."""
-    text = Path(share('rviz', f'{sensor_type}.rviz')).read_text()
+    text = Path(share('rviz', f'{sensor_type}.rviz', package=SENSOR_TYPES[sensor_type].package)).read_text()
     text = text.replace(f': /{sensor_type}/', f': /{namespace}/'.replace('//', '/'))
     return text.replace(f'Fixed Frame: {sensor_type}\n', f'Fixed Frame: {frame}\n')
 

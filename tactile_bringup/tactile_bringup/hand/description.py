@@ -12,7 +12,7 @@ from pathlib import Path
 import yaml
 from tactile_driver.errors import BadArgument
 
-from tactile_perception.sensors import SENSOR_TYPES
+from tactile_perception.sensor_type import SENSOR_TYPES
 
 #: Launch arguments of a sensor with the same names; the first two are paths.
 _SETTINGS = ('calibration', 'params', 'device', 'right_device', 'rate', 'scene')

@@ -25,7 +25,7 @@ from tactile_driver.frame_names import sensor_frame
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.parameters.table import Parameter
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.sensors import NODES, SENSOR_TYPES
+from tactile_perception.sensor_type import NODES, SENSOR_TYPES
 
 from .. import share
 
@@ -100,7 +100,7 @@ def processes(plan: SensorPlan, composed: bool, playing: Playing, apart: str = '
     driver = {**given, 'on_exit': playing.on_exit} if plan.ends else again
     started = [Node(package='tactile_bringup', executable='sensor_nodes', exec_name=plan.frame,
                     arguments=[name for name in plan.nodes if name != apart], **driver)] if composed else []
-    started += [Node(package=NODES[name].partition('.')[0], executable=name, exec_name=f'{plan.frame}/{name}',
+    started += [Node(package=NODES.package(name), executable=name, exec_name=f'{plan.frame}/{name}',
                      **(driver if name == next(iter(plan.nodes)) else again))
                 for name in plan.nodes if not composed or name == apart]
     if plan.bag:
@@ -234,8 +234,10 @@ def completed(values: Mapping[str, str], sensor_type: str) -> dict[str, str]:
         from .recorded import recorded_topics  # takes half a second; only this source needs it
         given = {name: values[name] for name in SENSOR_TYPES[sensor_type].raw}
         topics, simulated = recorded_topics(values['path'], sensor_type, values['namespace'], given)
-    own = share('calibration', f'{sensor_type}_sim.yaml')
-    return {**values, **topics, 'params': values['params'] or share('params', f'{sensor_type}{"_sim" if simulated else ""}.yaml'),
+    package = SENSOR_TYPES[sensor_type].package
+    own = share('calibration', f'{sensor_type}_sim.yaml', package=package)
+    return {**values, **topics, 'params': values['params'] or share(
+                'params', f'{sensor_type}{"_sim" if simulated else ""}.yaml', package=package),
             'calibration': values['calibration'] or (own if simulated and Path(own).is_file() else '')}
 
 
@@ -278,7 +280,8 @@ def _rviz(values: Mapping[str, str], sensor_type: str, frame: str) -> list:
     """RViz when the argument rviz is true; in another namespace with a copy of the configuration for that namespace."""
     if not _BOOLEANS[values['rviz']]:
         return []
-    file, namespace = share('rviz', f'{sensor_type}.rviz'), values['namespace'].strip('/')
+    package = SENSOR_TYPES[sensor_type].package
+    file, namespace = share('rviz', f'{sensor_type}.rviz', package=package), values['namespace'].strip('/')
     if namespace != sensor_type:
         from ..hand.configurations import moved_file  # imports SciPy, which launch needs for nothing else
         file = written(f'{frame}.rviz', moved_file(sensor_type, namespace, frame))

@@ -8,7 +8,7 @@ from launch.actions import Shutdown
 from launch_ros.actions import Node
 from tactile_driver.errors import BadArgument
 from tactile_driver.frame_names import sensor_frame
-from tactile_perception.sensors import SENSOR_TYPES
+from tactile_perception.sensor_type import SENSOR_TYPES
 
 from .. import share
 from .arguments import absolute, check_choices, description, sensor_actions, sensor_arguments
@@ -37,12 +37,13 @@ def calibrate_description() -> LaunchDescription:
 
 def _actions(values: dict[str, str]) -> list:
     check_choices(values, {'type': tuple(SENSOR_TYPES), 'simulated_stage': ('true', 'false'), 'find': ('true', 'false')})
-    suffix = '_sim' if values['source'] == 'sim' else ''
+    kind, suffix = SENSOR_TYPES[values['type']], '_sim' if values['source'] == 'sim' else ''
     given = {'probe': values['probe'], 'wrench': values['wrench'], 'base': values['base'], 'frame_id': sensor_frame(values['namespace']),
-             'params': values['params'] or share('params', f'{values["type"]}{suffix}.yaml'), 'output': absolute(values['output']),
+             'params': values['params'] or share('params', f'{values["type"]}{suffix}.yaml', package=kind.package),
+             'output': absolute(values['output']),
              'find': values['find'] == 'true', 'mounting': _numbers(values, 'mounting', (0, 6)),
              **{name: _numbers(values, name) for name in ('weights', 'holes', 'collars')}}
-    if not (given['probe'] or given['holes'] or values['type'] == 'taxel_array'):
+    if not (given['probe'] or given['holes'] or kind.loaded):
         raise BadArgument("probe:= is empty: name the frame of /tf at the probe's tip, or give the holes of a guide plate")
     given = {name: value for name, value in given.items() if value != []}  # launch cannot tell the type of an empty list
     given.update({'tip_radius': radius for radius in _numbers(values, 'tip_radius', (0, 1))})

@@ -8,7 +8,7 @@ from pathlib import Path
 from launch import LaunchDescription
 from launch.actions import Shutdown
 from launch_ros.actions import Node
-from tactile_perception.sensors import SENSOR_TYPES
+from tactile_perception.sensor_type import SENSOR_TYPES
 
 from ..parameters.table import VIDEO_RATE
 from .arguments import absolute, check_choices, description, number, sensor_actions, sensor_arguments

@@ -8,7 +8,7 @@ from pathlib import Path
 from launch import LaunchDescription
 from launch.actions import LogInfo
 from tactile_driver.errors import BadArgument, TactileError
-from tactile_perception.sensors import SENSOR_TYPES
+from tactile_perception.sensor_type import SENSOR_TYPES
 
 from ..hand.configurations import aggregator_configuration, rviz_configuration
 from ..hand.description import Hand, HandSensor, read_hand

@@ -10,7 +10,7 @@ from tactile_driver.errors import BadArgument
 from tactile_driver.frame import COMPRESSED
 from tactile_driver.recordings.reader import BagReader, recorded_description
 
-from tactile_perception.sensors import SENSOR_TYPES
+from tactile_perception.sensor_type import SENSOR_TYPES
 
 
 def bag_of(recording: str, namespace: str) -> str:

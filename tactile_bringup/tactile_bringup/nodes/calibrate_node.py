@@ -34,12 +34,13 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 from tactile_driver.recordings.writer import write_messages
 from tactile_msgs.msg import Contact, Contacts, PsdVoltages
+from tactile_perception.bags.replay import read_sensor_type
 from tactile_perception.common.geometry import (
     FrameTree, Pose, matrix_of_quaternion, quaternion, rotation_matrix, rotation_vector, wrench_at)
 from tactile_perception.errors import BadFrame
 from tactile_perception.nodes.messages.conversions import wrench_to_message
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.sensors import SENSOR_TYPES
+from tactile_perception.sensor_type import SENSOR_TYPES, SensorType
 from tactile_perception.tools.calibrate import main as calibrate
 from tf2_msgs.msg import TFMessage
 
@@ -47,7 +48,7 @@ from ..guide.loads import Loads
 from ..guide.mounting import Holes, Mounting, Touches, fit_mounting
 from ..guide.readings import moved, place_seen, reduced, signal_of
 from ..guide.session import Press, Sample, Session
-from ..guide.surfaces import MarkedSurface, sensor_type, surface_of
+from ..guide.surfaces import MarkedSurface, surface_of
 from ..hand.description import read_hand
 from ..parameters.table import CALIBRATE_PARAMETERS
 
@@ -66,16 +67,18 @@ class CalibrateNode(Node):
     def __init__(self):
         super().__init__('calibrate_node')
         self._values = values = NodeParameters(self, CALIBRATE_PARAMETERS)
-        kind = sensor_type(Path(values['params'])) if values['params'] else ''
-        told_by = ('wrench', 'weights') if kind == 'taxel_array' else ('probe', 'holes')
+        self._type = read_sensor_type(Path(values['params'])) if values['params'] else ''
+        kind = SENSOR_TYPES.get(self._type)
+        told_by = ('wrench', 'weights') if kind and kind.loaded else ('probe', 'holes')
         missing = [' (or '.join(names) + ')' * (len(names) - 1) for names in (('output',), ('params',), told_by)
                    if not any(values[name] for name in names)]
         if values.problems or missing:
             raise BadArgument('calibrate_node: ' + ('; '.join(values.problems.values()) or f'parameter {missing[0]} is empty'))
-        if kind not in SENSOR_TYPES:
-            raise BadArgument(f'calibrate_node: {values["params"]} is of a sensor of type {kind}; guided are {", ".join(SENSOR_TYPES)}')
+        if kind is None or not (kind.pressed_surface or kind.loaded):
+            guided = ', '.join(name for name, row in SENSOR_TYPES.items() if row.pressed_surface or row.loaded)
+            raise BadArgument(f'calibrate_node: {values["params"]} is of a sensor of type {self._type}; guided are {guided}')
         self.params, self.output = Path(values['params']), Path(values['output'])
-        self._surface = None if kind == 'taxel_array' else surface_of(self.params, values['tip_radius'])
+        self._surface = None if kind.loaded else surface_of(self.params, values['tip_radius'])
         self._session = self._made_session()
         self._folder, self.complete, self.handled = self.output.with_name(f'{self.output.stem}_presses'), False, 0
         self._log, self._frames = LogOnce(self), FrameTree()
@@ -109,7 +112,8 @@ class CalibrateNode(Node):
     @property
     def sphere(self) -> list[str]:
         """The arguments of calibrate that tell the probe's tip, which a touchpad wants."""
-        return ['--sphere-radius', str(self._values['tip_radius'])] if sensor_type(self.params) == 'touchpad' else []
+        takes = 'sphere_radius' in SENSOR_TYPES[self._type].calibrate_options
+        return ['--sphere-radius', str(self._values['tip_radius'])] if takes else []
 
     @property
     def bags(self) -> list[Path]:
@@ -159,7 +163,7 @@ class CalibrateNode(Node):
         self._mount(np.r_[self._mounting[:3] + turn @ found.origin, rotation_vector(turn @ found.rotation)])
         self._finding = None
         name = self.get_namespace().strip('/') or self._values['frame_id']
-        entry = {'name': name, 'type': sensor_type(self.params), 'xyz': self._mounting[:3].round(6).tolist(),
+        entry = {'name': name, 'type': self._type, 'xyz': self._mounting[:3].round(6).tolist(),
                  'quaternion': quaternion(rotation_matrix(self._mounting[3:])).round(9).tolist(), 'calibration': self.output.name}
         page = yaml.safe_dump({'frame': self._values['base'], 'sensors': [entry]}, sort_keys=False)
         self.mounting_file.write_text(f'# Mounting of {name}, found by touching it: {found}.\n{page}')
@@ -180,8 +184,7 @@ class CalibrateNode(Node):
         if self.bags:
             self.get_logger().info(f'{len(self.bags)} presses of {self._folder} are kept')
 
-    def _listen(self, kind: str) -> None:
-        row = SENSOR_TYPES[kind]
+    def _listen(self, row: SensorType) -> None:
         topics, cameras = list(row.raw.values()), 'topics' in row.sources
         self._info_topics = [topic.replace('image_raw', 'camera_info') for topic in topics] if cameras else []
         if len(topics) > 1:

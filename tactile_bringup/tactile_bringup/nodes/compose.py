@@ -16,7 +16,7 @@ from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.runtime.host import Host, SharedPublisher
 from tactile_driver.nodes.runtime.run import run_nodes
 from tactile_perception.node import make_node
-from tactile_perception.sensors import NODES
+from tactile_perception.sensor_type import NODES
 
 
 def made(names: Sequence[str]) -> Iterator[Node]:

@@ -20,7 +20,7 @@ from tactile_perception.finger.parameters import PSD_PARAMETERS, PSD_SENSOR_PARA
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS, SENSOR_PARAMETERS, SHEET_PARAMETERS
 
-from tactile_perception.sensors import MARKER_SENSOR_TYPES, SENSOR_TYPES
+from tactile_perception.sensor_type import SENSOR_TYPES
 from .table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_PARAMETERS
 
 LICENCE = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
@@ -48,6 +48,8 @@ _GEL_SIM = ("# A simulated gel with dots (source:=sim params:=.../gel_sim.yaml):
 _PRESSURE = ('# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).\n'
              '# What the pad is made of is not known: put in yours, or calibrate; until then no force is reported.\n')
 _PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'reference.start': 'zero', 'full_value': 2000.0}
+#: N and N m of the longest arrows in RViz, twice the largest wrench of the simulated scenes, and m, radius of the tool in most of them.
+_SIMULATED_PRESSES = {'areal_single': (3.0, 0.05, 0.006), 'areal_dual': (2.0, 0.05, 0.008), 'air_cushion': (25.0, 0.7, 0.030)}
 _CAMERAS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS}
 # Parameters that the launch files set for each sensor are left out.
 _BY_LAUNCH = {'source', 'frame_id', 'stitching_path', 'picture_rate'}
@@ -89,13 +91,13 @@ def _text(sensor_type: str, about: str, changed: Mapping[str, object], left_out:
 
 def _markers(sensor_type: str) -> dict[str, object]:
     """Values of a sheet or an air cushion that differ from the defaults."""
-    sensor, kind = MARKER_SENSORS[sensor_type], MARKER_SENSOR_TYPES[sensor_type]
+    sensor, (force, torque, _) = MARKER_SENSORS[sensor_type], _SIMULATED_PRESSES[sensor_type]
     size = min(sensor.pitch) / 4
     return {'sensor_type': sensor_type, 'rows': sensor.rows, 'columns': sensor.columns, 'pitch': list(sensor.pitch),
             'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius, 'dome.height': sensor.height,
             'surface': 'sheet' if sensor.is_sheet else 'dome', 'polarity': 'bright', 'detection': 'blobs',
             'dot_size': size, 'dot_colour': 'depth', 'full_depth': 0.005 if sensor.is_sheet else 0.03, 'normal_length': 8 * size,
-            'force_length': 12 * size, 'full_force': kind.full_force, 'full_torque': kind.full_torque,
+            'force_length': 12 * size, 'full_force': force, 'full_torque': torque,
             'tip_radius': 0.008 if sensor.is_sheet else 0.020}
 
 
@@ -133,7 +135,7 @@ def simulated_gel() -> dict[str, object]:
 
 def simulated_markers(sensor_type: str) -> dict[str, object]:
     """Properties that a user would measure on the simulated sheet or cushion, by parameter name, with its scene and pressing tip."""
-    scene = {'scene': f'{sensor_type}_demo', 'tip_radius': MARKER_SENSOR_TYPES[sensor_type].tip_radius}
+    scene = {'scene': f'{sensor_type}_demo', 'tip_radius': _SIMULATED_PRESSES[sensor_type][2]}
     if SENSOR_TYPES[sensor_type].stitched:  # the calibration holds the camera poses
         return {**scene, 'camera.translation': defaults(MARKER_SENSOR_PARAMETERS)['camera.translation']}
     camera = open_scene(f'{sensor_type}_rest').camera
@@ -157,7 +159,7 @@ def parameter_files() -> dict[str, str]:
         **{name: _text('touchpad', about, {**video, 'sensor_type': name, **changed}, no_surface)
            for name, (about, changed) in _DOTS_ALONE.items()},
         'pressure_array_14x6': _text('taxel_array', _PRESSURE, _PRESSURE_ARRAY)}
-    for name in SENSOR_TYPES:
+    for name in SENSOR_TYPES.own:
         markers, left_out = (_markers(name), ('cap.',)) if name in MARKER_SENSORS else ({}, ('dome.',))
         simulated = {'touchpad': simulated_specimen, 'taxel_array': simulated_pad, 'psd_finger': dict}
         own = simulated[name]() if name in simulated else simulated_markers(name)

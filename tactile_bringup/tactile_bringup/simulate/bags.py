@@ -7,14 +7,14 @@ The bag holds the topics of the driver and ground_truth/*, for calibrate, proces
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from itertools import chain
 from pathlib import Path
 
 import cv2
 import numpy as np
 from tactile_driver.camera.pairs import NAMES
-from tactile_driver.errors import tells_errors
+from tactile_driver.errors import by_name, tells_errors
 from tactile_driver.frame import Frame, SampleBlock, pinhole_calibration
 from tactile_driver.frame_names import optical_frame
 from tactile_driver.nodes.messages.conversions import (
@@ -28,6 +28,7 @@ from tactile_driver.simulation.sensors.scenes import AREAL_DUAL_SCENES, GEL_SCEN
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
 from tactile_driver.sources.source import NS
 from tactile_perception.nodes.messages.conversions import description_messages
+from tactile_perception.sensor_type import SENSOR_TYPES
 
 _FIRST_NS = 10**9  # chosen: much of ROS takes a stamp of zero for an unknown time
 _BATCH_S = 0.01  # chosen: duration of the samples of a finger in one message
@@ -61,11 +62,11 @@ def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace
     return scene.samples
 
 
-def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = 'taxel_array',
+def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '',
                       scene: TaxelScene | None = None) -> int:
     """As write_scene, as taxel_array_node publishes it. scene: of another device, instead of the one of that name."""
     scene = scene or open_taxel_scene(name, rate, seed)
-    pad = scene.specimen
+    pad, namespace = scene.specimen, namespace or scene.sensor
     _write(path, scene, namespace, {'scene': name, 'seed': seed, 'width': pad.columns, 'height': pad.rows, 'encoding': 'mono8'},
            [static_transform(namespace, f'{namespace}_taxels', (0.0, 0.0, -pad.thickness))], taxel_messages(scene, rate, namespace))
     return scene.frames
@@ -124,9 +125,17 @@ def taxel_messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str
         yield from recorded_truth(truth, numbers, 1 / rate, header)
 
 
-#: Kind of sensor -> function that writes a scene to a bag, default rate (Hz), names of the scenes.
-WRITERS = {'camera': (write_scene, 30.0, SCENES | GEL_SCENES), 'psd_finger': (write_psd_scene, 1000.0, PSD_SCENES),
-           'taxel_array': (write_taxel_scene, 100.0, TAXEL_SCENES)}
+#: Driver, or `camera` for those with cameras -> function that writes a scene to a bag, default rate (Hz), names of the scenes.
+WRITERS = {'camera': (write_scene, 30.0, SCENES | GEL_SCENES), 'psd_node': (write_psd_scene, 1000.0, PSD_SCENES),
+           'taxel_array_node': (write_taxel_scene, 100.0, TAXEL_SCENES)}
+
+
+def writer_of(sensor: str) -> tuple[Callable[..., int], float, Collection[str]]:
+    """The entry of WRITERS for a sensor type, or for `camera`. Raises BadArgument for an unknown type, or one that is not simulated."""
+    if sensor == 'camera':
+        return WRITERS['camera']
+    driver = by_name(SENSOR_TYPES, sensor, 'sensor').driver
+    return by_name(WRITERS, 'camera' if driver in ('camera_node', 'dual_camera_node') else driver, f'simulation of a {sensor}: driver')
 
 
 @tells_errors('simulate')
@@ -135,14 +144,14 @@ def main(args: list[str] | None = None) -> int:
     scenes = '\n'.join(f'{kind}: {", ".join(sorted(names))}' for kind, (_, _, names) in WRITERS.items())
     parser = argparse.ArgumentParser('simulate', description=__doc__, epilog='scenes\n' + scenes,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('sensor', choices=list(WRITERS), help='kind of sensor; camera: touchpad, sheets and dome, reported by the scene')
+    parser.add_argument('sensor', help=f'camera, whose scene determines the sensor, or one of {", ".join(SENSOR_TYPES)}')
     parser.add_argument('scene')
     parser.add_argument('bag', type=Path, help='rosbag2 to write (MCAP); it must not exist')
     parser.add_argument('--rate', type=float, help='frames or samples a second; default ' +
                         ', '.join(f'{rate:g} ({kind})' for kind, (_, rate, _) in WRITERS.items()))
     parser.add_argument('--seed', type=int, default=0, help='of the noise and of the irregularities of the specimen')
     given = parser.parse_args(args)
-    write, rate, _ = WRITERS[given.sensor]
+    write, rate, _ = writer_of(given.sensor)
     count = write(given.bag, given.scene, given.rate or rate, given.seed)
     print(f'{given.bag}: {count} frames or samples of {given.scene}')
     return 0

@@ -7,7 +7,7 @@ from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import Trigger
 from tactile_bringup.nodes.calibrate_node import CalibrateNode
 from tactile_bringup.nodes.simulated_stage import BASE, MOUNTING, PROBE, SimulatedStage
-from tactile_perception.sensors import SENSOR_TYPES
+from tactile_perception.sensor_type import SENSOR_TYPES
 from waiting import until
 
 SHARE = get_package_share_directory('tactile_bringup')

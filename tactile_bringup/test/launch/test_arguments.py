@@ -26,7 +26,7 @@ from tactile_driver.errors import BadArgument, BadRecording
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
-from tactile_perception.sensors import SENSOR_TYPES
+from tactile_perception.sensor_type import SENSOR_TYPES
 import yaml
 
 SOURCES = ('sim', 'device', 'file', 'bag')

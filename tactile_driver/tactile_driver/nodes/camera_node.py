@@ -122,7 +122,7 @@ class CameraNode(CalibratedNode):
         """See DriverNode."""
         self.picture.reset(load_calibration(values['camera_info_url']))
         poses = known_pose(values)
-        source = self.opened({**CAMERA_SOURCES, 'topics': lambda values, _clock: TopicSource(self, values['topic'])}, values)
+        source = self.opened(CAMERA_SOURCES.extended({'topics': lambda values, _clock: TopicSource(self, values['topic'])}), values)
         self.place_cameras(values['frame_id'], poses)
         return source
 

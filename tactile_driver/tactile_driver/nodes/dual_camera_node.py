@@ -40,7 +40,7 @@ class DualCameraNode(CalibratedNode):
         check_pair(values)
         stitching = load_stitching(values['stitching_path']) if values['stitching_path'] else None
         given = [load_calibration(values[name]) for name in ('camera_info_url', 'right_camera_info_url')]
-        source = self.opened({**DUAL_CAMERA_SOURCES, 'topics': self._topics}, values)
+        source = self.opened(DUAL_CAMERA_SOURCES.extended({'topics': self._topics}), values)
         self.place_cameras(values['frame_id'], {} if stitching is None else stitching.poses())
         self._published = NAMES if values['source'] != 'topics' else ()
         self.raw = list(self._always)

@@ -11,7 +11,7 @@ from ..errors import BadArgument
 from ..frame import ENCODINGS
 from ..serial.frames import LARGEST
 from ..serial.psd import FORMATS
-from ..sources.registry import CAMERA_CHOICES, PSD_SOURCES, TAXEL_SOURCES
+from ..sources.registry import CAMERA_CHOICES, DUAL_CAMERA_CHOICES, PSD_SOURCES, TAXEL_SOURCES
 from ..stitching.methods import STITCHERS
 from .table import Parameter
 
@@ -85,7 +85,7 @@ def known_pose(values: Mapping) -> dict[str, tuple[list[float], list[float]]]:
 
 _OWN = (
     Parameter('source', str, 'sim', '', 'origin of the image pairs: sim (simulated sensor), device (cameras), file (videos or folders of '
-              'images), bag (rosbag2 recording) or topics (two image topics)', choices=CAMERA_CHOICES),
+              'images), bag (rosbag2 recording) or topics (two image topics)', choices=DUAL_CAMERA_CHOICES),
     Parameter('device', str, '0', '', 'source device: left camera: index, /dev path, name under '
               '/dev/v4l/by-id, or part of a serial number'),
     Parameter('right_device', str, '1', '', 'source device: right camera, named in the same way'),
@@ -127,7 +127,7 @@ def check_pair(values: Mapping) -> None:
 
 PSD_DRIVER_PARAMETERS = (
     Parameter('source', str, 'sim', '', 'origin of the samples: sim (simulated finger), device (serial port) or bag (rosbag2 recording)',
-              choices=tuple(PSD_SOURCES)),
+              choices=PSD_SOURCES),
     SERIAL_DEVICE,
     Parameter('baud', int, 921600, 'bit/s', 'source device: baud rate', 300, 20_000_000),
     Parameter('format', str, 'binary', '', 'source device: format of the stream, see doc/serial_protocol.md', choices=FORMATS),
@@ -153,7 +153,7 @@ PSD_DRIVER_PARAMETERS = (
 
 TAXEL_DRIVER_PARAMETERS = (
     Parameter('source', str, 'sim', '', 'origin of the images: sim (simulated array), device (serial port), file (.npz, .npy or .csv) or '
-              'bag (rosbag2 recording)', choices=tuple(TAXEL_SOURCES)),
+              'bag (rosbag2 recording)', choices=TAXEL_SOURCES),
     SERIAL_DEVICE,
     Parameter('baud', int, 12000000, 'bit/s', 'source device: baud rate', 300, 20_000_000),
     Parameter('path', str, '', '', 'source file: the file; source bag: the rosbag2 folder'),

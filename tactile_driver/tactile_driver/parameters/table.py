@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from ..errors import BadArgument
@@ -19,7 +19,8 @@ class Parameter:
     """One parameter.
 
     type: bool, int, float, str, list[int], list[float] or list[str]; lowest, highest: allowed range of a number or of each in a list, in
-    unit; choices: allowed values, () for all; read_only: fixed when the node starts. A float may be NaN only where its default is.
+    unit; choices: allowed values, () for all, or a PluginTable of them;
+    read_only: fixed when the node starts. A float may be NaN only where its default is.
     """
 
     name: str
@@ -29,7 +30,7 @@ class Parameter:
     text: str
     lowest: float | None = None
     highest: float | None = None
-    choices: tuple = ()
+    choices: Collection = ()
     read_only: bool = False
 
     def __post_init__(self):
@@ -46,7 +47,8 @@ class Parameter:
     def allowed(self) -> str:
         """Type, range or choices and unit in words, as 'float, 0 to 10 s'."""
         if self.choices:
-            return f'{self.kind}, one of {", ".join(repr(c) for c in self.choices)}'
+            own = getattr(self.choices, 'own', self.choices)  # of a PluginTable, to name the others too would delay each node's start
+            return f'{self.kind}, one of {", ".join(repr(c) for c in own)}'
         low, high = self.lowest, self.highest
         limits = f'{low:g} to {high:g}' if low is not None and high is not None else f'at least {low:g}' if low is not None \
             else f'at most {high:g}' if high is not None else ''

@@ -1,20 +1,23 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The sources of all drivers by name, made from a node's parameters. A process imports only the source that it uses."""
+"""The sources of all drivers by name, made from a node's parameters. A process imports only the source that it uses.
+
+Other packages add sources by entry points (docs/extending.md).
+"""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from pkgutil import resolve_name
 
 from ..errors import by_name
+from ..plugins import PluginTable
 from .source import Clock, Source
 
-#: Name of a source -> what makes it, not yet open, of the node's parameters and its clock, or where that is, as module:name.
-Sources = dict[str, Callable[[Mapping, Clock], Source] | str]
+#: Name of a source -> function of (parameters of the node, its clock) that makes it, not yet open.
+Sources = Mapping[str, Callable[[Mapping, Clock], Source]]
 
-CAMERA_SOURCES: Sources = {
+CAMERA_SOURCES: Sources = PluginTable('tactile_driver.camera_sources', {
     'sim': 'tactile_driver.camera.simulated:SimulatedSource', 'device': 'tactile_driver.camera.device:DeviceSource',
-    'file': 'tactile_driver.camera.file:FileSource', 'bag': 'tactile_driver.sources.bag:BagSource'}
+    'file': 'tactile_driver.camera.file:FileSource', 'bag': 'tactile_driver.sources.bag:BagSource'})
 
 
 def _paired(values: Mapping, clock: Clock) -> Source:
@@ -23,21 +26,20 @@ def _paired(values: Mapping, clock: Clock) -> Source:
     return PairedSource(*(make_source(CAMERA_SOURCES, each, clock) for each in (values, right)), values['max_skew'])
 
 
-DUAL_CAMERA_SOURCES: Sources = {
+DUAL_CAMERA_SOURCES: Sources = PluginTable('tactile_driver.dual_camera_sources', {
     'sim': 'tactile_driver.camera.simulated:DualSimulatedSource', 'device': _paired,
-    'file': 'tactile_driver.camera.file:TwoFilesSource', 'bag': _paired}
-PSD_SOURCES: Sources = {
+    'file': 'tactile_driver.camera.file:TwoFilesSource', 'bag': _paired})
+PSD_SOURCES: Sources = PluginTable('tactile_driver.psd_sources', {
     'sim': 'tactile_driver.serial.psd:PsdSimulatedSource', 'device': 'tactile_driver.serial.psd:PsdSerialSource',
-    'bag': 'tactile_driver.sources.bag:PsdBagSource'}
-TAXEL_SOURCES: Sources = {
+    'bag': 'tactile_driver.sources.bag:PsdBagSource'})
+TAXEL_SOURCES: Sources = PluginTable('tactile_driver.taxel_sources', {
     'sim': 'tactile_driver.serial.taxel:TaxelSimulatedSource', 'device': 'tactile_driver.serial.taxel:TaxelSerialSource',
-    'file': 'tactile_driver.serial.taxel:TaxelFileSource', 'bag': 'tactile_driver.sources.bag:TaxelBagSource'}
-#: sources of nodes with one or two cameras; topics are subscribed to by the nodes themselves
-CAMERA_CHOICES = (*CAMERA_SOURCES, 'topics')
+    'file': 'tactile_driver.serial.taxel:TaxelFileSource', 'bag': 'tactile_driver.sources.bag:TaxelBagSource'})
+#: Names of the sources of nodes with cameras, which subscribe to topics themselves.
+CAMERA_CHOICES, DUAL_CAMERA_CHOICES = (table.extended({'topics': None}) for table in (CAMERA_SOURCES, DUAL_CAMERA_SOURCES))
 
 
 def make_source(sources: Sources, values: Mapping, clock: Clock) -> Source:
     """The source of these that values['source'] names, not yet open; values: the node's parameters. Raises BadArgument, listing the names,
     for an unknown one."""
-    make = by_name(sources, values['source'], 'source')
-    return (resolve_name(make) if isinstance(make, str) else make)(values, clock)
+    return by_name(sources, values['source'], 'source')(values, clock)

@@ -14,15 +14,13 @@ from tactile_driver.parameters.table import Parameter
 from tactile_driver.recordings.reader import LeftOut, RawMessage, recorded_frame
 from tactile_driver.recordings.serialization import decode, type_name_of, unusable
 
-from ..errors import BadFrame, BadRecording, TactileError, by_name
-from ..parameters.file import read_parameters
-from ..sensors import SENSOR_TYPES, load
+from ..errors import BadArgument, BadFrame, BadRecording, TactileError, by_name
+from ..parameters.file import all_values, read_parameters
+from ..sensor_type import NODES, SENSOR_TYPES
 from ..stage import Stage
 from .stamped import find_prefix
 from .stitched_bag import bag_opener
 
-#: The parameter by which a file says of what sensor it is.
-SENSOR_TYPE = (Parameter('sensor_type', str, 'touchpad', '', 'kind of sensor'),)
 _SURFACE = (Parameter('surface', str, 'cap', '', 'untouched shape'),)
 #: Topics that go with the estimates, in the sensor's namespace except /tf_static.
 KEPT = ('/tf_static', 'description', 'camera_info', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip',
@@ -59,13 +57,24 @@ class Chain:
                     yield from self.process(result, number + 1, topics)
 
 
+def read_sensor_type(params: Path) -> str:
+    """The sensor type that a parameter file states, for all nodes or for any of them; touchpad where it states none.
+
+    Raises BadArgument for a file that cannot be read, or that states two.
+    """
+    stated = sorted({str(value) for name, value in all_values(params) if name == 'sensor_type'})
+    if len(stated) > 1:
+        raise BadArgument(f'{params}: it states the sensor types {", ".join(stated)}; a parameter file is of one sensor')
+    return stated[0] if stated else 'touchpad'
+
+
 def make_chain(params: Path, calibration: Path | None = None) -> Chain:
     """The stages that a parameter file describes, without those whose parameters are not enough for them; calibration: replaces the file
     that params names. Raises TactileError."""
-    name = read_parameters(params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
+    name = read_sensor_type(params)
     if name not in SENSOR_TYPES and read_parameters(params, 'dot_tracker_node', _SURFACE)['surface'] in ('none', 'pins'):
         name = 'touchpad'  # a camera over dots of another sensor, as touchpad.launch.py plays it
-    kinds = [load(node) for node in by_name(SENSOR_TYPES, name, f'{params}: sensor_type').perception]
+    kinds = [NODES[node] for node in by_name(SENSOR_TYPES, name, f'{params}: sensor_type').perception]
     own = {'calibration': str(calibration)} if calibration else {}
     values = [read_parameters(params, kind.node, kind.parameters) | own for kind in kinds]
     return Chain([kind(given) for kind, given in zip(kinds, values) if kind.can_run(given)])

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from tactile_driver.parameters.table import Parameter
+from tactile_driver.plugins import PluginTable
 
 from .._core import finger
 from ..errors import by_name
@@ -22,10 +23,10 @@ def _settings(values: Mapping) -> dict:
 
 
 #: Name -> makes a finger of a model and the values of PSD_PARAMETERS.
-PSD_METHODS: dict[str, Callable[[FingerModel, Mapping], PsdFinger]] = {
+PSD_METHODS: Mapping[str, Callable[[FingerModel, Mapping], PsdFinger]] = PluginTable('tactile_perception.finger_methods', {
     'map': lambda model, values: PsdFinger(model, FingerSettings(**_settings(values))),
     'paper': lambda model, values: paper_finger(model, values['paper.threshold'], **_settings(values)),
-}
+})
 
 _fixed = partial(Parameter, read_only=True)
 
@@ -38,7 +39,7 @@ PSD_SENSOR_PARAMETERS = (
 
 PSD_PARAMETERS = PSD_SENSOR_PARAMETERS + (
     _fixed('method', str, 'map', '', 'contact estimation method; map: the calibrated map; paper: offset, factor and threshold of the paper',
-           choices=tuple(PSD_METHODS)),
+           choices=PSD_METHODS),
     _fixed('results', str, 'batch', '',
            'batch: one result a message and one at each begin and end of a contact; sample: one result a sample',
            choices=('batch', 'sample')),

@@ -82,6 +82,11 @@ def _reported(contacts: list) -> tuple[float, ...]:
     return 1, *known, contacts[0].force, contacts[0].depth
 
 
+def read_radius(params: Path) -> float:
+    """Outer radius in m of the hemisphere that a parameter file describes. Raises BadArgument for a wrong value."""
+    return read_parameters(params, 'psd_contact_node', PSD_PARAMETERS)['radius']
+
+
 def calibrate_psd(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
     """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
 

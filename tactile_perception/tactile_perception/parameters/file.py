@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import yaml
@@ -35,6 +35,11 @@ def read_parameters(path: str | Path, node: str, table: Sequence[Parameter]) -> 
     return values
 
 
+def all_values(path: str | Path) -> Iterator[tuple[str, object]]:
+    """(name, value) of the parameters of all nodes of a file. Raises BadArgument for a file that cannot be read."""
+    yield from _sections(path, '')
+
+
 def write_parameters(path: Path, changes: Mapping[str, object], old: Path | None = None) -> Path:
     """Write a parameter file: the old one, where there is one, with changes, name -> value, for all nodes. Its path."""
     page = yaml.load(old.read_text(), _Loader) if old else {}
@@ -45,8 +50,8 @@ def write_parameters(path: Path, changes: Mapping[str, object], old: Path | None
     return path
 
 
-def _sections(path: str | Path, node: str):
-    """(name, value) of every section that names the node, wild cards first as ROS applies them."""
+def _sections(path: str | Path, node: str) -> Iterator[tuple[str, object]]:
+    """(name, value) of every section that names the node, '' for any, wild cards first as ROS applies them."""
     try:
         content = yaml.load(Path(path).read_text(), _Loader)
     except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
@@ -55,7 +60,7 @@ def _sections(path: str | Path, node: str):
         raise BadArgument(f'parameter file {path}: no section "/**:" or "{node}:" with "ros__parameters:" in it')
     for key in sorted(content, key=lambda k: k.split('/')[-1] != '**'):
         section = content[key]
-        if key.split('/')[-1] in ('**', node) and isinstance(section, dict):
+        if (not node or key.split('/')[-1] in ('**', node)) and isinstance(section, dict):
             yield from _flat(section.get('ros__parameters') or {})
 
 

@@ -65,7 +65,7 @@ GEL_PARAMETERS = (
 )
 
 REGION_PARAMETERS = SENSOR_PARAMETERS + GEL_PARAMETERS + (
-    _fixed('contact', str, 'membrane', '', 'method that classifies dots as free, sticking or slipping', choices=tuple(CONTACT_METHODS)),
+    _fixed('contact', str, 'membrane', '', 'method that classifies dots as free, sticking or slipping', choices=CONTACT_METHODS),
     _fixed('paper.d_max', float, 0.91e-3, 'm', 'paper: displacement that ends an interval (D_max, eq 10)', 1e-6, 1.0),
     _fixed('paper.delta_d', float, 0.19e-3, 'm', 'paper: threshold of the tests (delta_d, eqs 12 and 14)', 1e-7, 1.0),
 )

@@ -6,12 +6,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 from tactile_driver.parameters.table import Parameter
 
 from ..errors import BadArgument
 from .methods import METHOD_NAMES
 from .sensor import MARKER_SENSORS, MarkerSensor
+from ..parameters.file import read_parameters
 from ..parameters.touchpad import SHEET_PARAMETERS
 
 AUTO = 'auto'
@@ -33,6 +35,11 @@ POINT_PARAMETERS = MARKER_SENSOR_PARAMETERS + (
            choices=(AUTO, *METHOD_NAMES)),
     _fixed('tip_radius', float, 0.008, 'm', "tip radius assumed for the contact region where the method does not estimate it", 1e-4, 1.0),
 )
+
+
+def read_marker_sensor(params: Path) -> MarkerSensor:
+    """The sensor that a parameter file describes. Raises BadArgument for an inconsistent geometry."""
+    return marker_sensor(read_parameters(params, 'contact_point_node', MARKER_SENSOR_PARAMETERS))
 
 
 def marker_sensor(values: Mapping) -> MarkerSensor:

@@ -10,16 +10,37 @@ import numpy as np
 
 from ..common.geometry import Cap
 from ..errors import BadArgument
-from ..sensors import MARKER_SENSOR_TYPES, MarkerSensorType
 
 
 @dataclass(frozen=True)
-class MarkerSensor(MarkerSensorType):
-    """A sheet clamped along a rectangle, or an inflated dome on a round rim.
+class MarkerSensor:
+    """A sheet clamped along a rectangle, or an inflated dome on a round rim, with printed markers.
 
-    type: as in the launch file; rows, columns: 0 for an irregular pattern. Raises BadArgument for dimensions of neither sheet nor dome.
+    Parameters
+    ----------
+    rows, columns : int
+        Of the printed grid; 0 for an irregular pattern.
+    pitch : tuple of float, shape (2,)
+        Distance of neighbouring markers along x and y, in m.
+    size : tuple of float, shape (2,)
+        Size of a clamped sheet along x and y, in m; zeros for a dome.
+    rim_radius, height : float
+        Of a dome, in m; 0 for a sheet.
+    type : str
+        Name of the sensor type.
+
+    Raises
+    ------
+    BadArgument
+        For dimensions of neither a sheet nor a dome.
     """
 
+    rows: int
+    columns: int
+    pitch: tuple[float, float]
+    size: tuple[float, float] = (0.0, 0.0)
+    rim_radius: float = 0.0
+    height: float = 0.0
     type: str = ''
 
     def __post_init__(self):
@@ -53,8 +74,11 @@ class MarkerSensor(MarkerSensorType):
         return np.stack([column - middle[0], row - middle[1]], axis=1) * self.pitch
 
 
-#: Name -> nominal geometry.
-MARKER_SENSORS = {name: MarkerSensor(**vars(kind), type=name) for name, kind in MARKER_SENSOR_TYPES.items()}
+#: Name of the sensor type -> geometry in its paper, areal_sensor_contact_position and air_cushion_contact.
+MARKER_SENSORS = {sensor.type: sensor for sensor in (
+    MarkerSensor(9, 13, (4.5e-3, 4.5e-3), (0.060, 0.045), type='areal_single'),
+    MarkerSensor(11, 14, (9.4e-3, 8.2e-3), (0.133, 0.091), type='areal_dual'),
+    MarkerSensor(17, 17, (15.5e-3, 15.5e-3), rim_radius=0.150, height=0.120, type='air_cushion'))}
 
 
 def dome_cap(sensor: MarkerSensor) -> Cap:

@@ -12,39 +12,48 @@ from pathlib import Path
 from tactile_driver.errors import tells_errors
 from tactile_driver.recordings.reader import descriptions
 
-from ..bags.replay import SENSOR_TYPE
-from ..finger.model import SENSOR as PSD_FINGER
-from ..taxel.response import SENSOR as TAXEL_ARRAY
-from ..errors import BadArgument
-from ..press.tools import calibrate_markers
-from ..press.sensor import MARKER_SENSORS
-from ..parameters.file import read_parameters
-from ..finger.tools import calibrate_psd
+from ..bags.replay import read_sensor_type
+from ..errors import BadArgument, by_name
 from ..gel.pins import SENSOR as PIN_DOME
 from ..gel.tools import calibrate_pins
-from ..taxel.tools import calibrate_taxels
-from ..touchpad.tools import calibrate_touchpad
+from ..sensor_type import SENSOR_TYPES
+
+_OPTIONS = {'sphere_radius': '--sphere-radius', 'plate': '--plate'}
 
 
-def calibrator(sensor_type: str, sphere_radius: float | None = None, plate: Path | None = None) -> Callable[..., str]:
-    """The calibration function of a sensor type: called with (bags, params, output, namespace, serial) it writes output and a plot of the
-    residuals beside it, and returns a report.
+def calibrator(sensor_type: str, **options: object) -> Callable[..., str]:
+    """The calibration function of a sensor type.
 
-    Raises BadArgument for an unknown type, for a sphere_radius (m) of a sensor other than a touchpad, and for a plate of one that is no
-    sheet.
+    Parameters
+    ----------
+    sensor_type : str
+        Name of the sensor type.
+    **options
+        `sphere_radius` in m, `plate`, a bag; None for those that are not given.
+
+    Returns
+    -------
+    callable
+        Function of (bags, params, output, namespace, serial) that writes the file `output` and a plot of the residuals beside it, and
+        returns a report.
+
+    Raises
+    ------
+    BadArgument
+        For a type that is unknown or is not calibrated, and for an option of another type.
     """
-    if plate is not None and not (sensor_type in MARKER_SENSORS and MARKER_SENSORS[sensor_type].is_sheet):
-        raise BadArgument(f'--plate is for sheets; the parameter file is of a {sensor_type}')
-    if sensor_type == 'touchpad':
-        return partial(calibrate_touchpad, sphere_radius=sphere_radius)
-    if sphere_radius is not None:
-        raise BadArgument(f'--sphere-radius is for touchpads; the parameter file is of a {sensor_type}')
-    if sensor_type in MARKER_SENSORS:
-        return partial(calibrate_markers, plate=plate)
-    others = {PSD_FINGER: calibrate_psd, TAXEL_ARRAY: calibrate_taxels, PIN_DOME: calibrate_pins}
-    if sensor_type in others:
-        return others[sensor_type]
-    raise BadArgument(f'sensor_type {sensor_type} cannot be calibrated; these can: {", ".join(["touchpad", *MARKER_SENSORS, *others])}')
+    if sensor_type == PIN_DOME:
+        return calibrate_pins
+    kind = by_name(SENSOR_TYPES, sensor_type, 'sensor_type')
+    given = {name: value for name, value in options.items() if value is not None}
+    for name in given:
+        if name not in kind.calibrate_options:
+            takes = [other for other, row in SENSOR_TYPES.items() if name in row.calibrate_options]
+            raise BadArgument(f'{_OPTIONS[name]} is an option for {", ".join(takes)}; the parameter file is of a {sensor_type}')
+    if kind.calibrator is None:
+        can = [*(name for name, row in SENSOR_TYPES.items() if row.calibrate), PIN_DOME]
+        raise BadArgument(f'sensor_type {sensor_type} cannot be calibrated; these can: {", ".join(can)}')
+    return partial(kind.calibrator, **given)
 
 
 def recorded_serial(bag: Path) -> str:
@@ -67,7 +76,7 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--namespace', default='', help='namespace of the sensor; needed when a recording has several sensors')
     parser.add_argument('--serial', default='', help='serial number for the file; default: the one in the recording')
     given = parser.parse_args(args)
-    sensor_type = read_parameters(given.params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
+    make = calibrator(read_sensor_type(given.params), sphere_radius=given.sphere_radius, plate=given.plate)
     serial = given.serial or recorded_serial(given.bags[0])
-    print(calibrator(sensor_type, given.sphere_radius, given.plate)(given.bags, given.params, given.output, given.namespace, serial))
+    print(make(given.bags, given.params, given.output, given.namespace, serial))
     return 0

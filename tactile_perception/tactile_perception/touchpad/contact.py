@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from tactile_driver.plugins import PluginTable
 from scipy.special import ndtr
 
 from .. import _core
@@ -159,10 +160,11 @@ class PaperMethod:
                                  interval=found.interval)
 
 
-CONTACT_METHODS = {
+#: Name -> function of (rows, columns, material, camera centre, values of REGION_PARAMETERS) that makes the method.
+CONTACT_METHODS = PluginTable('tactile_perception.touchpad_methods', {
     'membrane': lambda rows, columns, material, origin, values: MembraneMethod(rows, columns, material, origin),
     'paper': lambda rows, columns, material, origin, values: PaperMethod(rows, columns, values['paper.d_max'], values['paper.delta_d']),
-}
+})
 
 
 def make_method(rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray, values: Mapping) -> MembraneMethod | PaperMethod:

@@ -13,11 +13,12 @@ from ..bags.stamped import TRUTH, pairs_of
 from ..calibration.files.format import Specimen
 from ..calibration.residuals import write_and_report
 from ..common.camera import CameraModel
-from ..errors import BadCalibration, BadFrame
+from ..errors import BadArgument, BadCalibration, BadFrame
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
 from ..parameters.touchpad import DOT_PARAMETERS
 from ..dots.tracker import make_tracker
+from ..press.sensor import MarkerSensor
 from .calibration import Press, TouchpadCalibration, find_sphere_radius, fit_touchpad, sphere_misfit, touchpad_file
 from .sensor import Touchpad
 
@@ -88,6 +89,17 @@ def report(found: TouchpadCalibration) -> list[str]:
         f'absorption relative to red: blue {model.absorptions[0]:.2f}, green {model.absorptions[1]:.2f} 1/m',
         f'standard deviation of the depth scale {model.scale_sigma:.1%}; calibrated for depths of {shallow:.2f} to {deep:.2f} mm',
     ]
+
+
+def pressed_cap(params: Path) -> MarkerSensor:
+    """The undeformed cap of the touchpad that a parameter file describes, as a dome without markers.
+
+    Raises BadArgument for parameters without a cap.
+    """
+    cap = Touchpad.from_parameters(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)).cap
+    if cap is None:
+        raise BadArgument(f'{params}: the touchpad has no surface model (parameter surface), so a press has no known depth')
+    return MarkerSensor(0, 0, (1e-3, 1e-3), rim_radius=cap.rim_radius, height=cap.height, type='touchpad')
 
 
 def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from ...errors import BadArgument, by_name
+from ...plugins import PluginTable
 from ..truth import NO_SLIP, Touch, TruthFrame, slip_state_of
 from .pad import FACES, FINE, Ink, InkSpecimen, PadSpecimen, PadState, RubberPad
 
@@ -84,7 +85,7 @@ _HELD = ((0.0, -1e-4), (0.5, -1e-4), (1.0, 3e-4), (3.0, 3e-4), (3.4, -1e-4), (4.
 #: The object does not move; only the grip force changes.
 _GRIP = ((0.0, -1e-4), (0.5, -1e-4), (1.0, 2e-4), (1.5, 2e-4), (2.0, 4e-4), (2.5, 4e-4), (3.2, 1.5e-4), (3.8, 3e-4), (4.2, -1e-4))
 
-TAXEL_SCENES: dict[str, TaxelScript] = {
+TAXEL_SCENES: Mapping[str, TaxelScript | Callable[[float, int], TaxelScene]] = PluginTable('tactile_driver.taxel_scenes', {
     'demo': _dragged('bar', 4e-3, 1e-3, 0.0),
     **{face: _pressed(face, _HELD) for face in FACES},
     'rest': _pressed('bar', ((0.0, -1e-4), (3.0, -1e-4)), turn=0.0),
@@ -100,7 +101,7 @@ TAXEL_SCENES: dict[str, TaxelScript] = {
     'rock': _tilted('edge', ((0.3, 0, 0), (1.3, 0.01, 0.004), (2.3, 0.02, -0.01), (3.3, 0.0, 0.0)), 3e-4),
     'plate': _plate(0.5, 0.5),
     'session': _plate(1.5, 6.0),
-}
+})
 
 
 class TaxelScene:
@@ -199,4 +200,4 @@ def open_taxel_scene(name: str = 'demo', rate: float = 100.0, seed: int = 0) -> 
     script = by_name(TAXEL_SCENES, name, 'simulation: scene')
     if not 0 < rate < math.inf:
         raise BadArgument(f'simulation: rate is {rate!r}; give frames per second, more than 0')
-    return TaxelScene(script, rate, seed)
+    return script(rate, seed) if callable(script) else TaxelScene(script, rate, seed)

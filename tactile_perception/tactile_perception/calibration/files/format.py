@@ -21,7 +21,7 @@ import numpy as np
 import yaml
 
 from ...errors import BadCalibration
-from ...press.sensor import MARKER_SENSORS
+from ...sensor_type import SENSOR_TYPES
 
 FORMAT, VERSION = 'tactile calibration', 2
 SECTIONS = {'sensor': str, 'serial': str, 'date': str, 'software': str, 'parameters': dict, 'units': dict, 'fitted': dict,
@@ -34,15 +34,6 @@ _LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # measured: libyaml tak
 
 _log = logging.getLogger(__name__)
 _warned: set[tuple[str, str]] = set()
-
-# Parameters that a calibration depends on: it is valid only while these are unchanged. Those of a touchpad's material are not among them.
-_POSE = ('camera.rotation', 'camera.translation')
-_SHEET = ('rows', 'columns', 'pitch', 'sheet_size')
-_DOME = ('rows', 'columns', 'dome.rim_radius', 'dome.height', *_POSE)
-BELONGS_TO = {'touchpad': ('rows', 'columns', 'surface', 'cap.curvature_radius', 'cap.height', *_POSE),
-              **{name: _SHEET if sensor.is_sheet else _DOME for name, sensor in MARKER_SENSORS.items()},
-              'psd_finger': ('radius',), 'taxel_array': ('rows', 'columns', 'pitch', 'bits')}
-
 
 def _software() -> str:
     try:
@@ -95,7 +86,8 @@ class Specimen:
 
     def parameters(self, sensor: str) -> dict:
         """Values by name of the parameters that a calibration of this sensor type depends on."""
-        return {name: self.values[name] for name in BELONGS_TO.get(sensor, ()) if name in self.values}
+        depends_on = SENSOR_TYPES[sensor].calibration_parameters if sensor in SENSOR_TYPES else ()
+        return {name: self.values[name] for name in depends_on if name in self.values}
 
 
 def parameter_hash(parameters: Mapping) -> str:

@@ -21,7 +21,7 @@ from tactile_driver.simulation.truth import SLIPPING, Touch, TruthFrame, slip_st
 
 from ...errors import BadRecording
 from ...parameters.touchpad import DOT_PARAMETERS
-from ...sensors import MARKER_SENSOR_TYPES
+from ...press.sensor import MARKER_SENSORS
 
 #: What recordings tell of the ground truth.
 KNOWN = 'contacts', 'contact_region', 'slip', 'wrench'
@@ -173,7 +173,7 @@ class Recording:
         parts = np.flatnonzero(truth['part_area'] > 0)
         if len(parts) > 1:
             return [_touch(truth['part_centroid'][k], truth['part_depth'][k], truth['part_force'][k]) for k in parts]
-        round_tool = self.sensor.get('static') or self.sensor['sensor'] in MARKER_SENSOR_TYPES
+        round_tool = self.sensor.get('static') or self.sensor['sensor'] in MARKER_SENSORS
         place = truth['obj_p'] if round_tool else truth['contact_centroid']
         return [_touch(place, truth['depth'], truth['force'])]
 

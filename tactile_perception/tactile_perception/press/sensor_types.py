@@ -1,0 +1,33 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The sensor types with printed markers: sheets over one and two cameras, and the inflated dome."""
+from functools import partial
+
+from ..sensor_type import CAMERA_INFO, CAMERA_POSE, CAMERA_SOURCES, SensorType
+
+_MARKER_SENSOR = partial(
+    SensorType,
+    perception=('dot_tracker_node', 'contact_point_node'),
+    needs='presses',
+    uncalibrated='markers are tracked, contacts are not reported; record presses at known positions',
+    sources=CAMERA_SOURCES,
+    calibrate='tactile_perception.press.tools:calibrate_markers',
+    pressed_surface='tactile_perception.press.parameters:read_marker_sensor',
+)
+_SHEET = partial(_MARKER_SENSOR, calibration_parameters=('rows', 'columns', 'pitch', 'sheet_size'), calibrate_options=('plate',))
+
+AREAL_SINGLE = _SHEET('camera_node', arguments=CAMERA_INFO)
+AREAL_DUAL = _SHEET(
+    'dual_camera_node',
+    raw={'topic': 'left/image_raw', 'right_topic': 'right/image_raw'},
+    arguments={**CAMERA_INFO,
+               'right_device': 'device: the right camera; device is the left one',
+               'right_path': 'file: the right video or folder of images',
+               'right_topic': 'bag, topics: the right images; topic has the left ones'},
+    stitched=True,
+)
+AIR_CUSHION = _MARKER_SENSOR(
+    'camera_node',
+    arguments=CAMERA_INFO,
+    calibration_parameters=('rows', 'columns', 'dome.rim_radius', 'dome.height', *CAMERA_POSE),
+)
