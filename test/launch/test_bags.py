@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings that are played: as what they were, to their end, with the truth that they have."""
 import os
+from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 import cv2
@@ -13,6 +14,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
+from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_psd_scene, write_scene, write_taxel_scene
 from tactile_driver.nodes.camera_node import CameraNode
 from tactile_driver.nodes.dual_camera_node import DualCameraNode
@@ -23,6 +25,8 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_msgs.msg import Contacts, DotTracks
+from tactile_perception.bags.replay import Replay
+from tactile_perception.tools.process_bag import process_bag
 from waiting import until
 
 FRAMES = 12
@@ -105,6 +109,32 @@ def test_a_launch_ends_with_its_recording_and_nothing_of_it_is_lost(ros2, listen
     with BagReader(tmp_path / 'bag') as bag:
         last = [decode(message.data, message.type_name) for message in bag.messages({'/touchpad/dots'})][-1]
     assert np.median(last.du) == pytest.approx(6.0, abs=0.5), 'the last frame is recorded'
+
+
+def messages_of(path, topics):
+    """Topic -> [message of that topic in the bag, as bytes]."""
+    with BagReader(path) as bag:
+        found = {topic: [] for topic in topics}
+        for message in bag.messages(set(topics)):
+            found[message.topic].append(message.data)
+    return found
+
+
+def test_without_camera_info_process_bag_writes_the_dots_that_the_live_nodes_publish(ros2, tmp_path):
+    write_scene(tmp_path / 'whole', 'disc_twist', 10.0, frames=8)
+    with BagReader(tmp_path / 'whole') as bag, BagWriter(tmp_path / 'bag') as blind:
+        for raw in bag.messages(set(bag.topics) - {'/touchpad/camera_info'}):
+            blind.write(raw.topic, raw.type_name, raw.stamp_ns, raw.data)
+    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'source:=bag', f'path:={tmp_path / "bag"}', 'rate:=0',
+                    'record:=live')
+    assert launched.wait(120) == 0, launched.log
+    replay = Replay(tmp_path / 'bag', Path(share('params', 'touchpad_sim.yaml')))
+    process_bag(replay, tmp_path / 'offline')
+    names = ['/touchpad/dots', '/touchpad/contacts', '/touchpad/ground_truth/tip', '/touchpad/ground_truth/wrench']
+    offline, live = (messages_of(tmp_path / name, names) for name in ('offline', 'live'))
+    assert offline == live
+    assert [len(offline[name]) for name in names] == [8, 0, 8, 8], 'contacts need the camera'
+    assert any('no usable camera_info' in line for line in replay.left_out.lines())
 
 
 DRIVERS = {

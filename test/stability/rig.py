@@ -136,6 +136,10 @@ class Chain:
         found, = self._chain.stages[0].process(self.message(raw))['dots']
         return found
 
+    def warning(self):
+        """What the stage of dots warns of on /diagnostics."""
+        return self._chain.stages[0].health()[0]
+
     def begun(self, count=None):
         """This chain after the untouched frames, or so many of them."""
         for raw in self.of.rest[:count]:

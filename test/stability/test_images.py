@@ -93,10 +93,13 @@ def blind(pad):
     return Chain(of, pad.values)
 
 
-def test_without_camera_info_nothing_is_placed(pad):
+def test_without_camera_info_dots_have_no_3d_positions_and_that_is_reported(pad):
     chain = blind(pad)
-    with pytest.raises(BadFrame, match='no camera_info'):
-        chain(pad.rest[0])
+    dots = chain.dots(pad.rest[0])
+    assert len(dots.id) > 515 and not len(dots.x)
+    assert 'no camera_info: dots have no 3D positions' in chain.warning()
+    with pytest.raises(BadFrame, match='no usable camera_info'):
+        chain.contact(dots)
     chain.look(pad.info)
     assert len(chain(pad.rest[0])['dots'].x) > 515
 

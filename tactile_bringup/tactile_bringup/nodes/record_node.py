@@ -13,6 +13,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.messages.ground_truth import TRUTH
 from tactile_driver.nodes.messages.images import message_type
 from tactile_driver.nodes.runtime.host import AdaptiveSubscription
 from tactile_driver.nodes.runtime.defect_guard import guard_services
@@ -55,7 +56,7 @@ class LiveBag(BagWriter):
 
 RAW = {'voltages': PsdVoltages, **{f'{view}{topic}': kind for view in ('', 'left/', 'right/')
                                    for topic, kind in (('image_raw', Image), ('camera_info', CameraInfo))}}
-ESTIMATES = {'dots': DotTracks, **RESULTS, **{f'ground_truth/{topic}': kind for topic, kind in RESULTS.items()}}
+ESTIMATES = {'dots': DotTracks, **RESULTS, **{f'ground_truth/{topic}': kind for topic, kind in TRUTH.items()}}
 PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 
 _KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # no message of a reliable publisher is lost while the disk keeps up

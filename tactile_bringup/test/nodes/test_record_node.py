@@ -9,6 +9,7 @@ import time
 import pytest
 import rclpy
 import yaml
+from geometry_msgs.msg import Point, PointStamped
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -59,7 +60,8 @@ def test_messages_are_written_as_they_were_sent(tmp_path):
     node = recorder(bag=tmp_path / 'bag')
     sender, executor = rclpy.create_node('sender'), SingleThreadedExecutor()
     executor.add_node(node)
-    outputs = sender.create_publisher(DotTracks, 'dots', 10), sender.create_publisher(Image, 'image_raw', 10)
+    outputs = [sender.create_publisher(kind, topic, 10) for kind, topic in ((DotTracks, 'dots'), (Image, 'image_raw'),
+                                                                            (PointStamped, 'ground_truth/tip'))]
     listener = sender.create_subscription(Image, 'image_raw', lambda _message: None, 10)
     sent = DotTracks(rows=2, columns=3, id=[1, 5], u=[1.5, 2.5])
     heard = itertools.count()
@@ -67,8 +69,9 @@ def test_messages_are_written_as_they_were_sent(tmp_path):
     def recorded():
         outputs[0].publish(sent)
         outputs[1].publish(Image(height=1, width=2, encoding='mono8', step=2, data=[7, 8]))
+        outputs[2].publish(PointStamped(point=Point(x=0.5)))
         # The recorder too: it takes raw data after those who work on it.
-        return outputs[1].get_subscription_count() == 2 and next(heard) >= 6 and node.written >= 6
+        return outputs[1].get_subscription_count() == 2 and next(heard) >= 6 and node.written >= 9
     assert until(recorded, executor)
     written = node.written
     executor.shutdown()
@@ -81,6 +84,7 @@ def test_messages_are_written_as_they_were_sent(tmp_path):
         assert bag.topics['/image_raw'] == 'sensor_msgs/msg/Image'
     assert len(messages) == written >= 6
     assert all(decode(m.data, m.type_name) == sent for m in messages if m.topic == '/dots')
+    assert {decode(m.data, m.type_name).point.x for m in messages if m.topic == '/ground_truth/tip'} == {0.5}
     assert {bytes(decode(m.data, m.type_name).data) for m in messages if m.topic == '/image_raw'} == {bytes([7, 8])}
 
 

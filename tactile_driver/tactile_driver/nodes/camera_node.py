@@ -49,7 +49,7 @@ class View:
         """Make camera_info for images of this size; known: the source's own calibration, where none is given. Returns the warnings if size
         or calibration are new, else None."""
         calibration = self.given or known
-        if size == self.size and calibration is self._used:
+        if size == self.size and calibration == self._used:  # a source may make an equal one for each image
             return None
         self.size, self._used, warning = size, calibration, ''
         if calibration is not None and (calibration.width, calibration.height) != size:

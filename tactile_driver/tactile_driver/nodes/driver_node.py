@@ -21,7 +21,7 @@ from ..simulation.truth import TruthFrame
 from ..sources.capture import RETRY_S, Capture
 from ..sources.registry import Sources, make_source
 from ..sources.source import Source
-from .health import capture_health, unconfigured_health
+from .health import COUNTS, capture_health, unconfigured_health
 from .messages.conversions import header_of
 from .messages.ground_truth import GroundTruth
 from .runtime.defect_guard import guard_services
@@ -48,6 +48,8 @@ class Stream:
         self._node, self.source, self.values = node, source, values
         self._log = LogOnce(node)
         self.warnings: list[str] = []
+        self._known: dict = {}
+        self._described = ''
         self._stopped = self.over = False
         node.truth.offer(source.truths)
         self.describe()
@@ -61,9 +63,13 @@ class Stream:
         return {'source': self.values['source'], **self.source.describe()}
 
     def describe(self, **known) -> None:
-        """Publish the description of the sensor, with what else is known."""
-        about = {'sensor_type': self.values['sensor_type'], 'frame_id': self.values['frame_id'], **self.about, **known}
-        self._node.description.publish(String(data=yaml.safe_dump(about, sort_keys=False)))
+        """Publish the description of the sensor if it changed, with what is known besides, now or from an earlier call."""
+        self._known |= known
+        about = {'sensor_type': self.values['sensor_type'], 'frame_id': self.values['frame_id'], **_constant(self.about), **self._known}
+        text = yaml.safe_dump(about, sort_keys=False)
+        if text != self._described:
+            self._described = text
+            self._node.description.publish(String(data=text))
 
     def warn(self, text: str) -> None:
         """Log a warning about the data once, '' for none, and report it on /diagnostics from now on."""
@@ -120,6 +126,12 @@ class Stream:
                 if not self._node.context.ok():
                     return
                 self._log.error('publish', f'a frame could not be published: {error!r}; the next one is tried')
+
+
+def _constant(about: dict) -> dict:
+    """What of a source's description does not change while it runs."""
+    return {name: _constant(value) if isinstance(value, dict) else value for name, value in about.items()
+            if name not in COUNTS and name != 'idle'}
 
 
 #: s that a node stays after the end of a recording; chosen: /diagnostics says so at least once, and nodes in other processes finish what

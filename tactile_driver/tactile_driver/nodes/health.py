@@ -17,8 +17,8 @@ _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods and s without a fr
 _FEW = 0.05  # share of skipped frames that is not reported: other work of the machine for a moment; chosen
 _WINDOW_S, _BLOCKS = 4.0, 4000  # span of a meter's rate and shares; blocks in it, at a thousand a second; chosen
 _STATES = {'paused': 'ready, not active', 'ended': 'ended: the recording is over; clean up and configure to play it again'}
-#: what of a source's description is reported as it is, under its name or another one
-_COUNTS = {'lost': 'lost frames', **{name: name for name in ('unpaired', 'crc errors', 'refused frames', 'garbage bytes', 'missing frames',
+#: what of a source's description changes while it runs and is reported as it is, under its name or another one
+COUNTS = {'lost': 'lost frames', **{name: name for name in ('unpaired', 'crc errors', 'refused frames', 'garbage bytes', 'missing frames',
                                                              'missing samples', 'resets', 'shutter offset (ms)')}}
 
 
@@ -68,7 +68,7 @@ def capture_health(status: CaptureStatus, about: dict, live: bool, warning: str,
     values = {**common_values(status.state, rate, status.age_s, status.dropped), 'source': about.get('source', ''),
               'device': about.get('path') or about.get('device', ''), 'serial': about.get('serial', ''),
               'nominal rate (Hz)': nominal if nominal > 0 else math.nan, 'frames': status.received, 'corrupt': status.corrupt,
-              'last error': status.error, **{shown: about[name] for name, shown in _COUNTS.items() if name in about}}
+              'last error': status.error, **{shown: about[name] for name, shown in COUNTS.items() if name in about}}
     if meter is not None:
         values |= {'samples': meter.samples, 'saturated (%)': 100 * meter.saturated_part, 'messages': values.pop('frames')}
     level, message = _judged(status, rate, nominal, live, bool(about.get('idle')), warning, about.get('limit', ''))

@@ -235,8 +235,10 @@ def _reported(reader: BagReader, topics: set[str]) -> Iterator[dict]:
             yield recorded if isinstance(recorded, dict) else about
 
 
-_TYPES = {'contacts': 'tactile_msgs/msg/Contacts', 'contact_region': 'tactile_msgs/msg/ContactRegion', 'slip': 'tactile_msgs/msg/Slip',
-          'wrench': 'geometry_msgs/msg/WrenchStamped'}
+#: Name of a topic under ground_truth/ -> type of its messages.
+TRUTH_TYPES = {'tip': 'geometry_msgs/msg/PointStamped', 'contacts': 'tactile_msgs/msg/Contacts',
+               'contact_region': 'tactile_msgs/msg/ContactRegion', 'slip': 'tactile_msgs/msg/Slip',
+               'wrench': 'geometry_msgs/msg/WrenchStamped'}
 
 
 @dataclass(frozen=True)
@@ -250,8 +252,8 @@ def truth_topics(types: Mapping[str, str], raw_topic: str) -> dict[str, str]:
     """Topic -> its name under ground_truth/, of the sensor with this raw topic: /ns/image_raw, or /ns/left/image_raw; types: of all topics.
     """
     folder = posixpath.dirname(raw_topic)
-    named = {posixpath.join(space, 'ground_truth', name): name for space in (folder, posixpath.dirname(folder)) for name in _TYPES}
-    return {topic: name for topic, name in named.items() if types.get(topic) == _TYPES[name]}
+    named = {posixpath.join(space, 'ground_truth', name): name for space in (folder, posixpath.dirname(folder)) for name in TRUTH_TYPES}
+    return {topic: name for topic, name in named.items() if types.get(topic) == TRUTH_TYPES[name]}
 
 
 def with_truth(messages: Iterable, raw_topic: str, topics: Mapping[str, str]) -> Iterator[tuple[object, RecordedTruth | None]]:

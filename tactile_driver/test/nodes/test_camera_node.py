@@ -15,7 +15,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from sensor_msgs.srv import SetCameraInfo
 from std_msgs.msg import String
-from tactile_driver.errors import BadArgument
+from tactile_driver.errors import BadArgument, DeviceLost
 from tactile_driver.frame import CameraCalibration, load_calibration
 from tactile_driver.nodes.camera_node import CameraNode
 from tactile_driver.nodes.messages.conversions import header_of
@@ -59,6 +59,30 @@ def test_a_calibration_is_published_for_its_size_and_another_size_is_warned_of(s
     info, = one.received(('camera_info', CameraInfo))
     assert set(info.k) == {k} and (info.width, info.height) == (6, 4)
     one.reported(lambda status: said in status.message)
+
+
+def test_the_description_is_published_only_when_it_changes(driven, monkeypatch):
+    class Counting(FakeSource):
+        """Makes an equal calibration for each frame, as a simulated sensor does, and counts what it lost."""
+
+        def calibrations(self):
+            return (CameraCalibration(64, 48, tuple(float(k) for k in range(1, 10))),)
+
+        def describe(self):
+            return {'rate': 0.0, 'lost': len(self.asked)}
+    fake = Counting()
+    monkeypatch.setitem(CAMERA_SOURCES, 'device', lambda _values, _clock: fake)
+    one = driven(CameraNode, source='device')
+    images, descriptions = one.collect('image_raw', Image), []
+    one.node.create_subscription(String, 'description', descriptions.append, QoSProfile(depth=50))
+    assert until(lambda: len(images) > 20, one.executor)
+    one.reported(lambda status: 'calibration is for 64 x 48 px' in status.message)
+    assert len(descriptions) <= 2, 'one when it is open, one with the size of the first image'
+    monkeypatch.setattr(fake, 'describe', lambda: {'rate': 5.0})
+    fake.script += [DeviceLost('unplugged')]
+    assert until(lambda: 'rate: 5.0' in descriptions[-1].data, one.executor)
+    about = yaml.safe_load(descriptions[-1].data)
+    assert (about['width'], about['height']) == (6, 4), 'what the images told is still known'
 
 
 NODE = 'camera_node'

@@ -10,8 +10,10 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
+from sensor_msgs.msg import CameraInfo
+from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.parameters.table import Parameter
-from tactile_driver.recordings.reader import LeftOut, RawMessage, recorded_frame
+from tactile_driver.recordings.reader import TRUTH_TYPES, BagReader, LeftOut, RawMessage, recorded_frame
 from tactile_driver.recordings.serialization import decode, type_name_of, unusable
 
 from ..errors import BadArgument, BadFrame, BadRecording, TactileError, by_name
@@ -23,8 +25,7 @@ from .stitched_bag import bag_opener
 
 _SURFACE = (Parameter('surface', str, 'cap', '', 'untouched shape'),)
 #: Topics that go with the estimates, in the sensor's namespace except /tf_static.
-KEPT = ('/tf_static', 'description', 'camera_info', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip',
-        'ground_truth/wrench')
+KEPT = ('/tf_static', 'description', 'camera_info', *(f'ground_truth/{name}' for name in TRUTH_TYPES))
 
 
 class Chain:
@@ -117,12 +118,22 @@ class Replay:
             for stage in self._chain.stages:
                 stage.use_frame(recorded_frame(reader, self.prefix))
             with suppress(BadFrame):  # an unusable camera_info is reported when it is reached
-                for first in reader.messages({self._info} & set(self.topics)):  # it may follow the first images
-                    self._chain.take('camera_info', decode(first.data, first.type_name))
-                    break
+                if 'camera_info' in self._chain.side_topics:
+                    self._chain.take('camera_info', self._first_camera_info(reader))
             for item in reader.messages({self.raw, *names}):
                 yield self._estimated(item) if item.topic == self.raw else self._kept(item, names[item.topic])
             self.left_out.merge(reader.left_out)
+
+    def _first_camera_info(self, reader: BagReader) -> CameraInfo:
+        """The first camera_info of the recording, which may follow the first images; without one that which camera_node publishes for a
+        camera that is not calibrated. Raises BadFrame for a damaged one."""
+        for first in reader.messages({self._info} & set(self.topics)):
+            return decode(first.data, first.type_name)
+        for first in reader.messages({self.raw}):
+            with suppress(BadFrame):
+                height, width = image_to_array(decode(first.data, first.type_name)).shape[:2]
+                return CameraInfo(width=width, height=height)
+        return CameraInfo()
 
     def _kept(self, item: RawMessage, name: str) -> list[RawMessage]:
         """The message, which the stages take, where it can be written again. A camera_info that contradicts the calibration raises

@@ -17,7 +17,6 @@ from ..calibration.files.format import read_calibration
 from ..press.calibration import read_touch
 from ..touchpad.calibration import read_touchpad
 from ..camera_stage import CameraStage, Matrices
-from ..errors import BadFrame
 from ..press.field import view_maker
 from ..press.sensor import MARKER_SENSORS
 from ..nodes.messages import conversions as convert
@@ -80,11 +79,6 @@ class DotStage(CameraStage):
         method = make_method('model', known.fitted('model'), sensor) if known and 'model' in known.methods else None
         return MarkerPlaces(sensor, count, make_view, partial(dome_raised, method)) if count else None
 
-    def check(self, message: Image | CompressedImage) -> None:
-        """Raise BadFrame while the camera is not known."""
-        if self.waits:
-            raise BadFrame('no camera_info: 3D positions need the camera; publish camera_info beside image_raw, or set surface to none')
-
     def estimate(self, message: Image | CompressedImage, stamp_s: float, topics: Collection[str]) -> dict[str, list]:
         """The dots of one image under its stamp."""
         image = image_to_array(message)
@@ -104,8 +98,12 @@ class DotStage(CameraStage):
             self.estimator.set_reference()
 
     def health(self) -> tuple[str, dict]:
-        """Warns of a reference that may have been taken under a touch, and of dots without numbers; says what dots are tracked."""
+        """Warns of a missing camera_info, of a reference that may have been taken under a contact, and of dots without numbers; reports
+        which dots are tracked."""
         if self.estimator is None:
             return '', {}
         warning, unnumbered = self.estimator.warning, self.estimator.unnumbered
-        return unnumbered or warning, {'reference': warning or 'in order', 'dots': self.estimator.found, 'numbers': unnumbered or 'certain'}
+        blind = '' if self._camera or not self.needs_camera else (
+            'no camera_info: dots have no 3D positions; publish camera_info beside image_raw, or set surface to none')
+        return unnumbered or blind or warning, {
+            'reference': warning or 'in order', 'dots': self.estimator.found, 'numbers': unnumbered or 'certain'}

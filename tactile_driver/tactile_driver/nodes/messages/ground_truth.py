@@ -20,8 +20,8 @@ from ...simulation.truth import Touch, TruthFrame
 
 _NAN = float('nan')
 _SAME_TOUCH = 5e-3  # m between frames; chosen
-_KINDS = {'tip': PointStamped, 'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
-TRUTH = tuple(_KINDS)
+#: Name of a topic under ground_truth/ -> its type.
+TRUTH = {'tip': PointStamped, 'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
 #: a block of samples has several
 _QOS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 
@@ -70,7 +70,8 @@ def region_message(truth: TruthFrame, interval: float, header: Header) -> Contac
         motion=_transform(truth.motion), motion_interval=interval if known else _NAN, pose=_transform(truth.pose))
 
 
-def truth_messages(truth: TruthFrame, ids: list[int], interval: float, header: Header, names: Sequence[str] = TRUTH) -> dict[str, object]:
+def truth_messages(truth: TruthFrame, ids: list[int], interval: float, header: Header,
+                   names: Sequence[str] = tuple(TRUTH)) -> dict[str, object]:
     """Name -> message of ground_truth/*, those of names; ids: of the touches (see TouchNumbers); interval: s between frames.
 
     Slip is that of the whole contact, the wrench that of the object on the sensor.
@@ -87,7 +88,7 @@ def truth_messages(truth: TruthFrame, ids: list[int], interval: float, header: H
 
 
 def recorded_truth(truth: TruthFrame, numbers: TouchNumbers, interval: float, header: Header,
-                   names: Sequence[str] = TRUTH) -> Iterator[tuple[int, str, object]]:
+                   names: Sequence[str] = tuple(TRUTH)) -> Iterator[tuple[int, str, object]]:
     """Yield (stamp in ns, topic, message) of truth_messages, for a recording."""
     for name, message in truth_messages(truth, numbers.assign(truth.contacts), interval, header, names).items():
         yield stamp_ns_of(header), f'ground_truth/{name}', message
@@ -104,7 +105,7 @@ class GroundTruth:
         for name in self._publishers.keys() - set(names):
             self._node.destroy_publisher(self._publishers.pop(name))
         for name in set(names) - self._publishers.keys():
-            self._publishers[name] = self._node.create_publisher(_KINDS[name], f'ground_truth/{name}', _QOS)
+            self._publishers[name] = self._node.create_publisher(TRUTH[name], f'ground_truth/{name}', _QOS)
 
     @property
     def wanted(self) -> list[str]:
@@ -120,7 +121,7 @@ class GroundTruth:
         """Publish what was recorded, with its stamps, in the sensor frame frame_id."""
         for name, data in truth.messages:
             if name in self.wanted:
-                message = deserialize_message(data, _KINDS[name])
+                message = deserialize_message(data, TRUTH[name])
                 message.header.frame_id = frame_id
                 self._publishers[name].publish(message)
 
