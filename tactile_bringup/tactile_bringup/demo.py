@@ -23,7 +23,7 @@ from tactile_driver.nodes.messages.images import image_to_array
 from tactile_driver.nodes.runtime.diagnostics import LogOnce
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
-from tactile_driver.nodes.runtime.run import run_node
+from tactile_driver.nodes.runtime.run import exit_process, run_node
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.nodes.messages.conversions import check_message, stamp_seconds
 
@@ -260,7 +260,11 @@ class DemoNode(Node):
 
 
 def main(args: list[str] | None = None) -> None:
-    """Run the process demo; exit code 1 when no frame was shown."""
+    """The process demo; exit code 1 when no frame was shown."""
+    exit_process(lambda: _run(args))
+
+
+def _run(args: list[str] | None) -> int:
     made = []
 
     def make() -> DemoNode:
@@ -268,4 +272,4 @@ def main(args: list[str] | None = None) -> None:
         return made[0]
 
     code = run_node(make, args)
-    sys.exit(code or (1 if made and made[0].failed else 0))
+    return code or (1 if made and made[0].failed else 0)

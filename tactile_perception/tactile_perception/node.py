@@ -20,7 +20,7 @@ from tactile_driver.nodes.runtime.diagnostics import Health, LogOnce, NodeDiagno
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS
-from tactile_driver.nodes.runtime.run import run_node
+from tactile_driver.nodes.runtime.run import exit_process, run_node
 
 from .errors import BadArgument, ClockSetBack, TactileError
 from .nodes.messages.conversions import stamp_ns_of, stamp_seconds
@@ -174,4 +174,4 @@ def make_node(name: str, host: Host | None = None) -> Node:
 
 def main(args: list[str] | None = None, node: str = '') -> None:
     """The process of the perception node of this name; '' for that which the executable is named after."""
-    sys.exit(run_node(partial(make_node, node or Path(sys.argv[0]).name), args))
+    exit_process(lambda: run_node(partial(make_node, node or Path(sys.argv[0]).name), args))

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import shutil
 import signal
-import sys
 from collections import deque
 from functools import partial
 from pathlib import Path
@@ -28,7 +27,7 @@ from tactile_driver.nodes.runtime.diagnostics import LogOnce
 from tactile_driver.nodes.runtime.host import AdaptiveSubscription
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
-from tactile_driver.nodes.runtime.run import run_node
+from tactile_driver.nodes.runtime.run import exit_process, run_node
 from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
@@ -398,7 +397,11 @@ class CalibrateNode(Node):
 
 
 def main(args: list[str] | None = None) -> None:
-    """Run the session, then calibrate."""
+    """The process that runs the session, then calibrates."""
+    exit_process(lambda: _run(args))
+
+
+def _run(args: list[str] | None) -> int:
     made: list[CalibrateNode] = []
 
     def make() -> CalibrateNode:
@@ -407,10 +410,10 @@ def main(args: list[str] | None = None) -> None:
     code = run_node(make, args)
     if code == 0 and made and made[0].complete:
         node = made[0]
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # which run_node has left ignored
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # run_node's does nothing any more
         code = calibrate([*map(str, node.bags), '--params', str(node.params), '--output', str(node.output), *node.sphere])
         if node.mounting_file.exists():
             print(node.mounting_file.read_text(), flush=True)
     elif made:
         print(f'{len(made[0].bags)} presses are kept; start it again with the same output to go on', flush=True)
-    sys.exit(code)
+    return code

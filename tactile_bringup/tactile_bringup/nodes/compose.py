@@ -6,7 +6,6 @@
 """
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Sequence
 from threading import RLock
 
@@ -14,7 +13,7 @@ from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.runtime.host import Host, SharedPublisher
-from tactile_driver.nodes.runtime.run import run_nodes
+from tactile_driver.nodes.runtime.run import exit_process, run_nodes
 from tactile_perception.node import make_node
 from tactile_perception.sensor_type import NODES
 
@@ -36,4 +35,4 @@ def made(names: Sequence[str]) -> Iterator[Node]:
 def main(args: list[str] | None = None) -> None:
     """Run the process sensor_nodes."""
     names = remove_ros_args(args)[1:]
-    sys.exit(run_nodes(lambda: made(names), args))
+    exit_process(lambda: run_nodes(lambda: made(names), args))

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs nodes as a process: init, spin, destroy, shutdown."""
+"""Runs nodes as a process: init, spin, destroy, shutdown, exit."""
 from __future__ import annotations
 
 import faulthandler
@@ -9,8 +9,11 @@ import os
 import signal
 import sys
 import threading
+import traceback
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
+from typing import NoReturn
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -26,7 +29,6 @@ WRONG = 2
 _SWITCH_S = 5e-4
 #: s that ending may take before the process says where it hangs and exits with code 1; launch kills it 15 s after Ctrl-C
 _ENDS_S = 12.0
-_ENDING = signal.SIGINT, signal.SIGTERM
 _PROFILE = Path(__file__).with_name('fastdds_profile.xml')
 _PROFILE_NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 _CHOSEN_BY = (*_PROFILE_NAMES, 'FASTDDS_BUILTIN_TRANSPORTS')
@@ -48,7 +50,24 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> int:
 
 def process_of(make: Callable[[], Node]) -> Callable[..., None]:
     """The main function of a process that runs the node that make() returns."""
-    return lambda args=None: sys.exit(run_node(make, args))
+    return lambda args=None: exit_process(lambda: run_node(make, args))
+
+
+def exit_process(run: Callable[[], int]) -> NoReturn:
+    """End this process with the exit code that run() returns, 1 after an exception.
+
+    The interpreter is not closed down: run_nodes has released all that the nodes had, and closing down may hang in a thread or in a
+    library (seen: a recorder whose bag was closed), where signals no longer end the process.
+    """
+    try:
+        code = run()
+    except Exception:
+        traceback.print_exc()
+        code = 1
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):  # who read it has ended
+            stream.flush()
+    os._exit(code)
 
 
 def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None) -> int:
@@ -76,10 +95,6 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
             node.destroy_node()
         rclpy.try_shutdown()
         faulthandler.cancel_dump_traceback_later()
-        # The interpreter closes down: it puts back the default handling of signals that have a handler, and launch sends a SIGINT after
-        # that of the terminal.
-        for number in _ENDING:
-            signal.signal(number, signal.SIG_IGN)
     return 0
 
 
@@ -92,7 +107,7 @@ def _call_on_signals(end: Callable[[], None]) -> None:
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
-    for number in _ENDING:
+    for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: None)
 
     def wait() -> None:
