@@ -16,6 +16,7 @@ from ..truth import NO_SLIP, Touch, TruthFrame, slip_state_of
 from .pad import FACES, FINE, Ink, InkSpecimen, PadSpecimen, PadState, RubberPad
 
 STEP_S = 0.01  # step of the object's motion, small against the pitch of the places; chosen
+_ROUNDING = 1e-6  # steps: the times of two frames are rounded, which must not add a step
 
 
 @dataclass(frozen=True)
@@ -139,7 +140,7 @@ class TaxelScene:
         time = time % self.duration
         if time < self._now:
             self._begin()
-        begin, steps = self._now, max(math.ceil((time - self._now) / STEP_S), 1)
+        begin, steps = self._now, max(math.ceil((time - self._now) / STEP_S - _ROUNDING), 1)
         slipped, before = np.zeros(len(self.pad.places), bool), self._at(begin)
         for k in range(1, steps + 1):
             place = self._at(begin + (time - begin) * k / steps)
