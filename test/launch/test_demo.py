@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from ament_index_python.packages import get_package_share_directory
+from tactile_bringup.launch.demo import type_of
 
 
 def frames_in(path):
@@ -35,14 +36,18 @@ def test_a_simulated_sensor_is_shown(ros2, tmp_path):
     assert re.search(r'\d+ frames, [\d.]+ Hz, latency \d+ ms', launched.log)
 
 
-def test_a_file_of_an_array_is_shown(ros2, tmp_path):
+def test_a_folder_of_an_arrays_frames_is_shown(ros2, tmp_path):
     text = Path(get_package_share_directory('tactile_bringup'), 'params', 'taxel_array.yaml').read_text()
     (tmp_path / 'mat.yaml').write_text(re.sub(r'(rows|columns): 44', r'\1: 20', text))
     frames = np.zeros((100, 20, 20))
     frames[40:80, 6:15, 4:13] = np.minimum(np.arange(40), 10)[:, None, None] * 15.0
-    times = np.arange(100) / 25.0
-    np.savetxt(tmp_path / 'grasp.csv', np.column_stack([times, frames.reshape(100, -1)]), '%g', ',')
-    launched = ros2('launch', 'tactile_bringup', 'demo.launch.py', 'out:=pictures', 'source:=file', 'path:=grasp.csv', 'params:=mat.yaml')
+    frames += np.random.default_rng(1).normal(0, 0.2, frames.shape) - 3  # signed, with fractions: a file a frame
+    (tmp_path / 'grasp').mkdir()
+    for number, frame in enumerate(frames):
+        np.savetxt(tmp_path / 'grasp' / f'frame_{number}.csv', frame, '%.2f', ',')
+    launched = ros2('launch', 'tactile_bringup', 'demo.launch.py', 'out:=pictures', 'source:=file', 'path:=grasp', 'rate:=25',
+                    'params:=mat.yaml')
+    assert 'RuntimeWarning' not in launched.log
     assert launched.wait(120) == 0, launched.log
     assert launched.complaints == []
     assert 'nothing touches' in launched.log
@@ -50,6 +55,18 @@ def test_a_file_of_an_array_is_shown(ros2, tmp_path):
     picture = cv2.imread(str(tmp_path / 'pictures' / 'largest_contact.png'))
     assert (picture != cv2.imread(str(tmp_path / 'pictures' / 'first.png'))).any()
     assert frames_in(tmp_path / 'pictures' / 'demo.mp4') > 20
+
+
+@pytest.mark.parametrize(('names', 'params', 'kind'), [
+    (['a.csv', 'b.CSV', 'about.md'], '', 'taxel_array'), (['1.png', '2.png', 'targets.csv'], '', 'touchpad'),
+    (['1.png'], 'pressure_array_14x6', 'taxel_array'), (['a.csv'], 'areal_single', 'areal_single'), ([], '', 'touchpad')])
+def test_what_is_played_says_which_sensor_is_started(tmp_path, names, params, kind):
+    for name in names:
+        (tmp_path / name).touch()
+    file = params and str(Path(get_package_share_directory('tactile_bringup'), 'params', f'{params}.yaml'))
+    assert type_of({'source': 'file', 'path': str(tmp_path), 'params': file}) == kind
+    if names and not params:
+        assert type_of({'source': 'file', 'path': str(tmp_path / names[0]), 'params': ''}) == kind
 
 
 def test_where_nothing_comes_it_fails_with_a_word(ros2):

@@ -182,11 +182,11 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
     values = completed(values, sensor_type)
     frame = sensor_frame(values['namespace']) or sensor_type
     calibrated = {'calibration': values['calibration']} if values['calibration'] else {}
-    calibration = values['calibration'] or _parameter(values['params'], kind.perception[-1], 'calibration')
+    calibration = values['calibration'] or parameter_of(values['params'], kind.perception[-1], 'calibration')
     fitted = _has_contact_model(calibration)
     complete = fitted or kind.needs != 'presses'
     if kind.needs == 'surface':
-        complete = _parameter(values['params'], 'dot_tracker_node', 'surface', 'cap') != 'none'
+        complete = parameter_of(values['params'], 'dot_tracker_node', 'surface', 'cap') != 'none'
     note = '' if fitted or not kind.uncalibrated else \
         f'not calibrated (calibration:=FILE): {kind.uncalibrated} and run `ros2 run tactile_perception calibrate`'
     ends = values['source'] in ('file', 'bag') and 'true' not in (values['loop'], values['stay'])
@@ -268,7 +268,7 @@ def _has_contact_model(calibration: str) -> bool:
     return not ('\n  stitching:' in text and '\n  methods:' not in text)
 
 
-def _parameter(params: str, node: str, name: str, default: str = '') -> str:
+def parameter_of(params: str, node: str, name: str, default: str = '') -> str:
     """The value of a text that a parameter file sets for a node. Raises BadArgument."""
     try:  # importing the whole parameter tables takes a second
         return read_parameters(params, node, (Parameter(name, str, default, '', ''),))[name]

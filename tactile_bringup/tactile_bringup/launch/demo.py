@@ -8,16 +8,16 @@ from pathlib import Path
 from launch import LaunchDescription
 from launch.actions import Shutdown
 from launch_ros.actions import Node
+from tactile_driver.sources.array_file import ARRAY_ENDINGS
 from tactile_perception.sensor_type import SENSOR_TYPES
 
 from ..parameters.table import VIDEO_RATE
-from .arguments import absolute, check_choices, description, number, sensor_actions, sensor_arguments
+from .arguments import absolute, check_choices, description, number, parameter_of, sensor_actions, sensor_arguments
 
 #: parameter of the nodes that draw pictures: how often
 _PICTURES = {'markers_node': 'picture_rate', 'taxel_markers_node': 'rate'}
 #: with one source of pictures
 TYPES = tuple(name for name, row in SENSOR_TYPES.items() if row.view in _PICTURES and len(row.raw) == 1)
-_ARRAY_FILES = ('.csv', '.npy', '.npz', '.tsv', '.txt')
 _LIVE_S = 25.0
 
 
@@ -26,15 +26,24 @@ def demo_description() -> LaunchDescription:
     of_sensor = {name: row for name, row in sensor_arguments(TYPES[0]).items() if name != 'stay'}
     return description(of_sensor | {
         'namespace': ('', "of the sensor's nodes and topics; empty: the sensor type"),
-        'type': ('', f'sensor type, of {", ".join(TYPES)}; empty: taxel_array for a file of an array ({" ".join(_ARRAY_FILES)}), else '
-                     f'{TYPES[0]}'),
+        'type': ('', f'sensor type, of {", ".join(TYPES)}; empty: that of the parameter file, else taxel_array for a file of an array '
+                     f'({" ".join(ARRAY_ENDINGS)}) or a folder of mostly them, else {TYPES[0]}'),
         'out': ('out/demo', 'folder for pictures and video'),
         'seconds': ('', 'how long it lasts, s; empty: 25 of a simulated sensor or a device, a recording to its end')}, _actions)
 
 
+def type_of(values: dict[str, str]) -> str:
+    """The sensor type that the parameter file or the recording shows. Raises BadArgument for a parameter file that cannot be read."""
+    if values['params']:
+        return parameter_of(values['params'], '', 'sensor_type', TYPES[0])
+    path = Path(values['path']).expanduser()
+    files = list(path.iterdir()) if values['source'] == 'file' and path.is_dir() else [path]
+    return 'taxel_array' if 2 * sum(file.suffix.lower() in ARRAY_ENDINGS for file in files) > len(files) else TYPES[0]
+
+
 def _actions(values: dict[str, str]) -> list:
     """The actions of the sensor and the demo; launch ends with the demo, with the last picture written. Raises BadArgument."""
-    kind = values['type'] or ('taxel_array' if Path(values['path']).suffix in _ARRAY_FILES else TYPES[0])
+    kind = values['type'] or type_of(values)
     check_choices({'type': kind}, {'type': TYPES})
     values = values | {'namespace': values['namespace'] or kind, 'stay': 'true'}
     sensor = sensor_actions(values, kind, {_PICTURES[SENSOR_TYPES[kind].view]: VIDEO_RATE}, apart=True)

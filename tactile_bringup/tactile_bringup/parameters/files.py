@@ -47,7 +47,7 @@ _GEL_SIM = ("# A simulated gel with dots (source:=sim params:=.../gel_sim.yaml):
             '# gelsight_mini.yaml explains all.\n')
 _PRESSURE = ('# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).\n'
              '# What the pad is made of is not known: put in yours, or calibrate; until then no force is reported.\n')
-_PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'reference.start': 'zero', 'full_value': 2000.0}
+_PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'full_value': 2000.0}
 #: N and N m of the longest arrows in RViz, twice the largest wrench of the simulated scenes, and m, radius of the tool in most of them.
 _SIMULATED_PRESSES = {'areal_single': (3.0, 0.05, 0.006), 'areal_dual': (2.0, 0.05, 0.008), 'air_cushion': (25.0, 0.7, 0.030)}
 _CAMERAS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS}
@@ -102,9 +102,9 @@ def _markers(sensor_type: str) -> dict[str, object]:
 
 
 def simulated_pad() -> dict[str, object]:
-    """Pad properties that a user would measure on the simulated array, by parameter name."""
+    """Properties that a user knows or would measure of the simulated array, by parameter name."""
     pad = PadSpecimen()
-    return {'pad.thickness': pad.thickness, 'pad.stiffness': round(pad.press * pad.thickness, 1),
+    return {'bits': 8, 'pad.thickness': pad.thickness, 'pad.stiffness': round(pad.press * pad.thickness, 1),
             'pad.shear_modulus': round(pad.pull * pad.thickness, 1), 'pad.friction': pad.grip}
 
 

@@ -3,7 +3,6 @@
 """A video file or a folder of images as a source, and two of them as two cameras."""
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 
 from ..errors import BadFrame, BadRecording
 from ..frame import Frame, PairFrame, frame_of
-from ..sources.source import NS, Clock, PlayedSource, stamp_of
+from ..sources.source import NS, Clock, PlayedSource, natural_key, stamp_of
 
 IMAGE_ENDINGS = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
 _REMEDY = 'where a player shows it: ffmpeg -i VIDEO -c:v mjpeg -q:v 2 press.avi'
@@ -21,11 +20,6 @@ _FOLDER_RATE = 30.0  # Hz, for a folder and for a video without a rate; chosen: 
 
 #: Number of a frame, from 0, and what decodes it, before the next one is asked for: the image, or None, and its name
 Item = tuple[int, Callable[[], tuple[np.ndarray | None, str]]]
-
-
-def natural_key(path: Path) -> list:
-    """Sort key for natural order: frame_2 before frame_10."""
-    return [(0, int(part), '') if part.isdigit() else (1, 0, part.lower()) for part in re.split(r'(\d+)', path.name) if part]
 
 
 class FileSource(PlayedSource):

@@ -11,6 +11,7 @@ from ..errors import BadArgument
 from ..frame import ENCODINGS
 from ..serial.frames import LARGEST
 from ..serial.psd import FORMATS
+from ..sources.array_file import AXES
 from ..sources.registry import CAMERA_CHOICES, DUAL_CAMERA_CHOICES, PSD_SOURCES, TAXEL_SOURCES
 from ..stitching.methods import STITCHERS
 from .table import Parameter
@@ -152,11 +153,11 @@ PSD_DRIVER_PARAMETERS = (
 
 
 TAXEL_DRIVER_PARAMETERS = (
-    Parameter('source', str, 'sim', '', 'origin of the images: sim (simulated array), device (serial port), file (.npz, .npy or .csv) or '
-              'bag (rosbag2 recording)', choices=TAXEL_SOURCES),
+    Parameter('source', str, 'sim', '', 'origin of the images: sim (simulated array), device (serial port), file (.npz, .npy, .csv '
+              'or a folder of them) or bag (rosbag2 recording)', choices=TAXEL_SOURCES),
     SERIAL_DEVICE,
     Parameter('baud', int, 12000000, 'bit/s', 'source device: baud rate', 300, 20_000_000),
-    Parameter('path', str, '', '', 'source file: the file; source bag: the rosbag2 folder'),
+    Parameter('path', str, '', '', 'source file: the file or folder; source bag: the rosbag2 folder'),
     Parameter('topic', str, '', '', 'source bag: the image topic; source file: the array in an .npz; empty if there is only one'),
     SCENE,
     SEED,
@@ -168,6 +169,10 @@ TAXEL_DRIVER_PARAMETERS = (
     Parameter('transposed', bool, False, '', 'sources device, file and bag: exchange rows and columns'),
     Parameter('flip_rows', bool, False, '', 'sources device, file and bag: reverse the order of the rows (after transposed)'),
     Parameter('flip_columns', bool, False, '', 'sources device, file and bag: reverse the order of the columns (after transposed)'),
+    Parameter('layout', list[int], [-1], '', 'source file: of each cell, row by row, the number of its value among those of a frame, from '
+              '0; -1: no taxel there; only -1: the values are row by row', -1, 2**31 - 1),
+    Parameter('axis', str, 'z', '', 'source file: which of three numbers of a taxel is shown', choices=tuple(AXES)),
+    Parameter('inverted', bool, False, '', 'source file: pressing lowers the values'),
     *sensor_parameters('taxel_array'),
     STAY,
     AUTOSTART,

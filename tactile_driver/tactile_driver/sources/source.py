@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -73,6 +74,11 @@ def stamp_of(captured_ns: int, clock: Clock) -> int:
         compared.append((after - before, now - (before + after) // 2))
     # Simulated time stands at 0 until its first message.
     return max(captured_ns + min(compared)[1], 0)
+
+
+def natural_key(path: Path) -> list:
+    """Sort key for natural order: frame_2 before frame_10."""
+    return [(0, int(part), '') if part.isdigit() else (1, 0, part.lower()) for part in re.split(r'(\d+)', path.name) if part]
 
 
 def wait_until(due_ns: int) -> None:

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tactile_driver.errors import BadArgument, BadFrame, BadRecording, DeviceLost
-from tactile_driver.parameters.drivers import PSD_DRIVER_PARAMETERS
+from tactile_driver.errors import BadArgument, BadRecording, DeviceLost
+from tactile_driver.parameters.drivers import PSD_DRIVER_PARAMETERS, TAXEL_DRIVER_PARAMETERS
 from tactile_driver.parameters.table import defaults
 from tactile_driver.frame import SampleBlock
 from tactile_driver.serial import port as serial_port
@@ -19,8 +19,9 @@ from tactile_driver.serial.clock import DeviceClock, SampleAssembler
 from tactile_driver.serial.frames import BinaryReader, CountFrame, END, LineReader, MATRIX, SAMPLES, frame_size, write_frame, write_line
 from tactile_driver.serial.port import SerialSource, find_port
 from tactile_driver.serial.psd import Demodulator, PsdSerialSource
-from tactile_driver.serial.taxel import TaxelFileSource, read_table
+from tactile_driver.serial.taxel import TaxelFileSource
 from tactile_driver.sources import source as pacing
+from tactile_driver.sources.array_file import read_array_file
 from tactile_driver.sources.source import EndOfSource, NothingYet
 from waiting import until
 
@@ -173,10 +174,14 @@ FRAMES = np.arange(3 * 2 * 4, dtype=np.uint8).reshape(3, 2, 4)
 
 
 def source(path, array='', rate=0.0, loop=False, shape=(2, 4), clock=time.time_ns):
-    opened = TaxelFileSource({'path': str(path), 'topic': array, 'rate': rate, 'loop': loop, 'rows': shape[0], 'columns': shape[1],
-                              'transposed': False}, clock)
+    opened = TaxelFileSource({**defaults(TAXEL_DRIVER_PARAMETERS), 'path': str(path), 'topic': array, 'rate': rate, 'loop': loop,
+                              'rows': shape[0], 'columns': shape[1]}, clock)
     opened.open()
     return opened
+
+
+def recording(path, shape=(3, 4), **more):
+    return read_array_file(path, {**defaults(TAXEL_DRIVER_PARAMETERS), 'rows': shape[0], 'columns': shape[1], **more})
 
 
 def all_of(opened):
@@ -222,10 +227,10 @@ def test_broken_files(tmp_path, name, content):
         source(tmp_path / name)
 
 
-def test_frames_of_another_size_are_skipped(tmp_path):
+def test_frames_of_another_size_are_refused(tmp_path):
     np.save(tmp_path / 'a.npy', FRAMES)
-    with pytest.raises(BadFrame):
-        source(tmp_path / 'a.npy', shape=(4, 4)).read()
+    with pytest.raises(BadRecording, match='frames are 2 x 4, parameters rows and columns say 4 x 4'):
+        source(tmp_path / 'a.npy', shape=(4, 4))
 
 
 TABLE = np.arange(5 * 3 * 4).reshape(5, 3, 4) + 0.5
@@ -246,24 +251,137 @@ def test_tables_of_all_kinds(tmp_path, separator, head, time, lines):
         names = ([f'time ({time})'] if time else []) + [f'c{k}' for k in range(12 // lines)]
         text.insert(0, separator.join(names))
     (tmp_path / 'a.csv').write_text('\ufeff' * head + '\r\n'.join(text) + '\n\n', encoding='utf-8')
-    frames, times = read_table(tmp_path / 'a.csv', (3, 4))
-    np.testing.assert_allclose(frames, TABLE)
+    found = recording(tmp_path / 'a.csv')
+    np.testing.assert_array_equal(found.frames, np.arange(5 * 3 * 4).reshape(5, 3, 4))
+    assert 'numbers from 0.5 to 59.5; the image holds (value - 0.5) / 1' in found.about
     if time:
-        np.testing.assert_allclose(times, TABLE_TIMES)
+        np.testing.assert_allclose(found.times, TABLE_TIMES)
     else:
-        assert times is None
+        assert found.times is None
 
 
 @pytest.mark.parametrize(('text', 'said'), [
-    ('1,2,3\n4,5,6\n', '2 lines of 3 numbers; expected for 3 x 4 taxels: 12 a line'), ('', 'no line of numbers'),
-    ('a,b\nc,d\n1,2\n', 'line 2 is not of numbers'),
+    ('1,2,3\n4,5,6\n', '2 lines of 3 numbers.*expected for 3 x 4 taxels: 12 a line'), ('', 'no line of numbers'),
     ('1,2,3,4\n1,2,3\n', 'line 2 has 3 numbers, those before it 4'),
-    ('1,2,3,4\n' * 4, '4 lines of 4 numbers'), ('1,1,2,3,4\n' * 6, 'do not increase at frame 1'),
-    ('1,2,x,4\n1,2,3,4\n1,2,y,4\n', 'line 3')])
+    ('1,2,3,4\n' * 4, '4 lines of 4 numbers, which would be rows: 4 and columns: 4 if all are one frame'),
+    ('1,1,2,3,4\n' * 6, 'do not increase at frame 1'),
+    ('1,2,x,4\n1,2,3,4\n1,2,y,4\n', 'line 3 is not of numbers')])
 def test_what_was_seen_and_what_is_expected_are_reported(tmp_path, text, said):
     (tmp_path / 'a.csv').write_text(text)
     with pytest.raises(BadRecording, match=said):
-        read_table(tmp_path / 'a.csv', (3, 4))
+        recording(tmp_path / 'a.csv')
+
+
+WHOLE = np.arange(4 * 3 * 4).reshape(4, 3, 4)
+
+
+@pytest.mark.parametrize('lines', ['', ',\n'])
+def test_a_folder_of_single_frames_in_natural_order(tmp_path, lines):
+    for k, frame in enumerate(WHOLE):  # as pressure mats write them: leading zeros, a comma at the end of a line
+        text = '\n'.join(','.join(f'{value:03d}' for value in row) + lines.strip() for row in frame)
+        (tmp_path / f'reading_{k + 8}.csv').write_text(text)
+    (tmp_path / 'about.md').write_text('a mat')
+    assert recording(tmp_path).frames.tolist() == WHOLE.tolist()
+    with pytest.raises(BadRecording, match='reading_8.csv: it has 3 lines of 4 numbers, which would be rows: 3 and columns: 4'):
+        recording(tmp_path, (5, 5))
+    (tmp_path / 'reading_2.csv').write_text('1,2,3\n')
+    with pytest.raises(BadRecording, match='reading_2.csv: it has 1 lines of 3'):
+        recording(tmp_path)
+
+
+def test_an_empty_folder_says_what_it_lacks(tmp_path):
+    with pytest.raises(BadRecording, match=r'no file that ends in .npy, .csv'):
+        recording(tmp_path)
+
+
+SIGNED = np.round(np.random.default_rng(1).normal(0.0, 3.0, (20, 3, 4)), 2)
+
+
+@pytest.mark.parametrize(('values', 'step'), [(SIGNED, 0.01), (SIGNED.astype(np.float32), 0.01), (np.round(SIGNED) - 1000, 1.0),
+                                              (SIGNED * 1e6, 1e4), (SIGNED**3 / 7, None), (WHOLE * 2.0**12, 4096.0)])
+def test_signed_and_fractional_values_keep_their_resolution(tmp_path, values, step):
+    np.save(tmp_path / 'a.npy', values)
+    frames, _, about, _ = recording(tmp_path / 'a.npy')
+    found = float(about.split(' / ')[1])
+    assert found == pytest.approx(step, rel=1e-4) if step else np.ptp(values) / 65536 < found < 4 * np.ptp(values) / 65535
+    step = step or found
+    np.testing.assert_allclose(frames * step + values.min(), values, atol=0.51 * step + 0.1 * found)
+
+
+@pytest.mark.parametrize('values', [WHOLE.astype(np.uint8), WHOLE.astype(np.int64), WHOLE.astype(float), WHOLE * 1000])
+def test_whole_numbers_stay_as_they_are(tmp_path, values):
+    np.save(tmp_path / 'a.npy', values)
+    frames = recording(tmp_path / 'a.npy').frames
+    assert frames.tolist() == values.tolist() and (frames.dtype == np.uint8) == (values.dtype == np.uint8)
+
+
+def test_one_axis_of_three(tmp_path):
+    three = np.stack([WHOLE + 100 * k for k in range(3)], axis=-1)
+    forms = {'last': three, 'first': np.moveaxis(three, -1, 1), 'flat': three.reshape(4, -1), 'cells': three.reshape(4, 12, 3)}
+    for (name, values), (k, axis) in itertools.product(forms.items(), enumerate('xyz')):
+        np.save(tmp_path / f'{name}.npy', values)
+        assert recording(tmp_path / f'{name}.npy', axis=axis).frames.tolist() == (WHOLE + 100 * k).tolist(), name
+    np.savetxt(tmp_path / 'a.csv', three.reshape(4, -1), '%d', ',')
+    assert recording(tmp_path / 'a.csv').frames.tolist() == (WHOLE + 200).tolist()
+
+
+def test_a_layout_places_the_values(tmp_path):
+    values = np.arange(3 * 48).reshape(3, 48)
+    layout = [46, 45, 44, -1, 2, 1]
+    np.save(tmp_path / 'a.npy', values)
+    wanted = np.where(np.array(layout) < 0, 0, values[:, layout]).reshape(3, 2, 3)
+    assert recording(tmp_path / 'a.npy', (2, 3), layout=layout).frames.tolist() == wanted.tolist()
+    names = ['timestamp', 'elapsed', 'frame_index', *(f'ch{k}' for k in range(48))]
+    table = np.column_stack([np.arange(3) + 1.7e9, np.arange(3), np.arange(3), values])
+    np.savetxt(tmp_path / 'a.csv', table, '%.3f', ',', header='##Session\nrows,13\ncols,8\n##Data\n' + ','.join(names), comments='')
+    found = recording(tmp_path / 'a.csv', (2, 3), layout=layout)
+    assert found.frames.tolist() == wanted.tolist() and np.diff(found.times).tolist() == [1.0, 1.0]
+    with pytest.raises(BadRecording, match='layout has 6 numbers up to 46; 2 x 2 = 4 are needed, from 0 to 47'):
+        recording(tmp_path / 'a.npy', (2, 2), layout=layout)
+
+
+@pytest.mark.parametrize(('head', 'start', 'scale'), [('t_ns', 1.7e18, 1e9), ('Time [us]', 0, 1e6), ('timestamp', 1.7e12, 1e3),
+                                                      ('timestamp', 1.7e9, 1), ('elapsed_ms', 5, 1e3)])
+def test_units_of_time(tmp_path, head, start, scale):
+    lines = [f'{head},' + ','.join(f'c{k}' for k in range(12)),
+             *(f'{start + 0.5 * k * scale:.0f},' + '1,' * 11 + str(k) for k in range(4, 8, 2))]
+    (tmp_path / 'a.csv').write_text('\n'.join(lines))
+    assert np.diff(recording(tmp_path / 'a.csv').times) == pytest.approx([1.0], rel=1e-3)
+
+
+def test_dates_counts_and_lines_between_frames(tmp_path):
+    rows = ['1 2 3 4', '5 6 7 8', '9 10 11 12']
+    (tmp_path / 'a.txt').write_text('\n'.join(['ROWS 3', 'COLS 4', 'Frame 1', *rows, '', 'Frame 2', *rows, '@@']))
+    assert recording(tmp_path / 'a.txt').frames.shape == (2, 3, 4)
+    cells = ','.join('1' * 12)
+    day, names = '2024-01-02 03:04', ','.join('abcdefghijkl')
+    (tmp_path / 'b.csv').write_text(f'"",date time,{names}\n0,{day}:05.500,{cells}\n1,{day}:06.000,{cells}')
+    found = recording(tmp_path / 'b.csv')
+    assert found.frames.shape == (2, 3, 4) and np.diff(found.times) == pytest.approx([0.5])
+
+
+def test_values_that_fall_under_pressure(tmp_path):
+    values = np.full((30, 3, 4), 500.0)
+    values[15:, 1, 1] -= 200
+    np.save(tmp_path / 'a.npy', values)
+    assert 'set inverted to true' in recording(tmp_path / 'a.npy').warning
+    turned = recording(tmp_path / 'a.npy', inverted=True)
+    assert turned.warning == '' and turned.frames[20].tolist() == (500 - values[20]).tolist()
+    assert recording(tmp_path / 'a.npy').frames.tolist() == values.tolist()
+
+
+def test_gaps_and_objects(tmp_path, recwarn):
+    values = SIGNED.copy()
+    values[3, 1, 1], values[4, 0], values[5, 1] = np.nan, np.inf, -1e308
+    np.save(tmp_path / 'a.npy', values)
+    assert recording(tmp_path / 'a.npy').frames[3, 1, 1] == 0
+    np.save(tmp_path / 'b.npy', np.array([None, 1]))
+    with pytest.raises(BadRecording, match='Python objects; save plain numbers'):
+        recording(tmp_path / 'b.npy')
+    np.save(tmp_path / 'c.npy', np.full((4, 3, 4), np.nan))
+    with pytest.raises(BadRecording, match='no frame with a number'):
+        recording(tmp_path / 'c.npy')
+    assert not recwarn.list
 
 
 RNG = np.random.default_rng(5)

@@ -42,13 +42,14 @@ _ASSUMED_SLIDE = 0.1  # thicknesses that a pad of unknown pressure is dragged be
 @dataclass(frozen=True)
 class TaxelSettings:
     """method: name in TAXEL_METHODS; dead: indices row * columns + column of dead taxels; reference_frames, time_constant (s): see
-    Baseline; response: of the taxels."""
+    Baseline; response: of the taxels; zeroed: see Baseline."""
 
     method: str = 'mechanics'
     dead: tuple = ()
     reference_frames: int = 10
     time_constant: float = 30.0
     response: Response = field(default_factory=Response)
+    zeroed: bool = False
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class MechanicsMethod:
 
     def __init__(self, array: TaxelArray, pad: SoftPad, response: Response):
         self._array, self._pad, self._known = array, pad, response.known
-        self._score, self._motion, self._slip = ContactScore(array, pad), MotionTracker(array, pad), TaxelSlip(array)
+        self._score, self._motion, self._slip = ContactScore(array, pad), MotionTracker(array, pad), TaxelSlip(array, response.known)
         self.shear, self.lead = self._motion.shear, self._motion.lead
         self._assumed = np.float32(1)  # Pa per unit of pressure
 
@@ -122,7 +123,7 @@ class TaxelEstimator:
         self.array, self.pad, self.settings = array, pad, settings
         self._method = TAXEL_METHODS[settings.method](array, pad, settings.response)
         self._dead = DeadTaxels(array.dead(settings.dead))
-        self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, array.full_scale)
+        self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, settings.zeroed)
         self._hysteresis, self._tracker = Hysteresis(settings.response.loop), ContactTracker()
         self._stamp_s: float | None = None
         self.grasped = GraspedObject()
@@ -144,11 +145,12 @@ class TaxelEstimator:
         interval = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
         self._stamp_s = stamp_s
         sigma, response = self.baseline.sigma, self.settings.response
-        change = self.baseline.change(frame)
+        full_scale = self.array.scale_of(np.asarray(values))
+        change = self.baseline.change(frame, full_scale)
         repaired = self._dead.repaired(change, sigma)
         pressure = self._hysteresis.undone(response.pressure(repaired), interval)
         noise = sigma * response.slope(_NOISE_AT * sigma) * response.loop.noise_gain
-        full = frame >= _FULL * self.array.full_scale
+        full = frame >= _FULL * full_scale
         regions, surface = self._method.regions(pressure, noise, full)
         self.baseline.follow(change, regions.touched, interval)
         slip, motion = self._method.slip(regions, surface, stamp_s)

@@ -25,7 +25,8 @@ TAXEL_SENSOR_PARAMETERS = (
     _fixed('rows', int, 44, '', 'rows of taxels: the height of the image', 1, LARGEST),
     _fixed('columns', int, 44, '', 'columns of taxels: the width of the image', 1, LARGEST),
     _fixed('pitch', float, 0.001, 'm', 'distance between taxels along rows and columns', 1e-5, 0.1),
-    _fixed('bits', int, 8, '', 'bits of a value: full scale is 2^bits - 1', 8, 16),
+    _fixed('bits', int, 0, '', 'bits of a value: full scale is 2^bits - 1; 0: not known, a largest value of an image that is 2^8 - 1 to '
+           '2^16 - 1 is full scale', choices=(0, *range(8, 17))),
     _fixed('dead_taxels', list[int], [-1], '', 'indices (row * columns + column) of dead taxels; -1: none', -1, LARGEST**2),
     _fixed('pad.thickness', float, 0.002, 'm', 'thickness of the soft pad', 1e-5, 0.1),
     _fixed('pad.stiffness', float, 3e5, 'Pa', 'pressure under a wide flat plate, divided by depth / thickness', 1.0, 1e9),
@@ -59,9 +60,9 @@ GRIPPER_PARAMETERS = (
 TAXEL_PARAMETERS = TAXEL_SENSOR_PARAMETERS + (
     _fixed('method', str, 'mechanics', '', 'estimation method; mechanics: mechanics of the pad; paper: the steps of the paper',
            choices=tuple(TAXEL_METHODS)),
-    _fixed('reference.start', str, 'first', '',
-           'untouched values at the start; first: from the first frame on; zero: zeros, where something may touch already; '
-           'those of a calibration have precedence', choices=('first', 'zero')),
+    _fixed('reference.start', str, 'auto', '',
+           'untouched values at the start; first: the first frame; zero: zeros, where something may touch already; auto: zeros if most '
+           'values of the first frame are 0, else that frame; those of a calibration have precedence', choices=('auto', 'first', 'zero')),
     _fixed('reference.frames', int, 10, '', 'untouched frames averaged for the reference', 1, 1000),
     _fixed('reference.time_constant', float, 30.0, 's',
            'time constant with which the reference follows drift while nothing touches', 0.1, 1e6),
@@ -70,7 +71,7 @@ TAXEL_PARAMETERS = TAXEL_SENSOR_PARAMETERS + (
 
 def taxel_array(values: Mapping) -> TaxelArray:
     """The array that values (of TAXEL_SENSOR_PARAMETERS) describe."""
-    return TaxelArray(values['rows'], values['columns'], values['pitch'], 2.0**values['bits'] - 1)
+    return TaxelArray(values['rows'], values['columns'], values['pitch'], 2.0**values['bits'] - 1 if values['bits'] else np.inf)
 
 
 def taxel_estimator(values: Mapping) -> TaxelEstimator:
@@ -82,7 +83,7 @@ def taxel_estimator(values: Mapping) -> TaxelEstimator:
         response = replace(response, zero=np.zeros(array.shape, np.float32))
     dead = tuple(number for number in values['dead_taxels'] if number >= 0)
     estimator = TaxelEstimator(array, pad, TaxelSettings(values['method'], dead, values['reference.frames'],
-                                                         values['reference.time_constant'], response))
+                                                         values['reference.time_constant'], response, values['reference.start'] == 'auto'))
     estimator.grasped = grasped_object(values)
     return estimator
 

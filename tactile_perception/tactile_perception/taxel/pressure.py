@@ -15,6 +15,7 @@ from ..common.statistics import SIGMA_PER_MAD, upper_median
 from ..errors import BadArgument, BadFrame
 
 LARGEST = 256  # rows or columns: the largest size that the tests cover
+_FULL_SCALES = tuple(2.0**bits - 1 for bits in range(8, 17))
 _QUANTUM = 0.29  # standard deviation of rounding to whole numbers: 1 / sqrt(12)
 _AROUND = 3  # taxels around a quiet one that must be untouched: the pad spreads pressure over its thickness, 2 taxels in the paper
 _SETTLED = 5  # quiet frames of a taxel before it contributes to the noise: its mean is then known better than its noise
@@ -54,7 +55,7 @@ class SoftPad:
 class TaxelArray:
     """rows x columns taxels, pitch m apart along both; the sensor frame's origin is in the middle, x along columns, y along rows.
 
-    full_scale: largest value of a taxel, inf without one. Raises BadArgument for sizes out of range.
+    full_scale: largest value of a taxel, inf where it is not known. Raises BadArgument for sizes out of range.
     """
 
     rows: int
@@ -99,6 +100,15 @@ class TaxelArray:
             frame[~(np.abs(frame) <= min(self.full_scale, np.finfo(np.float32).max))] = np.nan
         return frame
 
+    def scale_of(self, values: np.ndarray) -> float:
+        """Full scale of an image (rows, columns): the known one; else 255 of 8 bits; else the image's largest value, if that is the largest
+        of so many bits; else inf."""
+        if math.isfinite(self.full_scale):
+            return self.full_scale
+        if values.dtype == np.uint8:
+            return _FULL_SCALES[0]
+        return next((full for full in _FULL_SCALES if full == values.max()), math.inf)
+
     def dead(self, taxels: Sequence[int]) -> np.ndarray:
         """(rows, columns) bool from indices row * columns + column. Raises BadArgument for an index out of range."""
         mask, numbers = np.zeros(self.rows * self.columns, bool), np.asarray(taxels, int).ravel()
@@ -117,21 +127,24 @@ class Baseline:
     """Untouched value and noise of each taxel: averaged, tracked as they drift, tared on request.
 
     frames: number of quiet frames that are averaged; time_constant: s, of drift after that, tracked only where no taxel nearby is touched,
-    so that a lasting contact stays; start: (rows, columns) from calibration, None to use the first frame; full_scale: of a taxel. Raises
-    BadArgument for frames below 1 or a time constant that is not positive.
+    so that a persistent contact stays; start: (rows, columns) from calibration, None to use the first frame; zeroed: a first frame most of
+    whose values are 0 is of a sensor that subtracts its untouched values itself, so that they are 0. Raises BadArgument for frames below 1
+    or a time constant that is not positive.
     """
 
-    def __init__(self, frames: int, time_constant: float, start: np.ndarray | None = None, full_scale: float = np.inf):
+    def __init__(self, frames: int, time_constant: float, start: np.ndarray | None = None, zeroed: bool = False):
         if frames < 1 or not time_constant > 0:
             raise BadArgument(f'baseline: need frames >= 1 and a positive time constant, got {frames}, {time_constant}')
-        self._frames, self._time_constant, self._full_scale = frames, time_constant, full_scale
+        self._frames, self._time_constant = frames, time_constant
         self._start = None if start is None else np.asarray(start, np.float32)
+        self._zeroed = zeroed
         self.reset()
 
     def reset(self, start: bool = True) -> None:
         """The next frame is the new baseline, or, with start, the one from calibration if there is one."""
         self.values = self._start.copy() if start and self._start is not None else None
         self._count = None if self.values is None else np.ones(self.values.shape, np.float32)
+        self._zeroes = self._zeroed and start  # whether a first frame of zeros stands for zeros
         self._variance = 0.0
         self._noise_count = self._frame = 0
         self._last: np.ndarray | None = None
@@ -143,12 +156,14 @@ class Baseline:
         """Standard deviation of a taxel's noise, at least that of rounding; 1 before the first estimate."""
         return max(_QUANTUM, math.sqrt(self._variance) if self._noise_count else 1.0)
 
-    def change(self, frame: np.ndarray) -> np.ndarray:
-        """frame (rows, columns) float32 minus the baseline; a first frame becomes the baseline if there is none."""
+    def change(self, frame: np.ndarray, full_scale: float = np.inf) -> np.ndarray:
+        """frame (rows, columns) float32 minus the baseline; a first frame becomes the baseline if there is none. full_scale: of a taxel,
+        inf where it is not known."""
         if self.values is None:
-            self.values, self._count = frame.copy(), np.ones(frame.shape, np.float32)
+            zeroed = self._zeroes and np.count_nonzero(frame == 0) > 0.5 * frame.size
+            self.values, self._count = np.zeros_like(frame) if zeroed else frame.copy(), np.ones(frame.shape, np.float32)
             smooth = cv2.medianBlur(np.nan_to_num(frame), 3)
-            if np.isfinite(self._full_scale) and np.ptp(smooth) > _LOOKS_PRESSED * self._full_scale:
+            if not zeroed and np.ptp(smooth) > _LOOKS_PRESSED * full_scale:
                 self.warning = 'the reference may contain a contact: release the sensor and call set_reference'
         fresh = np.isnan(self.values)
         if fresh.any():

@@ -185,12 +185,12 @@ def test_the_area_of_a_face_that_saturates_taxels(face):
     assert found.region.area == pytest.approx(truth.area, rel=0.1)
 
 
-def played(name, rate, noise=1, seed=7):
+def played(name, rate, noise=1, seed=7, settings=KNOWN):
     """Of a scene while something touches: table of true and found states of slip; confidence and whether it is right, of each frame."""
     specimen = PadSpecimen()
     scene = TaxelScene(TAXEL_SCENES[name], rate, seed, specimen, InkSpecimen(uneven=0.0, loop=0.0, memory=0.0, noise=0.6 * noise))
     pad = SoftPad(specimen.thickness, specimen.press * specimen.thickness, specimen.pull * specimen.thickness, specimen.grip)
-    estimator, confusion, stated = TaxelEstimator(ARRAY, pad, KNOWN), np.zeros((3, 3), int), []
+    estimator, confusion, stated = TaxelEstimator(ARRAY, pad, settings), np.zeros((3, 3), int), []
     for k in range(scene.frames):
         values, truth = scene.render(k / rate)
         found = estimator.process(values, 1 + k / rate).slip
@@ -208,6 +208,16 @@ def test_slip_and_its_confidence_at_other_rates_and_under_noise(rate, noise):
     doubtful = confidence < 0.97
     assert right[~doubtful].mean() > 0.95 and doubtful.sum() >= 10
     assert right[doubtful].mean() == pytest.approx(confidence[doubtful].mean(), abs=0.2)
+
+
+@pytest.mark.full
+def test_slip_without_calibrated_pressure_is_as_doubtful_as_it_is_often_wrong():
+    scenes = [played(name, 50.0, settings=TaxelSettings()) for name in ('drag', 'slide', 'rock', 'grip', 'smooth')]
+    confusion = sum(scene[0] for scene in scenes)
+    confidence, right = (np.concatenate(parts) for parts in list(zip(*scenes))[1:])
+    sure, doubtful = confidence > 0.9, confidence <= 0.9
+    assert right[sure].mean() > 0.95 and sure.sum() <= confusion[:, NONE].sum(), 'only no slip is sure'
+    assert right[doubtful].mean() == pytest.approx(confidence[doubtful].mean(), abs=0.2) and doubtful.sum() > 100
 
 
 def test_a_roller_that_rolls_does_not_slip_and_a_smooth_bar_does():

@@ -45,11 +45,28 @@ def test_drift_is_followed_and_a_lasting_contact_is_not_eaten():
 def test_first_frame_that_looks_pressed_is_said():
     hill = OFFSET.copy()
     hill[3:9, 3:9] += 100
-    baseline = Baseline(5, 30.0, full_scale=255.0)
-    baseline.change(hill)
+    baseline = Baseline(5, 30.0)
+    baseline.change(hill, 255.0)
     assert 'set_reference' in baseline.warning
     baseline.reset()
     assert baseline.warning == ''
+
+
+@pytest.mark.parametrize(('offset', 'zero'), [(0, True), (3, False)])
+def test_zeros_in_most_of_a_first_frame_are_the_untouched_values(offset, zero):
+    frame = np.full(OFFSET.shape, offset, np.float32)
+    frame[4:8, 4:8] = 90
+    baseline = Baseline(5, 30.0, zeroed=True)
+    assert (baseline.change(frame, 255.0)[5, 5] == 90) == zero and bool(baseline.warning) != zero
+    baseline.reset(start=False)
+    assert not baseline.change(frame).any(), 'set_reference takes what is there'
+
+
+def test_the_full_scale_is_found_from_an_image():
+    array, values = TaxelArray(12, 12, 1e-3, np.inf), np.full((12, 12), 300, np.uint16)
+    assert np.isinf(array.scale_of(values)) and array.scale_of(values.astype(np.uint8)) == 255
+    values[3, 4] = 4095
+    assert array.scale_of(values) == 4095 and TaxelArray(12, 12, 1e-3, 1023.0).scale_of(values) == 1023
 
 
 def test_start_of_calibration_holds_though_touched_from_the_first():
