@@ -41,11 +41,27 @@ Row = tuple[str, str, str, float, dict[str, float]]  # source, method, size of t
 
 
 @dataclass(frozen=True)
-class Part:
-    """units: of each error, of which less is better; prepare(quick, from_recordings, bags): makes what is measured on, in the folder bags,
-    whose bags are taken if they are there, and returns a function of the round's number that yields a Row a method."""
+class Measure:
+    """A figure of accuracy. unit: '' of a score from 0 to 1; is_higher_better: of scores; unnoticed: change of the figure that is none,
+    whatever the spread of the rounds; reported: sensor type -> what its paper reports, on its own sensor."""
 
-    units: dict[str, str]
+    unit: str
+    unnoticed: float
+    is_higher_better: bool = False
+    reported: Mapping[str, str] = field(default_factory=dict)
+
+
+def score(unnoticed: float = 2e-3) -> Measure:
+    """A measure from 0 to 1, of which higher is better."""
+    return Measure('', unnoticed, True)
+
+
+@dataclass(frozen=True)
+class Part:
+    """prepare(quick, from_recordings, bags): makes what is measured on, in the folder bags, whose bags are taken if they are there, and
+    returns a function of the round's number that yields a Row a method."""
+
+    measures: Mapping[str, Measure]
     prepare: Callable[[bool, bool, Path], Callable[[int], Iterator[Row]]]
 
 
@@ -90,7 +106,7 @@ def printed(quick: bool, _from_recordings: bool, _bags: Path) -> Callable[[int],
                 place = (sums['error2'] / sums['matched'])**0.5 if sums['matched'] else np.nan
                 lost = 1e3 * (sums['true'] - sums['matched'] + sums['false']) / sums['true']
                 # the pitch is 18 px in 640 x 480
-                yield 'printed dots', method, size, ms, {'place': 1e3 * place / (18 * SIZES[size][0] / 640), 'missed or false': lost}
+                yield 'printed dots', method, size, ms, {'position': 1e3 * place / (18 * SIZES[size][0] / 640), 'missed or false': lost}
     return measure
 
 
@@ -110,7 +126,7 @@ def touchpad(quick: bool, from_recordings: bool, bags: Path) -> Callable[[int], 
 
 def touchpad_figures(judged: Judged) -> dict[str, float]:
     f1 = judged.dots_f1()
-    return {'region overlap': 1 - judged.mean('region_overlap'), 'contact dots': 1 - f1['contact'], 'slipping dots': 1 - f1['slipping'],
+    return {'region IoU': judged.mean('region_overlap'), 'contact F1': f1['contact'], 'slipping F1': f1['slipping'],
             'depth': judged.medians().get('depth', np.nan)}
 
 
@@ -147,10 +163,10 @@ def deep_enough(least: float, _estimated: Instant, true: Instant) -> bool:
 
 
 def sheet_figures(judged: Judged) -> dict[str, float]:
-    frames = judged.evaluation.summary()['frames']
+    frames = judged.evaluation.summary()['frames']  # miscounted: a contact is missed, split, or false
     wrong = frames['missed'] + frames['too_many'] + frames['false'] + judged.refused
-    return {'place': judged.mean('place', 1e3), 'depth': judged.mean('depth', 1e3),
-            'force': judged.medians().get('force_relative', np.nan), 'missed, split or false': 1e3 * wrong / max(frames['judged'], 1)}
+    return {'position': judged.mean('place', 1e3), 'depth': judged.mean('depth', 1e3),
+            'force': judged.medians().get('force', np.nan), 'miscounted': 1e3 * wrong / max(frames['judged'], 1)}
 
 
 def finger(quick: bool, from_recordings: bool, bags: Path) -> Callable[[int], Iterator[Row]]:
@@ -197,14 +213,21 @@ def taxels(quick: bool, from_recordings: bool, bags: Path) -> Callable[[int], It
 
 def taxel_figures(judged: Judged) -> dict[str, float]:
     medians = judged.medians()
-    return {'slip states': 1 - judged.evaluation.summary()['slip_states']['macro_f1'],
-            'region overlap': 1 - medians.get('region_overlap', np.nan), 'slip velocity': medians.get('slip_velocity', np.nan),
-            'force': medians.get('force_relative', np.nan)}
+    return {'slip state F1': judged.evaluation.summary()['slip_states']['macro_f1'],
+            'region IoU': medians.get('region_overlap', np.nan), 'slip velocity': medians.get('slip_velocity', np.nan),
+            'force': medians.get('force', np.nan)}
 
 
 PARTS = {
-    'dots': Part({'place': '1/1000 pitch', 'missed or false': 'per 1000'}, printed),
-    'touchpad': Part({'region overlap': '1 - IoU', 'contact dots': '1 - F1', 'slipping dots': '1 - F1', 'depth': 'mm'}, touchpad),
-    'sheets and dome': Part({'place': 'mm', 'depth': 'mm', 'force': '%', 'missed, split or false': 'per 1000'}, sheets),
-    'finger': Part({'normal': 'degrees', 'false samples': '%'}, finger),
-    'taxels': Part({'slip states': '1 - F1', 'region overlap': '1 - IoU', 'slip velocity': 'mm/s', 'force': '%'}, taxels)}
+    'dots': Part({'position': Measure('1/1000 pitch', 0.02), 'missed or false': Measure('per 1000', 0.5)}, printed),
+    'touchpad': Part({'region IoU': score(), 'contact F1': score(), 'slipping F1': score(), 'depth': Measure('mm', 2e-3)}, touchpad),
+    # Tables 1 and 2 of the sheets' paper, table I of the dome's.
+    'sheets and dome': Part({'position': Measure('mm', 2e-3, reported={'areal_single': '2.64 mm', 'areal_dual': '0.93 mm',
+                                                                       'air_cushion': '4.84 px in x, 4.04 px in y'}),
+                             'depth': Measure('mm', 2e-3, reported={'areal_single': '0.84 mm', 'areal_dual': '0.06 mm',
+                                                                    'air_cushion': '0.08 mm'}),
+                             'force': Measure('N', 2e-3), 'miscounted': Measure('per 1000', 0.5)}, sheets),
+    'finger': Part({'normal': Measure('degrees', 0.01, reported={'psd_finger': '6 degrees at most'}),
+                    'false samples': Measure('%', 0.1)}, finger),
+    'taxels': Part({'slip state F1': score(), 'region IoU': score(), 'slip velocity': Measure('mm/s', 0.02), 'force': Measure('N', 2e-3)},
+                   taxels)}

@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """All sensors, methods and image sizes on this machine: tables, numbers and the plot of time against error.
 
-    python3 test/benchmark/run.py [--quick] [--recorded] [--part NAME ...] [--out out/benchmark] [--compare OLD.json]
+    python3 test/benchmark/run.py [--quick] [--recorded] [--part NAME ...] [--out out/benchmark] [--compare OLD.json] [--stored JSON]
 
 Methods take turns, and the whole runs in rounds, so that other load on the machine affects all alike. Times are CPU times of one thread, of
 sensors from the raw message to the messages of the results, without drawing or reading files. A yardstick, a fixed amount of work, is
 timed as well, so that results of machines of different speed can be compared. Errors are relative to the ground truth of the simulated
 sensors, which ship, or with --recorded of recordings of another simulation (TACTILE_RECORDINGS); `evaluate` computes them. Baselines:
 OpenCV's SimpleBlobDetector and trackpy (if installed: pip install trackpy).
+An arrow says which way is better: up, higher, of F1 and IoU (0 to 1); down, lower, of errors in mm, degrees, N.
+With --stored nothing is measured: page and figure are made again of an earlier benchmark.json.
 With --compare the exit code is 1 if anything is slower or less accurate than in OLD.json (the benchmark.json of an earlier run) by more
 than the spread of the rounds.
 """
@@ -33,21 +35,19 @@ from tactile_perception.errors import TactileError
 from tactile_perception.tools.evaluate import plain
 from tactile_perception.sensor_type import SENSOR_TYPES
 
-from parts import PARTS
+from parts import PARTS, Measure
 
 _ROUNDS = {True: 2, False: 3}  # by quick
-#: Changes that are none whatever the noise: of a time, as a part of it; of an error, as a part of it and in its own unit.
+#: Changes that are none whatever the noise, as a part of it: of a time, of a measure of accuracy.
 _TIME, _ERROR = 0.1, 0.02
-_LEAST = {'1/1000 pitch': 0.02, 'per 1000': 0.5, '1 - IoU': 2e-3, '1 - F1': 2e-3, 'mm': 2e-3, '%': 0.1, 'degrees': 0.01, 'mm/s': 0.02}
-#: Panels of the plot: title, part, error that is drawn, source (all for ''), and the error that the sensor's paper reports, in the same
-#: unit: of sheets the mean distance in its tables 1 and 2.
-PANELS = (('dots found in an image', 'dots', 'place', '', None),
-          ('touchpad: contact region', 'touchpad', 'region overlap', '', None),
-          ('sheet, one camera: touch', 'sheets and dome', 'place', 'areal_single', 2.64),
-          ('sheet, two cameras: touch', 'sheets and dome', 'place', 'areal_dual', 0.93),
-          ('dome: touch', 'sheets and dome', 'place', 'air_cushion', None),
-          ('PSD finger, 10 samples a frame', 'finger', 'normal', '', 6.0),
-          ('taxel array: none, incipient or gross slip', 'taxels', 'slip states', '', None))
+#: Rows of the figure: each has one scale of time, and one of accuracy where its panels have the same unit. A panel: title, part, measure,
+#: source ('' for all).
+PANELS = ((('touchpad: contact region', 'touchpad', 'region IoU', ''), ('touchpad: dots in contact', 'touchpad', 'contact F1', ''),
+           ('taxel array: none, incipient or gross slip', 'taxels', 'slip state F1', '')),
+          (('sheet, one camera: contact', 'sheets and dome', 'position', 'areal_single'),
+           ('sheet, two cameras: contact', 'sheets and dome', 'position', 'areal_dual'),
+           ('dome: contact', 'sheets and dome', 'position', 'air_cushion')),
+          (('dots found in an image', 'dots', 'position', ''), ('PSD finger, ten samples a frame', 'finger', 'normal', '')))
 _KEY = ('part', 'source', 'method', 'size')
 
 
@@ -110,27 +110,39 @@ def _said(value: float) -> str:
     return f'{value:.3g}' if np.isfinite(value) else '-'
 
 
+def _arrow(measure: Measure) -> str:
+    return '\N{UPWARDS ARROW}' if measure.is_higher_better else '\N{DOWNWARDS ARROW}'
+
+
+def _label(name: str, measure: Measure) -> str:
+    return f'{name}, {measure.unit} {_arrow(measure)}'.replace(',  ', ' ')
+
+
 def tables(entries: list[dict]) -> str:
     """A Markdown table for each part: medians over rounds, and by how much the rounds' times differ from it."""
     pages = []
     for part in dict.fromkeys(entry['part'] for entry in entries):
-        units = PARTS[part].units
-        head = ['sensor', 'method', 'image', 'ms a frame', 'rounds within', *(f'{name}, {unit}' for name, unit in units.items())]
+        measures = PARTS[part].measures
+        head = ['sensor', 'method', 'image', 'ms a frame', 'rounds within', *(_label(*item) for item in measures.items())]
         rows = [[e['source'], e['method'], e['size'] or '-', _said(middle(e['ms'])), f'{100 * noise(e["ms"]):.0f} %',
-                 *(_said(middle(e['errors'][name])) for name in units)] for e in entries if e['part'] == part]
+                 *(_said(middle(e['errors'][name])) for name in measures)] for e in entries if e['part'] == part]
         lines = [f'| {" | ".join(row)} |' for row in (head, *rows)]
         pages.append('\n'.join([f'## {part}', '', lines[0], '|' + '---|' * len(head), *lines[1:]]))
     return '\n\n'.join(pages) + '\n'
 
 
 def summary(entries: list[dict]) -> str:
-    """One Markdown table of the sensors: their methods on the largest images, times and errors, medians over rounds."""
-    lines = ['|sensor|method|ms a frame|errors|', '|---|---|---|---|']
+    """One Markdown table of the sensors: their methods on the largest images, times and accuracy, medians over rounds, and beside a
+    published method what its paper reports."""
+    lines = ['|sensor|method|ms a frame|accuracy|the paper reports|', '|---|---|---|---|---|']
     for entry in entries:
-        if entry['source'] in SENSOR_TYPES and entry['size'] == max(e['size'] for e in entries if e['source'] == entry['source']):
-            errors = [f'{name} {_said(value)} {unit.replace(" - ", "-")}' for name, unit in PARTS[entry['part']].units.items()
-                      if np.isfinite(value := middle(entry['errors'][name]))]
-            lines.append(f'|{entry["source"]}|{entry["method"]}|{_said(middle(entry["ms"]))}|{"; ".join(errors)}|')
+        source, measures = entry['source'], PARTS[entry['part']].measures
+        if source in SENSOR_TYPES and entry['size'] == max(e['size'] for e in entries if e['source'] == source):
+            found = [f'{name} {_said(value)} {measure.unit}'.rstrip() + _arrow(measure) for name, measure in measures.items()
+                     if np.isfinite(value := middle(entry['errors'][name]))]
+            reported = [f'{name} {measure.reported[source]}' for name, measure in measures.items()
+                        if source in measure.reported and entry['method'].startswith('paper')]
+            lines.append(f'|{source}|{entry["method"]}|{_said(middle(entry["ms"]))}|{"; ".join(found)}|{"; ".join(reported)}|')
     return '\n'.join(lines) + '\n'
 
 
@@ -138,13 +150,9 @@ def compared(path: Path, entries: list[dict], about: dict, names: list[str]) -> 
     """What became slower, or less accurate, or is gone since an earlier benchmark.json, of the parts named: a line each. Times count over
     the yardstick's, so that a machine that is slower as a whole makes nothing slower; a change counts by more than the rounds of both
     differ among themselves. Exits with a line that says why it cannot be compared."""
-    try:
-        kept = json.loads(path.read_text())
-        old = [entry for entry in kept['entries'] if entry['part'] in names]
-        same = all(kept['about'][name] == about[name] for name in ('quick', 'recorded'))
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        sys.exit(f'{path}: no result of this benchmark: {error!r}')
-    if not same:
+    old, old_about = stored_run(path)
+    old = [entry for entry in old if entry['part'] in names]
+    if any(old_about.get(name) != about[name] for name in ('quick', 'recorded')):
         sys.exit(f'{path}: measured with other options (--quick, --recorded); the same ones have to be given')
     known, lines = {tuple(entry[name] for name in _KEY): entry for entry in entries}, []
     for before in old:
@@ -156,59 +164,92 @@ def compared(path: Path, entries: list[dict], about: dict, names: list[str]) -> 
         change = middle(after['relative']) / middle(before['relative']) - 1
         if change > _TIME + noise(after['relative']) + noise(before['relative']):
             lines.append(f'{said}: slower by {100 * change:.0f} % ({_said(middle(before["ms"]))} to {_said(middle(after["ms"]))} ms)')
-        for name, unit in PARTS[before['part']].units.items():
+        for name, measure in PARTS[before['part']].measures.items():
             a, b = (np.array(entry['errors'].get(name, [np.nan]), float) for entry in (before, after))
-            allowed = _ERROR * middle(a) + _LEAST[unit] + 0.5 * (np.ptp(a) + np.ptp(b))
-            if np.isfinite(a).all() and not middle(b) - middle(a) <= allowed:
-                lines.append(f'{said}: {name} {_said(middle(a))} to {_said(middle(b))} {unit}')
+            error = 1 - middle(a) if measure.is_higher_better else middle(a)
+            allowed = _ERROR * error + measure.unnoticed + 0.5 * (np.ptp(a) + np.ptp(b))
+            worse = middle(a) - middle(b) if measure.is_higher_better else middle(b) - middle(a)
+            if np.isfinite(a).all() and not worse <= allowed:
+                lines.append(f'{said}: {name} {_said(middle(a))} to {_said(middle(b))} {measure.unit}'.rstrip())
     return lines
 
 
 def draw(entries: list[dict], path: Path, said: str) -> None:
-    """A panel for each of PANELS: colours are methods, marks are images' sizes, bars reach over the rounds, the grey line is the front,
-    the dashed one what the sensor's paper reports. said: of the run, under the title."""
+    """A panel for each of PANELS: colours are methods, marks are images' sizes, bars reach over the rounds, the grey line is the front.
+    said: of the run, under the title."""
     import matplotlib
     matplotlib.use('Agg')
     from matplotlib import pyplot
-    shown = [(panel, [e for e in entries if e['part'] == panel[1] and panel[3] in ('', e['source'])]) for panel in PANELS]
-    shown = [(panel, these) for panel, these in shown if these]
-    columns = min(len(shown), 4)
-    rows = -(-len(shown) // columns)
-    figure, axes = pyplot.subplots(rows, columns, figsize=(4.6 * columns, 0.5 + 4.6 * rows), layout='constrained', squeeze=False)
-    for empty in axes.ravel()[len(shown):]:
-        empty.set_axis_off()
-    for axis, (panel, these) in zip(axes.ravel(), shown):
-        _panel(axis, *panel, these)
-    figure.suptitle(f'Time of one thread against error: lower left is better (grey line: no method beats these)\n{said}')
+    shown = [[(panel, [e for e in entries if e['part'] == panel[1] and panel[3] in ('', e['source'])]) for panel in row] for row in PANELS]
+    shown = [row for row in ([(panel, these) for panel, these in row if these] for row in shown) if row]
+    columns = max(len(row) for row in shown)
+    figure, axes = pyplot.subplots(len(shown), columns, figsize=(5 * columns, 1 + 4.6 * len(shown)), layout='constrained', squeeze=False,
+                                   sharex='row')
+    for row, panels in zip(axes, shown):
+        for empty in row[len(panels):]:
+            empty.set_axis_off()
+        units = {PARTS[part].measures[name].unit for (_, part, name, _), _ in panels}
+        for axis, (panel, these) in zip(row, panels):
+            if len(units) == 1 and axis is not row[0]:
+                axis.sharey(row[0])
+            _panel(axis, *panel[:3], these)
+        _set_ticks(row[0].xaxis, *row[0].get_xlim())
+    figure.suptitle('Time of one thread against accuracy, one scale a row\n'
+                    f'(grey line: no method beats these; dashed: what the paper reports)\n{said}')
     figure.savefig(path, dpi=80)
     pyplot.close(figure)
 
 
-def _panel(axis, title: str, part: str, error: str, _source: str, reported: float | None, entries: list[dict]) -> None:
-    from matplotlib.ticker import LogLocator, NullLocator
+def _panel(axis, title: str, part: str, name: str, entries: list[dict]) -> None:
+    measure = PARTS[part].measures[name]
     methods, sizes = list(dict.fromkeys(e['method'] for e in entries)), sorted({e['size'] for e in entries})
-    points = [(e, middle(e['ms']), middle(e['errors'][error])) for e in entries if np.isfinite(middle(e['errors'][error]))]
+    points = [(e, middle(e['ms']), middle(e['errors'][name])) for e in entries if np.isfinite(middle(e['errors'][name]))]
+    sign = -1 if measure.is_higher_better else 1
     for size in sizes:
-        these = sorted((at, off) for e, at, off in points if e['size'] == size)
-        front = [point for k, point in enumerate(these) if point[1] < min((off for _, off in these[:k]), default=np.inf)]
+        these = sorted((at, sign * value) for e, at, value in points if e['size'] == size)
+        front = [(at, sign * error) for k, (at, error) in enumerate(these) if error < min((one for _, one in these[:k]), default=np.inf)]
         axis.plot(*zip(*front), '-', color='lightgrey', linewidth=1.5, zorder=1) if front else None
-    for e, at, off in points:
-        bars = ([[value - min(values)], [max(values) - value]] for value, values in ((off, e['errors'][error]), (at, e['ms'])))
-        axis.errorbar(at, off, *bars, 'os^Dv'[sizes.index(e['size'])], color=f'C{methods.index(e["method"]) % 10}', markersize=7, zorder=2)
+    for e, at, value in points:
+        bars = ([[middle_one - min(values)], [max(values) - middle_one]]
+                for middle_one, values in ((value, e['errors'][name]), (at, e['ms'])))
+        mark, colour = 'os^Dv'[sizes.index(e['size'])], f'C{methods.index(e["method"]) % 10}'
+        axis.errorbar(at, value, *bars, mark, color=colour, markersize=7, zorder=2)
     for k, method in enumerate(methods):
         axis.plot([], [], 'o', color=f'C{k % 10}', label=method)
     for mark, size in zip('os^Dv', sizes if len(sizes) > 1 else []):
         axis.plot([], [], mark, color='grey', label=size)
-    if reported is not None:
-        axis.axhline(reported, color='black', linestyle='--', linewidth=1, label='reported in the paper')
-    axis.margins(0.12)
-    axis.set(xscale='log', yscale='log', title=title, xlabel='ms a frame', ylabel=f'error of {error}, {PARTS[part].units[error]}')
-    for ticks, (low, high) in ((axis.xaxis, axis.get_xlim()), (axis.yaxis, axis.get_ylim())):
-        ticks.set_major_locator(LogLocator(subs=(1, 1.2, 1.4, 1.7, 2, 2.5, 3, 3.5, 4, 5, 6, 7, 8) if high / low < 5 else (1, 2, 5)))
-        ticks.set_major_formatter('{x:g}')
-        ticks.set_minor_locator(NullLocator())
+    for source in {e['source'] for e in entries} & set(measure.reported):
+        number, unit, *_ = measure.reported[source].split()
+        if unit == measure.unit:
+            axis.axhline(float(number), color='black', linestyle='--', linewidth=1, label='reported in the paper')
+    better = 'higher is better' if measure.is_higher_better else 'lower is better'
+    axis.set(xscale='log', title=title, xlabel='ms a frame', ylabel=f'{name}{measure.unit and ", "}{measure.unit} ({better})')
+    if measure.is_higher_better:
+        axis.set_ylim(0, 1.02)
+    else:
+        axis.set_yscale('log')
+        axis.margins(0.12)
+        _set_ticks(axis.yaxis, *axis.get_ylim())
+    axis.tick_params(labelbottom=True, labelleft=True)
     axis.grid(alpha=0.3)
     axis.legend(fontsize='x-small', loc='upper center', bbox_to_anchor=(0.5, -0.16), ncols=2)
+
+
+def _set_ticks(ticks, low: float, high: float) -> None:
+    """Plain numbers along a logarithmic axis: few over decades, more over less than one."""
+    from matplotlib.ticker import LogLocator, NullLocator
+    ticks.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 4, 5, 7) if high / low < 10 else (1, 3) if high / low > 300 else (1, 2, 5)))
+    ticks.set_major_formatter('{x:g}')
+    ticks.set_minor_locator(NullLocator())
+
+
+def stored_run(path: Path) -> tuple[list[dict], dict]:
+    """(entries, about) of a benchmark.json. Exits with a line that says why it cannot be read."""
+    try:
+        kept = json.loads(path.read_text())
+        return kept['entries'], kept['about']
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        sys.exit(f'{path}: no result of this benchmark: {error!r}')
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -219,19 +260,23 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--part', action='append', choices=PARTS, help='only this part (may be repeated)')
     parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for benchmark.md, .json and .png')
     parser.add_argument('--bags', type=Path, help='folder where bags are kept for the next time; else they are made anew')
+    parser.add_argument('--stored', type=Path, metavar='JSON', help='page and figure of this benchmark.json; nothing is measured')
     parser.add_argument('--compare', type=Path, metavar='OLD.json', help='benchmark.json of an earlier run')
     given = parser.parse_args(arguments)
     cv2.setNumThreads(1)
-    if importlib.util.find_spec('trackpy') is None:
+    if importlib.util.find_spec('trackpy') is None and not given.stored:
         print('trackpy is not installed, and left out; pip install trackpy adds it', file=sys.stderr)
     names, about = given.part or list(PARTS), {'quick': given.quick, 'recorded': given.recorded, **machine()}
-    with nullcontext(given.bags) if given.bags else TemporaryDirectory() as folder:
-        entries = measure(names, given.quick, given.recorded, Path(folder))
+    if given.stored:
+        entries, about = stored_run(given.stored)
+    else:
+        with nullcontext(given.bags) if given.bags else TemporaryDirectory() as folder:
+            entries = measure(names, given.quick, given.recorded, Path(folder))
     given.out.mkdir(parents=True, exist_ok=True)
     page, stored, plot = (given.out / f'benchmark.{ending}' for ending in ('md', 'json', 'png'))
     page.write_text(f'{summary(entries)}\n{tables(entries)}\n' + '; '.join(f'{name} {value}' for name, value in about.items()) + '\n')
     stored.write_text(json.dumps(plain({'about': about, 'entries': entries}), indent=1) + '\n')
-    kind = ('quick' if given.quick else 'full') + ' run' + (' on recordings' if given.recorded else '')
+    kind = ('quick' if about['quick'] else 'full') + ' run' + (' on recordings' if about['recorded'] else '')
     draw(entries, plot, f"{kind}, {about['processor']}, {about['date']}")
     print(f'{page.read_text()}\n{page}\n{stored}\n{plot}')
     worse = compared(given.compare, entries, about, names) if given.compare else []
