@@ -22,7 +22,7 @@ import cv2
 from tactile_driver.errors import tells_errors
 from tactile_perception.common.progress import in_parallel
 
-from . import finger, sheets, taxels, touchpad
+from . import finger, sheets, taxels, touchpad, wrench
 from .bench import Bench, Detail, Table
 
 #: Paper -> its experiments, and what shows the causes of their figures.
@@ -31,9 +31,15 @@ EXPERIMENTS: dict[str, tuple[Callable[[Bench], Iterator[Table]], ...]] = {
     'air_cushion_contact': (sheets.zones,),
     'psd_finger': (finger.static, finger.dynamic),
     'touchpad_contact_region': (touchpad.presses,),
-    'taxel_array_image_processing': (taxels.localization, taxels.wrenches),
+    'taxel_array_image_processing': (taxels.localization, wrench.wrenches),
 }
-DETAILS: dict[str, tuple[Callable[[Bench], Iterator[Detail]], ...]] = {name: () for name in EXPERIMENTS}
+DETAILS: dict[str, tuple[Callable[[Bench], Iterator[Detail]], ...]] = {
+    'areal_sensor_contact_position': (),
+    'air_cushion_contact': (),
+    'psd_finger': (),
+    'touchpad_contact_region': (touchpad.true_positions,),
+    'taxel_array_image_processing': (wrench.areas, wrench.moments),
+}
 
 
 def run(names: list[str], bench: Bench, details: bool = False) -> dict[str, list[Table | Detail]]:

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TRUTH, PUBLISHED, OURS = 'truth', 'its method, as built here', 'ours'
-COLOURS = {TRUTH: 'grey', PUBLISHED: 'C1', OURS: 'C0'}
+COLOURS = {TRUTH: 'silver', PUBLISHED: 'C1', OURS: 'C0'}
+MAX_COLUMNS = 3  # panels side by side
 _CHARACTERS = 12  # of a title in an inch of width
 
 
@@ -59,12 +60,13 @@ class Curves:
 
 
 def draw_curves(panels: Sequence[Curves], figure: Figure) -> None:
-    """A panel for each of panels, side by side, and a legend of all."""
-    axes = figure.subplots(1, len(panels), squeeze=False)[0]
+    """A panel for each of panels, at most MAX_COLUMNS side by side, and a legend of all."""
+    columns = min(len(panels), MAX_COLUMNS)
+    axes = figure.subplots(-(-len(panels) // columns), columns, squeeze=False).ravel()
     for axis, curves in zip(axes, panels):
         for name, (x, y) in curves.lines.items():
             axis.plot(x, y, color=COLOURS.get(name), marker=curves.marker, linestyle='' if curves.marker else '-', markersize=4,
-                      linewidth=1.0, label=name)
+                      linewidth=2.5 if name == TRUTH else 1.0, label=name)
         axis.set(xlabel=curves.abscissa, ylabel=curves.ordinate)
     legend_of(figure, axes)
 

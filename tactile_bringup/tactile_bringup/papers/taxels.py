@@ -3,17 +3,11 @@
 """The experiments of the paper taxel_array_image_processing: figs 3, 5 and 8."""
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
-from types import MappingProxyType
 
 import cv2
 import numpy as np
-from sensor_msgs.msg import JointState
-from tactile_driver.recordings.reader import BagReader
-from tactile_driver.recordings.serialization import decode, encode
-from tactile_driver.recordings.writer import BagWriter
 from tactile_perception.common.estimates import SlipEstimate
 
 from .bench import Bench, Method, Row, Table, common, mean, reported, shipped
@@ -21,15 +15,10 @@ from .figures import OURS, PUBLISHED, TRUTH, Curves, Picture, draw_curves
 
 _FRAMES = 50.0  # Hz
 _METHODS = 'paper', 'mechanics'
-NO_GAP = 'Its force, eq 5, is that of a flat face at one depth, which a tilted one has not: ours is by calibrated pressure.'
-OPENING = 'Its force is that of eq 5 with the true opening of the gripper; ours is by calibrated pressure.'
-_GRIPPER = {'gripper.joint': 'finger', 'object.width': 0.030}
-_APART = 1e-4  # m, of the pads from the object while nothing touches
 
 
-def _method(bench: Bench, name: str, more: Mapping = MappingProxyType({})) -> Method:
-    """more: parameters beside the method."""
-    return bench.params('taxel_array', {'method': name, **more}), shipped('taxel_array')
+def _method(bench: Bench, name: str) -> Method:
+    return bench.params('taxel_array', {'method': name}), shipped('taxel_array')
 
 
 def localization(bench: Bench) -> Iterator[Table]:
@@ -107,55 +96,3 @@ def _long_side(outlines: list[np.ndarray]) -> float:
     sides = np.diff(corners[:3], axis=0)
     along = sides[np.linalg.norm(sides, axis=1).argmax()]
     return float(np.degrees(np.arctan2(along[1], along[0])))
-
-
-def wrenches(bench: Bench) -> Iterator[Table]:
-    """Fig 8: the wrench while the grip changes, and while an object tilts."""
-    for scene, what in (('grip', 'the grip changes'), ('rock', 'the object tilts')):
-        bag = bench.bag('taxel_array', scene, _FRAMES)
-        flat, ours = scene == 'grip', _wrenches(bench, bag, _method(bench, 'mechanics'))
-        papers = _wrenches(bench, _with_gripper(bag), _method(bench, 'paper', _GRIPPER)) if flat else np.zeros((0, 13))
-        names = ('force along the normal, mean error', 'N'), ('moments along the pad, mean error', 'mN m'), ('largest force', 'N'), (
-            'largest moment', 'mN m')
-        curves = tuple(
-            Curves(name, 'time, s', {TRUTH: (ours[:, 0], factor * ours[:, k + 6]), PUBLISHED: (papers[:, 0], factor * papers[:, k]),
-                                     OURS: (ours[:, 0], factor * ours[:, k])})
-            for name, factor, k in (('force along the normal, N', 1.0, 3), ('moment about x, mN m', 1e3, 4)))
-        yield Table(f'The wrench while {what}: fig 8', [
-            Row(*name, '', *pair) for name, *pair in zip(names, _wrench(papers), _wrench(ours))],
-                    f'The paper shows a plot. {OPENING if flat else NO_GAP}',
-                    (Picture(f'fig_8_{scene}', f'The wrench while {what}: fig 8', partial(draw_curves, curves), (10.0, 3.6)),))
-
-
-def _with_gripper(bag: Path) -> Path:
-    """The bag with the position of the gripper that holds the object, on /joint_states before each image: the true depth gives it."""
-    stated = bag.with_name(f'{bag.name}_gripper')
-    if stated.exists():
-        return stated
-    with BagReader(bag) as reader, BagWriter(stated) as writer:
-        for raw in reader.messages():
-            if raw.topic.endswith('ground_truth/contacts'):
-                message = decode(raw.data, raw.type_name)
-                depth = max((contact.depth for contact in message.contacts), default=-_APART)
-                joint = JointState(header=message.header, name=[_GRIPPER['gripper.joint']], position=[_GRIPPER['object.width'] - 2 * depth])
-                kind, data = encode(joint)
-                writer.write('/joint_states', kind, raw.stamp_ns - 1, data)
-            writer.write(*raw[:4])
-    return stated
-
-
-def _wrenches(bench: Bench, bag: Path, method: Method) -> np.ndarray:
-    """Of frames with contact (N, 13): stamp, s, estimated and true wrench, N and N m."""
-    found = [(stamp, *estimated.wrench, *true.wrench) for stamp, true, (estimated,) in bench.compare(bag, method)
-             if true.contacts and estimated.wrench is not None and true.wrench is not None]
-    return np.array(found).reshape(-1, 13)
-
-
-def _wrench(found: np.ndarray) -> list[float]:
-    """Mean errors of the normal force, N, and of the moments along the pad, mN m; their largest true values."""
-    if not len(found):
-        return [np.nan] * 4
-    stated, true = found[:, 1:7], found[:, 7:]
-    parts = (1.0, slice(2, 3)), (1e3, slice(3, 5))
-    return [factor * mean(np.linalg.norm((stated - true)[:, part], axis=1)) for factor, part in parts] + [
-        factor * float(np.linalg.norm(true[:, part], axis=1).max()) for factor, part in parts]

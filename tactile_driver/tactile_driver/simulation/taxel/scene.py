@@ -143,13 +143,17 @@ class TaxelScene:
         begin, steps = self._now, max(math.ceil((time - self._now) / STEP_S - _ROUNDING), 1)
         slipped, before = np.zeros(len(self.pad.places), bool), self._at(begin)
         for k in range(1, steps + 1):
-            place = self._at(begin + (time - begin) * k / steps)
-            state = self.pad.move(self._face, place[:3], place[3], place[4:])
+            state, place = self._step(begin + (time - begin) * k / steps)
             if np.any(place[:3] != before[:3]):  # release of an object at rest is no slip
                 slipped |= state.slipping
             before = place
         self._now = time
         return self._ink.read(self.pad.felt(state)), self._truth(state, slipped, place, time)
+
+    def _step(self, time: float) -> tuple[PadState, np.ndarray]:
+        """The pad's state and the object's pose (6,) after its motion to a time, s."""
+        place = self._at(time)
+        return self.pad.move(self._face, place[:3], place[3], place[4:]), place
 
     def _truth(self, state: PadState, slipped: np.ndarray, place: np.ndarray, time: float) -> TruthFrame:
         frame = TruthFrame(wrench=self.pad.force(state))
