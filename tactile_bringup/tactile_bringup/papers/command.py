@@ -31,14 +31,14 @@ EXPERIMENTS: dict[str, tuple[Callable[[Bench], Iterator[Table]], ...]] = {
     'air_cushion_contact': (sheets.zones,),
     'psd_finger': (finger.static, finger.dynamic),
     'touchpad_contact_region': (touchpad.presses,),
-    'taxel_array_image_processing': (taxels.localization, wrench.wrenches),
+    'taxel_array_image_processing': (taxels.localization, taxels.shapes, wrench.wrenches),
 }
 DETAILS: dict[str, tuple[Callable[[Bench], Iterator[Detail]], ...]] = {
     'areal_sensor_contact_position': (),
     'air_cushion_contact': (),
     'psd_finger': (),
     'touchpad_contact_region': (touchpad.true_positions,),
-    'taxel_array_image_processing': (wrench.areas, wrench.moments),
+    'taxel_array_image_processing': (taxels.values, wrench.areas, wrench.moments),
 }
 
 

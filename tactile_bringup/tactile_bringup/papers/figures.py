@@ -13,6 +13,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
 
 TRUTH, PUBLISHED, OURS = 'truth', 'its method, as built here', 'ours'
 COLOURS = {TRUTH: 'silver', PUBLISHED: 'C1', OURS: 'C0'}
@@ -60,9 +61,9 @@ class Curves:
 
 
 def draw_curves(panels: Sequence[Curves], figure: Figure) -> None:
-    """A panel for each of panels, at most MAX_COLUMNS side by side, and a legend of all."""
-    columns = min(len(panels), MAX_COLUMNS)
-    axes = figure.subplots(-(-len(panels) // columns), columns, squeeze=False).ravel()
+    """A panel for each of panels, in two rows if more than MAX_COLUMNS, and a legend of all."""
+    rows = 1 if len(panels) <= MAX_COLUMNS else 2
+    axes = figure.subplots(rows, -(-len(panels) // rows), squeeze=False).ravel()
     for axis, curves in zip(axes, panels):
         for name, (x, y) in curves.lines.items():
             axis.plot(x, y, color=COLOURS.get(name), marker=curves.marker, linestyle='' if curves.marker else '-', markersize=4,
@@ -71,7 +72,7 @@ def draw_curves(panels: Sequence[Curves], figure: Figure) -> None:
     legend_of(figure, axes)
 
 
-def legend_of(figure: Figure, axes: Sequence) -> None:
+def legend_of(figure: Figure, axes: Sequence) -> Legend:
     """One legend below, of what the axes show."""
     known = {name: handle for axis in axes for handle, name in zip(*axis.get_legend_handles_labels())}
-    figure.legend(known.values(), known.keys(), loc='outside lower center', ncols=3)
+    return figure.legend(known.values(), known.keys(), loc='outside lower center', ncols=3)

@@ -61,7 +61,7 @@ def _table(name: str, what: str, truth: np.ndarray, methods: list[np.ndarray]) -
     return Table(f'The wrench of a bar {what}: fig 8', rows,
                  'The bar weighs 3 N, its centre of mass lies 6 mm from the middle of the face. The wrench is that at the force/torque '
                  'sensor {S}, 38 mm behind the pad, and turned. Its method takes the depth from the opening of the gripper. Ours takes the '
-                 'force from calibrated pressure and is given the centre of mass, for which eqs 6 to 9 have no use. The paper shows a plot.',
+                 'force from calibrated pressure, and knows the centre of mass, for which eqs 6 to 9 have no use. The paper shows a plot.',
                  (Picture(f'fig_8_{name}', f'The wrench of a bar {what}: fig 8', partial(draw_curves, curves), (11.0, 6.5)),))
 
 

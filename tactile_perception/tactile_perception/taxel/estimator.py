@@ -220,6 +220,7 @@ class TaxelEstimator:
             estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, loops, _OUTLINE_SD * self.array.pitch)
         if self._method.located is not None:
             (x, y), estimate.orientation = self._method.located
+            estimate.outlines, estimate.holes = self._method.loops
             estimate.centroid = np.array([x, y, 0.0])
         if motion is not None and math.isfinite(motion.step_turn) and interval > 0:
             estimate.motion_translation = np.array([*motion.step, 0.0])

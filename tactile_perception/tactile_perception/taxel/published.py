@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The published method (paper taxel_array_image_processing): nonzero taxels are contact (section II.B), slip is the pyramidal Lucas-Kanade
-flow of corner features (section III.C)."""
+"""The published method (paper taxel_array_image_processing): nonzero taxels are contact (section II.B), edges are its shape (III.B), slip
+is the pyramidal Lucas-Kanade flow of corner features (section III.C)."""
 from __future__ import annotations
 
 import cv2
@@ -11,6 +11,8 @@ from .pressure import TaxelArray
 from ..common.estimates import NONE, SlipEstimate, next_state, planar_twist
 from .region import Regions, find_regions
 
+# The paper names no detector of edges. Canny's; thresholds half and double of these find the same edges.
+_EDGES = dict(threshold1=100, threshold2=200, L2gradient=True)  # grey levels, of an image scaled to 255
 # The paper gives no values; chosen for contacts of 5 to 30 taxels.
 _FEATURES = dict(maxCorners=50, qualityLevel=0.05, minDistance=2, blockSize=3)
 _FLOW = dict(winSize=(7, 7), maxLevel=2)
@@ -32,6 +34,28 @@ def image_moments(image: np.ndarray, array: TaxelArray) -> tuple[np.ndarray, flo
     return np.array([x, y]), float(0.5 * np.arctan2(2 * mixed, along @ off_x**2 - down @ off_y**2))
 
 
+def edge_loops(image: np.ndarray, array: TaxelArray) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Outlines and holes, lists of (n, 3) m, of the contacts in an image (rows, columns) by its edges (section III.B).
+
+    Loops of edges are outlines, those within one are holes, those within a hole outlines. Beyond the array's rim nothing is pressed.
+    """
+    top = float(image.max(initial=0.0))
+    if not top > 0:
+        return [], []
+    grey = cv2.copyMakeBorder(np.clip(image * (255 / top), 0, 255).astype(np.uint8), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
+    lines, family = cv2.findContours(cv2.Canny(grey, **_EDGES), cv2.RETR_TREE, cv2.CHAIN_APPROX_NONE)
+    parents = family[0, :, 3] if lines else ()
+    found: tuple[list, list] = [], []
+    for line, parent in zip(lines, parents):
+        depth = 0  # in the tree, in which the inner border of a loop of edges lies between the loop and what it encloses
+        while parent >= 0:
+            depth, parent = depth + 1, parents[parent]
+        if depth % 2 == 0 and len(line) >= 3:
+            position = (line[:, 0] - 1 - 0.5 * np.array([array.columns - 1, array.rows - 1])) * array.pitch
+            found[depth // 2 % 2].append(np.pad(position, ((0, 0), (0, 1))))
+    return found
+
+
 class PaperMethod:
     """Contact and slip as published, without a model of the pad."""
 
@@ -44,13 +68,15 @@ class PaperMethod:
     def reset(self) -> None:
         """The next image is the first."""
         self.located: tuple[np.ndarray, float] | None = None  # of all contacts of the last image, by its values
+        self.loops: tuple[list[np.ndarray], list[np.ndarray]] = [], []  # outlines and holes of the last image, by its edges
         self._last: tuple[np.ndarray, float] | None = None
         self._state = NONE
 
     def regions(self, pressure: np.ndarray, sigma: float, full: np.ndarray | None = None) -> tuple[Regions, np.ndarray]:
         """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise; full: saturated taxels."""
         touched = pressure > _ZERO * sigma
-        self.located = image_moments(np.where(touched, pressure, 0), self._array)
+        image = np.where(touched, pressure, 0)
+        self.located, self.loops = image_moments(image, self._array), edge_loops(image, self._array)
         return find_regions(touched.astype(np.float32), pressure, self._array, full=full), pressure
 
     def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, None]:

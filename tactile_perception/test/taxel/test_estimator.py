@@ -3,6 +3,7 @@
 import copy
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from tactile_driver.parameters.table import defaults
@@ -14,7 +15,7 @@ from tactile_perception.evaluation.scores import macro_f1
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, grasped_object, taxel_estimator
 from tactile_perception.taxel.pressure import SoftPad, TaxelArray
-from tactile_perception.taxel.published import PaperMethod, image_moments
+from tactile_perception.taxel.published import PaperMethod, edge_loops, image_moments
 from tactile_perception.taxel.response import Response
 from tactile_perception.taxel.wrench import GraspedObject
 from taxel_pictures import ARRAY, bar, picture
@@ -277,6 +278,27 @@ def test_every_taxel_that_is_not_zero_is_contact():
     regions, _ = PaperMethod(ARRAY).regions(picture(bar()), 0.5)
     assert regions.total.area > 1.3 * 160e-6
     assert regions.total.centroid[:2] == pytest.approx([0, 0], abs=0.1e-3)
+
+
+def test_edges_are_the_shape_of_a_contact_and_of_its_hole():
+    x, y = np.meshgrid(ARRAY.x, ARRAY.y)
+    far = np.hypot(x, y)
+    image = cv2.GaussianBlur(((far < 14e-3) & (far > 7e-3)).astype(np.float32), (0, 0), 0.8)
+    outlines, holes = edge_loops(image, ARRAY)
+    for loops, radius in ((outlines, 14e-3), (holes, 7e-3)):
+        assert len(loops) == 1
+        assert np.hypot(*loops[0][:, :2].T) == pytest.approx(radius, abs=1e-3)
+
+
+def test_a_contact_at_the_rim_of_the_array_has_a_closed_outline():
+    image = np.zeros((44, 44), np.float32)
+    image[:, 22:] = 50
+    (outline,), holes = edge_loops(image, ARRAY)
+    assert not holes and np.ptp(outline[:, 1]) > 42e-3 and np.ptp(outline[:, 0]) == pytest.approx(22e-3, abs=1.5e-3)
+
+
+def test_an_image_without_load_has_no_edges():
+    assert edge_loops(np.zeros((44, 44), np.float32), ARRAY) == ([], [])
 
 
 def test_flow_of_features_is_slip():
