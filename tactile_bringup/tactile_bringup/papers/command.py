@@ -36,7 +36,7 @@ EXPERIMENTS: dict[str, tuple[Callable[[Bench], Iterator[Table]], ...]] = {
 DETAILS: dict[str, tuple[Callable[[Bench], Iterator[Detail]], ...]] = {
     'areal_sensor_contact_position': (),
     'air_cushion_contact': (),
-    'psd_finger': (),
+    'psd_finger': (finger.false_contacts,),
     'touchpad_contact_region': (touchpad.true_positions,),
     'taxel_array_image_processing': (taxels.values, wrench.areas, wrench.moments),
 }
