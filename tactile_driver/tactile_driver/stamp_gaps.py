@@ -3,6 +3,7 @@
 """Counts lost messages by the gaps in the stamps of the received ones. No ROS here."""
 from __future__ import annotations
 
+import time
 from collections import deque
 
 _KEPT = 30  # latest stamp intervals that determine the period; a change of rate is followed within as many frames; chosen
@@ -11,19 +12,37 @@ _SHORTEST_NS = 100_000  # shorter intervals are wrong stamps: no sensor sends 10
 _PAUSE_NS = 2_000_000_000  # longer gaps are pauses of the publisher (paused, reconnected), not losses; chosen
 _SHORT = 0.1  # fraction of intervals that are shorter than what is taken for the period, because of late messages; chosen
 _LATELY = 120  # latest messages over which losses are reported; chosen
+_SAME_CLOCK_NS = 60 * 10**9  # a stamp further from now is of a recording; as in perception's latency
 _FEW = 3  # losses among these that are not reported: the machine was busy for a moment; chosen
 
 
 class StampGaps:
-    """Follows the stamps of one stream. topic: its name in warning; lost: number of messages lost so far."""
+    """Follows the stamps of one stream. topic: its name in warning; lost: number of messages lost so far; missed: number of messages that
+    were published before the first one arrived."""
 
     def __init__(self, topic: str):
         self.lost, self._topic = 0, topic
+        self.missed, self._begun = 0, False
         self._missing: deque[int] = deque(maxlen=_LATELY)
         self._steps: deque[int] = deque(maxlen=_KEPT)
         self._last_ns: int | None = None
         self._end_ns = self._count = 0
         self._period = 0.0
+
+    def begin(self, missed: int) -> None:
+        """Note how many messages were published before the first one of a subscription; only the first subscription counts, later ones
+        follow a time in which nobody wanted messages."""
+        if not self._begun:
+            self.missed, self._begun = missed, True
+
+    @property
+    def note(self) -> str:
+        """What was lost of a recording before the first message arrived, '' for nothing. A live sensor loses nothing by that."""
+        recorded = self._last_ns is not None and abs(time.time_ns() - self._last_ns) > _SAME_CLOCK_NS
+        if not self.missed or not recorded:
+            return ''
+        return (f'{self.missed} messages of {self._topic} had been published when the first one arrived; they are lost. Start the '
+                'recording when the nodes run')
 
     def reset(self) -> None:
         """Ignore the gap before the next message: nobody was subscribed in between."""

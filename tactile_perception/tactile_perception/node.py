@@ -73,17 +73,19 @@ class PerceptionNode(Node):
             if wanted and not self._inputs:
                 self.log.restart_gaps()
                 self._inputs = [self._listen(side, partial(self._take, side.topic)) for side in self.stage.side_inputs]
-                self._inputs.append(self._listen(self._source, self._process_in_time))
+                self._inputs.append(self._listen(self._source, self._process_in_time, self.log.begin))
             elif not wanted and self._inputs:
                 for end in self._inputs:
                     end()
                 self._inputs = []
 
-    def _listen(self, source: Input, use: Callable[[object, int], None]) -> Callable[[], None]:
-        """Call use(message, received_ns) for each message; returns a function that ends it."""
+    def _listen(self, source: Input, use: Callable[[object, int], None],
+                begin: Callable[[int], None] = lambda _missed: None) -> Callable[[], None]:
+        """Call use(message, received_ns) for each message, and begin(number of messages before it) with the first; returns a function that
+        ends it."""
         durability = DurabilityPolicy.TRANSIENT_LOCAL if source.latched else DurabilityPolicy.VOLATILE
         return self._host.listen(self, source.type, source.topic, partial(self._guarded, source.topic, use),
-                                 QoSProfile(depth=source.depth, durability=durability))
+                                 QoSProfile(depth=source.depth, durability=durability), begin)
 
     def _guarded(self, topic: str, use: Callable[[object, int], None], message, received_ns: int) -> None:
         """Use a message; count and report whatever it raises."""
@@ -158,6 +160,8 @@ class PerceptionNode(Node):
     def examine(self) -> Health:
         """For /diagnostics."""
         with self._host.lock:
+            if self.log.note:
+                self.get_logger().info(self.log.note, once=True)
             warning, values = self.stage.health()
             if warning:
                 self._log_once.warning('stage', warning)

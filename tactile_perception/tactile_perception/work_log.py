@@ -9,6 +9,7 @@ import time
 from collections import deque
 from statistics import median
 
+from tactile_driver.nodes.health import MISSED
 from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, common_values
 from tactile_driver.stamp_gaps import StampGaps
 
@@ -84,6 +85,15 @@ class WorkLog:
         if not self._by_call:
             self._gaps.add(stamp_ns, covered_ns)
 
+    def begin(self, missed: int) -> None:
+        """Note the number of frames that were published before the first one arrived."""
+        self._gaps.begin(missed)
+
+    @property
+    def note(self) -> str:
+        """What was lost of a recording before the first frame arrived, '' for nothing."""
+        return self._gaps.note
+
     def restart_gaps(self) -> None:
         """Do not count what was sent before now as lost: this node was not subscribed."""
         self._gaps.reset()
@@ -110,7 +120,7 @@ class WorkLog:
         """The Health for /diagnostics; idle: nobody subscribes; warning: '' for none; values: name -> value to add."""
         middle = {'time per frame (ms)': self._seconds, 'latency (ms)': self._latencies}
         shown = {**common_values('idle' if idle else 'running', self.rate, self.age, self.shed), 'frames': self.done,
-                 'lost frames': self._gaps.lost, 'refused frames': self.refused,
+                 'lost frames': self._gaps.lost, MISSED: self._gaps.missed, 'refused frames': self.refused,
                  **{name: 1e3 * _middle(kept) for name, kept in middle.items()},
                  'stamps': self._reported_of_stamps(), 'last error': self.last_error, **(values or {})}
         return Health(*self._judged(idle, warning), shown)

@@ -264,6 +264,11 @@ class PairedSource(Source):
         reported = (self._reported(*camera) for camera in zip(NAMES, self._captures, self._sources))
         return '; '.join(text for text in (*reported, self._pairer.warning) if text)
 
+    @property
+    def note(self) -> str:
+        """See Source."""
+        return '; '.join(source.note for source in self._sources if source.note)
+
     def _reported(self, name: str, capture: Capture, source: Source) -> str:
         """Warning about one camera, '' without one."""
         state = capture.status
@@ -277,13 +282,14 @@ class PairedSource(Source):
         return self._sources[LEFT].truths
 
     def describe(self) -> dict:
-        """Both sources, the rate, Hz, the number of unpaired frames and the offset of the exposures; lost: the number of lost messages
-        (topics only), idle: whether neither source is read at present, and recorded: the description of the sensor in a recording."""
+        """Both sources, the rate, Hz, the number of unpaired frames and the offset of the exposures; lost, missed: the number of messages
+        lost, and published before the first one arrived (topics only); idle: whether neither source is read at present; recorded: the
+        description of the sensor in a recording."""
         left, right = (source.describe() for source in self._sources)
         recorded, _ = ({'recorded': about.pop('recorded')} if 'recorded' in about else {} for about in (left, right))
         place = ' + '.join(str(about.get('path') or about.get('device') or about.get('topic')) for about in (left, right))
         serial = ' + '.join(str(about.get('serial') or '') for about in (left, right)).strip(' +')
-        lost = {'lost': left['lost'] + right['lost']} if 'lost' in left else {}
+        lost = {name: left[name] + right[name] for name in ('lost', 'missed') if name in left}
         return {'path': place, 'serial': serial, 'rate': left.get('rate', -1.0), 'left': left, 'right': right,
                 'unpaired': self._pairer.unpaired, 'idle': bool(left.get('idle') and right.get('idle')), **lost, **recorded,
                 'shutter offset (ms)': self._pairer.offset_ms}

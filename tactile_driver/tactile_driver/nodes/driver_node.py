@@ -81,6 +81,8 @@ class Stream:
 
     def health(self, meter=None) -> Health:
         """For /diagnostics; meter: see capture_health."""
+        if self.source.note:
+            self._node.get_logger().info(self.source.note, once=True)
         warning = '; '.join(text for text in (self.source.warning, *self.warnings) if text)
         return capture_health(self.capture.status, self.about, self.source.live, warning, meter)
 

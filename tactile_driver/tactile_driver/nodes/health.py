@@ -17,9 +17,11 @@ _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods and s without a fr
 _FEW = 0.05  # share of skipped frames that is not reported: other work of the machine for a moment; chosen
 _WINDOW_S, _BLOCKS = 4.0, 4000  # span of a meter's rate and shares; blocks in it, at a thousand a second; chosen
 _STATES = {'paused': 'ready, not active', 'ended': 'ended: the recording is over; clean up and configure to play it again'}
+#: key of the number of messages that were published before the first one arrived
+MISSED = 'missed at start'
 #: what of a source's description changes while it runs and is reported as it is, under its name or another one
-COUNTS = {'lost': 'lost frames', **{name: name for name in ('unpaired', 'crc errors', 'refused frames', 'garbage bytes', 'missing frames',
-                                                             'missing samples', 'resets', 'shutter offset (ms)')}}
+COUNTS = {'lost': 'lost frames', 'missed': MISSED, **{name: name for name in (
+    'unpaired', 'crc errors', 'refused frames', 'garbage bytes', 'missing frames', 'missing samples', 'resets', 'shutter offset (ms)')}}
 
 
 class SampleMeter:

@@ -69,7 +69,7 @@ class TopicSource(Source):
     def _subscribe(self, wanted: bool) -> None:
         if wanted and self._image is None:
             self._gaps.reset()
-            self._image = AdaptiveSubscription(self._node, Image, self._topic, self._take, _QUEUE)
+            self._image = AdaptiveSubscription(self._node, Image, self._topic, self._take, _QUEUE, begin=self._gaps.begin)
         elif not wanted and self._image is not None:
             self._image.close()
             self._image = None
@@ -92,8 +92,14 @@ class TopicSource(Source):
             self._informed = None
 
     def describe(self) -> dict:
-        """The topic, whether it is idle (not subscribed), and the number of lost frames, counted by gaps in the stamps."""
-        return {'path': self._topic, 'rate': -1.0, 'idle': self._image is None, 'lost': self._gaps.lost}
+        """The topic, whether it is idle (not subscribed), the number of lost frames, counted by gaps in the stamps, and of those that
+        were published before the first one arrived."""
+        return {'path': self._topic, 'rate': -1.0, 'idle': self._image is None, 'lost': self._gaps.lost, 'missed': self._gaps.missed}
+
+    @property
+    def note(self) -> str:
+        """See Source."""
+        return self._gaps.note
 
     @property
     def warning(self) -> str:

@@ -28,12 +28,13 @@ class Source:
 
     live: it runs whether it is read or not, and only its newest frames matter; a recording waits and loses nothing. on_demand: it has no
     rate of its own and is read only while frames are wanted. skipped: number of frames that were due but not produced; corrupt: number of
-    unusable frames; warning: about the data, ''; truths: what of ground_truth/* its frames have, known once it is open.
+    unusable frames; warning: about the data, ''; note: to be logged once, ''; truths: what of ground_truth/* its frames have, known once
+    it is open.
     """
 
     live = on_demand = False
     skipped = corrupt = 0
-    warning = ''
+    warning = note = ''
     truths: tuple[str, ...] = ()
 
     def open(self) -> None:

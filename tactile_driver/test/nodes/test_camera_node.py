@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """camera_node: its stream and its life."""
 
+import itertools
 import time
 
 import cv2
@@ -168,6 +169,26 @@ def test_images_of_another_drivers_topic_come_in_the_own_frames_with_its_camera_
     assert until(arrived, one.executor)
     assert images[-1].header.frame_id == 'pad_camera_optical' and images[-1].header.stamp.sec == 1
     assert (images[-1].width, images[-1].height, set(images[-1].data)) == (6, 4, {90})
+
+
+def test_images_of_a_recording_that_were_played_before_the_node_listened_are_counted_and_logged_once(driven, capfd):
+    one = driven(CameraNode, source='topics', topic='/played/image_raw')
+    publisher = one.node.create_publisher(Image, '/played/image_raw', 1)
+    picture = Image(height=1, width=2, step=2, encoding='mono8', data=b'12')
+    for k in range(5):
+        publisher.publish(picture)
+    images, stamps_s = one.collect('image_raw', Image), itertools.count(1)
+    assert until(lambda: publisher.get_subscription_count(), one.executor)
+
+    def arrived():
+        picture.header = header_of(next(stamps_s) * 10**8, 'theirs')
+        publisher.publish(picture)
+        return len(images) > 3
+    assert until(arrived, one.executor)
+    one.reported(lambda status: any(each.key == 'missed at start' and each.value == '5' for each in status.values))
+    one.reported(lambda status: 'camera' in status.name)
+    log = capfd.readouterr().err
+    assert log.count('5 messages of /played/image_raw had been published when the first one arrived') == 1, log
 
 
 @pytest.mark.parametrize(('topic', 'said'), [('image_raw', 'what this node publishes'), ('', 'topic')])

@@ -188,6 +188,17 @@ def test_what_is_latched_arrives_though_it_was_published_before(bench, before):
     assert bench.until(lambda: subscription.policies == (RELIABLE, VOLATILE)) and bench.hears(passing, 'passing')
 
 
+def test_the_first_message_tells_how_many_were_published_before_it(bench):
+    missed, publisher = [], bench.publisher()
+    for _ in range(7):
+        publisher.publish(String(data='early'))
+    subscription = AdaptiveSubscription(bench.listener, String, 'words', lambda message, ns: bench.heard.append((message, ns)),
+                                        QoSProfile(depth=10), begin=missed.append)
+    assert bench.until(lambda: publisher.get_subscription_count())
+    assert bench.hears(publisher, 'late') and bench.hears(publisher, 'later')
+    assert missed == [7] and subscription.policies == (RELIABLE, VOLATILE)
+
+
 def test_of_a_stream_nothing_old_comes_though_it_is_kept(bench):
     publisher = bench.publisher(durability=LATCHED)
     publisher.publish(String(data='old'))

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from functools import partial
 
-from rclpy.logging import get_logger
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 from tactile_driver.nodes.messages.images import image_to_array
@@ -50,7 +49,6 @@ class DotStage(CameraStage):
             self.stitching = stitching_from_dict(self._markers.stitching, 'calibration: stitching')
         self.needs_camera = self.sensor.cap is not None or self._surface is not None
         self._frame_id = values['frame_id'] or values['sensor_type']
-        self._reported = ''
 
     def use_frame(self, frame_id: str) -> None:
         """Name the sensor frame, unless the parameter frame_id does."""
@@ -87,9 +85,6 @@ class DotStage(CameraStage):
             self.estimator = self.make_estimator(None, None)
         self.check_size(image)
         tracks = self.estimator.process(image, stamp_s)
-        if self.estimator.found != self._reported:
-            self._reported = self.estimator.found
-            get_logger(self.node).info(self._reported)
         return {'dots': [convert.tracks_to_message(tracks, Header(stamp=message.header.stamp, frame_id=self._frame_id))]}
 
     def set_reference(self) -> None:

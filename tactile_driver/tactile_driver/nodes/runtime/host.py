@@ -22,6 +22,8 @@ from ..messages.images import message_type
 
 Take = Callable[[object, int], None]  # a message, and its time of receipt, ns
 
+_NOT_NUMBERED = 2**64 - 1  # RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED of rmw
+
 Policies = tuple[ReliabilityPolicy, DurabilityPolicy]
 
 
@@ -41,10 +43,13 @@ class AdaptiveSubscription:
 
     kind: type of the messages; of a topic that is or is remapped to .../compressed, Image stands for CompressedImage.
     qos: history and depth; durability: transient local to also receive the last message published before (of a stream that would be an old
-    one). Its reliability is ignored. raw: take gets the serialised message.
+    one). Its reliability is ignored. raw: take gets the serialised message. begin: called before the first message is taken, with the
+    number of messages that its publisher sent before it.
     """
 
-    def __init__(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile, raw: bool = False):
+    def __init__(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile, raw: bool = False,
+                 begin: Callable[[int], None] = lambda _missed: None):
+        self._begin: Callable[[int], None] | None = begin
         self._node, self._topic, self._take, self._qos, self._raw = node, topic, take, qos, raw
         self._kind = message_type(kind, node.resolve_topic_name(topic))
         self._lock = threading.RLock()  # events come in the executor's thread, close() in any
@@ -104,8 +109,18 @@ class AdaptiveSubscription:
                 self._subscribe(policies)
 
     def _taken(self, message, info: dict) -> None:
-        if not self._closed:
-            self._take(message, received_ns(info))
+        if self._closed:
+            return
+        if self._begin is not None:
+            self._begin(_sent_before(info))
+            self._begin = None
+        self._take(message, received_ns(info))
+
+
+def _sent_before(info: dict) -> int:
+    """Number of messages that the publisher sent before this one; 0 where the middleware does not number them."""
+    number = info.get('publication_sequence_number') or 1
+    return number - 1 if number < _NOT_NUMBERED else 0
 
 
 def received_ns(info: dict) -> int:
@@ -192,8 +207,9 @@ class Host:
         """Whether a node of this process publishes a topic to the others by calls, in which nothing is lost."""
         return self._own(node, topic) is not None
 
-    def listen(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile) -> Callable[[], None]:
+    def listen(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile,
+               begin: Callable[[int], None] = lambda _missed: None) -> Callable[[], None]:
         """Call take with each message on a topic: by the publisher in this process if there is one, else by an AdaptiveSubscription (which
-        see for qos). Returns a function that ends it."""
+        see for qos and begin). Returns a function that ends it."""
         own = self._own(node, topic)
-        return own.attach(take) if own is not None else AdaptiveSubscription(node, kind, topic, take, qos).close
+        return own.attach(take) if own is not None else AdaptiveSubscription(node, kind, topic, take, qos, begin=begin).close
