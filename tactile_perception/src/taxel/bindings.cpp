@@ -9,6 +9,7 @@
 #include "taxel/motion.hpp"
 #include "taxel/region.hpp"
 #include "taxel/shear.hpp"
+#include "taxel/signal.hpp"
 
 namespace tactile::border {
 namespace {
@@ -116,10 +117,103 @@ py::array_t<float> pressure_of(const SurfaceShear& shear, const py::object& trac
     return kept(std::move(found), {shear.pad().rows, shear.pad().columns});
 }
 
+taxel::Sheet sheet(const py::object& values, const char* name, py::ssize_t rows = ANY, py::ssize_t columns = ANY) {
+    const Input<float> given(values, name, {rows, columns});
+    return {given.length(0), given.length(1), {given.data(), given.data() + given.length(0) * given.length(1)}};
+}
+
+taxel::Baseline make_baseline(double frames, double time_constant, const py::object& start, bool zeroed) {
+    if (!(frames >= 1 && time_constant > 0))
+        refuse("BadArgument", "baseline: need frames >= 1 and a positive time constant, got " + std::to_string(frames) + ", " +
+                                  std::to_string(time_constant));
+    return {frames, time_constant, start.is_none() ? std::nullopt : std::optional(sheet(start, "start")), zeroed};
+}
+
+void follow(taxel::Baseline& baseline, const py::object& change, const py::object& touched, double interval) {
+    const taxel::Sheet& values = baseline.values();
+    const Input<float> given(change, "change", {values.rows, values.columns});
+    const Input<bool> contact(touched, "touched", {values.rows, values.columns});
+    baseline.follow(given.data(), marks(contact), within(interval, "interval", 0, LARGEST_NUMBER));
+}
+
+void bind_signal(py::module_& module) {
+    using taxel::Baseline, taxel::DeadTaxels, taxel::Hysteresis;
+    const auto shaped = [](const taxel::Sheet& of) -> py::object {
+        if (!of.size()) return py::none();
+        return output(of.values, {of.rows, of.columns});
+    };
+    copyable(py::class_<Baseline>(
+                 module, "Baseline",
+                 "Untouched value and noise of each taxel: averaged, tracked as they drift, tared on request.\n\n"
+                 "frames: number of quiet frames that are averaged; time_constant: s, of drift after that, tracked only where no taxel\n"
+                 "nearby is touched, so that a persistent contact stays; start: (rows, columns) float32 from calibration, None to use the\n"
+                 "first frame; zeroed: a first frame most of whose values are 0 is of a sensor that subtracts its untouched values itself,\n"
+                 "so that they are 0. Raises BadArgument for frames below 1 or a time constant that is not positive."))
+        .def(py::init(&make_baseline), py::arg("frames"), py::arg("time_constant"), py::arg("start") = py::none(),
+             py::arg("zeroed") = false)
+        .def("reset", &Baseline::reset, py::arg("start") = true,
+             "The next frame is the new baseline, or, with start, the one from calibration if there is one.")
+        .def(
+            "change",
+            [](Baseline& one, const py::object& frame, double full_scale) {
+                const bool first = !one.values().size();
+                const taxel::Sheet given = sheet(frame, "frame", first ? ANY : one.values().rows, first ? ANY : one.values().columns);
+                return kept(one.change(given, full_scale), {given.rows, given.columns});
+            },
+            py::arg("frame"), py::arg("full_scale") = std::numeric_limits<double>::infinity(),
+            "frame (rows, columns) float32 minus the baseline; a first frame becomes the baseline if there is none. full_scale: of a\n"
+            "taxel, inf where it is not known.")
+        .def("follow", &follow, py::arg("change"), py::arg("touched"), py::arg("interval_s"),
+             "Track with the quiet part of a frame's change (rows, columns) float32, NaN is skipped, interval_s after the last frame;\n"
+             "touched: (rows, columns) bool.")
+        .def_property_readonly("sigma", &Baseline::sigma,
+                               "Standard deviation of a taxel's noise, at least that of rounding; 1 before the first estimate.")
+        .def_property_readonly(
+            "values", [=](const Baseline& one) { return shaped(one.values()); }, "(rows, columns) untouched values, None without any")
+        .def_property_readonly("looks_pressed", &Baseline::looks_pressed, "whether the first frame may have held a contact");
+    copyable(py::class_<DeadTaxels>(module, "DeadTaxels",
+                                    "Fills dead taxels and detects those that are silent between two pressed neighbours along a row or a "
+                                    "column.\n\nknown: (rows, columns) bool, dead from the start."))
+        .def(py::init([](const py::object& known) {
+                 const Input<bool> given(known, "known", {ANY, ANY});
+                 return DeadTaxels(marks(given), given.length(0), given.length(1));
+             }),
+             py::arg("known"))
+        .def(
+            "repaired",
+            [](DeadTaxels& one, const py::object& change, double sigma) {
+                const Input<float> given(change, "change", {one.rows(), one.columns()});
+                return kept(one.repaired(given.data(), within(sigma, "sigma", 0, LARGEST_NUMBER)), {one.rows(), one.columns()});
+            },
+            py::arg("change"), py::arg("sigma"),
+            "change (rows, columns) float32 from the baseline with dead and NaN taxels filled by the mean of live neighbours; sigma: its "
+            "noise.")
+        .def_property_readonly(
+            "dead", [](const DeadTaxels& one) { return mask(one.dead()).attr("reshape")(one.rows(), one.columns()); },
+            "(rows, columns) bool");
+    copyable(py::class_<Hysteresis>(module, "Hysteresis", "Undoes a Loop of the sensing layer frame by frame."))
+        .def(py::init([](const py::object& loop) {
+                 const auto number = [&](const char* name) { return loop.attr(name).cast<double>(); };
+                 return Hysteresis({number("share"), number("reach"), number("relative"), number("relaxation"), number("at_once"),
+                                    loop.attr("late").cast<std::vector<double>>(), loop.attr("late_s").cast<std::vector<double>>()});
+             }),
+             py::arg("loop"))
+        .def("reset", &Hysteresis::reset, "Loads are as shown in the next frame.")
+        .def(
+            "undone",
+            [](Hysteresis& one, const py::object& shown, double interval) {
+                const taxel::Sheet given = sheet(shown, "shown");
+                return kept(one.undone(given, within(interval, "interval", 0, LARGEST_NUMBER)), {given.rows, given.columns});
+            },
+            py::arg("shown"), py::arg("interval_s"),
+            "The load (rows, columns) Pa behind the pressure shown (rows, columns) float32, interval_s after the last frame.");
+}
+
 }  // namespace
 
 void bind_taxel(py::module_& parent) {
     py::module_ module = parent.def_submodule("taxel", "The taxel array's compiled part: contact score, registration, surface shear.");
+    bind_signal(module);
     module.def("contact_score", &contact_score, py::arg("pressure"), py::arg("full"), py::kw_only(), py::arg("smooth"), py::arg("reach"),
                py::arg("least"), py::arg("share"), py::arg("ramp"),
                "Contact scores (rows, columns) float32, 0 to 1, above 0.5 in contact, of pressure (rows, columns) float32.\n\n"

@@ -8,8 +8,9 @@ from itertools import product
 
 import numpy as np
 
+from .._core.taxel import Hysteresis
 from .pressure import TaxelArray
-from .response import MOST_HELD, Hysteresis, Loop, Response, followed
+from .response import MOST_HELD, Loop, Response, followed
 from ..errors import BadCalibration
 
 _PARTS = 3  # folds of the cross-validation

@@ -10,17 +10,17 @@ from functools import partial
 
 import numpy as np
 
-from .._core.taxel import Region
+from .._core.taxel import Baseline, DeadTaxels, Hysteresis, Region
 from ..common.contact_tracker import ContactTracker, TrackedContact
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ..common.surface import axes
 from ..common.surface_points import SurfacePoints
 from ..errors import BadArgument, BadFrame
 from .motion import MotionTracker, ObjectMotion, TaxelSlip
-from .pressure import Baseline, DeadTaxels, SoftPad, TaxelArray
+from .pressure import SoftPad, TaxelArray
 from .published import PaperMethod
 from .region import ContactScore, Regions, find_regions
-from .response import Hysteresis, Response
+from .response import Response
 from .wrench import GraspedObject, normal_force, pressure_centre, taxel_forces, taxel_points, taxel_states, under_friction, wrench_of
 
 _FULL = 0.995  # of the full scale, from which a taxel is saturated: a count below 255
@@ -123,7 +123,8 @@ class TaxelEstimator:
         self.array, self.pad, self.settings = array, pad, settings
         self._method = TAXEL_METHODS[settings.method](array, pad, settings.response)
         self._dead = DeadTaxels(array.dead(settings.dead))
-        self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, settings.zeroed)
+        self.baseline = Baseline(settings.reference_frames, settings.time_constant,
+                                 None if settings.response.zero is None else np.float32(settings.response.zero), settings.zeroed)
         self._hysteresis, self._tracker = Hysteresis(settings.response.loop), ContactTracker()
         self._stamp_s: float | None = None
         self.grasped = GraspedObject()

@@ -3,12 +3,10 @@
 """Pressure from a taxel's change of value: a gain for each taxel, a common curve, and the hysteresis of the sensing layer; as a file."""
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from .pressure import TaxelArray
@@ -19,7 +17,6 @@ SENSOR = 'taxel_array'
 UNITS = {'scale': 'Pa of the value, of its square, of its knee', 'gain': '1', 'zero, knee': 'values', 'residuals': '1', 'force': 'N',
          'loop': 'share 1, reach Pa, relative 1, relaxation s, late 1, late_s s'}
 MOST_HELD = 0.9  # largest share of a loop, and of late parts: beyond, noise is ten times as large
-_SMOOTH = 1.0  # taxels, of the Gaussian by which neighbours show together whether their load rises or falls
 _HIDDEN_NOISE = 0.3  # of the hidden part's share of changes: how much of it adds to the noise, as it is blurred by a taxel
 
 
@@ -92,41 +89,6 @@ def followed(loads: np.ndarray, intervals: np.ndarray, time: float) -> np.ndarra
         found[k] = late = late + (last - late) * gone
         last = load
     return found
-
-
-class Hysteresis:
-    """Undoes a loop frame by frame."""
-
-    def __init__(self, loop: Loop):
-        self._loop = loop
-        self.reset()
-
-    def reset(self) -> None:
-        """Loads are as shown in the next frame."""
-        self._load: np.ndarray | None = None
-
-    def undone(self, shown: np.ndarray, interval_s: float) -> np.ndarray:
-        """The load (rows, columns) Pa behind the pressure shown (rows, columns) float32, interval_s after the last frame."""
-        loop = self._loop
-        if loop.is_none:
-            return shown
-        if self._load is None:
-            self._late, self._load, self._held = [shown] * len(loop.late), shown, shown
-        for k, (part, time) in enumerate(zip(loop.late, loop.late_s)):
-            self._late[k] = self._late[k] + (self._load - self._late[k]) * np.float32(-math.expm1(-interval_s / time))
-            shown = shown - self._late[k] * np.float32(part)
-        shown = shown / np.float32(loop.at_once)
-        held = self._held + (self._load - self._held) * np.float32(-math.expm1(-interval_s / loop.relaxation))
-        # The load of which a layer with that held load shows this: where the held load stays, or follows from below or above.
-        share, reach, relative = map(np.float32, (loop.share, loop.reach, loop.relative))
-        up, down = shown + share * reach, shown - share * reach
-        rising, falling = np.maximum(up, up / (1 - share * relative)), np.minimum(down, down / (1 + share * relative))
-        load = np.minimum(np.maximum((shown - share * held) / (1 - share), falling), rising)
-        most = reach + relative * np.maximum(load, 0)
-        self._held = np.minimum(np.maximum(held, load - most), load + most)
-        # Neighbours show together what is hidden, so that it adds little noise.
-        self._load = shown + cv2.GaussianBlur(load - shown, (0, 0), _SMOOTH, borderType=cv2.BORDER_REPLICATE)
-        return self._load
 
 
 @dataclass(frozen=True)

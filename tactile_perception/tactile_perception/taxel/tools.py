@@ -10,9 +10,10 @@ from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 
+from .._core.taxel import DeadTaxels
 from .calibration import Loads, calibrated_response, find_loop, fit_gains, held_out_errors, loaded_areas
 from .parameters import TAXEL_PARAMETERS, taxel_array
-from .pressure import TaxelArray, fill
+from .pressure import TaxelArray
 from .response import Response, taxel_file
 from ..bags.stamped import TRUE_WRENCH, find_prefix
 from ..calibration.files.format import Specimen
@@ -25,6 +26,7 @@ from ..parameters.file import read_parameters
 _SAME = 0.02  # relative difference below which loads count as equal
 _LONGEST_S = 0.1  # equal loads that last longer are several, since what the sensor shows creeps
 _ZERO = 1e-3  # N, smaller forces count as untouched
+_NEVER_LOUD = 1e9  # noise above which no change is a press: of the mean over a load, only known dead taxels are filled
 _AFTER_S = 30.0  # s after a load, in which what is left of it is fitted, too: later it no longer changes
 
 
@@ -54,7 +56,8 @@ def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace:
         stretches = [one for one in stretches if one[2]]
     values, stamps, forces, when, numbers, levels = zip(*stretches)
     pictures = np.array([np.mean(one, axis=0, dtype=float) for one in values]) - (0 if zero is None else zero)
-    pictures = np.array([fill(picture.astype(np.float32), dead) for picture in pictures])
+    gaps = DeadTaxels(dead)
+    pictures = np.array([gaps.repaired(picture.astype(np.float32), _NEVER_LOUD) for picture in pictures])
     return Loads(pictures, np.array(forces), zero, left_out, list(when), np.array([np.mean(one) for one in stamps]), np.array(numbers),
                  np.array(levels))
 

@@ -1,0 +1,225 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#include "taxel/signal.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/grid.hpp"
+
+namespace tactile::taxel {
+namespace {
+
+constexpr double QUANTUM = 0.29;             // standard deviation of rounding to whole numbers: 1 / sqrt(12)
+constexpr double SIGMA_PER_MAD = 1.4826;     // standard deviation of normal errors over their median absolute deviation
+constexpr std::ptrdiff_t AROUND = 3;         // taxels around a quiet one that must be untouched: the pad spreads pressure over 2 taxels
+constexpr float SETTLED = 5;                 // quiet frames of a taxel before it adds to the noise: its mean is then known better than that
+constexpr std::ptrdiff_t NOISE_FRAMES = 50;  // length of the noise's average; once full, one frame in NOISE_INTERVAL updates it
+constexpr std::ptrdiff_t NOISE_INTERVAL = 10;
+constexpr std::ptrdiff_t SAMPLE = 2000;  // taxels that show the noise: a standard deviation is then known within 2 %
+constexpr double LOOKS_PRESSED = 0.1;    // of the full scale: range of a smoothed first frame with a contact; offsets vary by less
+constexpr float SILENT = 0.1f;           // of both neighbours, up to which a taxel is silent: a pad blurs pressure, which falls less
+constexpr double PRESSED = 12;           // standard deviations of the noise, from which a taxel is pressed
+constexpr std::uint8_t SILENT_FRAMES = 10;  // without any response before, after which a taxel is dead
+constexpr double SHOWN_TOGETHER = 1;        // taxels, of the Gaussian by which neighbours show together whether their load rises or falls
+
+// Range of a frame after a median of 3 x 3, borders repeated; NaN counts as 0.
+double smooth_range(const Sheet& frame) {
+    float low = std::numeric_limits<float>::max(), high = -low;
+    float around[9];
+    for (std::ptrdiff_t r = 0; r < frame.rows; ++r) {
+        for (std::ptrdiff_t c = 0; c < frame.columns; ++c) {
+            float* next = around;
+            for (std::ptrdiff_t y = r - 1; y <= r + 1; ++y)
+                for (std::ptrdiff_t x = c - 1; x <= c + 1; ++x) {
+                    const float value = frame.values[std::clamp<std::ptrdiff_t>(y, 0, frame.rows - 1) * frame.columns +
+                                                     std::clamp<std::ptrdiff_t>(x, 0, frame.columns - 1)];
+                    *next++ = std::isfinite(value) ? value : 0;
+                }
+            std::nth_element(around, around + 4, around + 9);
+            low = std::min(low, around[4]), high = std::max(high, around[4]);
+        }
+    }
+    return static_cast<double>(high) - low;
+}
+
+// Values (rows, columns) with missing ones filled by the mean of their neighbours, from the rim of a gap inwards; 0 where all are missing.
+void fill(std::vector<float>& values, std::vector<std::uint8_t> missing, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+    std::vector<std::ptrdiff_t> gaps;
+    for (std::ptrdiff_t k = 0; k < rows * columns; ++k)
+        if (missing[k]) gaps.push_back(k), values[k] = 0;
+    while (!gaps.empty()) {
+        std::vector<std::ptrdiff_t> left;
+        std::vector<std::pair<std::ptrdiff_t, float>> found;
+        for (const std::ptrdiff_t k : gaps) {
+            float total = 0, count = 0;
+            for (std::ptrdiff_t y = std::max<std::ptrdiff_t>(k / columns - 1, 0); y <= std::min(k / columns + 1, rows - 1); ++y)
+                for (std::ptrdiff_t x = std::max<std::ptrdiff_t>(k % columns - 1, 0); x <= std::min(k % columns + 1, columns - 1); ++x)
+                    if (!missing[y * columns + x]) total += values[y * columns + x], ++count;
+            if (count > 0)
+                found.emplace_back(k, total / count);
+            else
+                left.push_back(k);
+        }
+        if (found.empty()) return;
+        for (const auto& [k, value] : found) values[k] = value, missing[k] = 0;
+        gaps = std::move(left);
+    }
+}
+
+}  // namespace
+
+Baseline::Baseline(double frames, double time_constant, std::optional<Sheet> start, bool zeroed)
+    : frames_(frames), time_constant_(time_constant), start_(std::move(start)), zeroed_(zeroed) {
+    reset(true);
+}
+
+void Baseline::reset(bool start) {
+    values_ = start && start_ ? *start_ : Sheet{};
+    count_.assign(values_.values.size(), 1);
+    takes_zeros_ = zeroed_ && start;
+    last_.clear();
+    variance_ = 0;
+    noise_count_ = frame_ = 0;
+    settled_ = looks_pressed_ = false;
+}
+
+std::vector<float> Baseline::change(const Sheet& frame, double full_scale) {
+    if (!values_.size()) {
+        values_ = frame;
+        count_.assign(frame.values.size(), 1);
+        if (takes_zeros_ && 2 * std::count(frame.values.begin(), frame.values.end(), 0.0f) > frame.size())
+            std::fill(values_.values.begin(), values_.values.end(), 0.0f);
+        else
+            looks_pressed_ = smooth_range(frame) > LOOKS_PRESSED * full_scale;
+    }
+    std::vector<float> change(frame.values.size());
+    for (std::size_t k = 0; k < change.size(); ++k) {
+        if (std::isnan(values_.values[k])) values_.values[k] = frame.values[k];
+        change[k] = frame.values[k] - values_.values[k];
+    }
+    return change;
+}
+
+void Baseline::follow(const float* change, const std::uint8_t* touched, double interval) {
+    const auto busy = spread_mask(touched, values_.rows, values_.columns, AROUND);
+    const bool looks = noise_count_ < NOISE_FRAMES || frame_ % NOISE_INTERVAL == 0;
+    const auto drift = static_cast<float>(std::min(interval / time_constant_, 1 / frames_));
+    std::vector<float> settled;
+    for (std::ptrdiff_t k = 0; k < values_.size(); ++k) {
+        if (busy[k] || !std::isfinite(change[k])) continue;
+        count_[k] += 1;
+        values_.values[k] += change[k] * (count_[k] <= frames_ ? 1 / count_[k] : drift);
+        if (looks && count_[k] > SETTLED) settled.push_back(change[k]);
+    }
+    if (looks) {
+        settled_ = settled_ || !settled.empty();
+        update_noise(settled_ ? std::move(settled) : steps(change));
+    }
+    ++frame_;
+}
+
+// Noise from the difference of two frames, without its median. Used at the start, where strong noise looks like contact everywhere and no
+// taxel is quiet.
+std::vector<float> Baseline::steps(const float* change) {
+    const std::vector<float> last = std::exchange(last_, std::vector<float>(change, change + values_.size()));
+    std::vector<float> steps;
+    for (std::size_t k = 0; k < last.size(); ++k) {
+        const float step = (change[k] - last[k]) * static_cast<float>(std::sqrt(0.5));
+        if (std::isfinite(step)) steps.push_back(step);
+    }
+    if (steps.empty()) return steps;
+    const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+    std::vector<float> ordered = steps;
+    const auto upper = ordered.begin() + (middle - steps.begin());
+    std::nth_element(ordered.begin(), upper, ordered.end());
+    const float median = steps.size() % 2 ? *upper : 0.5f * (*upper + *std::max_element(ordered.begin(), upper));
+    for (float& step : steps) step -= median;
+    return steps;
+}
+
+// Averages the noise with the normalised median absolute deviation of residuals.
+void Baseline::update_noise(std::vector<float> residuals) {
+    if (residuals.empty()) return;
+    const auto stride = 1 + static_cast<std::ptrdiff_t>(residuals.size()) / SAMPLE;
+    std::vector<float> sizes;
+    for (std::size_t k = 0; k < residuals.size(); k += static_cast<std::size_t>(stride)) sizes.push_back(std::abs(residuals[k]));
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    const double sigma = SIGMA_PER_MAD * *middle, keep = static_cast<double>(noise_count_);
+    variance_ = (variance_ * keep + sigma * sigma) / (keep + 1);
+    noise_count_ = std::min(noise_count_ + 1, NOISE_FRAMES);
+}
+
+double Baseline::sigma() const {
+    return std::max(QUANTUM, noise_count_ ? std::sqrt(variance_) : 1.0);
+}
+
+DeadTaxels::DeadTaxels(const std::uint8_t* known, std::ptrdiff_t rows, std::ptrdiff_t columns)
+    : rows_(rows), columns_(columns), dead_(known, known + rows * columns), silent_(rows * columns), responded_(rows * columns) {}
+
+std::vector<float> DeadTaxels::repaired(const float* change, double sigma) {
+    const auto loud = static_cast<float>(PRESSED * sigma);
+    bool any = false;
+    for (std::size_t k = 0; k < dead_.size(); ++k)
+        if (change[k] > loud) any = responded_[k] = 1;
+    if (any) detect(change, loud);
+    std::vector<float> values(change, change + dead_.size());
+    std::vector<std::uint8_t> missing = dead_;
+    for (std::size_t k = 0; k < missing.size(); ++k) missing[k] |= std::isnan(change[k]);
+    fill(values, std::move(missing), rows_, columns_);
+    return values;
+}
+
+// Counts the frames in which a taxel that never responded is silent.
+void DeadTaxels::detect(const float* change, float loud) {
+    const auto pressed = [&](std::ptrdiff_t k) { return change[k] > loud ? change[k] : 0.0f; };
+    for (std::ptrdiff_t r = 0; r < rows_; ++r) {
+        for (std::ptrdiff_t c = 0; c < columns_; ++c) {
+            const std::ptrdiff_t k = r * columns_ + c;
+            if (responded_[k]) continue;
+            float between = 0;
+            if (r > 0 && r + 1 < rows_) between = std::min(pressed(k - columns_), pressed(k + columns_));
+            if (c > 0 && c + 1 < columns_) between = std::max(between, std::min(pressed(k - 1), pressed(k + 1)));
+            if (between > 0 && change[k] < SILENT * between && silent_[k] < SILENT_FRAMES) ++silent_[k];
+            if (silent_[k] >= SILENT_FRAMES) dead_[k] = 1;
+        }
+    }
+}
+
+std::vector<float> Hysteresis::undone(const Sheet& shown, double interval) {
+    if (loop_.share == 0 && loop_.late.empty()) return shown.values;
+    if (load_.size() != shown.values.size()) {
+        load_ = held_ = shown.values;
+        late_.assign(loop_.late.size(), shown.values);
+    }
+    const auto gone = [&](double time) { return static_cast<float>(-std::expm1(-interval / time)); };
+    const float at_once = static_cast<float>(loop_.at_once), crept = gone(loop_.relaxation);
+    const float share = static_cast<float>(loop_.share), reach = static_cast<float>(loop_.reach),
+                relative = static_cast<float>(loop_.relative);
+    std::vector<float> early = shown.values, hidden(early.size());
+    for (std::size_t part = 0; part < late_.size(); ++part) {
+        const float followed = gone(loop_.late_s[part]), weight = static_cast<float>(loop_.late[part]);
+        for (std::size_t k = 0; k < early.size(); ++k) {
+            late_[part][k] += (load_[k] - late_[part][k]) * followed;
+            early[k] -= late_[part][k] * weight;
+        }
+    }
+    for (std::size_t k = 0; k < early.size(); ++k) {
+        const float seen = early[k] /= at_once, held = held_[k] + (load_[k] - held_[k]) * crept;
+        // The load of which a layer with that held load shows this: where the held load stays, or follows from below or above.
+        const float up = seen + share * reach, down = seen - share * reach;
+        const float rising = std::max(up, up / (1 - share * relative)), falling = std::min(down, down / (1 + share * relative));
+        const float load = std::min(std::max((seen - share * held) / (1 - share), falling), rising);
+        const float most = reach + relative * std::max(load, 0.0f);
+        held_[k] = std::min(std::max(held, load - most), load + most);
+        hidden[k] = load - seen;
+    }
+    // Neighbours show together what is hidden, so that it adds little noise.
+    blur(hidden, shown.rows, shown.columns, SHOWN_TOGETHER, Outside::replicated);
+    for (std::size_t k = 0; k < early.size(); ++k) load_[k] = early[k] + hidden[k];
+    return load_;
+}
+
+}  // namespace tactile::taxel

@@ -1,0 +1,92 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// From the values of taxels to what loads them: untouched values and noise, dead taxels, hysteresis of the sensing layer.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+namespace tactile::taxel {
+
+// Values (rows, columns) of an array, in row-major order.
+struct Sheet {
+    std::ptrdiff_t rows = 0, columns = 0;
+    std::vector<float> values{};
+    std::ptrdiff_t size() const { return static_cast<std::ptrdiff_t>(values.size()); }
+};
+
+// Untouched value and noise of each taxel: averaged, tracked as they drift.
+class Baseline {
+ public:
+    // frames: averaged; time_constant: s, of drift after that; start: untouched values, if known; zeroed: a first frame most of whose values
+    // are 0 is of a sensor that subtracts its untouched values itself.
+    Baseline(double frames, double time_constant, std::optional<Sheet> start, bool zeroed);
+    // The next frame is the new baseline, or, with start, the known one if there is one.
+    void reset(bool start);
+    // A frame minus the baseline. A first frame becomes the baseline if there is none.
+    std::vector<float> change(const Sheet& frame, double full_scale);
+    // Track with the quiet part of a change, interval s after the last frame; touched: (rows, columns).
+    void follow(const float* change, const std::uint8_t* touched, double interval);
+    // Standard deviation of a taxel's noise, at least that of rounding; 1 before the first estimate.
+    double sigma() const;
+    // The untouched values, of no size before the first frame.
+    const Sheet& values() const { return values_; }
+    // Whether the first frame may have held a contact.
+    bool looks_pressed() const { return looks_pressed_; }
+
+ private:
+    std::vector<float> steps(const float* change);
+    void update_noise(std::vector<float> residuals);
+
+    double frames_, time_constant_;
+    std::optional<Sheet> start_;
+    bool zeroed_, takes_zeros_ = false, settled_ = false, looks_pressed_ = false;
+    Sheet values_{};
+    std::vector<float> count_{}, last_{};
+    double variance_ = 0;
+    std::ptrdiff_t noise_count_ = 0, frame_ = 0;
+};
+
+// Fills dead taxels, and detects those that are silent between two pressed neighbours along a row or a column.
+class DeadTaxels {
+ public:
+    // known: (rows, columns), dead from the start.
+    DeadTaxels(const std::uint8_t* known, std::ptrdiff_t rows, std::ptrdiff_t columns);
+    // A change from the baseline with dead and NaN taxels filled; sigma: its noise.
+    std::vector<float> repaired(const float* change, double sigma);
+    const std::vector<std::uint8_t>& dead() const { return dead_; }
+    std::ptrdiff_t rows() const { return rows_; }
+    std::ptrdiff_t columns() const { return columns_; }
+
+ private:
+    void detect(const float* change, float loud);
+
+    std::ptrdiff_t rows_, columns_;
+    std::vector<std::uint8_t> dead_, silent_, responded_;
+};
+
+// How a sensing layer shows a load: see Loop in response.py.
+struct LayerLoop {
+    double share, reach, relative, relaxation, at_once;
+    std::vector<double> late{}, late_s{};
+};
+
+// Undoes a loop frame by frame.
+class Hysteresis {
+ public:
+    explicit Hysteresis(LayerLoop loop) : loop_(std::move(loop)) {}
+    // Loads are as shown in the next frame.
+    void reset() { load_.clear(); }
+    // The load, Pa, behind the pressure shown (rows, columns), interval s after the last frame.
+    std::vector<float> undone(const Sheet& shown, double interval);
+
+ private:
+    LayerLoop loop_;
+    std::vector<float> load_{}, held_{};
+    std::vector<std::vector<float>> late_{};
+};
+
+}  // namespace tactile::taxel
