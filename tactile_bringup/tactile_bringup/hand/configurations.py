@@ -7,7 +7,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+import struct
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,9 @@ from tactile_perception.sensor_type import SENSOR_TYPES
 from .description import Hand, HandSensor, read_hand
 from .. import share
 
-_AROUND, _AWAY = 0.1, 2.0  # m of each sensor, and times the hand's size to the viewpoint: RViz's field of view is 45 degrees high. Chosen
+_AROUND, _AWAY = 0.1, 1.5  # m of each sensor, and times the hand's size to the viewpoint: RViz's field of view is 45 degrees high. Chosen
+_HEIGHT, _WIDTH, _DOCK_HEIGHT, _DISPLAYS_WIDTH, _PICTURES_WIDTH = 960, 1600, 860, 260, 330  # px, of RViz's window and its parts
+_LETTER_HEIGHT = 0.014  # over the distance of the viewpoint: 15 px in a 3D view 900 px high
 
 
 def aggregator_configuration(hand: Hand) -> str:
@@ -45,26 +48,65 @@ def rviz_configuration(hand: Hand) -> str:
         touch, picture = ({**each, 'Name': title} for title, each in zip(
             (sensor.name, f'{sensor.name}: annotated'), (_display(own, 'Touch'), _display(own, 'Annotated image'))))
         manager['Displays'] += [touch, picture]
+    pictures = [display['Name'] for display in manager['Displays'] if display['Class'].endswith('/Image')]
+    page['Window Geometry'] = {'Height': _HEIGHT, 'Width': _WIDTH, 'QMainWindow State': _window_state(pictures)}
     manager['Global Options']['Fixed Frame'] = hand.frame
     view = manager['Views']['Current']
-    places = np.vstack([_place(hand, sensor)(np.zeros((1, 3))) for sensor in hand.sensors])
-    view['Distance'] = float(_AWAY * (np.linalg.norm(np.ptp(places, axis=0)) + _AROUND))
-    view['Focal Point'] = dict(zip('XYZ', (0.5 * (places.max(axis=0) + places.min(axis=0))).tolist()))
+    origins = _origins(hand)
+    view['Distance'] = _distance(origins)
+    view['Focal Point'] = dict(zip('XYZ', (0.5 * (origins.max(axis=0) + origins.min(axis=0))).tolist()))
     return yaml.safe_dump(page, sort_keys=False, width=140)
+
+
+def _window_state(pictures: Sequence[str]) -> str:
+    """The layout of RViz's window as QMainWindow::saveState of Qt 5 writes it, hexadecimal: Displays at the left of the 3D view, pictures
+    at its right, one above the other. RViz 14 closes what is hidden behind a tab."""
+    def area(side: int, width: int, names: Sequence[str]) -> bytes:
+        found = struct.pack('>IIIBBI', side, width, _DOCK_HEIGHT, 0xfc, 2, len(names))  # 2: a column
+        for number, name in enumerate(names):
+            height, title = _DOCK_HEIGHT // len(names), name.encode('utf-16-be')
+            found += struct.pack('>BI', 0xfb, len(title)) + title
+            found += struct.pack('>B4I', 1, number * height, height, 60, 0xffffff)  # visible, top, height, its limits
+        return found
+
+    areas = area(0, _DISPLAYS_WIDTH, ['Displays']) + area(1, _PICTURES_WIDTH, pictures)
+    # Two areas; then the size of the 3D view, which area has each corner, no tool bars.
+    return (struct.pack('>IIBI', 0xff, 0, 0xfd, 2) + areas + struct.pack(
+        '>6IBI', _WIDTH - _DISPLAYS_WIDTH - _PICTURES_WIDTH, _DOCK_HEIGHT, 4, 4, 8, 8, 0xfc, 0)).hex()
+
+
+def text_parameters(hand: Hand, sensor: HandSensor) -> dict[str, object]:
+    """Parameters of the node that draws a sensor of a hand: letters legible in the view of the hand, on the side away from the others."""
+    origins, rotation = _origins(hand), _pose(hand, sensor)[0]
+    away = (_pose(hand, sensor)[1] - origins.mean(axis=0)) * [1.0, 1.0, 0.0]
+    length = float(np.linalg.norm(away))
+    side = away / length if length > 1e-6 else np.array([1.0, 0.0, 0.0])  # m; a sensor alone, or one in the middle
+    return {'text.height': _LETTER_HEIGHT * _distance(origins), 'text.side': rotation.inv().apply(side).round(9).tolist(),
+            'text.up': rotation.inv().apply([0.0, 0.0, 1.0]).round(9).tolist()}
+
+
+def _origins(hand: Hand) -> np.ndarray:
+    """(N, 3), m, of the sensors' frames in the hand's frame."""
+    return np.stack([_pose(hand, sensor)[1] for sensor in hand.sensors])
+
+
+def _distance(origins: np.ndarray) -> float:
+    """m from the viewpoint to the middle of sensors at (N, 3), m."""
+    return float(_AWAY * (np.linalg.norm(np.ptp(origins, axis=0)) + _AROUND))
 
 
 def _display(manager: dict, name: str) -> dict:
     return next(display for display in manager['Displays'] if display['Name'] == name)
 
 
-def _place(hand: Hand, sensor: HandSensor) -> Callable[[np.ndarray], np.ndarray]:
-    """Function from points (N, 3), m, in the sensor's frame to the hand's frame; an unknown parent counts as the hand's frame."""
+def _pose(hand: Hand, sensor: HandSensor) -> tuple[Rotation, np.ndarray]:
+    """Rotation and origin (3,), m, of a sensor's frame in the hand's frame; an unknown parent counts as the hand's frame."""
+    rotation, origin = Rotation.from_quat(sensor.quaternion), np.array(sensor.xyz)
     by_frame = {other.frame: other for other in hand.sensors}
-
-    def placed(points: np.ndarray) -> np.ndarray:
-        points = Rotation.from_quat(sensor.quaternion).apply(points) + sensor.xyz
-        return _place(hand, by_frame[sensor.parent])(points) if sensor.parent in by_frame else points
-    return placed
+    if sensor.parent not in by_frame:
+        return rotation, origin
+    above, start = _pose(hand, by_frame[sensor.parent])
+    return above * rotation, start + above.apply(origin)
 
 
 @tells_errors('hand_config', OSError)

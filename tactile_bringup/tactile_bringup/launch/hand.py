@@ -10,7 +10,7 @@ from launch.actions import LogInfo
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_perception.sensor_type import SENSOR_TYPES
 
-from ..hand.configurations import aggregator_configuration, rviz_configuration
+from ..hand.configurations import aggregator_configuration, rviz_configuration, text_parameters
 from ..hand.description import Hand, HandSensor, read_hand
 from .. import share
 from .arguments import (
@@ -48,6 +48,8 @@ def hand_actions(values: dict[str, str]) -> list:
         raise BadArgument(f'record:={values["record"]} exists already: choose another name or remove it')
     hand = read_hand(values['hand'])
     plans = {sensor.name: planned_sensor(sensor, values) for sensor in hand.sensors}
+    for sensor in hand.sensors:
+        plans[sensor.name].nodes[SENSOR_TYPES[sensor.type].view].update(text_parameters(hand, sensor))
     playing = Playing(sum(plan.ends for plan in plans.values()))
     return [*(LogInfo(msg=f'{name}: {plan.note}') for name, plan in plans.items() if plan.note),
             *(node for plan in plans.values() for node in processes(plan, values['composed'] == 'true', playing)),

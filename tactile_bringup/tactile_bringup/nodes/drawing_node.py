@@ -14,7 +14,7 @@ from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import Frame
@@ -108,6 +108,9 @@ class DrawingNode(Node):
         self.settings = NodeParameters(self, table)
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
+        for vector in ('text.side', 'text.up', 'camera.rotation', 'camera.translation'):
+            if any(each.name == vector for each in table) and len(self.settings[vector]) != 3:
+                raise BadArgument(f'parameter {vector} of {name} has {len(self.settings[vector])} numbers, but must have three')
         self.say, self.log, self.guard = LogOnce(self), WorkLog('results', by_call=self.host.shares), DefectGuard(self)
         self.inputs: dict[str, AdaptiveSubscription] = {}
         self.expected: set[str] = set()
@@ -238,15 +241,16 @@ _DOTS = {'dots': DotTracks, **RESULTS}
 
 
 class MarkersNode(DrawingNode):
-    """markers_node, of optical sensors: draws the markers of every stamp, pictures at most at the rate that parameter picture_rate sets."""
+    """markers_node, of optical sensors: draws the markers of every stamp, pictures at most at the rate that parameter picture_rate sets.
+
+    Publishes a frame on /tf_static, too, by which RViz knows the sensor frame of a sensor whose camera pose is unknown."""
 
     marked, pictured, picture_rate = _DOTS, {**_DOTS, _RAW: Image}, 'picture_rate'
 
     def __init__(self, host: Host | None = None):
         super().__init__('markers_node', MARKERS_PARAMETERS, host)
-        if any(len(self.settings[f'camera.{name}']) != 3 for name in ('rotation', 'translation')):
-            raise BadArgument('parameters camera.rotation and camera.translation must have three numbers each')
         self.markers = DotMarkers(self.settings)
+        self.publish_place('markers', 0.0)
         self._place: Place | None = None
         self._camera = None  # by camera_info_key
         self._info: AdaptiveSubscription | None = None
@@ -260,6 +264,11 @@ class MarkersNode(DrawingNode):
         elif _RAW not in self.inputs and self._info is not None:
             self._info.close()
             self._info = None
+
+    def _add(self, topic: str, stamp_ns: int, message) -> None:
+        if topic == 'dots' and len(message.id) and not len(message.x) and 'points' not in self.marked:
+            self.marked = {**self.marked, 'points': PointCloud2}  # where the dots of a gel or of pins are
+        super()._add(topic, stamp_ns, message)
 
     def take_camera_info(self, message: CameraInfo, _received_ns: int) -> None:
         """A message on camera_info."""

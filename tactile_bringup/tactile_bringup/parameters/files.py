@@ -52,7 +52,7 @@ _PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'full_
 _SIMULATED_PRESSES = {'areal_single': (3.0, 0.05, 0.006), 'areal_dual': (2.0, 0.05, 0.008), 'air_cushion': (25.0, 0.7, 0.030)}
 _CAMERAS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS}
 # Parameters that the launch files set for each sensor are left out.
-_BY_LAUNCH = {'source', 'frame_id', 'stitching_path', 'picture_rate'}
+_BY_LAUNCH = {'source', 'frame_id', 'stitching_path', 'picture_rate', 'text.height', 'text.side', 'text.up'}
 
 
 def _tables(sensor_type: str) -> tuple[Sequence[Parameter], dict[str, Sequence[Parameter]]]:
@@ -97,7 +97,11 @@ def _markers(sensor_type: str) -> dict[str, object]:
             'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius, 'dome.height': sensor.height,
             'surface': 'sheet' if sensor.is_sheet else 'dome', 'polarity': 'bright', 'detection': 'blobs',
             'dot_size': size, 'dot_colour': 'depth', 'full_depth': 0.005 if sensor.is_sheet else 0.03, 'normal_length': 8 * size,
+<<<<<<< HEAD
             'force_length': 12 * size, 'full_force': force, 'full_torque': torque,
+=======
+            'force_length': (24 if sensor.is_sheet else 12) * size, 'full_force': kind.full_force, 'full_torque': kind.full_torque,
+>>>>>>> 8cd2ebf2 (RViz shows one text marker a line, a hand in a window of its own size, square taxels, a smooth finger and the dots of a gel)
             'tip_radius': 0.008 if sensor.is_sheet else 0.020}
 
 

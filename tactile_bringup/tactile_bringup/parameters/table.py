@@ -15,6 +15,15 @@ def _arrows(length: float, force: float, torque: float, read_only: bool = False)
             Parameter('full_torque', float, torque, 'N m', 'torque whose arrow has its full length', 1e-9, 1e6, read_only=read_only))
 
 
+_TEXT = (
+    Parameter('text.height', float, 0.0, 'm', 'height of the letters of a sensor of a hand; 0: in proportion to the sensor, a line for '
+              'each quantity', 0.0, 10.0, read_only=True),
+    Parameter('text.side', list[float], [1.0, 1.0, 0.0], '', 'where the text stands beside the sensor, in half widths, in the sensor frame',
+              -1.0, 1.0, read_only=True),
+    Parameter('text.up', list[float], [0.0, 0.0, 1.0], '', 'unit vector from a line of the text to the one above, in the sensor frame',
+              -1.0, 1.0, read_only=True),
+)
+
 MARKERS_PARAMETERS = (
     Parameter('frame_id', str, 'touchpad', '', 'the sensor frame', read_only=True),
     Parameter('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0,
@@ -35,7 +44,7 @@ MARKERS_PARAMETERS = (
     Parameter('normal_length', float, 0.006, 'm', "length of a contact's normal", 0.0, 10.0),
     Parameter('picture_rate', float, 0.0, 'Hz', 'image_annotated is drawn at most so often, by the stamps; 0: for each image', 0.0, 1000.0,
               read_only=True),
-    *_arrows(0.009, 4.0, 0.03),
+    *_arrows(0.009, 4.0, 0.03), *_TEXT,
 )
 
 FINGER_MARKERS_PARAMETERS = (
@@ -45,6 +54,7 @@ FINGER_MARKERS_PARAMETERS = (
               read_only=True),
     Parameter('normal_length', float, 0.008, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
     Parameter('rate', float, 30.0, 'Hz', 'markers and pictures are drawn at most so often, by the stamps', 0.1, 1000.0, read_only=True),
+    *_TEXT,
 )
 
 TAXEL_MARKERS_PARAMETERS = (
@@ -56,6 +66,7 @@ TAXEL_MARKERS_PARAMETERS = (
     *_arrows(0.009, 120.0, 1.0, read_only=True),
     Parameter('flow_scale', float, 0.5, 's', 'length of the flow arrows for each m/s', 0.0, 1e3, read_only=True),
     Parameter('rate', float, 30.0, 'Hz', 'markers and pictures are drawn at most so often, by the stamps', 0.1, 1000.0, read_only=True),
+    *_TEXT,
 )
 
 RECORD_PARAMETERS = (

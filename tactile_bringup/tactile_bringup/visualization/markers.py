@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from geometry_msgs.msg import Point, Quaternion, Vector3
 from rclpy.duration import Duration
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import Image, PointCloud2
 from std_msgs.msg import ColorRGBA, Header
 from tactile_driver.nodes.messages.images import grey_to_array
 from tactile_msgs.msg import ContactRegion, Contacts, Slip
@@ -25,12 +25,17 @@ _LIFETIME = Duration(seconds=STALE_S).to_msg()
 _WITHIN_95 = 2.796  # derived: square root of the 95 % quantile of chi-square with 3 degrees of freedom (7.815)
 _THINNEST = 1e-5  # m, chosen: RViz warns about a scale of zero
 _LIFTED = 2e-4  # m, chosen: height of outlines over the surface, which would hide them
-_LETTERS = 0.13  # of the sensor's half width: height of letters. Chosen
-_LINE = 36  # letters in a line of a warning. Chosen
+_LETTER_SHARE = 0.13  # letter height over the sensor's half width: 16 px or more in the shipped views
+_MIN_HALF, _UNSEEN_HALF = 10, 16  # half width over dot size: the minimum, and where no dot's position is known that of the touchpad
+_LINE_PITCH = 1.7  # letter heights from one line to the next; RViz's own pitch within one text adds 10 mm, too much for a small sensor
+_WARNING, _HAND_WARNING = (36, 2), (20, 1)  # letters in a line and lines of a warning, of which /diagnostics has the whole text
+_HAND_GAP = 4.5  # letter heights from the edge of a sensor of a hand to the middle of its text: half of three lines, seen from above
+_WARNING_HEIGHT = 0.7  # half widths of the sensor from its plane to a warning, which so stands over the sensor and its arrows
 _SLIP_COLOURS = {Slip.NONE: colours.TEXT, Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
 _MOST_ARROWS = 200  # chosen
 _TONES = 64  # steps of the cells' colours, chosen: finer than the eye resolves
 _FAINT = 0.025  # of the full value, chosen: a fainter cell is drawn as untouched
+_TWO_TRIANGLES = 0.5 * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, -1, 0), (1, 1, 0), (-1, 1, 0)])  # a square of width 1
 _UNDER = 1e-4  # m, chosen: from the outlines down to the cells, and from these to the plate of the untouched ones
 
 
@@ -47,21 +52,28 @@ def _known(vector) -> np.ndarray:
     return np.nan_to_num(array_of([vector])[0])
 
 
+def _places_of(cloud: PointCloud2) -> np.ndarray:
+    """(N, 3), m, of a cloud whose points begin with x, y and z, as ours do."""
+    rows = np.frombuffer(cloud.data, np.uint8).reshape(-1, cloud.point_step)
+    return rows[:, :12].copy().view(np.float32).astype(float)
+
+
 class MarkerSet:
     """Makes the markers of each frame. Each array first deletes all markers, so that it is whole whichever of those before it were lost;
     RViz handles an array at once, between two pictures.
 
     RViz removes markers that nothing has renewed for STALE_S, whatever has ended.
     warning: shown beside the sensor, '' for none.
-    sizes: normal_length (m), and with a wrench force_length (m), full_force (N), full_torque (N m); size: m, to which lines and arrows are
-    in proportion. Subclasses draw the sensor's own surface.
+    sizes: text.height (m, 0: in proportion to the sensor), text.side, text.up (3 numbers each), normal_length (m), and with a wrench
+    force_length (m), full_force (N), full_torque (N m); size: m, to which lines and arrows are in proportion. Subclasses draw the sensor's
+    own surface.
     """
 
     def __init__(self, sizes: Mapping, size: float):
         self._sizes, self._size = sizes, size
         self._made: list[Marker] = []
         self._header = Header()
-        self._half = np.full(2, 10 * size)  # m, half widths of the sensor: the largest seen
+        self._seen = np.zeros(2)  # m, half widths of the sensor: the largest seen
         self.warning = ''
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
@@ -69,7 +81,7 @@ class MarkerSet:
         their header."""
         self._header, self._made = header, []
         region, contacts = found.get('contact_region') or ContactRegion(), (found.get('contacts') or Contacts()).contacts
-        self._half = np.maximum(self._half, self._surface(found, region))
+        self._seen = np.maximum(self._seen, self._surface(found, region))
         self._outline(region)
         self._contacts(contacts)
         if 'wrench' in found and region.outlines and found['wrench'].header.frame_id in ('', header.frame_id):  # else at another origin
@@ -78,8 +90,7 @@ class MarkerSet:
             self._slip(found['slip'], region)
         touched = region.outlines or contacts
         state = found['slip'].state if touched and 'slip' in found else Slip.NONE
-        lines = [header.frame_id, *(touch_words(found) if touched else [])]
-        self._text('text', '\n'.join(lines), (*(0.95 * self._half), -0.25 * float(self._half.max())), _SLIP_COLOURS[state])
+        self._text('text', [header.frame_id, *(self._words(found) if touched else [])], self._text_place(), _SLIP_COLOURS[state])
         return self._all()
 
     def alone(self, header: Header) -> MarkerArray:
@@ -93,14 +104,55 @@ class MarkerSet:
 
     def _all(self) -> MarkerArray:
         if self.warning:
-            self._text('warning', textwrap.fill(self.warning, _LINE), (*(-1.1 * self._half), 0.6 * float(self._half.max())), colours.REGION)
+            letters, lines = _HAND_WARNING if self._in_hand else _WARNING
+            lines = textwrap.wrap(self.warning, letters, max_lines=lines, placeholder=' ...')
+            above = np.array([*-self._half, _WARNING_HEIGHT * self._half.max()]) + self._line_step * -(len(lines) - 1)
+            self._text('warning', lines, self._text_place() + 2 * self._line_step if self._in_hand else above, colours.REGION)
         return MarkerArray(markers=[Marker(header=self._header, action=Marker.DELETEALL), *self._made])
 
-    def _text(self, ns: str, text: str, place: Sequence[float], colour: Sequence[float]) -> None:
-        height = _LETTERS * float(self._half.max())
-        # scale.x is the width of a space, which RViz otherwise takes from letters 1 m high.
-        marker = self._add(ns, Marker.TEXT_VIEW_FACING, (0.5 * height, 0.0, height), _colour(colour), at=place)
-        marker.text = text
+    @property
+    def _half(self) -> np.ndarray:
+        """Half widths (2,), m, of the sensor, by which text is placed."""
+        return np.maximum(self._seen, (_MIN_HALF if self._seen.any() else _UNSEEN_HALF) * self._size)
+
+    @property
+    def _in_hand(self) -> bool:
+        """Whether letter height and position of the text are set for the view of a hand."""
+        return self._sizes['text.height'] > 0
+
+    def _words(self, found: Mapping) -> list[str]:
+        """Lines about the contact; on a hand only one, in which the colour shows the slip."""
+        if not self._in_hand:
+            return touch_words(found)
+        words = touch_words({topic: message for topic, message in found.items() if topic != 'slip'})
+        return [', '.join(words).replace(' deep', '')] if words else []
+
+    @property
+    def _letter_height(self) -> float:
+        """m."""
+        return self._sizes['text.height'] or _LETTER_SHARE * float(self._half.max())
+
+    @property
+    def _line_step(self) -> np.ndarray:
+        """(3,), m, from one line to the next."""
+        return -_LINE_PITCH * self._letter_height * np.array(self._sizes['text.up'], float)
+
+    def _text_place(self) -> np.ndarray:
+        """Position (3,), m, of the middle of the text's first line, beside the sensor on its side text.side."""
+        side = np.array(self._sizes['text.side'], float)
+        edge = side * [*self._half, self._half.max()]
+        if self._in_hand:  # the middle of three lines is so far away that they are clear of the sensor
+            return edge + _HAND_GAP * self._letter_height * side - self._line_step
+        return edge + self._line_step
+
+    def _text(self, ns: str, lines: Sequence[str], first: np.ndarray, colour: Sequence[float]) -> None:
+        """Write one marker a line, the first one at (3,), m."""
+        height = self._letter_height
+        for number, line in enumerate(lines):
+            # scale.x is the width of a space, which RViz otherwise takes from letters 1 m high.
+            marker = self._add(ns, Marker.TEXT_VIEW_FACING, (0.5 * height, 0.0, height), _colour(colour), number=number,
+                               at=(first + number * self._line_step).tolist())
+            marker.text = line
 
     def _add(self, ns: str, kind: int, scale: Sequence[float], colour: ColorRGBA, points: np.ndarray | None = None, number: int = 0,
              at: Sequence[float] = (0.0, 0.0, 0.0)) -> Marker:
@@ -171,9 +223,11 @@ class DotMarkers(MarkerSet):
 
     def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
         dots = found.get('dots')
-        if dots is None or not len(dots.x):
+        if dots is None or not (len(dots.x) or 'points' in found):
             return np.zeros(2)
-        places = np.column_stack([dots.x, dots.y, dots.z]).astype(float)
+        places = np.column_stack([dots.x, dots.y, dots.z]).astype(float) if len(dots.x) else _places_of(found['points'])
+        if len(places) != len(dots.id):
+            return np.zeros(2)
         known = np.isfinite(places).all(axis=1)
         places, states = places[known], np.maximum(states_of(np.asarray(dots.id, np.int64)[known], region), 0)
         marker = self._add('dots', Marker.SPHERE_LIST, [self._size] * 3, _STATES[0], places)
@@ -202,7 +256,7 @@ class FingerMarkers(MarkerSet):
 
     def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
         radius = self._sizes['radius']
-        self._add('finger', Marker.SPHERE, [2 * radius] * 3, _colour(colours.GLASS, 0.4))
+        self._add('finger', Marker.SPHERE_LIST, [2 * radius] * 3, _colour(colours.GLASS, 0.4), np.zeros((1, 3)))  # SPHERE is a coarse mesh
         places = array_of(contact.position for contact in found['contacts'].contacts)
         places = places[np.isfinite(places).all(axis=1)]
         if len(places):
@@ -232,13 +286,15 @@ class TaxelMarkers(MarkerSet):
         (2,), m."""
         values = grey_to_array(image, 'taxel image').astype(np.float32)
         full, pitch, (rows, columns) = self._sizes['full_value'], self._size, values.shape
-        self._add('plate', Marker.CUBE, (columns * pitch, rows * pitch, 0.5 * _UNDER), self._tones[0], at=(0.0, 0.0, -2 * _UNDER))
+        self._add('plate', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), self._tones[0],
+                  _TWO_TRIANGLES * [columns * pitch, rows * pitch, 0.0] - [0.0, 0.0, 2 * _UNDER])  # lit as the cells are
         row, column = np.nonzero(values > _FAINT * full)
         if len(row):
             places = np.column_stack([(column - 0.5 * (columns - 1)) * pitch, (row - 0.5 * (rows - 1)) * pitch, np.full(len(row), -_UNDER)])
             tone = np.clip(np.round((_TONES - 1) * values[row, column] / full), 0, _TONES - 1).astype(int)
-            cells = self._add('cells', Marker.POINTS, (pitch, pitch, 0.0), _colour(colours.TEXT), places)
-            cells.colors = [self._tones[k] for k in tone.tolist()]
+            corners = (places[:, None] + pitch * _TWO_TRIANGLES).reshape(-1, 3)
+            cells = self._add('cells', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.TEXT), corners)
+            cells.colors = [self._tones[k] for k in np.repeat(tone, len(_TWO_TRIANGLES)).tolist()]
         return 0.5 * pitch * np.array([columns, rows])
 
     def _flow(self, slip: Slip) -> None:

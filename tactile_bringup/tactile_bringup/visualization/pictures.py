@@ -76,8 +76,8 @@ def lines_of(found: Mapping) -> list[str]:
         counts = np.bincount(np.asarray(region.dot_state, np.int64), minlength=3)
         states = [f'{counts[1]} stick, {counts[2]} slip'] if counts.any() else []
         lines.append(', '.join([f'{1e6 * region.area:.0f} mm2', *touch_words(found), *states]))
-    elif region is None and 'contacts' in found and found['contacts'].contacts:
-        lines.append(', '.join(touch_words(found)) or 'touched')
+    elif 'contacts' in found and found['contacts'].contacts:
+        lines.append(', '.join(touch_words(found)) or 'contact, its depth and force are not known')
     else:
         lines.append('nothing touches' if region is not None or 'contacts' in found else '')
     return lines

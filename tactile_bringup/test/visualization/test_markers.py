@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
-from tactile_bringup.hand.configurations import moved_file, rviz_configuration
+from tactile_bringup.hand.configurations import moved_file, rviz_configuration, text_parameters
 from tactile_bringup.hand.description import Hand, HandSensor
 from tactile_bringup.visualization import pictures as colours
 from tactile_bringup.visualization.markers import DotMarkers, FingerMarkers, TaxelMarkers
@@ -18,7 +18,8 @@ from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message
 from tactile_driver.stitching.calibration import SideView, Stitching
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
-from tactile_perception.nodes.messages.conversions import camera_matrices
+from tactile_perception.common.surface_points import SurfacePoints
+from tactile_perception.nodes.messages.conversions import camera_matrices, points_to_message
 from visualization_msgs.msg import Marker
 import yaml
 
@@ -28,8 +29,9 @@ def circle(radius, n=60, z=0.0):
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(n, z)], axis=1)
 
 
-SIZES = {'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_length': 8e-3, 'full_force': 4.0,
-         'full_torque': 0.02, 'sensor_type': 'areal_single', 'dome.rim_radius': 0.0, 'dome.height': 0.0}
+TEXT = {'text.height': 0.0, 'text.side': [1.0, 1.0, 0.0], 'text.up': [0.0, 0.0, 1.0]}
+SIZES = {**TEXT, 'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_length': 8e-3,
+         'full_force': 4.0, 'full_torque': 0.02, 'sensor_type': 'areal_single', 'dome.rim_radius': 0.0, 'dome.height': 0.0}
 HEADER = Header(frame_id='pad')
 NAN = float('nan')
 
@@ -71,6 +73,17 @@ def test_dots_have_the_colours_of_their_states_and_unknown_places_are_left_out()
     assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(colours.STATE_COLOURS[s]) for s in (1, 2)]
 
 
+def test_dots_without_positions_stand_where_the_points_are():
+    xyz_of = np.array([(0.001, 0.002, -1e-4), (0.003, 0.004, 0.0)])
+    zeros = np.zeros((2, 3))
+    cloud = points_to_message(SurfacePoints((1, 2), xyz_of, zeros, zeros, zeros, np.zeros(2), np.zeros(2, np.uint8)), HEADER)
+    found = {'dots': DotTracks(id=[3, 8]), 'points': cloud, 'contact_region': ContactRegion(dot_id=[8], dot_state=[1])}
+    dots = by_name(DotMarkers(SIZES).frame(HEADER, found))['dots']
+    assert xyz(dots.points) == pytest.approx(xyz_of, abs=1e-9)
+    assert [c.g for c in dots.colors] == pytest.approx([colours.STATE_COLOURS[state][1] for state in (0, 1)])
+    assert 'dots' not in by_name(DotMarkers(SIZES).frame(HEADER, {'dots': DotTracks(id=[3, 8, 9]), 'points': cloud})), 'of another frame'
+
+
 def test_depth_is_under_the_untouched_dome_where_there_is_one():
     dome = {**SIZES, 'dot_colour': 'depth', 'sensor_type': 'air_cushion',
             'dome.rim_radius': 0.15, 'dome.height': 0.12}
@@ -106,28 +119,51 @@ def test_each_array_takes_away_all_that_was_before():
     assert {m.ns for m in others} == {'text'}
 
 
+def lines(array, ns='text'):
+    return [marker for marker in array.markers if marker.ns == ns]
+
+
 def test_name_numbers_and_state_stand_in_front_of_the_sensor():
     found = touch()
     found['contacts'].contacts[0].depth = 0.0013
     found['slip'].state = Slip.GROSS
     it = DotMarkers(SIZES)
-    text = by_name(it.frame(HEADER, found))['text']
-    assert text.text == 'pad\n1.3 mm deep\n2.1 N\ngross slip'
-    assert (text.color.r, text.color.g, text.color.b) == pytest.approx(colours.STATE_COLOURS[2])
-    assert text.pose.position.x > 0.001 and text.pose.position.y > 0, 'towards the camera centre of the configurations'
-    assert by_name(it.frame(HEADER, {'dots': found['dots']}))['text'].text == 'pad'
+    text = lines(it.frame(HEADER, found))
+    assert [line.text for line in text] == ['pad', '1.3 mm deep', '2.1 N', 'gross slip']
+    assert (text[0].color.r, text[0].color.g, text[0].color.b) == pytest.approx(colours.STATE_COLOURS[2])
+    places = xyz(line.pose.position for line in text)
+    assert (places[:, :2] > 0.001).all(), 'towards the camera centre of the configurations'
+    steps = np.diff(places, axis=0) / text[0].scale.z
+    assert steps == pytest.approx(np.tile([0.0, 0.0, -1.7], (3, 1))), 'a marker a line, 1.7 letter heights apart'
+    alone, = lines(it.frame(HEADER, {'dots': found['dots']}))
+    assert alone.text == 'pad' and alone.pose == text[0].pose, 'the first line stays where it is when a contact begins'
+
+
+def test_the_text_of_a_sensor_of_a_hand_is_short_and_beside_the_sensor():
+    found = touch()
+    found['contacts'].contacts[0].depth = 0.0013
+    it = DotMarkers({**SIZES, 'text.height': 0.005, 'text.side': [0.0, -1.0, 0.0], 'text.up': [1.0, 0.0, 0.0]})
+    it.warning = 'no frame for 2.0 s; check the sensor and its cable'
+    made = it.frame(HEADER, found)
+    assert [line.text for line in lines(made)] == ['pad', '1.3 mm, 2.1 N'] and lines(made)[0].scale.z == 0.005
+    assert [line.text for line in lines(made, 'warning')] == ['no frame for 2.0 ...']
+    places = xyz(line.pose.position for line in [*lines(made), *lines(made, 'warning')])
+    assert places[:, 1] == pytest.approx(places[0, 1]) and places[0, 1] < -0.006 - 0.015
+    assert np.diff(places[:, 0]) == pytest.approx([-1.7 * 0.005] * 2) and places[1, 0] == pytest.approx(0.0)
 
 
 def test_a_warning_is_shown_with_and_without_data_until_it_is_over():
     it = DotMarkers(SIZES)
     it.warning = 'the first dots are off their untouched positions, something may press; let go and call set_reference'
     for made in (it.frame(HEADER, touch()), it.alone(HEADER)):
-        assert by_name(made)['warning'].text.replace('\n', ' ') == it.warning
+        said = lines(made, 'warning')
+        assert len(said) == 2 and it.warning.startswith(' '.join(line.text for line in said).removesuffix(' ...'))
+        assert said[0].pose.position.z > said[1].pose.position.z > 0.004, 'above the sensor'
     it.warning = ''
-    assert 'warning' not in by_name(it.frame(HEADER, touch()))
+    assert not lines(it.frame(HEADER, touch()), 'warning')
 
 
-SIZES_FINGER = {'radius': 0.016, 'point_size': 1.5e-3, 'normal_length': 8e-3}
+SIZES_FINGER = {**TEXT, 'radius': 0.016, 'point_size': 1.5e-3, 'normal_length': 8e-3}
 
 
 def reported(stamp, *contacts):
@@ -144,7 +180,9 @@ def drawn(markers, message):
 
 def test_a_touch_its_normal_and_its_uncertainty():
     found = drawn(FingerMarkers(SIZES_FINGER), reported(5.0, (3, 0.9)))
-    assert set(found) == {('finger', 0), ('points', 0), ('normals', 3), ('covariances', 3), ('text', 0)}
+    assert found['finger', 0].type == Marker.SPHERE_LIST and xyz(found['finger', 0].points).tolist() == [[0.0, 0.0, 0.0]]
+    assert set(found) == {('finger', 0), ('points', 0), ('normals', 3), ('covariances', 3),
+                          *(('text', number) for number in range(3))}
     assert found['points', 0].points[0].x == pytest.approx(0.016 * np.sin(0.9)) and found['finger', 0].scale.z == 0.032
     ends = found['normals', 3].points
     assert ends[1].z - ends[0].z == pytest.approx(8e-3 * np.cos(0.9))
@@ -160,8 +198,8 @@ def test_the_picture_shows_where_the_finger_is_touched():
     assert (columns.mean() / made.shape[1], rows.mean() / made.shape[1]) == pytest.approx((0.5 + 0.5 * 160 / 360, 0.5), abs=0.01)
 
 
-SIZES_TAXEL = {'pitch': 1e-3, 'cell_height': 2e-3, 'full_value': 100.0, 'normal_length': 6e-3, 'force_length': 9e-3, 'full_force': 10.0,
-         'full_torque': 1.0, 'flow_scale': 0.5}
+SIZES_TAXEL = {**TEXT, 'pitch': 1e-3, 'cell_height': 2e-3, 'full_value': 100.0, 'normal_length': 6e-3, 'force_length': 9e-3,
+               'full_force': 10.0, 'full_torque': 1.0, 'flow_scale': 0.5}
 
 def drawn_taxel(markers, **found):
     return {m.ns: m for m in markers.frame(HEADER, found).markers if m.action == Marker.ADD}
@@ -172,11 +210,12 @@ def test_pressed_taxels_are_squares_in_full_colour_on_a_plate():
     values[1, 2], values[2, 3] = 100, 1
     found = drawn_taxel(TaxelMarkers(SIZES_TAXEL), image_raw=image_to_message(Frame(values, 0, 'mono8'), '', HEADER))
     plate, cells = found['plate'], found['cells']
-    assert (plate.scale.x, plate.scale.y, cells.scale.x) == pytest.approx((4e-3, 3e-3, 1e-3)) and cells.type == Marker.POINTS
-    place, = xyz(cells.points)
-    assert place[:2] == pytest.approx((0.5e-3, 0.0)), 'of row 1, column 2'
-    assert plate.pose.position.z + 0.5 * plate.scale.z < place[2] < 0, 'under the outlines, at z = 0'
-    assert [(c.r, c.g, c.b) for c in cells.colors] == [pytest.approx(colours.of_depth(np.ones(1))[0])]
+    assert plate.type == cells.type == Marker.TRIANGLE_LIST and np.ptp(xyz(plate.points), axis=0) == pytest.approx((4e-3, 3e-3, 0.0))
+    corners = xyz(cells.points)
+    assert corners.mean(axis=0)[:2] == pytest.approx((0.5e-3, 0.0)), 'of row 1, column 2'
+    assert np.ptp(corners, axis=0) == pytest.approx((1e-3, 1e-3, 0.0)) and len(corners) == 6, 'two triangles'
+    assert plate.points[0].z < corners[0, 2] < 0, 'under the outlines, at z = 0'
+    assert [(c.r, c.g, c.b) for c in cells.colors] == [pytest.approx(colours.of_depth(np.ones(1))[0])] * 6
 
 
 GREY = np.full((480, 640), 100, np.uint8)
@@ -264,6 +303,14 @@ def test_places_in_a_stitched_picture_by_hand():
     assert across == pytest.approx(np.array([(400, 350), (600 - 75, 450), (600 + 175, 450)]))
 
 
+def test_a_contact_of_unknown_depth_is_no_missing_contact():
+    contacts = Contacts(contacts=[Contact(depth=NAN, force=NAN)])
+    what = annotation_of({'dots': DOTS, 'contact_region': ContactRegion(), 'contacts': contacts}, CAMERA)
+    assert what.text[-1] == 'contact, its depth and force are not known'
+    what = annotation_of({'dots': DOTS, 'contact_region': ContactRegion(), 'contacts': Contacts()}, CAMERA)
+    assert what.text[-1] == 'nothing touches'
+
+
 def test_all_that_is_known_comes_into_the_picture():
     contacts = Contacts(contacts=[Contact(position=Point(z=0.05), depth=2e-3), Contact(position=Point(x=float('nan')))])
     what = annotation_of({'dots': DOTS, 'contact_region': REGION, 'contacts': contacts}, CAMERA)
@@ -329,6 +376,17 @@ def test_another_namespace_takes_the_place_of_the_type(sensor):
     assert page['Window Geometry'] == shipped(sensor)['Window Geometry']
 
 
+def test_the_text_of_a_sensor_of_a_hand_is_upright_and_away_from_the_others():
+    quarter = (0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5))  # about y: the sensor's z is the hand's x
+    hand = Hand('palm', (HandSensor('thumb', 'touchpad', 'palm', (0.1, 0.0, 0.0), quarter),
+                         HandSensor('tip', 'psd_finger', 'thumb', (0.0, 0.0, -0.2))))
+    thumb, tip = (text_parameters(hand, sensor) for sensor in hand.sensors)
+    for turned in (thumb, tip):
+        assert turned['text.up'] == pytest.approx([-1.0, 0.0, 0.0]), 'the hand z in a sensor frame'
+    assert thumb['text.side'] == pytest.approx([0.0, 0.0, 1.0]) and tip['text.side'] == pytest.approx([0.0, 0.0, -1.0])
+    assert thumb['text.height'] == tip['text.height'] == pytest.approx(0.014 * 1.5 * (0.2 + 0.1))
+
+
 def test_every_sensor_of_a_hand_has_its_markers_and_its_picture_in_the_frame_of_the_hand():
     hand = Hand('palm', (HandSensor('left/thumb', 'touchpad', 'palm', (0.1, 0.0, 0.0)),
                          HandSensor('tip', 'psd_finger', 'left_thumb', (-0.2, 0.0, 0.0))))
@@ -336,5 +394,9 @@ def test_every_sensor_of_a_hand_has_its_markers_and_its_picture_in_the_frame_of_
     shown = {each['Topic']['Value'] for each in manager['Displays'] if 'Topic' in each}
     assert shown == {'/left/thumb/markers', '/tip/markers', '/left/thumb/image_annotated', '/tip/image_annotated'}
     assert manager['Global Options']['Fixed Frame'] == 'palm'
+    window = yaml.safe_load(rviz_configuration(hand))['Window Geometry']
+    state = bytes.fromhex(window['QMainWindow State'])
+    assert (window['Width'], window['Height']) == (1600, 960)
+    assert all(state.count(name.encode('utf-16-be')) == 1 for name in ('Displays', 'left/thumb: annotated', 'tip: annotated'))
     view = manager['Views']['Current']
     assert [view['Focal Point'][axis] for axis in 'XYZ'] == pytest.approx([0.0, 0.0, 0.01], abs=0.03), 'they hang on each other'
