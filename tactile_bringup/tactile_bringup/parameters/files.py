@@ -97,11 +97,7 @@ def _markers(sensor_type: str) -> dict[str, object]:
             'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius, 'dome.height': sensor.height,
             'surface': 'sheet' if sensor.is_sheet else 'dome', 'polarity': 'bright', 'detection': 'blobs',
             'dot_size': size, 'dot_colour': 'depth', 'full_depth': 0.005 if sensor.is_sheet else 0.03, 'normal_length': 8 * size,
-<<<<<<< HEAD
-            'force_length': 12 * size, 'full_force': force, 'full_torque': torque,
-=======
-            'force_length': (24 if sensor.is_sheet else 12) * size, 'full_force': kind.full_force, 'full_torque': kind.full_torque,
->>>>>>> 8cd2ebf2 (RViz shows one text marker a line, a hand in a window of its own size, square taxels, a smooth finger and the dots of a gel)
+            'force_length': (24 if sensor.is_sheet else 12) * size, 'full_force': force, 'full_torque': torque,
             'tip_radius': 0.008 if sensor.is_sheet else 0.020}
 
 
