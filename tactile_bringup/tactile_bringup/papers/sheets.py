@@ -1,128 +1,280 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The experiments of the papers areal_sensor_contact_position (tables 1 to 4) and air_cushion_contact (tables I and II)."""
+"""The experiments of the paper areal_sensor_contact_position: tables 1 to 4, figs 8, 14, 16 and 17, and the Kalman filter of its abstract.
+
+The published method is the whole chain: markers found and numbered as published, cubics, weights, Gaussians; two views are cut and joined
+as published.
+"""
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
-from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.calibration.files.format import read_calibration, write_calibration
 from tactile_perception.press.calibration import REST
-from tactile_perception.press.tools import calibrate_markers
+from tactile_driver.simulation.sensors.scenes import open_dual_scene
+from tactile_perception.press.published import Cubics, area_and_shift, grid_point
+from tactile_perception.press.tools import PressReader, calibrate_markers, read_plate
 
-from .bench import Bench, Row, Table, mean, shipped
+from .bench import Bench, Detail, Method, Row, Table, common, mean, reported, shipped
+from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Picture, legend_of
 
-RATE = 2.0        # Hz: each stop of the stage is one frame
-PLATE_RATE = 8.0  # Hz: from stop to stop markers move by little, so that their numbers can be followed
-WAY_RATE = 20.0   # Hz: SORT follows the dome's circles all the way, by what they overlap from frame to frame
-STANDS = 1e-5     # m, by which the tip of a stage that stands moves
-PX_PER_MM = 10.0  # of the paper with two cameras: "assuming that the coordinate value per 1 mm was 10"
-_OURS = {'touch': 'model'}
-_PAPER = {'touch': 'paper', 'detection': 'paper_areal'}
-_CUSHION = {'touch': 'paper_cushion', 'detection': 'paper_cushion', 'numbering': 'sort', 'rows': 0, 'columns': 0}
-
-Press = tuple[np.ndarray, float, np.ndarray, float]
-
-
-def presses(bench: Bench, bag: Path, params: Path, calibration: Path) -> list[Press]:
-    """(true place (3,) m, true depth m, estimated place, estimated depth) of each press; NaN where none was reported."""
-    found = []
-    for _, estimated, true in bench.instants(bag, params, calibration):
-        if true.contacts:
-            tip, stated = true.contacts[0], (estimated.contacts or [None])[0]
-            found.append((tip.position, tip.depth, *((np.full(3, np.nan), np.nan) if stated is None else (stated.position, stated.depth))))
-    return found
+RATE = 2.0          # Hz: each stop of the stage is one frame
+HOLD_RATE = 30.0    # Hz, of the scene with which the Kalman filter is tried
+PX_PER_MM = 10.0    # of the paper with two cameras: "assuming that the coordinate value per 1 mm was 10"
+MODEL = MappingProxyType({'touch': 'model'})
+PAPER = MappingProxyType({'touch': 'paper', 'detection': 'paper_areal', 'numbering': 'paper', 'stitching': 'middle'})
+THIN, BELL = 'skin that stretches', 'dent that is no Gaussian'  # causes, which details shows
 
 
-def _place_and_depth(found: list[Press]) -> tuple[float, float, float]:
-    """Mean errors of x and y together, as the paper takes the mean of its tables, and of depth, mm; the share of presses that are reported,
-    %."""
-    off = np.abs([1e3 * (stated - true)[:2] for true, _, stated, _ in found]).reshape(-1, 2)
-    stated = 100.0 * float(np.isfinite(off[:, 0]).mean()) if len(off) else np.nan
-    return mean(off.ravel()), mean([1e3 * abs(stated - true) for _, true, _, stated in found]), stated
+@dataclass(frozen=True)
+class Press:
+    """A frame with contact. true, found: position and depth (4,), m, of the stage and of each method, NaN where it reports none."""
+
+    stamp_s: float
+    true: np.ndarray
+    found: tuple[np.ndarray, ...]
 
 
-def _calibrated(bench: Bench, sensor: str) -> tuple[Path, Path]:
-    """Parameter file and calibration file of the published method of a sheet."""
-    params, output = bench.params(sensor, _PAPER), bench.folder / f'{sensor}_paper.yaml'
-    fit_published(sensor, [bench.bag(sensor, f'{sensor}_markers', RATE)], params, output, _PAPER['touch'],
-                  bench.bag(sensor, f'{sensor}_plate', PLATE_RATE, 80))
-    return params, output
+def presses(bench: Bench, bag: Path, *methods: Method) -> list[Press]:
+    """All frames of a bag with contact."""
+    return [Press(stamp, _place(true.contacts), tuple(_place(estimate.contacts) for estimate in estimates))
+            for stamp, true, estimates in bench.compare(bag, *methods) if true.contacts]
+
+
+def _place(contacts) -> np.ndarray:
+    """Position and depth (4,), m, of the first contact."""
+    return np.append(contacts[0].position, contacts[0].depth) if contacts else np.full(4, np.nan)
+
+
+def errors(found: Sequence[Press]) -> list[np.ndarray]:
+    """Errors (N, 3) of x, y and depth, mm, of each method; NaN where it reports nothing."""
+    return [1e3 * np.array([press.found[k] - press.true for press in found]).reshape(-1, 4)[:, [0, 1, 3]]
+            for k in range(len(found[0].found) if found else 0)]
 
 
 def fit_published(sensor: str, bags: list[Path], params: Path, output: Path, method: str, plate: Path | None = None) -> None:
     """Write a calibration file, output, that holds a published method as the paper has it; arguments as of calibrate_markers, whose errors
     it raises."""
     calibrate_markers(bags, params, output, only=method, plate=plate)
-    # The guard against a start under a touch is ours: Otsu's markers wander by 0.2 px, for which it refuses frames.
+    # The guard against a start under a contact is ours: Otsu's markers move by 0.2 px while nothing touches, for which it refuses frames.
     file = read_calibration(output, sensor)
     file.fitted.pop(REST, None)
     write_calibration(output, file)
 
 
-def _errors(reported: tuple[str, str], methods: Iterator) -> list[Row]:
-    """The rows of a table of presses; reported: by the paper, of place and depth; methods: figures of both."""
-    names = 'x and y, mean error', 'depth, mean error', 'presses reported'
-    return [Row(*row) for row in zip(names, ('mm', 'mm', '%'), (*reported, ''), *methods)]
+def published(bench: Bench, sensor: str, prefix: str, changes: Mapping = PAPER) -> Method:
+    """The published method, calibrated by the scenes whose names begin with the prefix."""
+    params = bench.params(sensor, changes)
+    output = params.with_name(f'{prefix}_{params.stem}_calibration.yaml')
+    if not output.exists():
+        fit_published(sensor, [bench.bag(sensor, f'{prefix}_markers', RATE)], params, output, changes['touch'],
+                      bench.bag(sensor, f'{prefix}_plate', RATE))
+    return params, output
+
+
+def ours(bench: Bench, sensor: str, prefix: str) -> Method:
+    """Ours: of the usual specimen the calibration that ships, of another one by the presses that weigh the cubics of the paper's."""
+    params, output = bench.params(sensor, MODEL), bench.folder / f'{prefix}_model_calibration.yaml'
+    if prefix == sensor:
+        return params, shipped(sensor)
+    if not output.exists():
+        calibrate_markers([bench.bag(sensor, f'{prefix}_markers', RATE)], params, output, only='model')
+    return params, output
+
+
+def _rows(found: Sequence[Press], reported_by_paper: tuple[str, str], causes: tuple[str, str] = ('', '')) -> list[Row]:
+    """Mean errors, mm, of x and y together, as the paper takes the mean of its tables, and of depth; the share of the presses that are
+    reported, %. Errors are those at presses that both methods report."""
+    each = errors(found)
+    numbers = [_means(rows) for rows in common(*each)]
+    return [Row('x and y, mean error', 'mm', reported_by_paper[0], *(one[0] for one in numbers), cause=causes[0]),
+            Row('depth, mean error', 'mm', reported_by_paper[1], *(one[1] for one in numbers), cause=causes[1]),
+            Row('presses reported', '%', '', *(reported(rows) for rows in each))]
+
+
+def _means(off: np.ndarray) -> tuple[float, float]:
+    """Mean errors of x and y together, and of depth, of errors (N, 3)."""
+    return mean(np.abs(off[:, :2])), mean(np.abs(off[:, 2]))
+
+
+#: The specimens of each sensor: prefix of the scenes' names -> what it is.
+SINGLE = {'areal_single_paper': 'the paper\'s box', 'areal_single': 'a near camera and uneven light'}
+DUAL = {'areal_dual_paper': 'a thick skin', 'areal_dual': 'a skin that stretches'}
 
 
 def one_camera(bench: Bench) -> Iterator[Table]:
     """Table 1: three places, each pressed three times."""
     sensor = 'areal_single'
-    methods = _calibrated(bench, sensor), (bench.params(sensor, _OURS), shipped(sensor))
-    bag = bench.bag(sensor, 'areal_single_table_1', RATE)
-    yield Table('One camera: table 1', _errors(('1.675', '0.84'), (_place_and_depth(presses(bench, bag, *how)) for how in methods)),
-                'Three places and depths (10, 7, 13 mm), three times each.')
+    for prefix, what in SINGLE.items():
+        methods = published(bench, sensor, prefix), ours(bench, sensor, prefix)
+        found = presses(bench, bench.bag(sensor, f'{prefix}_table_1', RATE), *methods)
+        pictures = [Picture(f'fig_14_{prefix}', f'Contact positions, one camera, {what} (fig 14)', partial(_draw_positions, found))]
+        if prefix != sensor:
+            pictures.append(_polynomials(bench, sensor, prefix))
+        yield Table(f'One camera, {what}: table 1', _rows(found, ('1.675', '0.84')),
+                    'Three places and depths (10, 7, 13 mm), three times each.', tuple(pictures))
+
+
+def filtered(bench: Bench) -> Iterator[Table]:
+    """The Kalman filter: presses and drags of one camera at video rate, with and without it."""
+    sensor = 'areal_single'
+    params, calibration = published(bench, sensor, 'areal_single_paper')
+    smooth = bench.params(sensor, {**PAPER, 'paper.kalman': True})
+    found = presses(bench, bench.bag(sensor, 'areal_single_paper_motion', HOLD_RATE, 90), (params, calibration), (smooth, calibration))
+    still = (np.abs(np.diff([press.true for press in found], axis=0)) < 1e-6).all(axis=1)
+    numbers = [(*_means(off), mean(np.hypot(*np.diff(off[:, :2], axis=0).T)[still])) for off in errors(found)]
+    names = ('x and y, mean error', 'depth, mean error', 'change of x and y from frame to frame while the tip stands, mean')
+    yield Table('One camera: the Kalman filter', [Row(name, 'mm', '', *pair) for name, *pair in zip(names, *numbers)],
+                'The paper\'s method on presses and a drag at 30 frames/s. The column "ours" is the paper\'s method with the filter that its '
+                'abstract names, too (parameter paper.kalman).')
 
 
 def two_cameras(bench: Bench) -> Iterator[Table]:
     """Tables 2 and 3: nine places at 1, 2, 3 mm; table 4: paths of known length."""
     sensor = 'areal_dual'
-    methods = _calibrated(bench, sensor), (bench.params(sensor, _OURS), shipped(sensor))
-    bag = bench.bag(sensor, 'areal_dual_table_2', RATE)
-    yield Table('Two cameras: tables 2 and 3', _errors(('0.63', '0.06'), (_place_and_depth(presses(bench, bag, *how)) for how in methods)),
-                f'Nine places at 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.')
-    bag = bench.bag(sensor, 'areal_dual_table_4', RATE)
-    (ratio, spread) = zip(*(_ways(presses(bench, bag, *how)) for how in methods))
-    yield Table('Two cameras: table 4', [Row('way reported over true way, mean', '', '1.03', *ratio, ideal=1.0),
-                                         Row('its standard deviation', '', '0.053', *spread)],
-                f'Four paths, by x and y. The paper reports 10.28 px a mm, standard deviation 0.53, at {PX_PER_MM:g} px a mm.')
+    for prefix, what in DUAL.items():
+        methods = published(bench, sensor, prefix), ours(bench, sensor, prefix)
+        thin = prefix == sensor
+        found = presses(bench, bench.bag(sensor, f'{prefix}_table_2', RATE), *methods)
+        yield Table(f'Two cameras, {what}: tables 2 and 3',
+                    _rows(found, ('0.63', '0.06'), (THIN if thin else BELL, BELL)),
+                    f'Nine places at 1, 2 and 3 mm. The paper reports 6.3 px, at {PX_PER_MM:g} px a mm.',
+                    (Picture(f'fig_16_{prefix}', f'Contact positions, two cameras, {what} (fig 16)', partial(_draw_positions, found)),))
+        found = presses(bench, bench.bag(sensor, f'{prefix}_table_4', RATE), *methods)
+        ratios = [_ratios(found, k) for k in (0, 1)]
+        yield Table(f'Two cameras, {what}: table 4', [
+            Row('reported over true displacement, mean', '', '1.03', *map(mean, ratios), ideal=1.0, cause=THIN if thin else ''),
+            Row('its standard deviation', '', '0.053', *(float(np.nanstd(one)) if np.isfinite(one).any() else np.nan for one in ratios),
+                cause=THIN if thin else BELL)],
+            f'Four paths, by x and y. The paper reports 10.28 px a mm, standard deviation 0.53, at {PX_PER_MM:g} px a mm.',
+            (Picture(f'fig_17_{prefix}', f'Paths, two cameras, {what} (fig 17)', partial(_draw_paths, found)),))
 
 
-PATHS = ((0, 1), (2, 3), (4, 5), (6, 7), (7, 8))  # numbers of the presses between which the ways of table 4 lie
+PATHS = ((0, 1), (2, 3), (4, 5), (6, 7, 8))  # numbers of the presses on each path of table 4
 
 
-def _ways(found: list[Press]) -> tuple[float, float]:
-    ratios = [(found[b][2] - found[a][2])[:2] / (found[b][0] - found[a][0])[:2] for a, b in PATHS if b < len(found)]
-    known = np.abs(np.array(ratios).ravel())
-    return mean(known), float(np.nanstd(known)) if np.isfinite(known).any() else np.nan
+def _ratios(found: Sequence[Press], method: int) -> np.ndarray:
+    """Displacement that a method reports over the true one, of each leg of the paths, along x and y."""
+    legs = [leg for path in PATHS for leg in zip(path, path[1:]) if leg[1] < len(found)]
+    return np.abs([(found[b].found[method] - found[a].found[method])[:2] / (found[b].true - found[a].true)[:2] for a, b in legs]).ravel()
 
 
-def zones(bench: Bench) -> Iterator[Table]:
-    """Ten zones, of a regular and a random print, by the tip of the calibration."""
-    sensor = 'air_cushion'
-    params = bench.params(sensor, _CUSHION)
-    # No calibration file of the random print ships, nor has the paper numbers of it.
-    for name, print_, reported in (('air_cushion', 'regular', ('4.84', '4.04', '0.08')), ('air_cushion_random', 'random', ('',) * 3)):
-        output = bench.folder / f'{name}_paper.yaml'
-        fit_published(sensor, [bench.bag(sensor, f'{name}_zones_calibration', WAY_RATE, 180)], params, output, _CUSHION['touch'])
-        bag, camera = bench.bag(sensor, f'{name}_zones', WAY_RATE, 90), open_scene(f'{name}_zones', WAY_RATE, bench.seed).camera
-        papers, ours = _pixels(bench, bag, params, output, camera), [np.nan] * 4
-        if print_ == 'regular':
-            ours = _pixels(bench, bag, bench.params(sensor, _OURS), shipped(sensor), camera)
-        rows = [Row(*row) for row in zip(('x, mean error', 'y, mean error', 'depth, mean error', 'presses reported'),
-                                         ('px', 'px', 'mm', '%'),
-                                         (*reported, ''), papers, ours)]
-        yield Table(f'Dome: table I, {print_} print', rows,
-                    'Ten zones at 12, 20 and 28 mm; calibrated there on the way to 8, 16, 24 and 32 mm, by the same tip.')
+def _draw_positions(found: Sequence[Press], figure) -> None:
+    """The sheet seen from above: where the tip is, and where each method reports it."""
+    axis = figure.subplots()
+    for name, places, marker in ((TRUTH, [press.true for press in found], 'o'), (PUBLISHED, [press.found[0] for press in found], 'x'),
+                                 (OURS, [press.found[1] for press in found], '+')):
+        x, y = 1e3 * np.array(places).reshape(-1, 4).T[:2]
+        axis.plot(x, y, marker, color=COLOURS[name], fillstyle='none', markersize=9 if name == TRUTH else 7, label=name)
+    axis.set(xlabel='x, mm', ylabel='y, mm', aspect='equal')
+    axis.grid(linewidth=0.3)
+    legend_of(figure, [axis])
 
 
-def _pixels(bench: Bench, bag: Path, params: Path, calibration: Path, camera) -> list[float]:
-    """Mean errors of x and y in the image, px, and of depth, mm, of presses at which the stage stands; those reported, %."""
-    found = [now for before, now in pairwise(presses(bench, bag, params, calibration)) if abs(now[1] - before[1]) < STANDS]
-    true, stated = (camera.project(np.array([press[k] for press in found]).reshape(-1, 3)) for k in (0, 2))
-    x, y = np.abs(stated - true).T
-    return [mean(x), mean(y), *_place_and_depth(found)[1:]]
+def _draw_paths(found: Sequence[Press], figure) -> None:
+    """A panel a path: from press to press."""
+    axes = figure.subplots(2, 2).ravel()
+    for axis, path, letter in zip(axes, PATHS, 'abcd'):
+        some = [found[k] for k in path if k < len(found)]
+        for name, places in ((TRUTH, [press.true for press in some]), (PUBLISHED, [press.found[0] for press in some]),
+                             (OURS, [press.found[1] for press in some])):
+            x, y = 1e3 * np.array(places).reshape(-1, 4).T[:2]
+            axis.plot(x, y, 'o--', color=COLOURS[name], fillstyle='none', linewidth=1.0, label=name)
+        axis.set(xlabel='x, mm', ylabel='y, mm', title=f'({letter})', xlim=(-66.5, 66.5), ylim=(-45.5, 45.5), aspect='equal')
+    legend_of(figure, axes)
+
+
+def _plate_of(bench: Bench, sensor: str, prefix: str):
+    """Presses of the plate, in the published method's chain."""
+    params = published(bench, sensor, prefix)[0]
+    reader = PressReader(params, '')
+    return read_plate(bench.bag(sensor, f'{prefix}_plate', RATE), params, '', reader)
+
+
+def _polynomials(bench: Bench, sensor: str, prefix: str) -> Picture:
+    """Fig 8: area and displacement of a marker over the plate's depth, and the cubics through them."""
+    plate = _plate_of(bench, sensor, prefix)
+    area, shift = (np.stack(values) for values in zip(*map(area_and_shift, plate.fields)))
+    rest = np.hypot(*np.nanmedian([field.rest for field in plate.fields], axis=0).T)
+    markers = int(np.nanargmin(rest)), int(np.nanargmin(np.abs(rest - 0.5 * np.nanmax(rest)))), int(np.nanargmax(rest))
+    curves = [(name, [(rest[k], values[:, k]) for k in markers]) for name, values in (
+        ('area over untouched area', area), ('displacement, mm', 1e3 * shift))]
+    return Picture('fig_8', 'Area and displacement of three markers over the depth of the plate, and their cubics (fig 8)',
+                   partial(_draw_polynomials, plate.depth, curves), (9.0, 4.5))
+
+
+def _draw_polynomials(depth: np.ndarray, curves: Sequence, figure) -> None:
+    axes = figure.subplots(1, 2)
+    for axis, (name, markers) in zip(axes, curves):
+        for k, (distance, values) in enumerate(markers):
+            axis.plot(values, 1e3 * depth, 'o', color=f'C{k}', markersize=4, label=f'marker {1e3 * distance:.0f} mm from the centre')
+            cubic, seen = Cubics.fit(values[:, None], depth), np.linspace(np.nanmin(values), np.nanmax(values), 50)
+            axis.plot(seen, 1e3 * np.array([cubic(np.array([x]))[0][0] for x in seen]), color=f'C{k}', linewidth=1.0)
+        axis.set(xlabel=name, ylabel='depth of the plate, mm')
+    legend_of(figure, axes)
+
+
+#: What is changed in the published method's chain, one thing at a time.
+_CHANGES = {'as published': {}, 'markers numbered as ours': {'numbering': 'lattice'}, 'markers found as ours': {'detection': 'blobs'}}
+
+
+def one_camera_details(bench: Bench) -> Iterator[Detail]:
+    """One camera: the published method with one part of its chain exchanged."""
+    yield _chain(bench, 'areal_single', SINGLE, _CHANGES, 'table_1', 'links of the chain, one camera')
+
+
+def two_cameras_details(bench: Bench) -> Iterator[Detail]:
+    """Two cameras: the published method with one part of its chain exchanged; its equations on the true depths of all markers."""
+    yield _chain(bench, 'areal_dual', DUAL, _CHANGES | {'views stitched as ours': {'stitching': 'plane'}}, 'table_2',
+                 'links of the chain, two cameras')
+    rows = [(what, *_of_true_depths(bench, f'{prefix}_table_2')) for prefix, what in DUAL.items()]
+    head = 'true depths of all markers', 'x and y, mean error, mm', 'depth, mean error, mm', 'width of the dent at half depth, pitches'
+    yield Detail(THIN, head, rows, 'The dent of a stretched skin is a cusp with long tails, which a Gaussian does not follow: images and cubics '
+                 'add little.')
+    yield Detail(BELL, head, rows[:1], 'No camera is in this run: the height of a Gaussian through five markers of a dent that is none is off by '
+                 'so much.')
+
+
+def _chain(bench: Bench, sensor: str, specimens: Mapping, changes: Mapping, scene: str, title: str) -> Detail:
+    rows = []
+    for prefix, what in specimens.items():
+        bag = bench.bag(sensor, f'{prefix}_{scene}', RATE)
+        for name, change in changes.items():
+            off, = errors(presses(bench, bag, published(bench, sensor, prefix, {**PAPER, **change})))
+            rows.append((what, name, *_means(off), reported(off)))
+    return Detail(title, ('specimen', 'chain', 'x and y, mean error, mm', 'depth, mean error, mm', 'presses reported, %'), rows)
+
+
+def _of_true_depths(bench: Bench, name: str) -> tuple[float, float, float]:
+    """Mean errors, mm, of x and y and of depth by eqs 8 to 13 from the true depths of all markers, and the width of the deepest dents at half
+    their depth, along x, pitches."""
+    scene = open_dual_scene(name, RATE, bench.seed)
+    shape, off, width = (scene.rows, scene.columns), [], []
+    rest = scene.observe(0).truth.dot_xyz[:, :2].reshape(*shape, 2)
+    for number in range(scene.frames):
+        truth = scene.observe(number).truth
+        if truth.contacts:
+            depth, tip = -truth.dot_xyz[:, 2].reshape(shape), truth.contacts[0]
+            point = grid_point(depth, rest)
+            off.append(1e3 * np.append(point.place - tip.position[:2], point.depth - tip.depth))
+            width.append(_width(depth, rest))
+    return *_means(np.array(off)), mean(width)
+
+
+def _width(depth: np.ndarray, rest: np.ndarray) -> float:
+    """Width, pitches, of a dent at half its depth, on the row of the deepest marker; NaN where it reaches the border."""
+    row, column = np.unravel_index(depth.argmax(), depth.shape)
+    line, half = depth[row], depth[row, column] / 2
+    ends = []
+    for side in (line[column:], line[column::-1]):
+        below = np.flatnonzero(side < half)
+        if not len(below):
+            return np.nan
+        k = below[0]
+        ends.append(k - (half - side[k]) / (side[k - 1] - side[k]))
+    return float(sum(ends))

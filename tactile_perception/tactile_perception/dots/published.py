@@ -122,11 +122,13 @@ def _dots(uv, area) -> Dots:
 
 
 _SEARCH = 0.5  # pitches around a predicted position: the paper gives no value; wider ones overlap
+_AROUND = 8  # nearest dots among which those along the row and the column are; the diagonal ones may be nearer than the latter
 
 
 class PaperNumbering:
     """Indices on a printed grid of rows x columns, each frame anew. Steps 1 and 2: the middle row and column start at the dots nearest to
-    two fixed points, Q_x left of and Q_y above the image's centre; here half the grid's size away from it."""
+    two fixed points, Q_x left of and Q_y above the image's centre; here half the grid's size away from it. Of an even number of rows or
+    columns, which the paper does not have, the middle one is that after the centre."""
 
     def __init__(self, rows: int, columns: int):
         self._shape = rows, columns
@@ -143,14 +145,24 @@ class PaperNumbering:
     def _number(self, uv, centre) -> tuple[np.ndarray, str]:
         if len(uv) < 4:
             return np.full(len(uv), -1), f'only {len(uv)} dots found'
-        tree, (rows, columns) = scipy.spatial.cKDTree(uv), self._shape
-        pitch = float(np.median(tree.query(uv, 2)[0][:, 1]))
-        row = _propagate_line(tree, centre - [pitch * (columns - 1) / 2, 0], np.array([pitch, 0]), columns)
-        column = _propagate_line(tree, centre - [0, pitch * (rows - 1) / 2], np.array([0, pitch]), rows)
+        tree, pitch, count = scipy.spatial.cKDTree(uv), _pitch(uv), np.array(self._shape[::-1])
+        first = centre - pitch * (count - 1) / 2
+        middle = first + pitch * (count // 2)
+        row = _propagate_line(tree, np.array([first[0], middle[1]]), pitch * [1, 0], count[0])
+        column = _propagate_line(tree, np.array([middle[0], first[1]]), pitch * [0, 1], count[1])
         crossing = [dot for dot in row if dot in column]  # step 4: D_c lies on both
         if len(crossing) != 1:
             return np.full(len(uv), -1), f'the middle row and column meet in {len(crossing)} dots, not in one'
         return _propagate_grid(tree, crossing[0], self._shape, pitch), ''
+
+
+def _pitch(uv: np.ndarray) -> np.ndarray:
+    """(2,) px, median distance along u and along v of dots at uv (N, 2) px from their nearest one in that direction."""
+    step = uv[scipy.spatial.cKDTree(uv).query(uv, min(_AROUND + 1, len(uv)))[1][:, 1:]] - uv[:, None]
+    length, along = np.hypot(*step.transpose(2, 0, 1)), np.abs(step[..., 0]) > np.abs(step[..., 1])
+    nearest = np.array([np.where(axis, length, np.inf).min(axis=1) for axis in (along, ~along)])
+    known = [distances[np.isfinite(distances)] for distances in nearest]
+    return np.array([np.median(distances) if len(distances) else np.median(length[:, 0]) for distances in known])
 
 
 def _propagate_line(tree: scipy.spatial.cKDTree, start: np.ndarray, step: np.ndarray, count: int) -> list[int]:
@@ -166,7 +178,7 @@ def _propagate_line(tree: scipy.spatial.cKDTree, start: np.ndarray, step: np.nda
     return dots
 
 
-def _propagate_grid(tree: scipy.spatial.cKDTree, middle: int, shape: tuple[int, int], pitch: float) -> np.ndarray:
+def _propagate_grid(tree: scipy.spatial.cKDTree, middle: int, shape: tuple[int, int], pitch: np.ndarray) -> np.ndarray:
     """Step 5: outwards from the central dot, each dot predicted by two or three indexed ones."""
     start = (shape[0] // 2, shape[1] // 2)
     places = {start: tree.data[middle]}
@@ -179,7 +191,7 @@ def _propagate_grid(tree: scipy.spatial.cKDTree, middle: int, shape: tuple[int, 
             for r, c in ((row, column + 1), (row, column - 1), (row + 1, column), (row - 1, column)):
                 if (r, c) in places or not (0 <= r < shape[0] and 0 <= c < shape[1]):
                     continue
-                distance, dot = tree.query(_predicted(places, r, c, row, column, pitch), distance_upper_bound=_SEARCH * pitch)
+                distance, dot = tree.query(_predicted(places, r, c, row, column, pitch), distance_upper_bound=_SEARCH * pitch.min())
                 if np.isfinite(distance) and id[dot] < 0:
                     places[r, c], id[dot] = tree.data[dot], r * shape[1] + c
                     following.append((r, c))
@@ -187,7 +199,7 @@ def _propagate_grid(tree: scipy.spatial.cKDTree, middle: int, shape: tuple[int, 
     return id
 
 
-def _predicted(places: dict, r: int, c: int, row: int, column: int, pitch: float) -> np.ndarray:
+def _predicted(places: dict, r: int, c: int, row: int, column: int, pitch: np.ndarray) -> np.ndarray:
     """P'_ij by the first line of step 5's equation whose dots are indexed; next to the first dot, the constant vector of step 3."""
     for a, b in ((0, 1), (0, -1), (1, 0), (-1, 0)):
         if (r + a, c + b) in places and (r + 2 * a, c + 2 * b) in places:
@@ -203,7 +215,7 @@ _BEGIN = np.diag([10.0, 1e4])  # covariance of a coordinate and its velocity whe
 _DRIFT = np.array([np.diag([1.0, 0.01]), np.diag([1.0, 0.01]), np.diag([1.0, 1e-4])])  # added in a frame: column, row, area
 _SEEN = np.array([1.0, 1.0, 10.0])  # variances of what is seen: column and row, px^2; area, px^4
 _OVERLAP = 0.3  # least intersection over union of a box with the predicted one
-_LOST_S = 0.25  # s, unseen, after which a track ends; the authors count one frame
+_MAX_AGE = 1  # frames that a track may be unseen: the default of the authors' program
 
 
 class SortNumbers:
@@ -216,14 +228,14 @@ class SortNumbers:
     def __init__(self, pattern: np.ndarray | None = None):
         self._pattern, self._stamp_s = pattern, -np.inf
         self._mean, self._covariance = np.zeros((0, 3, 2)), np.zeros((0, 3, 2, 2))  # of column, row, area, and their velocities a frame
-        self._id, self._seen_s = np.zeros(0, int), np.zeros(0)
+        self._id, self._age = np.zeros(0, int), np.zeros(0, int)  # age: frames since the track's dot was seen
 
     def update(self, dots: Dots, stamp_s: float) -> np.ndarray:
         """Number (N,) of each dot, -1 for one whose track began later than the first frame; stamp_s: s, later than the last."""
         boxes = np.column_stack([dots.uv, dots.area * (4 / np.pi)])
         if self._stamp_s == -np.inf:
             uv = dots.uv if self._pattern is None else np.asarray(self._pattern, float)
-            self._begin(np.column_stack([uv, np.full(len(uv), np.median(boxes[:, 2]))]), np.arange(len(uv)), stamp_s)
+            self._begin(np.column_stack([uv, np.full(len(uv), np.median(boxes[:, 2]))]), np.arange(len(uv)))
         else:
             self._predict((stamp_s - self._stamp_s) / _FRAME_S)
         overlap = self._overlap(boxes)
@@ -231,21 +243,22 @@ class SortNumbers:
         same = overlap[track, dot] >= _OVERLAP
         track, dot = track[same], dot[same]
         self._correct(track, boxes[dot])
-        self._stamp_s, self._seen_s[track] = stamp_s, stamp_s
+        self._stamp_s = stamp_s
+        self._age += 1
+        self._age[track] = 0
         id = np.full(len(boxes), -1)
         id[dot] = self._id[track]
-        kept = stamp_s - self._seen_s <= _LOST_S
-        self._mean, self._covariance, self._id, self._seen_s = (
-            values[kept] for values in (self._mean, self._covariance, self._id, self._seen_s))
+        kept = self._age <= _MAX_AGE
+        self._mean, self._covariance, self._id, self._age = (values[kept] for values in (self._mean, self._covariance, self._id, self._age))
         new = np.delete(boxes, dot, axis=0)
-        self._begin(new, np.full(len(new), -1), stamp_s)
+        self._begin(new, np.full(len(new), -1))
         return id
 
-    def _begin(self, boxes: np.ndarray, id: np.ndarray, stamp_s: float) -> None:
+    def _begin(self, boxes: np.ndarray, id: np.ndarray) -> None:
         """Begin a track at each of boxes (N, 3)."""
         self._mean = np.concatenate([self._mean, np.stack([boxes, np.zeros_like(boxes)], axis=2)])
         self._covariance = np.concatenate([self._covariance, np.broadcast_to(_BEGIN, (len(boxes), 3, 2, 2))])
-        self._id, self._seen_s = np.append(self._id, id), np.append(self._seen_s, np.full(len(boxes), stamp_s))
+        self._id, self._age = np.append(self._id, id), np.append(self._age, np.zeros(len(boxes), int))
 
     def _predict(self, frames: float) -> None:
         step = np.array([[1.0, frames], [0.0, 1.0]])

@@ -23,6 +23,7 @@ from .estimate import TouchEstimate
 from .field import MarkerField, MarkerView, RestMarkers
 from .methods import make_method
 from .parameters import AUTO
+from .published import ContactFilter
 from .sensor import MarkerSensor, dome_cap, rest_points
 
 FASTEST = 0.5  # m/s, of a touch that goes on. Chosen: a hand that reaches
@@ -176,6 +177,7 @@ class TouchEstimator:
         known = None if calibration.rest is None else CalibratedRest(calibration.rest)
         self._rest = RestMarkers(count, make_view if known is None else partial(_checked, make_view, known))
         self._tracker = TouchTracker()
+        self._filter = ContactFilter() if values['paper.kalman'] and name == 'paper' else None
 
     def process(self, tracks: DotTracks, stamp_s: float) -> TouchResult:
         """Contacts in one frame; stamp_s: s. Raises BadFrame for markers of another grid, or a stamp that is not later than the last."""
@@ -189,8 +191,11 @@ class TouchEstimator:
         if len(estimates) == 1:
             wrench = self._stiffness * estimates[0].wrench
             force = -float(wrench[2])
+        ids = self._tracker.process(estimates, stamp_s)
+        if self._filter:
+            estimates = self._filter.update(estimates, ids, stamp_s)
         contacts = [ContactEstimate(id, one.position, self._sensor.normal(one.position[:2]), one.depth, force, one.covariance, one.flags,
-                                    _NO_DOTS) for id, one in zip(self._tracker.process(estimates, stamp_s), estimates)]
+                                    _NO_DOTS) for id, one in zip(ids, estimates)]
         return TouchResult(contacts, wrench, partial(region_of, estimates, field, self._sensor, self._tip_radius),
                            partial(self._points, tracks, field))
 

@@ -33,6 +33,7 @@ MARKER_SENSOR_PARAMETERS = (
 POINT_PARAMETERS = MARKER_SENSOR_PARAMETERS + (
     _fixed('touch', str, AUTO, '', 'touch estimation method; auto: the one that cross-validation chose when it was calibrated',
            choices=(AUTO, *METHOD_NAMES)),
+    _fixed('paper.kalman', bool, False, '', 'touch paper, of sheets: Kalman filter on the positions of contacts'),
     _fixed('tip_radius', float, 0.008, 'm', "tip radius assumed for the contact region where the method does not estimate it", 1e-4, 1.0),
 )
 

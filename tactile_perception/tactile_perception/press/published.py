@@ -71,7 +71,7 @@ def _monotone(x: np.ndarray, depth: np.ndarray) -> np.ndarray:
     return fitted
 
 
-def _area_and_shift(field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
+def area_and_shift(field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
     """x_a, area over the untouched area, and x_c, m, displacement, of each marker (K,)."""
     return np.exp(field.growth), np.hypot(*field.shift.T)
 
@@ -86,7 +86,7 @@ class MarkerDepths:
 
     def each(self, field: MarkerField) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
         """y_a and y_c (eqs 1, 2), each with whether it is out of range."""
-        by_area, by_shift = _area_and_shift(field)
+        by_area, by_shift = area_and_shift(field)
         return self.area(by_area), self.shift(by_shift)
 
     def depths(self, field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
@@ -104,8 +104,8 @@ class MarkerDepths:
         if presses.plate is None:
             raise BadCalibration("the paper's method needs a plate that is pressed onto all markers, step by step: calibrate --plate BAG")
         plate = presses.plate
-        area, shift = (np.stack(values) for values in zip(*map(_area_and_shift, plate.fields)))
-        half_step = float(np.median(np.diff(np.unique(np.round(plate.depth, 5))))) / 2
+        area, shift = (np.stack(values) for values in zip(*map(area_and_shift, plate.fields)))
+        half_step = plate_step(plate) / 2
         found = cls(Cubics.fit(area, plate.depth, half_step), Cubics.fit(shift, plate.depth, half_step), np.full(area.shape[1], 0.5))
         return cls(found.area, found.shift, found._weights(presses, pitch))
 
@@ -128,15 +128,23 @@ class MarkerDepths:
         return weight[apart.argmin(1)]
 
 
+def plate_step(plate: Presses) -> float:
+    """The step, m, of a plate's stage: the median distance of the depths at which it stops, which are those of two frames on end; where it
+    stops for a frame each, of all depths."""
+    depth = np.round(plate.depth, 5)
+    stops = np.unique(depth[1:][np.diff(depth) == 0])
+    return float(np.median(np.diff(stops if len(stops) > _STEPS else np.unique(depth))))
+
+
 _STEPS = 3  # depths of a plate that, with the untouched sheet, determine a cubic
 
 
 def check_plate(plate: Presses, sensor: MarkerSensor) -> None:
     """Raise BadCalibration for a plate that stops at too few depths, or that is tilted: by how the markers move away from the camera
     centre's foot point, it is deeper at a corner of the sheet than in the middle by more than half a step."""
-    depths = np.unique(np.round(plate.depth[plate.touching], 5))
-    if len(depths) < _STEPS:
-        raise BadCalibration(f'plate: {len(depths)} depths; at least {_STEPS} are needed, in steps of a millimetre over the whole range')
+    depths = len(np.unique(np.round(plate.depth[plate.touching], 5)))
+    if depths < _STEPS:
+        raise BadCalibration(f'plate: {depths} depths; at least {_STEPS} are needed, in steps of a millimetre over the whole range')
     slopes = []
     for field, true in zip((field for field, on in zip(plate.fields, plate.touching) if on), plate.depth[plate.touching]):
         arm = field.rest - field.camera_centre[:, :2]
@@ -147,8 +155,8 @@ def check_plate(plate: Presses, sensor: MarkerSensor) -> None:
         plane = np.column_stack([field.rest, np.ones(len(away))])[seen] * away[seen, None]
         slopes.append(np.linalg.lstsq(plane, too_deep[seen] * away[seen], rcond=None)[0][:2])
     slope = np.median(slopes, axis=0)
-    ends, step = float(np.abs(slope) @ (np.array(sensor.size) / 2)), float(np.median(np.diff(depths)))
-    if ends > step / 2:
+    ends = float(np.abs(slope) @ (np.array(sensor.size) / 2))
+    if ends > plate_step(plate) / 2:
         raise BadCalibration(f'plate: tilted by {np.degrees(np.arctan(np.hypot(*slope))):.1f} degrees, so that a corner is '
                              f'{1e3 * ends:.1f} mm deeper than the middle; align it with the sheet')
 
@@ -262,6 +270,42 @@ def calibrate_paper(presses: Presses, sensor: MarkerSensor, _known: PaperCalibra
     still = [np.nanmax(depths.depths(field)[0], initial=0.0) for field, on in zip(presses.fields, presses.touching) if not on]
     found = PaperCalibration(depths, float(max(QUIET * max(still, default=0.0), LEAST)), np.nan, np.nan)
     return replace(found, **rms_errors(PaperTouch(found, sensor), presses))
+
+
+FASTEST_CONTACT = 0.1  # m/s, standard deviation of the velocity with which a contact begins
+CONTACT_ACCELERATION = 0.5  # m/s^2, standard deviation, of a hand that moves over a sheet within centimetres and tenths of a second
+
+
+class ContactFilter:
+    """A Kalman filter on each contact's position and depth: constant velocity, white acceleration.
+
+    The paper names it in its abstract and gives neither model nor variances: what is measured has the errors of the calibration's presses.
+    """
+
+    def __init__(self):
+        self._tracks: dict[int, tuple[float, np.ndarray, np.ndarray]] = {}  # stamp, s, (2, 4) means, (4, 2, 2) covariances by id
+
+    def update(self, touches: list[TouchEstimate], ids: list[int], stamp_s: float) -> list[TouchEstimate]:
+        """The touches of a frame at stamp_s, s, filtered; ids: of their contacts. A contact that is not there is forgotten."""
+        self._tracks = {id: self._step(self._tracks.get(id), touch, stamp_s) for id, touch in zip(ids, touches)}
+        return [replace(touch, position=mean[0, :3], depth=float(mean[0, 3]), covariance=np.diag(covariance[:3, 0, 0]),
+                        depth_sigma=float(np.sqrt(covariance[3, 0, 0])))
+                for touch, (_, mean, covariance) in zip(touches, (self._tracks[id] for id in ids))]
+
+    @staticmethod
+    def _step(before: tuple | None, touch: TouchEstimate, stamp_s: float) -> tuple[float, np.ndarray, np.ndarray]:
+        seen = np.append(touch.position, touch.depth)
+        noise = np.append(np.diag(touch.covariance), touch.depth_sigma**2)
+        if before is None:
+            still = np.stack([noise, np.full(4, FASTEST_CONTACT**2)], axis=1)
+            return stamp_s, np.stack([seen, np.zeros(4)]), still[:, :, None] * np.eye(2)
+        last_s, mean, covariance = before
+        interval = stamp_s - last_s
+        step, push = np.array([[1.0, interval], [0.0, 1.0]]), np.array([interval**2 / 2, interval])
+        mean = step @ mean
+        covariance = step @ covariance @ step.T + CONTACT_ACCELERATION**2 * np.outer(push, push)
+        gain = covariance[:, :, 0] / (covariance[:, 0, 0] + noise)[:, None]
+        return stamp_s, mean + gain.T * (seen - mean[0]), covariance - gain[:, :, None] * covariance[:, :1, :]
 
 
 NEAREST, LARGEST = 5, 4  # neighbours; changes (eq 2)

@@ -140,11 +140,12 @@ class StitchingFit:
 
 
 def fit_stitching(images: tuple[np.ndarray, np.ndarray], cameras: tuple[Intrinsics, Intrinsics], sensor: MarkerSensor,
-                  polarity: str = 'bright', detection: str = 'blobs') -> StitchingFit:
+                  polarity: str = 'bright', detection: str = 'blobs', method: str = 'plane') -> StitchingFit:
     """Fit the stitching to one untouched pair.
 
     images: left and right, uint8 (H, W, 3) BGR or (H, W); cameras: K (3, 3) and distortion (5,) of each; sensor: a sheet with a grid;
-    polarity, detection: of the marker detector. The left camera has to see column 0, the right one the last column. Raises BadCalibration
+    polarity, detection: of the marker detector; method: of tactile_driver's stitching that makes the picture: scale and origin of the cut
+    views of 'middle', which is not metric, are those that fit the untouched grid best. The left camera has to see column 0, the right one the last column. Raises BadCalibration
     for a pair that does not determine the stitching, BadFrame for an image without markers, BadArgument for a sensor that is not a sheet
     with a grid.
     """
@@ -156,8 +157,9 @@ def fit_stitching(images: tuple[np.ndarray, np.ndarray], cameras: tuple[Intrinsi
     seam = _seam(whole, sensor)
     sides = fit_sides(found, sensor.grid())
     overlap = _overlap(found, sides)
-    stitching = _matched(images, _laid_out(sides, seam, sensor))
-    residual, markers = _residual(images, stitching, sensor, DotDetector(polarity, detection))
+    laid_out = _joined(found, sides, sensor.grid()) if method == 'middle' else _laid_out(sides, seam, sensor)
+    stitching = _matched(images, laid_out)
+    residual, markers = _residual(images, stitching, sensor, DotDetector(polarity, detection), method)
     return StitchingFit(stitching, residual, overlap, sorted(whole[0] & whole[1]), markers)
 
 
@@ -212,6 +214,19 @@ def _laid_out(sides: list[SideView], seam: float, sensor: MarkerSensor) -> Stitc
     return Stitching(*sides, size, scale, origin, float(np.floor(origin[0] + seam * scale) + 0.5), _cut(sides))
 
 
+def _joined(found: list[SideMarkers], sides: list[SideView], grid: np.ndarray) -> Stitching:
+    """Stitching of two views that are cut at the middle of their overlap and put side by side: one scale and one origin, by least squares
+    over the markers of each half."""
+    cut = _cut(sides)
+    left, right = round(cut[0]), round(cut[1])
+    halves = ((found[0].uv, found[0].id, found[0].uv[:, 0] < left), (found[1].uv + [left - right, 0], found[1].id, found[1].uv[:, 0] >= right))
+    uv, id = (np.concatenate([half[k][half[2]] for half in halves]) for k in (0, 1))
+    place, middle = grid[id] - grid[id].mean(axis=0), uv.mean(axis=0)
+    scale = float((place * (uv - middle)).sum() / (place**2).sum())
+    size = left + sides[1].size[0] - right, sides[0].size[1]
+    return Stitching(*sides, size, scale, middle - scale * grid[id].mean(axis=0), left - 0.5, cut)
+
+
 def _cut(sides: list[SideView]) -> tuple[float, float]:
     """Columns, px, of the left and the right image that show the centre of the overlap."""
     (left_width, height), _ = (side.size for side in sides)
@@ -245,9 +260,9 @@ def _brightness_ratio(images: tuple, stitching: Stitching) -> float:
     return float(levels[0][bright].sum() / levels[1][bright].sum())
 
 
-def _residual(images: tuple, stitching: Stitching, sensor: MarkerSensor, detector: DotDetector) -> tuple[float, int]:
+def _residual(images: tuple, stitching: Stitching, sensor: MarkerSensor, detector: DotDetector, method: str) -> tuple[float, int]:
     """RMS distance, m, of the markers in the stitched picture from the grid, and their number. Raises BadCalibration without a grid."""
-    dots = detector.detect(make_stitcher('plane', stitching).stitch(*images))
+    dots = detector.detect(make_stitcher(method, stitching).stitch(*images))
     numbers = number_grid(dots.uv, sensor.rows, sensor.columns)
     if not numbers.certain:
         raise BadCalibration(f'the stitched picture shows no grid of {sensor.rows} x {sensor.columns} markers: {numbers.reason}')

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from tactile_driver.nodes.messages.conversions import frame_of_message
 from tactile_driver.nodes.messages.images import image_to_array
+from tactile_driver.parameters.drivers import DUAL_CAMERA_PARAMETERS
 from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import decode
 
@@ -46,10 +47,11 @@ def find_stitching(bags: list[Path], params: Path, sensor: MarkerSensor, namespa
     if not sensor.is_sheet:
         return None
     dots, reasons = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS), []
+    method = read_parameters(params, 'dual_camera_node', DUAL_CAMERA_PARAMETERS)['stitching']
     for bag in bags:
         for images, cameras in _untouched(bag, namespace):
             try:
-                return fit_stitching(images, cameras, sensor, dots['polarity'], dots['detection'])
+                return fit_stitching(images, cameras, sensor, dots['polarity'], dots['detection'], method)
             except (BadFrame, BadCalibration) as error:
                 reasons.append(f'{bag.name}: {error}')
             if len(reasons) >= _TRIES:

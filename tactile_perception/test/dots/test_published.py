@@ -65,6 +65,15 @@ def test_a_whole_grid_at_rest():
     np.testing.assert_array_equal(numbers.id, order)
 
 
+@pytest.mark.parametrize('rows, columns, stretch', [(11, 14, (1.15, 1.0)), (6, 8, (1.0, 1.4)), (7, 9, (1.6, 1.0)), (2, 4, (1.0, 1.0))])
+def test_even_numbers_of_rows_and_columns_and_unequal_pitches(rows, columns, stretch):
+    uv, (width, height) = whole(rows, columns, size=(600, 400))
+    centre = (np.array([width, height]) - 1) / 2
+    order = np.random.default_rng(1).permutation(len(uv))
+    uv = centre + (uv[order] - centre) * stretch + [2.0, -1.5]
+    np.testing.assert_array_equal(PaperNumbering(rows, columns).number(uv, width, height).id, order)
+
+
 def test_a_gap_in_the_middle_row_stops_it():
     uv, size = whole()
     numbers = PaperNumbering(7, 9).number(np.delete(uv, [3 * 9 + 2, 3 * 9 + 4], axis=0), *size)
@@ -104,8 +113,8 @@ def test_numbers_stay_with_markers_that_move_in_any_order(pattern):
         assert np.array_equal(numbers.update(markers(REST[order] + moved + rng.normal(0, 0.3, REST.shape)), k * FRAME), order)
 
 
-@pytest.mark.parametrize('hidden, found', [(3, True), (30, False)])
-def test_a_marker_that_is_hidden_is_found_where_it_was_going_but_not_for_ever(hidden, found):
+@pytest.mark.parametrize('hidden, found', [(1, True), (2, False)])
+def test_a_marker_that_is_hidden_for_a_frame_is_found_where_it_was_going_and_has_no_number_after_two(hidden, found):
     numbers = SortNumbers(REST)
     for k, moved in enumerate(WAY):
         seen = np.arange(len(REST)) != 8 if 20 <= k < 20 + hidden else np.full(len(REST), True)

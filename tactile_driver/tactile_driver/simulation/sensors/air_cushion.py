@@ -20,7 +20,7 @@ _RIM, _HEIGHT = 0.150, 0.120
 _BALL = (_RIM**2 + _HEIGHT**2) / (2 * _HEIGHT)
 #: Pa: gauge pressure inside (chosen), and atmospheric pressure.
 _BLOWN_UP, _AIR = 1400.0, 101325.0
-_TIP = 'ball_30mm'
+_TIP, _SMALL_TIP = 'ball_30mm', 'ball_8mm'
 _ROWS = _COLUMNS = 17
 _PITCH, _RADIUS = 0.0140, 0.0046
 #: m: largest distance of a circle from the top, along the skin; chosen.
@@ -99,20 +99,20 @@ def _test(rng: np.random.Generator) -> list:
             for act in _presses(tool, _places(4, 0.068, rng), 0.040, 3, rng)]
 
 
-def _steadily(x: float, y: float, *depths: float, start: float) -> Act:
-    """A stage presses the tip in at x, y, m, at one speed, and stops at each of the depths, m."""
+def _steadily(tool: str, x: float, y: float, *depths: float, start: float) -> Act:
+    """A stage presses a tool in at x, y, m, at one speed, and stops at each of the depths, m."""
     places, t = [], 0.0
     for before, depth in pairwise((0.0, *depths)):
         t += (depth - before) / _SPEED
         places += [{'t': t, 'press': depth}, {'t': t + 0.1}]
         t += 0.1
-    return act(_TIP, start, *places, {'t': t + depths[-1] / _SPEED, 'press': 0.0}, x=x, y=y)
+    return act(tool, start, *places, {'t': t + depths[-1] / _SPEED, 'press': 0.0}, x=x, y=y)
 
 
-def _zones(*depths: float) -> tuple[Act, ...]:
-    """Presses at ten zones, to depths, m."""
-    places = _places(10, 0.070, np.random.default_rng(7))
-    return one_after_the_other([partial(_steadily, x, y, *depths) for x, y in places], pause=0.05)
+def _zones(*depths: float, tool: str = _TIP, reach: float = 0.070) -> tuple[Act, ...]:
+    """Presses of a tool at ten zones within the reach, m, from the top, to depths, m."""
+    places = _places(10, reach, np.random.default_rng(7))
+    return one_after_the_other([partial(_steadily, tool, x, y, *depths) for x, y in places], pause=0.05)
 
 
 _random_cushion = partial(air_cushion, pattern=_random)
@@ -125,8 +125,9 @@ _OF_BOTH = {
         partial(drag, _TIP, -0.030, -0.035, 0.022, 0.060, 0.015, duration=2.5),
         partial(press, 'fists_70mm', 0.0, 0.010, 0.010, 0.022, move=0.6)], untouched=STARTING),
     'calibration': one_after_the_other(_calibration(np.random.default_rng(5)), pause=0.3),
-    'zones_calibration': _zones(0.008, 0.016, 0.024, 0.032),
-    'zones': _zones(0.012, 0.020, 0.028),
+    **{f'{name}zones{of}': _zones(*depths, tool=tool, reach=reach)
+       for name, tool, reach in (('', _TIP, 0.070), ('near_', _SMALL_TIP, 0.035))
+       for of, depths in (('_calibration', (0.008, 0.016, 0.024, 0.032)), ('', (0.012, 0.020, 0.028)))},
 }
 
 AIR_CUSHION_SCENES: dict[str, Script] = {f'air_cushion_{name}': Script(air_cushion, acts) for name, acts in {

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered
+from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered, stage_presses
 from ..optics.light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import STARTING, Script, Shutters, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
@@ -29,10 +29,17 @@ _EXPOSURE = 1.2
 _FREE = Shutters(offset=0.003, swing=0.009, jitter=2e-4)
 
 
-def areal_dual(seed: int) -> Specimen:
-    """A sheet with two cameras. seed: of manufacturing tolerances and noise."""
+#: N m and N/m^3: bending stiffness of a thick sheet and stiffness of the layer that holds it, with which a press leaves a bell two pitches
+#: wide at half its depth, as figs 6 and 12 of the paper areal_sensor_contact_position show it, and draws nothing inwards.
+_THICK, _FOUNDATION = 1.9e-3, 0.9e6
+
+
+def areal_dual(seed: int, thick: bool = False) -> Specimen:
+    """A sheet with two cameras. seed: of manufacturing tolerances and noise; thick: it bends and does not stretch."""
     rng = np.random.default_rng([seed, 12])
-    sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 70.0 * (1 + rng.normal(0, 0.03)), 1.25, 3.5e-4, 97)
+    stiffer = 1 + rng.normal(0, 0.03)
+    skin = (0.0, np.inf, _THICK * stiffer, 97, _FOUNDATION) if thick else (70.0 * stiffer, 1.25, 3.5e-4, 97)
+    sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], *skin)
     cameras = tuple(built_camera(rng, 289.0, centre, _DISTORTION, turn, place, _SIZE, _SIZE[0]) for centre, turn, place in (
         ((241.0, 318.0), (0.006, -0.010, -0.022), (_OFF_CENTRE, 0.0006, 0.0465)),
         ((238.0, 321.0), (-0.005, 0.012, 0.026), (-_OFF_CENTRE, -0.0008, 0.0460))))
@@ -61,6 +68,15 @@ _TABLE_2 = [(-0.0367, -0.0255), (0.0367, -0.0255), (0.0367, 0.0255), (-0.0367, 0
 _TABLE_4 = [(-0.0210, -0.0107), (-0.0010, 0.0043), (0.0231, 0.0092), (-0.0259, -0.0128), (-0.0165, 0.0173), (-0.0015, 0.0013),
             (0.0360, -0.0140), (0.0270, 0.0140), (-0.0220, -0.0110)]
 
+#: The experiments of the paper.
+_PAPERS = {
+    'plate': by_the_step('plate_127x87mm', [(0.0, 0.0)], *(1e-3 * mm for mm in range(1, 6))),
+    'markers': stage_presses(_TIP, on_markers((1, 3, 5, 6, 7, 8, 10, 12), (1, 3, 5, 7, 9), 14, 11, (0.0094, 0.0082)), (0.001, 0.002, 0.003),
+                             _HALF),
+    'table_2': by_the_step(_TIP, _TABLE_2, 0.001, 0.002, 0.003),
+    'table_4': by_the_step(_TIP, _TABLE_4, 0.003),
+}
+
 AREAL_DUAL_SCENES: dict[str, Script] = {f'areal_dual_{name}': Script(areal_dual, acts) for name, acts in {
     'press': one_after_the_other([partial(press, _TIP, 0.004, -0.008, 0.002, 0.005)]),
     # two fingertips, 2.5 to 5 marker pitches apart
@@ -73,11 +89,8 @@ AREAL_DUAL_SCENES: dict[str, Script] = {f'areal_dual_{name}': Script(areal_dual,
     'calibration': one_after_the_other(_calibration(np.random.default_rng(3)), pause=0.3),
     'test': one_after_the_other(_test(np.random.default_rng(4)), pause=0.3),
     'session': one_after_the_other(session(_TIP, grid((0.047, 0.032), 4, 3), 0.0015, 0.003, 0.0045)),
-    'plate': by_the_step('plate_127x87mm', [(0.0, 0.0)], *(1e-3 * mm for mm in range(1, 6))),
-    'markers': by_the_step(_TIP, on_markers((2, 6, 7, 11), (2, 5, 8), 14, 11, (0.0094, 0.0082)), 0.0015, 0.003),
-    'table_2': by_the_step(_TIP, _TABLE_2, 0.001, 0.002, 0.003),
-    'table_4': by_the_step(_TIP, _TABLE_4, 0.003),
-}.items()} | {f'areal_dual_{name}': Script(areal_dual, acts, shutters=_FREE) for name, acts in {
+    **_PAPERS,
+}.items()} | {f'areal_dual_paper_{name}': Script(partial(areal_dual, thick=True), acts) for name, acts in _PAPERS.items()} | {f'areal_dual_{name}': Script(areal_dual, acts, shutters=_FREE) for name, acts in {
     # presses in the left view, in both views and in the right view; a drag from left to right; two fingertips
     'demo': one_after_the_other([
         partial(press, _TIP, -0.035, 0.015, 0.002, 0.005), partial(press, _TIP, 0.002, -0.010, 0.002, 0.005),

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered
+from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, on_markers, presses, scattered, stage_presses
 from ..optics.light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import STARTING, Act, Script, Specimen, by_the_step, drag, one_after_the_other, one_of_two, press, session
@@ -17,17 +17,25 @@ _HALF = (0.030, 0.0225)
 _TIP = 'ball_6mm'
 _DEEPEST = 0.013
 _LAMPS = Lamps(((-0.046, 0.010, -0.040), (0.048, -0.016, -0.044)), (330.0, 150.0), 0.045, 60.0, SHEET_COLOUR)
+#: m and px: distance and focal length of the camera.
+_NEAR = 0.0585, 508.0
+#: The box of the paper areal_sensor_contact_position: twice as thick as that of its two cameras, with the same field of view; LEDs at both
+#: sides, as bright as each other.
+_FAR = 0.093, 508.0 * 0.093 / 0.0585
+_PAPERS_LAMPS = Lamps(tuple((x, y, -0.055) for x in (-0.046, 0.046) for y in (-0.014, 0.014)), (150.0,) * 4, 0.055, 60.0, SHEET_COLOUR)
 
 
-def areal_single(seed: int, width: int = 640) -> Specimen:
-    """A sheet with one camera. seed: of manufacturing tolerances and noise; width: of the image, px."""
+def areal_single(seed: int, width: int = 640, camera: tuple[float, float] = _NEAR, lamps: Lamps = _LAMPS) -> Specimen:
+    """A sheet with one camera. seed: of manufacturing tolerances and noise; width: of the image, px; camera: distance, m, and focal length,
+    px."""
     rng = np.random.default_rng([seed, 11])
     sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 48.0 * (1 + rng.normal(0, 0.03)), 1.3, 1.5e-4, 65)
-    camera = built_camera(rng, 508.0, (318.0, 241.0), (-0.085, 0.013, 3e-4, -2e-4, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0585),
-                          (640, 480), width)
+    distance, focal = camera
+    camera = built_camera(rng, focal, (318.0, 241.0), (-0.085, 0.013, 3e-4, -2e-4, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, distance), (640, 480),
+                          width)
     imaging = Imaging(blur=1.0, read_noise=0.9, shot_noise=0.014, ink=INK, housing=2.0, cosine=3.0, stop=0.1)
     pattern = markers(sheet, 9, 13, (0.0045, 0.0045), 0.0012, rng)
-    return Specimen('areal_single', sheet, pattern, (camera,), (Renderer(sheet, camera, _LAMPS, imaging, seed),))
+    return Specimen('areal_single', sheet, pattern, (camera,), (Renderer(sheet, camera, lamps, imaging, seed),))
 
 
 def _calibration(rng: np.random.Generator) -> list:
@@ -51,6 +59,18 @@ def _session() -> tuple[Act, ...]:
     return (*first, hasty, *one_after_the_other(acts[2:], untouched=hasty[1][-1].t + 1.6, pause=1.6))
 
 
+#: m: places of table 1 of the paper areal_sensor_contact_position, and the depth at each, three times each.
+_TABLE_1 = [place for place in ((0.0130, -0.0095, 0.010), (-0.0160, 0.0055, 0.007), (-0.0140, -0.0115, 0.013)) for _ in range(3)]
+#: The experiments of the paper.
+_PAPERS = {
+    'plate': by_the_step('plate_57x39mm', [(0.0, 0.0)], *(1e-3 * mm for mm in range(1, 14))),
+    'markers': stage_presses(_TIP, on_markers((1, 3, 5, 6, 7, 9, 11), (1, 2, 4, 6, 7), 13, 9, (0.0045, 0.0045)), (0.003, 0.006, 0.009, 0.012),
+                             _HALF),
+    'table_1': by_the_step(_TIP, _TABLE_1),
+    'motion': one_after_the_other([partial(press, _TIP, 0.0045, -0.0030, 0.004, 0.008, hold=0.5),
+                                   partial(drag, _TIP, -0.010, 0.004, 0.006, 0.020, -0.006)]),
+}
+
 AREAL_SINGLE_SCENES: dict[str, Script] = {f'areal_single_{name}': Script(areal_single, acts) for name, acts in {
     'demo': one_after_the_other([
         partial(press, _TIP, 0.004, -0.003, 0.003, 0.008), partial(press, _TIP, -0.017, 0.008, 0.004, 0.009),
@@ -67,10 +87,7 @@ AREAL_SINGLE_SCENES: dict[str, Script] = {f'areal_single_{name}': Script(areal_s
                                       pause=0.5),
     'calibration': one_after_the_other(_calibration(np.random.default_rng(1)), pause=0.3),
     'test': one_after_the_other(_test(np.random.default_rng(2)), pause=0.3),
-    'plate': by_the_step('plate_57x39mm', [(0.0, 0.0)], *(1e-3 * mm for mm in range(1, 14))),
-    'markers': by_the_step(_TIP, on_markers((1, 4, 6, 8, 11), (1, 3, 4, 5, 7), 13, 9, (0.0045, 0.0045)), 0.002, 0.005),
-    # m: places of table 1 of the paper areal_sensor_contact_position, and the depth at each, three times each
-    'table_1': by_the_step(_TIP, [place for place in ((0.0130, -0.0095, 0.010), (-0.0160, 0.0055, 0.007), (-0.0140, -0.0115, 0.013))
-                                  for _ in range(3)]),
     'session': _session(),
-}.items()} | {'areal_single_rest': Script(areal_single, duration=10.0)}
+    **_PAPERS,
+}.items()} | {f'areal_single_paper_{name}': Script(partial(areal_single, camera=_FAR, lamps=_PAPERS_LAMPS), acts)
+              for name, acts in _PAPERS.items()} | {'areal_single_rest': Script(areal_single, duration=10.0)}

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..optics.camera import SimulatedCamera, mounted
 from ..optics.pattern import LargeDots, uneven
-from ..scene.specimen import drag, press
+from ..scene.specimen import Act, drag, one_after_the_other, press
 from ..skin.surfaces import Sheet
 
 #: Light from a marker relative to the light from the surrounding sheet, B, G, R; chosen.
@@ -48,6 +48,16 @@ def presses(tool: str, places: list, half: tuple, deepest: float, count: int, rn
         depths = np.sort((np.arange(count) + rng.uniform(0.1, 1.0, count)) * limit / count)
         acts.append(partial(press, tool, x, y, *depths.tolist()))
     return acts
+
+
+def stage_presses(tool: str, places: list, depths: tuple, half: tuple) -> tuple[Act, ...]:
+    """A stage presses a tool in at each of the places (x, y), m, and stops at each of the depths, m, that presses allows; as
+    specimen.by_the_step."""
+    acts = []
+    for x, y in places:
+        limit = 0.85 * min(half[0] - abs(x), half[1] - abs(y))
+        acts.append(partial(press, tool, x, y, *(depth for depth in depths if depth <= limit), move=0.25, hold=0.25))
+    return one_after_the_other(acts, untouched=1.75, pause=0.5)
 
 
 def drags(tool: str, count: int, half: tuple, depths: tuple, way: float, rng: np.random.Generator) -> list:

@@ -14,7 +14,7 @@ import numpy as np
 from .surfaces import Skin
 from .tools import Pose, Tool
 
-#: Penalty of ADMM, relative to the skin's tension; chosen near the geometric mean of the skin's least and greatest stiffness.
+#: Penalty of ADMM, relative to the skin's stiffness; chosen near the geometric mean of the skin's least and greatest stiffness.
 #: Over-relaxation and iterations per linearisation below: chosen.
 _COUPLING = 0.47
 _OVER_RELAXATION = 1.6
@@ -67,7 +67,7 @@ class FrictionalContact:
 
     def __init__(self, skin: Skin, friction: float):
         self.skin, self.friction = skin, friction
-        self._coupling = _COUPLING * skin.tension
+        self._coupling = _COUPLING * skin.stiffness
         self._inner = np.flatnonzero(skin.inner)
         self.reset()
 

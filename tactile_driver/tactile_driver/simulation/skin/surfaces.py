@@ -33,7 +33,8 @@ class Skin:
     """A skin of n x n nodes with a clamped border.
 
     Attributes: nodes: n; rest: (n, n, 3) m; inner: (n*n,) bool, the free nodes; spacing: m, mean distance of nodes; tension: N/m;
-    pressure: Pa, gauge pressure of the enclosed fluid at rest; slack: (m, 3) m, force-free positions of the inner nodes, near rest.
+    stiffness: N/m, of the skin against a small tool, to an order of magnitude; pressure: Pa, gauge pressure of the enclosed fluid at rest;
+    slack: (m, 3) m, force-free positions of the inner nodes, near rest.
     Subclasses also have surface and square_of (from material coordinates (..., 2) in [-1, 1]^2 to the rest shape and back), seen_at_rest
     (ray intersection), rim (border line), touching_height (of a tool), and give, compliance_among and fluid (response to forces).
     longest_step, longest_slide: node spacings that a tool may move, and move along the skin, in one step of contact; settled,
@@ -43,7 +44,7 @@ class Skin:
     longest_step, longest_slide, settled, linearisations = 0.95, np.inf, 0.005, 6
 
     def __init__(self, rest: np.ndarray, tension: float):
-        self.rest, self.tension, self.nodes = rest, tension, len(rest)
+        self.rest, self.tension, self.stiffness, self.nodes = rest, tension, tension, len(rest)
         border = np.zeros(rest.shape[:2], bool)
         border[[0, -1]] = border[:, [0, -1]] = True
         self.inner = ~border.ravel()
@@ -212,26 +213,29 @@ class Membrane(Skin):
 # An incompressible neo-Hookean rubber of stiffness T, stretched isotropically by the factor s, has the energy T/2 (|F|^2 + s^-6 / J^2)
 # per area, with the further deformation gradient F and area ratio J. Bending adds D/2 |Laplacian|^2, which smooths the deformation. On a
 # rectangular grid the quadratic terms are diagonal in products of sines. The term with J, which draws material towards the contact, is
-# small and taken from the previous linearisation.
+# small and taken from the previous linearisation. A thick sheet, which bends rather than stretches, has a foundation k/2 |displacement|^2
+# instead: without it, a press would bend the whole sheet. Its stretch is infinite: no term draws material towards the contact.
 
 #: m: at this distance the nearest point of any tool is its lowest; chosen.
 _FAR = 1000.0
 
 
 class Sheet(Skin):
-    """width (along x), height (along y): m; tension: T, N/m; stretch: s, from 1.2; bending: D, N m; nodes: along each side."""
+    """width (along x), height (along y): m; tension: T, N/m; stretch: s, from 1.2; bending: D, N m; nodes: along each side; foundation: k,
+    N/m^3, of an elastic layer that holds the whole sheet."""
 
     #: Nodes rub from the step after their first contact on: in slides of 0.95 spacings the friction of a drag falls to a third of Coulomb's
     #: in some frames, in slides of 0.4 it varies by a tenth (measured).
     longest_slide = 0.4
 
-    def __init__(self, width: float, height: float, tension: float, stretch: float, bending: float, nodes: int):
+    def __init__(self, width: float, height: float, tension: float, stretch: float, bending: float, nodes: int, foundation: float = 0.0):
         self.width, self.height = width, height
         self._push_apart = tension * stretch**-6
         steps = np.linspace(-1, 1, nodes)
         self._half = np.array([width / 2, height / 2])
         super().__init__(self.surface(np.stack(np.meshgrid(steps, steps), axis=-1)), tension)
         self.pressure = 0.0
+        self.stiffness = tension + np.sqrt(bending * foundation)
         self.slack = self.rest.reshape(-1, 3)[self.inner]
         wave = np.arange(1, nodes - 1)
         # Single precision suffices: the displacements of a press are exact to some nanometres.
@@ -239,7 +243,7 @@ class Sheet(Skin):
         dx, dy = width / (nodes - 1), height / (nodes - 1)
         curve = 2 - 2 * np.cos(np.pi * wave / (nodes - 1))
         waves = curve[:, None] / dy**2 + curve / dx**2
-        self._give = (1 / (dx * dy * waves * (tension + bending * waves))).astype(np.float32)
+        self._give = (1 / (dx * dy * (waves * (tension + bending * waves) + foundation))).astype(np.float32)
         self._cell = dx * dy
         self._still = np.zeros_like(self.slack)
 

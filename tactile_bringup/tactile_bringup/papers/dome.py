@@ -1,0 +1,224 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The experiments of the paper air_cushion_contact: tables I and II, figs 4, 5 and 7."""
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from scipy.spatial import cKDTree
+from tactile_driver.nodes.messages.images import image_to_array
+from tactile_driver.recordings.reader import BagReader
+from tactile_driver.recordings.serialization import decode
+from tactile_driver.simulation.sensors.scenes import open_scene
+from tactile_perception.dots.published import PaperCushionDetector
+from tactile_perception.errors import BadRecording
+from tactile_perception.nodes.messages import conversions as convert
+from tactile_perception.press.calibration import read_touch
+from tactile_perception.press.methods import make_method
+from tactile_perception.press.tools import PressReader
+
+from .bench import Bench, Detail, Method, Row, Table, common, mean, reported, shipped
+from .figures import COLOURS, OURS, PUBLISHED, TRUTH, Picture, legend_of
+from .sheets import MODEL, Press, fit_published, presses
+
+RATE = 20.0   # Hz: SORT follows the dome's circles all the way, by what they overlap from frame to frame
+STANDS = 1e-5  # m, by which the tip of a stage that stands moves
+PAPER = MappingProxyType({'touch': 'paper_cushion', 'detection': 'paper_cushion', 'numbering': 'sort', 'rows': 0, 'columns': 0})
+#: Conditions that the paper does not give: name in the scenes' names -> width of the tip and zones, and depths.
+CONDITIONS = {'near_zones': 'a tip 16 mm wide, zones within 35 mm of the top', 'zones': 'a tip 60 mm wide, zones within 70 mm of the top'}
+FLANK, RELIEF = 'flank towards the camera', 'change that is not of depth alone'
+NOTE = ('Ten zones at 12, 20 and 28 mm; calibrated there on the way to 8, 16, 24 and 32 mm, by the same tip. Table II of the paper: the error '
+        'rate is the mean of error over true value, its accuracy is what is left to 100 %, precision the standard deviation of the errors.')
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A press at which the stage stands, as a row. true, found: x and y in the image, px, and depth, mm (3,); NaN where none is reported."""
+
+    stamp_s: float
+    true: np.ndarray
+    found: tuple[np.ndarray, ...]
+
+
+def zones(bench: Bench) -> Iterator[Table]:
+    """Ten zones by the tip of the calibration, of a regular and a random print, under two conditions."""
+    for condition, what in CONDITIONS.items():
+        for print_ in ('regular', 'random'):
+            prefix = 'air_cushion_' + ('' if print_ == 'regular' else 'random_') + condition
+            yield from _tables(bench, prefix, condition, f'{print_} print, {what}', print_ == 'regular')
+
+
+def published(bench: Bench, prefix: str, changes: Mapping = PAPER) -> Method:
+    """The published method, calibrated on the way down at the zones."""
+    params = bench.params('air_cushion', changes)
+    output = params.with_name(f'{prefix}_{params.stem}_calibration.yaml')
+    if not output.exists():
+        fit_published('air_cushion', [bench.bag('air_cushion', f'{prefix}_calibration', RATE, 180)], params, output, changes['touch'])
+    return params, output
+
+
+def _tables(bench: Bench, prefix: str, condition: str, what: str, regular: bool) -> Iterator[Table]:
+    """Tables I and II. No calibration file of ours for the random print ships, nor has the paper's table numbers of it."""
+    bag, papers = bench.bag('air_cushion', prefix, RATE, 90), published(bench, prefix)
+    methods = (papers, (bench.params('air_cushion', MODEL), shipped('air_cushion'))) if regular else (papers,)
+    stops = _stops(presses(bench, bag, *methods), open_scene(prefix, RATE, bench.seed).camera)
+    pictures = _pictures(bench, prefix, papers, stops) if regular and condition == 'near_zones' else ()
+    far = condition == 'zones'
+    numbers = [_numbers(rows, true) for rows, true in _judged(stops)]
+    numbers += [[np.nan] * len(numbers[0])] * (2 - len(numbers))
+    paper = ('4.84', '4.04', '0.08') if regular else ('', '', '')
+    causes = (FLANK if far and regular else '', FLANK if far and regular else '', RELIEF if regular else '')
+    names = [(f'{axis}, {quantity}', unit, said, cause) for quantity, of in (('mean error', paper), ('error rate', ('',) * 3), (
+        'precision', ('',) * 3)) for axis, unit, said, cause in zip(
+            ('x', 'y', 'depth'), ('%',) * 3 if quantity == 'error rate' else ('px', 'px', 'mm'), of,
+            causes if quantity == 'mean error' else ('',) * 3)]
+    rows = [Row(name, unit, said, *pair, cause=cause) for (name, unit, said, cause), *pair in zip(names, *numbers)]
+    shares = [reported(np.array([stop.found[k] for stop in stops]).reshape(-1, 3)) for k in range(len(methods))]
+    rows.append(Row('presses reported', '%', '', *(shares + [np.nan])[:2]))
+    yield Table(f'Dome: tables I and II, {what}', rows, NOTE, pictures)
+
+
+def _stops(found: Sequence[Press], camera) -> list[Stop]:
+    """The presses at which the stage stands."""
+    some = [now for before, now in pairwise(found) if abs(now.true[3] - before.true[3]) < STANDS]
+    return [Stop(press.stamp_s, _in_image(press.true, camera), tuple(_in_image(one, camera) for one in press.found)) for press in some]
+
+
+def _in_image(press: np.ndarray, camera) -> np.ndarray:
+    """Column and row, px, of the contact point, and depth, mm (3,), of position and depth (4,), m."""
+    return np.append(camera.project(press[:3]), 1e3 * press[3])
+
+
+def _judged(stops: Sequence[Stop]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """(found, true) (N, 3) of each method, of the stops that all methods report."""
+    true = np.array([stop.true for stop in stops]).reshape(-1, 3)
+    *found, true = common(*(np.array([stop.found[k] for stop in stops]).reshape(-1, 3) for k in range(len(stops[0].found))), true)
+    return [(rows, true) for rows in found]
+
+
+def _numbers(found: np.ndarray, true: np.ndarray) -> list[float]:
+    """Of x, y, depth: mean error; error rate, %: the mean of error over true value; precision: standard deviation of the error."""
+    off = found - true
+    return [*map(mean, np.abs(off).T), *map(mean, 100 * np.abs(off / true).T), *np.std(off, axis=0).tolist()]
+
+
+def _pictures(bench: Bench, prefix: str, method: Method, stops: Sequence[Stop]) -> tuple[Picture, ...]:
+    """Figs 4 and 5, of the presses of the calibration; fig 7, of a press near the top and one far from it."""
+    paper, presses_ = _calibrated(bench, prefix, method)
+    measured = [paper.measure(field) for field in presses_.fields]
+    change = 1e3 * np.array([0.0 if one is None else one[1] for one in measured])
+    zone, depth = presses_.places(), 1e3 * presses_.depth
+    curves = [(depth[zone == k], change[zone == k]) for k in range(zone.max() + 1)]
+    seen = np.linspace(change[zone >= 0].min(), change[zone >= 0].max(), 60)
+    cubic = 1e3 * np.array([paper.calibration.cubic(np.array([1e-3 * x]))[0][0] for x in seen])
+    deep = [stop for stop in stops if np.isclose(stop.true[2], stops[-1].true[2], atol=0.1)]
+    shown = [_frame(bench.folder / prefix, stop) for stop in (deep[0], deep[len(deep) // 2])]
+    return (Picture('fig_4', 'Mean change of the four largest, over the depth, of each zone (fig 4)', partial(_draw_zones, curves)),
+            Picture('fig_5', 'The cubic through the changes of all zones (fig 5)',
+                    partial(_draw_cubic, change[zone >= 0], depth[zone >= 0], seen, cubic)),
+            Picture('fig_7', 'Images of the camera, and the contact estimated on the mesh of circles (fig 7)', partial(_draw_meshes, shown),
+                    (9.0, 7.0)))
+
+
+def _calibrated(bench: Bench, prefix: str, method: Method):
+    """The published method and the presses of its calibration."""
+    reader = PressReader(method[0], '')
+    reader.read(bench.bag('air_cushion', f'{prefix}_calibration', RATE))
+    return make_method('paper_cushion', read_touch(method[1], 'air_cushion').fitted('paper_cushion'), reader.sensor), reader.presses()
+
+
+def _frame(bag: Path, stop: Stop) -> tuple[np.ndarray, np.ndarray, Stop]:
+    """The image of a press, and the circles in it, px."""
+    with BagReader(bag) as reader:
+        for raw in reader.messages({next(topic for topic in reader.topics if topic.endswith('image_raw'))}):
+            message = decode(raw.data, raw.type_name)
+            if abs(convert.stamp_seconds(message.header) - stop.stamp_s) < 0.5 / RATE:
+                image = image_to_array(message)
+                return image, PaperCushionDetector(1).detect(image).uv, stop
+    raise BadRecording(f'{bag}: no image at {stop.stamp_s} s')
+
+
+def _draw_zones(curves: Sequence, figure) -> None:
+    axis = figure.subplots()
+    for number, (depth, change) in enumerate(curves, 1):
+        order = np.argsort(depth)
+        axis.plot(depth[order], change[order], '.-', linewidth=0.8, label=f'zone {number}')
+    axis.set(xlabel='depth, mm', ylabel='mean change, mm')
+    axis.legend(fontsize='small', ncols=2)
+
+
+def _draw_cubic(change: np.ndarray, depth: np.ndarray, seen: np.ndarray, cubic: np.ndarray, figure) -> None:
+    axis = figure.subplots()
+    axis.plot(change, depth, '.', color='grey', label='presses of the calibration')
+    axis.plot(seen, cubic, color=COLOURS[PUBLISHED], label='cubic, eq 5')
+    axis.set(xlabel='mean change, mm', ylabel='depth, mm')
+    axis.legend()
+
+
+def _draw_meshes(shown: Sequence, figure) -> None:
+    axes = figure.subplots(len(shown), 2)
+    for (left, right), (image, circles, stop) in zip(axes, shown):
+        left.imshow(image[..., ::-1])
+        near = cKDTree(circles).query(circles, 6)[1][:, 1:]
+        for k, others in enumerate(near):
+            for other in others:
+                right.plot(*circles[[k, other]].T, color='0.8', linewidth=0.6, zorder=0)
+        right.plot(*circles.T, '.', color='0.5', markersize=3)
+        right.plot(*stop.true[:2], 'o', color=COLOURS[TRUTH], fillstyle='none', markersize=10, label=TRUTH)
+        for name, found, marker in zip((PUBLISHED, OURS), stop.found, 'x+'):
+            right.plot(*found[:2], marker, color=COLOURS[name], markersize=10, label=name)
+        right.set(xlim=left.get_xlim(), ylim=left.get_ylim(), aspect='equal')
+        for axis in (left, right):
+            axis.set(xticks=[], yticks=[])
+    legend_of(figure, axes.ravel())
+
+
+def details(bench: Bench) -> Iterator[Detail]:
+    """Where the published method's error lies, by the distance from the top; what the change says of the depth; circles numbered otherwise."""
+    top = open_scene('air_cushion_zones', RATE, bench.seed).camera
+    rows, chains = [], []
+    for condition, what in CONDITIONS.items():
+        prefix = f'air_cushion_{condition}'
+        bag = bench.bag('air_cushion', prefix, RATE)
+        found = presses(bench, bag, published(bench, prefix))
+        still = [now for before, now in pairwise(found) if abs(now.true[3] - before.true[3]) < STANDS]
+        rows += _towards_top(still, what)
+        for name, change in (('SORT', {}), ('by the print', {'numbering': 'lattice', 'rows': 17, 'columns': 17})):
+            stops = _stops(presses(bench, bag, published(bench, prefix, {**PAPER, **change})), top)
+            chains.append((what, name, *_numbers(*_judged(stops)[0])[:3]))
+    yield Detail(FLANK, ('tip and zones', 'distance from the top, mm', 'error towards the top, mm', 'error across, mm'), rows,
+                 'The camera looks up from the middle: it sees the flank of the dent towards the top opened, whose circles move apart, and the '
+                 'other one foreshortened. The four largest changes lie on one side of the tip, the more, the farther it is from the top.')
+    yield Detail('numbers of the circles', ('tip and zones', 'numbered', 'x, px', 'y, px', 'depth, mm'), chains)
+    yield _relief(bench)
+
+
+def _towards_top(found: Sequence[Press], what: str) -> list[tuple]:
+    """Of zones at three distances from the top: mean distance, and mean errors towards it and across, mm."""
+    place, off = (1e3 * np.array(values)[:, :2] for values in ([press.true for press in found], [press.found[0] - press.true for press in found]))
+    away = np.hypot(*place.T)
+    inwards, across = -(off * place).sum(1) / away, (off[:, 0] * place[:, 1] - off[:, 1] * place[:, 0]) / away
+    return [(what, mean(away[part]), mean(inwards[part]), mean(np.abs(across[part]))) for part in np.array_split(np.argsort(away), 3)]
+
+
+def _relief(bench: Bench) -> Detail:
+    """How far the zones' changes at one depth lie apart, and what depth this is by the cubic."""
+    rows = []
+    for condition, what in CONDITIONS.items():
+        paper, presses_ = _calibrated(bench, f'air_cushion_{condition}', published(bench, f'air_cushion_{condition}'))
+        depth = np.round(presses_.depth, 4)
+        for deep in np.unique(depth[1:][np.diff(depth) == 0]):
+            fields = [field for field, at in zip(presses_.fields, depth) if at == deep > 0]
+            change = np.array([one[1] for one in map(paper.measure, fields) if one is not None])
+            if len(change):
+                by_cubic = 1e3 * np.array([paper.calibration.cubic(np.array([x]))[0][0] for x in change])
+                rows.append((what, 1e3 * deep, 1e3 * change.mean(), 1e3 * change.std(), mean(np.abs(by_cubic - 1e3 * deep))))
+    return Detail(RELIEF, ('tip and zones', 'depth, mm', 'mean change, mm', 'its standard deviation over the zones, mm',
+                           'error of the cubic at its own calibration, mm'), rows,
+                  'A change belongs to depths that differ from zone to zone: not even on its own calibration does one cubic reach 0.08 mm.')
