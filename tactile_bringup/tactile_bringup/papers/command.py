@@ -22,20 +22,20 @@ import cv2
 from tactile_driver.errors import tells_errors
 from tactile_perception.common.progress import in_parallel
 
-from . import finger, sheets, taxels, touchpad, wrench
+from . import dome, finger, sheets, taxels, touchpad, wrench
 from .bench import Bench, Detail, Table
 
 #: Paper -> its experiments, and what shows the causes of their figures.
 EXPERIMENTS: dict[str, tuple[Callable[[Bench], Iterator[Table]], ...]] = {
-    'areal_sensor_contact_position': (sheets.one_camera, sheets.two_cameras),
-    'air_cushion_contact': (sheets.zones,),
+    'areal_sensor_contact_position': (sheets.one_camera, sheets.filtered, sheets.two_cameras),
+    'air_cushion_contact': (dome.zones,),
     'psd_finger': (finger.static, finger.dynamic),
     'touchpad_contact_region': (touchpad.presses,),
     'taxel_array_image_processing': (taxels.localization, taxels.shapes, wrench.wrenches),
 }
 DETAILS: dict[str, tuple[Callable[[Bench], Iterator[Detail]], ...]] = {
-    'areal_sensor_contact_position': (),
-    'air_cushion_contact': (),
+    'areal_sensor_contact_position': (sheets.one_camera_details, sheets.two_cameras_details),
+    'air_cushion_contact': (dome.details,),
     'psd_finger': (finger.false_contacts,),
     'touchpad_contact_region': (touchpad.true_positions,),
     'taxel_array_image_processing': (taxels.values, wrench.areas, wrench.moments),

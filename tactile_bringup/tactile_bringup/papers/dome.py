@@ -33,13 +33,13 @@ PAPER = MappingProxyType({'touch': 'paper_cushion', 'detection': 'paper_cushion'
 #: Conditions that the paper does not give: name in the scenes' names -> width of the tip and zones, and depths.
 CONDITIONS = {'near_zones': 'a tip 16 mm wide, zones within 35 mm of the top', 'zones': 'a tip 60 mm wide, zones within 70 mm of the top'}
 FLANK, RELIEF = 'flank towards the camera', 'change that is not of depth alone'
-NOTE = ('Ten zones at 12, 20 and 28 mm; calibrated there on the way to 8, 16, 24 and 32 mm, by the same tip. Table II of the paper: the error '
-        'rate is the mean of error over true value, its accuracy is what is left to 100 %, precision the standard deviation of the errors.')
+NOTE = ('Ten zones at 12, 20 and 28 mm; calibrated there on the way to 8, 16, 24 and 32 mm, by the same tip. Table II of the paper: the '
+        'error rate is the mean of error over true value, its accuracy is what is left to 100 %, precision the standard deviation of the errors.')
 
 
 @dataclass(frozen=True)
 class Stop:
-    """A press at which the stage stands, as a row. true, found: x and y in the image, px, and depth, mm (3,); NaN where none is reported."""
+    """A press at which the stage stands. true, found: x and y in the image, px, and depth, mm (3,); NaN where none is reported."""
 
     stamp_s: float
     true: np.ndarray
@@ -180,7 +180,7 @@ def _draw_meshes(shown: Sequence, figure) -> None:
 
 
 def details(bench: Bench) -> Iterator[Detail]:
-    """Where the published method's error lies, by the distance from the top; what the change says of the depth; circles numbered otherwise."""
+    """Where the published method's error lies, and what a change says of the depth; circles numbered otherwise."""
     top = open_scene('air_cushion_zones', RATE, bench.seed).camera
     rows, chains = [], []
     for condition, what in CONDITIONS.items():
@@ -193,15 +193,16 @@ def details(bench: Bench) -> Iterator[Detail]:
             stops = _stops(presses(bench, bag, published(bench, prefix, {**PAPER, **change})), top)
             chains.append((what, name, *_numbers(*_judged(stops)[0])[:3]))
     yield Detail(FLANK, ('tip and zones', 'distance from the top, mm', 'error towards the top, mm', 'error across, mm'), rows,
-                 'The camera looks up from the middle: it sees the flank of the dent towards the top opened, whose circles move apart, and the '
-                 'other one foreshortened. The four largest changes lie on one side of the tip, the more, the farther it is from the top.')
+                 'The camera looks up from the middle: it sees the flank of the dent towards the top opened, whose circles move apart, and '
+                 'the other one foreshortened. The four largest changes lie on one side of the tip, the more, the farther it is from the top.')
     yield Detail('numbers of the circles', ('tip and zones', 'numbered', 'x, px', 'y, px', 'depth, mm'), chains)
     yield _relief(bench)
 
 
 def _towards_top(found: Sequence[Press], what: str) -> list[tuple]:
     """Of zones at three distances from the top: mean distance, and mean errors towards it and across, mm."""
-    place, off = (1e3 * np.array(values)[:, :2] for values in ([press.true for press in found], [press.found[0] - press.true for press in found]))
+    place, off = (1e3 * np.array([one(press) for press in found])[:, :2] for one in (
+        lambda press: press.true, lambda press: press.found[0] - press.true))
     away = np.hypot(*place.T)
     inwards, across = -(off * place).sum(1) / away, (off[:, 0] * place[:, 1] - off[:, 1] * place[:, 0]) / away
     return [(what, mean(away[part]), mean(inwards[part]), mean(np.abs(across[part]))) for part in np.array_split(np.argsort(away), 3)]

@@ -130,8 +130,8 @@ def filtered(bench: Bench) -> Iterator[Table]:
     numbers = [(*_means(off), mean(np.hypot(*np.diff(off[:, :2], axis=0).T)[still])) for off in errors(found)]
     names = ('x and y, mean error', 'depth, mean error', 'change of x and y from frame to frame while the tip stands, mean')
     yield Table('One camera: the Kalman filter', [Row(name, 'mm', '', *pair) for name, *pair in zip(names, *numbers)],
-                'The paper\'s method on presses and a drag at 30 frames/s. The column "ours" is the paper\'s method with the filter that its '
-                'abstract names, too (parameter paper.kalman).')
+                'Both columns are the paper\'s method, on presses and a drag at 30 frames/s; "ours" has the Kalman filter that its abstract '
+                'names, too (parameter paper.kalman).')
 
 
 def two_cameras(bench: Bench) -> Iterator[Table]:
@@ -234,10 +234,10 @@ def two_cameras_details(bench: Bench) -> Iterator[Detail]:
                  'links of the chain, two cameras')
     rows = [(what, *_of_true_depths(bench, f'{prefix}_table_2')) for prefix, what in DUAL.items()]
     head = 'true depths of all markers', 'x and y, mean error, mm', 'depth, mean error, mm', 'width of the dent at half depth, pitches'
-    yield Detail(THIN, head, rows, 'The dent of a stretched skin is a cusp with long tails, which a Gaussian does not follow: images and cubics '
-                 'add little.')
-    yield Detail(BELL, head, rows[:1], 'No camera is in this run: the height of a Gaussian through five markers of a dent that is none is off by '
-                 'so much.')
+    yield Detail(THIN, head, rows, 'The dent of a stretched skin is a cusp with long tails, which a Gaussian does not follow: images and '
+                 'cubics add little.')
+    yield Detail(BELL, head, rows[:1], 'No camera is in this run: the height of a Gaussian through five markers of a dent that is none has this '
+                 'error.')
 
 
 def _chain(bench: Bench, sensor: str, specimens: Mapping, changes: Mapping, scene: str, title: str) -> Detail:
@@ -251,8 +251,8 @@ def _chain(bench: Bench, sensor: str, specimens: Mapping, changes: Mapping, scen
 
 
 def _of_true_depths(bench: Bench, name: str) -> tuple[float, float, float]:
-    """Mean errors, mm, of x and y and of depth by eqs 8 to 13 from the true depths of all markers, and the width of the deepest dents at half
-    their depth, along x, pitches."""
+    """Mean errors, mm, of x and y and of depth by eqs 8 to 13 from the true depths of all markers, and the width of the dents at half their
+    depth, along x, pitches."""
     scene = open_dual_scene(name, RATE, bench.seed)
     shape, off, width = (scene.rows, scene.columns), [], []
     rest = scene.observe(0).truth.dot_xyz[:, :2].reshape(*shape, 2)

@@ -76,6 +76,21 @@ def test_pressed_sheet_is_in_balance_and_lies_on_the_tip(sheet, deep):
     assert places[:, 2].min() == pytest.approx(-0.009, abs=1.5e-4) and state.pressure == 0
 
 
+def test_a_thick_sheet_bends_to_a_bell_and_draws_nothing_inwards():
+    length, foundation = 6.8e-3, 0.9e6  # m, N/m^3
+    sheet = Sheet(0.090, 0.080, 0.0, np.inf, foundation * length**4, 61, foundation)
+    motion = Motion(TOOLS['ball_5mm'], [Key(0, 0.0, 0.0, 0.0), Key(1, 0.0, 0.0, 0.0005)], sheet)
+    contact = FrictionalContact(sheet, 0.4)
+    for k in range(5):
+        state = contact.step(motion.tool, motion.pose(k / 5), motion.pose((k + 1) / 5))
+    middle = state.shape[30]
+    assert -middle[:, 2].min() == pytest.approx(0.0005, abs=2e-5)
+    # Under a point load P a plate on a foundation sinks by P / (8 sqrt(k D)), to half of it at 1.3 lengths.
+    assert -state.force[:, 2].sum() == pytest.approx(8 * foundation * length**2 * 0.0005, rel=0.1)
+    assert np.interp(-0.00025, middle[30:, 2], middle[30:, 0]) == pytest.approx(1.3 * length, rel=0.08)
+    assert np.abs(state.shape - sheet.rest)[..., :2].max() < 5e-6
+
+
 @pytest.mark.full
 @pytest.mark.parametrize('depths', [(0.0, 0.009, 0.009), (0.0, 0.012, 0.006)])
 def test_the_force_of_a_press_is_that_of_its_depth_however_large_the_steps(sheet, depths):

@@ -145,8 +145,8 @@ def fit_stitching(images: tuple[np.ndarray, np.ndarray], cameras: tuple[Intrinsi
 
     images: left and right, uint8 (H, W, 3) BGR or (H, W); cameras: K (3, 3) and distortion (5,) of each; sensor: a sheet with a grid;
     polarity, detection: of the marker detector; method: of tactile_driver's stitching that makes the picture: scale and origin of the cut
-    views of 'middle', which is not metric, are those that fit the untouched grid best. The left camera has to see column 0, the right one the last column. Raises BadCalibration
-    for a pair that does not determine the stitching, BadFrame for an image without markers, BadArgument for a sensor that is not a sheet
+    views of 'middle', which is not metric, are those that fit the untouched grid best. The left camera has to see
+    column 0, the right one the last column. Raises BadCalibration for a pair that does not determine the stitching, BadFrame for an image without markers, BadArgument for a sensor that is not a sheet
     with a grid.
     """
     if not sensor.is_sheet or min(sensor.rows, sensor.columns) < 2:
@@ -219,8 +219,9 @@ def _joined(found: list[SideMarkers], sides: list[SideView], grid: np.ndarray) -
     over the markers of each half."""
     cut = _cut(sides)
     left, right = round(cut[0]), round(cut[1])
-    halves = ((found[0].uv, found[0].id, found[0].uv[:, 0] < left), (found[1].uv + [left - right, 0], found[1].id, found[1].uv[:, 0] >= right))
-    uv, id = (np.concatenate([half[k][half[2]] for half in halves]) for k in (0, 1))
+    shown = found[0].uv[:, 0] < left, found[1].uv[:, 0] >= right
+    uv = np.concatenate([found[0].uv[shown[0]], found[1].uv[shown[1]] + [left - right, 0]])
+    id = np.concatenate([markers.id[some] for markers, some in zip(found, shown)])
     place, middle = grid[id] - grid[id].mean(axis=0), uv.mean(axis=0)
     scale = float((place * (uv - middle)).sum() / (place**2).sum())
     size = left + sides[1].size[0] - right, sides[0].size[1]

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument, BadCalibration
-from tactile_perception.press.estimate import AT_EDGE, OUT_OF_RANGE
+from tactile_perception.press.estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from tactile_perception.press.field import MarkerField
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.methods import DOME_METHODS, SHEET_METHODS
-from tactile_perception.press.published import Cubics, MarkerDepths, distance_changes, four_largest, grid_point, neighbours
+from tactile_perception.press.published import (ContactFilter, Cubics, MarkerDepths, distance_changes, four_largest, grid_point, neighbours,
+                                                plate_step)
 from tactile_perception.press.sensor import MARKER_SENSORS, MarkerSensor
 from tactile_perception.press.calibration import restored, stored
 
@@ -82,6 +83,28 @@ def test_a_plate_that_tells_nothing_is_refused_by_name(wrong, message):
     small = MarkerSensor(7, 9, (PITCH, PITCH), (0.045, 0.036), type='areal_single')
     with pytest.raises(BadCalibration, match=message):
         PAPER.fit(presses([0, 30, 62], [2e-3, 4e-3], **wrong), small)
+
+
+def test_the_step_of_a_plate_is_that_of_its_stops_with_or_without_frames_on_the_way():
+    stops = np.arange(1, 7) * 1e-3
+    assert plate_step(plate(stops)) == pytest.approx(1e-3)
+    on_the_way = np.sort(np.concatenate([stops, stops, stops, stops - 0.3e-3, stops - 0.7e-3]))
+    assert plate_step(plate(on_the_way)) == pytest.approx(1e-3)
+
+
+def test_the_filter_takes_a_quarter_of_the_noise_of_a_contact_that_moves_steadily_and_forgets_one_that_ended():
+    rng, filter_, sigma, off = np.random.default_rng(0), ContactFilter(), 1e-3, []
+    for k in range(90):
+        true = np.array([1e-3 * k, -5e-4 * k, -4e-3])
+        seen = TouchEstimate(true + rng.normal(0, sigma, 3), 4e-3 + rng.normal(0, sigma), np.eye(3) * sigma**2, sigma)
+        found, = filter_.update([seen], [1], k / 30)
+        off.append((seen.position - true, found.position - true, found.depth - 4e-3, found.depth_sigma))
+    seen, found, depth, stated = (np.array(values[30:]) for values in zip(*off))
+    assert np.sqrt((found**2).mean()) < 0.78 * np.sqrt((seen**2).mean())
+    assert np.sqrt((depth**2).mean()) == pytest.approx(stated.mean(), rel=0.5)
+    filter_.update([], [], 90 / 30)
+    again = TouchEstimate(np.zeros(3), 1e-3, np.eye(3) * sigma**2, sigma)
+    assert filter_.update([again], [1], 91 / 30)[0].position == pytest.approx(np.zeros(3))
 
 
 PLACES = np.stack(np.meshgrid(np.arange(-6, 7) * 4.5e-3, np.arange(-4, 5) * 4.5e-3), -1)

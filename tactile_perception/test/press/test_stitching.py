@@ -75,6 +75,14 @@ def test_markers_stand_where_they_are_printed(pair):
     assert found.residual == pytest.approx(6e-5 * np.sqrt(2), rel=0.3)
 
 
+def test_views_cut_at_the_middle_of_their_overlap_have_one_scale_that_fits_the_grid_best(pair):
+    found = fit_stitching(pair, (KNOWN, KNOWN), SENSOR, method='middle')
+    off = errors(found, pair, printed(), SENSOR, 'middle')
+    assert 0.1e-3 < off.mean() < 1e-3  # turned and tilted views that are not rectified
+    assert make_stitcher('middle', found.stitching).size == found.stitching.size
+    assert found.stitching.scale == pytest.approx(286 / 0.046, rel=0.03)
+
+
 def test_the_seam_runs_midway_between_two_columns_that_both_see(pair):
     found = fit_stitching(pair, (KNOWN, KNOWN), SENSOR)
     x = found.stitching.place([[found.stitching.seam, 0]])[0, 0]

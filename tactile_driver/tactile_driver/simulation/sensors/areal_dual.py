@@ -71,8 +71,8 @@ _TABLE_4 = [(-0.0210, -0.0107), (-0.0010, 0.0043), (0.0231, 0.0092), (-0.0259, -
 #: The experiments of the paper.
 _PAPERS = {
     'plate': by_the_step('plate_127x87mm', [(0.0, 0.0)], *(1e-3 * mm for mm in range(1, 6))),
-    'markers': stage_presses(_TIP, on_markers((1, 3, 5, 6, 7, 8, 10, 12), (1, 3, 5, 7, 9), 14, 11, (0.0094, 0.0082)), (0.001, 0.002, 0.003),
-                             _HALF),
+    'markers': stage_presses(_TIP, on_markers((1, 4, 6, 7, 9, 12), (1, 3, 5, 7, 9), 14, 11, (0.0094, 0.0082)), (0.001, 0.002, 0.003), _HALF,
+                             3, np.random.default_rng(10)),
     'table_2': by_the_step(_TIP, _TABLE_2, 0.001, 0.002, 0.003),
     'table_4': by_the_step(_TIP, _TABLE_4, 0.003),
 }
@@ -90,7 +90,8 @@ AREAL_DUAL_SCENES: dict[str, Script] = {f'areal_dual_{name}': Script(areal_dual,
     'test': one_after_the_other(_test(np.random.default_rng(4)), pause=0.3),
     'session': one_after_the_other(session(_TIP, grid((0.047, 0.032), 4, 3), 0.0015, 0.003, 0.0045)),
     **_PAPERS,
-}.items()} | {f'areal_dual_paper_{name}': Script(partial(areal_dual, thick=True), acts) for name, acts in _PAPERS.items()} | {f'areal_dual_{name}': Script(areal_dual, acts, shutters=_FREE) for name, acts in {
+}.items()} | {f'areal_dual_paper_{name}': Script(partial(areal_dual, thick=True), acts) for name, acts in _PAPERS.items()} | {
+    f'areal_dual_{name}': Script(areal_dual, acts, shutters=_FREE) for name, acts in {
     # presses in the left view, in both views and in the right view; a drag from left to right; two fingertips
     'demo': one_after_the_other([
         partial(press, _TIP, -0.035, 0.015, 0.002, 0.005), partial(press, _TIP, 0.002, -0.010, 0.002, 0.005),

@@ -64,8 +64,8 @@ _TABLE_1 = [place for place in ((0.0130, -0.0095, 0.010), (-0.0160, 0.0055, 0.00
 #: The experiments of the paper.
 _PAPERS = {
     'plate': by_the_step('plate_57x39mm', [(0.0, 0.0)], *(1e-3 * mm for mm in range(1, 14))),
-    'markers': stage_presses(_TIP, on_markers((1, 3, 5, 6, 7, 9, 11), (1, 2, 4, 6, 7), 13, 9, (0.0045, 0.0045)), (0.003, 0.006, 0.009, 0.012),
-                             _HALF),
+    'markers': stage_presses(_TIP, on_markers((1, 4, 6, 8, 11), (1, 3, 4, 5, 7), 13, 9, (0.0045, 0.0045)), (0.003, 0.006, 0.009, 0.012),
+                             _HALF, 3, np.random.default_rng(9)),
     'table_1': by_the_step(_TIP, _TABLE_1),
     'motion': one_after_the_other([partial(press, _TIP, 0.0045, -0.0030, 0.004, 0.008, hold=0.5),
                                    partial(drag, _TIP, -0.010, 0.004, 0.006, 0.020, -0.006)]),

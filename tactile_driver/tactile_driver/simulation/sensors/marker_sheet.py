@@ -50,11 +50,15 @@ def presses(tool: str, places: list, half: tuple, deepest: float, count: int, rn
     return acts
 
 
-def stage_presses(tool: str, places: list, depths: tuple, half: tuple) -> tuple[Act, ...]:
-    """A stage presses a tool in at each of the places (x, y), m, and stops at each of the depths, m, that presses allows; as
-    specimen.by_the_step."""
+#: m: how well the tip of a stage is set over a marker, which is printed inside an opaque sheet; chosen.
+_PLACED = 1e-3
+
+
+def stage_presses(tool: str, places: list, depths: tuple, half: tuple, times: int, rng: np.random.Generator) -> tuple[Act, ...]:
+    """A stage presses a tool in at each of the places (x, y), m, so many times, as well as it is set there, and stops at each of the
+    depths, m, that presses allows; as specimen.by_the_step."""
     acts = []
-    for x, y in places:
+    for x, y in np.repeat(places, times, axis=0) + rng.normal(0, _PLACED, (len(places) * times, 2)):
         limit = 0.85 * min(half[0] - abs(x), half[1] - abs(y))
         acts.append(partial(press, tool, x, y, *(depth for depth in depths if depth <= limit), move=0.25, hold=0.25))
     return one_after_the_other(acts, untouched=1.75, pause=0.5)
