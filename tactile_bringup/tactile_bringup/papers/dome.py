@@ -34,7 +34,8 @@ PAPER = MappingProxyType({'touch': 'paper_cushion', 'detection': 'paper_cushion'
 CONDITIONS = {'near_zones': 'a tip 16 mm wide, zones within 35 mm of the top', 'zones': 'a tip 60 mm wide, zones within 70 mm of the top'}
 FLANK, RELIEF = 'flank towards the camera', 'change that is not of depth alone'
 NOTE = ('Ten zones at 12, 20 and 28 mm; calibrated there on the way to 8, 16, 24 and 32 mm, by the same tip. Table II of the paper: the '
-        'error rate is the mean of error over true value, its accuracy is what is left to 100 %, precision the standard deviation of the errors.')
+        'error rate is the mean of error over true value, its accuracy is what is left to 100 %, precision the standard '
+        'deviation of the errors. Ours has the calibration that ships, of the tip 60 mm wide.')
 
 
 @dataclass(frozen=True)
@@ -194,7 +195,7 @@ def details(bench: Bench) -> Iterator[Detail]:
             chains.append((what, name, *_numbers(*_judged(stops)[0])[:3]))
     yield Detail(FLANK, ('tip and zones', 'distance from the top, mm', 'error towards the top, mm', 'error across, mm'), rows,
                  'The camera looks up from the middle: it sees the flank of the dent towards the top opened, whose circles move apart, and '
-                 'the other one foreshortened. The four largest changes lie on one side of the tip, the more, the farther it is from the top.')
+                 'the other one foreshortened. The four largest changes lie on one side of the tip, more so farther from the top.')
     yield Detail('numbers of the circles', ('tip and zones', 'numbered', 'x, px', 'y, px', 'depth, mm'), chains)
     yield _relief(bench)
 

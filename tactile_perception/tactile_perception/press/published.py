@@ -225,8 +225,7 @@ def _lines(depth, places, row, column):
         yield places[line][:, axis], depth[line]
 
 
-QUIET = 2.0     # detection threshold over the greatest depth, or change of distance, in untouched frames. Chosen
-LEAST = 2e-4    # m, least detection threshold. Chosen
+MIN_THRESHOLD = 2e-4  # m, of depth and of change of distance. The papers have no threshold: here it is the maximum of the untouched frames
 
 
 @dataclass(frozen=True)
@@ -268,7 +267,7 @@ def calibrate_paper(presses: Presses, sensor: MarkerSensor, _known: PaperCalibra
         check_plate(presses.plate, sensor)
     depths = MarkerDepths.fit(presses, min(sensor.pitch))
     still = [np.nanmax(depths.depths(field)[0], initial=0.0) for field, on in zip(presses.fields, presses.touching) if not on]
-    found = PaperCalibration(depths, float(max(QUIET * max(still, default=0.0), LEAST)), np.nan, np.nan)
+    found = PaperCalibration(depths, float(max([*still, MIN_THRESHOLD])), np.nan, np.nan)
     return replace(found, **rms_errors(PaperTouch(found, sensor), presses))
 
 
@@ -396,6 +395,6 @@ def calibrate_cushion(presses: Presses, sensor: MarkerSensor, _known: CushionCal
     cubic = Cubics.fit(change[presses.touching, None], presses.depth[presses.touching])
     if np.isnan(cubic.low).any():
         raise BadCalibration('the distances between markers do not change with depth; check the presses\' depths')
-    quiet = float(max(QUIET * change[~presses.touching].max(initial=0.0), LEAST))
+    quiet = float(change[~presses.touching].max(initial=MIN_THRESHOLD))
     found = CushionCalibration(rest, camera_centres, cubic, quiet, np.nan, np.nan)
     return replace(found, **rms_errors(PaperCushion(found, sensor), presses))

@@ -145,9 +145,9 @@ def fit_stitching(images: tuple[np.ndarray, np.ndarray], cameras: tuple[Intrinsi
 
     images: left and right, uint8 (H, W, 3) BGR or (H, W); cameras: K (3, 3) and distortion (5,) of each; sensor: a sheet with a grid;
     polarity, detection: of the marker detector; method: of tactile_driver's stitching that makes the picture: scale and origin of the cut
-    views of 'middle', which is not metric, are those that fit the untouched grid best. The left camera has to see
-    column 0, the right one the last column. Raises BadCalibration for a pair that does not determine the stitching, BadFrame for an image without markers, BadArgument for a sensor that is not a sheet
-    with a grid.
+    views of 'middle', which is not metric, are those that fit the untouched grid best. The left camera has to see column 0, the right one
+    the last column. Raises BadCalibration for a pair that does not determine the stitching, BadFrame for an image without markers,
+    BadArgument for a sensor that is not a sheet with a grid.
     """
     if not sensor.is_sheet or min(sensor.rows, sensor.columns) < 2:
         raise BadArgument(f'stitching needs a sheet with a printed grid, not {sensor}')

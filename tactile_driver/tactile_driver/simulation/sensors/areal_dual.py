@@ -70,7 +70,7 @@ _TABLE_4 = [(-0.0210, -0.0107), (-0.0010, 0.0043), (0.0231, 0.0092), (-0.0259, -
 
 #: The experiments of the paper.
 _PAPERS = {
-    'plate': by_the_step('plate_127x87mm', [(0.0, 0.0)], *(1e-3 * mm for mm in range(1, 6))),
+    'plate': by_the_step('plate_127x87mm', [(0.0, 0.0)], 0.001, 0.002, 0.003),  # as deep as the presses
     'markers': stage_presses(_TIP, on_markers((1, 4, 6, 7, 9, 12), (1, 3, 5, 7, 9), 14, 11, (0.0094, 0.0082)), (0.001, 0.002, 0.003), _HALF,
                              3, np.random.default_rng(10)),
     'table_2': by_the_step(_TIP, _TABLE_2, 0.001, 0.002, 0.003),
