@@ -235,10 +235,10 @@ def two_cameras_details(bench: Bench) -> Iterator[Detail]:
                  'links of the chain, two cameras')
     rows = [(what, *_of_true_depths(bench, f'{prefix}_table_2')) for prefix, what in DUAL.items()]
     head = 'true depths of all markers', 'x and y, mean error, mm', 'depth, mean error, mm', 'width of the dent at half depth, pitches'
-    yield Detail(THIN, head, rows, 'No camera is in this run. The dent of a stretched skin is a cusp with long tails, which a Gaussian does not '
-                 'follow.')
-    yield Detail(TILT, head, rows[:1], 'With the true depths of all markers nearly nothing of the error in x and y is left: it comes from their '
-                 'depths by area and displacement, which are those of a flat plate, while a tip tilts the markers beside it.')
+    yield Detail(THIN, head, rows, 'No camera is in this run. The dent of a stretched skin is a cusp with long tails, which a Gaussian '
+                 'does not follow.')
+    yield Detail(TILT, head, rows[:1], 'With the true depths of all markers nearly nothing of the error in x and y is left: it comes from '
+                 'their depths by area and displacement, which are those of a flat plate, while a tip tilts the markers beside it.')
     yield Detail(BELL, head, rows[:1], 'No camera is in this run: the height of a Gaussian through five markers of a dent that is none has '
                  'this error.')
 
