@@ -225,7 +225,7 @@ def _lines(depth, places, row, column):
         yield places[line][:, axis], depth[line]
 
 
-MIN_THRESHOLD = 2e-4  # m, of depth and of change of distance. The papers have no threshold: here it is the maximum of the untouched frames
+MIN_THRESHOLD = 2e-4  # m, of depth and of change of distance. Thresholds are ours: of a sheet, the maximum of untouched frames
 
 
 @dataclass(frozen=True)
@@ -307,6 +307,7 @@ class ContactFilter:
         return stamp_s, mean + gain.T * (seen - mean[0]), covariance - gain[:, :, None] * covariance[:, :1, :]
 
 
+QUIET = 2.0  # detection threshold of a dome over the maximum change of distance in untouched frames. Chosen
 NEAREST, LARGEST = 5, 4  # neighbours; changes (eq 2)
 RANGE = 3.0   # pitches from the largest change within which the others are searched; the paper gives no number. Chosen
 
@@ -395,6 +396,6 @@ def calibrate_cushion(presses: Presses, sensor: MarkerSensor, _known: CushionCal
     cubic = Cubics.fit(change[presses.touching, None], presses.depth[presses.touching])
     if np.isnan(cubic.low).any():
         raise BadCalibration('the distances between markers do not change with depth; check the presses\' depths')
-    quiet = float(change[~presses.touching].max(initial=MIN_THRESHOLD))
+    quiet = float(max(QUIET * change[~presses.touching].max(initial=0.0), MIN_THRESHOLD))
     found = CushionCalibration(rest, camera_centres, cubic, quiet, np.nan, np.nan)
     return replace(found, **rms_errors(PaperCushion(found, sensor), presses))
