@@ -34,6 +34,8 @@ TOUCHPAD_RECORDINGS = ('tp_rect_drag', 'tp_ring_press', 'tp_disc_twist', 'tp_two
 SHEETS = {'areal_single': 'as', 'areal_dual': 'ad', 'air_cushion': 'ac'}  # sensor -> prefix of its recordings
 SHALLOWEST = {'areal_single': 0.3e-3, 'areal_dual': 1e-3, 'air_cushion': 8e-3}  # m: shallower presses are not judged
 PAPERS_MARKERS = {'paper': 'paper_areal', 'paper_cushion': 'paper_cushion'}  # contact method: marker detection of the same paper
+#: The rest of its chain; SORT, which numbers a dome's circles, needs 20 frames/s, which these scenes do not have.
+PAPERS_CHAIN = {'paper': {'numbering': 'paper', 'stitching': 'middle'}, 'paper_cushion': {}}
 TAXEL_RECORDINGS = ('static_ring', 'incipient_rect', 'rotate_rect', 'grip_hold')
 FARTHEST = np.radians(61.0)  # from the finger's pole
 
@@ -151,7 +153,7 @@ def sheet(sensor: str, folder: Path, from_recordings: bool) -> Subject:
         calibrate_markers([presses.bag], presses.params, model := folder / 'model.yaml', only='model')
         methods = {'model': (model, {'touch': 'model'})}
         if of_paper:
-            changes = {'touch': paper, 'detection': PAPERS_MARKERS[paper]}
+            changes = {'touch': paper, 'detection': PAPERS_MARKERS[paper], **PAPERS_CHAIN[paper]}
             params, file = write_parameters(folder / 'paper.yaml', changes, of_paper.params), folder / 'paper_calibration.yaml'
             fit_published(sensor, [of_paper.bag], params, file, paper, plate and plate.bag)
             methods[paper] = (file, changes)
