@@ -18,10 +18,10 @@ run_tests = mkdir -p out && source ./setup.bash && python3 -m pytest $(TESTS) --
 help:
 	@echo 'make demo   a simulated touchpad is pressed: dots, contact region, numbers, pictures in out/'
 	@echo '            make demo SOURCE=file PATH_TO=video.avi   the same on a recording, or on a file of a pressure array (.csv, .npz)'
-	@echo 'make test   what needs no process, and the demo: within 4 minutes; the report goes to out/test-results.xml'
+	@echo 'make test   the quick tests, and the demo; the report goes to out/test-results.xml'
 	@echo '            make test TESTS=tactile_driver/test PYTEST="-k dots -x"   some of them'
-	@echo 'make test-full   all tests: about 20 minutes'
-	@echo 'make test-hardware   the drivers on cameras and serial adapters of a real kernel, in QEMU: about 5 minutes; out/hardware.jsonl'
+	@echo 'make test-full   all tests but those that are marked slow'
+	@echo 'make test-hardware   the drivers on cameras and serial adapters of a real kernel, in QEMU; the report goes to out/hardware.jsonl'
 	@echo 'make sanitize  the tests of the compiled kernels, with checks of addresses and of undefined behaviour'
 	@echo 'make lint   style and spelling alone'
 	@echo 'make clean  takes away what make and setup.bash built, the environment included'

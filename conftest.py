@@ -34,7 +34,7 @@ else:
 collect_ignore_glob = [] if importlib.util.find_spec('rclpy') else ['test/[!s]*', 'test/stability*']
 TOP = pathlib.Path(__file__).resolve().parent / 'test'
 #: What `make test` runs of the tests that need more than one package; all others of them have the marker `full`.
-QUICK = (TOP / 'style', TOP / 'launch' / 'test_demo.py')
+QUICK = (TOP / 'style', TOP / 'launch' / 'test_demo.py', TOP / 'docs' / 'test_runs.py')
 
 
 def pytest_collection_modifyitems(config, items):

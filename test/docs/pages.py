@@ -43,6 +43,28 @@ def indented_commands(page: Path) -> list[str]:
     return list(dict.fromkeys(line for line in lines if line.split(' ')[0] in ('ros2', 'make', 'python3')))
 
 
+#: First words of commands. In back quotes, one of these alone is a name, not a command.
+PROGRAMS = ('CASES="unbound', 'colcon', 'cp', 'ffmpeg', 'ls', 'make', 'mcap', 'pre-commit', 'python3', 'ros2', 'rosdep', 'sed', 'source',
+            'sudo', 'v4l2-ctl')
+
+
+def listed_commands(page: Path) -> list[str]:
+    """The commands of a page that are not in its sh blocks, each once, without their remarks: indented by four, in other blocks of text,
+    and those of `make` and `python3` in back quotes."""
+    text = re.sub(r'^```(?!text|\n)\w+\n.*?^```$', '', page.read_text(), flags=re.MULTILINE | re.DOTALL)
+    blocks = [line for block in re.findall(r'^```(?:text)?\n(.*?)^```$', text, re.MULTILINE | re.DOTALL) for line in block.splitlines()]
+    indented = [line for line in text.splitlines() if line.startswith('    ')]
+    quoted = [word for word in re.findall(r'`([^`\n]+)`', prose(page)) if re.match(r'(make|python3|CASES=\S*) \S', word)]
+    lines = (line.split(' #')[0].strip() for line in [*indented, *blocks, *quoted])
+    return list(dict.fromkeys(line for line in lines if line.split(' ')[0] in PROGRAMS))
+
+
+def helped_commands() -> list[str]:
+    """The commands that the Makefile's help shows."""
+    shown = re.findall(r"@echo '([^']*)'", (ROOT / 'Makefile').read_text())
+    return [re.split(r' {2,}', line.strip())[0] for line in shown]
+
+
 def prose(page: Path) -> str:
     """The text of a page without its fenced blocks."""
     return re.sub(r'^```.*?^```$', '', page.read_text(), flags=re.MULTILINE | re.DOTALL)

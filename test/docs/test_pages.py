@@ -2,14 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The pages of the documentation, run from top to bottom as a reader would: what goes on runs until the end of its block, the rest is
 waited for."""
-import os
-import signal
-import subprocess
-import time
-from pathlib import Path
-
 import pytest
 from pages import PAGES, blocks, files
+from session import Session
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1800)]
 
@@ -26,81 +21,3 @@ def test_every_command_of_the_page_works(page, tmp_path):
                     session.run(command)
             finally:
                 session.end_block()
-
-
-_READY_S, _PATIENCE_S, _TOOL_S = 8.0, 60.0, 900.0
-_LASTING = ('ros2 launch', 'python3 ')
-
-
-class Session:
-    """A reader's terminals, all in one folder."""
-
-    def __init__(self, folder: Path):
-        self._folder = folder
-        self._environment = {**os.environ, 'PYTHONUNBUFFERED': '1'}
-        self._running: list[tuple[str, subprocess.Popen, Path]] = []
-        self._count = 0
-
-    def run(self, command: str) -> None:
-        """One line. Raises AssertionError, with what was printed, where it fails."""
-        if command.startswith(_LASTING) or ' run ' in command and ('_emulator' in command or '_node ' in command):
-            self._begin(command)
-        elif command.startswith('ros2 topic hz'):
-            self._measure(command)
-        elif command.startswith('ros2') and ' run ' not in command:
-            self._ask(command)
-        else:
-            found = self._called(command, _TOOL_S)
-            assert found.returncode == 0, f'{command}\n{found.stdout[-2000:]}\n{found.stderr[-2000:]}{self._said()}'
-
-    def _called(self, command: str, limit: float) -> subprocess.CompletedProcess:
-        return subprocess.run(['bash', '-c', command], cwd=self._folder, env=self._environment, capture_output=True, text=True,
-                              timeout=limit)
-
-    def _ask(self, command: str) -> None:
-        """Again until the nodes are there: a busy machine takes long to start them."""
-        end = time.monotonic() + _PATIENCE_S
-        while (found := self._called(command, _PATIENCE_S)).returncode != 0 and time.monotonic() < end:
-            time.sleep(1.0)
-        assert found.returncode == 0, f'{command}\n{found.stdout[-2000:]}\n{found.stderr[-2000:]}{self._said()}'
-
-    def _start(self, command: str) -> tuple[subprocess.Popen, Path]:
-        self._count += 1
-        log = self._folder / f'{self._count}.log'
-        with log.open('w') as out:
-            process = subprocess.Popen(['bash', '-c', f'exec {command}'], cwd=self._folder, env=self._environment, stdin=subprocess.PIPE,
-                                       stdout=out, stderr=subprocess.STDOUT, start_new_session=True)
-        return process, log
-
-    def _begin(self, command: str) -> None:
-        process, log = self._start(command)
-        self._running.append((command, process, log))
-        time.sleep(2.0 if '_emulator' in command else _READY_S)
-        assert process.poll() is None, f'{command} has ended by itself\n{log.read_text()[-3000:]}'
-
-    def _measure(self, command: str) -> None:
-        process, log = self._start(command)
-        end = time.monotonic() + _PATIENCE_S
-        while 'average rate' not in log.read_text() and time.monotonic() < end:
-            time.sleep(0.2)
-        os.killpg(process.pid, signal.SIGINT)
-        process.wait(20)
-        assert 'average rate' in log.read_text(), f'{command} measured nothing{self._said()}'
-
-    def end_block(self) -> None:
-        """Ctrl-C for what still runs, the last first; it has to end cleanly, without a traceback."""
-        ended, self._running = self._running[::-1], []
-        failed = []
-        for command, process, log in ended:
-            os.killpg(process.pid, signal.SIGINT)
-            try:
-                code = process.wait(40)
-            except subprocess.TimeoutExpired:
-                os.killpg(process.pid, signal.SIGKILL)
-                code = 'none'
-            if code != 0 or 'Traceback' in log.read_text():
-                failed.append(f'{command}: exit code {code}\n{log.read_text()[-3000:]}')
-        assert not failed, '\n'.join(failed)
-
-    def _said(self) -> str:
-        return ''.join(f'\n--- {command}\n{log.read_text()[-2000:]}' for command, _, log in self._running)

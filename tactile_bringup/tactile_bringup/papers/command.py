@@ -82,10 +82,11 @@ def main(args: list[str] | None = None) -> int:
                         'changed at a time')
     parser.add_argument('--report', type=Path, metavar='DIR', help='folder for papers.md and the figures, or details.md')
     parser.add_argument('--bags', type=Path, metavar='DIR', help='folder where bags are kept for the next time; else they are made anew')
+    parser.add_argument('--quick', action='store_true', help='a part of each scene, to see that it runs')
     given = parser.parse_args(args)
     with contextlib.nullcontext(given.bags) if given.bags else TemporaryDirectory() as folder:
         Path(folder).mkdir(parents=True, exist_ok=True)
-        tables = run(given.paper or list(EXPERIMENTS), Bench(Path(folder)), given.details)
+        tables = run(given.paper or list(EXPERIMENTS), Bench(Path(folder), given.quick), given.details)
     print(report(tables))
     if given.report:
         print(f'written to {given.report}: {", ".join(write(tables, given.report, "details.md" if given.details else "papers.md"))}')

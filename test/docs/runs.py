@@ -1,0 +1,142 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""How each command of the pages is run in a test, and the only ones that are not, with the reason.
+
+The first row whose expression fits the beginning of a command counts.
+"""
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+ENDS, LASTS, ANSWERED = 'ends', 'lasts', 'answered'
+
+
+@dataclass(frozen=True)
+class Run:
+    """How some commands are run.
+
+    expression : of the beginning of the commands.
+    how : ENDS with exit code 0; LASTS until Ctrl-C, with nodes, and ends cleanly then; ANSWERED by a node of the command beside.
+    more : words that are added, so that it takes a minute at most.
+    change : (old, new), for what the page leaves to the reader; @ is the folder with the files that stand for the reader's.
+    writes : file that it writes.
+    prints : expression in what it prints.
+    is_quick : it takes seconds, and `make test` runs it.
+    beside : command that runs meanwhile.
+    is_in_checkout : it runs in the checkout itself, not in a folder of its own.
+    """
+
+    expression: str
+    how: str = ENDS
+    more: str = ''
+    change: tuple[str, str] = ('', '')
+    writes: str = ''
+    prints: str = ''
+    is_quick: bool = False
+    beside: str = ''
+    is_in_checkout: bool = False
+
+    def command(self, shown: str) -> str:
+        """What is run of what a page shows."""
+        return shown.replace(*self.change) + self.more if self.change[0] else shown + self.more
+
+
+LAUNCH, NODE = r'ros2 launch tactile_bringup ', r'ros2 run tactile_perception '
+PALM = ('ros2 launch tactile_bringup calibrate.launch.py type:=areal_single namespace:=/palm source:=device device:=0 probe:=tool0_tip '
+        'output:=my_palm.yaml mounting:="0.4 0.1 0.05 0 0 0" base:=base_link')
+MAT = ('ros2 launch tactile_bringup calibrate.launch.py type:=taxel_array namespace:=/mat source:=device device:=/dev/ttyACM0 '
+       'weights:="5 10 20 10 5 0" output:=my_mat.yaml')
+TOUCHPAD_SIM = 'ros2 launch tactile_bringup touchpad.launch.py'
+FEW = ' TESTS=test/style/test_sources.py PYTEST="-k licence_header"'  # tests that take a second, in place of all
+PASSED = r'\d+ passed'
+TABLE = r'^\|.*\|$'
+
+RUNS = (
+    # make: the targets themselves, on one test in place of all
+    Run(r'make demo SOURCE=bag', writes='@/played/demo.mp4', is_in_checkout=True,
+        change=('PATH_TO=out/demo_bag', 'PATH_TO=@/short_bag OUT=@/played')),
+    Run(r'make demo SOURCE=file PATH_TO=grasp.csv', is_in_checkout=True, change=('PATH_TO=grasp.csv OUT=out/grasp PARAMS=my_array.yaml',
+                                                                             'PATH_TO=@/grasp.csv OUT=@/grasp PARAMS=@/my_array.yaml'),
+        writes='@/grasp/demo.mp4'),
+    Run(r'make demo SOURCE=file PATH_TO=press.avi PARAMS', is_in_checkout=True, writes='@/press/demo.mp4',
+        change=('PATH_TO=press.avi PARAMS=my_video.yaml', 'PATH_TO=@/press.avi PARAMS=@/my_video.yaml OUT=@/press')),
+    Run(r'make demo SOURCE=file PATH_TO=press.avi OUT', is_in_checkout=True, writes='@/press/demo.mp4',
+        change=('PATH_TO=press.avi OUT=out/press', 'PATH_TO=@/press.avi OUT=@/press')),
+    Run(r'make demo SOURCE=file PATH_TO=video.avi', is_in_checkout=True, writes='@/press/demo.mp4',
+        change=('video.avi', '@/press.avi PARAMS=@/my_video.yaml OUT=@/press')),
+    Run(r'make demo$', is_in_checkout=True, more=' OUT=@/demo', writes='@/demo/demo.mp4'),
+    Run(r'make test TESTS="?tactile_driver/test"?', is_in_checkout=True, change=('-k dots -x', '-k no_such_test_at_all --co; true'),
+        prints=r'deselected'),
+    Run(r'make (test|test-full)$', is_in_checkout=True, more=FEW, prints=PASSED, is_quick=True),
+    Run(r'make test-full PYTEST="-m slow"', is_in_checkout=True,
+        change=('-m slow', '-m slow --collect-only -q'), prints=r'tests? collected'),
+    Run(r'make test-full TESTS=\S+( PYTEST="-m slow")?', is_in_checkout=True, change=(' PYTEST="-m slow"', ''),
+        more=' PYTEST="--collect-only -q"', prints=r'tests? collected'),
+    Run(r'make lint$', is_in_checkout=True, more=' PYTEST="-k licence_header"', prints=PASSED, is_quick=True),
+    Run(r'source setup.bash$', is_in_checkout=True, more=' && ros2 pkg list', prints='tactile_bringup', is_quick=True),
+    # benchmarks
+    Run(r'python3 test/benchmark/run.py.*--recorded', more=' --quick', prints=TABLE),
+    Run(r'python3 test/benchmark/run.py --compare', change=('--compare out/benchmark/benchmark.json',
+                                                            '--quick --part finger --compare @/finger.json; test $? -le 1'),
+        prints=r'worse than before|nothing is slower'),
+    Run(r'python3 test/benchmark/run.py --quick$', writes='out/benchmark/benchmark.png'),
+    Run(r'python3 test/benchmark/run.py', more=' --quick', prints=TABLE),
+    Run(r'python3 test/benchmark/live.py', more=' --quick --duration 5', prints=r'\| (thumb|tip) \| \d+ \| [\d.]+ /'),
+    Run(r'python3 test/benchmark/sheets.py( --sensor \w+)?$', more=' --specimens 1 --rows press', prints=r'\| 0, press'),
+    Run(r'python3 test/benchmark/sheets.py --rows', change=('two_0.2 two_1.0', 'two_0.2 --specimens 1'), prints=r'\| 0, two_0.2'),
+    Run(r'python3 test/benchmark/taxel_latency.py 1', more=' drag', prints=r'macro F1'),
+    Run(r'python3 test/benchmark/gels.py', change=('gels.py 5', 'gels.py 1'), prints=r'middle mm'),
+    Run(r'python3 test/benchmark/fit_contact_score.py', more=' --scenes 2', writes='out/border_network.npz'),
+    Run(r'python3 test/benchmark/judged.py', prints=r'F1|position|place'),
+    Run(r'python3 test/benchmark/taxel_slip.py FOLDER', change=('FOLDER', '$TACTILE_RECORDINGS'), prints=r'frames, [\d.]+% slip'),
+    Run(r'ros2 run tactile_bringup papers', more=' --quick', prints=r'the paper reports'),
+    # tools
+    Run(r'ros2 run tactile_bringup simulate camera demo', writes='out/demo_bag/metadata.yaml', change=('--rate 15', '--rate 2')),
+    Run(r'ros2 run tactile_bringup simulate camera pins_calib', writes='out/pins/metadata.yaml'),
+    Run(r'ros2 run tactile_perception calibrate out/pins', writes='out/pins.yaml',
+        change=('ros2 run', 'ros2 run tactile_bringup simulate camera pins_calib out/pins --rate 4 && ros2 run')),
+    Run(r'ros2 run tactile_perception calibrate BAG', change=('BAG... --params PARAMS.yaml', '@/finger_bag --params @/FINGER.yaml'),
+        writes='CALIBRATION.yaml'),
+    Run(r'ros2 run tactile_perception convert_recording', change=('FOLDER', '$TACTILE_RECORDINGS/simulated/psd_grid25'),
+        writes='BAG/metadata.yaml', is_quick=True),
+    Run(r'cp ', writes='my_array.yaml', is_quick=True),
+    Run(r'sed ', writes='thumb_psd.policy.xml', is_quick=True),
+    # nodes and launch files; a device that is not there is waited for
+    Run(LAUNCH + r'calibrate.launch.py type:=taxel_array', LASTS),
+    Run(LAUNCH + r'calibrate.launch.py', LASTS),
+    Run(r'ros2 service call /palm/calibrate_node/undo', ANSWERED, beside=PALM),
+    Run(r'ros2 service call /mat/calibrate_node/next', ANSWERED, beside=MAT),
+    Run(r'ros2 service call /touchpad/camera_node/change_state', ANSWERED, beside=TOUCHPAD_SIM),
+    Run(LAUNCH + r'\w+.launch.py .*source:=(file|bag)'),
+    Run(LAUNCH, LASTS),
+    Run(r'ros2 run tactile_bringup sensor_nodes', LASTS, change=('FILE', '@/FINGER.yaml')),
+    Run(NODE + r'(dot_tracker_node|contact_region_node)', LASTS, change=('PARAMS.yaml', '@/PARAMS.yaml')),
+)
+
+#: Commands that no test runs, and why.
+NOT_RUN = {
+    r'rosdep install': 'installs Debian packages from the network, as root; test/style/test_packages.py checks each key',
+    r'colcon (build|test)': 'builds a whole workspace of a user; setup.bash makes the same call of colcon, and each package is tested here',
+    r'source install/setup.bash': 'belongs to the workspace of colcon build',
+    r'make clean': 'takes away the environment that the tests run in',
+    r'(CASES=.* )?make test-hardware': 'boots a machine in QEMU; test/hardware is that test',
+    r'make sanitize': 'compiles the kernels anew with checks: minutes; the continuous integration runs it',
+    r'ffmpeg ': 'not installed in every environment; makes a picture of the documentation',
+    r'python3 test/benchmark/pins.py FOLDER': 'needs a data set of others, which is not shipped',
+    r'ros2 bag ': "ROS 2's own verb, absent where setup.bash made the environment; test/environment/test_rosbag2_py.py tests the bags",
+    r'mcap ': 'a program of others',
+    r'ros2 security ': "ROS 2's own verb, absent where setup.bash made the environment; test/faults/test_policies.py tests the policies",
+    r'ros2 run tactile_driver psd_node .*--enclave': 'needs the keys of ros2 security',
+    r'v4l2-ctl|ls -l /dev/|sudo ': 'looks at devices, or changes the machine as root',
+}
+
+
+def run_of(command: str) -> Run | None:
+    """How a command is run."""
+    return next((run for run in RUNS if re.match(run.expression, command)), None)
+
+
+def reason_of(command: str) -> str:
+    """Why no test runs a command; '' for one that is run."""
+    return next((reason for expression, reason in NOT_RUN.items() if re.match(expression, command)), '')
