@@ -118,8 +118,8 @@ def touchpad(quick: bool, from_recordings: bool, bags: Path) -> Callable[[int], 
     if from_recordings:
         cases = {VGA: [recorded(folder, name, 'touchpad') for name in TOUCHPAD_RECORDINGS]}
     else:
-        cases = {size: [touchpad_scene(folder, name, 5.0 if quick else 10.0, SIZES[size])
-                        for name in ('rectangle_drag', 'ring_press', 'disc_twist')] for size in ('320 x 240', VGA)}
+        names, sizes = (('rectangle_drag',), (VGA,)) if quick else (('rectangle_drag', 'ring_press', 'disc_twist'), ('320 x 240', VGA))
+        cases = {size: [touchpad_scene(folder, name, 5.0 if quick else 10.0, SIZES[size]) for name in names] for size in sizes}
     methods = {name: (None, changes) for name, changes in TOUCHPAD_METHODS.items()}
     ours = dict.fromkeys(set(methods) - {'membrane'}, 'depth')  # the paper estimates none
     return all_of([Subject('touchpad', [[case] for case in some], methods, touchpad_figures, size, unknown=ours)
@@ -206,7 +206,7 @@ def taxels(quick: bool, from_recordings: bool, bags: Path) -> Callable[[int], It
         zero, flat, *cases = (recorded(folder, f'tac_{name}', sensor) for name in ('cal_zero', 'cal_flat', *TAXEL_RECORDINGS))
         calibration = calibrated(flat, sensor, folder / 'calibration.yaml', [zero.bag])
     else:
-        names = ('drag', 'grip') if quick else ('demo', 'drag', 'turn', 'grip', 'ring')
+        names = ('drag',) if quick else ('demo', 'drag', 'turn', 'grip', 'ring')
         cases = [simulated(folder, name, sensor, 50.0) for name in names]
         calibration = Path(share('calibration', 'taxel_array_sim.yaml'))
     methods = {method: (calibration, {'method': method}) for method in ('mechanics', 'paper')}
