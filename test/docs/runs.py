@@ -109,6 +109,7 @@ RUNS = (
     Run(r'ros2 service call /mat/calibrate_node/next', ANSWERED, beside=MAT),
     Run(r'ros2 service call /touchpad/camera_node/change_state', ANSWERED, beside=TOUCHPAD_SIM),
     Run(LAUNCH + r'\w+.launch.py .*source:=(file|bag)'),
+    Run(LAUNCH + r'.* calibration:=my_pad.yaml', LASTS, change=(' calibration:=my_pad.yaml', '')),  # docs/touchpad.md makes one, and is run
     Run(LAUNCH, LASTS),
     Run(r'ros2 run tactile_bringup sensor_nodes', LASTS, change=('FILE', '@/FINGER.yaml')),
     Run(NODE + r'(dot_tracker_node|contact_region_node)', LASTS, change=('PARAMS.yaml', '@/PARAMS.yaml')),

@@ -42,8 +42,8 @@ def files(tmp_path_factory):
     """Folder of what stands for the reader's own files."""
     folder = tmp_path_factory.mktemp('files')
     share = ROOT / 'tactile_bringup'
-    for name, source in {'my_pad.yaml': 'params/touchpad_sim.yaml', 'my_video.yaml': 'params/marker_video.yaml',
-                         'my_array.yaml': 'params/pressure_array_14x6.yaml', 'PARAMS.yaml': 'params/touchpad_sim.yaml',
+    for name, source in {'my_video.yaml': 'params/marker_video.yaml', 'my_array.yaml': 'params/pressure_array_14x6.yaml',
+                         'PARAMS.yaml': 'params/touchpad_sim.yaml',
                          'FINGER.yaml': 'params/psd_finger_sim.yaml'}.items():
         shutil.copy(share / source, folder / name)
     hand = [{'name': 'thumb', 'type': 'touchpad', 'device': 'SERIAL'}, {'name': 'tip', 'type': 'psd_finger', 'device': 'usb-if00'}]
