@@ -286,8 +286,9 @@ class TaxelMarkers(MarkerSet):
         (2,), m."""
         values = grey_to_array(image, 'taxel image').astype(np.float32)
         full, pitch, (rows, columns) = self._sizes['full_value'], self._size, values.shape
-        self._add('plate', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), self._tones[0],
-                  _TWO_TRIANGLES * [columns * pitch, rows * pitch, 0.0] - [0.0, 0.0, 2 * _UNDER])  # lit as the cells are
+        corners = _TWO_TRIANGLES * [columns * pitch, rows * pitch, 0.0] - [0.0, 0.0, 2 * _UNDER]
+        plate = self._add('plate', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), self._tones[0], corners)
+        plate.colors = [self._tones[0]] * len(corners)  # RViz shades a list without colours of its corners
         row, column = np.nonzero(values > _FAINT * full)
         if len(row):
             places = np.column_stack([(column - 0.5 * (columns - 1)) * pitch, (row - 0.5 * (rows - 1)) * pitch, np.full(len(row), -_UNDER)])
