@@ -41,8 +41,7 @@ _PIN_DOME = ('# A dome of pins over a camera, as TacTip with 127 or 331 of them,
              '# Distances are not public: put in yours as gel.pitch. Until then no area is reported.\n')
 _GELSIGHT_MINI = ('# GelSight Mini with its gel with dots: contact region, contacts, wrench.\n'
                   "# The pitch is from the maker's software, 0.0634 mm a pixel of 320 x 240, in which the dots are 31 px apart.\n"
-                  '# Thickness and modulus are not public: put in yours (docs/gel.md). Until then no force is reported,\n'
-                  '# and the thickness is a guess.\n')
+                  '# Thickness and modulus are not public: put in yours (docs/gel.md). Until then force and depth are NaN.\n')
 _GEL_SIM = ("# A simulated gel with dots (source:=sim params:=.../gel_sim.yaml): the parameters that differ from the nodes' defaults;\n"
             '# gelsight_mini.yaml explains all.\n')
 _PRESSURE = ('# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).\n'

@@ -4,35 +4,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
-import cv2
 import numpy as np
 
 from ..common.dots import DotTracks
 from ..common.estimates import AT_EDGE, NONE, ContactEstimate, ContactRegionEstimate, SlipEstimate, next_state
 from ..common.statistics import robust_sigma
-from ..common.surface import DotSurface, Moments, Outline, axes, region_outlines
+from ..common.surface import Moments, axes
 from ..common.surface_points import NON_CONTACT, STICKING, SurfacePoints, dot_points
 from ..errors import BadArgument, BadFrame
-from .layer import Layer, Loads
-from .traction import TractionFit, Tractions
+from .discs import FEWEST, Disc, DiscFit
+from .layer import Layer
 
-FEWEST = 6  # dots: three parameters of a press and three of a shear
-_CELLS = 1.5  # places for loads to a pitch; more changes forces by 1 %, for twice the time
-_MOST = 400  # places: into more no gel is divided, for time; with 800, forces change by less than 1 %
-_DRIFTED = 0.25  # px: a dot whose place at rest drifts farther is laid out anew; it changes displacements by less than a hundredth
+_UNKNOWN_THICKNESS = 2.0  # pitches, of a gel whose thickness is not given: only how far displacements spread depends on it
+_DRIFTED = 0.25  # pitches: a dot whose undeformed position is farther off is another dot
+_UNKNOWN_SHARE = 0.2  # of a frame's dots: when more are new, the dots are laid out anew
 _SIGNIFICANT = 5.0  # sigmas that three dots must have moved: one of 1,000 does by chance in a thousand frames, three no mistaken dot
-_SET, _RECOVERY_S = 0.1, 10.0  # prior: of a touch's displacement, what a silicone keeps after it; s in which that falls to a third
-_EDGE = 0.2  # of the greatest pressure: where the region ends. Between a ball's, which fades, and a stamp's; both blurred by the dots
+_SET, _RECOVERY_S = 0.1, 10.0  # prior: part of a press's displacement that a silicone keeps after it; s in which that falls to a third
 FARTHEST_PX = 1e5  # no camera has so many
-_COARSEST, _FINEST = 4.0, 0.02  # thicknesses from place to place: beyond, loads of neighbours do not meet, or all lie on one spot
-_KEPT = 4  # times the dots of a frame that are known at most; then those that are not seen are forgotten
+_COARSEST, _FINEST = 4.0, 0.02  # thicknesses from dot to dot: beyond, a press moves one dot only, or all alike
 _LEAST_SIGMA = 0.05  # px: what light that shifts as the skin tilts does to a dot; no detector is better on a moving gel
 _UNSEEN_SIGMA = 0.1  # px: of a detector of dots, before two frames have shown it
-_NARROW = 4.0  # places across a region, below which the depth of its middle is not reported: loads are too blurred
-_DEPTH_ERROR = 0.1, 0.5  # of the depth, and of that of a narrow region; measured on simulated gels
+_DEPTH_ERROR = 0.1  # of the depth; measured on simulated gels
+_FORCE_ERROR = 0.03  # of the force; the same
+_PRESS_SIGMAS = 2.0  # below so many standard deviations a press is unknown
+_SLIP_SIGMAS = 3.0  # by which shear over pressure must have changed since the press began before slip is called
+_CIRCLE = 32  # vertices of a contact's outline
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -90,22 +89,34 @@ def known_dots(tracks: DotTracks, name: str) -> DotTracks:
     return tracks.take(known)
 
 
-def layer_of(values: Mapping) -> Layer:
-    """The layer with these values of GEL_PARAMETERS. Raises BadArgument."""
-    return Layer(values['gel.thickness'], values['gel.poisson_ratio'], values['gel.dot_depth'])
+def layer_of(values: Mapping, pitch: float = 1.0) -> Layer:
+    """The layer with these values of GEL_PARAMETERS; pitch: m, of the dots, for an unknown thickness. Raises BadArgument."""
+    thickness = values['gel.thickness'] or _UNKNOWN_THICKNESS * pitch
+    return Layer(thickness, values['gel.poisson_ratio'], values['gel.dot_depth'])
 
 
 class GelEstimator:
     """Estimates contact of an elastic layer from its dots, frame by frame.
 
-    values: of REGION_PARAMETERS; centre: (2,) px, where the sensor frame's origin is seen, None for the middle of the dots at rest; focal:
-    px, focal length of the camera, 0 where it is not known: then depth is taken not to move dots in the image. Raises BadArgument for
-    values that are no gel.
+    Parameters
+    ----------
+    values : Mapping
+        Of REGION_PARAMETERS.
+    centre : ndarray, shape (2,), optional
+        Where the sensor frame's origin is seen, px; None: in the middle of the undeformed dots.
+    focal : float
+        Focal length of the camera, px; 0 where it is not known: then depth is taken not to move dots in the image.
+
+    Raises
+    ------
+    BadArgument
+        For values that are no gel.
     """
 
     def __init__(self, values: Mapping, centre: np.ndarray | None = None, focal: float = 0.0):
-        self.layer = layer_of(values)
-        self._modulus, self._friction = values['gel.young_modulus'] / (2 + 2 * self.layer.poisson) or np.nan, values['gel.friction']
+        layer_of(values)
+        self._values, self._friction = values, values['gel.friction']
+        self._modulus = values['gel.young_modulus'] / (2 + 2 * values['gel.poisson_ratio']) or np.nan
         self._pitch, self._scale, self._focal = values['gel.pitch'], values['gel.scale'], focal
         if not self._pitch > 0 and not self._scale > 0:
             if not focal > 0 or not values['camera.translation'][2] > 0:
@@ -118,12 +129,15 @@ class GelEstimator:
 
     def reset(self) -> None:
         """Forget dots, noise and contacts; ids are not used again."""
-        self._noise, self._laid, self._grid, self._last, self._force = DotNoise(), None, None, {}, None
-        self._force_sigma, self._slip_state = np.full(3, np.nan), NONE
+        self._noise, self._laid, self._last = DotNoise(), None, {}
+        self._force_sigma, self._slip = np.full(3, np.nan), GelSlip(self._friction)
 
     def health(self) -> tuple[str, dict]:
         """A warning ('' for none) and name -> value, for /diagnostics."""
-        warning = '' if np.isfinite(self._modulus) else 'gel.young_modulus is not known: forces are NaN; measure it (docs/gel.md)'
+        unknown = [f'gel.{name} is not known: {what}' for name, what, known in (
+            ('young_modulus', 'forces are NaN', np.isfinite(self._modulus)),
+            ('thickness', 'depth is NaN', self._values['gel.thickness'] > 0)) if not known]
+        warning = '; '.join(unknown) + '; measure it (docs/gel.md)' if unknown else ''
         if self._laid is None:
             return warning, {}
         error = 'unknown' if np.isnan(self._force_sigma).any() else 'x {:.2g} y {:.2g} z {:.2g} N'.format(*self._force_sigma)
@@ -131,131 +145,134 @@ class GelEstimator:
                          'standard deviation of the force': error}
 
     def process(self, tracks: DotTracks, stamp_s: float) -> GelResult:
-        """Contact in one frame. Raises BadFrame for too few dots whose places at rest are known."""
+        """Contact in one frame. Raises BadFrame for too few dots whose undeformed positions are known."""
         tracks = known_dots(tracks, 'dots')
-        if self._laid is None or (tracks.rows, tracks.columns) != self._grid:
-            self._laid = _LaidOut(tracks, self.layer, self._pitch, self._scale, self._centre, self._focal)
-            self._grid, self._noise, self._force = (tracks.rows, tracks.columns), DotNoise(), None
-        touched, sigma, metres = self._noise.touched(tracks, stamp_s), self._noise.sigma, self._laid.metres
-        try:
-            found = self._laid.fit.solve(self._laid.rows_of(tracks), tracks.duv * metres, sigma * metres, self._force) if touched else None
-        except (np.linalg.LinAlgError, RuntimeError) as error:  # of nnls: no end
-            raise BadFrame(f'no loads explain how the dots moved ({error}); check them in image_annotated') from error
-        self._force = found.force if found else None
-        return self._result(tracks, found)
+        if self._laid is None or not self._laid.shows(tracks):
+            self._laid = _LaidOut(tracks, self._values, self._pitch, self._scale, self._centre, self._focal)
+        laid, discs = self._laid, []
+        if self._noise.touched(tracks, stamp_s):
+            try:
+                discs = laid.fit.solve(*laid.displacements(tracks), self._noise.sigma * laid.metres)
+            except np.linalg.LinAlgError as error:
+                raise BadFrame(f'no press explains how the dots moved ({error}); check them in image_annotated') from error
+        return self._result(tracks, discs)
 
-    def _result(self, tracks: DotTracks, found: Tractions | None) -> GelResult:
+    def _result(self, tracks: DotTracks, discs: list[Disc]) -> GelResult:
         laid = self._laid
         xy, rest = ((uv - laid.middle) * laid.metres for uv in (tracks.uv, tracks.rest_uv))
-        parts, step = ([], np.nan) if found is None else laid.regions(-found.force[:, 2])
-        members = [_inside(outline, rest) for outline, _ in parts]
-        inside = np.any(members, axis=0) if parts else np.zeros(len(xy), bool)
-        region = ContactRegionEstimate(tracks.id, np.where(inside, STICKING, NON_CONTACT).astype(np.uint8))
-        wrench, sigma = np.zeros(6), np.full(3, np.nan)
-        if parts:
-            _describe(region, parts, step)
-            wrench = np.concatenate([found.total, np.cross(np.pad(laid.fit.places, ((0, 0), (0, 1))), found.force).sum(axis=0)])
-            sigma = np.sqrt(np.diag(found.covariance)) * self._modulus
-        contacts, self._force_sigma = self._contacts(found, parts, members), sigma
+        members = [np.hypot(*(rest - disc.middle).T) < disc.radius for disc in discs]
+        region = ContactRegionEstimate(tracks.id, np.where(np.any(members, axis=0) if discs else False, STICKING,
+                                                           np.full(len(xy), NON_CONTACT)).astype(np.uint8))
+        wrench, self._force_sigma = np.zeros(6), np.full(3, np.nan)
+        if discs:
+            _describe(region, discs, laid.pitch)
+            forces = np.array([_known_force(disc) for disc in discs])
+            torque = np.cross([[*disc.middle, 0.0] for disc in discs], forces).sum(axis=0)
+            wrench = np.concatenate([forces.sum(axis=0), torque[:2], [np.nan]])  # a turn of an object about its contact is not fitted
+            variance = sum(np.diag(disc.covariance)[3:] for disc in discs) + (_FORCE_ERROR * forces.sum(axis=0)[2])**2
+            self._force_sigma = np.sqrt(variance) * self._modulus
+        contacts = [self._contact(disc, member) for disc, member in zip(discs, members)]
+        self._number(contacts)
         points = partial(dot_points, (1, len(tracks)), np.pad(xy, ((0, 0), (0, 1))), np.pad(rest, ((0, 0), (0, 1))), region.dot_state, None)
-        slip = self._slip(found.total if parts else None) if self._friction else None
-        return GelResult(region, contacts, wrench * self._modulus, points, sigma, slip)
+        slip = self._slip.estimate(discs) if self._friction else None
+        return GelResult(region, contacts, wrench * self._modulus, points, self._force_sigma, slip)
 
-    def _slip(self, force: np.ndarray | None) -> SlipEstimate:
-        """How much of a contact slips that bears a force (3,) in any unit; None: no contact. With a part q of its friction used up, a ball
-        sticks on (1 - q)^(2/3) of its area (Cattaneo 1938, Mindlin 1949)."""
-        if force is None:
-            self._slip_state = NONE
-            return SlipEstimate()
-        used = min(float(np.hypot(*force[:2])) / (self._friction * -force[2]), 1.0)
-        fraction = 1 - (1 - used)**(2 / 3)
-        self._slip_state = next_state(self._slip_state, fraction)
-        twist = np.full(3, 0.0 if self._slip_state == NONE else np.nan)  # how fast the object moves over them, dots do not show
-        return SlipEstimate(self._slip_state, fraction, twist, twist)
+    def _contact(self, disc: Disc, members: np.ndarray) -> ContactEstimate:
+        """The contact of a disc, without its number."""
+        force = -_known_force(disc)[2]
+        depth = force * self._laid.fit.loads.depression(disc.radius) if self._values['gel.thickness'] > 0 else np.nan
+        covariance = np.zeros((3, 3))
+        covariance[:2, :2] = disc.covariance[:2, :2]
+        covariance[2, 2] = depth**2 * (_DEPTH_ERROR**2 + disc.covariance[5, 5] / force**2)
+        flags = AT_EDGE if self._laid.at_edge(disc) else 0
+        return ContactEstimate(0, np.append(disc.middle, -depth), UP.copy(), depth, force * self._modulus, covariance, flags, members)
 
-    def _contacts(self, found: Tractions, parts: list[tuple[Outline, Moments]], members: list[np.ndarray]) -> list[ContactEstimate]:
-        """One contact a part: its force is that of the places to which it is the nearest, its position their pressure's middle."""
-        places, contacts, free = self._laid.fit.places, [], dict(self._last)
-        middles = np.array([moments.centroid[:2] for _, moments in parts])
-        nearest = ((places[:, None] - middles)**2).sum(axis=2).argmin(axis=1) if parts else None
-        for k, (outline, moments) in enumerate(parts):
-            load = np.where(nearest == k, -found.force[:, 2], 0.0)
-            middle = load @ places / load.sum()
-            depth = self._laid.depth(middle, found.force)
-            narrow = moments.area < np.pi / 4 * (_NARROW * self._laid.step)**2
-            position, covariance = np.append(middle, -depth), np.zeros((3, 3))
-            covariance[:2, :2], covariance[2, 2] = found.place_covariance, (_DEPTH_ERROR[narrow] * depth)**2
-            number = min(free, key=lambda n: np.linalg.norm(free[n] - position), default=None)
-            if number is None or np.linalg.norm(free.pop(number) - position) > np.sqrt(moments.area):
+    def _number(self, contacts: list[ContactEstimate]) -> None:
+        """Give each contact the number that the nearest one had a frame before, if that is within its size; else a new one."""
+        free = dict(self._last)
+        for k, contact in enumerate(contacts):
+            place = contact.position[:2]
+            number = min(free, key=lambda n: np.linalg.norm(free[n][0] - place), default=None)
+            if number is None or np.linalg.norm(free[number][0] - place) > 2 * free[number][1]:
                 number, self._next = self._next, self._next + 1
-            force, flags = float(load.sum() * self._modulus), AT_EDGE if self._laid.at_edge(outline) else 0
-            depth = np.nan if narrow else depth
-            contacts.append(ContactEstimate(number, position, UP.copy(), depth, force, covariance, flags, members[k]))
-        self._last = {contact.id: contact.position for contact in contacts}
-        return contacts
+            free.pop(number, None)
+            contacts[k] = replace(contact, id=number)
+        self._last = {contact.id: (contact.position[:2], self._laid.pitch) for contact in contacts}
+
+
+class GelSlip:
+    """How much of a contact slips. friction: coefficient of friction of object and gel.
+
+    Notes
+    -----
+    With a part q of its friction used up, a ball sticks on (1 - q)^(2/3) of its contact [1]_ [2]_. A state other than NONE is called only
+    when shear over pressure has changed significantly since the press began: an object that is pressed aslant and held still does not slip.
+
+    .. [1] C. Cattaneo, Sul contatto di due corpi elastici, 1938.
+    .. [2] R. D. Mindlin, Compliance of elastic bodies in contact, 1949.
+    """
+
+    def __init__(self, friction: float):
+        self._friction, self._state, self._begin, self._moves = friction, NONE, None, False
+
+    def estimate(self, discs: list[Disc]) -> SlipEstimate:
+        """Slip of all contacts of a frame."""
+        force = np.sum([_known_force(disc) for disc in discs], axis=0) if discs else np.full(3, np.nan)
+        if not -force[2] > 0:
+            self._state, self._begin, self._moves = NONE, None, False
+            return SlipEstimate()
+        ratio, sigma = force[:2] / -force[2], float(np.sqrt(sum(np.trace(d.covariance[3:5, 3:5]) for d in discs))) / -force[2]
+        if self._begin is None or not self._moves and sigma < self._begin[1] / 2:  # a light touch shows its shear badly
+            self._begin = ratio, sigma
+        self._moves |= bool(np.hypot(*(ratio - self._begin[0])) > _SLIP_SIGMAS * np.hypot(sigma, self._begin[1]))
+        fraction = 1 - (1 - min(float(np.hypot(*ratio)) / self._friction, 1.0))**(2 / 3)
+        self._state = next_state(self._state, fraction if self._moves else 0.0)
+        twist = np.full(3, 0.0 if self._state == NONE else np.nan)  # how fast the object moves over them, dots do not show
+        return SlipEstimate(self._state, fraction, twist, twist)
 
 
 class _LaidOut:
-    """The dots at rest in metres, and places for loads over them. tracks: the first frame's dots; others: see GelEstimator. Raises BadFrame
-    for dots that lie on each other."""
+    """The undeformed dots in metres. tracks: the first frame's dots; others: see GelEstimator. Raises BadFrame for dots that lie on each
+    other."""
 
-    def __init__(self, tracks: DotTracks, layer: Layer, pitch: float, scale: float, centre: np.ndarray | None, focal: float):
+    def __init__(self, tracks: DotTracks, values: Mapping, pitch: float, scale: float, centre: np.ndarray | None, focal: float):
         rest, near = tracks.rest_uv, _spacing(tracks)
         low, high = rest.min(axis=0), rest.max(axis=0)
         if not near > 0 or not (high - low > near).all():
             raise BadFrame('the dots at rest lie on each other or on a line; take a new reference, of the untouched gel')
         self.metres = scale or pitch / near
         self.middle = (low + high) / 2 if centre is None else centre
-        self._pitch = near * self.metres
+        self.pitch = near * self.metres
         self._low, self._high = ((corner - self.middle) * self.metres for corner in (low, high))
-        size = self._high - self._low + 2 * self._pitch
-        step = self.step = max(self._pitch / _CELLS, float(np.sqrt(size.prod() / _MOST)))
-        if not _FINEST * layer.thickness < step < _COARSEST * layer.thickness:
-            raise BadFrame(f'dots are {self._pitch:.3g} m apart on a gel of {layer.thickness:.3g} m; check the parameters gel.scale, '
+        layer = layer_of(values, self.pitch)
+        if not _FINEST * layer.thickness < self.pitch < _COARSEST * layer.thickness:
+            raise BadFrame(f'dots are {self.pitch:.3g} m apart on a gel of {layer.thickness:.3g} m; check the parameters gel.scale, '
                            'gel.pitch and gel.thickness, or take a new reference')
-        columns, rows = np.ceil(size / step).astype(int)
-        v, u = np.mgrid[:rows, :columns]
-        places = (self._low + self._high) / 2 + (np.stack([u, v], axis=-1) - (np.array([columns, rows]) - 1) / 2) * step
-        self._surface = DotSurface(np.pad(places, ((0, 0), (0, 0), (0, 1))))
-        self.fit = TractionFit(layer, places.reshape(-1, 2), step, self.metres * focal or np.inf)
-        self._surface_loads = Loads(Layer(layer.thickness, layer.poisson, 0.0), self.fit.blur * step)
-        self._forget()
+        self._grid, self._rest = (tracks.rows, tracks.columns), rest
+        self._index = {number: k for k, number in enumerate(tracks.id.tolist())}
+        dots = (rest - self.middle) * self.metres
+        self.fit = DiscFit(DiscFit.loads_for(layer, dots, self.pitch), dots, self.pitch, self.metres * focal or np.inf)
 
-    def _forget(self) -> None:
-        """Drop the dots."""
-        self._index, self._rest = {}, np.zeros((0, 2))
-        self._rows = np.zeros((0, 2, len(self.fit.places), 3))
+    def _at(self, tracks: DotTracks) -> np.ndarray:
+        """(N,) index of each of a frame's dots among those laid out, -1 for another dot."""
+        at = np.array([self._index.get(number, -1) for number in tracks.id.tolist()])
+        drifted = np.abs(tracks.rest_uv - self._rest[at]).max(axis=1) > _DRIFTED * self.pitch / self.metres
+        return np.where(drifted, -1, at)
 
-    def rows_of(self, tracks: DotTracks) -> np.ndarray:
-        """(D, 2, P, 3) of the frame's dots (TractionFit.rows); computed for those that are new or have another place at rest."""
-        if len(self._index) > _KEPT * len(tracks):
-            self._forget()
-        rest, new = tracks.rest_uv, [k for k in tracks.id.tolist() if k not in self._index]
-        self._index.update(zip(new, range(len(self._rest), len(self._rest) + len(new))))
-        self._rest = np.concatenate([self._rest, np.full((len(new), 2), np.inf)])
-        self._rows = np.concatenate([self._rows, np.zeros((len(new), *self._rows.shape[1:]))])
-        at = np.array([self._index[k] for k in tracks.id.tolist()])
-        other = ~(np.abs(rest - self._rest[at]) < _DRIFTED).all(axis=1)
-        self._rest[at[other]] = rest[other]
-        self._rows[at[other]] = self.fit.rows((rest[other] - self.middle) * self.metres)
-        return self._rows[at]
+    def shows(self, tracks: DotTracks) -> bool:
+        """Whether nearly all of a frame's dots are laid out."""
+        return (tracks.rows, tracks.columns) == self._grid and np.mean(self._at(tracks) < 0) <= _UNKNOWN_SHARE
 
-    def regions(self, press: np.ndarray) -> tuple[list[tuple[Outline, Moments]], float]:
-        """Separate regions of pressure, largest first, and the distance of places, m; press: (P,) loads."""
-        pressure = cv2.GaussianBlur(np.maximum(press, 0).reshape(self._surface.shape), (0, 0), self.fit.blur)
-        if not pressure.max() > 0:
-            return [], np.nan
-        outlines, moments, step = region_outlines(pressure / pressure.max(), self._surface, _EDGE)
-        return [(outline, part) for outline, part in zip(outlines, moments) if part.area > 0], step
+    def displacements(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
+        """Which of the dots laid out are seen (D,), and their displacements (D, 2), m."""
+        at = self._at(tracks)
+        seen, moved = np.zeros(len(self._rest), bool), np.zeros(self._rest.shape)
+        seen[at[at >= 0]], moved[at[at >= 0]] = True, tracks.duv[at >= 0] * self.metres
+        return seen, moved
 
-    def depth(self, place: np.ndarray, force: np.ndarray) -> float:
-        """How deep, m, loads (P, 3) press the surface at a place (2,) m."""
-        return float(-(self._surface_loads.matrix(place[None], self.fit.places)[0, 2] * force * [1, 1, -1]).sum())
-
-    def at_edge(self, outline: Outline) -> bool:
-        """Whether the region reaches beyond the outer dots."""
-        xy = outline.points[:, :2]
-        return bool((xy < self._low).any() or (xy > self._high).any())
+    def at_edge(self, disc: Disc) -> bool:
+        """Whether the contact reaches beyond the outer dots."""
+        return bool((disc.middle - disc.radius < self._low).any() or (disc.middle + disc.radius > self._high).any())
 
 
 def spacing_of(rest: np.ndarray) -> float:
@@ -274,17 +291,20 @@ def _spacing(tracks: DotTracks) -> float:
     return float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
 
 
-def _inside(outline: Outline, rest: np.ndarray) -> np.ndarray:
-    """(D,) bool: whether places rest (D, 2) m lie inside an outline and outside its holes."""
-    depth = [np.array([cv2.pointPolygonTest(line[:, :2].astype(np.float32), (float(x), float(y)), False) >= 0 for x, y in rest], bool)
-             for line in outline.loops]
-    return depth[0] & ~np.any([*depth[1:], np.zeros(len(rest), bool)], axis=0)
+def _known_force(disc: Disc) -> np.ndarray:
+    """(3,) m^2: the force of a disc, its press NaN where it is not significant or a pull."""
+    pressed = -disc.force[2] > _PRESS_SIGMAS * np.sqrt(disc.covariance[5, 5])
+    return np.array([*disc.force[:2], disc.force[2] if pressed else np.nan])
 
 
-def _describe(region: ContactRegionEstimate, parts: list[tuple[Outline, Moments]], step: float) -> None:
+def _describe(region: ContactRegionEstimate, discs: list[Disc], step: float) -> None:
     """Fill in the region's shape; step: m, of its outlines."""
-    total = sum((moments for _, moments in parts[1:]), parts[0][1])
-    region.outlines = [outline.points for outline, _ in parts]
-    region.holes = [hole for outline, _ in parts for hole in outline.holes]
+    angle = np.linspace(0, 2 * np.pi, _CIRCLE, endpoint=False)
+    circle = np.stack([np.cos(angle), np.sin(angle), np.zeros(_CIRCLE)], axis=1)
+    middles, radii = np.array([[*disc.middle, 0.0] for disc in discs]), np.array([disc.radius for disc in discs])
+    areas = np.pi * radii**2
+    second = areas @ np.stack([middles[:, 0]**2 + radii**2 / 4, middles[:, 0] * middles[:, 1], middles[:, 1]**2 + radii**2 / 4], axis=1)
+    total = Moments(float(areas.sum()), areas.sum() * UP, areas @ middles, second)
+    region.outlines = [middle + radius * circle for middle, radius in zip(middles, radii)]
     region.area, region.centroid, region.normal = total.area, total.centroid, UP.copy()
-    region.major_axis, region.minor_axis, region.orientation = axes(total, region.outlines + region.holes, step)
+    region.major_axis, region.minor_axis, region.orientation = axes(total, region.outlines, step)

@@ -4,16 +4,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from ..errors import BadArgument
 
 _REACH = 8.0  # thicknesses: farther away a load on a bonded layer moves nothing. Property: the slowest decay is exp(-pi/2 r/h)
-_STEP = 0.4  # rad: of the quadrature at the farthest distance; halved, no displacement changes by a thousandth of the largest
-_DISTANCES = 400  # of the table; the same
-_SHORTEST = 5.0  # standard deviations of a load's spectrum that are summed: exp(-12.5) of it is left out
+_STEP = 0.4  # rad, of the quadrature at the largest distance; halved, no displacement changes by 0.1 % of the largest
+_DISTANCES = 160  # entries of a table, denser near the load; the same
+_HIGHEST = 15.0  # rad: wave number times radius of a disc at which its spectrum is cut off smoothly; the same
+_RADIUS_RATIO = 1.15  # of neighbouring tables, between which displacements are interpolated; the same, within 0.5 %
 
 
 @dataclass(frozen=True)
@@ -64,43 +64,76 @@ class Layer:
         return tuple(np.stack(part, axis=1) for part in found)
 
 
-@dataclass(frozen=True)
-class Loads:
-    """Displacements around a round load of unit force with a Gaussian profile; width: its standard deviation, m."""
+class DiscLoads:
+    """Displacements of the dots, and depression of the surface, under loads on discs of the layer's surface.
 
-    layer: Layer
-    width: float
+    A disc bears a pressure as under a ball (Hertz: falling to zero at its rim as a semicircle) and an even shear.
 
-    @cached_property
-    def _table(self) -> tuple[np.ndarray, np.ndarray]:
-        """Distances (D,) m and, in rows, five functions of it (5, D): Hankel transforms of Layer.waves."""
-        from scipy.special import j0, j1  # needed here alone
-        reach = _REACH * self.layer.thickness
-        top = _SHORTEST / self.width
+    Parameters
+    ----------
+    layer : Layer
+    smallest, largest : float
+        Radii of the discs, m, for which tables are made.
+    """
+
+    def __init__(self, layer: Layer, smallest: float, largest: float):
+        from scipy.special import j0, j1  # 0.1 s that only gels need
+        self.layer = layer
+        self.radii = np.geomspace(smallest, largest, int(np.ceil(np.log(largest / smallest) / np.log(_RADIUS_RATIO))) + 1)
+        reach = max(_REACH * layer.thickness, 2 * largest)
+        self._distances = reach * np.linspace(0.0, 1.0, _DISTANCES)**1.5
         step = _STEP / reach
-        k = np.arange(step / 2, top, step)
-        r = np.linspace(0.0, reach, _DISTANCES)
-        wave = self.layer.waves(k)
-        share = np.exp(-(k * self.width)**2 / 2) * k * step / (2 * np.pi)
-        angle = np.outer(r, k)
+        k = np.arange(step / 2, _HIGHEST / smallest, step)
+        wave, up_above = layer.waves(k), Layer(layer.thickness, layer.poisson, 0.0).waves(k)
+        mean, half = (wave['along'] + wave['across']) / 2, (wave['across'] - wave['along']) / 2
+        self._tables, self._depressions = np.zeros((len(self.radii), 5, _DISTANCES)), np.zeros(len(self.radii))
+        angle = np.outer(self._distances, k)
         bessel = [j0(angle), j1(angle)]
         bessel.append(2 * bessel[1] / np.maximum(angle, 1e-9) - bessel[0] * (angle > 0))
-        mean, half = (wave['along'] + wave['across']) / 2, (wave['across'] - wave['along']) / 2
-        rows = [bessel[0] @ (share * mean), bessel[2] @ (share * half), bessel[1] @ (share * wave['up']),
-                -bessel[1] @ (share * wave['pressed_along']), bessel[0] @ (share * wave['pressed_up'])]
-        return r, np.array(rows)
+        for n, radius in enumerate(self.radii):
+            x = k * radius
+            weight = np.exp(-(x / _HIGHEST)**2 * 4) * k * step / (2 * np.pi)
+            press, shear = 3 * (np.sin(x) - x * np.cos(x)) / x**3 * weight, 2 * j1(x) / x * weight
+            self._tables[n] = [bessel[0] @ (shear * mean), bessel[2] @ (shear * half), bessel[1] @ (shear * wave['up']),
+                               -bessel[1] @ (press * wave['pressed_along']), bessel[0] @ (press * wave['pressed_up'])]
+            self._depressions[n] = -(press @ up_above['pressed_up'])
 
-    def matrix(self, dots: np.ndarray, places: np.ndarray) -> np.ndarray:
-        """(D, 3, P, 3): displacement x, y, z at each of the dots (D, 2) m under unit loads along x, along y, and pressing, at places
-        (P, 2) m."""
-        off = dots[:, None] - places
-        distance = np.hypot(*np.moveaxis(off, -1, 0))
-        away = off / np.maximum(distance, 1e-12)[..., None]
-        at, rows = self._table
-        mean, half, up, pressed, down = (np.interp(distance, at, row, right=0.0) for row in rows)
-        found = np.empty((len(dots), 3, len(places), 3))
-        found[:, :2, :, :2] = np.einsum('dpi,dpj,dp->dipj', away, away, 2 * half) + np.einsum('ij,dp->dipj', np.eye(2), mean - half)
-        found[:, 2, :, :2] = away * up[..., None]
-        found[:, :2, :, 2] = np.moveaxis(away * pressed[..., None], -1, 1)
-        found[:, 2, :, 2] = down
+    def depression(self, radius: float) -> float:
+        """Depression, m, of the surface in the middle of a disc under a unit pressing force."""
+        return float(np.interp(radius, self.radii, self._depressions))
+
+    def matrix(self, dots: np.ndarray, middle: np.ndarray, radius: float, distance: float) -> np.ndarray:
+        """Apparent displacements of dots under unit loads on a disc.
+
+        Parameters
+        ----------
+        dots : ndarray, shape (..., D, 2)
+            Positions of the dots, m.
+        middle : ndarray, shape (..., 2)
+            Centre of the disc, m.
+        radius : float
+            Of the disc, m.
+        distance : float
+            From the camera to the dots, m; inf where it is not known. A dot that rises by w seems to move by x w / distance.
+
+        Returns
+        -------
+        ndarray, shape (..., D, 2, 3)
+            Displacement along x and y, m, under a shear along x, a shear along y, and a press.
+        """
+        offset = dots - middle[..., None, :]
+        away = np.hypot(offset[..., 0], offset[..., 1])
+        unit = offset / np.maximum(away, 1e-12)[..., None]
+        at = np.clip(np.interp(np.log(radius), np.log(self.radii), np.arange(len(self.radii))), 0, len(self.radii) - 1)
+        low = min(int(at), len(self.radii) - 2)
+        table = self._tables[low] + (at - low) * (self._tables[low + 1] - self._tables[low])
+        mean, half, up, pressed, down = (np.interp(away, self._distances, row, right=0.0) for row in table)
+        found = np.empty((*away.shape, 2, 3))
+        found[..., :2] = 2 * half[..., None, None] * unit[..., :, None] * unit[..., None, :]
+        found[..., 0, 0] += mean - half
+        found[..., 1, 1] += mean - half
+        found[..., 2] = unit * pressed[..., None]
+        if np.isfinite(distance):
+            rise = np.concatenate([unit * up[..., None], down[..., None]], axis=-1)
+            found -= (dots / distance)[..., :, None] * rise[..., None, :]
         return found

@@ -55,7 +55,8 @@ DOT_PARAMETERS = SENSOR_PARAMETERS + SHEET_PARAMETERS + (
 
 #: Of an elastic layer with dots (surface gel); how to measure them: docs/gel.md.
 GEL_PARAMETERS = (
-    _fixed('gel.thickness', float, 0.004, 'm', 'of the elastic layer, from its rigid base to its free surface', 1e-5, 1.0),
+    _fixed('gel.thickness', float, 0.0, 'm',
+           'of the elastic layer, from its rigid base to its free surface; 0: unknown, then depth is NaN', 0.0, 1.0),
     _fixed('gel.dot_depth', float, 0.0, 'm', 'of the dots under the free surface', 0.0, 1.0),
     _fixed('gel.young_modulus', float, 0.0, 'Pa', "Young's modulus; 0: unknown, then forces are NaN", 0.0, 1e9),
     _fixed('gel.poisson_ratio', float, 0.48, '', "Poisson's ratio; of silicones and gels 0.47 to 0.5", 0.0, 0.5),
