@@ -1,3 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Flat elastic layers with dots: tractions and contact from the dots' displacements."""
+"""Flat elastic layers with dots: contacts from the dots' displacements."""
