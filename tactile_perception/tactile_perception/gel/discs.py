@@ -52,7 +52,7 @@ class Disc:
 class DiscFit:
     """Fits discs to displacements of a gel's dots.
 
-    An even stretch, turn and shear of the whole view is fitted besides: the gel moves towards the camera and tilts when somebody presses it.
+    An even stretch, turn and shear of the whole view is fitted besides: the gel moves towards the camera and tilts when it is pressed.
 
     Parameters
     ----------
