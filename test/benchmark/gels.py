@@ -20,7 +20,7 @@ ROWS = {'grid, 1.5 mm': ({}, 0.05, {}), 'at random': ({'grid': False}, 0.05, {})
 
 
 def trial(seed, changes, noise, factors):
-    """Rows of error of the middle (mm), of normal and of shear force over the normal one (%), of depth and of area (%), and processor time (ms)."""
+    """Errors of the middle (mm), of normal and of shear force (%), of depth and of area (%), and processor time (ms)."""
     rng = np.random.default_rng([seed, 40])
     angle, way, thickness = rng.uniform(0, 2 * np.pi), rng.uniform(0.2e-3, 0.7e-3), rng.uniform(3e-3, 6e-3)
     given = {'thickness': thickness, 'poisson': rng.uniform(0.46, 0.49), 'radius': rng.uniform(4e-3, 9e-3),

@@ -12,7 +12,7 @@ from .layer import DiscLoads
 
 FEWEST = 6  # dots: three parameters of a press and three of a shear
 MAX_CONTACTS = 4  # bounds the time of a frame
-_RADII = 0.3, 0.5  # pitches, the smallest disc that dots resolve; part of the smaller side of the dots' field, the largest
+_RADII = 0.3, 0.4  # pitches, the smallest disc that dots resolve; part of the smaller side of the dots' field, largest with its rim in view
 _CANDIDATES = 220  # positions of the coarse search; a finer one ends in the same disc
 _CANDIDATE_RADII = 1.4  # ratio of neighbouring radii of the coarse search; the same
 _MEAN_STRESS = 0.7  # prior: mean pressure over shear modulus. A ball on a thick incompressible layer has 1.7 a / R (Hertz); a / R about 0.4
