@@ -108,7 +108,8 @@ RUNS = (
     Run(r'ros2 service call /palm/calibrate_node/undo', ANSWERED, beside=PALM),
     Run(r'ros2 service call /mat/calibrate_node/next', ANSWERED, beside=MAT),
     Run(r'ros2 service call /touchpad/camera_node/change_state', ANSWERED, beside=TOUCHPAD_SIM),
-    Run(LAUNCH + r'\w+.launch.py .*source:=(file|bag)'),
+    # A recording starts with its first subscriber, here the recorder, and ends the launch.
+    Run(LAUNCH + r'\w+.launch.py .*source:=(file|bag)', more=' rate:=0 record:=played', writes='played/metadata.yaml'),
     Run(LAUNCH + r'.* calibration:=my_pad.yaml', LASTS, change=(' calibration:=my_pad.yaml', '')),  # docs/touchpad.md makes one, and is run
     Run(LAUNCH, LASTS),
     Run(r'ros2 run tactile_bringup sensor_nodes', LASTS, change=('FILE', '@/FINGER.yaml')),
