@@ -22,7 +22,7 @@ from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS
 from tactile_perception import _core
 from tactile_perception.common.estimates import NONE, next_state
-from tactile_perception.dots.detect import LikelihoodDetector
+from tactile_perception.dots.detect import DotDetector, LikelihoodFinder
 from tactile_perception.dots.look import measure_look
 from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.parameters.file import read_parameters
@@ -73,7 +73,7 @@ def printed():
 
 def detected(limits):
     """1 - F1 of dots that neither overlap nor are under glare, and mean square of their errors over the least possible."""
-    sums = [dots.score(scene, LikelihoodDetector(-1, look, limits).detect(image), noise) for scene, image, noise, look in printed()]
+    sums = [dots.score(scene, LikelihoodFinder(look, limits).detect(image), noise) for scene, image, noise, look in printed()]
     matched, true, false, error2, bound2 = (sum(one[name] for one in sums) for name in ('matched', 'true', 'false', 'error2', 'bound2'))
     return np.array([1 - 2 * matched / (matched + true + false), error2 / bound2])
 
@@ -88,7 +88,7 @@ def test_no_limit_of_dots_decides_alone():
 @pytest.mark.parametrize('pitch', [9.0, 36.0])
 def test_dots_at_half_and_at_double_the_pitch_are_found_as_well(pitch):
     scene = make_scene('uneven light', seed=32, size=(round(35.6 * pitch), round(26.7 * pitch)), pitch=pitch)
-    found = dots.score(scene, LikelihoodDetector(-1).detect(scene.frame(2.0, np.random.default_rng(32))), 2.0)
+    found = dots.score(scene, DotDetector().detect(scene.frame(2.0, np.random.default_rng(32))), 2.0)
     assert found['matched'] > 0.99 * found['true'] and found['false'] < 5 and found['error2'] < 1.3 * found['bound2']
 
 

@@ -3,7 +3,7 @@
 """Detectors of dots and markers, by name."""
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import cv2
@@ -14,18 +14,17 @@ from .. import _core
 from ..common.dots import Dots
 from ..common.statistics import upper_median
 from ..errors import BadArgument, BadFrame, by_name
-from .auto import AutoDetector
+from .auto import measure_any
 from .fit import DiscModel
-from .look import Look, measure_look, select_channel, shrink
+from .look import Look, MIN_CONTRAST, MIN_DOTS, measure_look, select_channel, shrink
 from .published import PaperArealDetector, PaperCushionDetector, PaperDetector
 
 POLARITIES = {'dark': -1, 'bright': 1, 'any': 0}
 _SMALLEST_FRAME = 32  # px, shorter side of a frame: the detectors average over boxes of 15 px and more
 _LEAST_RANGE = 4  # grey levels; less is a constant frame: above the noise of a covered camera
 
-# The likelihood detector
-_FEWEST = 4  # dots; with fewer, the appearance is measured again
-_MOST_GROWTH = 2.2  # times the typical diameter: the largest diameter searched
+_MAX_GROWTH, _GROWTH = 2.2, 1.15  # times the typical diameter: the largest diameter searched; and from one model to the next
+_LOST_SHARE = 0.6  # of the dots at the measurement of the appearance; with fewer, it is measured anew where that finds more
 
 # The detector of large markers
 _ALIKE = 0.6  # ratio of channel contrasts from which channels are averaged, since their noise is independent
@@ -34,10 +33,8 @@ _WIDEST_BOX, _NARROWEST_BOX = 255, 9  # px, bounds of that box
 _PER_PITCH = 1.1  # pitches, side of that box afterwards: a little over one marker with its ground
 _SMALLEST_SEGMENTED = 8.0  # px: smaller markers are segmented in the full image
 _LOWEST = 0.15  # of the markers' contrast, threshold of the segmentation
-_LEAST_CONTRAST = 6.0  # grey levels
 _SOLID = (0.975, 1.05)  # solidity of one whole marker; others are partly hidden or touch another
 _SMALL_SOLID = (0.8, 1.25)  # the same for small markers, whose pixels are coarse
-_LOST_SHARE = 0.6  # of the markers at the last measurement of the appearance; with fewer, it is measured anew
 _FAINT = 0.15  # of the typical amplitude, least of a marker
 _LEAST, _MOST = 0.2, 5.0  # median areas, smallest and largest region that is a marker
 _SPECK = 2  # px of the small image, largest region that the median area ignores
@@ -45,26 +42,40 @@ _SQUARE = np.ones((3, 3), np.uint8)
 
 
 class DotDetector:
-    """Detects printed dots. Methods measure the dots' appearance in the first good frame, and again when it changes.
+    """Detects printed dots. Their appearance is measured in the first image that shows some, and frozen: what is found is a function of the
+    image alone. It is measured anew, as a whole, where it no longer fits.
 
     polarity: 'dark' dots on bright ground or 'bright' ones on dark; method: a name in METHODS. Raises BadArgument for unknown names.
+    found: what is taken for dots, where the method measures that, ''; measured: how often the appearance was measured.
     """
 
     def __init__(self, polarity: str = 'dark', method: str = 'likelihood'):
-        sign, make = by_name(POLARITIES, polarity, 'polarity'), by_name(METHODS, method, 'dot detection method')
+        self._sign, self._measure = by_name(POLARITIES, polarity, 'polarity'), by_name(METHODS, method, 'dot detection method')
         if polarity == 'any' and method != 'auto':
             raise BadArgument(f'detection {method} does not measure the polarity: set polarity to dark or bright, or detection to auto')
-        self._method = make(sign)
-
-    @property
-    def found(self) -> str:
-        """What the method takes for dots, where it measures that; ''."""
-        return getattr(self._method, 'found', '')
+        self._finder, self._count, self.found, self.measured = None, 0, '', 0
 
     def detect(self, image: np.ndarray) -> Dots:
         """Dots of one image, (H, W) or (H, W, 3) BGR uint8, unordered. Raises BadFrame (wrong type or shape, constant, no dots)."""
         check_frame(image)
-        return self._method.detect(image)
+        dots = None if self._finder is None else self._finder.detect(image)
+        if dots is not None and len(dots) >= max(_LOST_SHARE * self._count, 1):
+            return dots
+        finder = None
+        try:
+            finder = self._measure(image, self._sign)
+            fresh = finder.detect(image)
+        except BadFrame:
+            if not dots:
+                raise
+            return dots
+        if len(fresh) < MIN_DOTS or dots and _LOST_SHARE * len(fresh) < len(dots):
+            if not dots:
+                raise BadFrame(f'only {len(fresh)} dots found in the frame: check light, focus and the parameter polarity')
+            return dots
+        self._finder, self._count, self.measured = finder, len(fresh), self.measured + 1
+        self.found = finder.describe(fresh) if hasattr(finder, 'describe') else ''
+        return fresh
 
 
 def check_frame(image: np.ndarray):
@@ -83,84 +94,49 @@ def check_frame(image: np.ndarray):
         raise BadFrame(f'the frame is {name} (grey levels {low} to {high}): check light, lens cap and exposure')
 
 
-class LikelihoodDetector:
+class LikelihoodFinder:
     """The default: peaks of a reduced image (src/dots/peaks.cpp), then a maximum-likelihood fit of each, without the images of overlapping
-    neighbours, and its judgement (src/dots/finder.cpp). sign: 1 for bright dots, -1 for dark; look: of the dots, measured in the first
-    frame by default; limits: what decides what is a dot. candidates: (N, 2) px, places of the last image that were fitted."""
+    neighbours, and its judgement (src/dots/finder.cpp). look: of the dots; limits: what decides what is a dot."""
 
-    def __init__(self, sign: int, look: Look | None = None, limits: _core.dots.DotLimits | None = None):
-        self._sign, self._limits = sign, limits or _core.dots.DotLimits()
-        self._look, self._finder, self.candidates = None, None, np.zeros((0, 2))
-        if look is not None:
-            self._take(look)
+    def __init__(self, look: Look, limits: _core.dots.DotLimits | None = None):
+        self._look, self._limits, self._finders = look, limits or _core.dots.DotLimits(), []
 
     def detect(self, image: np.ndarray) -> Dots:
-        """Dots of one checked uint8 image. Raises BadFrame if there are none; what was measured before stays then, as costly as it was."""
-        dots = () if self._look is None else self.detect_all(image)
-        if len(dots) < _FEWEST:
-            fresh = LikelihoodDetector(self._sign, measure_look(image, self._sign), self._limits)
-            dots = fresh.detect_all(image)
-            if len(dots) < _FEWEST:
-                raise BadFrame(f'only {len(dots)} dots found in the frame: check light, focus and the parameter polarity')
-            self._look, self._finder, self.candidates = fresh._look, fresh._finder, fresh.candidates
-        return dots
-
-    def _take(self, look):
-        model = DiscModel(look.smallest, look.largest, look.blur)
-        self._look, self._finder = look, _core.dots.DotFinder(model, look, self._limits)
-
-    def detect_all(self, image: np.ndarray) -> Dots:
-        """Dots of the look that is known. Detect, and repeat with a larger range of diameters if some dots exceed it."""
+        """Dots of one checked uint8 image; with a larger range of diameters where some exceed that of the look."""
         grey = shrink(select_channel(image, self._look.channel), self._look.step)
-        found = self._finder.find(grey)
-        if found.outgrown and self._look.largest < _MOST_GROWTH * self._look.typical:
-            self._take(replace(self._look, largest=1.15 * self._look.largest))
-            found = self._finder.find(grey)
-        self.candidates = found.candidates
-        return Dots(found.uv, found.area, found.sigma)
+        largest, k = self._look.largest, 0
+        while True:
+            if k == len(self._finders):
+                model = DiscModel(self._look.smallest, largest, self._look.blur)
+                self._finders.append(_core.dots.DotFinder(model, self._look, self._limits))
+            found = self._finders[k].find(grey)
+            if not found.outgrown or largest > _MAX_GROWTH * self._look.typical:
+                return Dots(found.uv, found.area, found.sigma)
+            largest, k = _GROWTH * largest, k + 1
 
 
-@dataclass
-class _Appearance:
-    """channel: of a BGR image, -1 for grey; step: reduction of the small image; box: its px, of the local mean; lowest: grey levels,
-    threshold; count: of markers."""
+@dataclass(frozen=True)
+class BlobFinder:
+    """Markers by grey-weighted moments of regions. sign: 1 for bright markers, -1 for dark; channel: of a BGR image, -1 for grey; step:
+    reduction of the small image; box: its px, of the local mean; threshold: grey levels."""
 
+    sign: int
     channel: int
     step: int
     box: int
-    lowest: float
-    count: int
-
-
-class BlobDetector:
-    """Markers by grey-weighted moments of regions; sign: 1 for bright markers, -1 for dark. The first frame gives channel and size."""
-
-    def __init__(self, sign: int):
-        self._sign = sign
-        self._appearance: _Appearance | None = None
+    threshold: float
 
     def detect(self, image: np.ndarray) -> Dots:
-        """Markers of one checked uint8 image. Raises BadFrame without a marker."""
-        blobs = None if self._appearance is None else self._find(image)
-        if blobs is None or len(blobs) < _LOST_SHARE * self._appearance.count:
-            self._appearance = _measure_appearance(image, self._sign)
-            blobs = self._find(image)
-            self._appearance.count = 0 if blobs is None else len(blobs)
-        if blobs is None or not len(blobs):
-            raise BadFrame('no marker found in the frame: check light, focus and the parameter polarity')
-        return blobs
-
-    def _find(self, image):
-        appearance = self._appearance
-        grey = _plane(image, appearance.channel, self._sign)
-        small, above = _above(grey, appearance.step, appearance.box)
-        mask = cv2.threshold(above, appearance.lowest, 255, cv2.THRESH_BINARY)[1]
-        least, most = _SOLID if appearance.step == 2 else _SMALL_SOLID
+        """Markers of one checked uint8 image."""
+        grey = _plane(image, self.channel, self.sign)
+        small, above = _above(grey, self.step, self.box)
+        mask = cv2.threshold(above, self.threshold, 255, cv2.THRESH_BINARY)[1]
+        least, most = _SOLID if self.step == 2 else _SMALL_SOLID
         regions = _find_regions(mask)
         if not len(regions.box):
-            return None
+            return Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
         labels = cv2.dilate(regions.labels, _SQUARE)
-        blobs = _core.dots.fit_blobs(grey, small, labels, regions.box, regions.centre, regions.label, step=appearance.step)
+        blobs = _core.dots.fit_blobs(grey, small, labels, regions.box, regions.centre, regions.label, step=self.step)
         solidity, amplitude = blobs.solidity, blobs.amplitude
         good = (solidity > least) & (solidity < most) & (amplitude > _FAINT * upper_median(amplitude))
         return Dots(blobs.uv, blobs.area, blobs.sigma).take(good)
@@ -186,8 +162,9 @@ def _best_channel(image) -> int:
     return -1 if spread.min() > _ALIKE * spread.max() else int(spread.argmax())
 
 
-def _measure_appearance(image, sign) -> _Appearance:
-    """Appearance of markers, from regions over Otsu's threshold of the excess over the local mean. Raises BadFrame without markers."""
+def _measure_markers(image, sign) -> BlobFinder:
+    """Finder of markers like those of an image, from regions over Otsu's threshold of the excess over the local mean. Raises BadFrame
+    without markers."""
     channel = _best_channel(image)
     grey = _plane(image, channel, sign)
     box = _odd(_FIRST_BOX * max(grey.shape))
@@ -195,15 +172,14 @@ def _measure_appearance(image, sign) -> _Appearance:
         _, above = _above(grey, 1, box)
         threshold = cv2.threshold(above, 0, 255, cv2.THRESH_OTSU)[0]
         smooth = cv2.GaussianBlur(above, (3, 3), 0)
-        regions = _find_regions(cv2.threshold(smooth, max(threshold, _LEAST_CONTRAST), 255, cv2.THRESH_BINARY)[1])
+        regions = _find_regions(cv2.threshold(smooth, max(threshold, MIN_CONTRAST), 255, cv2.THRESH_BINARY)[1])
         if len(regions.box) < 2:
             raise BadFrame('fewer than two markers found in the frame: check light, focus and the parameter polarity')
         pitch = float(np.median(scipy.spatial.cKDTree(regions.centre).query(regions.centre, 2)[0][:, 1]))
         box = _odd(_PER_PITCH * pitch)
     step = 2 if np.sqrt(4 / np.pi * np.median(regions.area)) >= _SMALLEST_SEGMENTED else 1
     contrast = float(above[above > threshold].mean())
-    lowest = max(_LOWEST * contrast, _LEAST_CONTRAST)
-    return _Appearance(channel, step, _odd(box / step), lowest, 0)
+    return BlobFinder(sign, channel, step, _odd(box / step), max(_LOWEST * contrast, MIN_CONTRAST))
 
 
 def _odd(length) -> int:
@@ -236,5 +212,8 @@ def _find_regions(mask: np.ndarray) -> _Regions:
     return _Regions(stats[label, :4], centre[label], area[label], label.astype(np.uint16), labels.astype(np.uint16))
 
 
-METHODS = {'auto': partial(AutoDetector, make_fit=LikelihoodDetector), 'likelihood': LikelihoodDetector, 'blobs': BlobDetector,
-           'paper': PaperDetector, 'paper_areal': PaperArealDetector, 'paper_cushion': PaperCushionDetector}
+#: (image, sign) -> an object with detect(image) -> Dots, a function of the image alone
+METHODS = {'auto': partial(measure_any, make_fit=LikelihoodFinder),
+           'likelihood': lambda image, sign: LikelihoodFinder(measure_look(image, sign)), 'blobs': _measure_markers,
+           'paper': lambda _, sign: PaperDetector(sign), 'paper_areal': lambda _, sign: PaperArealDetector(sign),
+           'paper_cushion': lambda _, sign: PaperCushionDetector(sign)}

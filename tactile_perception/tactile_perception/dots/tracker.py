@@ -102,8 +102,9 @@ class DotTracker:
         self.reference = Reference() if reference is None else reference
         self._detector = DotDetector(polarity, detection) if detector is None else detector
         self._mask, self._places, self._seam = mask, places, seam
-        self._search_grid = numbering == AUTO and not rows
-        self._numbering = self._make_numbering('lattice' if numbering == AUTO else numbering, pattern)
+        self._auto = self._search_grid = numbering == AUTO and not rows
+        self._name, self._changed = 'lattice' if numbering == AUTO else numbering, ''
+        self._numbering = self._make_numbering(self._name, pattern)
         self._linker, self._track_reference = Linker(), as_tracks
         self.unnumbered = ''
         self._stamp_s = -np.inf
@@ -118,16 +119,27 @@ class DotTracker:
 
     def set_reference(self) -> None:
         """Use the next frame as the untouched reference."""
+        self._changed = ''
         self.reference.reset()
         if self._track_reference is not None:
             self._track_reference.reset()
         if self._places is not None:
             self._places.renew()
 
+    def _start_again(self, stamp_s: float) -> None:
+        """Take a new reference, of dots whose appearance was measured anew."""
+        self.set_reference()
+        self._changed = (f'at {stamp_s:.1f} s the dots no longer looked as before; their appearance was measured anew '
+                         f'({self._detector.found or "other dots"}) and a new reference taken. Release the sensor, then call set_reference')
+        if self._auto:
+            self.rows, self.columns, self._search_grid = 0, 0, True
+        elif self.rows:
+            self._numbering = self._make_numbering(self._name, None)
+
     @property
     def warning(self) -> str:
         """Why the reference may not show the untouched sensor; ''."""
-        return self.reference.warning
+        return self.reference.warning or self._changed
 
     @property
     def found(self) -> str:
@@ -146,7 +158,7 @@ class DotTracker:
         self._check(image, stamp_s)
         if self._seam is not None and not self.reference.taken and not self._shows_both(image):
             raise BadFrame('one of the two views is black: both must be there when the reference is taken; check its camera or topic')
-        dots = self._detect(image)
+        dots = self._detect(image, stamp_s)
         loose = self._track_reference is not None and self.rows
         track = self._linker.update(dots, stamp_s) if loose else None
         try:
@@ -168,13 +180,16 @@ class DotTracker:
         seam = round(self._seam)
         return bool(image[:, :seam].any() and image[:, seam + 1:].any())
 
-    def _detect(self, image):
+    def _detect(self, image, stamp_s):
+        measured = getattr(self._detector, 'measured', 0)
         dots = _detected(self._detector, self._mask, image)
         if not len(dots):
             raise BadFrame('no dots found: check light, the parameters polarity and mask, and the view')
+        if 0 < measured < getattr(self._detector, 'measured', 0):
+            self._start_again(stamp_s)
         if self._search_grid:
             self.rows, self.columns = find_grid(dots.uv)
-            self._numbering = GridNumbering(self.rows, self.columns, whole=False) if self.rows else Linker()
+            self._numbering = GridNumbering(self.rows, self.columns, whole=False) if self.rows else self._linker
             self._search_grid = False
         return dots
 

@@ -91,3 +91,68 @@ def test_dots_are_placed_from_rough_places(draw_dots, bright):
     dots = place_dots(photographed(draw_dots, bright=bright), 1 if bright else -1, start, 22.0)
     assert np.sqrt(((dots.uv - OFF_GRID)**2).mean()) < 0.13
     np.testing.assert_allclose(2 * np.sqrt(dots.area / np.pi), DIAMETERS, rtol=0.1)
+
+
+def common_share(a, b, within):
+    """Share of the dots a (M, 2) and b (N, 2), px, that both have, within px."""
+    away = np.hypot(*(a[:, None] - b).transpose(2, 0, 1))
+    return min(np.mean(away.min(axis=axis) < within) for axis in (0, 1))
+
+
+@pytest.mark.parametrize('name', ['plain', 'lamps', 'see_through', 'worn', 'two_layers'])
+@pytest.mark.parametrize('quality', [None, 90, 40])
+def test_an_image_shows_the_same_dots_whenever_and_however_it_comes(name, quality):
+    image = Film(SHEETS[name], seed=4).frame(0)[0]
+    if quality:
+        image = cv2.imdecode(cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1], cv2.IMREAD_COLOR)
+    tracker = DotTracker(0, 0, 'any', 'auto', 'auto')
+    tracks = [tracker.process(image, k / 30) for k in range(5)]
+    for track in tracks[1:]:
+        np.testing.assert_array_equal(track.uv, tracks[0].uv)
+        assert not track.duv.any()
+    least = 0.88 if name == 'worn' else 0.97  # a dot of which little is left may be on either side of a limit
+    dots, size, last = DotDetector('any', 'auto').detect(image).uv, SHEETS[name].size, np.array(image.shape[1::-1]) - 1.0
+    turned = DotDetector('any', 'auto').detect(np.rot90(image).copy()).uv
+    assert common_share(np.column_stack([last[0] - turned[:, 1], turned[:, 0]]), dots, 0.05 * size) >= least
+    mirrored = DotDetector('any', 'auto').detect(image[:, ::-1].copy()).uv
+    assert common_share(np.column_stack([last[0] - mirrored[:, 0], mirrored[:, 1]]), dots, 0.05 * size) >= least
+    doubled = DotDetector('any', 'auto').detect(cv2.resize(image, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)).uv
+    assert common_share((doubled - 0.5) / 2, dots, 0.1 * size) >= least
+
+
+def reflections():
+    rng, image = np.random.default_rng(2), np.full((240, 320), 40, np.uint8)
+    for _ in range(14):
+        size, place = int(rng.integers(2, 20)), (int(rng.integers(10, 310)), int(rng.integers(10, 230)))
+        cv2.ellipse(image, place, (size, max(2, size // 3)), float(rng.uniform(0, 180)), 0, 360, int(rng.integers(120, 255)), -1)
+    return cv2.GaussianBlur(image, (0, 0), 1.5)
+
+
+def unmarked_gel(seed):
+    """(240, 320, 3) uint8 of coloured lamps on a gel without markers, with a pressed ball and dust."""
+    rng, (y, x) = np.random.default_rng(seed), np.mgrid[:240, :320]
+    image = np.stack([120 + 60 * np.cos(x / 320 * 2 + k) + 40 * np.sin(y / 240 * 2 - k) for k in range(3)], axis=2)
+    far = np.hypot(x - 200, y - 100)[..., None] / 30
+    image += np.where(far < 1, 60 * np.stack([x - 200, y - 100, 200 - x], axis=2) / 30, 0)
+    for u, v, size in rng.uniform((5, 5, 0.7), (315, 235, 2.5), (20, 3)):
+        image -= rng.uniform(5, 60) * np.exp(-((x - u)**2 + (y - v)**2) / (2 * size**2))[..., None]
+    return np.clip(cv2.GaussianBlur(image, (0, 0), 1) + rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize('image', [reflections(), unmarked_gel(0), unmarked_gel(1),
+                                   np.kron(np.indices((8, 10)).sum(axis=0) % 2, np.ones((30, 30))).astype(np.uint8) * 200])
+@pytest.mark.parametrize('polarity', ['any', 'dark', 'bright'])
+def test_what_shows_no_pattern_is_refused_in_one_sentence_that_says_what_is_seen(image, polarity):
+    with pytest.raises(BadFrame, match='no pattern of .*dots: .*is this a sensor without markers'):
+        DotDetector(polarity, 'auto').detect(image)
+
+
+def test_other_dots_give_a_new_appearance_a_new_reference_and_a_word():
+    tracker = DotTracker(0, 0, 'any', 'auto', 'auto')
+    tracker.process(Film(SHEETS['plain']).frame(0)[0], 0.0)
+    assert not tracker.warning
+    tracks = tracker.process(Film(SHEETS['lamps']).frame(0)[0], 1.0)
+    assert len(tracks) > 100 and not tracks.duv.any()
+    assert 'bright' in tracker.found and 'measured anew' in tracker.warning
+    tracker.set_reference()
+    assert 'measured anew' not in tracker.warning

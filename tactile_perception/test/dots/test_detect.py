@@ -108,7 +108,7 @@ def test_a_new_look_is_measured_when_dots_are_lost(draw_dots, lattice):
     (np.zeros((120, 160), np.uint8), 'black'),
     (np.full((120, 160), 255, np.uint8), 'white'),
     (np.full((120, 160, 3), 100, np.uint8), 'constant'),
-    (np.random.default_rng(0).normal(120, 6, (240, 320)).astype(np.uint8), 'no dark dots'),
+    (np.random.default_rng(0).normal(120, 6, (240, 320)).astype(np.uint8), 'no pattern of dark dots'),
     (np.zeros((120, 160), np.uint16), 'uint16'),
     (np.zeros((120, 160), float), 'float64'),
     (None, 'NoneType'),
