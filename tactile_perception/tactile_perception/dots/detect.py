@@ -16,7 +16,7 @@ from ..common.statistics import upper_median
 from ..errors import BadArgument, BadFrame, by_name
 from .auto import measure_any
 from .fit import DiscModel
-from .look import Look, MIN_CONTRAST, MIN_DOTS, measure_look, select_channel, shrink
+from .look import Look, MIN_CONTRAST, measure_look, select_channel, shrink
 from .published import PaperArealDetector, PaperCushionDetector, PaperDetector
 
 POLARITIES = {'dark': -1, 'bright': 1, 'any': 0}
@@ -50,28 +50,30 @@ class DotDetector:
     """
 
     def __init__(self, polarity: str = 'dark', method: str = 'likelihood'):
-        self._sign, self._measure = by_name(POLARITIES, polarity, 'polarity'), by_name(METHODS, method, 'dot detection method')
+        sign, make = by_name(POLARITIES, polarity, 'polarity'), by_name(METHODS, method, 'dot detection method')
         if polarity == 'any' and method != 'auto':
             raise BadArgument(f'detection {method} does not measure the polarity: set polarity to dark or bright, or detection to auto')
-        self._finder, self._count, self.found, self.measured = None, 0, '', 0
+        self._method, self._finder, self._count, self.found, self.measured = make(sign), None, 0, '', 0
 
     def detect(self, image: np.ndarray) -> Dots:
         """Dots of one image, (H, W) or (H, W, 3) BGR uint8, unordered. Raises BadFrame (wrong type or shape, constant, no dots)."""
         check_frame(image)
+        if not hasattr(self._method, 'measure'):
+            return self._method.detect(image)
         dots = None if self._finder is None else self._finder.detect(image)
         if dots is not None and len(dots) >= max(_LOST_SHARE * self._count, 1):
             return dots
         finder = None
         try:
-            finder = self._measure(image, self._sign)
+            finder = self._method.measure(image)
             fresh = finder.detect(image)
         except BadFrame:
             if not dots:
                 raise
             return dots
-        if len(fresh) < MIN_DOTS or dots and _LOST_SHARE * len(fresh) < len(dots):
+        if not len(fresh) or dots and _LOST_SHARE * len(fresh) < len(dots):
             if not dots:
-                raise BadFrame(f'only {len(fresh)} dots found in the frame: check light, focus and the parameter polarity')
+                raise BadFrame('no dots found in the frame: check light, focus and the parameter polarity')
             return dots
         self._finder, self._count, self.measured = finder, len(fresh), self.measured + 1
         self.found = finder.describe(fresh) if hasattr(finder, 'describe') else ''
@@ -212,8 +214,19 @@ def _find_regions(mask: np.ndarray) -> _Regions:
     return _Regions(stats[label, :4], centre[label], area[label], label.astype(np.uint16), labels.astype(np.uint16))
 
 
-#: (image, sign) -> an object with detect(image) -> Dots, a function of the image alone
-METHODS = {'auto': partial(measure_any, make_fit=LikelihoodFinder),
-           'likelihood': lambda image, sign: LikelihoodFinder(measure_look(image, sign)), 'blobs': _measure_markers,
-           'paper': lambda _, sign: PaperDetector(sign), 'paper_areal': lambda _, sign: PaperArealDetector(sign),
-           'paper_cushion': lambda _, sign: PaperCushionDetector(sign)}
+class _Measured:
+    """Measures the appearance of the dots of an image, by a function of image and sign."""
+
+    def __init__(self, function, sign: int):
+        self._function, self._sign = function, sign
+
+    def measure(self, image: np.ndarray):
+        """An object with detect(image) -> Dots. Raises BadFrame without dots."""
+        return self._function(image, self._sign)
+
+
+#: (sign) -> an object with detect(image) -> Dots, a function of the image alone, or with measure(image) -> such an object
+METHODS = {'auto': partial(_Measured, partial(measure_any, make_fit=LikelihoodFinder)),
+           'likelihood': partial(_Measured, lambda image, sign: LikelihoodFinder(measure_look(image, sign))),
+           'blobs': partial(_Measured, _measure_markers),
+           'paper': PaperDetector, 'paper_areal': PaperArealDetector, 'paper_cushion': PaperCushionDetector}
