@@ -27,7 +27,7 @@ from .bench import Bench, Detail, Table
 
 #: Paper -> its experiments, and what shows the causes of their figures.
 EXPERIMENTS: dict[str, tuple[Callable[[Bench], Iterator[Table]], ...]] = {
-    'areal_sensor_contact_position': (sheets.one_camera, sheets.filtered, sheets.two_cameras),
+    'areal_sensor_contact_position': (sheets.one_camera, sheets.two_cameras),
     'air_cushion_contact': (dome.zones,),
     'psd_finger': (finger.static, finger.dynamic),
     'touchpad_contact_region': (touchpad.presses,),

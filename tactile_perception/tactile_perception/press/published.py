@@ -33,12 +33,8 @@ class Cubics:
             raise ValueError(f'coefficients {self.coefficients.shape} of {len(self.low)} markers')
 
     @classmethod
-    def fit(cls, x: np.ndarray, depth: np.ndarray, tolerance: float = np.inf) -> Cubics:
-        """Least squares to x (M, K), NaN where not seen, at depth (M,), m.
-
-        NaN for x without change or seen fewer than five times, and where the polynomial misses the depths by the tolerance, m, RMS, or
-        more: it does not tell them apart.
-        """
+    def fit(cls, x: np.ndarray, depth: np.ndarray) -> Cubics:
+        """Least squares to x (M, K), NaN where not seen, at depth (M,), m; NaN for x without change or seen fewer than five times."""
         count = x.shape[1]
         coefficients, low, high = np.full((count, DEGREE + 1), np.nan), np.full(count, np.nan), np.full(count, np.nan)
         for k, column in enumerate(x.T):
@@ -47,9 +43,7 @@ class Cubics:
                 continue
             least, most = column[seen].min(), column[seen].max()
             inside = (column[seen] - least) / (most - least)
-            fitted = _monotone(inside, depth[seen])
-            if np.sqrt(np.mean((inside[:, None] ** np.arange(DEGREE + 1) @ fitted - depth[seen])**2)) < tolerance:
-                coefficients[k], low[k], high[k] = fitted, least, most
+            coefficients[k], low[k], high[k] = _monotone(inside, depth[seen]), least, most
         return cls(coefficients, low, high)
 
     def __call__(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -105,8 +99,7 @@ class MarkerDepths:
             raise BadCalibration("the paper's method needs a plate that is pressed onto all markers, step by step: calibrate --plate BAG")
         plate = presses.plate
         area, shift = (np.stack(values) for values in zip(*map(area_and_shift, plate.fields)))
-        half_step = plate_step(plate) / 2
-        found = cls(Cubics.fit(area, plate.depth, half_step), Cubics.fit(shift, plate.depth, half_step), np.full(area.shape[1], 0.5))
+        found = cls(Cubics.fit(area, plate.depth), Cubics.fit(shift, plate.depth), np.full(area.shape[1], 0.5))
         return cls(found.area, found.shift, found._weights(presses, pitch))
 
     def _weights(self, presses: Presses, pitch: float) -> np.ndarray:
