@@ -41,7 +41,8 @@ _PIN_DOME = ('# A dome of pins over a camera, as TacTip with 127 or 331 of them,
              '# Distances are not public: put in yours as gel.pitch. Until then no area is reported.\n')
 _GELSIGHT_MINI = ('# Any flat gel with dots over a camera, as GelSight Mini: contact region, contacts, wrench.\n'
                   '# What the dots are, and their grid, is measured in the first image, of the untouched gel.\n'
-                  "# The pitch is that of GelSight Mini by its maker's software, 0.0634 mm a pixel of 320 x 240, in which the dots are 31 px apart.\n"
+                  "# The pitch is that of GelSight Mini by its maker's software: 0.0634 mm a pixel of 320 x 240, in which dots are 31 px\n"
+                  '# apart.\n'
                   '# Thickness and modulus are not public: put in yours (docs/gel.md). Until then force and depth are NaN.\n')
 _GEL_SIM = ("# A simulated gel with dots (source:=sim params:=.../gel_sim.yaml): the parameters that differ from the nodes' defaults;\n"
             '# gelsight_mini.yaml explains all.\n')
@@ -150,9 +151,9 @@ def parameter_files() -> dict[str, str]:
     no_surface = (*no_cap, 'calibration', 'contact_region_node', 'markers_node')
     texts = {
         'touchpad': _text('touchpad', _TOUCHPAD, {}, ('dome.', 'gel.')),
-        'gelsight_mini': _text('touchpad', _GELSIGHT_MINI, {'rows': 0, 'columns': 0, 'surface': 'gel', 'polarity': 'any', 'detection': 'auto',
-                                                             'numbering': 'auto', 'gel.pitch': 0.00197},
-                               (*no_cap, 'calibration', 'contact', 'paper.')),
+        'gelsight_mini': _text(
+            'touchpad', _GELSIGHT_MINI, {'rows': 0, 'columns': 0, 'surface': 'gel', 'polarity': 'any', 'detection': 'auto',
+                                         'numbering': 'auto', 'gel.pitch': 0.00197}, (*no_cap, 'calibration', 'contact', 'paper.')),
         'pin_dome': _text('touchpad', _PIN_DOME, {'sensor_type': 'pin_dome', 'rows': 0, 'columns': 0, 'surface': 'pins', 'polarity': 'any',
                                                   'detection': 'auto', 'numbering': 'register'},
                           (*no_cap, 'contact', 'paper.', *(f'gel.{name}' for name in gel))),
