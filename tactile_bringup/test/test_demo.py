@@ -40,8 +40,10 @@ def test_all_messages_of_a_touch():
     assert (reading.stamp_s, reading.latency_s, reading.values) == (5.0, 0.02, {'displacement': 5.0, 'area': 4e-5, 'depth': 1e-3})
     assert filled().line(reading).split(' | ')[1:-1] == [
         '3 dots, largest displacement 5.0 px', '40 mm2, 1.0 mm deep, 5.0 N, gross slip, 0 stick, 2 slip']
-    array = reading_of({name: found[name] for name in ('contacts', 'slip')} | {'contact_region': ContactRegion()}, 5.0, 0.02)
-    assert array.words == ['nothing touches']
+    free = reading_of({'contacts': Contacts(), 'slip': Slip(), 'contact_region': ContactRegion()}, 5.0, 0.02)
+    assert free.words == ['nothing touches']
+    without_region = reading_of({name: found[name] for name in ('contacts', 'slip')} | {'contact_region': ContactRegion()}, 5.0, 0.02)
+    assert 'nothing touches' not in without_region.words and 'gross slip' in without_region.words[0]
     assert 'nan' not in filled().line(reading_of({'contacts': Contacts()}, 5.0, math.nan))
 
 

@@ -73,7 +73,7 @@ def published(bench: Bench, sensor: str, prefix: str, changes: Mapping = PAPER) 
     params = bench.params(sensor, changes)
     output = params.with_name(f'{prefix}_{params.stem}_calibration.yaml')
     if not output.exists():
-        fit_published(sensor, [bench.bag(sensor, f'{prefix}_markers', RATE)], params, output, changes['touch'],
+        fit_published(sensor, [bench.bag(sensor, f'{prefix}_markers', RATE, 60)], params, output, changes['touch'],
                       bench.bag(sensor, f'{prefix}_plate', RATE))
     return params, output
 
@@ -84,7 +84,7 @@ def ours(bench: Bench, sensor: str, prefix: str) -> Method:
     if prefix == sensor:
         return params, shipped(sensor)
     if not output.exists():
-        calibrate_markers([bench.bag(sensor, f'{prefix}_markers', RATE)], params, output, only='model')
+        calibrate_markers([bench.bag(sensor, f'{prefix}_markers', RATE, 60)], params, output, only='model')
     return params, output
 
 

@@ -129,9 +129,10 @@ def test_what_is_kept_is_left_out_where_its_type_is_not_known(tmp_path, capsys, 
     with BagReader(plain) as reader, BagWriter(source) as writer:
         for message in reader.messages():
             writer.write(*message[:4])
-        writer.write('/pad/ground_truth/slip', type_name, 2_200_000_000, bytes(12))
+        writer.write('/pad/ground_truth/slip', 'tactile_msgs/msg/Slip', 2_200_000_000, bytes(12))
     metadata = source / 'metadata.yaml'
-    metadata.write_text(metadata.read_text().replace(type_hash('tactile_msgs/msg/Slip'), 'RIHS01_' + 64 * '1'))
+    metadata.write_text(metadata.read_text().replace(type_hash('tactile_msgs/msg/Slip'), 'RIHS01_' + 64 * '1').replace(
+        'tactile_msgs/msg/Slip', type_name))
     (tmp_path / 'bag.yaml').write_text((tmp_path / 'plain.yaml').read_text())
     assert run(source, tmp_path / 'out') == module.INCOMPLETE
     assert f'1 of ground_truth/slip: type {type_name} {reported}' in capsys.readouterr().out
