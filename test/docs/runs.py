@@ -124,6 +124,7 @@ NOT_RUN = {
     r'make clean': 'takes away the environment that the tests run in',
     r'(CASES=.* )?make test-hardware': 'boots a machine in QEMU; test/hardware is that test',
     r'make sanitize': 'compiles the kernels anew with checks: minutes; the continuous integration runs it',
+    r'python3 -m pytest test/launch/test_rviz.py': 'is itself a test, which the continuous integration runs where RViz is found',
     r'ffmpeg ': 'not installed in every environment; makes a picture of the documentation',
     r'python3 test/benchmark/pins.py FOLDER': 'needs a data set of others, which is not shipped',
     r'ros2 bag ': "ROS 2's own verb, absent where setup.bash made the environment; test/environment/test_rosbag2_py.py tests the bags",

@@ -167,7 +167,8 @@ void bind_signal(py::module_& module) {
              "Track with the quiet part of a frame's change (rows, columns) float32, NaN is skipped, interval_s after the last frame;\n"
              "touched: (rows, columns) bool.")
         .def_property_readonly("sigma", &Baseline::sigma,
-                               "Standard deviation of a taxel's noise, at least that of rounding; 1 before the first estimate.")
+                               "Standard deviation of a taxel's noise, at least that of rounding; before two frames have\n"
+                               "shown it, the spread of the last change.")
         .def_property_readonly(
             "values", [=](const Baseline& one) { return shaped(one.values()); }, "(rows, columns) untouched values, None without any")
         .def_property_readonly("looks_pressed", &Baseline::looks_pressed, "whether the first frame may have held a contact");

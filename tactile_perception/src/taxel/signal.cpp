@@ -17,7 +17,7 @@ constexpr std::ptrdiff_t AROUND = 3;         // taxels around a quiet one that m
 constexpr float SETTLED = 5;                 // quiet frames of a taxel before it adds to the noise: its mean is then known better than that
 constexpr std::ptrdiff_t NOISE_FRAMES = 50;  // length of the noise's average; once full, one frame in NOISE_INTERVAL updates it
 constexpr std::ptrdiff_t NOISE_INTERVAL = 10;
-constexpr std::ptrdiff_t SAMPLE = 2000;  // taxels that show the noise: a standard deviation is then known within 2 %
+constexpr std::size_t SAMPLE = 2000;  // taxels that show the noise: a standard deviation is then known within 2 %
 constexpr double LOOKS_PRESSED = 0.1;    // of the full scale: range of a smoothed first frame with a contact; offsets vary by less
 constexpr float SILENT = 0.1f;           // of both neighbours, up to which a taxel is silent: a pad blurs pressure, which falls less
 constexpr double PRESSED = 12;           // standard deviations of the noise, from which a taxel is pressed
@@ -68,6 +68,28 @@ void fill(std::vector<float>& values, std::vector<std::uint8_t> missing, std::pt
     }
 }
 
+// Finite values minus their median.
+std::vector<float> about_median(std::vector<float> values) {
+    values.erase(std::remove_if(values.begin(), values.end(), [](float value) { return !std::isfinite(value); }), values.end());
+    if (values.empty()) return values;
+    std::vector<float> ordered = values;
+    const auto upper = ordered.begin() + static_cast<std::ptrdiff_t>(ordered.size() / 2);
+    std::nth_element(ordered.begin(), upper, ordered.end());
+    const float median = ordered.size() % 2 ? *upper : 0.5f * (*upper + *std::max_element(ordered.begin(), upper));
+    for (float& value : values) value -= median;
+    return values;
+}
+
+// Standard deviation of residuals, by the median of the sizes of up to SAMPLE of them; 0 of none.
+double deviation(const std::vector<float>& residuals) {
+    if (residuals.empty()) return 0;
+    std::vector<float> sizes;
+    for (std::size_t k = 0; k < residuals.size(); k += 1 + residuals.size() / SAMPLE) sizes.push_back(std::abs(residuals[k]));
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    return SIGMA_PER_MAD * *middle;
+}
+
 }  // namespace
 
 Baseline::Baseline(double frames, double time_constant, std::optional<Sheet> start, bool zeroed)
@@ -99,6 +121,7 @@ std::vector<float> Baseline::change(const Sheet& frame, double full_scale) {
         if (std::isnan(values_.values[k])) values_.values[k] = frame.values[k];
         change[k] = frame.values[k] - values_.values[k];
     }
+    if (!noise_count_) spread_ = deviation(about_median(change));
     return change;
 }
 
@@ -124,36 +147,21 @@ void Baseline::follow(const float* change, const std::uint8_t* touched, double i
 // taxel is quiet.
 std::vector<float> Baseline::steps(const float* change) {
     const std::vector<float> last = std::exchange(last_, std::vector<float>(change, change + values_.size()));
-    std::vector<float> steps;
-    for (std::size_t k = 0; k < last.size(); ++k) {
-        const float step = (change[k] - last[k]) * static_cast<float>(std::sqrt(0.5));
-        if (std::isfinite(step)) steps.push_back(step);
-    }
-    if (steps.empty()) return steps;
-    const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-    std::vector<float> ordered = steps;
-    const auto upper = ordered.begin() + (middle - steps.begin());
-    std::nth_element(ordered.begin(), upper, ordered.end());
-    const float median = steps.size() % 2 ? *upper : 0.5f * (*upper + *std::max_element(ordered.begin(), upper));
-    for (float& step : steps) step -= median;
-    return steps;
+    std::vector<float> steps(last.size());
+    for (std::size_t k = 0; k < last.size(); ++k) steps[k] = (change[k] - last[k]) * static_cast<float>(std::sqrt(0.5));
+    return about_median(std::move(steps));
 }
 
-// Averages the noise with the normalised median absolute deviation of residuals.
-void Baseline::update_noise(std::vector<float> residuals) {
+// Averages the noise with that of residuals.
+void Baseline::update_noise(const std::vector<float>& residuals) {
     if (residuals.empty()) return;
-    const auto stride = 1 + static_cast<std::ptrdiff_t>(residuals.size()) / SAMPLE;
-    std::vector<float> sizes;
-    for (std::size_t k = 0; k < residuals.size(); k += static_cast<std::size_t>(stride)) sizes.push_back(std::abs(residuals[k]));
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    const double sigma = SIGMA_PER_MAD * *middle, keep = static_cast<double>(noise_count_);
+    const double sigma = deviation(residuals), keep = static_cast<double>(noise_count_);
     variance_ = (variance_ * keep + sigma * sigma) / (keep + 1);
     noise_count_ = std::min(noise_count_ + 1, NOISE_FRAMES);
 }
 
 double Baseline::sigma() const {
-    return std::max(QUANTUM, noise_count_ ? std::sqrt(variance_) : 1.0);
+    return std::max(QUANTUM, noise_count_ ? std::sqrt(variance_) : spread_);
 }
 
 DeadTaxels::DeadTaxels(const std::uint8_t* known, std::ptrdiff_t rows, std::ptrdiff_t columns)

@@ -30,7 +30,7 @@ class Baseline {
     std::vector<float> change(const Sheet& frame, double full_scale);
     // Track with the quiet part of a change, interval s after the last frame; touched: (rows, columns).
     void follow(const float* change, const std::uint8_t* touched, double interval);
-    // Standard deviation of a taxel's noise, at least that of rounding; 1 before the first estimate.
+    // Standard deviation of a taxel's noise, at least that of rounding; before two frames have shown it, the spread of the last change.
     double sigma() const;
     // The untouched values, of no size before the first frame.
     const Sheet& values() const { return values_; }
@@ -39,13 +39,14 @@ class Baseline {
 
  private:
     std::vector<float> steps(const float* change);
-    void update_noise(std::vector<float> residuals);
+    void update_noise(const std::vector<float>& residuals);
 
     double frames_, time_constant_;
     std::optional<Sheet> start_;
     bool zeroed_, takes_zeros_ = false, settled_ = false, looks_pressed_ = false;
     Sheet values_{};
     std::vector<float> count_{}, last_{};
+    double spread_ = 0;  // of the taxels' last change, while the noise is not known
     double variance_ = 0;
     std::ptrdiff_t noise_count_ = 0, frame_ = 0;
 };

@@ -145,9 +145,9 @@ class TaxelEstimator:
             raise BadFrame(f'taxels: stamp {stamp_s} s is not later than the last; frame skipped')
         interval = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
         self._stamp_s = stamp_s
-        sigma, response = self.baseline.sigma, self.settings.response
-        full_scale = self.array.scale_of(np.asarray(values))
+        response, full_scale = self.settings.response, self.array.scale_of(np.asarray(values))
         change = self.baseline.change(frame, full_scale)
+        sigma = self.baseline.sigma
         repaired = self._dead.repaired(change, sigma)
         pressure = self._hysteresis.undone(response.pressure(repaired), interval)
         noise = sigma * response.slope(_NOISE_AT * sigma) * response.loop.noise_gain

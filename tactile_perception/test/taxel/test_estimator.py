@@ -267,6 +267,13 @@ def test_dead_taxels_reach_the_estimator():
         taxel_estimator(VALUES | {'dead_taxels': [44 * 44]})
 
 
+@pytest.mark.parametrize('noise', [0.2, 2.0, 50.0])
+def test_the_first_frames_of_an_untouched_array_hold_no_contact_whatever_its_noise(noise):
+    estimator, rng = taxel_estimator(VALUES | {'bits': 16}), np.random.default_rng(4)
+    frames = 3000 + rng.normal(0, noise, (5, 44, 44))
+    assert [estimator.process(frame.astype(np.uint16), 0.01 * k).contacts for k, frame in enumerate(frames)] == [[]] * 5
+
+
 def test_a_sensor_that_is_touched_at_the_start():
     image = np.zeros((44, 44), np.uint8)
     image[10:30, 10:30] = 90
