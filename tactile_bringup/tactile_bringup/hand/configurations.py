@@ -20,9 +20,10 @@ from tactile_perception.sensor_type import SENSOR_TYPES
 from .description import Hand, HandSensor, read_hand
 from .. import share
 
-_AROUND, _AWAY = 0.1, 1.5  # m of each sensor, and times the hand's size to the viewpoint: RViz's field of view is 45 degrees high. Chosen
+_AROUND, _AWAY = 0.1, 1.2  # m of each sensor, and times the hand's size to the viewpoint: RViz's field of view is 45 degrees high. Chosen
 _HEIGHT, _WIDTH, _DOCK_HEIGHT, _DISPLAYS_WIDTH, _PICTURES_WIDTH = 960, 1600, 860, 260, 330  # px, of RViz's window and its parts
-_LETTER_HEIGHT = 0.014  # over the distance of the viewpoint: 15 px in a 3D view 900 px high
+_RAISED = 0.3  # rise of a text behind its sensor over its distance from it: a line, so that a dome does not hide its last line
+_LETTER_HEIGHT = 0.016  # over the distance of the viewpoint: 17 px in a 3D view 900 px high
 
 
 def aggregator_configuration(hand: Hand) -> str:
@@ -81,6 +82,7 @@ def text_parameters(hand: Hand, sensor: HandSensor) -> dict[str, object]:
     away = (_pose(hand, sensor)[1] - origins.mean(axis=0)) * [1.0, 1.0, 0.0]
     length = float(np.linalg.norm(away))
     side = away / length if length > 1e-6 else np.array([1.0, 0.0, 0.0])  # m; a sensor alone, or one in the middle
+    side[2] = _RAISED * max(0.0, -side[0])  # the viewpoint is at positive x
     return {'text.height': _LETTER_HEIGHT * _distance(origins), 'text.side': rotation.inv().apply(side).round(9).tolist(),
             'text.up': rotation.inv().apply([0.0, 0.0, 1.0]).round(9).tolist()}
 

@@ -26,11 +26,11 @@ _WITHIN_95 = 2.796  # derived: square root of the 95 % quantile of chi-square wi
 _THINNEST = 1e-5  # m, chosen: RViz warns about a scale of zero
 _LIFTED = 2e-4  # m, chosen: height of outlines over the surface, which would hide them
 _LETTER_SHARE = 0.13  # letter height over the sensor's half width: 16 px or more in the shipped views
-_MIN_HALF, _UNSEEN_HALF = 10, 16  # half width over dot size: the minimum, and where no dot's position is known that of the touchpad
+_MIN_HALF = 16  # minimum of the half width over the dot size: that of the touchpad, in whose view smaller sensors are shown, too
 _LINE_PITCH = 1.7  # letter heights from one line to the next; RViz's own pitch within one text adds 10 mm, too much for a small sensor
 _WARNING, _HAND_WARNING = (36, 2), (20, 1)  # letters in a line and lines of a warning, of which /diagnostics has the whole text
 _HAND_GAP = 4.5  # letter heights from the edge of a sensor of a hand to the middle of its text: half of three lines, seen from above
-_WARNING_HEIGHT = 0.7  # half widths of the sensor from its plane to a warning, which so stands over the sensor and its arrows
+_WARNING_HEIGHT = 0.7, 1.2  # half widths and heights of the sensor from its plane to a warning, which so is clear of its normal arrows
 _SLIP_COLOURS = {Slip.NONE: colours.TEXT, Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
 _MOST_ARROWS = 200  # chosen
 _TONES = 64  # steps of the cells' colours, chosen: finer than the eye resolves
@@ -73,7 +73,7 @@ class MarkerSet:
         self._sizes, self._size = sizes, size
         self._made: list[Marker] = []
         self._header = Header()
-        self._seen = np.zeros(2)  # m, half widths of the sensor: the largest seen
+        self._seen = np.zeros(3)  # m, half widths and height of the sensor: the largest seen
         self.warning = ''
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
@@ -83,7 +83,7 @@ class MarkerSet:
         region, contacts = found.get('contact_region') or ContactRegion(), (found.get('contacts') or Contacts()).contacts
         self._seen = np.maximum(self._seen, self._surface(found, region))
         self._outline(region)
-        self._contacts(contacts)
+        self._contacts(contacts, region)
         if 'wrench' in found and region.outlines and found['wrench'].header.frame_id in ('', header.frame_id):  # else at another origin
             self._wrench(found['wrench'].wrench, region)
         if 'slip' in found:
@@ -99,21 +99,22 @@ class MarkerSet:
         return self._all()
 
     def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
-        """Draw the sensor's surface; half widths (2,), m, of what is seen of it."""
+        """Draw the sensor's surface; half widths and height (3,), m, of what is seen of it."""
         raise NotImplementedError
 
     def _all(self) -> MarkerArray:
         if self.warning:
             letters, lines = _HAND_WARNING if self._in_hand else _WARNING
             lines = textwrap.wrap(self.warning, letters, max_lines=lines, placeholder=' ...')
-            above = np.array([*-self._half, _WARNING_HEIGHT * self._half.max()]) + self._line_step * -(len(lines) - 1)
+            height = np.max(np.multiply(_WARNING_HEIGHT, (self._half.max(), self._seen[2])))
+            above = np.array([*-self._half, height]) - self._line_step * (len(lines) - 1)
             self._text('warning', lines, self._text_place() + 2 * self._line_step if self._in_hand else above, colours.REGION)
         return MarkerArray(markers=[Marker(header=self._header, action=Marker.DELETEALL), *self._made])
 
     @property
     def _half(self) -> np.ndarray:
         """Half widths (2,), m, of the sensor, by which text is placed."""
-        return np.maximum(self._seen, (_MIN_HALF if self._seen.any() else _UNSEEN_HALF) * self._size)
+        return np.maximum(self._seen[:2], _MIN_HALF * self._size)
 
     @property
     def _in_hand(self) -> bool:
@@ -175,11 +176,16 @@ class MarkerSet:
             size = min(self._size, 0.2 * float(np.linalg.norm(ends[1] - ends[0])))
             self._add(ns, Marker.ARROW, (0.6 * size, 1.5 * size, 2.0 * size), _colour(colour), ends, number)
 
-    def _contacts(self, contacts: Sequence) -> None:
+    def _contacts(self, contacts: Sequence, region: ContactRegion) -> None:
         for contact in contacts:
-            place, normal = array_of([contact.position, contact.normal])
-            self._arrow('normals', contact.id, np.stack([place, place + self._sizes['normal_length'] * normal]), colours.CONTACT)
-            self._covariance(contact.id, place, np.asarray(contact.position_covariance).reshape(3, 3))
+            position, normal = array_of([contact.position, contact.normal])
+            foot = self._foot(position, region)
+            self._arrow('normals', contact.id, np.stack([foot, foot + self._sizes['normal_length'] * normal]), colours.CONTACT)
+            self._covariance(contact.id, position, np.asarray(contact.position_covariance).reshape(3, 3))
+
+    def _foot(self, position: np.ndarray, _region: ContactRegion) -> np.ndarray:
+        """Position (3,), m, at which the normal arrow of a contact at a position (3,), m, begins."""
+        return position
 
     def _covariance(self, number: int, place: np.ndarray, covariance: np.ndarray) -> None:
         """Draw the ellipsoid that holds the contact position with 95 % probability."""
@@ -224,17 +230,24 @@ class DotMarkers(MarkerSet):
     def _surface(self, found: Mapping, region: ContactRegion) -> np.ndarray:
         dots = found.get('dots')
         if dots is None or not (len(dots.x) or 'points' in found):
-            return np.zeros(2)
+            return np.zeros(3)
         places = np.column_stack([dots.x, dots.y, dots.z]).astype(float) if len(dots.x) else _places_of(found['points'])
         if len(places) != len(dots.id):
-            return np.zeros(2)
+            return np.zeros(3)
         known = np.isfinite(places).all(axis=1)
         places, states = places[known], np.maximum(states_of(np.asarray(dots.id, np.int64)[known], region), 0)
         marker = self._add('dots', Marker.SPHERE_LIST, [self._size] * 3, _STATES[0], places)
         by_depth = self._sizes['dot_colour'] == 'depth'
         marker.colors = [_colour(rgb) for rgb in colours.of_depth(self._depths(places) / self._sizes['full_depth']).tolist()] if by_depth \
             else [_STATES[state] for state in states.tolist()]
-        return np.abs(places[:, :2]).max(axis=0, initial=0.0)
+        return np.append(np.abs(places[:, :2]).max(axis=0, initial=0.0), places[:, 2].max(initial=0.0))
+
+    def _foot(self, position: np.ndarray, region: ContactRegion) -> np.ndarray:
+        """See MarkerSet; on a dome, whose flank may touch an object beside the object's lowest point, the middle of the nearest outline."""
+        if self._sizes['dome.height'] <= 0 or not region.outlines:
+            return position
+        middles = np.stack([array_of(outline.points).mean(axis=0) for outline in region.outlines])
+        return middles[np.argmin(np.linalg.norm(middles - position, axis=1))]
 
     def _depths(self, places: np.ndarray) -> np.ndarray:
         """Depths (N,), m, of positions (N, 3), m, below the untouched surface: along z for a sheet, radial for a cap."""
@@ -261,7 +274,7 @@ class FingerMarkers(MarkerSet):
         places = places[np.isfinite(places).all(axis=1)]
         if len(places):
             self._add('points', Marker.SPHERE_LIST, [2 * self._size] * 3, _colour((1.0, 0.35, 0.1)), places)
-        return np.full(2, radius)
+        return np.full(3, radius)
 
 
 class TaxelMarkers(MarkerSet):
@@ -279,11 +292,11 @@ class TaxelMarkers(MarkerSet):
                       array_of([region.centroid]) + np.repeat(halves, 2, axis=0) * [[-1], [1], [-1], [1]])
         if region.outlines and 'slip' in found:
             self._flow(found['slip'])
-        return self._cells(found['image_raw']) if 'image_raw' in found else np.zeros(2)
+        return self._cells(found['image_raw']) if 'image_raw' in found else np.zeros(3)
 
     def _cells(self, image: Image) -> np.ndarray:
         """Draw the array as a plate and each pressed taxel as a square on it, just under the surface, where the outlines lie; half widths
-        (2,), m."""
+        and height (3,), m."""
         values = grey_to_array(image, 'taxel image').astype(np.float32)
         full, pitch, (rows, columns) = self._sizes['full_value'], self._size, values.shape
         corners = _TWO_TRIANGLES * [columns * pitch, rows * pitch, 0.0] - [0.0, 0.0, 2 * _UNDER]
@@ -296,7 +309,7 @@ class TaxelMarkers(MarkerSet):
             corners = (places[:, None] + pitch * _TWO_TRIANGLES).reshape(-1, 3)
             cells = self._add('cells', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.TEXT), corners)
             cells.colors = [self._tones[k] for k in np.repeat(tone, len(_TWO_TRIANGLES)).tolist()]
-        return 0.5 * pitch * np.array([columns, rows])
+        return 0.5 * pitch * np.array([columns, rows, 0])
 
     def _flow(self, slip: Slip) -> None:
         """Draw the slip velocity at each slipping point as a line."""

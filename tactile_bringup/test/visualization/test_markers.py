@@ -32,6 +32,7 @@ def circle(radius, n=60, z=0.0):
 TEXT = {'text.height': 0.0, 'text.side': [1.0, 1.0, 0.0], 'text.up': [0.0, 0.0, 1.0]}
 SIZES = {**TEXT, 'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_length': 8e-3,
          'full_force': 4.0, 'full_torque': 0.02, 'sensor_type': 'areal_single', 'dome.rim_radius': 0.0, 'dome.height': 0.0}
+DOME = {**SIZES, 'dot_colour': 'depth', 'sensor_type': 'air_cushion', 'dome.rim_radius': 0.15, 'dome.height': 0.12}
 HEADER = Header(frame_id='pad')
 NAN = float('nan')
 
@@ -85,10 +86,8 @@ def test_dots_without_positions_stand_where_the_points_are():
 
 
 def test_depth_is_under_the_untouched_dome_where_there_is_one():
-    dome = {**SIZES, 'dot_colour': 'depth', 'sensor_type': 'air_cushion',
-            'dome.rim_radius': 0.15, 'dome.height': 0.12}
     found = {'dots': DotTracks(id=[0, 1, 2], x=[0.0, 0.15, 0.0], y=[0.0] * 3, z=[0.12, 0.0, 0.1175])}
-    dots = by_name(DotMarkers(dome).frame(HEADER, found))['dots']
+    dots = by_name(DotMarkers(DOME).frame(HEADER, found))['dots']
     assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(row, abs=1e-5) for row in colours.of_depth(np.array([0.0, 0.0, 0.5]))]
     pad = {**SIZES, 'dot_colour': 'depth', 'sensor_type': 'touchpad', 'cap.curvature_radius': 0.02, 'cap.height': 0.013}
     found = {'dots': DotTracks(id=[0, 1], x=[0.0, 0.0], y=[0.0, 0.0], z=[0.013, 0.008])}
@@ -161,6 +160,25 @@ def test_a_warning_is_shown_with_and_without_data_until_it_is_over():
         assert said[0].pose.position.z > said[1].pose.position.z > 0.004, 'above the sensor'
     it.warning = ''
     assert not lines(it.frame(HEADER, touch()), 'warning')
+
+
+def test_a_warning_stands_over_a_dome():
+    it = DotMarkers(DOME)
+    it.warning = 'the first dots are off their untouched positions, something may press; let go and call set_reference'
+    said = lines(it.frame(HEADER, {'dots': DotTracks(id=[0, 1], x=[0.0, 0.11], y=[0.0] * 2, z=[0.12, 0.04])}), 'warning')
+    assert len(said) == 2 and said[1].pose.position.z > 0.12
+
+
+def test_the_normal_of_a_contact_on_the_flank_of_a_dome_begins_within_its_outline():
+    """The lowest point of a ball on a slope is beside the contact."""
+    def moved(x):
+        return Polygon(points=[Point32(x=float(x + a), y=float(b), z=0.1) for a, b, _ in circle(0.004)])
+
+    contacts = [Contact(id=number, position=Point(x=x, z=0.1), normal=Vector3(z=1.0)) for number, x in ((3, 0.057), (5, -0.06))]
+    found = {'contacts': Contacts(contacts=contacts), 'contact_region': ContactRegion(outlines=[moved(-0.054), moved(0.05)])}
+    feet = {sizes['sensor_type']: [marker.points[0].x for marker in lines(DotMarkers(sizes).frame(HEADER, found), 'normals')]
+            for sizes in (DOME, SIZES)}
+    assert feet['air_cushion'] == pytest.approx([0.05, -0.054]) and feet['areal_single'] == pytest.approx([0.057, -0.06])
 
 
 SIZES_FINGER = {**TEXT, 'radius': 0.016, 'point_size': 1.5e-3, 'normal_length': 8e-3}
@@ -383,8 +401,9 @@ def test_the_text_of_a_sensor_of_a_hand_is_upright_and_away_from_the_others():
     thumb, tip = (text_parameters(hand, sensor) for sensor in hand.sensors)
     for turned in (thumb, tip):
         assert turned['text.up'] == pytest.approx([-1.0, 0.0, 0.0]), 'the hand z in a sensor frame'
-    assert thumb['text.side'] == pytest.approx([0.0, 0.0, 1.0]) and tip['text.side'] == pytest.approx([0.0, 0.0, -1.0])
-    assert thumb['text.height'] == tip['text.height'] == pytest.approx(0.014 * 1.5 * (0.2 + 0.1))
+    assert thumb['text.side'] == pytest.approx([0.0, 0.0, 1.0]), 'in front of the sensor'
+    assert tip['text.side'] == pytest.approx([-0.3, 0.0, -1.0]), 'behind the sensor, and higher'
+    assert thumb['text.height'] == tip['text.height'] == pytest.approx(0.016 * 1.2 * (0.2 + 0.1))
 
 
 def test_every_sensor_of_a_hand_has_its_markers_and_its_picture_in_the_frame_of_the_hand():
