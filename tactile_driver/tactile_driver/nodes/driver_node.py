@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import yaml
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 
 from ..errors import BadArgument, DeviceLost, TactileError
@@ -28,7 +29,7 @@ from .runtime.defect_guard import guard_services
 from .runtime.diagnostics import Health, LogOnce, NodeDiagnostics
 from .runtime.host import Host, SharedPublisher
 from .runtime.parameter_server import NodeParameters
-from .runtime.ros_defaults import LATCHED_QOS, steady_timer
+from .runtime.ros_defaults import LATCHED_QOS, STREAM_QOS, steady_timer
 
 _TAKE_S = 0.2
 _MOST_WARNINGS = 10  # chosen: more do not fit a line of /diagnostics; hostile images give thousands
@@ -206,6 +207,15 @@ class DriverNode(LifecycleNode):
     def create_lifecycle_publisher(self, *args, **kwargs) -> SharedPublisher:
         """A lifecycle publisher that nodes of the same process may attach to."""
         return self._host.publisher(super().create_lifecycle_publisher(*args, **kwargs))
+
+    @property
+    def raw_qos(self) -> QoSProfile:
+        """Of raw data, of which keep messages may wait for a subscriber.
+
+        A recording of rate 0 waits until each message is acknowledged. Fast DDS asks for that at once if its history is full, else only
+        every 3 s: the depth is 1.
+        """
+        return STREAM_QOS if self._settings['rate'] == 0 else QoSProfile(depth=self.keep)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Open the source. FAILURE if it is missing or a parameter is wrong: the node stays unconfigured and reports why."""

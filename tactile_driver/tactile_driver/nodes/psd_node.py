@@ -3,7 +3,6 @@
 """psd_node: publishes the voltages of a PSD finger from a serial port, a recording or a simulation; a lifecycle node."""
 from __future__ import annotations
 
-from rclpy.qos import QoSProfile
 from tactile_msgs.msg import PsdVoltages
 
 from ..frame import SampleBlock
@@ -26,7 +25,7 @@ class PsdNode(DriverNode):
 
     def __init__(self, host: Host | None = None):
         super().__init__('psd_node', PSD_DRIVER_PARAMETERS, 'psd finger', host)
-        self.raw = [self.create_lifecycle_publisher(PsdVoltages, 'voltages', QoSProfile(depth=self.keep))]
+        self.raw = [self.create_lifecycle_publisher(PsdVoltages, 'voltages', self.raw_qos)]
 
     def open_source(self, values: dict) -> Source:
         """See DriverNode."""

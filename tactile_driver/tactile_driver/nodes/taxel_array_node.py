@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 
 from ..frame import Frame, in_sensor_order
@@ -25,7 +24,7 @@ class TaxelArrayNode(DriverNode):
 
     def __init__(self, host: Host | None = None):
         super().__init__('taxel_array_node', TAXEL_DRIVER_PARAMETERS, 'taxel array', host)
-        self.raw = [self.create_lifecycle_publisher(Image, 'image_raw', QoSProfile(depth=self.keep))]
+        self.raw = [self.create_lifecycle_publisher(Image, 'image_raw', self.raw_qos)]
 
     def open_source(self, values: dict) -> Source:
         """See DriverNode."""

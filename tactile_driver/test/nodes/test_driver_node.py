@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What all drivers share: transitions, streams, waiting frames."""
 
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -17,7 +19,7 @@ from tactile_driver.errors import BadArgument, DeviceLost
 from tactile_driver.nodes.driver_node import DriverNode
 from tactile_driver.nodes.messages.conversions import instants, stamp_ns_of
 from tactile_driver.nodes.runtime.diagnostics import ERROR
-from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.host import Host, SharedPublisher
 from tactile_driver.nodes.taxel_array_node import TaxelArrayNode
 from tactile_driver.parameters.table import Parameter
 from waiting import until
@@ -58,6 +60,36 @@ def test_of_a_recording_each_counts(ages, tmp_path):
     np.save(tmp_path / 'press.npy', np.zeros((100, 8, 8), np.uint16))
     reported, _ = ages(source='file', path=str(tmp_path / 'press.npy'), rows=8, columns=8, rate=0.0)
     assert np.median(reported) < BLOCKED_S / 2
+
+
+SUBSCRIBER = """
+import rclpy
+from sensor_msgs.msg import Image
+rclpy.init()
+node = rclpy.create_node('subscriber')
+node.create_subscription(Image, 'image_raw', lambda message: None, 10)
+rclpy.spin(node)
+"""
+
+
+def test_a_recording_as_fast_as_received_is_acknowledged_at_once(tmp_path, monkeypatch):
+    """Fast DDS may ask for an acknowledgement only every 3 s: most waits would reach their limit of 1 s."""
+    acknowledged, wait = [], SharedPublisher.wait_for_all_acked
+    monkeypatch.setattr(SharedPublisher, 'wait_for_all_acked', lambda *args: acknowledged.append(wait(*args)))
+    np.save(tmp_path / 'press.npy', np.zeros((20, 8, 8), np.uint16))
+    rclpy.init()
+    node = TaxelArrayNode(Host(parameters={'source': 'file', 'path': str(tmp_path / 'press.npy'), 'rows': 8, 'columns': 8, 'rate': 0.0,
+                                           'autostart': False}))
+    subscriber = subprocess.Popen([sys.executable, '-c', SUBSCRIBER])
+    assert until(lambda: node.raw[0].get_subscription_count() == 1)
+    node.trigger_configure()
+    node.trigger_activate()
+    assert until(lambda: len(acknowledged) == 20, patience_s=60)
+    subscriber.kill()
+    subscriber.wait(10)
+    node.destroy_node()
+    rclpy.try_shutdown()
+    assert np.mean(acknowledged) > 0.8
 
 
 TABLE = (Parameter('autostart', bool, False, '', 'start by itself', read_only=True),
