@@ -90,8 +90,8 @@ RUNS = (
     Run(r'python3 test/benchmark/fit_contact_score.py', more=' --scenes 2', writes='out/border_network.npz'),
     Run(r'python3 test/benchmark/judged.py', prints=r'F1|position|place'),
     Run(r'python3 test/benchmark/taxel_slip.py FOLDER', change=('FOLDER', '$TACTILE_RECORDINGS'), prints=r'frames, [\d.]+% slip'),
+    # the finger's of all papers; the page of each other paper has a command of its own
     Run(r'ros2 run tactile_bringup papers (--details )?--report', more=' --quick --paper psd_finger', prints=r'the paper reports'),
-    # ... each of the others as its own page has it
     Run(r'ros2 run tactile_bringup papers', more=' --quick', prints=r'the paper reports'),
     # tools
     Run(r'ros2 run tactile_bringup simulate camera demo', writes='out/demo_bag/metadata.yaml', change=('--rate 15', '--rate 2')),
