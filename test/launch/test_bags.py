@@ -120,6 +120,20 @@ def messages_of(path, topics):
     return found
 
 
+def test_when_the_right_views_were_exposed_is_recorded_and_played(ros2, tmp_path):
+    write_scene(tmp_path / 'none', 'areal_dual_press', 4.0, frames=6)
+    names = ['/areal_dual/right/time_reference', '/areal_dual/right/image_raw']
+    found = {}
+    for played, recorded in (('none', 'once'), ('once', 'twice')):
+        launched = ros2('launch', 'tactile_bringup', 'areal_dual.launch.py', 'source:=bag', f'path:={tmp_path / played}', 'rate:=0',
+                        f'record:={tmp_path / recorded}')
+        assert launched.wait(120) == 0, launched.log
+        found[recorded] = messages_of(tmp_path / recorded, names)
+    assert found['once'] == found['twice']
+    times = [decode(data, 'sensor_msgs/msg/TimeReference').time_ref for data in found['once'][names[0]]]
+    assert len(times) == 6 and times == [decode(data, 'sensor_msgs/msg/Image').header.stamp for data in found['once'][names[1]]]
+
+
 def test_without_camera_info_process_bag_writes_the_dots_that_the_live_nodes_publish(ros2, tmp_path):
     write_scene(tmp_path / 'whole', 'disc_twist', 10.0, frames=8)
     with BagReader(tmp_path / 'whole') as bag, BagWriter(tmp_path / 'bag') as blind:

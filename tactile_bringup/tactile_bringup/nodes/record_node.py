@@ -10,9 +10,10 @@ from pathlib import Path
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
-from sensor_msgs.msg import CameraInfo, Image, JointState
+from sensor_msgs.msg import CameraInfo, Image, JointState, TimeReference
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 from tactile_driver.nodes.messages.ground_truth import TRUTH
 from tactile_driver.nodes.messages.images import message_type
 from tactile_driver.nodes.runtime.host import AdaptiveSubscription
@@ -54,7 +55,7 @@ class LiveBag(BagWriter):
         super().__exit__(*exc)
 
 
-RAW = {'voltages': PsdVoltages, **{f'{view}{topic}': kind for view in ('', 'left/', 'right/')
+RAW = {'voltages': PsdVoltages, RIGHT_TIME: TimeReference, **{f'{view}{topic}': kind for view in ('', 'left/', 'right/')
                                    for topic, kind in (('image_raw', Image), ('camera_info', CameraInfo))}}
 ESTIMATES = {'dots': DotTracks, **RESULTS, **{f'ground_truth/{topic}': kind for topic, kind in TRUTH.items()}}
 PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
