@@ -48,7 +48,6 @@ def files(tmp_path_factory):
         shutil.copy(share / source, folder / name)
     hand = [{'name': 'thumb', 'type': 'touchpad', 'device': 'SERIAL'}, {'name': 'tip', 'type': 'psd_finger', 'device': 'usb-if00'}]
     (folder / 'my_hand.yaml').write_text(yaml.safe_dump({'frame': 'hand', 'sensors': hand}))
-    shutil.copy(ROOT / 'test/benchmark/doc/benchmark.json', folder / 'finger.json')
     return folder
 
 
