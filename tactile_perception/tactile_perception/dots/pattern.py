@@ -124,8 +124,8 @@ class PatternNumbers:
     def __init__(self, uv: np.ndarray | None = None):
         self._pattern = None if uv is None else Pattern(uv)
 
-    def update(self, dots: Dots, stamp_s: float) -> np.ndarray:
-        """Index (N,) int64 of each dot, -1 where not certain; stamp_s is ignored. Raises BadFrame if the first frame has no valid
+    def update(self, dots: Dots, stamp_s: float, size: tuple | None = None) -> np.ndarray:
+        """Index (N,) int64 of each dot, -1 where not certain; stamp_s and size are ignored. Raises BadFrame if the first frame has no valid
         pattern."""
         if self._pattern is None:
             try:

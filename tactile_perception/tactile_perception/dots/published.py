@@ -230,7 +230,7 @@ class SortNumbers:
         self._mean, self._covariance = np.zeros((0, 3, 2)), np.zeros((0, 3, 2, 2))  # of column, row, area, and their velocities a frame
         self._id, self._age = np.zeros(0, int), np.zeros(0, int)  # age: frames since the track's dot was seen
 
-    def update(self, dots: Dots, stamp_s: float) -> np.ndarray:
+    def update(self, dots: Dots, stamp_s: float, size: tuple | None = None) -> np.ndarray:
         """Number (N,) of each dot, -1 for one whose track began later than the first frame; stamp_s: s, later than the last."""
         boxes = np.column_stack([dots.uv, dots.area * (4 / np.pi)])
         if self._stamp_s == -np.inf:

@@ -38,6 +38,7 @@ class DotStage(CameraStage):
         if self.sensor.cap is not None:
             import scipy.optimize  # noqa: F401 - 0.3 s for which the first image would wait otherwise
         calibrated = self.sensor.cap is not None and values['calibration']
+        self._far = 0
         self._water = read_calibration(values['calibration'], 'touchpad', values) if calibrated else None
         self._surface = None
         if values['surface'] in ('sheet', 'dome'):
@@ -93,12 +94,14 @@ class DotStage(CameraStage):
             self.estimator.set_reference()
 
     def health(self) -> tuple[str, dict]:
-        """Warns of a missing camera_info, of a reference that may have been taken under a contact, and of dots without numbers; reports
-        which dots are tracked."""
+        """Warns of a missing camera_info, of a reference that may have been taken under a contact, of dots without numbers, and of frames
+        since the last call that were too far apart to follow all dots; reports which dots are tracked."""
         if self.estimator is None:
             return '', {}
         warning, unnumbered = self.estimator.warning, self.estimator.unnumbered
         blind = '' if self._camera or not self.needs_camera else (
             'no camera_info: dots have no 3D positions; publish camera_info beside image_raw, or set surface to none')
-        return unnumbered or blind or warning, {
-            'reference': warning or 'in order', 'dots': self.estimator.found, 'numbers': unnumbered or 'certain'}
+        jumps, before, self._far = self.estimator.jumps, self._far, self.estimator.links.far
+        return unnumbered or blind or warning or (jumps if self._far > before else ''), {
+            'reference': warning or 'in order', 'dots': self.estimator.found, 'numbers': unnumbered or 'certain',
+            'links': jumps or 'certain'}

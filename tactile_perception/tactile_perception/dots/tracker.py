@@ -16,6 +16,8 @@ from .links import Linker
 from .number import AUTO, REGISTER, SORT, WITHOUT_GRID, GridNumbering, find_grid, grid_numbering
 from .reference import CalibratedRest, Reference
 
+_JUMPED = 'since the frame before the dots moved by about half their spacing or more'
+_SLOWER = 'raise the frame rate, or move more slowly'
 _WHITE = 128  # grey levels, from which a pixel of a picture is the sensor: JPEG blurs black and white
 
 
@@ -142,6 +144,12 @@ class DotTracker:
         return self.reference.warning or self._changed
 
     @property
+    def jumps(self) -> str:
+        """How many dots got no link so far, and how many frames were far apart; ''."""
+        lost, far = self.links.lost, self.links.far
+        return f'{lost} dots not linked, {far} frames more than half a spacing apart; {_SLOWER}' if lost or far else ''
+
+    @property
     def found(self) -> str:
         """What is tracked, as a person would say it: '165 bright dots of 9 px, no grid'; '' before the first frame."""
         if self._size is None:
@@ -160,7 +168,7 @@ class DotTracker:
             raise BadFrame('one of the two views is black: both must be there when the reference is taken; check its camera or topic')
         dots = self._detect(image, stamp_s)
         loose = self._track_reference is not None and self.rows
-        track = self._linker.update(dots, stamp_s) if loose else None
+        track = self._link(self._linker, dots, stamp_s, image.shape[1::-1]) if loose else None
         try:
             id, self.unnumbered = self._number(dots, stamp_s, image.shape[1::-1]), ''
         except BadFrame as error:
@@ -209,11 +217,32 @@ class DotTracker:
         if not self._stamp_s < stamp_s < np.inf:
             raise BadFrame(f'stamp {stamp_s} s is not finite or not later than the last one, {self._stamp_s} s')
 
+    @property
+    def _is_linked(self) -> bool:
+        return isinstance(self._numbering, Linker)
+
+    @property
+    def links(self) -> Linker:
+        """The tracks of dots without grid numbers."""
+        return self._numbering if self._is_linked else self._linker
+
+    def _link(self, numbering, dots: Dots, stamp_s: float, size: tuple) -> np.ndarray:
+        restarts = self.links.restarts
+        id = numbering.update(dots, stamp_s, size)
+        if self.links.restarts > restarts and numbering is not self._numbering:
+            self._track_reference.reset()
+        elif self.links.restarts > restarts:
+            self.set_reference()
+            self._changed = (f'at {stamp_s:.1f} s all dots were new: those before could not be followed, and a new reference was taken. '
+                             'Release the sensor, then call set_reference')
+        return id
+
     def _number(self, dots: Dots, stamp_s: float, size: tuple) -> np.ndarray:
         if not self.rows:
-            id = self._numbering.update(dots, stamp_s)
+            id = self._link(self._numbering, dots, stamp_s, size)
             if not (id >= 0).any():
-                raise BadFrame('dots not indexed: too few match the pattern')
+                reason = f'{_JUMPED}, so that each could be its neighbour; {_SLOWER}' if self._is_linked else 'too few match the pattern'
+                raise BadFrame(f'dots not indexed: {reason}')
             return id
         numbers = self._numbering.number(dots.uv, *size)
         if numbers.reason:
