@@ -93,7 +93,7 @@ MADE = {'press.avi': make_video, 'pin_images': make_pin_images, 'grasp.npz': mak
 @pytest.fixture
 def reader(files, tmp_path):
     """(a folder that looks like a checkout in which a reader works, a session in it)."""
-    for name in ('docs', 'tactile_bringup'):
+    for name in ('docs', 'tactile_bringup', 'tactile_perception'):
         (tmp_path / name).symlink_to(ROOT / name)
     shutil.copytree(ROOT / 'test/benchmark', tmp_path / 'test/benchmark')
     for path in files.iterdir():

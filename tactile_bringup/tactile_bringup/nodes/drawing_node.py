@@ -34,9 +34,9 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from ..parameters.table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_PARAMETERS
-from ..visualization.markers import STALE_S, DotMarkers, FingerMarkers, MarkerSet, TaxelMarkers
+from ..visualization.markers import STALE_S, DotMarkers, FingerMarkers, MarkerSet, TaxelMarkers, positions_of
 from ..visualization.pictures import (
-    ARRAY_LEGEND, Place, annotate, annotation_of, array_picture, camera_info_key, finger_picture, projection)
+    ARRAY_LEGEND, Place, annotate, annotation_of, array_picture, camera_info_key, finger_picture, plane_projection, projection)
 
 _BACK_NS, _SILENT_NS = 1_000_000_000, 2_000_000_000  # chosen
 _MOST_SETS = 30  # that wait; chosen
@@ -267,7 +267,8 @@ class MarkersNode(DrawingNode):
 
     def _add(self, topic: str, stamp_ns: int, message) -> None:
         if topic == 'dots' and len(message.id) and not len(message.x) and 'points' not in self.marked:
-            self.marked = {**self.marked, 'points': PointCloud2}  # where the dots of a gel or of pins are
+            points = {'points': PointCloud2}  # where the dots of a gel or of pins are
+            self.marked, self.pictured = self.marked | points, self.pictured | points
         super()._add(topic, stamp_ns, message)
 
     def take_camera_info(self, message: CameraInfo, _received_ns: int) -> None:
@@ -282,7 +283,10 @@ class MarkersNode(DrawingNode):
 
     def picture(self, found: dict) -> np.ndarray:
         """See DrawingNode."""
-        return annotate(image_to_array(found[_RAW]), annotation_of(found, self._place))
+        place = self._place
+        if {'points', 'dots'} <= found.keys() and len(points := positions_of(found['points'])) == len(found['dots'].id):
+            place = plane_projection(points, np.column_stack([found['dots'].u, found['dots'].v]))
+        return annotate(image_to_array(found[_RAW]), annotation_of(found, place))
 
 
 def _stitching_in(calibration: str) -> Stitching | None:

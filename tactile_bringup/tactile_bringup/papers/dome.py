@@ -202,7 +202,7 @@ def details(bench: Bench) -> Iterator[Detail]:
 
 def _towards_top(found: Sequence[Press], what: str) -> list[tuple]:
     """Of zones at three distances from the top: mean distance, and mean errors towards it and across, mm."""
-    place, off = (1e3 * np.array([one(press) for press in found])[:, :2] for one in (
+    place, off = (1e3 * np.array([one(press)[:2] for press in found]).reshape(-1, 2) for one in (
         lambda press: press.true, lambda press: press.found[0] - press.true))
     away = np.hypot(*place.T)
     inwards, across = -(off * place).sum(1) / away, (off[:, 0] * place[:, 1] - off[:, 1] * place[:, 0]) / away

@@ -52,7 +52,7 @@ def _known(vector) -> np.ndarray:
     return np.nan_to_num(array_of([vector])[0])
 
 
-def _places_of(cloud: PointCloud2) -> np.ndarray:
+def positions_of(cloud: PointCloud2) -> np.ndarray:
     """(N, 3), m, of a cloud whose points begin with x, y and z, as ours do."""
     rows = np.frombuffer(cloud.data, np.uint8).reshape(-1, cloud.point_step)
     return rows[:, :12].copy().view(np.float32).astype(float)
@@ -231,7 +231,7 @@ class DotMarkers(MarkerSet):
         dots = found.get('dots')
         if dots is None or not (len(dots.x) or 'points' in found):
             return np.zeros(3)
-        places = np.column_stack([dots.x, dots.y, dots.z]).astype(float) if len(dots.x) else _places_of(found['points'])
+        places = np.column_stack([dots.x, dots.y, dots.z]).astype(float) if len(dots.x) else positions_of(found['points'])
         if len(places) != len(dots.id):
             return np.zeros(3)
         known = np.isfinite(places).all(axis=1)

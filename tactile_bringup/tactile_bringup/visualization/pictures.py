@@ -98,6 +98,21 @@ def projection(matrices: tuple | None, rotation: Sequence[float], translation: S
     return None if stitching is None else partial(_stitched, stitching)
 
 
+def plane_projection(points: np.ndarray, uv: np.ndarray) -> Place | None:
+    """Where positions near a plane appear, of whose points (N, 3), m, the pixels (N, 2) are known: for a camera whose pose is unknown. The
+    affine map that fits best; None if fewer than three points are known."""
+    known = np.isfinite(np.column_stack([points, uv])).all(axis=1)
+    if known.sum() < 3:
+        return None
+    fit = np.linalg.lstsq(_with_ones(points[known]), uv[known], rcond=None)[0]
+    return lambda xyz: _with_ones(xyz) @ fit
+
+
+def _with_ones(xyz: np.ndarray) -> np.ndarray:
+    """(N, 3): x, y and 1 of positions (N, 3)."""
+    return np.column_stack([xyz[:, :2], np.ones(len(xyz))])
+
+
 def _stitched(stitching: Stitching, xyz: np.ndarray) -> np.ndarray:
     """Of a stitched picture; the view that shows the mean of the points places all of them."""
     left, right = (stitching.origin + stitching.scale * (centre[:2] + (xyz[:, :2] - centre[:2]) * (centre[2] / (centre[2] - xyz[:, 2:])))

@@ -2,18 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """Nodes that draw, what they collect, and what they show."""
 
-
+import numpy as np
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Point32, Polygon
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Image
+from std_msgs.msg import Header
 from tactile_bringup.nodes.drawing_node import DrawingNode, MarkersNode, StampSync
+from tactile_bringup.visualization.pictures import REGION, bgr
 from tactile_driver.errors import BadArgument
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import image_to_message
 from tactile_driver.nodes.runtime.defect_guard import DefectGuard
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.parameters.table import Parameter
-from tactile_msgs.msg import ContactRegion, DotTracks, Slip
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
+from tactile_perception.common.surface_points import SurfacePoints
+from tactile_perception.nodes.messages.conversions import points_to_message
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -169,6 +176,26 @@ def test_nothing_is_subscribed_for_nobody_and_frames_are_drawn_for_somebody(benc
         until(lambda: bool(seen), patience_s=1.0)
     assert seen and {m.header.frame_id for m in seen[0].markers} == {'pad'}
     assert {m.header.stamp.sec for m in seen[0].markers} <= set(range(2, stamp + 1))
+
+
+def test_a_region_is_in_the_picture_by_the_positions_of_dots_in_a_plane():
+    """10 px/mm, the origin at (100, 80), no calibrated camera."""
+    uv = np.array([(u, v) for v in (40.0, 80.0, 120.0) for u in (60.0, 100.0, 140.0)])
+    xyz, zeros = np.column_stack([1e-4 * (uv - (100.0, 80.0)), np.zeros(9)]), np.zeros((9, 3))
+    square = Polygon(points=[Point32(x=x, y=y) for x, y in ((-0.002, -0.002), (0.002, -0.002), (0.002, 0.002), (-0.002, 0.002))])
+    found = {'image_raw': image_to_message(Frame(np.full((480, 640), 100, np.uint8), 0, 'mono8'), '', Header()),
+             'dots': DotTracks(id=range(9), u=uv[:, 0].tolist(), v=uv[:, 1].tolist(), du=[0.0] * 9, dv=[0.0] * 9, area=[9.0] * 9),
+             'points': points_to_message(SurfacePoints((1, 9), xyz, zeros, zeros, zeros, np.zeros(9), np.zeros(9, np.uint8)), Header()),
+             'contact_region': ContactRegion(outlines=[square], area=1.6e-5), 'contacts': Contacts()}
+    rclpy.init()
+    node = MarkersNode()
+    try:
+        shown = node.picture(found)
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    row, column = np.nonzero((shown == bgr(REGION)).all(axis=2)[:200])
+    assert (column.min(), column.max(), row.min(), row.max()) == pytest.approx((80, 120, 60, 100), abs=2)
 
 
 @pytest.mark.full

@@ -13,7 +13,8 @@ from tactile_bringup.hand.configurations import moved_file, rviz_configuration, 
 from tactile_bringup.hand.description import Hand, HandSensor
 from tactile_bringup.visualization import pictures as colours
 from tactile_bringup.visualization.markers import DotMarkers, FingerMarkers, TaxelMarkers
-from tactile_bringup.visualization.pictures import ARRAY_LEGEND, Annotation, annotate, annotation_of, finger_picture, projection
+from tactile_bringup.visualization.pictures import (
+    ARRAY_LEGEND, Annotation, annotate, annotation_of, finger_picture, plane_projection, projection)
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import image_to_message
 from tactile_driver.stitching.calibration import SideView, Stitching
@@ -304,6 +305,14 @@ CAMERA = projection(camera_matrices(CameraInfo(k=K, distortion_model='plumb_bob'
 def test_places_are_projected_by_hand():
     assert CAMERA(np.array([(0.01, -0.005, 0.0)]))[0] == pytest.approx([320 + 500 * 0.01 / 0.05, 240 - 500 * 0.005 / 0.05])
     assert projection(camera_matrices(CameraInfo()), [0.0] * 3, [0.0] * 3) is None, 'not calibrated'
+
+
+def test_positions_near_a_plane_of_known_dots_appear_between_them():
+    dots = np.array([(0.0, 0.0, 0.0), (0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.01, 0.01, 0.0), (NAN, NAN, NAN)])
+    uv = np.array([(300.0, 200.0), (400.0, 210.0), (290.0, 300.0), (390.0, 310.0), (5.0, 5.0)])
+    assert plane_projection(dots, uv)(np.array([(0.005, 0.005, -0.001), (0.02, 0.0, 0.0)])) == pytest.approx(
+        np.array([(345.0, 255.0), (500.0, 220.0)]))
+    assert plane_projection(dots[-3:], uv[-3:]) is None, 'of two points'
 
 
 def camera_at(x):
