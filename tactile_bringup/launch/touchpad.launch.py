@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A touchpad, or any camera that looks at printed dots: driver, perception, markers; RViz and a recording where asked for."""
+"""A touchpad: driver, perception, markers; RViz and a recording where asked for."""
 from functools import partial
 
 from tactile_bringup.launch.arguments import sensor_description

@@ -12,15 +12,13 @@ from tactile_driver.nodes.messages.conversions import header_of, image_to_messag
 from tactile_driver.parameters.drivers import CAMERA_PARAMETERS, TAXEL_DRIVER_PARAMETERS
 from tactile_driver.sources.registry import CAMERA_SOURCES, TAXEL_SOURCES, make_source
 from tactile_driver.sources.source import EndOfSource
-from tactile_perception.dots.stage import DotStage
+from tactile_perception.bags.replay import make_stage
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
-from tactile_perception.press.parameters import POINT_PARAMETERS, marker_sensor
+from tactile_perception.press.parameters import MARKER_PARAMETERS, NODE, marker_sensor
 from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.sensor_type import NODES, SENSOR_TYPES
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.taxel.stage import TaxelStage
-from tactile_perception.touchpad.stage import ContactRegionStage
 
 FOLDER = Path(__file__).resolve().parents[1] / 'params'
 
@@ -41,13 +39,11 @@ def test_files_are_what_the_tables_say(files, name):
 
 
 @pytest.mark.parametrize('name', sorted(MARKER_SENSORS))
-def test_the_files_of_marker_sensors_describe_the_sensor_to_every_node(name):
-    dots = read_parameters(FOLDER / f'{name}.yaml', 'dot_tracker_node', DOT_PARAMETERS)
-    point = read_parameters(FOLDER / f'{name}_sim.yaml', 'contact_point_node', POINT_PARAMETERS)
-    assert dots['sensor_type'] == point['sensor_type'] == name
-    assert (dots['polarity'], dots['detection']) == ('bright', 'blobs')
-    assert marker_sensor(point) == MARKER_SENSORS[name]
-    assert dots['surface'] == ('sheet' if MARKER_SENSORS[name].is_sheet else 'dome')
+def test_the_files_of_marker_sensors_describe_the_sensor(name):
+    for file in (f'{name}.yaml', f'{name}_sim.yaml'):
+        values = read_parameters(FOLDER / file, NODE, MARKER_PARAMETERS)
+        assert (values['sensor_type'], values['polarity'], values['detection']) == (name, 'bright', 'blobs')
+        assert marker_sensor(values) == MARKER_SENSORS[name]
 
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
@@ -70,13 +66,18 @@ def images(source, most, step=1):
         source.close()
 
 
-def dots_of(name, path, most, step=1, **changes):
-    """Dots of every step-th image, as camera_node and dot_tracker_node make them of a file with these parameters."""
+def results_of(name, path, most, step=1, **changes):
+    """Results of every step-th image, as camera_node and the sensor's node make them of a file with these parameters."""
     file = FOLDER / f'{name}.yaml'
     values = read_parameters(file, 'camera_node', CAMERA_PARAMETERS) | {'source': 'file', 'path': str(path), 'rate': 0.0}
     source = make_source(CAMERA_SOURCES, values, time.time_ns)
-    stage = DotStage(read_parameters(file, 'dot_tracker_node', DOT_PARAMETERS) | changes)
-    return [stage.process(image)['dots'][0] for image in images(source, most, step)]
+    stage = make_stage(file, **changes)
+    return [stage.process(image) for image in images(source, most, step)]
+
+
+def dots_of(*given, **changes):
+    """Dots of results_of."""
+    return [results['dots'][0] for results in results_of(*given, **changes)]
 
 
 def counts(dots):
@@ -86,7 +87,7 @@ def counts(dots):
 @pytest.mark.full
 @recorded
 def test_a_gel_with_a_grid_of_dark_markers():
-    dots = dots_of('marker_gel', GEL, 219)
+    dots = dots_of('gelsight_mini', GEL, 219)
     assert len(dots) == 219 and np.median(counts(dots)) >= 67 and counts(dots).max() <= 70, '7 x 10 markers are in view in full'
     assert np.nanmedian(np.hypot(dots[-1].du, dots[-1].dv)) < 0.7, 'px; the finger has gone'
 
@@ -94,8 +95,7 @@ def test_a_gel_with_a_grid_of_dark_markers():
 @pytest.mark.full
 @recorded
 def test_a_finger_on_a_gel_is_one_contact():
-    stage = ContactRegionStage(read_parameters(FOLDER / 'gelsight_mini.yaml', 'contact_region_node', REGION_PARAMETERS))
-    results = [stage.process(message) for message in dots_of('gelsight_mini', GEL, 125, 3)]
+    results = results_of('gelsight_mini', GEL, 125, 3)
     regions = [result['contact_region'][0] for result in results]
     assert not any(region.area for region in regions[:17]), 'nothing touches yet'
     pressed = regions[34:]  # a fingertip of about 10 mm in the middle of the picture, by eye
@@ -141,13 +141,13 @@ PACKAGE = Path(__file__).resolve().parents[1]
 @pytest.mark.parametrize('name', SENSOR_TYPES)
 def test_each_type_is_there_in_full(name):
     kind = SENSOR_TYPES[name]
-    assert {kind.driver, *kind.perception, kind.view} <= set(NODES)
+    assert {kind.driver, kind.perception, kind.view} <= set(NODES)
     for file in (f'launch/{name}.launch.py', f'params/{name}.yaml', f'params/{name}_sim.yaml', f'rviz/{name}.rviz'):
         assert (PACKAGE / file).is_file(), file
 
 
 def test_every_node_belongs_to_a_type():
-    assert set(NODES) == {name for kind in SENSOR_TYPES.values() for name in (kind.driver, *kind.perception, kind.view)}
+    assert set(NODES) == {name for kind in SENSOR_TYPES.values() for name in (kind.driver, kind.perception, kind.view)}
 
 
 def test_the_sources_are_those_of_the_drivers():

@@ -7,6 +7,7 @@ import functools
 import signal
 import sys
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 
 class TactileError(Exception):
@@ -18,7 +19,10 @@ class BadArgument(TactileError, ValueError):
 
 
 class BadFrame(TactileError):
-    """A frame cannot be used (wrong size, corrupt ...): count it, report it, skip it."""
+    """A frame cannot be used (wrong size, corrupt ...): count it, report it, skip it. partial: topic -> messages that could be made of it
+    before."""
+
+    partial: Mapping[str, list] = MappingProxyType({})
 
 
 class DeviceLost(TactileError):

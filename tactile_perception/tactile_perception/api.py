@@ -9,21 +9,23 @@ from pathlib import Path
 import numpy as np
 from tactile_driver.parameters.table import defaults
 
-from .press.calibration import read_touch
+from .common.camera import camera_pose
 from .common.dots import Dots
 from .dots.detect import DotDetector
+from .dots.parameters import DOT_PARAMETERS
 from .errors import BadArgument
 from .finger.parameters import PSD_PARAMETERS
-from .press.field import view_maker
+from .gel.parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
 from .parameters.file import read_parameters
-from .press.parameters import POINT_PARAMETERS, marker_sensor
-from .taxel.parameters import TAXEL_PARAMETERS
-from .parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
+from .press.calibration import read_touch
 from .press.estimator import TouchEstimator
-from .touchpad.sensor import camera_pose
+from .press.field import RestMarkers, checked_view, view_maker
+from .press.parameters import MARKER_PARAMETERS, NODE as PRESS_NODE, marker_sensor
+from .taxel.parameters import TAXEL_PARAMETERS
+from .touchpad.parameters import NODE as TOUCHPAD_NODE, TOUCHPAD_PARAMETERS
 
-_TABLES = {'dot_tracker_node': DOT_PARAMETERS, 'contact_region_node': REGION_PARAMETERS, 'contact_point_node': POINT_PARAMETERS,
-           'psd_contact_node': PSD_PARAMETERS, 'taxel_contact_node': TAXEL_PARAMETERS}
+_TABLES = {TOUCHPAD_NODE: TOUCHPAD_PARAMETERS, PRESS_NODE: MARKER_PARAMETERS, GEL_NODE: GEL_PARAMETERS, PINS_NODE: PINS_PARAMETERS,
+           'psd_contact_node': PSD_PARAMETERS, 'taxel_contact_node': TAXEL_PARAMETERS, 'dot_tracker_node': DOT_PARAMETERS}
 
 
 def detect_dots(image: np.ndarray, polarity: str = 'dark', method: str = 'likelihood') -> Dots:
@@ -38,9 +40,9 @@ def detect_dots(image: np.ndarray, polarity: str = 'dark', method: str = 'likeli
 
 
 def load_marker_touch(values: Mapping, matrix: np.ndarray | None = None, distortion: np.ndarray | None = None) -> TouchEstimator:
-    """The calibrated touch estimator of a sheet or a dome with markers, as contact_point_node runs it.
+    """The calibrated touch estimator of a sheet or a dome with markers, as press_contact_node runs it.
 
-    values: of node_parameters('contact_point_node', ...), with calibration the path of a file that `calibrate` wrote; matrix: K (3, 3) and
+    values: of node_parameters('press_contact_node', ...), with calibration the path of a file that `calibrate` wrote; matrix: K (3, 3) and
     distortion: (5,) of the camera, neither for an image that is stitched from two. Its process(tracks, stamp_s) takes the DotTracks of
     DotTracker and returns region, contacts, wrench (6,) N and N m, and points. Raises BadArgument for a camera that is missing, and
     BadCalibration for a file that cannot be used.
@@ -51,14 +53,15 @@ def load_marker_touch(values: Mapping, matrix: np.ndarray | None = None, distort
     make_view = view_maker(sensor, matrices, calibration.stitching, camera_pose(values))
     if make_view is None:
         raise BadArgument(f'load_marker_touch: the markers of a {sensor.type} are seen by a calibrated camera; give its matrix')
-    return TouchEstimator(sensor, make_view, values, calibration)
+    count = sensor.rows * sensor.columns if calibration.pattern is None else len(calibration.pattern)
+    return TouchEstimator(sensor, RestMarkers(count, checked_view(make_view, calibration.rest)), values, calibration)
 
 
 def node_parameters(node: str, path: str | Path | None = None) -> dict[str, object]:
     """Name -> value of a node's parameters: the defaults, then those that the parameter file at path has for the node.
 
-    node: dot_tracker_node, contact_region_node, contact_point_node, psd_contact_node or taxel_contact_node. Raises BadArgument for another
-    node, a file that cannot be read, and a value that is not allowed.
+    node: a perception node, such as touchpad_contact_node. Raises BadArgument for another node, a file that cannot be read, and a value that
+    is not allowed.
     """
     if node not in _TABLES:
         raise BadArgument(f'no node {node!r}; there are {", ".join(_TABLES)}')

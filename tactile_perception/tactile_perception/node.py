@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS
 from tactile_driver.nodes.runtime.run import exit_process, run_node
 
-from .errors import BadArgument, ClockSetBack, TactileError
+from .errors import BadArgument, BadFrame, ClockSetBack, TactileError
 from .nodes.messages.conversions import stamp_ns_of, stamp_seconds
 from .sensor_type import NODES
 from .stage import Input, Stage
@@ -50,15 +50,15 @@ class PerceptionNode(Node):
                                            self.examine)
         self.stage = stage_type(self.settings.values())
         self.stage.use_frame(sensor_frame(self.get_namespace()))
-        self._source, self._inputs, self._shedding = stage_type.input, [], Shedding(stage_type.input.patience_s or LONGEST_S)
+        self._source, self._inputs, self._shedding = self.stage.input, [], Shedding(self.stage.input.patience_s or LONGEST_S)
         self._first_s: float | None = None
         self.log = WorkLog(self._source.topic, by_call=self._host.publishes(self, self._source.topic))
         self._log_once, self.guard = LogOnce(self), DefectGuard(self)
         matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
         self.outputs = {topic: self._host.publisher(
             self.create_publisher(kind, topic, STREAM_QOS, event_callbacks=matched), self._follow_demand)
-            for topic, kind in stage_type.outputs.items()}
-        if stage_type.has_reference:
+            for topic, kind in self.stage.outputs.items()}
+        if self.stage.has_reference:
             self._service = self.create_service(Trigger, 'set_reference', self._set_reference)
         guard_services(self)
         self._follow_demand()
@@ -121,14 +121,21 @@ class PerceptionNode(Node):
     def _process(self, message) -> None:
         begin = time.perf_counter()
         topics = self._wanted_topics()
-        for topic, results in self.stage.process(message, topics).items():
-            for result in results:
-                self.outputs[topic].publish(result)
+        try:
+            self._publish(self.stage.process(message, topics))
+        except BadFrame as error:
+            self._publish(error.partial)
+            raise
         latency = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
         self.log.add(time.perf_counter() - begin, latency)
         self._log_once.settle('frame')
         if not topics:  # the last subscriber left without an event
             self._follow_demand()
+
+    def _publish(self, found: Mapping[str, list]) -> None:
+        for topic, results in found.items():
+            for result in results:
+                self.outputs[topic].publish(result)
 
     def _refuse(self, error: TactileError) -> None:
         self.log.refuse(str(error))

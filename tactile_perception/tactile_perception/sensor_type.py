@@ -32,16 +32,17 @@ class SensorType:
     ----------
     driver : str
         Node that publishes the raw data.
-    perception : tuple of str
-        Nodes that compute the results, in the order of the data flow.
+    perception : str
+        Node that computes all results from the raw data.
     view : str
         Node that draws the results.
     package : str
         Package with the type's parameter files, calibrations and RViz configuration: ``params/TYPE.yaml``, ``params/TYPE_sim.yaml``,
         ``calibration/TYPE_sim.yaml`` and ``rviz/TYPE.rviz`` in its share folder.
-    needs : str
-        What the last perception node cannot run without: ``'surface'``, a surface model in the parameter file; ``'presses'``, a calibration
-        with presses; ``''``, nothing.
+    params : str
+        Name of the parameter file of a real sensor; ``''``, ``TYPE.yaml``.
+    rviz : str
+        Name of the type whose RViz configuration serves this one too; ``''``, its own.
     uncalibrated : str
         What a launch file says when no calibration is given; ``''``, nothing.
     raw : Mapping
@@ -66,10 +67,11 @@ class SensorType:
     """
 
     driver: str
-    perception: tuple[str, ...]
+    perception: str
     view: str = 'markers_node'
     package: str = 'tactile_bringup'
-    needs: str = ''
+    params: str = ''
+    rviz: str = ''
     uncalibrated: str = ''
     raw: Mapping[str, str] = field(default_factory=lambda: {'topic': 'image_raw'})
     sources: tuple[str, ...] = ('sim', 'device', 'file', 'bag')
@@ -98,6 +100,9 @@ SENSOR_TYPES: Mapping[str, SensorType] = PluginTable('tactile_perception.sensor_
     'areal_single': _ROOM + 'press.sensor_types:AREAL_SINGLE',
     'areal_dual': _ROOM + 'press.sensor_types:AREAL_DUAL',
     'air_cushion': _ROOM + 'press.sensor_types:AIR_CUSHION',
+    'gel': _ROOM + 'gel.sensor_types:GEL',
+    'pins': _ROOM + 'gel.sensor_types:PINS',
+    'dots': _ROOM + 'dots.sensor_type:DOTS',
     'psd_finger': _ROOM + 'finger.sensor_type:PSD_FINGER',
     'taxel_array': _ROOM + 'taxel.sensor_type:TAXEL_ARRAY',
 })
@@ -109,8 +114,10 @@ NODES: Mapping[str, type] = PluginTable('tactile_perception.nodes', {
     'psd_node': 'tactile_driver.nodes.psd_node:PsdNode',
     'taxel_array_node': 'tactile_driver.nodes.taxel_array_node:TaxelArrayNode',
     'dot_tracker_node': _ROOM + 'dots.stage:DotStage',
-    'contact_region_node': _ROOM + 'touchpad.stage:ContactRegionStage',
-    'contact_point_node': _ROOM + 'press.stage:ContactPointStage',
+    'touchpad_contact_node': _ROOM + 'touchpad.stage:TouchpadStage',
+    'press_contact_node': _ROOM + 'press.stage:MarkerStage',
+    'gel_contact_node': _ROOM + 'gel.stage:GelStage',
+    'pins_contact_node': _ROOM + 'gel.stage:PinsStage',
     'psd_contact_node': _ROOM + 'finger.stage:FingerStage',
     'taxel_contact_node': _ROOM + 'taxel.stage:TaxelStage',
 })

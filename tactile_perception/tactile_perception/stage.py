@@ -28,26 +28,21 @@ class Input(NamedTuple):
 class Stage(ABC):
     """Messages of a sensor in, estimates out. It holds what a message hands to the next.
 
-    node: name of the node that runs it; parameters: its table; input: what it processes; outputs: topic -> type of what it estimates;
-    has_reference: whether it can take a new untouched reference. values: of the parameters; a calibration that they name is read at once.
-    A subclass computes the estimates in `estimate`.
+    node: name of the node that runs it; parameters: its table. values: of the parameters; a calibration that they name is read at once, and
+    then are known, at the latest: input, what it processes; outputs, topic -> type of what it estimates; has_reference, whether it can take
+    a new untouched reference. A subclass computes the estimates in `estimate`.
     """
 
     node: ClassVar[str]
     parameters: ClassVar[Sequence[Parameter]]
-    input: ClassVar[Input]
-    outputs: ClassVar[Mapping[str, type]]
-    has_reference: ClassVar[bool] = True
+    input: Input
+    outputs: Mapping[str, type]
+    has_reference: bool = True
     stitching: Stitching | None = None  #: of the two cameras that the images come from
 
     def __init__(self, values: Mapping):
         self.values = dict(values)
         self._clock = StampClock()
-
-    @classmethod
-    def can_run(cls, values: Mapping) -> bool:
-        """Whether the values of the parameters are enough; tools leave the stage out otherwise."""
-        return True
 
     @property
     def side_inputs(self) -> Sequence[Input]:
@@ -65,7 +60,7 @@ class Stage(ABC):
     def process(self, message, topics: Collection[str] | None = None) -> dict[str, list]:
         """Topic -> messages estimated from one message, for the topics, None for all. Stamps that begin again reset the stage.
 
-        Raises BadFrame for a message that cannot be used, ClockSetBack for one whose stamp went back.
+        Raises BadFrame for a message that cannot be used, with what could be estimated before; ClockSetBack for one whose stamp went back.
         """
         self.check(message)
         stamp_s = stamp_seconds(message.header)

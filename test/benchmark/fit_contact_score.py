@@ -25,7 +25,7 @@ from tactile_driver.simulation.scene.specimen import act, one_after_the_other
 from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS, touchpad
 from tactile_driver.simulation.skin.tools import Motion, Tool, block, disc, ring, sphere
 from tactile_perception.common.progress import progress
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS
+from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
 from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.touchpad.membrane import Membrane
 from tactile_perception.touchpad.places import DotPlaces, RestPlaces
@@ -152,10 +152,10 @@ def symmetries() -> np.ndarray:
 def examples(scene: Scene, whole: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Surroundings (N, FED) and signed distances (N,), pitches, of the dots near the contacts that are found in a scene; and their weights
     (N,), which sum up to whole in each frame."""
-    values = {**defaults(DOT_PARAMETERS), **touchpad_parameters(scene)}
+    values = {**defaults(TOUCHPAD_PARAMETERS), **touchpad_parameters(scene)}
     sensor = Touchpad.from_parameters(values)
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
-    tracker, places = make_tracker(sensor, values), DotPlaces(sensor, camera)
+    tracker, places = make_tracker(values), DotPlaces(sensor, camera)
     rest, membrane = RestPlaces(sensor.cap, camera, ROWS, COLUMNS), None
     fed, reported, weight = [np.zeros((0, FED), np.float32)], [np.zeros(0, np.float32)], [np.zeros(0, np.float32)]
     for number in range(scene.frames):

@@ -18,8 +18,7 @@ from tactile_perception.errors import BadFrame
 from tactile_perception.gel.estimator import spacing_of
 from tactile_perception.gel.pins import fit_pins, smoothed
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS
-from tactile_perception.touchpad.sensor import Touchpad
+from tactile_perception.gel.parameters import PINS_NODE, PINS_PARAMETERS
 
 PARAMS = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'params' / 'pin_dome.yaml'
 RADIUS = 20e-3  # m, of the dome, by its makers
@@ -42,8 +41,8 @@ def presses(folder):
 
 def followed(images):
     """Yield (number of the image, tracks)."""
-    values = {**read_parameters(PARAMS, 'dot_tracker_node', DOT_PARAMETERS), 'mask': MASK}
-    tracker = make_tracker(Touchpad.from_parameters(values), values, image_only=True)
+    values = {**read_parameters(PARAMS, PINS_NODE, PINS_PARAMETERS), 'mask': MASK}
+    tracker = make_tracker(values, image_only=True)
     for k, image in enumerate(images):
         try:
             yield k, tracker.process(image, 0.1 * k)

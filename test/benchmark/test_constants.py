@@ -26,7 +26,7 @@ from tactile_perception.dots.detect import DotDetector, LikelihoodFinder
 from tactile_perception.dots.look import measure_look
 from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS
+from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
 from tactile_perception.taxel.estimator import TaxelEstimator
 from tactile_perception.taxel.motion import Limits
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, taxel_estimator
@@ -98,9 +98,9 @@ def coloured():
     found = []
     for kind, effect in (('disc', 1), ('ball', 4)):
         scene = random_scene(KINDS.index(kind) + effect * len(KINDS), 9300, COLOUR_RATE)
-        values = {**defaults(DOT_PARAMETERS), **touchpad_parameters(scene)}
+        values = {**defaults(TOUCHPAD_PARAMETERS), **touchpad_parameters(scene)}
         sensor = Touchpad.from_parameters(values)
-        tracker, frames = make_tracker(sensor, values), [scene.render(k / COLOUR_RATE) for k in range(scene.frames)]
+        tracker, frames = make_tracker(values), [scene.render(k / COLOUR_RATE) for k in range(scene.frames)]
         tracks = [tracker.process(frame.image, 1 + k / COLOUR_RATE) for k, frame in enumerate(frames)]
         found.append((sensor, sensor.camera(scene.camera.matrix, scene.camera.distortion), frames, tracks))
     return found

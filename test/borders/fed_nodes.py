@@ -22,15 +22,15 @@ from tactile_driver.nodes.runtime.host import Host, SharedPublisher
 from tactile_perception.node import make_node
 
 _NUMBERS = itertools.count(1)
-INPUTS = {'dot_tracker_node': ('camera_info', 'image_raw'), 'contact_region_node': ('camera_info', 'dots'),
-          'contact_point_node': ('camera_info', 'dots'), 'psd_contact_node': ('voltages',), 'taxel_contact_node': ('image_raw',)}
-CHAINS = {'touchpad': ('dot_tracker_node', 'contact_region_node'), 'areal_single': ('dot_tracker_node', 'contact_point_node'),
-          'air_cushion': ('dot_tracker_node', 'contact_point_node'), 'psd_finger': ('psd_contact_node',),
-          'taxel_array': ('taxel_contact_node',)}
+_IMAGES = 'camera_info', 'image_raw'
+INPUTS = {'touchpad_contact_node': _IMAGES, 'press_contact_node': _IMAGES, 'psd_contact_node': ('voltages',),
+          'taxel_contact_node': ('image_raw',)}
+PERCEPTION = {'touchpad': 'touchpad_contact_node', 'areal_single': 'press_contact_node', 'air_cushion': 'press_contact_node',
+              'psd_finger': 'psd_contact_node', 'taxel_array': 'taxel_contact_node'}
 MARKERS = {'touchpad': 'markers_node', 'areal_single': 'markers_node', 'psd_finger': 'finger_markers_node',
            'taxel_array': 'taxel_markers_node'}
 #: (node, sensor), each once
-NODES = [(name, sensor) for sensor, names in CHAINS.items() for name in names] + [(name, sensor) for sensor, name in MARKERS.items()]
+NODES = [(name, sensor) for sensor, name in PERCEPTION.items()] + [(name, sensor) for sensor, name in MARKERS.items()]
 BEGIN_NS = 1_700_000_000 * 10**9
 _PERIOD_NS = {'psd_finger': 10**7, 'taxel_array': 10**7}  # of messages; else 0.1 s
 _BLOCK = 10
@@ -68,9 +68,8 @@ def arguments(space: str, sensor: str) -> list[str]:
 
 def own_parameters(name: str, sensor: str) -> dict[str, str]:
     """What a launch file adds to the parameter file."""
-    if name == 'dot_tracker_node':
-        return {'frame_id': sensor}
-    return {'calibration': str(share('calibration', f'{sensor}_sim.yaml'))} if name == 'contact_point_node' else {}
+    own = {'frame_id': sensor} if name in ('touchpad_contact_node', 'press_contact_node') else {}
+    return own | ({'calibration': str(share('calibration', f'{sensor}_sim.yaml'))} if name == 'press_contact_node' else {})
 
 
 class Nobody:
@@ -125,24 +124,16 @@ class FedNode:
 
 
 def sent(sensor: str) -> list[tuple[str, object]]:
-    """(topic, message) of all that the sensor's driver and its perception nodes send, in order."""
+    """(topic, message) of all that the sensor's driver and its perception node send, in order."""
     return list(_sent(sensor))
 
 
 @functools.cache
 def _sent(sensor: str) -> tuple:
-    nodes, found = [FedNode(name, sensor) for name in CHAINS[sensor]], []
-
-    def send(topic, message, number):
-        found.append((topic, message))
-        for k, node in enumerate(nodes[number:], number):
-            if topic in INPUTS[node.name]:
-                for result in list(node.feed(topic, message)):
-                    send(*result, k + 1)
+    node, found = FedNode(PERCEPTION[sensor], sensor), []
     for topic, message in messages(sensor):
-        send(topic, message, 0)
-    for node in nodes:
-        node.close()
+        found += [(topic, message), *node.feed(topic, message)]
+    node.close()
     return tuple(found)
 
 

@@ -116,7 +116,7 @@ RUNS = (
     Run(LAUNCH + r'.* calibration:=my_pad.yaml', LASTS, change=(' calibration:=my_pad.yaml', '')),  # docs/touchpad.md makes one, and is run
     Run(LAUNCH, LASTS),
     Run(r'ros2 run tactile_bringup sensor_nodes', LASTS, change=('FILE', '@/FINGER.yaml')),
-    Run(NODE + r'(dot_tracker_node|contact_region_node)', LASTS, change=('PARAMS.yaml', '@/PARAMS.yaml')),
+    Run(NODE + r'touchpad_contact_node', LASTS, change=('PARAMS.yaml', '@/PARAMS.yaml')),
 )
 
 #: Commands that no test runs, and why.

@@ -8,9 +8,8 @@ from tactile_driver.errors import TactileError as DriverError
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_perception.errors import TactileError
 
-READERS = {'areal_single': ('dot_tracker_node', 'contact_point_node'), 'areal_dual': ('contact_point_node',),
-           'air_cushion': ('dot_tracker_node', 'contact_point_node'), 'psd_finger': ('psd_contact_node',),
-           'taxel_array': ('taxel_contact_node',)}
+READERS = {'areal_single': 'press_contact_node', 'areal_dual': 'press_contact_node', 'air_cushion': 'press_contact_node',
+           'psd_finger': 'psd_contact_node', 'taxel_array': 'taxel_contact_node'}
 OTHERS = {'psd_finger': 'taxel_array'}
 FAULTS = {'missing': 'nowhere.yaml', 'cut off': 'cut.yaml', 'of another sensor': 'other.yaml', 'no file of ours': 'strange.yaml'}
 
@@ -28,7 +27,7 @@ def files(tmp_path):
 
 
 @pytest.mark.parametrize('fault', FAULTS)
-@pytest.mark.parametrize(('sensor_type', 'executable'), [(kind, name) for kind, names in READERS.items() for name in names])
+@pytest.mark.parametrize(('sensor_type', 'executable'), READERS.items())
 def test_a_bad_calibration_file_is_named(bench, files, monkeypatch, sensor_type, executable, fault):
     folder = files(sensor_type)
     monkeypatch.chdir(folder)

@@ -18,7 +18,7 @@ from tactile_driver.nodes.runtime.host import Host
 
 FOLDER = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'sros'
 SPACE = '/sensor'  # namespace of the policies
-TYPES = ('touchpad', 'areal_dual', 'psd_finger', 'taxel_array')
+TYPES = ('touchpad', 'areal_dual', 'gel', 'pins', 'dots', 'psd_finger', 'taxel_array')
 SENSOR_NODES = {*NODES, 'record_node'}
 OF_GELS = {('subscribe', '/sensor/points')}  #: what the node that draws markers uses of sensors whose dots have no positions alone
 #: What makes a node use all that it can.

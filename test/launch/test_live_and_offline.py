@@ -17,16 +17,16 @@ from tactile_driver.recordings.serialization import decode, encode
 from tactile_driver.recordings.writer import write_messages
 from tactile_perception.bags.replay import Replay
 from tactile_perception.node import make_node
+from tactile_perception.sensor_type import SENSOR_TYPES
 from waiting import until
 
-MARKERS = ('dot_tracker_node', 'contact_point_node')
-# sensor type: writer of a scene, the scene, rate in Hz, number of raw messages, and the nodes
-SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24, ('dot_tracker_node', 'contact_region_node')),
-           'areal_single': (write_scene, 'areal_single_demo', 5.0, 20, MARKERS),
-           'areal_dual': (write_scene, 'areal_dual_fast', 10.0, 24, MARKERS),
-           'air_cushion': (write_scene, 'air_cushion_demo', 5.0, 20, MARKERS),
-           'psd_finger': (write_psd_scene, 'taps', 1000.0, 60, ('psd_contact_node',)),
-           'taxel_array': (write_taxel_scene, 'drag', 20.0, 30, ('taxel_contact_node',))}
+# sensor type: writer of a scene, the scene, rate in Hz, number of raw messages
+SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24),
+           'areal_single': (write_scene, 'areal_single_demo', 5.0, 20),
+           'areal_dual': (write_scene, 'areal_dual_fast', 10.0, 24),
+           'air_cushion': (write_scene, 'air_cushion_demo', 5.0, 20),
+           'psd_finger': (write_psd_scene, 'taps', 1000.0, 60),
+           'taxel_array': (write_taxel_scene, 'drag', 20.0, 30)}
 COMPRESSED = {'touchpad': '.jpg'}
 
 
@@ -34,7 +34,7 @@ COMPRESSED = {'touchpad': '.jpg'}
 def sensor(request, tmp_path_factory):
     """(type, files) of a bag of the simulated specimen: bag, parameters, calibration or None."""
     (name, *compressed), folder = request.param.split(), tmp_path_factory.mktemp('bags')
-    write, scene, rate, frames, _ = SENSORS[name]
+    write, scene, rate, frames = SENSORS[name]
     raw = folder / 'raw' if compressed else folder / name
     write(raw, scene, rate, **({'frames': frames} if write is write_scene else {}))
     if compressed:
@@ -55,7 +55,7 @@ def compressed_messages(bag, images, kind):
 
 
 class Bench:
-    """A sensor's nodes and a helper that publishes to them and hears their results, in one process; raw: topic -> type of what it
+    """A sensor's node and a helper that publishes to it and hears their results, in one process; raw: topic -> type of what it
     publishes."""
 
     def __init__(self, name, files, raw):
@@ -65,10 +65,10 @@ class Bench:
         words += [word for topic in compressed for word in ('-r', f'{topic}:={topic}/compressed')]
         words += ['-p', f'calibration:={calibration}'] if calibration else []
         rclpy.init(args=['--ros-args', *words])
-        self.nodes = [make_node(node) for node in SENSORS[name][4]]
+        self.node = make_node(SENSOR_TYPES[name].perception)
         self.helper = rclpy.create_node('helper', use_global_arguments=False, namespace=f'/{name}')
         self._executor = SingleThreadedExecutor()
-        for node in (*self.nodes, self.helper):
+        for node in (self.node, self.helper):
             self._executor.add_node(node)
         self.heard = {}
         self.publishers = {topic: self.helper.create_publisher(get_message(kind), topic + '/compressed' * (topic in compressed), 50)
@@ -79,16 +79,14 @@ class Bench:
         for topic, kind in topics.items():
             self.heard[topic] = []
             self.helper.create_subscription(get_message(kind), topic, self.heard[topic].append, 500)
-        everybody = {'camera_info': len(self.nodes)}
-        self.until(lambda: all(publisher.get_subscription_count() >= everybody.get(topic.split('/')[-1], 1)
-                               for topic, publisher in self.publishers.items()))
+        self.until(lambda: all(publisher.get_subscription_count() for publisher in self.publishers.values()))
 
     def until(self, condition):
         assert until(condition, self._executor), {topic: len(found) for topic, found in self.heard.items()}
 
     def close(self):
         self._executor.shutdown()
-        for node in (*self.nodes, self.helper):
+        for node in (self.node, self.helper):
             node.destroy_node()
         rclpy.try_shutdown()
 

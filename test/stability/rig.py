@@ -18,7 +18,7 @@ from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import open_taxel_scene
 from tactile_driver.stitching.calibration import load_stitching
 from tactile_driver.stitching.methods import make_stitcher
-from tactile_perception.bags.replay import make_chain
+from tactile_perception.bags.replay import make_stage
 from tactile_perception.parameters.file import write_parameters
 
 SENSORS = ('touchpad', 'areal_single', 'areal_dual', 'air_cushion', 'psd_finger', 'taxel_array')
@@ -93,7 +93,9 @@ class Chain:
         params = Path(share('params', f'{of.sensor}_sim.yaml'))
         if changes:
             params = write_parameters(Path(tempfile.mkstemp(suffix='.yaml', dir=_FOLDER)[1]), dict(changes), params)
-        self.of, self.stamp_ns, self._chain = of, FIRST_NS, make_chain(params, of.calibration)
+        self.of, self.stamp_ns = of, FIRST_NS
+        self._stage = make_stage(params, of.calibration)
+        self._of_dots = make_stage(params, of.calibration, input='dots')
         if of.info is not None:
             self.look(of.info)
 
@@ -103,7 +105,8 @@ class Chain:
         for name, value in changes.items():
             setattr(info, name, value)
         info.header = header_of(self.stamp_ns, self.of.sensor)
-        self._chain.take('camera_info', info)
+        for stage in (self._stage, self._of_dots):
+            stage.take('camera_info', info)
 
     def message(self, raw, stamp_ns=None):
         """The message of an image, voltages or pressures, at the next stamp."""
@@ -113,32 +116,32 @@ class Chain:
         encoding = 'bgr8' if raw.ndim == 3 else 'mono8' if raw.dtype == np.uint8 else 'mono16'
         return image_to_message(Frame(raw, self.stamp_ns, encoding), '', header_of(self.stamp_ns, 'sensor'))
 
-    def take(self, message, first=0):
-        """Results of a message, from a stage on; of several on a topic the first with a contact, or the last. Raises the error of
-        a stage that refuses it."""
+    @staticmethod
+    def take(message, stage):
+        """Results of a message; of several on a topic the first with a contact, or the last. Raises the error of a stage that refuses
+        it."""
         results = {}
-        for _, topic, result in self._chain.process(message, first):
-            if isinstance(result, Exception):
-                raise result
-            if not getattr(results.get(topic), 'contacts', None):
-                results[topic] = result
+        for topic, found in stage.process(message).items():
+            for result in found:
+                if not getattr(results.get(topic), 'contacts', None):
+                    results[topic] = result
         return results
 
     def __call__(self, raw, stamp_ns=None):
-        return self.take(self.message(raw, stamp_ns))
+        return self.take(self.message(raw, stamp_ns), self._stage)
 
     def contact(self, dots):
-        """Results of the contact stage for a message of dots."""
-        return self.take(dots, 1)
+        """Results for a message of dots of another node."""
+        return self.take(dots, self._of_dots)
 
     def dots(self, raw):
         """The message of dots of an image."""
-        found, = self._chain.stages[0].process(self.message(raw))['dots']
+        found, = self._stage.process(self.message(raw), ['dots'])['dots']
         return found
 
     def warning(self):
-        """What the stage of dots warns of on /diagnostics."""
-        return self._chain.stages[0].health()[0]
+        """What it warns of on /diagnostics."""
+        return self._stage.health()[0]
 
     def begun(self, count=None):
         """This chain after the untouched frames, or so many of them."""

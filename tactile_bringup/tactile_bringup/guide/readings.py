@@ -11,9 +11,8 @@ import numpy as np
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from tactile_driver.nodes.messages.images import image_to_array
 from tactile_msgs.msg import DotTracks, PsdVoltages
-from tactile_perception.dots.stage import DotStage
+from tactile_perception.bags.replay import make_stage
 from tactile_perception.errors import TactileError
-from tactile_perception.parameters.file import read_parameters
 
 _WIDTH = 160  # px to which an image is reduced: a dot that moves a little then changes it evenly, and a pixel's noise is averaged. Chosen
 _PEAK = 5  # power of the depth of a dot as its weight: measured on a sheet, 0.35 mm RMS; with 3 it is 0.6, with 12 0.45
@@ -46,10 +45,10 @@ def moved(before: np.ndarray, now: np.ndarray) -> float:
 def place_seen(params: Path, camera_info: CameraInfo, untouched: Sequence[object], touched: object) -> np.ndarray:
     """(2,) m, x and y in the sensor frame where the dots of a touched image are deepest below those of untouched images, which draws a
     press near the border towards the middle; NaN where the dots are not found or their heights not known."""
-    stage = DotStage(read_parameters(params, DotStage.node, DotStage.parameters))
+    stage = make_stage(params)
     try:
         stage.take('camera_info', camera_info)
-        *_, before, now = [stage.process(image)['dots'][0] for image in (*untouched, touched)]
+        *_, before, now = [stage.process(image, ['dots'])['dots'][0] for image in (*untouched, touched)]
     except TactileError:
         return np.full(2, np.nan)
     return _deepest(before, now)

@@ -35,9 +35,10 @@ def aggregator_configuration(hand: Hand) -> str:
 
 def moved_file(sensor_type: str, namespace: str, frame: str) -> str:
     """Text of a sensor's RViz configuration for another namespace and sensor frame."""
-    text = Path(share('rviz', f'{sensor_type}.rviz', package=SENSOR_TYPES[sensor_type].package)).read_text()
-    text = text.replace(f': /{sensor_type}/', f': /{namespace}/'.replace('//', '/'))
-    return text.replace(f'Fixed Frame: {sensor_type}\n', f'Fixed Frame: {frame}\n')
+    drawn = SENSOR_TYPES[sensor_type].rviz or sensor_type
+    text = Path(share('rviz', f'{drawn}.rviz', package=SENSOR_TYPES[sensor_type].package)).read_text()
+    text = text.replace(f': /{drawn}/', f': /{namespace}/'.replace('//', '/'))
+    return text.replace(f'Fixed Frame: {drawn}\n', f'Fixed Frame: {frame}\n')
 
 
 def rviz_configuration(hand: Hand) -> str:

@@ -24,7 +24,7 @@ from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame_names import sensor_frame
 from tactile_driver.nodes.runtime.run import WRONG
 from tactile_driver.parameters.table import Parameter
-from tactile_perception.parameters.file import read_parameters
+from tactile_perception.parameters.file import check_sections, read_parameters
 from tactile_perception.sensor_type import NODES, SENSOR_TYPES
 
 from .. import share
@@ -150,7 +150,8 @@ def sensor_arguments(sensor_type: str) -> Texts:
         'path': ('', 'file, bag: the video, folder of images or rosbag2 folder'),
         'topic': ('', f'bag: the topic with the raw data; empty: {kind.raw["topic"]} of this sensor' + (
             "; topics: the images of another camera's driver, raw or .../compressed" if 'topics' in kind.sources else '')),
-        'params': ('', f'parameter file of all nodes; empty: params/{sensor_type}.yaml, simulated params/{sensor_type}_sim.yaml'),
+        'params': ('', f'parameter file of all nodes; empty: params/{kind.params or f"{sensor_type}.yaml"}, simulated '
+                       f'params/{sensor_type}_sim.yaml'),
         'calibration': ('', 'calibration file, as calibrate writes it; empty: what the parameter file says'),
         'rviz': ('false', 'show it in RViz: true or false'),
         'record': ('', 'bag (MCAP) to write; empty: none'),
@@ -182,11 +183,9 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
     values = completed(values, sensor_type)
     frame = sensor_frame(values['namespace']) or sensor_type
     calibrated = {'calibration': values['calibration']} if values['calibration'] else {}
-    calibration = values['calibration'] or parameter_of(values['params'], kind.perception[-1], 'calibration')
+    _check_file(values['params'], sensor_type)
+    calibration = values['calibration'] or parameter_of(values['params'], kind.perception, 'calibration')
     fitted = _has_contact_model(calibration)
-    complete = fitted or kind.needs != 'presses'
-    if kind.needs == 'surface':
-        complete = parameter_of(values['params'], 'dot_tracker_node', 'surface', 'cap') != 'none'
     note = '' if fitted or not kind.uncalibrated else \
         f'not calibrated (calibration:=FILE): {kind.uncalibrated} and run `ros2 run tactile_perception calibrate`'
     ends = values['source'] in ('file', 'bag') and 'true' not in (values['loop'], values['stay'])
@@ -194,8 +193,7 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
     if kind.stitched and calibration:
         driver['stitching_path'] = calibration
     nodes = {kind.driver: driver,
-             **{name: calibrated | ({'frame_id': frame} if name == 'dot_tracker_node' else {})
-                for name in kind.perception[:None if complete else -1]},
+             kind.perception: calibrated,
              kind.view: {'frame_id': frame} | (calibrated if kind.stitched else {})}
     return SensorPlan(frame, values['namespace'], values['params'], nodes, values['record'], ends, note)
 
@@ -236,8 +234,9 @@ def completed(values: Mapping[str, str], sensor_type: str) -> dict[str, str]:
         topics, simulated = recorded_topics(values['path'], sensor_type, values['namespace'], given)
     package = SENSOR_TYPES[sensor_type].package
     own = share('calibration', f'{sensor_type}_sim.yaml', package=package)
+    real = SENSOR_TYPES[sensor_type].params or f'{sensor_type}.yaml'
     return {**values, **topics, 'params': values['params'] or share(
-                'params', f'{sensor_type}{"_sim" if simulated else ""}.yaml', package=package),
+                'params', f'{sensor_type}_sim.yaml' if simulated else real, package=package),
             'calibration': values['calibration'] or (own if simulated and Path(own).is_file() else '')}
 
 
@@ -258,6 +257,14 @@ def number(values: Mapping[str, str], name: str) -> float:
     if not 0.0 <= value < math.inf:
         raise BadArgument(f'{name}:={values[name]} must be 0 or more')
     return value
+
+
+def _check_file(params: str, sensor_type: str) -> None:
+    """Refuse a parameter file of another sensor type, and one for nodes that no longer exist. Raises BadArgument."""
+    stated = parameter_of(params, '', 'sensor_type', sensor_type)
+    if stated != sensor_type and stated in SENSOR_TYPES:
+        raise BadArgument(f'params:={params} is of a {stated}: launch {stated}.launch.py')
+    check_sections(params, SENSOR_TYPES[sensor_type].perception)
 
 
 def _has_contact_model(calibration: str) -> bool:
@@ -281,8 +288,9 @@ def _rviz(values: Mapping[str, str], sensor_type: str, frame: str) -> list:
     if not _BOOLEANS[values['rviz']]:
         return []
     package = SENSOR_TYPES[sensor_type].package
-    file, namespace = share('rviz', f'{sensor_type}.rviz', package=package), values['namespace'].strip('/')
-    if namespace != sensor_type:
+    drawn = SENSOR_TYPES[sensor_type].rviz or sensor_type
+    file, namespace = share('rviz', f'{drawn}.rviz', package=package), values['namespace'].strip('/')
+    if namespace != drawn:
         from ..hand.configurations import moved_file  # imports SciPy, which launch needs for nothing else
         file = written(f'{frame}.rviz', moved_file(sensor_type, namespace, frame))
     return optional('rviz2', 'rviz2', name='rviz2', namespace=values['namespace'], arguments=['-d', file])

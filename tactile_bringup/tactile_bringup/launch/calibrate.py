@@ -37,9 +37,10 @@ def calibrate_description() -> LaunchDescription:
 
 def _actions(values: dict[str, str]) -> list:
     check_choices(values, {'type': tuple(SENSOR_TYPES), 'simulated_stage': ('true', 'false'), 'find': ('true', 'false')})
-    kind, suffix = SENSOR_TYPES[values['type']], '_sim' if values['source'] == 'sim' else ''
+    kind, simulated = SENSOR_TYPES[values['type']], values['source'] == 'sim'
     given = {'probe': values['probe'], 'wrench': values['wrench'], 'base': values['base'], 'frame_id': sensor_frame(values['namespace']),
-             'params': values['params'] or share('params', f'{values["type"]}{suffix}.yaml', package=kind.package),
+             'params': values['params'] or share('params', f'{values["type"]}_sim.yaml' if simulated else kind.params or
+                                                 f'{values["type"]}.yaml', package=kind.package),
              'output': absolute(values['output']),
              'find': values['find'] == 'true', 'mounting': _numbers(values, 'mounting', (0, 6)),
              **{name: _numbers(values, name) for name in ('weights', 'holes', 'collars')}}

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """sensor_nodes: runs several nodes of one sensor in one process; images and results pass from node to node by function calls.
 
-    ros2 run tactile_bringup sensor_nodes camera_node dot_tracker_node --ros-args -r __ns:=/thumb --params-file pad.yaml
+    ros2 run tactile_bringup sensor_nodes camera_node touchpad_contact_node --ros-args -r __ns:=/thumb --params-file pad.yaml
 """
 from __future__ import annotations
 

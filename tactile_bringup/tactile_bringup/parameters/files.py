@@ -14,13 +14,15 @@ from tactile_driver.parameters.table import Parameter, defaults, to_yaml
 from tactile_driver.simulation.sensors import gel
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_driver.simulation.taxel.pad import PadSpecimen
-from tactile_perception.press.sensor import MARKER_SENSORS
-from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, POINT_PARAMETERS
+from tactile_perception.dots.parameters import DOT_PARAMETERS, DOT_SENSOR_PARAMETERS
 from tactile_perception.finger.parameters import PSD_PARAMETERS, PSD_SENSOR_PARAMETERS
-from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS, SENSOR_PARAMETERS, SHEET_PARAMETERS
-
+from tactile_perception.gel.parameters import GEL_PARAMETERS, GEL_SENSOR_PARAMETERS, PINS_PARAMETERS, PINS_SENSOR_PARAMETERS
+from tactile_perception.press.parameters import MARKER_PARAMETERS, MARKER_SENSOR_PARAMETERS
+from tactile_perception.press.sensor import MARKER_SENSORS
 from tactile_perception.sensor_type import SENSOR_TYPES
+from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
+from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS, TOUCHPAD_SENSOR_PARAMETERS
+
 from .table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_PARAMETERS
 
 LICENCE = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
@@ -28,14 +30,8 @@ _MADE = '# Made by: python3 -m tactile_bringup.parameters.files FOLDER\n'
 _TOUCHPAD = "# Parameters of a touchpad's nodes, all with their defaults. Copy it, change the copy, and give it as params:=FILE.\n"
 _WHOLE = '# Parameters of the nodes of sensor type {}. Copy it, change the copy, and give it as params:=FILE.\n'
 _SIMULATED = "# The simulated {0} (source:=sim): the parameters that differ from the nodes' defaults; {0}.yaml explains all.\n"
-#: Cameras over dots or pins without a model of the surface: name -> comment at the top, what differs from a touchpad.
-_DOTS_ALONE = {
-    'marker_video': ('# Any camera or video of dots, dark or bright, of any size, in a grid or not: dots, numbers or tracks.\n'
-                     '# What the dots are is measured in the first image, of the untouched sensor, and reported on /diagnostics.\n',
-                     {'rows': 0, 'columns': 0, 'polarity': 'any', 'detection': 'auto', 'numbering': 'auto'}),
-    'marker_gel': ('# A gel with a grid of dark markers over a camera, as GelSight Mini: dots, numbers, displacement field.\n'
-                   '# Copy it and set rows and columns to what the image shows in full.\n', {}),
-}
+_MARKER_VIDEO = ('# Any camera or video of dots, dark or bright, of any size, in a grid or not: dots, numbers or tracks.\n'
+                 '# What the dots are is measured in the first image, of the untouched sensor, and reported on /diagnostics.\n')
 _PIN_DOME = ('# A dome of pins over a camera, as TacTip with 127 or 331 of them, in any pattern: dots, contact region;\n'
              '# after calibrate with known presses place and depth of a contact. Pins keep the numbers of the first image.\n'
              '# Distances are not public: put in yours as gel.pitch. Until then no area is reported.\n')
@@ -44,34 +40,33 @@ _GELSIGHT_MINI = ('# Any flat gel with dots over a camera, as GelSight Mini: con
                   "# The pitch is that of GelSight Mini by its maker's software: 0.0634 mm a pixel of 320 x 240, in which dots are 31 px\n"
                   '# apart.\n'
                   '# Thickness and modulus are not public: put in yours (docs/gel.md). Until then force and depth are NaN.\n')
-_GEL_SIM = ("# A simulated gel with dots (source:=sim params:=.../gel_sim.yaml): the parameters that differ from the nodes' defaults;\n"
+_GEL_SIM = ("# A simulated gel with dots (source:=sim): the parameters that differ from the nodes' defaults;\n"
             '# gelsight_mini.yaml explains all.\n')
+_PINS_SIM = ("# A simulated dome of pins (source:=sim): the parameters that differ from the nodes' defaults; pin_dome.yaml explains all.\n"
+             '# Their mean distance is the 1.35 mm that a user would measure on it.\n')
+_DOTS_SIM = ("# Dots of a simulated gel (source:=sim): the parameters that differ from the nodes' defaults; marker_video.yaml explains all.\n")
 _PRESSURE = ('# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).\n'
              '# What the pad is made of is not known: put in yours, or calibrate; until then no force is reported.\n')
 _PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'full_value': 2000.0}
 #: N and N m of the longest arrows in RViz, twice the largest wrench of the simulated scenes, and m, radius of the tool in most of them.
 _SIMULATED_PRESSES = {'areal_single': (3.0, 0.05, 0.006), 'areal_dual': (2.0, 0.05, 0.008), 'air_cushion': (25.0, 0.7, 0.030)}
-_CAMERAS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS}
+#: Sensor type -> parameters of all its nodes; else those of sensors with markers.
+_SHARED = {'touchpad': TOUCHPAD_SENSOR_PARAMETERS, 'gel': GEL_SENSOR_PARAMETERS, 'pins': PINS_SENSOR_PARAMETERS,
+           'dots': DOT_SENSOR_PARAMETERS, 'psd_finger': PSD_SENSOR_PARAMETERS, 'taxel_array': TAXEL_SENSOR_PARAMETERS}
+_OF_NODES = {
+    'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS, 'psd_node': PSD_DRIVER_PARAMETERS,
+    'taxel_array_node': TAXEL_DRIVER_PARAMETERS, 'touchpad_contact_node': TOUCHPAD_PARAMETERS, 'press_contact_node': MARKER_PARAMETERS,
+    'gel_contact_node': GEL_PARAMETERS, 'pins_contact_node': PINS_PARAMETERS, 'dot_tracker_node': DOT_PARAMETERS,
+    'psd_contact_node': PSD_PARAMETERS, 'taxel_contact_node': TAXEL_PARAMETERS, 'markers_node': MARKERS_PARAMETERS,
+    'finger_markers_node': FINGER_MARKERS_PARAMETERS, 'taxel_markers_node': TAXEL_MARKERS_PARAMETERS}
 # Parameters that the launch files set for each sensor are left out.
 _BY_LAUNCH = {'source', 'frame_id', 'stitching_path', 'picture_rate', 'text.height', 'text.side', 'text.up'}
 
 
 def _tables(sensor_type: str) -> tuple[Sequence[Parameter], dict[str, Sequence[Parameter]]]:
     """Parameters of all nodes of a sensor type, and name -> those of each."""
-    if sensor_type == 'psd_finger':
-        return PSD_SENSOR_PARAMETERS, {'psd_node': PSD_DRIVER_PARAMETERS, 'psd_contact_node': PSD_PARAMETERS,
-                                       'finger_markers_node': FINGER_MARKERS_PARAMETERS}
-    if sensor_type == 'taxel_array':
-        return TAXEL_SENSOR_PARAMETERS, {'taxel_array_node': TAXEL_DRIVER_PARAMETERS, 'taxel_contact_node': TAXEL_PARAMETERS,
-                                         'taxel_markers_node': TAXEL_MARKERS_PARAMETERS}
-    if sensor_type == 'touchpad':
-        return SENSOR_PARAMETERS, {
-            'camera_node': CAMERA_PARAMETERS, 'dot_tracker_node': [p for p in DOT_PARAMETERS if p not in SHEET_PARAMETERS],
-            'contact_region_node': REGION_PARAMETERS, 'markers_node': MARKERS_PARAMETERS}
-    dots = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS]
-    driver = SENSOR_TYPES[sensor_type].driver
-    return MARKER_SENSOR_PARAMETERS, {driver: _CAMERAS[driver], 'dot_tracker_node': dots, 'contact_point_node': POINT_PARAMETERS,
-                                      'markers_node': MARKERS_PARAMETERS}
+    kind = SENSOR_TYPES[sensor_type]
+    return _SHARED.get(sensor_type, MARKER_SENSOR_PARAMETERS), {name: _OF_NODES[name] for name in (kind.driver, kind.perception, kind.view)}
 
 
 def _text(sensor_type: str, about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = (), whole: bool = True) -> str:
@@ -96,7 +91,6 @@ def _markers(sensor_type: str) -> dict[str, object]:
     size = min(sensor.pitch) / 4
     return {'sensor_type': sensor_type, 'rows': sensor.rows, 'columns': sensor.columns, 'pitch': list(sensor.pitch),
             'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius, 'dome.height': sensor.height,
-            'surface': 'sheet' if sensor.is_sheet else 'dome', 'polarity': 'bright', 'detection': 'blobs',
             'dot_size': size, 'dot_colour': 'depth', 'full_depth': 0.005 if sensor.is_sheet else 0.03, 'normal_length': 8 * size,
             'force_length': (24 if sensor.is_sheet else 12) * size, 'full_force': force, 'full_torque': torque,
             'tip_radius': 0.008 if sensor.is_sheet else 0.020}
@@ -146,22 +140,17 @@ def simulated_markers(sensor_type: str) -> dict[str, object]:
 
 def parameter_files() -> dict[str, str]:
     """Text of each file by name."""
-    video, gel = {'rows': 7, 'columns': 10, 'surface': 'none'}, ('thickness', 'dot_depth', 'young', 'poisson', 'friction')
-    no_cap = ('dome.', 'cap.', 'camera.', 'membrane.')
-    no_surface = (*no_cap, 'calibration', 'contact_region_node', 'markers_node')
+    other = ('dome.', 'cap.', 'camera.', 'calibration')  # of surfaces that these do not have; markers_node draws them flat
     texts = {
-        'touchpad': _text('touchpad', _TOUCHPAD, {}, ('dome.', 'gel.')),
-        'gelsight_mini': _text(
-            'touchpad', _GELSIGHT_MINI, {'rows': 0, 'columns': 0, 'surface': 'gel', 'polarity': 'any', 'detection': 'auto',
-                                         'numbering': 'auto', 'gel.pitch': 0.00197}, (*no_cap, 'calibration', 'contact', 'paper.')),
-        'pin_dome': _text('touchpad', _PIN_DOME, {'sensor_type': 'pin_dome', 'rows': 0, 'columns': 0, 'surface': 'pins', 'polarity': 'any',
-                                                  'detection': 'auto', 'numbering': 'register'},
-                          (*no_cap, 'contact', 'paper.', *(f'gel.{name}' for name in gel))),
-        'gel_sim': _text('touchpad', _GEL_SIM, {'surface': 'gel', **simulated_gel()}, ('dome.',), whole=False),
-        **{name: _text('touchpad', about, {**video, 'sensor_type': name, **changed}, no_surface)
-           for name, (about, changed) in _DOTS_ALONE.items()},
+        'touchpad': _text('touchpad', _TOUCHPAD, {}, ('dome.',)),
+        'gelsight_mini': _text('gel', _GELSIGHT_MINI, {'gel.pitch': 0.00197}, other),
+        'pin_dome': _text('pins', _PIN_DOME, {}, other[:3]),
+        'marker_video': _text('dots', _MARKER_VIDEO, {}, (*other, 'markers_node')),
+        'gel_sim': _text('gel', _GEL_SIM, simulated_gel(), ('dome.', 'cap.'), whole=False),
+        'pins_sim': _text('pins', _PINS_SIM, {'scene': 'pins_demo', 'gel.pitch': 0.00135}, whole=False),
+        'dots_sim': _text('dots', _DOTS_SIM, {'scene': 'gel_demo'}, whole=False),
         'pressure_array_14x6': _text('taxel_array', _PRESSURE, _PRESSURE_ARRAY)}
-    for name in SENSOR_TYPES.own:
+    for name in ('touchpad', *MARKER_SENSORS, 'psd_finger', 'taxel_array'):
         markers, left_out = (_markers(name), ('cap.',)) if name in MARKER_SENSORS else ({}, ('dome.',))
         simulated = {'touchpad': simulated_specimen, 'taxel_array': simulated_pad, 'psd_finger': dict}
         own = simulated[name]() if name in simulated else simulated_markers(name)

@@ -63,7 +63,7 @@ def notes(found):
 @pytest.mark.parametrize('sensor_type', SENSOR_TYPES)
 def test_a_simulated_sensor_is_one_process_of_all_its_nodes_and_calibrated(sensor_type):
     kind, found = SENSOR_TYPES[sensor_type], actions(sensor_type)
-    assert processes_of(found) == [[kind.driver, *kind.perception, kind.view]]
+    assert processes_of(found) == [[kind.driver, kind.perception, kind.view]]
     assert notes(found) == []
     assert processes_of(actions(sensor_type, composed='false', record='new'))[-1] == ['record_node']
 
@@ -71,33 +71,38 @@ def test_a_simulated_sensor_is_one_process_of_all_its_nodes_and_calibrated(senso
 @pytest.mark.parametrize('sensor_type', [name for name, kind in SENSOR_TYPES.items() if kind.uncalibrated])
 def test_an_uncalibrated_sensor_says_what_is_missing(sensor_type):
     kind, found = SENSOR_TYPES[sensor_type], actions(sensor_type, source='device', device='x')
-    perception = kind.perception[:-1] if kind.needs else kind.perception
-    assert processes_of(found) == [[kind.driver, *perception, kind.view]]
+    assert processes_of(found) == [[kind.driver, kind.perception, kind.view]]
     assert len(notes(found)) == 1 and 'not calibrated' in notes(found)[0]
 
 
-def test_a_calibrated_one_tells_touches(files):
+def test_the_node_gets_the_calibration(files):
     plan = sensor_plan(values('areal_single', calibration=files[1], **files[0]), 'areal_single')
-    assert list(plan.nodes) == ['camera_node', 'dot_tracker_node', 'contact_point_node', 'markers_node']
-    assert plan.nodes['contact_point_node'] == {'calibration': files[1]}
+    assert plan.nodes['press_contact_node'] == {'calibration': files[1]}
 
 
-def test_a_stitching_alone_tells_no_touches(files, tmp_path):
+def test_a_stitching_alone_is_no_calibration_of_presses(files, tmp_path):
     (tmp_path / 'stitching.yaml').write_text('fitted:\n  stitching:\n    seam: 5.0\n')
     plan = sensor_plan(values('areal_dual', calibration=str(tmp_path / 'stitching.yaml'), **files[0]), 'areal_dual')
-    assert list(plan.nodes) == ['dual_camera_node', 'dot_tracker_node', 'markers_node'] and plan.note
+    assert 'not calibrated' in plan.note
 
 
 def test_a_calibration_that_the_parameter_file_names_counts(files, tmp_path):
     text = open(share('params', 'areal_dual.yaml')).read().replace('calibration: ""', f'calibration: "{files[1]}"')
     (tmp_path / 'params.yaml').write_text(text)
     plan = sensor_plan(values('areal_dual', params=str(tmp_path / 'params.yaml'), **files[0]), 'areal_dual')
-    assert 'contact_point_node' in plan.nodes and plan.nodes['dual_camera_node']['stitching_path'] == files[1]
+    assert not plan.note and plan.nodes['dual_camera_node']['stitching_path'] == files[1]
 
 
-def test_a_contact_region_needs_a_surface(files):
-    plan = sensor_plan(values(params=share('params', 'marker_video.yaml'), **files[0]), 'touchpad')
-    assert list(plan.nodes) == ['camera_node', 'dot_tracker_node', 'markers_node']
+def test_a_parameter_file_of_another_type_is_refused(files):
+    with pytest.raises(BadArgument, match='is of a gel: launch gel.launch.py'):
+        sensor_plan(values(params=share('params', 'gelsight_mini.yaml'), **files[0]), 'touchpad')
+
+
+@pytest.mark.parametrize('old', ['dot_tracker_node', 'contact_region_node'])
+def test_a_section_of_an_earlier_node_is_refused_with_the_name_of_the_present_one(files, tmp_path, old):
+    (tmp_path / 'old.yaml').write_text(f'/**/{old}:\n  ros__parameters: {{rows: 9}}\n')
+    with pytest.raises(BadArgument, match=f'section {old} is not used.*touchpad_contact_node'):
+        sensor_plan(values(params=str(tmp_path / 'old.yaml'), **files[0]), 'touchpad')
 
 
 @pytest.mark.parametrize('text', ['a: [', 'just words', ''])
@@ -170,7 +175,7 @@ def test_rviz_shows_the_topics_in_the_sensors_namespace(monkeypatch):
     assert topics == {f'/left/pad/{name}' for name in ('image_raw', 'image_annotated', 'markers', 'points')}
 
 
-NODES = {'camera_node': {'device': '1e3', 'rate': 60.0, 'loop': True}, 'dot_tracker_node': {}, 'markers_node': {'frame_id': 'left_pad'}}
+NODES = {'camera_node': {'device': '1e3', 'rate': 60.0, 'loop': True}, 'touchpad_contact_node': {}, 'markers_node': {'frame_id': 'left_pad'}}
 
 
 @pytest.fixture
@@ -307,7 +312,7 @@ def test_a_simulated_hand_has_the_specimens_parameters_whatever_the_real_ones_ar
     assert [values[name] for name in ('params', 'calibration', 'device', 'rate', 'namespace')] == ['', '', '', '15', 'palm']
     plan = planned_sensor(sensor, GIVEN_HAND)
     assert plan.params.endswith('params/areal_dual_sim.yaml')
-    assert plan.nodes['contact_point_node']['calibration'].endswith('calibration/areal_dual_sim.yaml')
+    assert plan.nodes['press_contact_node']['calibration'].endswith('calibration/areal_dual_sim.yaml')
     real = sensor_values(sensor, {**GIVEN_HAND, 'source': 'device'})
     assert (real['calibration'], real['params'], real['device']) == ('/mine.yaml', '/mine.yaml', '1')
 

@@ -38,12 +38,12 @@ PARAMS = os.path.join(get_package_share_directory('tactile_bringup'), 'params', 
 
 @pytest.fixture
 def nodes(bag, tmp_path):
-    """Three nodes of one process, given what launch gives them."""
+    """Two nodes of one process, given what launch gives them."""
     own = {'source': 'bag', 'path': str(bag), 'topic': '/pad/image_raw', 'rate': 0.0, 'frame_id': 'pad'}
     (tmp_path / 'own.yaml').write_text(json.dumps({'/pad/camera_node': {'ros__parameters': own}}))
     words = ['--ros-args', '-r', '__ns:=/pad', '--params-file', PARAMS, '--params-file', str(tmp_path / 'own.yaml')]
     rclpy.init(args=words)
-    made_nodes = list(made(['camera_node', 'dot_tracker_node', 'contact_region_node']))
+    made_nodes = list(made(['camera_node', 'touchpad_contact_node']))
     yield made_nodes
     for node in made_nodes:
         node.destroy_node()

@@ -1,61 +1,30 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recording run through the stages of its sensor, without ROS middleware: what live nodes do, on messages of a bag."""
+"""A recording run through the stage of its sensor, without ROS middleware: what the live node does, on messages of a bag."""
 from __future__ import annotations
 
 import time
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
 from sensor_msgs.msg import CameraInfo
 from tactile_driver.nodes.messages.images import image_to_array
-from tactile_driver.parameters.table import Parameter
 from tactile_driver.recordings.reader import TRUTH_TYPES, BagReader, LeftOut, RawMessage, recorded_frame
 from tactile_driver.recordings.serialization import decode, type_name_of, unusable
 
+from ..dots.parameters import DOTS
 from ..errors import BadArgument, BadFrame, BadRecording, TactileError, by_name
-from ..parameters.file import all_values, read_parameters
+from ..parameters.file import all_values, check_sections, read_parameters
 from ..sensor_type import NODES, SENSOR_TYPES
 from ..stage import Stage
 from .stamped import find_prefix
 from .stitched_bag import bag_opener
 
-_SURFACE = (Parameter('surface', str, 'cap', '', 'untouched shape'),)
 #: Topics that go with the estimates, in the sensor's namespace except /tf_static.
 KEPT = ('/tf_static', 'description', 'camera_info', *(f'ground_truth/{name}' for name in TRUTH_TYPES))
-
-
-class Chain:
-    """Stages of which each takes what the one before estimates; at least one. side_topics: those beside the raw one that they take."""
-
-    def __init__(self, stages: Sequence[Stage]):
-        self.stages = list(stages)
-        self.side_topics = {side.topic for stage in self.stages for side in stage.side_inputs}
-
-    def take(self, topic: str, message) -> None:
-        """Pass a message of a side topic to the stages that take it. Raises TactileError for one that cannot be used."""
-        for stage in self.stages:
-            if topic in (side.topic for side in stage.side_inputs):
-                stage.take(topic, message)
-
-    def process(self, message, number: int = 0, topics: Collection[str] | None = None) -> Iterator[tuple[Stage, str, object]]:
-        """Yield (stage, topic, estimate) of all that the stages from a number on estimate from one message, and (stage, its input, error)
-        where a stage refuses its message; topics: those that are wanted, None for all."""
-        stage = self.stages[number]
-        inputs = {each.input.topic for each in self.stages}
-        try:
-            found = stage.process(message, topics and [topic for topic in stage.outputs if topic in topics or topic in inputs])
-        except TactileError as error:
-            yield stage, stage.input.topic, error
-            return
-        for topic, results in found.items():
-            for result in results:
-                yield stage, topic, result
-                if number + 1 < len(self.stages) and topic == self.stages[number + 1].input.topic:
-                    yield from self.process(result, number + 1, topics)
 
 
 def read_sensor_type(params: Path) -> str:
@@ -69,35 +38,35 @@ def read_sensor_type(params: Path) -> str:
     return stated[0] if stated else 'touchpad'
 
 
-def make_chain(params: Path, calibration: Path | None = None) -> Chain:
-    """The stages that a parameter file describes, without those whose parameters are not enough for them; calibration: replaces the file
-    that params names. Raises TactileError."""
-    name = read_sensor_type(params)
-    if name not in SENSOR_TYPES and read_parameters(params, 'dot_tracker_node', _SURFACE)['surface'] in ('none', 'pins'):
-        name = 'touchpad'  # a camera over dots of another sensor, as touchpad.launch.py plays it
-    kinds = [NODES[node] for node in by_name(SENSOR_TYPES, name, f'{params}: sensor_type').perception]
-    own = {'calibration': str(calibration)} if calibration else {}
-    values = [read_parameters(params, kind.node, kind.parameters) | own for kind in kinds]
-    return Chain([kind(given) for kind, given in zip(kinds, values) if kind.can_run(given)])
+def make_stage(params: Path, calibration: Path | None = None, **own: object) -> Stage:
+    """The stage that a parameter file describes; calibration: replaces the file that params names; own: parameters that replace those of the
+    file, where the stage has them. Raises TactileError."""
+    kind = NODES[by_name(SENSOR_TYPES, read_sensor_type(params), f'{params}: sensor_type').perception]
+    check_sections(params, kind.node)
+    own |= {'calibration': str(calibration)} if calibration else {}
+    names = {parameter.name for parameter in kind.parameters}
+    return kind(read_parameters(params, kind.node, kind.parameters) | {name: value for name, value in own.items() if name in names})
 
 
 class Replay:
     """The messages that come of a recording, one list for each message of the bag that is used: itself where it is kept, and the estimates,
     not serialised yet, where it is a raw one.
 
-    bag; params, calibration: files as for make_chain; namespace: of the sensor, '' for the only one; topics: estimates that are wanted,
-    None for all. prefix: '/ns/' of the sensor; raw: topic of its raw data; open(): a reader of the bag, with stitched views where the
+    bag: of raw data, or of dots alone; params, calibration: files as for make_stage; namespace: of the sensor, '' for the only one; topics:
+    estimates that are wanted, None for all. prefix: '/ns/' of the sensor; raw: topic of its raw data; open(): a reader of the bag, with stitched views where the
     stitching is known. In the course of the iteration: done: number of raw messages; left_out: what could not be
     used; stages: s of thread time for each frame that was not refused, by stage. Raises TactileError for an unusable bag.
     """
 
     def __init__(self, bag: Path, params: Path, calibration: Path | None = None, namespace: str = '',
                  topics: Collection[str] | None = None):
-        self._wanted, self._chain = topics, make_chain(params, calibration)
-        source, opened = self._chain.stages[0].input, bag_opener(params, self._chain.stages[0].stitching)
-        self.open = partial(opened, bag)
+        self._wanted, self._stage = topics, make_stage(params, calibration)
+        self.open = partial(bag_opener(params, self._stage.stitching), bag)
         with self.open() as reader:
             self.topics = reader.topics
+            if _holds_dots_alone(self.topics, namespace):
+                self._stage = make_stage(params, calibration, input=DOTS)
+            source = self._stage.input
             self.prefix = find_prefix(self.topics, namespace, source.topic, type_name_of(source.type))
             problems = {topic: unusable(kind, reader.hashes.get(topic, '')) for topic, kind in self.topics.items()}
         self.raw, self._info = self.prefix + source.topic, self.prefix + 'camera_info'
@@ -110,16 +79,16 @@ class Replay:
     @property
     def outputs(self) -> set[str]:
         """Topics of the estimates."""
-        return {topic for stage in self._chain.stages for topic in stage.outputs}
+        return set(self._stage.outputs)
 
     def __iter__(self) -> Iterator[list[RawMessage]]:
-        names = {name if name.startswith('/') else self.prefix + name: name for name in (*KEPT, *self._chain.side_topics)}
+        self._side_topics = {side.topic for side in self._stage.side_inputs}
+        names = {name if name.startswith('/') else self.prefix + name: name for name in (*KEPT, *self._side_topics)}
         with self.open() as reader:
-            for stage in self._chain.stages:
-                stage.use_frame(recorded_frame(reader, self.prefix))
+            self._stage.use_frame(recorded_frame(reader, self.prefix))
             with suppress(BadFrame):  # an unusable camera_info is reported when it is reached
-                if 'camera_info' in self._chain.side_topics:
-                    self._chain.take('camera_info', self._first_camera_info(reader))
+                if 'camera_info' in self._side_topics:
+                    self._stage.take('camera_info', self._first_camera_info(reader))
             for item in reader.messages({self.raw, *names}):
                 yield self._estimated(item) if item.topic == self.raw else self._kept(item, names[item.topic])
             self.left_out.merge(reader.left_out)
@@ -136,12 +105,12 @@ class Replay:
         return CameraInfo()
 
     def _kept(self, item: RawMessage, name: str) -> list[RawMessage]:
-        """The message, which the stages take, where it can be written again. A camera_info that contradicts the calibration raises
+        """The message, which the stage takes, where it can be written again. A camera_info that contradicts the calibration raises
         BadCalibration, because no result would be valid."""
         try:
-            if name in self._chain.side_topics:
+            if name in self._side_topics:
                 item = item._replace(message=decode(item.data, item.type_name))
-                self._chain.take(name, item.message)
+                self._stage.take(name, item.message)
         except BadFrame as error:
             self.left_out.add(name, str(error), item.stamp_ns)
             return []
@@ -150,23 +119,24 @@ class Replay:
         return [item] if name in KEPT and item.topic not in self._unusable else []
 
     def _estimated(self, item: RawMessage) -> list[RawMessage]:
-        """All that the stages estimate from a raw message."""
+        """All that the stage estimates from a raw message."""
         self.done += 1
-        found, seconds, refused, last = [], defaultdict(float), False, time.thread_time()
+        name, begin = item.topic.removeprefix(self.prefix), time.thread_time()
         try:
             message = decode(item.data, item.type_name)
-        except BadFrame as error:
-            self.left_out.add(item.topic.removeprefix(self.prefix), str(error), item.stamp_ns)
-            return []
-        seconds['decoding'], last = time.thread_time() - last, time.thread_time()
-        for stage, topic, result in self._chain.process(message, topics=self._wanted):
-            seconds['dots' if 'dots' in stage.outputs else 'contact'] += time.thread_time() - last
-            if isinstance(result, TactileError):
-                refused = True
-                self.left_out.add(topic, str(result), item.stamp_ns)
-            else:
-                found.append(RawMessage(self.prefix + topic, '', item.stamp_ns, b'', result))
-            last = time.thread_time()
-        for name, value in {} if refused else {**seconds, 'all': sum(seconds.values())}.items():
-            self.stages[name].append(value)
-        return found
+            decoded, refused = time.thread_time(), False
+            found = self._stage.process(message, self._wanted and [topic for topic in self._stage.outputs if topic in self._wanted])
+        except TactileError as error:
+            self.left_out.add(name, str(error), item.stamp_ns)
+            refused, found = True, getattr(error, 'partial', {})
+        if not refused:
+            end = time.thread_time()
+            for stage, seconds in (('decoding', decoded - begin), ('estimating', end - decoded), ('all', end - begin)):
+                self.stages[stage].append(seconds)
+        return [RawMessage(self.prefix + topic, '', item.stamp_ns, b'', result) for topic, results in found.items() for result in results]
+
+
+def _holds_dots_alone(topics: Collection[str], namespace: str) -> bool:
+    """Whether a sensor has dots among the topics, but neither images nor other raw data."""
+    own = {topic.rsplit('/', 1)[-1] for topic in topics if topic.startswith(f'/{namespace.strip("/")}')}
+    return 'dots' in own and not own & {'image_raw', 'compressed', 'voltages'}

@@ -60,3 +60,11 @@ class CameraModel:
         """Unit vectors (N, 3) in the sensor frame from the camera centre through uv (N, 2), px; NaN outside the lens' field of view."""
         return camera_rays(np.asarray(uv, float), matrix=self.matrix, distortion=self.distortion, rotation=self.rotation,
                            farthest=farthest_square(self.distortion))
+
+
+def camera_pose(values: Mapping) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation (3, 3) and translation (3,) m of the camera, x_camera = rotation @ x_sensor + translation. Raises BadArgument."""
+    rotation, translation = (np.asarray(values[f'camera.{name}'], float) for name in ('rotation', 'translation'))
+    if rotation.shape != (3,) or translation.shape != (3,):
+        raise BadArgument('parameters camera.rotation and camera.translation must have three numbers each')
+    return cv2.Rodrigues(rotation)[0], translation

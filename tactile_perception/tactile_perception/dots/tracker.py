@@ -139,6 +139,11 @@ class DotTracker:
             self._numbering = self._make_numbering(self._name, None)
 
     @property
+    def places(self):
+        """What tells the dots' 3D positions, None for nothing."""
+        return self._places
+
+    @property
     def warning(self) -> str:
         """Why the reference may not show the untouched sensor; ''."""
         return self.reference.warning or self._changed
@@ -251,17 +256,16 @@ class DotTracker:
         return numbers.id
 
 
-def tracker_options(sensor, values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None,
+def tracker_options(values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None,
                     image_only: bool = False) -> dict:
     """Arguments of a DotTracker with the given parameters.
 
-    sensor: has rows and columns of the printed grid, both 0 for other patterns; values: of DOT_PARAMETERS; pattern: (K, 2) px, untouched
-    image positions whose order gives the ids of an irregular pattern; rest: (K, 2) px, calibrated untouched positions, used to detect
+    values: of DOT_PARAMETERS; pattern: (K, 2) px, untouched image positions whose order gives the ids of an irregular pattern; rest: (K, 2) px, calibrated untouched positions, used to detect
     contact in the first frame; image_only: no later stage needs grid numbers, so that dots without are tracks.
     """
     known = None if rest is None else CalibratedRest(rest)
     constants = values['reference.time_constant'], values['reference.frames']
-    return {'rows': sensor.rows, 'columns': sensor.columns, 'polarity': values['polarity'], 'detection': values['detection'],
+    return {'rows': values['rows'], 'columns': values['columns'], 'polarity': values['polarity'], 'detection': values['detection'],
             'numbering': values['numbering'] if pattern is None or values['numbering'] == SORT else REGISTER, 'pattern': pattern,
             'reference': Reference(*constants, known), 'as_tracks': Reference(*constants) if image_only else None,
             'mask': _mask_of(values)}

@@ -5,7 +5,7 @@ from ..sensor_type import SensorType
 
 PSD_FINGER = SensorType(
     driver='psd_node',
-    perception=('psd_contact_node',),
+    perception='psd_contact_node',
     view='finger_markers_node',
     uncalibrated='positions are those of a nominal finger, force and depth are unknown; record presses at known positions',
     raw={'topic': 'voltages'},

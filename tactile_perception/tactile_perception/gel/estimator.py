@@ -101,7 +101,7 @@ class GelEstimator:
     Parameters
     ----------
     values : Mapping
-        Of REGION_PARAMETERS.
+        Of GEL_PARAMETERS.
     centre : ndarray, shape (2,), optional
         Where the sensor frame's origin is seen, px; None: in the middle of the undeformed dots.
     focal : float

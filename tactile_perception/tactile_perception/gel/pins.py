@@ -28,7 +28,7 @@ _FEWEST_PRESSES = 12  # places: four numbers for each of three functions
 _RIDGES = 10.0 ** np.arange(-4.0, 2.0, 0.5)  # candidates, of the largest singular value squared
 _BEYOND = 3.0  # times what displacements at a calibrated press left unexplained: another object, or a place between none of the presses
 _SIGMAS = 2.0  # of place and depth, by which a result may lie outside what was calibrated
-SENSOR = 'pin_dome'  # sensor type, of its calibration
+SENSOR = 'pins'  # sensor type, of its calibration
 _SHAPES = {'rest': (None, 2), 'spacing': (), 'directions': (None, None), 'weights': (None, 3), 'curve': (3,), 'covariance': (3, 3),
            'unexplained': (), 'depth': (2,), 'outline': (None, 2), 'height': (6,)}
 
@@ -140,7 +140,7 @@ def _ridges(moved: np.ndarray, goal: np.ndarray, ridges: np.ndarray) -> tuple[np
 
 
 class PinEstimator:
-    """Contact of a pin dome, frame by frame. values: of REGION_PARAMETERS; model: of a calibration, None without: then place and depth are
+    """Contact of a pin dome, frame by frame. values: of PINS_PARAMETERS; model: of a calibration, None without: then place and depth are
     not known."""
 
     def __init__(self, values: Mapping, model: PinModel | None = None):

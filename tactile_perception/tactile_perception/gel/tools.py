@@ -16,19 +16,18 @@ from ..dots.tracker import make_tracker
 from ..errors import BadCalibration, BadFrame
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
-from ..parameters.touchpad import DOT_PARAMETERS
-from ..touchpad.sensor import Touchpad
 from .estimator import spacing_of
+from .parameters import PINS_NODE, PINS_PARAMETERS
 from .pins import SENSOR, fit_pins, smoothed
 
 
 def calibrate_pins(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
     """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device. Raises TactileError for
     recordings that cannot determine the model."""
-    values = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
+    values = read_parameters(params, PINS_NODE, PINS_PARAMETERS)
     rest, rows, names, left_out = None, [], [], []
     for bag in bags:
-        tracker = make_tracker(Touchpad.from_parameters(values), values, image_only=True)
+        tracker = make_tracker(values, image_only=True)
         for name, found in pairs_of(bag, namespace, ('image_raw', TRUTH), lambda message: None):
             contacts = found[TRUTH].contacts
             try:

@@ -13,6 +13,9 @@ from tactile_driver.parameters.table import Parameter, defaults
 from ..errors import BadArgument
 
 
+_MERGED = 'dot_tracker_node', 'contact_region_node', 'contact_point_node'
+
+
 class _Loader(yaml.SafeLoader):
     """Reads 8e-05 as a number, as ROS does; YAML 1.1 would have a point in it."""
 
@@ -33,6 +36,14 @@ def read_parameters(path: str | Path, node: str, table: Sequence[Parameter]) -> 
             except BadArgument as error:
                 raise BadArgument(f'{path}: {error}') from error
     return values
+
+
+def check_sections(path: str | Path, node: str) -> None:
+    """Raise BadArgument for a file with a section of a node of earlier versions, which is now part of the one node of its sensor type; node:
+    that one."""
+    for old in _MERGED:
+        if old != node and re.search(rf'^[^#\n]*\b{old}:', Path(path).read_text(errors='replace'), re.MULTILINE):
+            raise BadArgument(f'{path}: section {old} is not used: one node computes all results of this sensor; name the section {node}')
 
 
 def all_values(path: str | Path) -> Iterator[tuple[str, object]]:

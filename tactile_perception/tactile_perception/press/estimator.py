@@ -16,11 +16,10 @@ from ..common.estimates import ContactEstimate, ContactRegionEstimate
 from ..common.geometry import tangents
 from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
-from ..dots.reference import CalibratedRest
 from ..errors import BadArgument, BadFrame
 from .calibration import TouchCalibration
 from .estimate import TouchEstimate
-from .field import MarkerField, MarkerView, RestMarkers
+from .field import MarkerField, RestMarkers
 from .methods import make_method
 from .parameters import AUTO
 from .published import ContactFilter
@@ -163,29 +162,33 @@ class TouchResult:
 class TouchEstimator:
     """Estimates contacts frame by frame.
 
-    make_view: see RestMarkers; values: of POINT_PARAMETERS; calibration: of the same sensor. Raises BadCalibration for a method that the
-    calibration does not contain.
+    rest: of all its markers; values: of MARKER_PARAMETERS; calibration: of the same sensor. model: the method, where it tells how far a
+    dome's markers are raised, else None. Raises BadCalibration for a method that the calibration does not contain.
     """
 
-    def __init__(self, sensor: MarkerSensor, make_view: Callable[[np.ndarray], MarkerView], values: Mapping,
-                 calibration: TouchCalibration):
+    def __init__(self, sensor: MarkerSensor, rest: RestMarkers, values: Mapping, calibration: TouchCalibration):
         name = calibration.best if values['touch'] == AUTO else values['touch']
         self._sensor, self._tip_radius = sensor, values['tip_radius']
         self._method = make_method(name, calibration.fitted(name), sensor)
         self._stiffness = calibration.stiffness
-        count = sensor.rows * sensor.columns if calibration.pattern is None else len(calibration.pattern)
-        known = None if calibration.rest is None else CalibratedRest(calibration.rest)
-        self._rest = RestMarkers(count, make_view if known is None else partial(_checked, make_view, known))
+        self.model, self._rest = (self._method if hasattr(self._method, 'raised') else None), rest
         self._tracker = TouchTracker()
         self._filter = ContactFilter() if values['paper.kalman'] and name == 'paper' else None
 
     def process(self, tracks: DotTracks, stamp_s: float) -> TouchResult:
         """Contacts in one frame; stamp_s: s. Raises BadFrame for markers of another grid, or a stamp that is not later than the last."""
+        self.check(tracks, stamp_s)
+        return self.touches(tracks, self._rest.field(tracks, stamp_s), stamp_s)
+
+    def check(self, tracks: DotTracks, stamp_s: float) -> None:
+        """Raise BadFrame as process does."""
         if (tracks.rows, tracks.columns) != (self._sensor.rows, self._sensor.columns):
             raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, but parameters rows and columns are '
                            f'{self._sensor.rows} and {self._sensor.columns}')
         self._tracker.check(stamp_s)
-        field = self._rest.field(tracks, stamp_s)
+
+    def touches(self, tracks: DotTracks, field: MarkerField, stamp_s: float) -> TouchResult:
+        """Contacts in one frame that passed check; field: that of its tracks."""
         estimates = self._method.estimate(field)
         wrench, force = np.full(6, np.nan), np.nan  # of several touches, it is not known
         if len(estimates) == 1:
@@ -206,11 +209,3 @@ class TouchEstimator:
         state = scatter(region.dot_state, region.dot_id, count, UNKNOWN)
         rest = rest_points(field.rest, field.camera_centre, self._sensor)
         return dot_points(shape if shape[0] * shape[1] == count else (1, count), xyz, rest, state, None)
-
-
-def _checked(make_view: Callable[[np.ndarray], MarkerView], known: CalibratedRest, uv: np.ndarray) -> MarkerView:
-    """The view for untouched markers at uv (K, 2) px. Raises BadFrame for markers that do not match the calibrated reference."""
-    reason = known.judge(np.arange(len(uv)), uv).reason
-    if reason:
-        raise BadFrame(reason)
-    return make_view(uv)

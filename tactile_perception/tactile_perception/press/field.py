@@ -16,6 +16,7 @@ from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
 from .. import _core
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
+from ..dots.reference import CalibratedRest
 from ..errors import BadArgument, BadFrame
 from .sensor import MarkerSensor
 
@@ -205,6 +206,22 @@ def view_maker(sensor: MarkerSensor, matrices: tuple[np.ndarray, np.ndarray] | N
     view = (CameraView(CameraModel(*matrices, *pose), sensor.plane_z) if stitching is None else
             stitched_view(stitching_from_dict(stitching, 'calibration: stitching')))
     return lambda _rest_uv: view
+
+
+def checked_view(make_view: Callable[[np.ndarray], MarkerView], rest: np.ndarray | None) -> Callable[[np.ndarray], MarkerView]:
+    """A function that makes the view from untouched markers at (K, 2) px, and raises BadFrame where these do not match the calibrated
+    ones, rest (K, 2) px; None for none."""
+    if rest is None:
+        return make_view
+    known = CalibratedRest(rest)
+
+    def checked(uv: np.ndarray) -> MarkerView:
+        """The view for markers that match."""
+        reason = known.judge(np.arange(len(uv)), uv).reason
+        if reason:
+            raise BadFrame(reason)
+        return make_view(uv)
+    return checked
 
 
 def stitched_view(stitching: Stitching) -> StitchedView:

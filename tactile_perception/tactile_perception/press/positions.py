@@ -3,13 +3,12 @@
 """3D positions of markers: of a clamped elastic sheet from their apparent positions in its untouched plane, of a dome along their rays."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
-from ..common.dots import DotTracks
 from ..errors import BadArgument
-from .field import MarkerField, MarkerView, RestMarkers
+from .field import MarkerField
 from .sensor import MarkerSensor, rest_points
 
 # Weights of the in-plane strain and of the bending energy relative to the misfit in the image, lengths in pitches. The first separates
@@ -94,18 +93,12 @@ def on_rays(field: MarkerField, raised: np.ndarray, sensor: MarkerSensor) -> np.
 
 
 class MarkerPlaces:
-    """3D positions of markers. count: of the markers; make_view: see RestMarkers; raised: of a field, upward displacement (K,), m."""
+    """3D positions of markers. method: of a dome, that tells how far its markers are raised, None where it is not calibrated."""
 
-    def __init__(self, sensor: MarkerSensor, count: int, make_view: Callable[[np.ndarray], MarkerView],
-                 raised: Callable[[MarkerField], np.ndarray]):
-        self._sensor, self._count, self._make_view, self._raised = sensor, count, make_view, raised
-        self.renew()
+    def __init__(self, sensor: MarkerSensor, method=None):
+        self._sensor = sensor
+        self._raised = SheetSurface(sensor).raised if sensor.is_sheet else partial(dome_raised, method)
 
-    def renew(self) -> None:
-        """Start with a new reference."""
-        self._rest = RestMarkers(self._count, self._make_view)
-
-    def locate(self, _image: np.ndarray, tracks: DotTracks, stamp_s: float) -> np.ndarray:
-        """Positions (N, 3), m, sensor frame, of tracks at stamp_s, s; NaN where unknown. Raises BadFrame where there is no view."""
-        field = self._rest.field(tracks, stamp_s)
-        return on_rays(field, self._raised(field), self._sensor)[tracks.id]
+    def xyz(self, field: MarkerField, id: np.ndarray) -> np.ndarray:
+        """Positions (N, 3), m, sensor frame, of the markers id (N,) of a field; NaN where unknown."""
+        return on_rays(field, self._raised(field), self._sensor)[id]

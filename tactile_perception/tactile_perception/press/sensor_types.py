@@ -7,8 +7,7 @@ from ..sensor_type import CAMERA_INFO, CAMERA_POSE, CAMERA_SOURCES, SensorType
 
 _MARKER_SENSOR = partial(
     SensorType,
-    perception=('dot_tracker_node', 'contact_point_node'),
-    needs='presses',
+    perception='press_contact_node',
     uncalibrated='markers are tracked, contacts are not reported; record presses at known positions',
     sources=CAMERA_SOURCES,
     calibrate='tactile_perception.press.tools:calibrate_markers',

@@ -1,53 +1,84 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The stage of sheets and domes: dots in, contacts, contact region and wrench out."""
+"""The stage of sheets and domes with markers: images in; markers, contacts, contact region and wrench out."""
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from typing import NamedTuple
 
 from geometry_msgs.msg import WrenchStamped
-from tactile_msgs.msg import ContactRegion, Contacts, DotTracks
+from std_msgs.msg import Header
+from tactile_driver.stitching.calibration import stitching_from_dict
+from tactile_msgs.msg import ContactRegion, Contacts
 
-from .calibration import read_touch
-from ..camera_stage import CameraStage, Matrices
-from ..errors import BadArgument, BadFrame
+from ..camera_stage import Matrices
+from ..common.camera import camera_pose
+from ..common.dots import DotTracks
+from ..dots.stage import DotStage
+from ..dots.tracker import DotTracker, tracker_options
 from ..nodes.messages import conversions as convert
-from .parameters import POINT_PARAMETERS, marker_sensor
-from ..press.estimator import TouchEstimator
-from ..stage import Input
-from ..touchpad.sensor import camera_pose
-from .field import view_maker
+from .calibration import read_touch
+from .estimator import TouchEstimator
+from .field import RestMarkers, checked_view, view_maker
+from .methods import make_method
+from .parameters import MARKER_PARAMETERS, NODE, marker_sensor
+from .positions import MarkerPlaces
+
+_OUTPUTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'wrench': WrenchStamped, **convert.POINTS}
 
 
-class ContactPointStage(CameraStage):
-    """dots -> contacts, contact_region, wrench, points. Raises BadArgument without a calibration file, BadCalibration for a bad one."""
+class MarkerModel(NamedTuple):
+    """The untouched markers of a camera, which places and contacts share. contact: None where presses are not calibrated."""
 
-    node, parameters, has_reference = 'contact_point_node', POINT_PARAMETERS, False
-    input = Input('dots', DotTracks, depth=1)
-    outputs = {'contact_region': ContactRegion, 'contacts': Contacts, 'wrench': WrenchStamped, **convert.POINTS}
+    rest: RestMarkers
+    places: MarkerPlaces
+    contact: TouchEstimator | None
+
+
+class MarkerStage(DotStage):
+    """image_raw (or dots) -> dots, and with a calibration of presses contacts, contact_region, wrench, points. Raises BadArgument for wrong
+    values, BadCalibration for a bad file."""
+
+    node, parameters, needs_camera = NODE, MARKER_PARAMETERS, True
+    without_contact = "no usable camera_info yet: the markers' positions need a calibrated camera"
 
     def __init__(self, values: Mapping):
-        super().__init__(values)
         self.sensor = marker_sensor(values)
-        if not values['calibration']:
-            raise BadArgument(f'parameter calibration is empty: a {self.sensor.type} needs a calibration; record presses '
-                              'at known positions and run `ros2 run tactile_perception calibrate`')
-        self.calibration = read_touch(values['calibration'], self.sensor.type, values)
+        self._known = read_touch(values['calibration'], self.sensor.type, values) if values['calibration'] else None
+        self.contact_outputs = _OUTPUTS if self._known and self._known.methods else {}
+        super().__init__(values)
+        if self._known and self._known.stitching:
+            self.stitching = stitching_from_dict(self._known.stitching, 'calibration: stitching')
 
-    @classmethod
-    def can_run(cls, values: Mapping) -> bool:
-        """Contacts need a calibration with presses."""
-        return bool(values['calibration'] and read_touch(values['calibration'], values['sensor_type']).methods)
+    def make_tracker(self, matrices: Matrices | None, size: tuple[int, int] | None) -> DotTracker:
+        """See DotStage."""
+        known = {name: self._known and getattr(self._known, name) for name in ('pattern', 'rest')}
+        return DotTracker(**tracker_options(self.values, **known), seam=self.stitching and self.stitching.seam)
 
-    def make_estimator(self, matrices: Matrices | None, size: tuple[int, int] | None) -> TouchEstimator | None:
-        """See CameraStage; None where the camera is not calibrated: the viewing plane is metric."""
-        make_view = view_maker(self.sensor, matrices, self.calibration.stitching, camera_pose(self.values))
-        return TouchEstimator(self.sensor, make_view, self.values, self.calibration) if make_view else None
+    def make_contact(self, matrices: Matrices | None, size: tuple[int, int] | None, tracker: DotTracker | None) -> MarkerModel | None:
+        """See DotStage; None where the camera is not calibrated, since the viewing plane is metric, and for a pattern of unknown size."""
+        known, sensor = self._known, self.sensor
+        make_view = view_maker(sensor, matrices, known and known.stitching, camera_pose(self.values))
+        count = sensor.rows * sensor.columns if known is None or known.pattern is None else len(known.pattern)
+        if make_view is None or not count:
+            return None
+        rest = RestMarkers(count, checked_view(make_view, known and known.rest))
+        contact = TouchEstimator(sensor, rest, self.values, known) if self.contact_outputs else None
+        method = contact and contact.model
+        if method is None and not sensor.is_sheet and known and 'model' in known.methods:
+            method = make_method('model', known.fitted('model'), sensor)
+        return MarkerModel(rest, MarkerPlaces(sensor, method), contact)
 
-    def estimate(self, message: DotTracks, stamp_s: float, topics: Collection[str]) -> dict[str, list]:
-        """The estimates of the dots of one frame, under their header."""
-        tracks = convert.tracks_from_message(message)
-        self.use_camera_of(tracks)
-        if self.estimator is None:
-            raise BadFrame('no usable camera_info yet: the markers\' positions need a calibrated camera')
-        return convert.results_to_messages(self.estimator.process(tracks, stamp_s), message.header, topics)
+    def estimate_contact(self, tracks: DotTracks, stamp_s: float, header: Header, topics: Collection[str]) -> dict[str, list]:
+        """See DotStage; it places the markers too, by the same solution as the contacts."""
+        model = self.estimator.contact
+        if model is None:
+            return super().estimate_contact(tracks, stamp_s, header, topics)
+        of_contact = [topic for topic in topics if topic in self.contact_outputs]
+        if of_contact:
+            model.contact.check(tracks, stamp_s)
+        field = model.rest.field(tracks, stamp_s)
+        result = model.contact.touches(tracks, field, stamp_s) if of_contact else None
+        if not self._takes_dots and ('dots' in topics or 'points' in topics):
+            tracks.xyz = model.places.xyz(field, tracks.id)
+        return convert.results_to_messages(result, header, of_contact) if of_contact else {}

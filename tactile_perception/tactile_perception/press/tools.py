@@ -20,17 +20,16 @@ from ..bags.stamped import TRUE_WRENCH, TRUTH, find_prefix, pairs_of
 from ..bags.stitched_bag import VIEWS, bag_opener, stitching_in
 from ..calibration.files.format import CalibrationFile, Specimen, write_calibration
 from ..calibration.residuals import outliers, report_residuals
+from ..common.camera import camera_pose
 from ..dots.tracker import DotTracker, find_pattern, make_tracker
 from ..errors import BadCalibration, BadFrame, BadRecording
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
-from ..parameters.touchpad import DOT_PARAMETERS
-from ..touchpad.sensor import Touchpad, camera_pose
 from .calibration import METHODS, PATTERN, REST, STIFFNESS, STITCHING, WRENCH, best_method, fit_stiffness, write_touch
 from .field import RestMarkers, view_maker
 from .presses import SAME_PLACE, Found, Presses, held_out, marker_residuals, require_coverage, score
 from .methods import make_method, methods_for
-from .parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
+from .parameters import MARKER_PARAMETERS, NODE, marker_sensor
 from .published import middle_of_seen
 from .sensor import MarkerSensor
 from .stitching import SIDES, StitchingFit, fit_stitching
@@ -46,7 +45,7 @@ def find_stitching(bags: list[Path], params: Path, sensor: MarkerSensor, namespa
     """
     if not sensor.is_sheet:
         return None
-    dots, reasons = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS), []
+    dots, reasons = read_parameters(params, NODE, MARKER_PARAMETERS), []
     method = read_parameters(params, 'dual_camera_node', DUAL_CAMERA_PARAMETERS)['stitching']
     for bag in bags:
         for images, cameras in _untouched(bag, namespace):
@@ -124,8 +123,7 @@ class PressReader:
     """
 
     def __init__(self, params: Path, namespace: str):
-        self.values = read_parameters(params, 'contact_point_node', MARKER_SENSOR_PARAMETERS)
-        self._dot_values = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
+        self.values = read_parameters(params, NODE, MARKER_PARAMETERS)
         self.sensor = marker_sensor(self.values)
         self.left_out: list[str] = []
         self._namespace, self._rows, self._matrices = namespace, [], None
@@ -152,8 +150,8 @@ class PressReader:
         """Tracker and untouched markers of a recording. Raises BadFrame for a first image without markers."""
         count = self.sensor.rows * self.sensor.columns
         if not count and self.pattern is None:
-            self.pattern = find_pattern(image, self._dot_values)
-        tracker = make_tracker(Touchpad.from_parameters(self._dot_values), self._dot_values, self.pattern)
+            self.pattern = find_pattern(image, self.values)
+        tracker = make_tracker(self.values, self.pattern)
         return tracker, RestMarkers(count or len(self.pattern), make_view)
 
     def presses(self) -> Presses:

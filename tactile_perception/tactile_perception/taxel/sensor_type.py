@@ -5,7 +5,7 @@ from ..sensor_type import SensorType
 
 TAXEL_ARRAY = SensorType(
     driver='taxel_array_node',
-    perception=('taxel_contact_node',),
+    perception='taxel_contact_node',
     view='taxel_markers_node',
     uncalibrated='regions, motion and slip are reported, pressure and force are unknown; record known weights',
     calibration_parameters=('rows', 'columns', 'pitch', 'bits'),

@@ -14,8 +14,6 @@ from tactile_driver.recordings.reader import descriptions
 
 from ..bags.replay import read_sensor_type
 from ..errors import BadArgument, by_name
-from ..gel.pins import SENSOR as PIN_DOME
-from ..gel.tools import calibrate_pins
 from ..sensor_type import SENSOR_TYPES
 
 _OPTIONS = {'sphere_radius': '--sphere-radius', 'plate': '--plate'}
@@ -42,8 +40,6 @@ def calibrator(sensor_type: str, **options: object) -> Callable[..., str]:
     BadArgument
         For a type that is unknown or is not calibrated, and for an option of another type.
     """
-    if sensor_type == PIN_DOME:
-        return calibrate_pins
     kind = by_name(SENSOR_TYPES, sensor_type, 'sensor_type')
     given = {name: value for name, value in options.items() if value is not None}
     for name in given:
@@ -51,7 +47,7 @@ def calibrator(sensor_type: str, **options: object) -> Callable[..., str]:
             takes = [other for other, row in SENSOR_TYPES.items() if name in row.calibrate_options]
             raise BadArgument(f'{_OPTIONS[name]} is an option for {", ".join(takes)}; the parameter file is of a {sensor_type}')
     if kind.calibrator is None:
-        can = [*(name for name, row in SENSOR_TYPES.items() if row.calibrate), PIN_DOME]
+        can = [name for name, row in SENSOR_TYPES.items() if row.calibrate]
         raise BadArgument(f'sensor_type {sensor_type} cannot be calibrated; these can: {", ".join(can)}')
     return partial(kind.calibrator, **given)
 

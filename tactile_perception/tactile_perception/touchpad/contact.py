@@ -160,7 +160,7 @@ class PaperMethod:
                                  interval=found.interval)
 
 
-#: Name -> function of (rows, columns, material, camera centre, values of REGION_PARAMETERS) that makes the method.
+#: Name -> function of (rows, columns, material, camera centre, values of TOUCHPAD_PARAMETERS) that makes the method.
 CONTACT_METHODS = PluginTable('tactile_perception.touchpad_methods', {
     'membrane': lambda rows, columns, material, origin, values: MembraneMethod(rows, columns, material, origin),
     'paper': lambda rows, columns, material, origin, values: PaperMethod(rows, columns, values['paper.d_max'], values['paper.delta_d']),
@@ -168,5 +168,5 @@ CONTACT_METHODS = PluginTable('tactile_perception.touchpad_methods', {
 
 
 def make_method(rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray, values: Mapping) -> MembraneMethod | PaperMethod:
-    """The method that values (of REGION_PARAMETERS) select; origin: (3,) m, camera centre."""
+    """The method that values (of TOUCHPAD_PARAMETERS) select; origin: (3,) m, camera centre."""
     return CONTACT_METHODS[values['contact']](rows, columns, material, origin, values)

@@ -18,7 +18,7 @@ from ..common.geometry import quaternion
 from ..common.surface import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..dots.reference import rest_warning
-from ..errors import BadArgument, BadFrame
+from ..errors import BadFrame
 from .contact import DotClassification, make_method
 from .places import RestPlaces
 from .pose import ObjectPose
@@ -46,16 +46,15 @@ class ContactResult:
 class ContactEstimator:
     """Estimates contact frame by frame.
 
-    values: of REGION_PARAMETERS; calibration: provides the calibrated range and the range error. While the reference seems to have been
-    taken under a press, contacts are AMBIGUOUS and depth, force and wrench are NaN. Raises BadArgument for a sensor without a surface
-    model.
+    values: of TOUCHPAD_PARAMETERS; calibration: provides the calibrated range and the range error; rest: positions of the untouched dots
+    that it shares with the one that places the dots, its own by default. While the reference seems to have been taken under a press,
+    contacts are AMBIGUOUS and depth, force and wrench are NaN.
     """
 
-    def __init__(self, sensor: Touchpad, camera: CameraModel, values: Mapping, calibration: CalibrationFile | None = None):
-        if sensor.cap is None:
-            raise BadArgument('parameter surface is none: contact needs the 3D positions of the dots; set it to cap')
+    def __init__(self, sensor: Touchpad, camera: CameraModel, values: Mapping, calibration: CalibrationFile | None = None,
+                 rest: RestPlaces | None = None):
         self._sensor = sensor
-        self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
+        self._rest, self._version = rest or RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns), 0
         self._method = make_method(sensor.rows, sensor.columns, sensor.material, camera.centre, values)
         self._pose = ObjectPose()
         self._contacts = ContactFinder(sensor.cap, *_calibrated_reach(calibration))
@@ -69,9 +68,11 @@ class ContactEstimator:
             raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, parameters rows and columns say '
                            f'{self._sensor.rows} x {self._sensor.columns}')
         if tracks.xyz is None:
-            raise BadFrame('dots have no 3D positions: the tracker needs surface cap and a calibrated camera')
-        if self._rest.update(tracks):
+            raise BadFrame('dots have no 3D positions: a calibrated camera is needed')
+        version = self._rest.update(tracks)
+        if version != self._version:
             self._method.set_rest(self._rest.xyz)
+            self._version = version
             self._check_rest()
         ids, xyz = self._usable(tracks)
         found = self._method.classify(ids, xyz, stamp_s)

@@ -23,27 +23,31 @@ _AT_ONE_PLACE = 1.0  # px from the first dot, within which all lie where the tra
 
 
 class RestPlaces:
-    """Rest positions of all K dots of a grid. xyz: (K, 3) m, NaN for dots without a reference; uv: (K, 2) px, in the image."""
+    """Rest positions of all K dots of a grid. xyz: (K, 3) m, NaN for dots without a reference; uv: (K, 2) px, in the image; version:
+    increases with each change."""
 
     def __init__(self, cap: Cap, camera: CameraModel, rows: int, columns: int):
         self._cap, self._camera = cap, camera
         self.uv = np.full((rows * columns, 2), np.nan)
         self.xyz = np.full((rows * columns, 3), np.nan)
+        self.version = 0
 
-    def update(self, tracks: DotTracks) -> bool:
-        """Take the rest positions of the dots in tracks; whether any has moved or is new."""
+    def update(self, tracks: DotTracks) -> int:
+        """Take the rest positions of the dots in tracks; the version."""
         if not tracks.rest_moved(self.uv, _MOVED):
-            return False
+            return self.version
         rest = tracks.rest_uv
         known = np.isfinite(rest).all(axis=1)
         ids, rest = tracks.id[known], rest[known]
         self.uv[ids] = rest
         self.xyz[ids] = self._cap.meet(self._camera.centre, self._camera.rays(rest))
-        return True
+        self.version += 1
+        return self.version
 
 
 class DotPlaces:
-    """Positions frame by frame. water: a calibrated model, None: fitted to the first untouched image.
+    """Positions frame by frame. water: a calibrated model, None: fitted to the first untouched image. rest: positions of the untouched
+    dots.
 
     Grey images have no ranges by colour: their dots have no positions.
     """
@@ -51,9 +55,10 @@ class DotPlaces:
     def __init__(self, sensor: Touchpad, camera: CameraModel, water: WaterModel | None = None):
         self._sensor, self._camera = sensor, camera
         self._calibrated = self._water = water
-        self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
+        self.rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
+        self._version = 0  # of the rest positions that the membrane has
         self._membrane: Membrane | None = None
-        self._unknown = np.ones(len(self._rest.xyz), bool)  # dots without a rest position
+        self._unknown = np.ones(len(self.rest.xyz), bool)  # dots without a rest position
         self._light: RestLight | None = None
         self._glare: GlaringPad | None = None
         self._initialised = False
@@ -78,9 +83,9 @@ class DotPlaces:
         if not self._initialised:
             self._initialise(image, tracks)
         if moved or self._light is None:
-            self._light = self._water.at_rest(self._rest.xyz)
+            self._light = self._water.at_rest(self.rest.xyz)
             if self._glare is not None:
-                self._glare.set_rest(self._rest.xyz, self._light.normals)
+                self._glare.set_rest(self.rest.xyz, self._light.normals)
         rays, colours = self._camera.rays(tracks.uv), log_ratios(image, tracks.uv, self._water.ring)
         ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks, self._glaring(colours, rays, tracks))
         if not np.isfinite(ranges).any() or _are_at_one_place(tracks.uv):
@@ -95,19 +100,20 @@ class DotPlaces:
         if self._glare is None:
             return None
         membrane = self._membrane.core
-        return self._glare.seen(colours.brightness, rays, tracks.id, membrane.state.xyz if membrane.started else self._rest.xyz)
+        return self._glare.seen(colours.brightness, rays, tracks.id, membrane.state.xyz if membrane.started else self.rest.xyz)
 
     def _update_rest(self, tracks: DotTracks) -> bool:
         """Update the membrane's rest positions; whether they have changed."""
-        if not self._rest.update(tracks):
+        version = self.rest.update(tracks)
+        if version == self._version:
             return False
         try:
             if self._membrane is None:
-                self._membrane = Membrane(self._rest.xyz, self._sensor.rows, self._sensor.columns, self._camera.centre,
+                self._membrane = Membrane(self.rest.xyz, self._sensor.rows, self._sensor.columns, self._camera.centre,
                                           self._sensor.material)
             else:
-                self._membrane.set_rest(self._rest.xyz)
-            self._unknown = np.isnan(self._rest.xyz[:, 0])
+                self._membrane.set_rest(self.rest.xyz)
+            self._unknown, self._version = np.isnan(self.rest.xyz[:, 0]), version
         except BadArgument as error:
             raise BadFrame(f'dots cannot be placed: {error}') from error
         return True
@@ -120,7 +126,7 @@ class DotPlaces:
         self._glare = None
         if glare is not None:
             self._glare = GlaringPad(glare, self._water.path, self._water.absorptions, self._sensor.rows, self._sensor.columns)
-            self._glare.set_rest(self._rest.xyz, self._water.at_rest(self._rest.xyz).normals)
+            self._glare.set_rest(self.rest.xyz, self._water.at_rest(self.rest.xyz).normals)
 
 
 def _are_at_one_place(uv: np.ndarray) -> bool:
@@ -133,6 +139,5 @@ class TouchpadDots(DotTracker):
     tracker_options; water: of a calibration."""
 
     def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None, **known):
-        places = DotPlaces(sensor, camera, water) if sensor.cap is not None and camera is not None else None
-        image_only = places is None and values['surface'] in ('none', 'gel', 'pins')
-        super().__init__(**tracker_options(sensor, values, image_only=image_only, **known), places=places)
+        places = None if camera is None else DotPlaces(sensor, camera, water)
+        super().__init__(**tracker_options(values, **known), places=places)

@@ -13,13 +13,13 @@ from ..bags.stamped import TRUTH, pairs_of
 from ..calibration.files.format import Specimen
 from ..calibration.residuals import write_and_report
 from ..common.camera import CameraModel
-from ..errors import BadArgument, BadCalibration, BadFrame
+from ..errors import BadCalibration, BadFrame
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
-from ..parameters.touchpad import DOT_PARAMETERS
 from ..dots.tracker import make_tracker
 from ..press.sensor import MarkerSensor
 from .calibration import Press, TouchpadCalibration, find_sphere_radius, fit_touchpad, sphere_misfit, touchpad_file
+from .parameters import NODE, TOUCHPAD_PARAMETERS
 from .sensor import Touchpad
 
 _MOST_PRESSES, _MOST_REST = 80, 10  # frames fitted, chosen
@@ -32,15 +32,13 @@ class PressReader:
 
     def __init__(self, values: dict, namespace: str):
         self.sensor = Touchpad.from_parameters(values)
-        if self.sensor.cap is None:
-            raise BadCalibration('parameter surface is none: there is nothing to calibrate')
         self.camera: CameraModel | None = None
         self.left_out: list[str] = []
         self._values, self._namespace = values, namespace
 
     def read(self, bag: Path) -> list[Press]:
         """Every usable frame of one bag. Raises TactileError for a bag without images or ground truth."""
-        tracker = make_tracker(self.sensor, self._values)
+        tracker = make_tracker(self._values)
         presses = []
         for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera):
             image, contacts = found['image_raw'], found[TRUTH].contacts
@@ -94,11 +92,9 @@ def report(found: TouchpadCalibration) -> list[str]:
 def pressed_cap(params: Path) -> MarkerSensor:
     """The undeformed cap of the touchpad that a parameter file describes, as a dome without markers.
 
-    Raises BadArgument for parameters without a cap.
+    Raises BadArgument for wrong parameters.
     """
-    cap = Touchpad.from_parameters(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)).cap
-    if cap is None:
-        raise BadArgument(f'{params}: the touchpad has no surface model (parameter surface), so a press has no known depth')
+    cap = Touchpad.from_parameters(read_parameters(params, NODE, TOUCHPAD_PARAMETERS)).cap
     return MarkerSensor(0, 0, (1e-3, 1e-3), rim_radius=cap.rim_radius, height=cap.height, type='touchpad')
 
 
@@ -108,7 +104,7 @@ def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: 
 
     Raises TactileError for recordings that cannot determine the model.
     """
-    values = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
+    values = read_parameters(params, NODE, TOUCHPAD_PARAMETERS)
     reader = PressReader(values, namespace)
     presses = chosen([press for bag in bags for press in reader.read(bag)])
     if reader.camera is None:

@@ -63,8 +63,21 @@ def test_images_before_the_first_camera_info_are_done_too(tmp_path, pressed_bag)
     assert len(of(replay, '/touchpad/contacts')) == 2 and not replay.left_out.total
 
 
-def test_a_sensor_without_a_model_of_its_surface_has_dots(tmp_path):
-    own = {'sensor_type': 'my_skin', 'surface': 'none', 'rows': 0, 'columns': 0, 'numbering': 'tracks'}
+def test_a_recording_of_dots_alone_gives_contacts(tmp_path, pressed_bag):
+    params = Path(f'{pressed_bag}.yaml')
+    whole = [message for messages in Replay(pressed_bag, params) for message in messages]
+    with BagWriter(tmp_path / 'bag') as writer:
+        for one in whole:
+            if one.topic in ('/touchpad/dots', '/touchpad/camera_info'):
+                kind, data = (one.type_name, one.data) if one.data else encode(one.message)
+                writer.write(one.topic, kind, one.stamp_ns, data)
+    areas = [[one.message.area for one in messages if one.topic == '/touchpad/contact_region']
+             for messages in (whole, [m for some in Replay(tmp_path / 'bag', params) for m in some])]
+    assert areas[1] == pytest.approx(areas[0], rel=1e-3, abs=1e-9) and max(areas[0]) > 1e-5
+
+
+def test_a_sensor_of_no_known_type_has_dots(tmp_path):
+    own = {'sensor_type': 'dots', 'numbering': 'tracks'}
     write_parameters(tmp_path / 'my_skin.yaml', own)
     image = np.full((120, 160), 170, np.uint8)
     for k in range(12):
@@ -181,9 +194,9 @@ def test_computed_anew_each_stage_is_timed(pressed_bag):
     found = list(bag.instants())
     assert len(found) == 14 and not +bag.unmatched and all(reported.contacts is not None for _, reported, _ in found)
     times = bag.times()
-    assert set(times['stages_ms']) == {'decoding', 'dots', 'contact', 'all'} and times['latency_ms'] == {}
+    assert set(times['stages_ms']) == {'decoding', 'estimating', 'all'} and times['latency_ms'] == {}
     stages = {name: stage['median'] for name, stage in times['stages_ms'].items()}
-    assert 0 < stages['decoding'] < stages['dots'] and 0 < stages['contact'] < stages['all'] < 1000
+    assert 0 < stages['decoding'] < stages['estimating'] < stages['all'] < 1000
     assert times['stages_ms']['all']['count'] == 14 and 50 < times['memory_mb'] < 4000
 
 

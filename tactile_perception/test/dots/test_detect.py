@@ -14,8 +14,7 @@ from tactile_perception.dots.fit import DiscModel
 from tactile_perception.dots.look import measure_look
 from tactile_perception.dots.tracker import DotTracker, Mask, make_tracker
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS
-from tactile_perception.touchpad.sensor import Touchpad
+from tactile_perception.dots.parameters import DOT_PARAMETERS
 
 RECORDINGS = Path(os.environ.get('TACTILE_RECORDINGS', ''))
 
@@ -319,8 +318,8 @@ def mask(request, tmp_path):
 @pytest.mark.parametrize('colour', [True, False])
 @pytest.mark.parametrize('detection', ['likelihood', 'auto'])
 def test_only_dots_of_the_sensor_are_found(mask, detection, colour):
-    values = {**defaults(DOT_PARAMETERS), 'rows': 0, 'columns': 0, 'surface': 'none', 'detection': detection, 'numbering': 'tracks'}
-    found = {text: make_tracker(Touchpad.from_parameters(given), given).process(drawn(colour), 0.0).uv
+    values = {**defaults(DOT_PARAMETERS), 'rows': 0, 'columns': 0, 'polarity': 'dark', 'detection': detection, 'numbering': 'tracks'}
+    found = {text: make_tracker(given).process(drawn(colour), 0.0).uv
              for text, given in (('all', values), ('masked', {**values, 'mask': mask}))}
     assert len(found['all']) > len(OWN) + 10, 'the picture tempts'
     assert len(found['masked']) == len(OWN)

@@ -12,7 +12,7 @@ from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.estimates import OUT_OF_RANGE
 from tactile_perception.errors import BadCalibration, BadFrame
 from tactile_perception.gel.pins import PinEstimator, PinModel, fit_pins, smoothed
-from tactile_perception.parameters.touchpad import REGION_PARAMETERS
+from tactile_perception.gel.parameters import PINS_PARAMETERS
 
 pytestmark = pytest.mark.full  # each takes seconds of a core
 
@@ -20,7 +20,7 @@ METRES = 3e-5  # a pixel
 PINS = pins(np.random.default_rng(3))
 REST = PINS[:, :2] / METRES + 320
 SPACING = 1.35e-3 / METRES
-VALUES = {**defaults(REGION_PARAMETERS), 'surface': 'pins', 'gel.pitch': 1.35e-3}
+VALUES = {**defaults(PINS_PARAMETERS), 'gel.pitch': 1.35e-3}
 NOISE = 0.05  # px
 
 

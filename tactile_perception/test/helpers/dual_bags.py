@@ -13,7 +13,7 @@ from sheet_pair import DISTORTION, MATRIX, SENSOR, SIZE, picture, printed
 
 PERIOD, LATE = 100_000_000, 4_000_000
 PARAMETERS = {'sensor_type': 'areal_dual', 'rows': SENSOR.rows, 'columns': SENSOR.columns, 'pitch': list(SENSOR.pitch),
-              'sheet_size': list(SENSOR.size), 'surface': 'sheet', 'polarity': 'bright', 'detection': 'blobs'}
+              'sheet_size': list(SENSOR.size), 'polarity': 'bright', 'detection': 'blobs'}
 
 
 def pair():

@@ -27,25 +27,27 @@ from tactile_driver.nodes.runtime.diagnostics import WARN
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages
+from tactile_perception.dots.parameters import DOT_PARAMETERS
 from tactile_perception.dots.stage import DotStage
-from tactile_perception.errors import BadCalibration
+from tactile_perception.errors import BadCalibration, BadFrame
 from tactile_perception.finger.parameters import PSD_PARAMETERS
+from tactile_perception.gel.parameters import GEL_PARAMETERS, PINS_PARAMETERS
 from tactile_perception.node import PerceptionNode, make_node
 from tactile_perception.nodes.messages.conversions import POINTS, RESULTS
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
-from tactile_perception.press.parameters import POINT_PARAMETERS
+from tactile_perception.press.parameters import MARKER_PARAMETERS
 from tactile_perception.stage import Input, Stage
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
-from tactile_perception.touchpad.stage import ContactRegionStage
+from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
+from tactile_perception.touchpad.stage import TouchpadStage
 from waiting import until
 
 
 class Bench:
-    """Both nodes, a publisher of images and listeners, in one executor."""
+    """A touchpad's node, a publisher of images and listeners, in one executor."""
 
     def __init__(self):
-        self.nodes = [make_node('dot_tracker_node'), make_node('contact_region_node'), rclpy.create_node('bench')]
-        self.tracker, self.region, self.bench = self.nodes
+        self.nodes = [make_node('touchpad_contact_node'), rclpy.create_node('bench')]
+        self.sensor, self.bench = self.nodes
         self.executor = SingleThreadedExecutor()
         for node in self.nodes:
             self.executor.add_node(node)
@@ -98,7 +100,7 @@ def test_from_image_to_region_with_faults_in_between(bench):
     assert bench.image_out.get_subscription_count() == 0, 'nobody listens yet'
     bench.listen('dots', DotTracks)
     listener = bench.listen('contact_region', ContactRegion)
-    assert bench.until(lambda: bench.image_out.get_subscription_count() == 1 and bench.info_out.get_subscription_count() == 2)
+    assert bench.until(lambda: bench.image_out.get_subscription_count() == 1 and bench.info_out.get_subscription_count() == 1)
     offered = [each.qos_profile for topic in bench.seen for each in bench.bench.get_publishers_info_by_topic(topic)]
     assert [(each.reliability, each.durability) for each in offered] == 2 * [(ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)]
     header = bench.show(1.0)
@@ -111,8 +113,8 @@ def test_from_image_to_region_with_faults_in_between(bench):
     def cut(image):
         image.data = image.data[:99]
     bench.show(1.1, cut)
-    assert bench.until(lambda: bench.tracker.log.refused == 1)
-    assert 'do not make the 99 bytes' in bench.tracker.log.last_error
+    assert bench.until(lambda: bench.sensor.log.refused == 1)
+    assert 'do not make the 99 bytes' in bench.sensor.log.last_error
     bench.show(2.4)
     assert bench.until(lambda: len(bench.seen['contact_region']) == 2)
     assert bench.seen['contact_region'][1].area > 10e-6
@@ -126,7 +128,8 @@ def test_from_image_to_region_with_faults_in_between(bench):
     assert max(abs(u) for u in bench.seen['dots'][2].du) == 0
 
     bench.bench.destroy_subscription(listener)
-    assert bench.until(lambda: bench.region.count_subscribers('dots') == 1), 'contact_region_node stops listening to dots'
+    bench.show(2.6)
+    assert bench.until(lambda: len(bench.seen['dots']) == 4) and len(bench.seen['contact_region']) == 3, 'dots alone'
 
 
 def test_a_tracker_that_starts_after_its_listener(bench):
@@ -140,8 +143,8 @@ def test_a_tracker_that_starts_after_its_listener(bench):
 
 
 @pytest.mark.parametrize('make, table', [
-    ('dot_tracker_node', DOT_PARAMETERS), ('contact_region_node', REGION_PARAMETERS), ('contact_point_node', POINT_PARAMETERS),
-    ('psd_contact_node', PSD_PARAMETERS), ('taxel_contact_node', TAXEL_PARAMETERS)])
+    ('dot_tracker_node', DOT_PARAMETERS), ('touchpad_contact_node', TOUCHPAD_PARAMETERS), ('press_contact_node', MARKER_PARAMETERS),
+    ('gel_contact_node', GEL_PARAMETERS), ('pins_contact_node', PINS_PARAMETERS), ('psd_contact_node', PSD_PARAMETERS), ('taxel_contact_node', TAXEL_PARAMETERS)])
 def test_no_parameter_is_infinite_or_not_a_number_at_the_start(ros, make, table):
     numbers = [p for p in table if p.type in (float, list[float])]
     settings = [f'{p.name}:={value if p.type is float else [value] * 3}'.replace("'", '') for p in numbers for value in ('.nan', '.inf')]
@@ -262,13 +265,12 @@ def test_a_defect_is_counted_and_reported_and_the_stage_restarts(ros, monkeypatc
 
 @pytest.fixture(scope='module')
 def done(ball_messages):
-    """Dots and results of each image."""
+    """Dots, and results, of each image."""
     info, images, values, _ = ball_messages
-    dots, contact = DotStage(values), ContactRegionStage(values)
-    for stage in (dots, contact):
-        stage.take('camera_info', info)
-    found = [dots.process(image)['dots'][0] for image in images]
-    return found, [{topic: only for topic, (only,) in contact.process(message).items()} for message in found]
+    stage = TouchpadStage(values)
+    stage.take('camera_info', info)
+    found = [{topic: only for topic, (only,) in stage.process(image).items()} for image in images]
+    return [results.pop('dots') for results in found], found
 
 
 def test_the_stamp_goes_through_and_the_frame_is_the_sensors(ball_messages, done):
@@ -292,14 +294,31 @@ def test_a_ball_is_one_contact_and_rest_is_none(ball_messages, done):
 
 def test_only_what_is_asked_for_becomes_a_message(ball_messages):
     info, images, values, _ = ball_messages
-    dots, contact = DotStage(values), ContactRegionStage(values)
-    dots.take('camera_info', info), contact.take('camera_info', info)
-    first, second = (dots.process(image)['dots'][0] for image in images[:2])
-    assert list(contact.process(first, ['wrench'])) == ['wrench'] and contact.process(second, []) == {}
+    stage = TouchpadStage(values)
+    stage.take('camera_info', info)
+    for image, topics in zip(images, (['wrench'], [], ['dots'])):
+        assert list(stage.process(image, topics)) == topics
+
+
+def test_dots_of_another_node_or_a_recording_give_the_same_contact(ball_messages, done):
+    info, _, values, _ = ball_messages
+    stage = TouchpadStage({**values, 'input': 'dots'})
+    stage.take('camera_info', info)
+    assert stage.input.topic == 'dots' and 'dots' not in stage.outputs and not stage.has_reference
+    for message, of_images in zip(*done):
+        results = stage.process(message)
+    (contact,), (wanted,) = results['contacts'][0].contacts, of_images['contacts'].contacts
+    assert contact.depth == pytest.approx(wanted.depth, abs=1e-6), 'a message holds single precision'
+
+
+def test_where_contact_is_refused_the_dots_are_published(ball_messages):
+    stage = TouchpadStage(ball_messages[2])
+    with pytest.raises(BadFrame, match='camera_info') as refused:
+        stage.process(ball_messages[1][0])
+    assert list(refused.value.partial) == ['dots'] and len(refused.value.partial['dots'][0].id) > 520
 
 
 def test_a_missing_calibration_is_named_before_anything_runs(ball_messages, tmp_path):
     values = {**ball_messages[2], 'calibration': str(tmp_path / 'none.yaml')}
-    for kind in (DotStage, ContactRegionStage):
-        with pytest.raises(BadCalibration, match='none.yaml'):
-            kind(values)
+    with pytest.raises(BadCalibration, match='none.yaml'):
+        TouchpadStage(values)

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The field of markers, and where they are."""
 from dataclasses import replace
-from functools import partial
 
 from dome_scenes import DOME, EYE as DOME_EYE, dented, markers
 import numpy as np
@@ -12,7 +11,7 @@ from tactile_perception.common.camera import CameraModel
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.press.field import CameraView, MarkerField, RestMarkers, StitchedView, camera_view, marker_field, view_maker
-from tactile_perception.press.positions import MarkerPlaces, SheetSurface, dome_raised, on_rays
+from tactile_perception.press.positions import MarkerPlaces, SheetSurface, on_rays
 from tactile_perception.press.sensor import MARKER_SENSORS
 
 SENSOR = MARKER_SENSORS['areal_single']
@@ -214,7 +213,9 @@ def dots_at(xyz):
 
 
 def places(method=None):
-    return MarkerPlaces(DOME, len(ON_DOME), lambda uv: CameraView(DOME_CAMERA, DOME.plane_z), partial(dome_raised, method))
+    """A function of dots that returns their places; method: of the dome."""
+    markers = RestMarkers(len(ON_DOME), lambda uv: CameraView(DOME_CAMERA, DOME.plane_z))
+    return lambda dots: MarkerPlaces(DOME, method).xyz(markers.field(dots, 0.0), dots.id)
 
 
 class Knows:
@@ -230,21 +231,20 @@ class Knows:
 def test_markers_of_the_untouched_dome_are_on_it():
     still = dots_at(ON_DOME)
     for method in (None, Knows(ON_DOME)):
-        assert places(method).locate(None, still, 0.0) == pytest.approx(ON_DOME[still.id], abs=1e-9)
+        assert places(method)(still) == pytest.approx(ON_DOME[still.id], abs=1e-9)
 
 
 def test_markers_are_taken_down_by_the_dent():
     now = dented(ON_DOME, np.array([0.02, -0.015]), 0.025)
     found, seen = places(Knows(now)), dots_at(now)
-    off = np.linalg.norm(found.locate(None, seen, 0.0) - now[seen.id], axis=1)
+    off = np.linalg.norm(found(seen) - now[seen.id], axis=1)
     assert off.max() < 1e-9 and np.abs(now[seen.id, 2] - ON_DOME[seen.id, 2]).max() > 0.02
-    found.renew()
-    assert found.locate(None, dots_at(ON_DOME), 0.0) == pytest.approx(ON_DOME[seen.id], abs=1e-9)
+    assert found(dots_at(ON_DOME)) == pytest.approx(ON_DOME[seen.id], abs=1e-9)
 
 
 def test_without_a_calibration_markers_that_moved_have_no_place():
     now = dented(ON_DOME, np.array([0.02, -0.015]), 0.025)
     seen = dots_at(now)
-    found = places().locate(None, seen, 0.0)
+    found = places()(seen)
     near = np.hypot(*(ON_DOME[seen.id, :2] - [0.02, -0.015]).T) < 0.05
     assert np.isnan(found[near]).all() and np.array_equal(np.isnan(found[:, 0]), np.isnan(found[:, 2]))

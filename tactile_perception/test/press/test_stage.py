@@ -11,9 +11,9 @@ from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.press.calibration import TouchCalibration
 from tactile_perception.press.estimate import AT_EDGE, TouchEstimate
 from tactile_perception.press.estimator import TouchEstimator, TouchTracker
-from tactile_perception.press.field import StitchedView
+from tactile_perception.press.field import RestMarkers, StitchedView, checked_view
 from tactile_perception.press.methods import SHEET_METHODS
-from tactile_perception.press.parameters import POINT_PARAMETERS
+from tactile_perception.press.parameters import MARKER_PARAMETERS
 from tactile_perception.press.sensor import MARKER_SENSORS
 
 
@@ -41,7 +41,8 @@ def make_stage(monkeypatch):
     def make(stiffness=np.nan, best='tells', rest=None, **changes):
         monkeypatch.setitem(SHEET_METHODS, 'tells', Tells)
         calibration = TouchCalibration({'tells': {}}, stiffness, None, best, CalibrationFile('areal_single', {}, {}, {}, {}), rest=rest)
-        return TouchEstimator(SENSOR, lambda uv: VIEW, {**defaults(POINT_PARAMETERS), **changes}, calibration)
+        markers = RestMarkers(117, checked_view(lambda uv: VIEW, rest))
+        return TouchEstimator(SENSOR, markers, {**defaults(MARKER_PARAMETERS), **changes}, calibration)
     return make
 
 

@@ -12,7 +12,7 @@ from cap_with_dots import pad, recording  # noqa: F401
 from tactile_driver.parameters.table import defaults
 from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.common.camera import CameraModel
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
+from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
 from tactile_perception.touchpad.sensor import Touchpad
 
 
@@ -62,7 +62,7 @@ class Ball:
         self.pressed, self.truth = seen.image, seen.truth
         skin, camera = scene.membrane, scene.camera
         self.values = {
-            **defaults(REGION_PARAMETERS), **defaults(DOT_PARAMETERS), 'membrane.shear_stiffness': float(skin.tension),
+            **defaults(TOUCHPAD_PARAMETERS), 'membrane.shear_stiffness': float(skin.tension),
             'membrane.rest_pressure': float(skin.pressure), 'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(),
             'camera.translation': camera.translation.tolist()}
         self.sensor = Touchpad.from_parameters(self.values)

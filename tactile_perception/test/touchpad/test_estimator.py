@@ -71,10 +71,8 @@ def test_what_cannot_be_used_is_refused(ball):
     tracks = tracks_of(ball, ball.truth)
     with pytest.raises(BadFrame, match='5 x 23 grid'):
         stage.process(dataclasses.replace(tracks, rows=5), 1.3)
-    with pytest.raises(BadFrame, match='surface cap'):
+    with pytest.raises(BadFrame, match='3D positions'):
         stage.process(dataclasses.replace(tracks, xyz=None), 1.3)
-    with pytest.raises(BadArgument, match='surface is none'):
-        ContactEstimator(dataclasses.replace(ball.sensor, cap=None), ball.camera, ball.values)
 
 
 def test_a_press_beyond_the_calibrated_range_is_flagged(ball):

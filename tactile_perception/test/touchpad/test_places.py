@@ -16,7 +16,7 @@ from tactile_perception.common.dots import DotTracks
 from tactile_perception.common.geometry import Cap
 from tactile_perception.dots.tracker import find_pattern, make_tracker
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.parameters.touchpad import SENSOR_PARAMETERS
+from tactile_perception.touchpad.parameters import TOUCHPAD_SENSOR_PARAMETERS
 from tactile_perception.touchpad.places import DotPlaces, RestPlaces, TouchpadDots
 from tactile_perception.touchpad.sensor import Touchpad
 
@@ -197,22 +197,20 @@ def test_set_reference_takes_the_next_frame(ball, begun):
     assert np.abs(begun.process(ball.rest[3], 4.2).duv).max() == 0 and begun.warning == ''
 
 
-def test_without_a_camera_or_a_surface_dots_have_no_places(ball):
-    flat = dataclasses.replace(ball.sensor, cap=None)
-    for stage in (TouchpadDots(ball.sensor, None, ball.values), TouchpadDots(flat, ball.camera, ball.values)):
-        tracks = stage.process(ball.rest[0], 1.0)
-        assert tracks.xyz is None and len(tracks) > 515
+def test_without_a_camera_dots_have_no_places(ball):
+    tracks = TouchpadDots(ball.sensor, None, ball.values).process(ball.rest[0], 1.0)
+    assert tracks.xyz is None and len(tracks) > 515
 
 
 def test_a_pattern_without_a_grid_numbers_any_image_of_it(ball):
-    sensor, values = dataclasses.replace(ball.sensor, cap=None, rows=0, columns=0), {**ball.values, 'numbering': 'tracks'}
+    values = {**ball.values, 'rows': 0, 'columns': 0, 'numbering': 'tracks'}
     pattern = find_pattern(ball.rest[0], values)
     assert len(pattern) > 515 and (np.diff(pattern[:, 1]) >= 0).all()
-    tracks = make_tracker(sensor, values, pattern).process(ball.pressed, 1.0)  # the first image that the tracker sees
+    tracks = make_tracker(values, pattern).process(ball.pressed, 1.0)  # the first image that the tracker sees
     assert len(tracks) > 0.9 * len(pattern) and np.abs(tracks.uv - pattern[tracks.id]).max() < 12.0
 
 
-DEFAULT = defaults(SENSOR_PARAMETERS)
+DEFAULT = defaults(TOUCHPAD_SENSOR_PARAMETERS)
 
 
 def test_the_default_is_the_papers_pad_seen_from_40_mm_behind_the_rim():
@@ -228,7 +226,3 @@ def test_the_default_is_the_papers_pad_seen_from_40_mm_behind_the_rim():
 def test_what_does_not_fit_together_is_named(changes, message):
     with pytest.raises(BadArgument, match=message):
         Touchpad.from_parameters({**DEFAULT, **changes})
-
-
-def test_without_a_surface_a_pattern_may_be_no_grid():
-    assert Touchpad.from_parameters({**DEFAULT, 'surface': 'none', 'rows': 0, 'columns': 0}).cap is None

@@ -5,7 +5,7 @@ from tactile_perception.sensor_type import SensorType
 
 PLATE = SensorType(
     driver='taxel_array_node',
-    perception=('plate_node',),
+    perception='plate_node',
     view='taxel_markers_node',
     package='tactile_plate',
     uncalibrated='forces are those of a nominal load cell; record known loads',

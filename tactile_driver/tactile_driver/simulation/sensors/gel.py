@@ -54,9 +54,10 @@ class GelScene(FramesInOrder[TruthFrame]):
 
     def __init__(self, script: GelScript, rate: float, seed: int, width: int):
         rng = np.random.default_rng([seed, 17])
-        self.sensor, self.rate = 'touchpad', rate
+        self.rate = rate
         self.camera = mounted((FOCAL, FOCAL), (321.0, 238.5), (0.0,) * 5, (0.0, 0.0, 0.0), (0.0, 0.0, DISTANCE), (640, 480), width)
         self._pins = script.printed == 'pins'
+        self.sensor = 'pins' if self._pins else 'gel'
         self.rows, self.columns = (ROWS, COLUMNS) if script.printed == 'grid' else (0, 0)
         self._keys = np.array(script.keys, float)
         self.frames = max(int(round((self._keys[-1, 0] + 0.5) * rate)), 1)

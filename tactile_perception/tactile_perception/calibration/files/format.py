@@ -216,11 +216,12 @@ def _parameters(section: dict, path: Path) -> dict:
 
 def _compare(found: CalibrationFile, values: Mapping, path: Path) -> None:
     """Log, once per change, which parameters differ from those in the file."""
-    now = {name: values.get(name) for name in found.parameters}
-    if parameter_hash(now) == parameter_hash(found.parameters) or (str(path), parameter_hash(now)) in _warned:
+    then = {name: value for name, value in found.parameters.items() if name in values}  # earlier versions had others
+    now = {name: values[name] for name in then}
+    if parameter_hash(now) == parameter_hash(then) or (str(path), parameter_hash(now)) in _warned:
         return
     _warned.add((str(path), parameter_hash(now)))
-    changed = [f'{name} is {now[name]}, was {value}' for name, value in found.parameters.items()
+    changed = [f'{name} is {now[name]}, was {value}' for name, value in then.items()
                if parameter_hash({name: now[name]}) != parameter_hash({name: value})]
     _log.warning('%s: made with other parameters: %s; correct them, or %s', path, '; '.join(changed), AGAIN)
 

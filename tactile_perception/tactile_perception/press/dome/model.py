@@ -309,6 +309,7 @@ class DomeModelMethod:
         self.solver = calibration.inverse(sensor)
         self._threshold = max(CONSTANTS.stands_out, CONSTANTS.quieter * calibration.quiet)
         self._choice = Choice()
+        self._last: tuple[MarkerField, DomeFound | None] | None = None  # contacts and heights of a frame are of one solution
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and where the markers move too little to tell a place. Raises BadArgument for
@@ -323,6 +324,11 @@ class DomeModelMethod:
 
     def find(self, field: MarkerField) -> DomeFound | None:
         """The presses of one frame; None without contact. Raises BadArgument for another pattern."""
+        if self._last is None or self._last[0] is not field:
+            self._last = field, self._find(field)
+        return self._last[1]
+
+    def _find(self, field: MarkerField) -> DomeFound | None:
         if len(field) != len(self.solver.points):
             raise BadArgument(f'calibrated for {len(self.solver.points)} markers, got a field of {len(field)}')
         match = self.solver.match(field)

@@ -20,7 +20,7 @@ from tactile_driver.nodes.messages.ground_truth import TouchNumbers, recorded_tr
 from tactile_driver.simulation.truth import SLIPPING, Touch, TruthFrame, slip_state_of
 
 from ...errors import BadRecording
-from ...parameters.touchpad import DOT_PARAMETERS
+from ...dots.parameters import DOT_PARAMETERS
 from ...press.sensor import MARKER_SENSORS
 
 #: What recordings tell of the ground truth.
@@ -211,9 +211,8 @@ def sensor_parameters(sensor: dict) -> dict[str, object]:
         return found | {name: float(info[key]) for name, key in names.items()}
     found |= {'pitch': _pitch(sensor['dots']), 'polarity': 'bright', 'detection': 'blobs'}
     if 'size' in info:
-        return found | {'sheet_size': [float(x) for x in info['size']], 'surface': 'sheet'}
-    return found | {'sheet_size': [0.0, 0.0], 'dome.rim_radius': float(info['base_radius']), 'dome.height': float(info['dome_height']),
-                    'surface': 'none'}
+        return found | {'sheet_size': [float(x) for x in info['size']]}
+    return found | {'sheet_size': [0.0, 0.0], 'dome.rim_radius': float(info['base_radius']), 'dome.height': float(info['dome_height'])}
 
 
 def _pitch(dots: dict) -> list[float]:

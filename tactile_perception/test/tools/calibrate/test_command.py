@@ -16,7 +16,7 @@ from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.touchpad.calibration import read_touchpad, Press
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.parameters.file import read_parameters
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS
+from tactile_perception.touchpad.parameters import NODE, TOUCHPAD_PARAMETERS
 from tactile_perception.dots.tracker import make_tracker
 from tactile_perception.tools import calibrate as module
 from tactile_perception.touchpad.tools import chosen
@@ -38,7 +38,7 @@ def calibrated(sphere_bag, tmp_path_factory):
 
 def press_error(sphere_bag, calibration):
     """RMS error, m, of places in a frame of another scene: with the calibration, or from the rest shape alone where that is None."""
-    values = read_parameters(f'{sphere_bag}.yaml', 'dot_tracker_node', DOT_PARAMETERS)
+    values = read_parameters(f'{sphere_bag}.yaml', NODE, TOUCHPAD_PARAMETERS)
     scene = open_scene('disc_tilt', rate=10.0, seed=1)
     skin = scene.membrane
     values.update({'membrane.shear_stiffness': float(skin.tension), 'membrane.rest_pressure': float(skin.pressure)})

@@ -13,7 +13,8 @@ from tactile_driver.recordings.serialization import decode
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP
 from tactile_perception.errors import BadRecording
 from tactile_perception.parameters.file import read_parameters, write_parameters
-from tactile_perception.parameters.touchpad import DOT_PARAMETERS
+from tactile_perception.press.parameters import MARKER_PARAMETERS
+from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS
 from tactile_perception.press.parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
 from tactile_perception.tools import calibrate, process_bag
 from tactile_perception.tools.convert import command as convert_recording, command as module
@@ -64,7 +65,7 @@ def test_it_begins_with_the_description_and_the_frames_of_the_sensor(recording_f
 
 
 def test_the_parameters_are_the_sensors(recording_folder, converted, tmp_path):
-    values = read_parameters(tmp_path / 'bag.yaml', 'dot_tracker_node', DOT_PARAMETERS)
+    values = read_parameters(tmp_path / 'bag.yaml', 'touchpad_contact_node', TOUCHPAD_PARAMETERS)
     assert (values['rows'], values['columns']) == (3, 4) and values['cap.height'] == 0.013
     assert values['membrane.shear_stiffness'] == 90.0 and values['camera.translation'] == [0.0, 0.0, 0.04]
 
@@ -91,12 +92,12 @@ def test_two_cameras_become_two_topics_under_their_own_stamps(dual_folder, tmp_p
         assert [stamp for stamp, _ in found[name]] == [1_000_000_000 + late, 1_100_000_000 + late, 1_200_000_000 + late]
     assert [int(image_to_array(m)[0, 0, 0]) for _, m in found['right/image_raw']] == [110, 120, 130]
     assert found['right/camera_info'][0][1].k[0] == 1.0 and found['left/camera_info'][0][1].k[0] == 70.0
-    values = read_parameters(tmp_path / 'bag.yaml', 'contact_point_node', MARKER_SENSOR_PARAMETERS)
+    values = read_parameters(tmp_path / 'bag.yaml', 'press_contact_node', MARKER_SENSOR_PARAMETERS)
     sensor = marker_sensor(values)
     assert (sensor.type, sensor.rows, sensor.columns, sensor.size) == ('areal_dual', 3, 4, (0.133, 0.091))
     assert sensor.pitch == pytest.approx((9.4e-3, 8.2e-3))
-    dots = read_parameters(tmp_path / 'bag.yaml', 'dot_tracker_node', DOT_PARAMETERS)
-    assert (dots['surface'], dots['polarity'], dots['detection'], dots['sensor_type']) == ('sheet', 'bright', 'blobs', 'areal_dual')
+    dots = read_parameters(tmp_path / 'bag.yaml', 'press_contact_node', MARKER_PARAMETERS)
+    assert (dots['polarity'], dots['detection'], dots['sensor_type']) == ('bright', 'blobs', 'areal_dual')
 
 
 @pytest.mark.skipif('TACTILE_RECORDINGS' not in os.environ, reason='TACTILE_RECORDINGS is not set: no recordings')
@@ -108,7 +109,7 @@ def test_recorded_sheets_and_domes(name, sensor_type, rows, columns, pitch, size
     folder = Path(os.environ['TACTILE_RECORDINGS']) / 'simulated' / name
     sensor = json.loads((folder / 'sensor.json').read_text())
     write_parameters(tmp_path / 'a.yaml', sensor_parameters(sensor))
-    found = marker_sensor(read_parameters(tmp_path / 'a.yaml', 'contact_point_node', MARKER_SENSOR_PARAMETERS))
+    found = marker_sensor(read_parameters(tmp_path / 'a.yaml', 'press_contact_node', MARKER_SENSOR_PARAMETERS))
     assert (found.type, found.rows, found.columns, found.size) == (sensor_type, rows, columns, size)
     assert found.pitch == pytest.approx(pitch, rel=0.01) and found.is_sheet == (sensor_type != 'air_cushion')
     recording, truth = Recording(folder), np.load(folder / 'truth.npz')

@@ -1,0 +1,16 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The sensor types `gel`, an elastic layer with dots over a camera, and `pins`, a dome of pins over one."""
+from functools import partial
+
+from ..sensor_type import CAMERA_INFO, CAMERA_SOURCES, SensorType
+
+_CAMERA = partial(SensorType, driver='camera_node', rviz='touchpad', sources=CAMERA_SOURCES, arguments=CAMERA_INFO)
+
+GEL = _CAMERA(perception='gel_contact_node', params='gelsight_mini.yaml')
+PINS = _CAMERA(
+    perception='pins_contact_node',
+    params='pin_dome.yaml',
+    uncalibrated='contacts have neither position nor depth; record presses at known positions',
+    calibrate='tactile_perception.gel.tools:calibrate_pins',
+)

@@ -1,0 +1,72 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The stages of gels and of domes of pins: images in; dots, contact region, contacts, wrench, and slip of a gel, out."""
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+from std_msgs.msg import Header
+
+from ..calibration.files.format import read_calibration
+from ..camera_stage import Matrices
+from ..common.dots import DotTracks
+from ..dots.stage import DotStage
+from ..dots.tracker import DotTracker
+from ..nodes.messages import conversions as convert
+from .estimator import GelEstimator, layer_of
+from .parameters import GEL_NODE, GEL_PARAMETERS, PINS_NODE, PINS_PARAMETERS
+from .pins import SENSOR, PinEstimator, PinModel
+
+_WITHOUT_SLIP = {topic: kind for topic, kind in convert.RESULTS.items() if topic != 'slip'} | convert.POINTS
+
+
+class _ImageStage(DotStage):
+    """A stage whose model of contact takes positions of dots in the image."""
+
+    def health(self) -> tuple[str, dict]:
+        """That of the dots, and of the model."""
+        warning, values = super().health()
+        of_contact, more = self.estimator.contact.health() if self.estimator and self.estimator.contact else ('', {})
+        return warning or of_contact, values | more
+
+
+class GelStage(_ImageStage):
+    """image_raw (or dots) -> dots, contact_region, contacts, wrench, points, and slip where the gel's friction is known. Raises BadArgument
+    for wrong values."""
+
+    node, parameters, contact_outputs = GEL_NODE, GEL_PARAMETERS, convert.RESULTS | convert.POINTS
+    without_contact = 'no usable camera_info yet: positions on a gel need gel.pitch, gel.scale or a calibrated camera'
+
+    def __init__(self, values: Mapping):
+        super().__init__(values)
+        layer_of(values)  # wrong values are refused now, not with the first camera_info
+        self.needs_camera = not (values['gel.scale'] > 0 or values['gel.pitch'] > 0)
+
+    def make_contact(self, matrices: Matrices | None, size: tuple[int, int] | None, tracker: DotTracker | None) -> GelEstimator | None:
+        """See DotStage. The sensor frame's origin is where the camera looks, else the middle of the image, else of the dots."""
+        if matrices:
+            return GelEstimator(self.values, matrices[0][:2, 2], float(np.sqrt(matrices[0][0, 0] * matrices[0][1, 1])))
+        if self.needs_camera:
+            return None
+        return GelEstimator(self.values, (np.array(size) - 1) / 2 if size and all(size) else None)
+
+    def estimate_contact(self, tracks: DotTracks, stamp_s: float, header: Header, topics: Collection[str]) -> dict[str, list]:
+        """See DotStage; how far a contact is from slipping, displacements alone do not show: no slip without the friction."""
+        return super().estimate_contact(tracks, stamp_s, header, [one for one in topics if one != 'slip' or self.values['gel.friction']])
+
+
+class PinsStage(_ImageStage):
+    """image_raw (or dots) -> dots, contact_region, contacts, wrench (NaN), points. Raises BadArgument for wrong values, BadCalibration for
+    a bad file."""
+
+    node, parameters, contact_outputs = PINS_NODE, PINS_PARAMETERS, _WITHOUT_SLIP
+
+    def __init__(self, values: Mapping):
+        super().__init__(values)
+        fitted = values['calibration'] and read_calibration(values['calibration'], SENSOR, values).fitted
+        self._model = PinModel.from_dict(fitted) if fitted else None
+
+    def make_contact(self, matrices: Matrices | None, size: tuple[int, int] | None, tracker: DotTracker | None) -> PinEstimator:
+        """See DotStage."""
+        return PinEstimator(self.values, self._model)
