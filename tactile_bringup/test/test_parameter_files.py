@@ -15,7 +15,7 @@ from tactile_driver.sources.source import EndOfSource
 from tactile_perception.bags.replay import make_stage
 from tactile_perception.parameters.file import read_parameters
 from tactile_perception.press.parameters import MARKER_PARAMETERS, NODE, marker_sensor
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.sensor_type import NODES, SENSOR_TYPES
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS
 from tactile_perception.taxel.stage import TaxelStage
@@ -142,7 +142,8 @@ PACKAGE = Path(__file__).resolve().parents[1]
 def test_each_type_is_there_in_full(name):
     kind = SENSOR_TYPES[name]
     assert {kind.driver, kind.perception, kind.view} <= set(NODES)
-    for file in (f'launch/{name}.launch.py', f'params/{name}.yaml', f'params/{name}_sim.yaml', f'rviz/{name}.rviz'):
+    for file in (f'launch/{name}.launch.py', f'params/{kind.params or f"{name}.yaml"}', f'params/{name}_sim.yaml',
+                 f'rviz/{kind.rviz or name}.rviz'):
         assert (PACKAGE / file).is_file(), file
 
 

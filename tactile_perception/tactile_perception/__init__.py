@@ -20,7 +20,7 @@ _PUBLIC = {
     'ContactDots': 'touchpad.region:ContactDots',
     'find_contact_regions': 'touchpad.region:find_regions',
     'SlipEstimator': 'touchpad.slip:SlipEstimator',
-    'MarkerSensor': 'press.sensor:MarkerSensor',
+    'MarkerSensor': 'common.marker_sensor:MarkerSensor',
     'load_marker_touch': 'api:load_marker_touch',
     'PsdFinger': 'finger.parameters:PsdFinger',
     'FingerModel': 'finger.model:FingerModel',

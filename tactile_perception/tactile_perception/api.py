@@ -60,8 +60,8 @@ def load_marker_touch(values: Mapping, matrix: np.ndarray | None = None, distort
 def node_parameters(node: str, path: str | Path | None = None) -> dict[str, object]:
     """Name -> value of a node's parameters: the defaults, then those that the parameter file at path has for the node.
 
-    node: a perception node, such as touchpad_contact_node. Raises BadArgument for another node, a file that cannot be read, and a value that
-    is not allowed.
+    node: a perception node, such as touchpad_contact_node. Raises BadArgument for another node, a file that cannot be read, and a value
+    that is not allowed.
     """
     if node not in _TABLES:
         raise BadArgument(f'no node {node!r}; there are {", ".join(_TABLES)}')

@@ -25,7 +25,7 @@ import yaml
 from tactile_bringup import share
 from tactile_bringup.simulate.bags import write_scene, writer_of
 from tactile_driver.simulation.sensors.scenes import open_scene
-from tactile_perception.bags.judged_bag import JudgedBag
+from tactile_perception.tools.judged_bag import JudgedBag
 from tactile_perception.common.estimates import ContactEstimate
 from tactile_perception.errors import BadArgument, TactileError
 from tactile_perception.evaluation.evaluation import Evaluation, Instant

@@ -16,7 +16,7 @@ from tactile_bringup import share
 from tactile_bringup.papers.bench import mean
 from tactile_bringup.papers.sheets import fit_published
 from tactile_perception.evaluation.evaluation import Instant
-from tactile_perception.finger.map import error_angle
+from tactile_perception.common.geometry import error_angle
 from tactile_perception.parameters.file import write_parameters
 from tactile_perception.press.tools import calibrate_markers
 

@@ -60,7 +60,7 @@ def test_a_folder_of_an_arrays_frames_is_shown(ros2, tmp_path):
 @pytest.mark.parametrize(('names', 'params', 'kind'), [
     (['a.csv', 'b.CSV', 'about.md'], '', 'taxel_array'), (['1.png', '2.png', 'targets.csv'], '', 'touchpad'),
     (['1.png'], 'pressure_array_14x6', 'taxel_array'), (['a.csv'], 'areal_single', 'areal_single'),
-    (['1.png'], 'marker_video', 'touchpad'), (['1.png'], 'pin_dome', 'touchpad'), ([], '', 'touchpad')])
+    (['1.png'], 'marker_video', 'dots'), (['1.png'], 'pin_dome', 'pins'), ([], '', 'touchpad')])
 def test_what_is_played_says_which_sensor_is_started(tmp_path, names, params, kind):
     for name in names:
         (tmp_path / name).touch()

@@ -11,7 +11,8 @@ import rig
 from tactile_perception.clock import StampClock
 from tactile_perception.common.geometry import rotation_matrix, rotation_vector
 from tactile_perception.errors import BadFrame, TactileError
-from tactile_perception.finger.map import direction, error_angle, exp_map, log_map
+from tactile_perception.common.geometry import error_angle
+from tactile_perception.finger.map import direction, exp_map, log_map
 from tactile_perception.touchpad.pose import fit_rigid
 
 pytestmark = pytest.mark.filterwarnings('ignore::RuntimeWarning')

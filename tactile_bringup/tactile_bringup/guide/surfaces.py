@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from tactile_driver.errors import BadArgument
 from tactile_perception.bags.replay import read_sensor_type
-from tactile_perception.press.sensor import MarkerSensor, first_touch_height
+from tactile_perception.common.marker_sensor import MarkerSensor, first_touch_height
 from tactile_perception.sensor_type import SENSOR_TYPES
 
 

@@ -33,13 +33,9 @@ def demo_description() -> LaunchDescription:
 
 
 def type_of(values: dict[str, str]) -> str:
-    """The sensor type that the parameter file or the recording shows. Raises BadArgument for a parameter file that cannot be read.
-
-    A camera sensor of no type of its own, as in `marker_video.yaml`, has the nodes of TYPES[0].
-    """
+    """The sensor type that the parameter file or the recording shows. Raises BadArgument for a parameter file that cannot be read."""
     if values['params']:
-        stated = parameter_of(values['params'], '', 'sensor_type', TYPES[0])
-        return stated if stated in SENSOR_TYPES else TYPES[0]
+        return parameter_of(values['params'], '', 'sensor_type', TYPES[0])
     path = Path(values['path']).expanduser()
     files = list(path.iterdir()) if values['source'] == 'file' and path.is_dir() else [path]
     return 'taxel_array' if 2 * sum(file.suffix.lower() in ARRAY_ENDINGS for file in files) > len(files) else TYPES[0]

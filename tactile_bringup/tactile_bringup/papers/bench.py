@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from tactile_perception.bags.judged_bag import JudgedBag
+from tactile_perception.tools.judged_bag import JudgedBag
 from tactile_perception.evaluation.evaluation import Instant
 from tactile_perception.parameters.file import write_parameters
 

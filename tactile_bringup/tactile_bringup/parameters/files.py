@@ -18,7 +18,7 @@ from tactile_perception.dots.parameters import DOT_PARAMETERS, DOT_SENSOR_PARAME
 from tactile_perception.finger.parameters import PSD_PARAMETERS, PSD_SENSOR_PARAMETERS
 from tactile_perception.gel.parameters import GEL_PARAMETERS, GEL_SENSOR_PARAMETERS, PINS_PARAMETERS, PINS_SENSOR_PARAMETERS
 from tactile_perception.press.parameters import MARKER_PARAMETERS, MARKER_SENSOR_PARAMETERS
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.sensor_type import SENSOR_TYPES
 from tactile_perception.taxel.parameters import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
 from tactile_perception.touchpad.parameters import TOUCHPAD_PARAMETERS, TOUCHPAD_SENSOR_PARAMETERS
@@ -44,7 +44,8 @@ _GEL_SIM = ("# A simulated gel with dots (source:=sim): the parameters that diff
             '# gelsight_mini.yaml explains all.\n')
 _PINS_SIM = ("# A simulated dome of pins (source:=sim): the parameters that differ from the nodes' defaults; pin_dome.yaml explains all.\n"
              '# Their mean distance is the 1.35 mm that a user would measure on it.\n')
-_DOTS_SIM = ("# Dots of a simulated gel (source:=sim): the parameters that differ from the nodes' defaults; marker_video.yaml explains all.\n")
+_DOTS_SIM = ("# Dots of a simulated gel (source:=sim): the parameters that differ from the nodes' defaults;\n"
+             '# marker_video.yaml explains all.\n')
 _PRESSURE = ('# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).\n'
              '# What the pad is made of is not known: put in yours, or calibrate; until then no force is reported.\n')
 _PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'full_value': 2000.0}

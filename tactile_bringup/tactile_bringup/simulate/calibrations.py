@@ -14,8 +14,9 @@ from tempfile import TemporaryDirectory
 
 from tactile_perception.calibration.files.format import read_calibration, write_calibration
 from tactile_perception.press.calibration import METHODS, best_method
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.press.tools import calibrate_markers
+from tactile_perception.gel.tools import calibrate_pins
 from tactile_perception.finger.tools import calibrate_psd
 from tactile_perception.taxel.tools import calibrate_taxels
 
@@ -25,6 +26,7 @@ from ..parameters.files import LICENCE
 
 # Sensor type -> calibration, scene writer, scene, rate in Hz (3 Hz gives sheets and dome two to four frames per depth).
 SPECIMENS = {**{name: (calibrate_markers, write_scene, f'{name}_calibration', 3.0) for name in MARKER_SENSORS},
+             'pins': (calibrate_pins, write_scene, 'pins_calib', 4.0),
              'psd_finger': (calibrate_psd, write_psd_scene, 'calibration', 1000.0),
              'taxel_array': (calibrate_taxels, write_taxel_scene, 'plate', 20.0)}
 

@@ -17,7 +17,7 @@ from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.taxel.scene import Key, TaxelScene, TaxelScript, open_taxel_scene
 from tactile_perception.calibration.files.format import read_calibration
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.sensor_type import SENSOR_TYPES
 from tactile_perception.tools.calibrate import main as calibrate
 

@@ -9,7 +9,7 @@ from tactile_bringup.guide.mounting import Holes, Touch, Touches, fit_mounting
 from tactile_bringup.guide.session import Sample, Session
 from tactile_bringup.guide.surfaces import Fingertip, MarkedSurface
 from tactile_driver.errors import BadArgument
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 
 RATE, ABOVE = 20.0, 0.005
 

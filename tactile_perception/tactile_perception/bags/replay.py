@@ -39,8 +39,8 @@ def read_sensor_type(params: Path) -> str:
 
 
 def make_stage(params: Path, calibration: Path | None = None, **own: object) -> Stage:
-    """The stage that a parameter file describes; calibration: replaces the file that params names; own: parameters that replace those of the
-    file, where the stage has them. Raises TactileError."""
+    """The stage that a parameter file describes; calibration: replaces the file that params names; own: parameters that replace those of
+    the file, where the stage has them. Raises TactileError."""
     kind = NODES[by_name(SENSOR_TYPES, read_sensor_type(params), f'{params}: sensor_type').perception]
     check_sections(params, kind.node)
     own |= {'calibration': str(calibration)} if calibration else {}
@@ -53,8 +53,8 @@ class Replay:
     not serialised yet, where it is a raw one.
 
     bag: of raw data, or of dots alone; params, calibration: files as for make_stage; namespace: of the sensor, '' for the only one; topics:
-    estimates that are wanted, None for all. prefix: '/ns/' of the sensor; raw: topic of its raw data; open(): a reader of the bag, with stitched views where the
-    stitching is known. In the course of the iteration: done: number of raw messages; left_out: what could not be
+    estimates that are wanted, None for all. prefix: '/ns/' of the sensor; raw: topic of its raw data; open(): a reader of the bag, with
+    stitched views where the stitching is known. In the course of the iteration: done: number of raw messages; left_out: what could not be
     used; stages: s of thread time for each frame that was not refused, by stage. Raises TactileError for an unusable bag.
     """
 

@@ -3,6 +3,7 @@
 """Pinhole camera: projection of points in the sensor frame, and rays through pixels."""
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 

@@ -237,3 +237,9 @@ def extrapolate(values: np.ndarray, at: np.ndarray) -> None:
         last, before = values[missing, k - 1], values[missing, k - 2]
         step = (at[k] - at[k - 1]) / (at[k - 1] - at[k - 2])
         values[missing, k] = last + step * np.where(np.isnan(before), 0.0, last - before)
+
+
+def error_angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Angles, rad, between unit vectors (..., 3) (paper psd_fingertip_3d, eqs 12, 13). The arc sine of half the chord keeps small
+    angles exact."""
+    return 2 * np.arcsin(np.clip(0.5 * np.linalg.norm(a - b, axis=-1), 0.0, 1.0))

@@ -260,8 +260,9 @@ def tracker_options(values: Mapping, pattern: np.ndarray | None = None, rest: np
                     image_only: bool = False) -> dict:
     """Arguments of a DotTracker with the given parameters.
 
-    values: of DOT_PARAMETERS; pattern: (K, 2) px, untouched image positions whose order gives the ids of an irregular pattern; rest: (K, 2) px, calibrated untouched positions, used to detect
-    contact in the first frame; image_only: no later stage needs grid numbers, so that dots without are tracks.
+    values: of DOT_PARAMETERS; pattern: (K, 2) px, untouched image positions whose order gives the ids of an irregular pattern; rest: (K, 2)
+    px, calibrated untouched positions, used to detect contact in the first frame; image_only: no later stage needs grid numbers, so that
+    dots without are tracks.
     """
     known = None if rest is None else CalibratedRest(rest)
     constants = values['reference.time_constant'], values['reference.frames']

@@ -11,7 +11,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.special import chdtri  # of chi-square; scipy.stats takes seconds to import
 
 from ..common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
-from ..finger.map import error_angle
+from ..common.geometry import error_angle
 from .scores import label_f1, macro_f1, normalised_square, region_iou
 
 DOT_STATES = ('untouched', 'sticking', 'slipping')

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._core import finger
+from ..common.geometry import error_angle
 from ..common.statistics import robust_sigma
 from ..errors import BadCalibration
-from .map import CROSS, MIX, TOTAL, error_angle, fit_light_shift, fit_smooth_map, level_basis, log_map, position
+from .map import CROSS, MIX, TOTAL, fit_light_shift, fit_smooth_map, level_basis, log_map, position
 from .model import LOAD_TERMS, Creep, FingerFit, FingerModel, cross_basis, features
 from .published import fit_equidistant_map
 

@@ -19,11 +19,6 @@ def direction(phi: np.ndarray, theta: np.ndarray) -> np.ndarray:
     return np.stack([np.cos(phi) * np.sin(theta), np.sin(phi) * np.sin(theta), np.cos(theta) + 0 * phi], axis=-1)
 
 
-def error_angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Angles, rad, between unit vectors (..., 3) (eqs 12, 13). The arc sine of half the chord keeps small angles exact."""
-    return 2 * np.arcsin(np.clip(0.5 * np.linalg.norm(a - b, axis=-1), 0.0, 1.0))
-
-
 def log_map(normal: np.ndarray) -> np.ndarray:
     """Logarithmic map at the pole: unit vectors (..., 3) to tangent vectors (..., 2), rad, whose length is the polar angle."""
     across = np.hypot(normal[..., 0], normal[..., 1])

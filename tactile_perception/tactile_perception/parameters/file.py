@@ -39,8 +39,7 @@ def read_parameters(path: str | Path, node: str, table: Sequence[Parameter]) -> 
 
 
 def check_sections(path: str | Path, node: str) -> None:
-    """Raise BadArgument for a file with a section of a node of earlier versions, which is now part of the one node of its sensor type; node:
-    that one."""
+    """Raise BadArgument for a file with a section of a node of earlier versions; node: the one that computes all results of the sensor."""
     for old in _MERGED:
         if old != node and re.search(rf'^[^#\n]*\b{old}:', Path(path).read_text(errors='replace'), re.MULTILINE):
             raise BadArgument(f'{path}: section {old} is not used: one node computes all results of this sensor; name the section {node}')

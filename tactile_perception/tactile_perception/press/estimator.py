@@ -23,7 +23,7 @@ from .field import MarkerField, RestMarkers
 from .methods import make_method
 from .parameters import AUTO
 from .published import ContactFilter
-from .sensor import MarkerSensor, dome_cap, rest_points
+from ..common.marker_sensor import MarkerSensor, dome_cap, rest_points
 
 FASTEST = 0.5  # m/s, of a touch that goes on. Chosen: a hand that reaches
 SIGMAS = 4.0   # standard deviations by which two estimates of one touch differ at most. Chosen

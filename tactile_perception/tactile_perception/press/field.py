@@ -18,7 +18,7 @@ from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..dots.reference import CalibratedRest
 from ..errors import BadArgument, BadFrame
-from .sensor import MarkerSensor
+from ..common.marker_sensor import MarkerSensor
 
 @dataclass(frozen=True)
 class MarkerField:

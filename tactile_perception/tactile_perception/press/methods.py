@@ -13,7 +13,7 @@ from .dome.model import DomeCalibration, DomeModelMethod
 from .estimate import TouchMethod
 from .presses import Presses
 from .published import CushionCalibration, PaperCalibration, PaperCushion, PaperTouch, calibrate_cushion, calibrate_paper
-from .sensor import MarkerSensor
+from ..common.marker_sensor import MarkerSensor
 from .sheet.calibration import calibrate_sheet
 from .sheet.model import SheetCalibration, SheetModelMethod
 

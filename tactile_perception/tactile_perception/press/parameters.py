@@ -11,7 +11,7 @@ from ..dots.parameters import camera_pose_parameters, detection_parameters, fixe
 from ..errors import BadArgument
 from ..parameters.file import read_parameters
 from .methods import METHOD_NAMES
-from .sensor import MARKER_SENSORS, MarkerSensor
+from ..common.marker_sensor import MARKER_SENSORS, MarkerSensor
 
 AUTO = 'auto'
 NODE = 'press_contact_node'

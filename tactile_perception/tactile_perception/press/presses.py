@@ -13,7 +13,7 @@ from ..calibration.residuals import Residuals
 from ..errors import BadArgument, BadCalibration
 from .estimate import TouchEstimate, TouchMethod
 from .field import MarkerField
-from .sensor import MarkerSensor
+from ..common.marker_sensor import MarkerSensor
 
 SAME_PLACE = 1e-3  # m: presses nearer than this are at one place; a stage repeats to less. Chosen
 _STRAIGHT = 2e-4   # m: largest sideways travel since first contact of a straight press. Chosen

@@ -11,7 +11,7 @@ from ..errors import BadArgument, BadCalibration
 from .estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from .field import MarkerField
 from .presses import Presses, rms_errors
-from .sensor import MarkerSensor, first_touch_height, rest_points
+from ..common.marker_sensor import MarkerSensor, first_touch_height, rest_points
 
 DEGREE = 3      # of the polynomials (paper: "the third-degree polynomial is the best fit")
 _BELOW = 0.05   # of the calibrated range: a value further below it is out of range. Chosen

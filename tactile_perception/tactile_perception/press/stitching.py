@@ -16,7 +16,7 @@ from ..common.statistics import robust_sigma
 from ..dots.detect import DotDetector
 from ..dots.number import find_lattice, number_grid
 from ..errors import BadArgument, BadCalibration, BadFrame
-from .sensor import MarkerSensor
+from ..common.marker_sensor import MarkerSensor
 
 FEWEST = 12  # markers of one view, chosen
 MARKER_NOISE = 0.04  # px per axis, chosen: standard deviation of a detected marker's position

@@ -31,7 +31,7 @@ from .presses import SAME_PLACE, Found, Presses, held_out, marker_residuals, req
 from .methods import make_method, methods_for
 from .parameters import MARKER_PARAMETERS, NODE, marker_sensor
 from .published import middle_of_seen
-from .sensor import MarkerSensor
+from ..common.marker_sensor import MarkerSensor
 from .stitching import SIDES, StitchingFit, fit_stitching
 
 _TRIES = 5  # chosen: untouched pairs tried before the fit is given up

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from tactile_driver.errors import tells_errors
 
-from ..bags.judged_bag import JudgedBag
+from .judged_bag import JudgedBag
 from ..errors import BadArgument
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.plots import draw

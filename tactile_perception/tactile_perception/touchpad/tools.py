@@ -17,7 +17,7 @@ from ..errors import BadCalibration, BadFrame
 from ..nodes.messages import conversions as convert
 from ..parameters.file import read_parameters
 from ..dots.tracker import make_tracker
-from ..press.sensor import MarkerSensor
+from ..common.marker_sensor import MarkerSensor
 from .calibration import Press, TouchpadCalibration, find_sphere_radius, fit_touchpad, sphere_misfit, touchpad_file
 from .parameters import NODE, TOUCHPAD_PARAMETERS
 from .sensor import Touchpad

@@ -15,7 +15,7 @@ from tactile_driver.recordings.reader import BagReader
 from tactile_driver.recordings.serialization import encode
 from tactile_driver.recordings.writer import BagWriter
 from tactile_msgs.msg import Contact, Contacts, Slip
-from tactile_perception.bags.judged_bag import JudgedBag
+from tactile_perception.tools.judged_bag import JudgedBag
 from tactile_perception.bags.replay import Replay
 from tactile_perception.bags.stamped import TRUTH, find_prefix, pairs_of
 from tactile_perception.errors import BadArgument, BadCalibration, BadRecording

@@ -6,7 +6,7 @@ fades towards the rim of the dome, the skin drawn a little towards the tip. Noth
 import numpy as np
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.field import MarkerField
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 
 DOME = MARKER_SENSORS['air_cushion']
 RADIUS = (DOME.rim_radius**2 + DOME.height**2) / (2 * DOME.height)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from tactile_perception.press.presses import Presses
 from tactile_perception.press.field import MarkerField
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from touchpad_bags import recording_folder  # noqa: F401
 
 EYE, WIDTH, NOISE = 0.062, 8e-3, 4e-6

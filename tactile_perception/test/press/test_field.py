@@ -12,7 +12,7 @@ from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.press.field import CameraView, MarkerField, RestMarkers, StitchedView, camera_view, marker_field, view_maker
 from tactile_perception.press.positions import MarkerPlaces, SheetSurface, on_rays
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 
 SENSOR = MARKER_SENSORS['areal_single']
 MATRIX = np.array([[560.0, 0, 321], [0, 561.0, 238], [0, 0, 1]])

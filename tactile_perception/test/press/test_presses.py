@@ -10,7 +10,7 @@ from tactile_perception.press.calibration import best_method, fit_stiffness, rea
 from tactile_perception.press.estimate import TouchEstimate
 from tactile_perception.press.methods import make_method
 from tactile_perception.press.presses import Presses, held_out, marker_residuals, require_coverage, rms_errors, score
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 
 
 def three_places():

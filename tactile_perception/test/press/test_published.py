@@ -9,7 +9,7 @@ from tactile_perception.press.presses import Presses
 from tactile_perception.press.methods import DOME_METHODS, SHEET_METHODS
 from tactile_perception.press.published import (ContactFilter, Cubics, MarkerDepths, distance_changes, four_largest, grid_point, neighbours,
                                                 plate_step)
-from tactile_perception.press.sensor import MARKER_SENSORS, MarkerSensor
+from tactile_perception.common.marker_sensor import MARKER_SENSORS, MarkerSensor
 from tactile_perception.press.calibration import restored, stored
 
 PAPER, CUSHION = SHEET_METHODS['paper'], DOME_METHODS['paper_cushion']

@@ -14,7 +14,7 @@ from tactile_perception.press.estimator import TouchEstimator, TouchTracker
 from tactile_perception.press.field import RestMarkers, StitchedView, checked_view
 from tactile_perception.press.methods import SHEET_METHODS
 from tactile_perception.press.parameters import MARKER_PARAMETERS
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 
 
 SENSOR = MARKER_SENSORS['areal_single']

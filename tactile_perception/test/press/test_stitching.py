@@ -13,7 +13,7 @@ from tactile_driver.stitching.methods import make_stitcher
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.dots.number import number_grid
 from tactile_perception.errors import BadArgument, BadCalibration, BadFrame
-from tactile_perception.press.sensor import MARKER_SENSORS, MarkerSensor
+from tactile_perception.common.marker_sensor import MARKER_SENSORS, MarkerSensor
 from tactile_perception.press.stitching import SideMarkers, fit_sides, fit_stitching
 
 GRID = SENSOR.grid()

@@ -15,7 +15,7 @@ from tactile_perception.press.calibration import read_touch
 from tactile_perception.press.estimate import TouchEstimate
 from tactile_perception.press.methods import SHEET_METHODS
 from tactile_perception.press.presses import Presses
-from tactile_perception.press.sensor import MARKER_SENSORS
+from tactile_perception.common.marker_sensor import MARKER_SENSORS
 from tactile_perception.press.tools import find_stitching, fit_wrench, tell_truth
 from tactile_perception.tools import calibrate, process_bag
 

@@ -12,7 +12,7 @@ from ...common.geometry import cross
 from ...errors import BadArgument
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
 from ..field import MarkerField
-from ..sensor import MarkerSensor, first_touch_height
+from ...common.marker_sensor import MarkerSensor, first_touch_height
 from .library import RADIUS_SPREAD, DomeLibrary
 from .mechanics import centres_of, seen_at
 

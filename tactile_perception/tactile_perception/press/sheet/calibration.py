@@ -13,7 +13,7 @@ from ...errors import BadCalibration
 from ..field import MarkerField, marker_radii
 from ..calibration import Prior, beyond, identify, noise_at_rest
 from ..presses import Presses
-from ..sensor import MarkerSensor
+from ...common.marker_sensor import MarkerSensor
 from .library import LibraryPlan, Press, build_library, field_appearance
 from .mechanics import SheetMaterial, SheetMesh, least_length, may_be_pressed, press_sheet, uniform
 from .model import CameraShifts, FieldNoise, Seen, SheetCalibration, SheetInverse

@@ -12,7 +12,7 @@ import numpy as np
 from ...common.geometry import cross
 from ..estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, Choice, Evidence, TouchEstimate
 from ..field import MarkerField
-from ..sensor import MarkerSensor
+from ...common.marker_sensor import MarkerSensor
 from .library import Press, SheetLibrary
 
 SIZE = 6    # of a press's vector

@@ -21,7 +21,7 @@ from tactile_driver.simulation.truth import SLIPPING, Touch, TruthFrame, slip_st
 
 from ...errors import BadRecording
 from ...dots.parameters import DOT_PARAMETERS
-from ...press.sensor import MARKER_SENSORS
+from ...common.marker_sensor import MARKER_SENSORS
 
 #: What recordings tell of the ground truth.
 KNOWN = 'contacts', 'contact_region', 'slip', 'wrench'

@@ -10,7 +10,7 @@ from tactile_perception.press.dome.calibration import calibrate_dome, identify_d
 from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, OnMesh, appear_at, outlines, press_dome, shift_of
 from tactile_perception.press.dome.model import DomeCalibration, FieldNoise
 from tactile_perception.press.presses import Presses
-from tactile_perception.press.sensor import MARKER_SENSORS, dome_cap
+from tactile_perception.common.marker_sensor import MARKER_SENSORS, dome_cap
 
 
 def known():

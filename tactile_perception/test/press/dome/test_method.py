@@ -14,7 +14,7 @@ from tactile_perception.press.dome.library import AsSeen, RADIUS_SPREAD
 from tactile_perception.press.dome.mechanics import DomeMaterial, DomeMesh, MeshPlan, appear_at, outlines, press_dome, shift_of
 from tactile_perception.press.dome.model import DEPTH, DomeCalibration, DomeModelMethod, FieldNoise, STRAIGHT, UNKNOWN_FRICTION
 from tactile_perception.press.estimate import OUT_OF_RANGE
-from tactile_perception.press.sensor import first_touch_height
+from tactile_perception.common.marker_sensor import first_touch_height
 
 pytestmark = pytest.mark.full  # simulates a small library
 

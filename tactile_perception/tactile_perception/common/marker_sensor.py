@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..common.geometry import Cap
+from .geometry import Cap
 from ..errors import BadArgument
 
 

@@ -20,8 +20,8 @@ from ..common.progress import progress
 from ..errors import BadFrame, BadRecording
 from ..evaluation.evaluation import Instant
 from ..nodes.messages.conversions import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
-from .replay import Replay
-from .stamped import choose_prefix
+from ..bags.replay import Replay
+from ..bags.stamped import choose_prefix
 
 TRUE = 'ground_truth/'
 #: topic -> field of Instant, and the conversion of its message
