@@ -96,6 +96,7 @@ class Chain:
         self.of, self.stamp_ns = of, FIRST_NS
         self._stage = make_stage(params, of.calibration)
         self._of_dots = make_stage(params, of.calibration, input='dots')
+        self._earlier = []  # dots that this one has not seen yet
         if of.info is not None:
             self.look(of.info)
 
@@ -128,10 +129,14 @@ class Chain:
         return results
 
     def __call__(self, raw, stamp_ns=None):
-        return self.take(self.message(raw, stamp_ns), self._stage)
+        results = self.take(self.message(raw, stamp_ns), self._stage)
+        self._earlier += [results['dots']] if 'dots' in results else []
+        return results
 
     def contact(self, dots):
-        """Results for a message of dots of another node."""
+        """Results for a message of dots, by a stage that has seen the dots of all images before."""
+        while self._earlier:
+            self.take(self._earlier.pop(0), self._of_dots)
         return self.take(dots, self._of_dots)
 
     def dots(self, raw):

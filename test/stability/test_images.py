@@ -143,7 +143,7 @@ def test_a_camera_that_changes_its_size_goes_on_with_its_new_camera_info(pad, sm
 
 
 @pytest.mark.parametrize('match, changes', [('entries', {'u': [1.0]}), ('entries', {'x': [1.0]}), ('grid', {'rows': 5}),
-                                            ('surface cap', {'x': [], 'y': [], 'z': []})])
+                                            ('3D positions', {'x': [], 'y': [], 'z': []})])
 def test_dots_that_cannot_be_used_are_refused(pad, running, match, changes):
     bad = running.dots(pad.rest[3])
     for name, value in changes.items():

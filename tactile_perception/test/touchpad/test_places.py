@@ -35,7 +35,7 @@ def rest():
 
 def test_places_are_on_the_sphere_and_project_to_the_untouched_image(rest):
     uv = np.array([[300.0, 220.0], [320.0, 240.0], [420.0, 300.0]])
-    assert rest.update(tracks(uv, np.array([4.0, -2.0])))
+    assert rest.update(tracks(uv, np.array([4.0, -2.0]))) == 1
     assert np.linalg.norm(rest.xyz[:3] - [0, 0, -0.007], axis=1) == pytest.approx(0.02, abs=1e-12)
     assert CAMERA.project(rest.xyz[:3]) == pytest.approx(uv, abs=1e-9)
     assert np.isnan(rest.xyz[3:]).all()
@@ -43,10 +43,10 @@ def test_places_are_on_the_sphere_and_project_to_the_untouched_image(rest):
 
 def test_only_a_moved_reference_or_a_new_dot_counts(rest):
     uv = np.array([[300.0, 220.0], [320.0, 240.0]])
-    assert rest.update(tracks(uv, np.zeros(2)))
-    assert not rest.update(tracks(uv + 0.01, np.array([9.0, 9.0])))
-    assert rest.update(tracks(uv + 0.05, np.zeros(2)))
-    assert rest.update(tracks(np.vstack([uv, [[350.0, 260.0]]]), np.zeros(2)))
+    assert rest.update(tracks(uv, np.zeros(2))) == 1
+    assert rest.update(tracks(uv + 0.01, np.array([9.0, 9.0]))) == 1
+    assert rest.update(tracks(uv + 0.05, np.zeros(2))) == 2
+    assert rest.update(tracks(np.vstack([uv, [[350.0, 260.0]]]), np.zeros(2))) == 3
     missing = tracks(uv, np.zeros(2))
     missing.duv[0] = np.nan
     rest.update(missing)
@@ -56,7 +56,7 @@ def test_only_a_moved_reference_or_a_new_dot_counts(rest):
 @pytest.fixture(scope='module')
 def seen(ball):
     """Tracks of an untouched and of the pressed image."""
-    tracker = make_tracker(ball.sensor, ball.values)
+    tracker = make_tracker(ball.values)
     rest = tracker.process(ball.rest[0], 1.0)
     return rest, tracker.process(ball.pressed, 1.1)
 
@@ -136,7 +136,7 @@ def located(glaring, ball):
     """RMS of the errors of the dots' places, m, frame by frame."""
     scene, frames = glaring
     camera = ball.sensor.camera(scene.camera.matrix, scene.camera.distortion)
-    tracker, places, found = make_tracker(ball.sensor, ball.values), DotPlaces(ball.sensor, camera), []
+    tracker, places, found = make_tracker(ball.values), DotPlaces(ball.sensor, camera), []
     for k, frame in enumerate(frames):
         tracks = tracker.process(frame.image, 1.0 + k / 10)
         found.append(np.sqrt(np.nanmean(errors(places.locate(frame.image, tracks), frame.truth, tracks)**2)))

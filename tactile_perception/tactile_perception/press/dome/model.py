@@ -309,12 +309,13 @@ class DomeModelMethod:
         self.solver = calibration.inverse(sensor)
         self._threshold = max(CONSTANTS.stands_out, CONSTANTS.quieter * calibration.quiet)
         self._choice = Choice()
-        self._last: tuple[MarkerField, DomeFound | None] | None = None  # contacts and heights of a frame are of one solution
+        self._last: tuple[MarkerField, DomeFound | None] | None = None  # of estimate
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty without contact, and where the markers move too little to tell a place. Raises BadArgument for
         another pattern."""
         found = self.find(field)
+        self._last = field, found
         if found is None:
             return []
         touches = [self._touch(found, k) for k in range(len(found.presses))]
@@ -324,11 +325,6 @@ class DomeModelMethod:
 
     def find(self, field: MarkerField) -> DomeFound | None:
         """The presses of one frame; None without contact. Raises BadArgument for another pattern."""
-        if self._last is None or self._last[0] is not field:
-            self._last = field, self._find(field)
-        return self._last[1]
-
-    def _find(self, field: MarkerField) -> DomeFound | None:
         if len(field) != len(self.solver.points):
             raise BadArgument(f'calibrated for {len(self.solver.points)} markers, got a field of {len(field)}')
         match = self.solver.match(field)
@@ -357,8 +353,8 @@ class DomeModelMethod:
         return replace(found, covariance=covariance)
 
     def raised(self, field: MarkerField) -> np.ndarray | None:
-        """Upward displacement (K,), m, of the markers; None without contact."""
-        found = self.find(field)
+        """Upward displacement (K,), m, of the markers; None without contact. By the solution of estimate, where that saw this field last."""
+        found = self._last[1] if self._last is not None and self._last[0] is field else self.find(field)
         return None if found is None else self.solver.moved(found.presses)[:, 2]
 
     def _explained(self, field: MarkerField, match: np.ndarray) -> DomeFound:

@@ -44,7 +44,7 @@ def press_error(sphere_bag, calibration):
     values.update({'membrane.shear_stiffness': float(skin.tension), 'membrane.rest_pressure': float(skin.pressure)})
     sensor = Touchpad.from_parameters(values)
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
-    tracker = make_tracker(sensor, values)
+    tracker = make_tracker(values)
     places = DotPlaces(sensor, camera, read_touchpad(calibration, camera) if calibration else None)
     for k, time in enumerate((0.0, 0.1, 2.6, 2.6, 2.6)):
         seen = scene.render(time)
