@@ -71,7 +71,7 @@ def check_idle(listen, launched):
     def idle():
         said = {status.name: status.message for message in list(ear.heard['/diagnostics']) for status in message.status}
         return sum('idle' in text for text in said.values())
-    assert ear.wait_for(lambda: idle() == 3, 120), launched.log
+    assert ear.wait_for(lambda: idle() == 2, 120), launched.log
     assert ear.node.count_subscribers(f'/{SPACE}/image_raw') == 0
     ear.close()
 

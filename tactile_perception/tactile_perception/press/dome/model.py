@@ -353,7 +353,7 @@ class DomeModelMethod:
         return replace(found, covariance=covariance)
 
     def raised(self, field: MarkerField) -> np.ndarray | None:
-        """Upward displacement (K,), m, of the markers; None without contact. By the solution of estimate, where that saw this field last."""
+        """Upward displacement (K,), m, of the markers; None without contact. By the solution of estimate, if of this field."""
         found = self._last[1] if self._last is not None and self._last[0] is field else self.find(field)
         return None if found is None else self.solver.moved(found.presses)[:, 2]
 
