@@ -63,7 +63,7 @@ class PluginTable(UserDict):
 
     def extended(self, more: Mapping[str, object]) -> PluginTable:
         """A table of the same group with more entries of this project."""
-        return PluginTable(self.group, {**self.data, **more})
+        return PluginTable(self.group, {**{name: self.data[name] for name in self.own}, **more})
 
     def _found(self) -> dict[str, EntryPoint]:
         """The entry points of other packages, by name."""

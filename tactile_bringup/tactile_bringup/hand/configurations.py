@@ -15,10 +15,10 @@ import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
 from tactile_driver.errors import tells_errors
-from tactile_perception.sensor_type import SENSOR_TYPES
 
 from .description import Hand, HandSensor, read_hand
 from .. import share
+from ..sensor_files import rviz_file
 
 _AROUND, _AWAY = 0.1, 1.2  # m of each sensor, and times the hand's size to the viewpoint: RViz's field of view is 45 degrees high. Chosen
 _HEIGHT, _WIDTH, _DOCK_HEIGHT, _DISPLAYS_WIDTH, _PICTURES_WIDTH = 960, 1600, 860, 260, 330  # px, of RViz's window and its parts
@@ -35,8 +35,8 @@ def aggregator_configuration(hand: Hand) -> str:
 
 def moved_file(sensor_type: str, namespace: str, frame: str) -> str:
     """Text of a sensor's RViz configuration for another namespace and sensor frame."""
-    drawn = SENSOR_TYPES[sensor_type].rviz or sensor_type
-    text = Path(share('rviz', f'{drawn}.rviz', package=SENSOR_TYPES[sensor_type].package)).read_text()
+    file, drawn = rviz_file(sensor_type)
+    text = Path(file).read_text()
     text = text.replace(f': /{drawn}/', f': /{namespace}/'.replace('//', '/'))
     return text.replace(f'Fixed Frame: {drawn}\n', f'Fixed Frame: {frame}\n')
 
@@ -64,6 +64,7 @@ def _window_state(pictures: Sequence[str]) -> str:
     """The layout of RViz's window as QMainWindow::saveState of Qt 5 writes it, hexadecimal: Displays at the left of the 3D view, pictures
     at its right, one above the other. RViz 14 closes what is hidden behind a tab."""
     def area(side: int, width: int, names: Sequence[str]) -> bytes:
+        """A column of docks at a side of the window (0: left, 1: right), width px wide."""
         found = struct.pack('>IIIBBI', side, width, _DOCK_HEIGHT, 0xfc, 2, len(names))  # 2: a column
         for number, name in enumerate(names):
             height, title = _DOCK_HEIGHT // len(names), name.encode('utf-16-be')

@@ -27,7 +27,7 @@ from tactile_driver.parameters.table import Parameter
 from tactile_perception.parameters.file import check_sections, read_parameters
 from tactile_perception.sensor_type import NODES, SENSOR_TYPES
 
-from .. import share
+from ..sensor_files import parameter_file, rviz_file, simulated_calibration
 
 Texts = Mapping[str, tuple[str, str]]  # of the arguments of a launch file: name -> default and text
 _RESPAWN = {'respawn': True, 'respawn_delay': 0.5}  # s
@@ -232,11 +232,8 @@ def completed(values: Mapping[str, str], sensor_type: str) -> dict[str, str]:
         from .recorded import recorded_topics  # takes half a second; only this source needs it
         given = {name: values[name] for name in SENSOR_TYPES[sensor_type].raw}
         topics, simulated = recorded_topics(values['path'], sensor_type, values['namespace'], given)
-    package = SENSOR_TYPES[sensor_type].package
-    own = share('calibration', f'{sensor_type}_sim.yaml', package=package)
-    real = SENSOR_TYPES[sensor_type].params or f'{sensor_type}.yaml'
-    return {**values, **topics, 'params': values['params'] or share(
-                'params', f'{sensor_type}_sim.yaml' if simulated else real, package=package),
+    own = simulated_calibration(sensor_type)
+    return {**values, **topics, 'params': values['params'] or parameter_file(sensor_type, simulated),
             'calibration': values['calibration'] or (own if simulated and Path(own).is_file() else '')}
 
 
@@ -287,9 +284,7 @@ def _rviz(values: Mapping[str, str], sensor_type: str, frame: str) -> list:
     """RViz when the argument rviz is true; in another namespace with a copy of the configuration for that namespace."""
     if not _BOOLEANS[values['rviz']]:
         return []
-    package = SENSOR_TYPES[sensor_type].package
-    drawn = SENSOR_TYPES[sensor_type].rviz or sensor_type
-    file, namespace = share('rviz', f'{drawn}.rviz', package=package), values['namespace'].strip('/')
+    (file, drawn), namespace = rviz_file(sensor_type), values['namespace'].strip('/')
     if namespace != drawn:
         from ..hand.configurations import moved_file  # imports SciPy, which launch needs for nothing else
         file = written(f'{frame}.rviz', moved_file(sensor_type, namespace, frame))

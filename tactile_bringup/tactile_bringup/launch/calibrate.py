@@ -10,7 +10,7 @@ from tactile_driver.errors import BadArgument
 from tactile_driver.frame_names import sensor_frame
 from tactile_perception.sensor_type import SENSOR_TYPES
 
-from .. import share
+from ..sensor_files import parameter_file
 from .arguments import absolute, check_choices, description, sensor_actions, sensor_arguments
 
 _OWN = {
@@ -37,10 +37,9 @@ def calibrate_description() -> LaunchDescription:
 
 def _actions(values: dict[str, str]) -> list:
     check_choices(values, {'type': tuple(SENSOR_TYPES), 'simulated_stage': ('true', 'false'), 'find': ('true', 'false')})
-    kind, simulated = SENSOR_TYPES[values['type']], values['source'] == 'sim'
+    kind = SENSOR_TYPES[values['type']]
     given = {'probe': values['probe'], 'wrench': values['wrench'], 'base': values['base'], 'frame_id': sensor_frame(values['namespace']),
-             'params': values['params'] or share('params', f'{values["type"]}_sim.yaml' if simulated else kind.params or
-                                                 f'{values["type"]}.yaml', package=kind.package),
+             'params': values['params'] or parameter_file(values['type'], values['source'] == 'sim'),
              'output': absolute(values['output']),
              'find': values['find'] == 'true', 'mounting': _numbers(values, 'mounting', (0, 6)),
              **{name: _numbers(values, name) for name in ('weights', 'holes', 'collars')}}
