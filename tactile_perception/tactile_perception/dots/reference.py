@@ -4,8 +4,9 @@
 
 With calibrated untouched positions: a moved camera or a warm lens gives an affine motion of the image, another print independent errors.
 Non-affine displacements that neighbours share are a press. If the dots that move least are at their calibrated positions, those can replace
-the reference. Without: an untouched grid is a smooth function of row and column and, up to the tilt of the view, point symmetric. The
-residuals are printing errors, which are independent between neighbours; a press leaves residuals that are correlated.
+the reference. Without: an untouched grid is a smooth function of row and column and, up to the tilt of the view, point symmetric; or it is
+so beside the homography and radial distortion by which a tilted camera sees a flat grid through a lens. The residuals are printing errors,
+which are independent between neighbours; a press leaves residuals that are correlated.
 """
 from __future__ import annotations
 
@@ -34,6 +35,8 @@ _STAYED = 0.05  # px, median distance from the calibrated positions of a camera 
 _DEGREE = 5  # of the polynomial in row and column: fits a lens and a dome, not a press
 _GRID_PART, _GRID_SIZE = 0.2, 0.01  # as _SHARED_PART; pitches
 _GRID_KEPT = 85  # percent
+_VIEW_STEPS, _VIEW_STEP = 8, 0.3  # steps of the fit of the view, and the largest one, in half sizes of the grid
+_SLOPE, _VIEW_RANK = 1e-4, 1e-5  # differences of its numerical derivatives; a view without distortion shows no centre of it
 # Contact: by deviations from the motion that all dots share, of which drift is an affine one
 _QUIET, _QUIET_FLOOR = 5.0, 0.1  # standard deviations, and px, beyond which a contact displaces a dot: changes of light shift it by less
 _OUTLIERS = 0.01  # of the dots, that may deviate so
@@ -269,6 +272,12 @@ def rest_warning(id: np.ndarray, uv: np.ndarray, columns: int) -> str:
     places[row - row.min(), column - column.min()] = uv
     steps = np.linalg.norm(np.diff(places, axis=1), axis=2)
     pitch = np.nanmedian(steps) if np.isfinite(steps).any() else np.nan
+    warning = _unlike(places, pitch)
+    return warning and _unlike(places - _view(places), pitch)
+
+
+def _unlike(places, pitch) -> str:
+    """Why a grid at places (rows, columns, 2) px may be touched; empty where it is smooth and, up to a tilt, point symmetric."""
     mirrored, degree = (places + places[::-1, ::-1]) / 2, max(1, min(_DEGREE, min(places.shape[:2]) - 3))
     for name, grid, most, even in (('is not symmetric', mirrored, 2, True), ('has a dent or a bulge', places, degree, False)):
         size, part = _shared(_grid_residual(grid, most, even))
@@ -295,6 +304,33 @@ def _robust_residual(basis, values, kept_percent, rounds=_ROUNDS) -> np.ndarray:
         normal.flat[::len(normal) + 1] += _RIDGE * normal.trace()
         left = values - basis @ np.linalg.solve(normal, used.T @ wanted)
     return left
+
+
+def _view(places) -> np.ndarray:
+    """Positions (rows, columns, 2) px of a flat regular grid under the homography and radial distortion that fit places (same shape, NaN:
+    unknown) best, by robust Gauss-Newton steps."""
+    rows, columns = places.shape[:2]
+    size = max(rows, columns) / 2
+    row, column = np.indices((rows, columns)).reshape(2, -1)
+    index = np.stack([column - (columns - 1) / 2, row - (rows - 1) / 2, np.full(len(row), size)], axis=1) / size
+    target, known = places.reshape(-1, 2), np.isfinite(places[:, :, 0]).ravel()
+    affine = np.linalg.lstsq(index[known], target[known], rcond=None)[0]
+    scale = max(float(np.abs(affine[:2]).max()), 1e-9)
+
+    def seen(values):  # affine (3, 2), tilt (2,), centre (2,) in scales, distortion
+        flat = index @ values[:6].reshape(3, 2) / (1 + index[:, :2] @ values[6:8])[:, None]
+        away = flat - affine[2] / scale - values[8:10]
+        return (flat + values[10] * (away**2).sum(axis=1, keepdims=True) * away) * scale
+    values = np.r_[affine.ravel() / scale, np.zeros(5)]
+    for _ in range(_VIEW_STEPS):
+        now = seen(values)
+        slope = np.stack([(seen(values + change) - now) / _SLOPE for change in _SLOPE * np.eye(len(values))], axis=2)
+        residual = target - now
+        square = (residual[known]**2).sum(axis=1)
+        kept = np.flatnonzero(known)[square <= _ranked(square, _GRID_KEPT / 100 * (len(square) - 1))]
+        change = np.linalg.lstsq(slope[kept].reshape(-1, len(values)), residual[kept].ravel(), rcond=_VIEW_RANK)[0]
+        values += np.clip(change, -_VIEW_STEP, _VIEW_STEP)
+    return seen(values).reshape(places.shape)
 
 
 def _grid_residual(places, degree, even) -> np.ndarray:

@@ -195,6 +195,30 @@ def test_a_press_of_a_quarter_pitch(place):
     assert 'set_reference' in rest_warning(id, pressed, 23)
 
 
+def fish_eye(rows, columns, tilt, seed):
+    """A flat grid at a tilt, degrees, seen through a lens that shows angles as distances: id, uv, and row and column from the middle."""
+    rng, (row, column) = np.random.default_rng(seed), np.divmod(np.arange(rows * columns), columns)
+    p = np.stack([column - (columns - 1) / 2, row - (rows - 1) / 2], axis=1)
+    turn, tilt, half = rng.uniform(0, 2 * np.pi), np.radians(tilt), max(rows, columns) / 2
+    along = np.array([np.cos(turn), np.sin(turn)])
+    flat = p - np.outer(p @ along, along) * (1 - np.cos(tilt))
+    ray = flat / (2 * half + (p @ along) * np.sin(tilt))[:, None] + rng.uniform(-0.1, 0.1, 2)
+    far = np.hypot(*ray.T)[:, None]
+    seen = np.arctan(far) / far * ray * 2 * half * 30
+    return np.arange(rows * columns), seen + 300 + rng.normal(0, 0.3, p.shape), p
+
+
+@pytest.mark.parametrize('rows, columns', [(7, 9), (14, 10), (8, 13)])
+@pytest.mark.parametrize('tilt', [0, 20, 35])
+def test_an_oblique_view_through_a_fish_eye_is_no_touch_and_a_press_in_it_is(rows, columns, tilt):
+    for seed in range(4):
+        id, uv, p = fish_eye(rows, columns, tilt, seed)
+        assert rest_warning(id, uv, columns) == ''
+        away = p - np.random.default_rng(seed).uniform(-2, 2, 2)
+        pressed = uv + 30 * 0.4 * away / 1.5 * np.exp(0.5 - (away**2).sum(axis=1, keepdims=True) / (2 * 1.5**2))
+        assert 'set_reference' in rest_warning(id, pressed, columns)
+
+
 def test_too_few_dots_to_tell():
     id, uv, _ = dome(5, 5)
     assert rest_warning(id, uv, 5) == ''
